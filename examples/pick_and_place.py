@@ -30,7 +30,7 @@ machine = fm.Mechanism(
             "x", "carriage.x", "belt", target=path, kp=2000.0, ki=10000.0, kd=200.0, derivative_of="error", limit=150.0,
         ),
         fm.PID(
-            "angle", "tool.angle", target=ANGLE - math.pi / 2.0, kp=80.0, ki=600.0, kd=8.0, limit=24.0, sample=0.002,
+            "angle", "tool.theta", target=ANGLE - math.pi / 2.0, kp=80.0, ki=600.0, kd=8.0, limit=24.0, sample=0.002,
         ),
         fm.controllers.DCMotor(
             "motor", "tool.omega", "shaft", voltage="angle.output", resistance=1.5, inductance=1e-3,
@@ -43,7 +43,7 @@ machine = fm.Mechanism(
 sol = fm.simulate(machine, t_end=3.0)
 print(sol.status)
 print(f"carriage at   {float(sol['carriage.x'][-1]):9.5f} m    (target {WAY})")
-print(f"arm turned by {math.degrees(float(sol['tool.angle'][-1])) + 90.0:9.4f} deg  (target {math.degrees(ANGLE):.4f})")
+print(f"arm turned by {math.degrees(float(sol['tool.theta'][-1])) + 90.0:9.4f} deg  (target {math.degrees(ANGLE):.4f})")
 print(f"tool at       ({float(sol['tool.x'][-1]):.5f}, {float(sol['tool.y'][-1]):.5f}) m  ", end="")
 print(f"(expected ({WAY + LENGTH * math.sin(ANGLE):.5f}, {-LENGTH * math.cos(ANGLE):.5f}))")
 holding = MASS * G * CENTRE * math.sin(ANGLE) / (CONSTANT * RATIO)

@@ -34,7 +34,7 @@ def machine(speed):
         fm.Revolute("O", fm.GROUND, wheel, at=(0.0, 0.0)),
         fm.Revolute("P", fm.GROUND, pawl, at=pivot),
         fm.cams.OutlineOnOutline("teeth", wheel, wheel_outline(), pawl, lever, normal=law, friction=rubbing),
-        fm.TorsionSpring("spring", fm.GROUND, pawl, stiffness=0.5, damping=1e-3, rest_angle=-0.3),
+        fm.TorsionSpring("spring", fm.GROUND, pawl, stiffness=0.5, damping=1e-3, free_angle=-0.3),
         fm.Torque("load", wheel, 0.2),
         fm.TorsionSpring("oil", fm.GROUND, wheel, stiffness=0.0, damping=2e-3),
     ])  # fmt: skip

@@ -7,80 +7,20 @@ from dataclasses import fields
 from difflib import get_close_matches
 from functools import cache, wraps
 from importlib import import_module
-from inspect import Parameter, Signature, signature
 from numbers import Real
 from os import PathLike
 from pathlib import Path
 from types import ModuleType
-from typing import Any, Self
+from typing import Any
 
-from flexmb.docstrings import parameters
+from flexmb.docstrings import unit_of
 from flexmb.errors import USER_ERRORS, FlexmbError, InputError, MissingPackageError
 
 _COLLECTED: ContextVar[list[str] | None] = ContextVar("collected", default=None)
 """Errors of the object that is under construction; None: an error is raised at once."""
 
-NAMED = (Parameter.POSITIONAL_OR_KEYWORD, Parameter.KEYWORD_ONLY)
-"""Kinds of arguments that have a name of their own."""
 
-
-class _InitSignature:
-    """Signature of a class with the arguments of `__init__` in place of the arguments of `Checked.__new__`."""
-
-    def __get__(self, instance: object, kind: type) -> Signature:
-        if instance is not None:
-            raise AttributeError("__signature__")
-        found = signature(kind.__init__)  # type: ignore[misc]
-        return found.replace(parameters=list(found.parameters.values())[1:], return_annotation=Signature.empty)
-
-
-class Checked:
-    """Base of classes whose objects tell all errors of their arguments at once, when they are constructed."""
-
-    __signature__ = _InitSignature()
-
-    def __new__(cls, *args: Any, **keywords: Any) -> Self:
-        """An object, unless arguments without defaults are missing (`InputError`); unpickling gives none at all."""
-        if args or keywords:
-            _refuse_missing(cls, args, keywords)
-        return super().__new__(cls)
-
-    def __init_subclass__(cls, **keywords: Any) -> None:
-        super().__init_subclass__(**keywords)
-        own = cls.__dict__.get("__post_init__")
-        if own is not None:
-            cls.__post_init__ = _collecting(own)  # type: ignore[attr-defined]
-
-
-def _refuse_missing(kind: type, given: tuple[Any, ...], keywords: Mapping[str, Any]) -> None:
-    """Refuse arguments that lack one without a default; Python itself refuses unknown ones."""
-    known, required = _arguments(kind)
-    missing = [name for place, name in required if name not in keywords and not (-1 < place < len(given))]
-    if not missing or not known.issuperset(keywords):
-        return
-    name = keywords.get("name", given[0] if given else None)
-    owner = f"{kind.__name__} {name!r}" if isinstance(name, str) else kind.__name__
-    texts = parameters(kind)
-    meant = " ".join(f"{one} is missing; give {one}=...{_meaning(texts.get(one))}." for one in missing)
-    raise InputError(f"{owner}: {meant}")
-
-
-def _meaning(text: str | None) -> str:
-    """Meaning of an argument in brackets, by its entry in a docstring."""
-    first = (text or "").partition(";")[0].rstrip(".")
-    return f" ({first})" if first else ""
-
-
-@cache
-def _arguments(kind: type) -> tuple[frozenset[str], tuple[tuple[int, str], ...]]:
-    """Names of all arguments, places and names of required ones; the place -1 of keywords."""
-    found = list(signature(kind).parameters.values())
-    needed = [(k, one) for k, one in enumerate(found) if one.default is Parameter.empty and one.kind in NAMED]
-    required = tuple((-1 if one.kind is Parameter.KEYWORD_ONLY else k, one.name) for k, one in needed)
-    return frozenset(one.name for one in found), required
-
-
-def _collecting(check: Callable[[Any], None]) -> Callable[[Any], None]:
+def collecting(check: Callable[[Any], None]) -> Callable[[Any], None]:
     """A `__post_init__` that collects the errors of all its checks, and raises them as one."""
 
     @wraps(check)
@@ -225,8 +165,9 @@ def number_fields(owner: Any, label: str) -> None:
     for name, declared in declared_fields(owner.__class__):
         value = getattr(owner, name)
         wanted = declared == "float" or (declared == "float | None" and value is not None)
-        if wanted or is_kind_of_number(value.__class__):
-            number(label, name, value)
+        is_float = value.__class__ is float and math.isfinite(value)  # most are: units are looked up for others alone
+        if not is_float and (wanted or is_kind_of_number(value.__class__)):
+            number(label, name, value, unit_of(owner.__class__, name))
 
 
 @cache
@@ -269,7 +210,7 @@ def one_of(owner: str, name: str, value: object, allowed: Iterable[str]) -> str:
     raise InputError(f"{owner}: {name} is {value!r}. {did_you_mean(str(value), names)}")
 
 
-def did_you_mean(word: str, names: Iterable[str], common: str = "", what: str = "Known") -> str:
+def did_you_mean(word: object, names: Iterable[str], common: str = "", what: str = "Known") -> str:
     """Hint on an unknown name: the nearest name, then all names.
 
     common : beginning of all names, which is not compared; what : noun before the list of them.

@@ -107,7 +107,10 @@ def _dispatch(given: list[str]) -> int:
         parser.error(f"there is no command {given[0]!r}. {did_you_mean(given[0], names)}")
     options, unknown = parser.parse_known_args(given)
     if unknown:
-        options.own_parser.error(f"unrecognized arguments: {' '.join(unknown)}")
+        known = [name for name in vars(options.own_parser)["_option_string_actions"] if name.startswith("--")]
+        wrong = [text.partition("=")[0] for text in unknown if text.startswith("-")]
+        hints = [f"{name}: {did_you_mean(name, known, '--', 'Options')}" for name in wrong]
+        options.own_parser.error(f"unrecognized arguments: {' '.join(unknown)}\n{' '.join(hints)}".strip())
     options.arguments = given
     if getattr(options, "quiet", False):
         os.environ["FLEXMB_MESSAGES"] = "0"  # no messages on compilation, also in worker processes

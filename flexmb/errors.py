@@ -1,8 +1,8 @@
 """Exceptions, one class for each kind of error, all derived from `FlexmbError`."""
 
 __all__ = [
-    "AssemblyError", "FileFormatError", "FlexmbError", "InputError", "KernelError", "MissingPackageError", "ModelError",
-    "RestitutionWarning", "SolveError", "WorkerError",
+    "ArgumentError", "AssemblyError", "FileFormatError", "FlexmbError", "InputError", "KernelError",
+    "MissingPackageError", "ModelError", "RestitutionWarning", "SolveError", "WorkerError",
 ]  # fmt: skip
 
 
@@ -16,6 +16,10 @@ class FlexmbError(Exception):
 
 class InputError(FlexmbError, ValueError):
     """A value that a part, a law or a function cannot work with."""
+
+
+class ArgumentError(InputError, TypeError):
+    """Arguments that are unknown, missing, or given without their names; also a `TypeError`, as Python's own."""
 
 
 class ModelError(FlexmbError):

@@ -11,6 +11,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+CLOSE = 0.7
+"""Likeness of names from which they are suggested, 1 for equal ones."""
+
 _IMPORT = re.compile(r"^from (\S+) import (\w+) as \2$", re.MULTILINE)
 """A line of a stub: module and name."""
 
@@ -36,10 +39,28 @@ def lazy_names(module: str, file: str) -> tuple[Callable[[str], Any], Callable[[
 
     def get(name: str) -> Any:
         if name not in homes:
-            raise AttributeError(f"module {module!r} has no attribute {name!r}")
+            text = f"module {module!r} has no attribute {name!r}"
+            raise AttributeError(text if name.startswith("_") else f"{text}.{_near(name, module, names)}")
         home = vars(import_module(homes[name]))
         value = home[name] if name in home else import_module(f"{homes[name]}.{name}")
         setattr(sys.modules[module], name, value)
         return value
 
     return get, lambda: list(names), names
+
+
+def _near(name: str, module: str, names: list[str]) -> str:
+    """Hint on an unknown public name: the namespaces that have it, else the nearest names of the module and of all."""
+    from difflib import get_close_matches  # noqa: PLC0415 - `import flexmb` stays fast
+
+    top = Path(__file__).parent
+    spaces: dict[str, str] = {}  # of each name, the top of the package first
+    for path in sorted(top.rglob("*.pyi"), key=lambda path: (path != top / "__init__.pyi", path)):
+        room = path.parent.name if path.stem == "__init__" else path.stem
+        for _, one in _IMPORT.findall(path.read_text(encoding="utf-8")):
+            spaces.setdefault(one, "flexmb" if room == top.name else f"flexmb.{room}")
+    if name in spaces:
+        return f" It is {spaces[name]}.{name}."
+    near = get_close_matches(name, names, cutoff=CLOSE) or get_close_matches(name, spaces, cutoff=CLOSE)
+    places = [f"{module if one in names else spaces[one]}.{one}" for one in near]
+    return f" Did you mean {', '.join(places)}?" if places else f" Names: {', '.join(names)}."

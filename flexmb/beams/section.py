@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 import numpy.typing as npt
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.display.shown import Shown
 from flexmb.errors import InputError
 
@@ -18,7 +18,7 @@ Place = npt.ArrayLike
 """Place along the beam: s in [0, 1], a number or an array of any shape."""
 
 
-class Section(checks.Checked, Shown, ABC):
+class Section(arguments.Checked, Shown, ABC):
     """Cross-section of a straight beam as a function of s in [0, 1], start to end.
 
     For a section of your own, derive from this class and write the two methods; both must keep the shape of s.

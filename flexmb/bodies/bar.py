@@ -22,6 +22,7 @@ class Bar(Body):
     start, end : its ends in the reference configuration [m], apart from each other.
     """
 
+    formerly = (("at", "start"), ("to", "end"))
     start: Point
     end: Point
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from flexmb import checks, planar
@@ -27,8 +28,8 @@ class Edges(Body):
     InputError : a pair that joins no two different corners, an edge twice, corners that no edge reaches.
     """
 
-    points: tuple[Point, ...]
-    edges: tuple[Edge, ...]
+    points: Sequence[Point]
+    edges: Sequence[Edge]
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -167,7 +167,7 @@ class FlexibleFrame(FlexibleBody, Edges):
     @property
     def corner_points(self) -> tuple[Point, ...]:
         """The corners [m]."""
-        return self.points
+        return tuple(self.points)
 
     def nodes(self) -> tuple[Node, ...]:
         """Corners, then inner nodes edge by edge."""

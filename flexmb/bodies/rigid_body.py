@@ -29,7 +29,7 @@ class RigidBody(Body):
     at : centre of mass in the reference configuration [m].
     mass : mass [kg], > 0.
     inertia : moment of inertia about the centre of mass [kg m^2], > 0.
-    angle : theta in the reference configuration [rad].
+    theta : rotation in the reference configuration [rad].
     velocity : (vx, vy, omega) at the start [m/s, rad/s]; None: as the drives impose, with least kinetic energy.
     outline : points of a polyline in the reference configuration [m], for pictures; empty: a line to every joint.
 
@@ -38,12 +38,13 @@ class RigidBody(Body):
     InputError : mass or inertia not > 0, values that are not finite.
     """
 
+    formerly = (("angle", "theta"),)
     at: Point
     mass: float
     inertia: float
-    angle: float = 0.0
+    theta: float = 0.0
     velocity: tuple[float, float, float] | None = None
-    outline: tuple[Point, ...] = ()
+    outline: Sequence[Point] = ()
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -57,11 +58,11 @@ class RigidBody(Body):
 
     def nodes(self) -> tuple[Node, ...]:
         """The node at the centre of mass."""
-        return (Node("", *self.at, self.angle),)
+        return (Node("", *self.at, self.theta),)
 
     def attach(self, owner: str, point: Point) -> Attachment:  # noqa: ARG002 - any point of the plane will do
         """Every point of the plane may belong to a rigid body."""
-        return Attachment(self.name, "", planar.to_frame(self.at, self.angle, point))
+        return Attachment(self.name, "", planar.to_frame(self.at, self.theta, point))
 
     def start_velocity(self) -> tuple[float, float, float] | None:
         """The declared start velocity."""
@@ -79,7 +80,7 @@ class RigidBody(Body):
         """The outline, or a star from the centre of mass to the joints."""
         if self.outline:
             lines: tuple[tuple[Point, ...], ...] = (
-                tuple(planar.to_frame(self.at, self.angle, p) for p in self.outline),
+                tuple(planar.to_frame(self.at, self.theta, p) for p in self.outline),
             )
         else:
             held = held_points(self, mechanism)

@@ -164,14 +164,14 @@ def _exponents(exponents: Exponents, period: float) -> Iterator[str]:
     pairs = list(zip(exponents.spectrum, exponents.errors, strict=True))
     for k, (value, error) in enumerate(pairs):
         name = "largest exponent" if k == 0 else f"exponent {k + 1}"
-        yield _line(name, float(value), float(error), exponents.unit, meaning_of(float(value), float(error), period))
+        yield _line(name, float(value), float(error), exponents.units, meaning_of(float(value), float(error), period))
         if second is not None:
-            yield _line("  this run alone", float(value), float(exponents.statistical[k]), exponents.unit, "")
+            yield _line("  this run alone", float(value), float(exponents.statistical[k]), exponents.units, "")
             steps = f"{second.fineness}, another start, {second.periods} periods"
-            yield _line("  second run", float(second.spectrum[k]), float(second.errors[k]), exponents.unit, steps)
+            yield _line("  second run", float(second.spectrum[k]), float(second.errors[k]), exponents.units, steps)
     if len(pairs) > 1:
         text = "rate at which areas grow" if len(pairs) == 2 else "rate at which volumes of the first ones grow"
-        yield _line(f"sum of these {len(pairs)}", exponents.sum, None, exponents.unit, text)
+        yield _line(f"sum of these {len(pairs)}", exponents.sum, None, exponents.units, text)
 
 
 def _evidence(exponents: Exponents) -> Iterator[str]:
@@ -188,7 +188,7 @@ def _signal(f: Findings, system: Exponents) -> Iterator[str]:
         yield _line("0-1 test", f.zero_one.value, f.zero_one.spread if f.zero_one.ok else None, "", text)
     if f.exponent is not None:
         text = _compared(f, system) if f.exponent.ok else f"no value: {f.exponent.status}"
-        yield _line("exponent (Rosenstein)", f.exponent.value, f.exponent.error, f.exponent.unit, text)
+        yield _line("exponent (Rosenstein)", f.exponent.value, f.exponent.error, f.exponent.units, text)
     if f.spectrum is not None:
         strongest = ", ".join(f"{x:.4g}" for x in f.spectrum.peaks[:LINES])
         text = f"of the power in lines: {SPECTRUM[f.spectrum.kind]}" + (

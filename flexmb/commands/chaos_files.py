@@ -46,7 +46,7 @@ def datasets(study: Study) -> dict[str, xr.Dataset]:
 
 
 def _root(study: Study) -> xr.Dataset:
-    exponents, unit = study.exponents, {"units": study.exponents.unit}
+    exponents, unit = study.exponents, {"units": study.exponents.units}
     number = study.skip + 1 + np.arange(len(exponents.points))
     data: dict[str, Any] = {
         name: ("period", column, {"units": units})

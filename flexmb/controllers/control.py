@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
 from typing import Any
 
@@ -12,6 +12,7 @@ from flexmb.kernels import CONTROL, Kernel
 from flexmb.model.contributions import ControlContribution, MotionInput
 from flexmb.model.controller import Controller
 from flexmb.model.law import Motion
+from flexmb.model.part import Part, name_of
 
 LEAST_SAMPLE = 1e-9
 """Shortest time between two instants of a sampled controller [s]; each instant costs some 0.3 ms of computing."""
@@ -67,13 +68,14 @@ class Control(Controller):
     0.73576
     """
 
-    inputs: tuple[str | Motion, ...]
-    loads: tuple[str, ...]
+    inputs: Sequence[str | Motion]
+    by_name = ("loads",)
+    loads: Sequence[Part | str]
     law: Kernel
     _: KW_ONLY
-    numbers: tuple[float, ...] = ()
+    numbers: Sequence[float] = ()
     states: Any = ()
-    outputs: tuple[str, ...] | None = None
+    outputs: Sequence[str] | None = None
     sample: float | None = None
 
     def __post_init__(self) -> None:
@@ -108,16 +110,18 @@ class Control(Controller):
     @property
     def output_names(self) -> tuple[str, ...]:
         """Names of the outputs."""
-        return tuple(f"output{k}" for k in range(1, len(self.loads) + 1)) if self.outputs is None else self.outputs
+        return (
+            tuple(f"output{k}" for k in range(1, len(self.loads) + 1)) if self.outputs is None else tuple(self.outputs)
+        )
 
     def control(self) -> ControlContribution:
         """Law, inputs, states and outputs."""
         return ControlContribution(
             self.name,
             self.law,
-            self.numbers,
+            tuple(self.numbers),
             tuple(MotionInput(one) if isinstance(one, Motion) else one for one in self.inputs),
-            self.loads,
+            tuple(map(name_of, self.loads)),
             self.output_names,
             tuple(name for name, _ in self.states),
             tuple(value or 0.0 for _, value in self.states),

@@ -11,6 +11,7 @@ from flexmb.kernels import control_kernel
 from flexmb.model.contributions import ControlContribution, MotionInput
 from flexmb.model.controller import Controller
 from flexmb.model.law import Motion
+from flexmb.model.part import Part, name_of
 
 (CURRENT,) = range(1)
 """Place of the current among the states."""
@@ -77,7 +78,8 @@ class DCMotor(Controller):
     """
 
     speed: str
-    load: str
+    by_name = ("load",)
+    load: Part | str
     _: KW_ONLY
     voltage: float | Motion | str
     resistance: float
@@ -90,8 +92,6 @@ class DCMotor(Controller):
         super().__post_init__()
         if not is_signal_name(self.speed):
             raise InputError(f"{self.label}: speed is {self.speed!r}; it must be the name of a signal, as 'arm.omega'.")
-        if not isinstance(self.load, str) or not self.load:
-            raise InputError(f"{self.label}: load is {self.load!r}; it must be the name of a Force or a Torque.")
         if isinstance(self.voltage, str):
             if not is_signal_name(self.voltage):
                 raise InputError(f"{self.label}: voltage is {self.voltage!r}; a signal is called as 'servo.output'.")
@@ -117,7 +117,7 @@ class DCMotor(Controller):
             dc_motor_law,
             (self.resistance, self.inductance, self.torque_constant, self.gear_ratio, number),
             tuple(inputs),
-            (self.load,),
+            (name_of(self.load),),
             ("torque", "voltage") if delayed else ("torque", "voltage", "current"),
             ("current",) if delayed else (),
             (self.current,) if delayed else (),

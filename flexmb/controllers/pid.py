@@ -13,6 +13,7 @@ from flexmb.kernels import control_kernel
 from flexmb.model.contributions import ControlContribution, MotionInput
 from flexmb.model.controller import Controller
 from flexmb.model.law import Motion
+from flexmb.model.part import Part, name_of
 
 FILTER_RATIO = 10.0
 """Ratio kd / kp of derivative action over the time constant of its filter, where none is given [1]."""
@@ -53,7 +54,7 @@ class PID(Controller):
     Parameters
     ----------
     name : the controller's name.
-    measure : name of the measured signal m, as "tip.angle".
+    measure : name of the measured signal m, as "tip.theta".
     load : name of a force or torque, whose value is multiplied by the output; None: the output is a signal alone,
         which a motor may read.
     target : target r, a number or a motion, in the unit of m.
@@ -96,7 +97,8 @@ class PID(Controller):
     """
 
     measure: str
-    load: str | None = None
+    by_name = ("load",)
+    load: Part | str | None = None
     _: KW_ONLY
     target: float | Motion = 0.0
     kp: float = 0.0
@@ -117,8 +119,6 @@ class PID(Controller):
                 raise InputError(
                     f"{self.label}: {field} is {value!r}; it must be the name of a signal, as 'arm.theta'."
                 )
-        if self.load is not None and (not isinstance(self.load, str) or not self.load):
-            raise InputError(f"{self.label}: load is {self.load!r}; it must be the name of a Force or a Torque.")
         if not isinstance(self.target, Motion):
             checks.number(self.label, "target", self.target)
         checks.one_of(self.label, "derivative_of", self.derivative_of, [MEASUREMENT, ERROR])
@@ -206,7 +206,7 @@ class PID(Controller):
             pid_law,
             self.numbers(),
             tuple(inputs),
-            () if self.load is None else (self.load,),
+            () if self.load is None else (name_of(self.load),),
             ("output",),
             states,
             (0.0,) * len(states),

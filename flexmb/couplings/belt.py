@@ -34,7 +34,7 @@ class Belt(Wheels):
     from the arm.
 
     Signals: force (difference of the tensions of both strands) [N]; first_torque, second_torque (on the wheels) [N m];
-    power (of second_torque) [W].  With `mu` also slip (speed of the surface of the first wheel over that of the
+    power (of second_torque) [W].  With friction also slip (speed of the surface of the first wheel over that of the
     second) [m/s]; tight_tension, slack_tension (of the strands) [N]; tension_ratio [1].
 
     Parameters
@@ -45,7 +45,7 @@ class Belt(Wheels):
     crossed : whether the strands cross.
     arm : body that carries the axes; `GROUND` for fixed axes.
     centres : centres of the wheels, see `Wheels`.
-    mu : coefficient of friction [1], > 0, with `pretension` and `creep`; None: an ideal belt.
+    coefficient : coefficient of friction mu [1], > 0, with `pretension` and `creep`; None: an ideal belt.
     pretension : tension T0 of both strands while no torque acts [N], > 0; None, of an ideal belt: as a chain hangs.
     creep : slip [m/s], > 0, at which the belt carries tanh(1) = 76 % of its largest force.
 
@@ -69,10 +69,11 @@ class Belt(Wheels):
     Source: L. Euler, Remarques sur l'effet du frottement dans l'equilibre, 1762, for the limit; tanh is a smoothing.
     """
 
+    formerly = (("mu", "coefficient"),)
     _: KW_ONLY
     radii: tuple[float, float]
     crossed: bool = False
-    mu: float | None = None
+    coefficient: float | None = None
     pretension: float | None = None
     creep: float | None = None
 
@@ -87,12 +88,16 @@ class Belt(Wheels):
 
     def _check_friction(self) -> None:
         """Check that friction has creep and pretension; an ideal belt may have a pretension alone."""
-        given = {"mu": (self.mu, "1"), "pretension": (self.pretension, "N"), "creep": (self.creep, "m/s")}
+        given = {
+            "coefficient": (self.coefficient, "1"),
+            "pretension": (self.pretension, "N"),
+            "creep": (self.creep, "m/s"),
+        }
         missing = [name for name, (value, _) in given.items() if value is None]
-        if missing and not (self.mu is None and self.creep is None):
+        if missing and not (self.coefficient is None and self.creep is None):
             raise InputError(
-                f"{self.label}: {' and '.join(missing)} not given; a belt with friction needs mu, pretension and "
-                "creep. For an ideal belt leave mu and creep out."
+                f"{self.label}: {' and '.join(missing)} not given; a belt with friction needs coefficient, pretension "
+                "and creep. For an ideal belt leave coefficient and creep out."
             )
         for name, (value, unit) in given.items():
             if value is not None:
@@ -152,9 +157,9 @@ class Belt(Wheels):
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One constraint equation between two or three angles; with friction an element between both wheels."""
         r1, r2 = self.radii[0], self.radii[1] if self.crossed else -self.radii[1]
-        if self.mu is None or self.pretension is None or self.creep is None:
+        if self.coefficient is None or self.pretension is None or self.creep is None:
             return [self._rolling(mechanism, (r1, r2), (strand_pull, (r1 + r2, self.pretension or 0.0)))]
-        largest = 2.0 * self.pretension * math.tanh(0.5 * self.mu * self.least_wrap(mechanism))
+        largest = 2.0 * self.pretension * math.tanh(0.5 * self.coefficient * self.least_wrap(mechanism))
         bodies = [mechanism.body(wheel.name, self.label) for wheel in (self.first, self.second)]
         coordinates = tuple(c for body in bodies for c in node_coordinates(body.name, body.main))
         friction = belt_contributions(self.name, coordinates, (r1, r2), (largest, self.creep, self.pretension))

@@ -42,11 +42,11 @@ class Cable(Part):
     first, second : the bodies; `GROUND` is the frame.
     at : point of the first body, or centre of its drum, in the reference configuration [m].
     to : the same of the second body.
-    length : free length without tension in the reference configuration [m], > 0; with less than the distance of the
+    free_length : length without tension in the reference configuration [m], > 0; with less than the distance of the
         points it starts under tension; None: the distance, so that it is just taut.
     radii : radii of the drums of both bodies [m]; 0: a point; > 0: a drum that winds up while it turns
         counter-clockwise, < 0: clockwise.
-    normal : tension over elongation; of a linear cable K = E A / length [N/m], `KelvinVoigt(K, damping)`.
+    normal : tension over elongation; of a linear cable K = E A / free_length [N/m], `KelvinVoigt(K, damping)`.
 
     Raises
     ------
@@ -66,12 +66,13 @@ class Cable(Part):
     and the strand may turn by less than half a turn from the direction in which it is drawn.
     """
 
+    formerly = (("length", "free_length"), ("start", "at"), ("end", "to"))
     first: Part
     second: Part
     at: tuple[float, float]
     to: tuple[float, float]
     _: KW_ONLY
-    length: float | None = None
+    free_length: float | None = None
     normal: NormalLaw
     radii: tuple[float, float] = (0.0, 0.0)
 
@@ -81,11 +82,11 @@ class Cable(Part):
             object.__setattr__(self, name, checks.point(self.label, name, getattr(self, name)))
         object.__setattr__(self, "radii", checks.point(self.label, "radii", self.radii))
         check_own_stiffness(self.label, self.normal)
-        if self.length is not None:
-            checks.positive(self.label, "length", self.length, "m")
+        if self.free_length is not None:
+            checks.positive(self.label, "free_length", self.free_length, "m")
         elif planar.distance(self.at, self.to) == 0.0:
             raise InputError(
-                f"{self.label}: both points are {self.at}, so the cable needs a length. Give length= in m."
+                f"{self.label}: both points are {self.at}, so the cable needs a length. Give free_length= in m."
             )
         if self.first.name == self.second.name:
             raise ModelError(f"{self.label} ties {self.first.name!r} to itself; give two different bodies.")
@@ -93,7 +94,7 @@ class Cable(Part):
     @property
     def slack_length(self) -> float:
         """Length without tension [m]."""
-        return self._drawn()[2] if self.length is None else self.length
+        return self._drawn()[2] if self.free_length is None else self.free_length
 
     def _drawn(self) -> tuple[float, float, float]:
         """Direction and free length of the strand in the reference configuration."""

@@ -13,7 +13,7 @@ from flexmb.joints.prismatic import Prismatic, joint_with_coordinate
 from flexmb.joints.revolute import Revolute, drawn_angle
 from flexmb.kernels import compiled, constraint_kernel, signal_kernel
 from flexmb.model.contributions import ConstraintContribution, Contribution, Coordinate, Reaction, SignalContribution
-from flexmb.model.part import Part
+from flexmb.model.part import Part, name_of
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -134,7 +134,7 @@ class Coupling(Part):
         """Name and factor of a joint."""
         if not isinstance(pair, tuple) or len(pair) != 2:
             raise InputError(f"{self.label}: factors holds {pair!r}; give pairs of a joint and its factor.")
-        name = pair[0].name if isinstance(pair[0], Part) else pair[0]
+        name = name_of(pair[0])
         if not isinstance(name, str):
             raise InputError(f"{self.label}: factors holds the joint {pair[0]!r}; give joints or their names.")
         factor = checks.number(self.label, f"factors[{name!r}]", pair[1])

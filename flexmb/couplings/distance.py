@@ -84,6 +84,7 @@ class Distance(Part):
     ModelError : a rod from a body to itself.
     """
 
+    formerly = (("start", "at"), ("end", "to"))
     first: Part
     second: Part
     at: tuple[float, float]

@@ -1,10 +1,11 @@
-"""The part of the examination that costs next to nothing: users' laws and motions, tables, linear cells."""
+"""The part of the examination that costs next to nothing: laws and motions of users, tables, linear cells, numbers."""
 
 from __future__ import annotations
 
 import sys
 
 from flexmb.doctor.finding import Finding
+from flexmb.doctor.implausible import implausible_findings
 from flexmb.model.law import FrictionLaw, Law, Motion, NormalLaw
 from flexmb.model.mechanism import Mechanism
 
@@ -22,13 +23,15 @@ _KNOWN: dict[tuple[str, Law], tuple[Finding, ...]] = {}
 
 
 def cheap_findings(mechanism: Mechanism) -> list[Finding]:
-    """Findings on users' laws and motions, tables and linear cells; flexmb's own laws are known to keep their signs.
+    """Findings on users' laws and motions, on tables, linear cells, and on implausible speeds and angles.
+
+    flexmb's own laws are known to keep their signs.
 
     Parameters
     ----------
     mechanism : the mechanism.
     """
-    findings: list[Finding] = []
+    findings = implausible_findings(mechanism)
     for part in mechanism.parts:
         for value in vars(part).values():
             kind = type(value)

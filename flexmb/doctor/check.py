@@ -9,15 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.doctor.coarse_cells import coarse_cells
 from flexmb.doctor.connections import free_bodies
 from flexmb.doctor.dimensions import dimension_findings
-from flexmb.doctor.finding import ERROR, SEVERITIES, Finding, found
+from flexmb.doctor.finding import ERROR, NOTHING_MOVES, SEVERITIES, WHAT_MOVES, Finding, found
 from flexmb.doctor.laws import kernel_findings, law_findings
 from flexmb.doctor.loads import load_findings
 from flexmb.doctor.loops import locking_drives, open_loops, other_branch
-from flexmb.doctor.motions import motion_findings
+from flexmb.doctor.motions import motion_findings, motions_by_part
 from flexmb.doctor.rank import free_motions, redundancies
 from flexmb.doctor.report import Report
 from flexmb.doctor.stability import loop_findings, stability_findings
@@ -38,6 +38,7 @@ LISTED_FREQUENCIES = 10
 """Number of natural frequencies in a report."""
 
 
+@arguments.checked
 def check(mechanism: Mechanism, step: float | None = None) -> Report:
     """Examine a mechanism before it moves.
 
@@ -139,7 +140,12 @@ def start_findings(mechanism: Mechanism, moving: Program, closed: Program, q: np
         a, _ = accelerations(moving, q, v, 0.0)
     except FlexmbError as error:
         return [of_error("no-inertia", error, mechanism, "Give every body some mass and inertia.")]
-    return [] if np.isfinite(a).all() else [found("not-solvable", (), "The first accelerations are not finite.")]
+    if not np.isfinite(a).all():
+        return [found("not-solvable", (), "The first accelerations are not finite.")]
+    driven = any(motions_by_part(mechanism)) or mechanism.controllers
+    at_rest = not driven and not np.any(np.abs(v) > 0.0) and not np.any(np.abs(a) > 0.0)
+    is_free = at_rest and degrees_of_freedom(closed, q)[0] > 0
+    return [found("nothing-moves", (), NOTHING_MOVES, WHAT_MOVES)] if is_free else []
 
 
 def _modes(mechanism: Mechanism) -> tuple[Modes | None, list[Finding]]:

@@ -12,8 +12,7 @@ from flexmb.bodies.bar import Bar
 from flexmb.bodies.flexible_body import FlexibleBody
 from flexmb.bodies.rigid_link import RigidLink
 from flexmb.doctor.finding import Finding, found
-from flexmb.drives.constant_speed import ConstantSpeed
-from flexmb.drives.drive import Drive
+from flexmb.doctor.implausible import implausible_findings
 from flexmb.errors import InputError
 from flexmb.model.material import Material
 from flexmb.model.mechanism import Mechanism
@@ -38,9 +37,6 @@ YIELD_STRAINS = (1e-5, 1.0)
 GRAVITIES = (1.0, 30.0)
 """Acceleration of gravity, where there is any, least and largest [m/s^2]."""
 
-FASTEST = 2e4
-"""Angular speed of a drive above which there is a remark [rad/s]."""
-
 GYRATIONS = (0.02, 3.0)
 """Radius of gyration over the length of a link, least and largest."""
 
@@ -62,7 +58,7 @@ def dimension_findings(mechanism: Mechanism) -> list[Finding]:
         *_gravity(mechanism),
         *_links(mechanism),
         *_materials(mechanism),
-        *_drives(mechanism),
+        *implausible_findings(mechanism),
         *_clearances(mechanism),
         *_beams(mechanism),
         *_plates(mechanism),
@@ -189,16 +185,6 @@ def _plates(mechanism: Mechanism) -> Iterator[Finding]:
                 text = f"{body.label} is {thickness:.4g} m thick and {body.mesh.size:.4g} m large."
                 remedy = "Thickness is in m. Bodies thicker than large are closer to plane strain: state='strain'."
                 yield found("odd-units", (part.name,), text, remedy, thickness=thickness)
-
-
-def _drives(mechanism: Mechanism) -> Iterator[Finding]:
-    for part in mechanism.parts:
-        if isinstance(part, Drive) and isinstance(part.motion, ConstantSpeed) and abs(part.motion.speed) > FASTEST:
-            speed = part.motion.speed
-            text = f"{part.label} turns at {speed:.4g} rad/s, {speed * 30.0 / math.pi:.4g} rpm."
-            yield found(
-                "odd-units", (part.name,), text, "Speeds are in rad/s: 2 pi/60 times those in rpm.", speed=speed
-            )
 
 
 def _clearances(mechanism: Mechanism) -> Iterator[Finding]:

@@ -50,11 +50,18 @@ CODES: dict[str, tuple[str, str]] = {
     "unstable-loop": (WARNING, "a control loop lets a small motion grow"),
     "stiffness-ratio": (WARNING, "a stiffness is so large that its round-off is felt beside loads or slow vibrations"),
     "coarse-step": (WARNING, "the fixed step that `check` is given is too long for a contact or a vibration"),
+    "upward-gravity": (NOTE, "gravity points upwards"),
+    "nothing-moves": (NOTE, "no gravity, load, drive or velocity sets the mechanism in motion"),
     "free-motion": (NOTE, "motions that no drive prescribes"),
     "no-frequencies": (NOTE, "natural frequencies cannot be computed"),
     "no-statics": (NOTE, "the equilibrium under the declared loads cannot be computed, so stresses were not examined"),
 }
 """Severity and meaning of each code."""
+
+
+NOTHING_MOVES = "Nothing sets the mechanism in motion."
+WHAT_MOVES = "Give gravity=(0, -9.81), a load, a drive such as Drive(..., ConstantSpeed(10.0)), or a start velocity."
+"""Sentences on a mechanism that stays at rest."""
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ class Drive(Part):
     Parameters
     ----------
     name : the drive's name.
-    joint : name of the joint.
+    joint : the joint, or its name.
     motion : the motion, e.g. `ConstantSpeed`.
 
     Raises
@@ -37,15 +37,12 @@ class Drive(Part):
     InputError : an object that is no motion, or a motion that jumps.
     """
 
-    joint: str
+    by_name = ("joint",)
+    joint: Part | str
     motion: Motion
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if isinstance(self.joint, Part):
-            object.__setattr__(self, "joint", self.joint.name)
-        if not isinstance(self.joint, str):
-            raise InputError(f"{self.label}: joint is {self.joint!r}; it must be a joint or its name.")
         if not isinstance(self.motion, Motion):
             raise InputError(f"{self.label}: motion is {self.motion!r}; it must be a motion, e.g. ConstantSpeed(6.28).")
         if not self.motion.is_smooth:

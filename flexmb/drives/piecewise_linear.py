@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from flexmb.drives.points import checked_points
@@ -54,8 +55,8 @@ class PiecewiseLinear(Motion):
     (0.5, 1.0)
     """
 
-    times: tuple[float, ...]
-    values: tuple[float, ...]
+    times: Sequence[float]
+    values: Sequence[float]
 
     kernel = piecewise_linear_kernel
     is_smooth = False

@@ -1,5 +1,6 @@
 """Motion given by a polynomial in time."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from flexmb import checks
@@ -32,7 +33,7 @@ class Polynomial(Motion):
     InputError : no coefficient, or one that is not finite.
     """
 
-    coefficients: tuple[float, ...]
+    coefficients: Sequence[float]
 
     kernel = polynomial_kernel
 
@@ -46,4 +47,4 @@ class Polynomial(Motion):
 
     def parameters(self) -> tuple[float, ...]:
         """The coefficients."""
-        return self.coefficients
+        return tuple(self.coefficients)

@@ -1,5 +1,6 @@
 """Motion given by points in time."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -68,8 +69,8 @@ class Table(Motion):
     their order there.
     """
 
-    times: tuple[float, ...]
-    values: tuple[float, ...]
+    times: Sequence[float]
+    values: Sequence[float]
     periodic: bool = False
     slopes: tuple[float, float] | None = None
 

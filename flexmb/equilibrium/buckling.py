@@ -11,7 +11,7 @@ import scipy.linalg as la
 import scipy.sparse as sp
 from scipy.sparse.linalg import ArpackNoConvergence
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.display import html
 from flexmb.equilibrium.carrying import carries, left_out_text, open_contacts
 from flexmb.equilibrium.eigen import DENSE_COORDINATES, largest_of, largest_of_pencil
@@ -106,6 +106,7 @@ class Buckling:
         return (*self.notes, *([left_out_text(self.left_out, REMEDY)] if self.left_out else []))
 
 
+@arguments.checked
 def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
     """Critical factors of the loads applied, when all of them grow together, gravity included.
 

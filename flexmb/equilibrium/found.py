@@ -9,6 +9,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.display import html
 from flexmb.display.text import counted, cut
+from flexmb.model.part import Part, name_of
 from flexmb.program.program import resolve
 
 
@@ -74,11 +75,11 @@ class Equilibrium:
         reactions = html.table(rows, ("reaction of", "fx [N]", "fy [N]", "moment [N m]"))
         return html.page(self._title(), "", reactions, html.folded("coordinates", html.table(coordinates)))
 
-    def force(self, joint: str) -> tuple[float, float, float]:
+    def force(self, joint: Part | str) -> tuple[float, float, float]:
         """(fx, fy, moment) that a joint exerts on its second body [N, N m].
 
         Parameters
         ----------
-        joint : name of the joint.
+        joint : the joint, or its name.
         """
-        return self.reactions[checks.one_of("Equilibrium", "joint", joint, self.reactions)]
+        return self.reactions[checks.one_of("Equilibrium", "joint", name_of(joint), self.reactions)]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.display import html
 from flexmb.display.text import counted, cut, listed
 from flexmb.equilibrium.statics import reactions
@@ -78,6 +78,7 @@ def undeclared(program: Program) -> Program:
     return replace(program, reference=replace(program.reference, v=np.full(program.n_q, np.nan)))
 
 
+@arguments.checked
 def inverse_dynamics(mechanism: Mechanism, times: Sequence[float] | np.ndarray) -> DrivenMotion:
     """Motion and forces of a mechanism whose drives prescribe every motion; joints are ideal, bodies rigid.
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.display import html
 from flexmb.equilibrium.carrying import left_out_text, open_contacts, unpaired
 from flexmb.equilibrium.eigen import damped as damped_modes
@@ -116,6 +116,7 @@ class Modes:
         return "\n".join([*rows, *left_out])
 
 
+@arguments.checked
 def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, damped: bool = False) -> Modes:
     """Natural frequencies and modes of small motions about the reference configuration or a static equilibrium.
 

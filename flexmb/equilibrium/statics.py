@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.equilibrium.dynamic_relaxation import relax
 from flexmb.equilibrium.found import Equilibrium
 from flexmb.equilibrium.stability import is_stable
@@ -50,6 +50,7 @@ LEAST_JUMP = 1e-8
 """Movement below which a load step is no jump [rad, or relative to the size of the mechanism]."""
 
 
+@arguments.checked
 def static_equilibrium(
     mechanism: Mechanism, load_steps: int = 10, spin: float = 0.0, about: tuple[float, float] = (0.0, 0.0)
 ) -> Equilibrium:

@@ -126,8 +126,8 @@ def bushing_signal(p, t, q, v, a):
 
 
 SIGNALS = (
-    ("dx", "m"), ("dy", "m"), ("rotation", "rad"), ("fx", "N"), ("fy", "N"), ("force", "N"), ("moment", "N m"),
-    ("dx_rate", "m/s"), ("dy_rate", "m/s"), ("rotation_rate", "rad/s"), ("energy", "J"),
+    ("dx", "m"), ("dy", "m"), ("angle", "rad"), ("fx", "N"), ("fy", "N"), ("force", "N"), ("moment", "N m"),
+    ("dx_rate", "m/s"), ("dy_rate", "m/s"), ("omega", "rad/s"), ("energy", "J"),
 )  # fmt: skip
 """Signals with their units, in the order of `bushing_signal`."""
 
@@ -136,8 +136,8 @@ SIGNALS = (
 class Bushing(Joint):
     """Elastic joint: linear springs and dampers along two axes of the first body and in rotation.
 
-    Signals: dx, dy (deflection of the second body's point along the axes) [m], rotation [rad], fx, fy, force (on the
-    second body) [N], moment (on the second body, about its point) [N m], dx_rate, dy_rate [m/s], rotation_rate [rad/s],
+    Signals: dx, dy (deflection of the second body's point along the axes) [m], angle [rad], fx, fy, force (on the
+    second body) [N], moment (on the second body, about its point) [N m], dx_rate, dy_rate [m/s], omega [rad/s],
     energy (of the springs) [J].
 
     Parameters

@@ -21,7 +21,7 @@ from flexmb.model.contributions import (
     SignalContribution,
 )
 from flexmb.model.law import FrictionLaw
-from flexmb.model.part import Joint
+from flexmb.model.part import Joint, Part
 from flexmb.model.shape import PointShape, Shapes
 
 if TYPE_CHECKING:
@@ -194,7 +194,7 @@ class Prismatic(Guide):
         )
 
 
-def joint_with_coordinate(mechanism: Mechanism, label: str, name: str) -> Revolute | Prismatic:
+def joint_with_coordinate(mechanism: Mechanism, label: str, name: Part | str) -> Revolute | Prismatic:
     """The joint of that name, which has an angle or a travel.
 
     Parameters

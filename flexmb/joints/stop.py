@@ -105,7 +105,7 @@ class Stop(Part):
     Parameters
     ----------
     name : name of the stop.
-    joint : name of a `Revolute` or `Prismatic` joint; None: `first` and `second` are given.
+    joint : a `Revolute` or `Prismatic` joint, or its name; None: `first` and `second` are given.
     first, second : two bodies without a common joint, or `GROUND`.
     at, to : points of the first and the second body in the reference configuration [m]; `to` None: the same point.
     above : largest angle [rad] or travel [m], counted from the reference configuration, >= 0; None: no limit.
@@ -131,6 +131,7 @@ class Stop(Part):
     radius say how the stop yields, N = k radius (angle - above) for a linear law: not for bodies that bend beside it.
     """
 
+    by_name = ("joint",)
     joint: Any = None
     _: KW_ONLY
     first: Any = None
@@ -145,8 +146,6 @@ class Stop(Part):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if isinstance(self.joint, Part):
-            object.__setattr__(self, "joint", self.joint.name)
         self._check_ends()
         checks.positive(self.label, "radius", self.radius, "m")
         if self.along is not None:

@@ -159,6 +159,7 @@ class SpringDamper(Part):
     its force as a load: the work of the load is the actuator's, less what the spring holds more than is counted.
     """
 
+    formerly = (("start", "at"), ("end", "to"))
     first: Part
     second: Part
     at: tuple[float, float]

@@ -86,7 +86,7 @@ class TorsionSpring(Part):
     first, second : the bodies; `GROUND` is the frame.
     stiffness : k [N m/rad], >= 0.
     damping : d [N m s/rad], >= 0.
-    rest_angle : relative rotation without moment [rad], counted from the reference configuration; a motion: its value
+    free_angle : relative rotation without moment [rad], counted from the reference configuration; a motion: its value
         at each time, as of a spring whose far end an actuator turns.
     at : point of the reference configuration [m] whose nodes are connected; None: the main nodes.
 
@@ -100,26 +100,27 @@ class TorsionSpring(Part):
     moment as a load: the work of the load is the actuator's, less what the spring holds more than is counted.
     """
 
+    formerly = (("rest_angle", "free_angle"),)
     first: Part
     second: Part
     _: KW_ONLY
     stiffness: float
     damping: float = 0.0
-    rest_angle: float | Motion = 0.0
+    free_angle: float | Motion = 0.0
     at: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
         checks.not_negative(self.label, "stiffness", self.stiffness, "N m/rad")
         checks.not_negative(self.label, "damping", self.damping, "N m s/rad")
-        check_rest(self.label, "rest_angle", self.rest_angle, "rad")
-        rest_at_start(self.label, "rest_angle", self.rest_angle)
+        check_rest(self.label, "free_angle", self.free_angle, "rad")
+        rest_at_start(self.label, "free_angle", self.free_angle)
         if self.at is not None:
             object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One element on two angles and four signals; with a rest angle that moves two loads more, and no energy."""
-        rest = rest_at_start(self.label, "rest_angle", self.rest_angle)
+        rest = rest_at_start(self.label, "free_angle", self.free_angle)
         coordinates, drawn = [], 0.0
         for part, sign in ((self.first, -1.0), (self.second, 1.0)):
             body = mechanism.body(part.name, self.label)
@@ -137,7 +138,7 @@ class TorsionSpring(Part):
             force=torsion_spring_force,
             account=torsion_spring_account,
         )
-        moving = moving_end(self.name, couple_kernel, pair, self.stiffness, self.rest_angle, rest, ())
+        moving = moving_end(self.name, couple_kernel, pair, self.stiffness, self.free_angle, rest, ())
         signals = signal_contributions(self.name, torsion_spring_signal, SIGNALS, pair, (*p, drawn))
         if moving:
             angle, rate, torque, _ = signals

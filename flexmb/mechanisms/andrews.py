@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexmb.arguments import checked
 from flexmb.bodies.rigid_body import RigidBody
 from flexmb.joints.revolute import Revolute
 from flexmb.loads.spring_damper import SpringDamper
@@ -38,6 +39,7 @@ ta, tb, u, ua, ub, zf, zt, fa = 0.02308, 0.00916, 0.04, 0.01228, 0.00449, 0.02, 
 Point = tuple[float, float]
 
 
+@checked
 def andrews(torque: float = TORQUE) -> Mechanism:
     """Andrews' squeezing mechanism: a motor of constant torque turns K1 against the spring on K3; no gravity.
 
@@ -73,7 +75,7 @@ def andrews(torque: float = TORQUE) -> Mechanism:
         (A, epsilon, (-ub, -ua)),
     ]
     bodies = [
-        RigidBody(f"K{k}", from_frame(at, angle, centre), mass, inertia, angle=angle)
+        RigidBody(f"K{k}", from_frame(at, angle, centre), mass, inertia, theta=angle)
         for k, ((at, angle, centre), mass, inertia) in enumerate(zip(frames, MASSES, INERTIAS, strict=True), start=1)
     ]
     K1, K2, K3, K4, K5, K6, K7 = bodies

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, fields
 from functools import partial
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.beams.section import Rectangle
 from flexmb.bodies.flexible_link import FlexibleLink
 from flexmb.bodies.rigid_link import RigidLink
@@ -88,6 +88,7 @@ class FourBarData:
             )
 
 
+@arguments.checked
 def four_bar(
     speed: float = 340.0 * 2.0 * math.pi / 60.0,
     *,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.beams.section import GeneralSection
 from flexmb.bodies.flexible_link import FlexibleLink
 from flexmb.drives.pulse import Pulse
@@ -62,6 +62,7 @@ class FreeRodData:
                 checks.positive("FreeRodData", name, value)
 
 
+@arguments.checked
 def free_rod(data: FreeRodData | None = None, *, elements: int = 16) -> Mechanism:
     """A free rod of 10 m between (6, 0) and (0, 8), thrown from rest by a force and a moment on its lower end.
 

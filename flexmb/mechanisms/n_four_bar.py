@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.bodies.rigid_link import RigidLink
 from flexmb.joints.revolute import Revolute
 from flexmb.model.mechanism import Mechanism
@@ -12,6 +12,7 @@ STANDARD_GRAVITY = 9.81
 """Acceleration of gravity [m/s^2]."""
 
 
+@arguments.checked
 def n_four_bar(
     windows: int = 2, *, length: float = 1.0, mass: float = 1.0, speed: float = 1.0, gravity: float = STANDARD_GRAVITY
 ) -> Mechanism:

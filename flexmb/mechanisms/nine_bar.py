@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.bodies.flexible_frame import FlexibleFrame
 from flexmb.bodies.flexible_link import FlexibleLink
 from flexmb.bodies.rigid_body import RigidBody
@@ -26,6 +26,7 @@ SLIDER_SIZE = (0.060, 0.036)
 """Width and height of the slider in pictures [m]."""
 
 
+@arguments.checked
 def nine_bar(
     speed: float = 2.0 * math.pi,
     *,

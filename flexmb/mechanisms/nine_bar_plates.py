@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.errors import InputError
 from flexmb.mechanisms.geometry import Point
 from flexmb.mechanisms.nine_bar_data import NineBarData
@@ -36,6 +36,7 @@ WIDEST_HOLE = 0.8
 """Largest radius of a hole over that of its eye [1]."""
 
 
+@arguments.checked
 def nine_bar_plates(
     mechanism: Mechanism, data: NineBarData | None = None, size: float = 0.0125
 ) -> dict[str, PlaneBody]:

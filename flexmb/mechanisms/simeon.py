@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.beams.section import Rectangle
 from flexmb.bodies.flexible_link import FlexibleLink
 from flexmb.bodies.rigid_body import RigidBody
@@ -82,6 +82,7 @@ class SimeonData:
         return self.density * self.side**2 * self.rod
 
 
+@arguments.checked
 def simeon(
     data: SimeonData | None = None, *, elements: int = 8, stretched: bool = True, waving: bool = True
 ) -> Mechanism:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.beams.section import Rectangle
 from flexmb.bodies.flexible_link import FlexibleLink
 from flexmb.bodies.rigid_body import RigidBody
@@ -97,6 +97,7 @@ class SliderCrankData:
         return math.sqrt(self.rod_mass / (self.density * self.rod))
 
 
+@arguments.checked
 def slider_crank(
     speed: float = 5000.0 * 2.0 * math.pi / 60.0,
     *,

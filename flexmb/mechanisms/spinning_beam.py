@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.beams.section import GeneralSection
 from flexmb.bodies.flexible_link import FlexibleLink
 from flexmb.drives.ramp import CycloidalRamp
@@ -63,6 +63,7 @@ WU_HAUG = SpinningBeamData(
 Int. J. Numerical Methods in Engineering 26 (1988) 2211-2226."""
 
 
+@arguments.checked
 def spinning_beam(data: SpinningBeamData | None = None, *, elements: int = 8) -> Mechanism:
     """A straight beam along +X, clamped to a hub at the origin that is spun up from rest by a `CycloidalRamp`.
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields
 from numbers import Real
 from typing import Any, ClassVar
 
-from flexmb import checks, kernels
+from flexmb import arguments, checks, kernels
 from flexmb.display.shown import Shown
 from flexmb.errors import KernelError
 
@@ -35,7 +35,7 @@ def number_fields(owner: Any, skip: tuple[str, ...] = ()) -> tuple[float, ...]:
 
 
 @dataclass(frozen=True)
-class Law(checks.Checked, Shown, ABC):
+class Law(arguments.Checked, Shown, ABC):
     """Base of all laws: a kernel, its parameters, the start values of its history."""
 
     kernel: ClassVar[kernels.Kernel]
@@ -87,6 +87,7 @@ class FrictionLaw(Law):
     """Base of friction laws; the kernel returns the force T on the second body along the slip direction."""
 
     contract = kernels.FRICTION
+    formerly = (("mu", "coefficient"),)
 
 
 @dataclass(frozen=True)

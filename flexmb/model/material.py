@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.display.shown import Shown
 from flexmb.errors import InputError
 
 
 @dataclass(frozen=True)
-class Material(checks.Checked, Shown):
+class Material(arguments.Checked, Shown):
     """Linear elastic, isotropic material.
 
     Parameters

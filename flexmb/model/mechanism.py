@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass, replace
+from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.errors import FlexmbError, InputError, ModelError
 from flexmb.model.contributions import (
     ConstraintContribution,
@@ -22,11 +23,15 @@ from flexmb.model.contributions import (
 )
 from flexmb.model.controller import Controller
 from flexmb.model.mechanism_text import mechanism_html, mechanism_text
-from flexmb.model.part import GROUND, Body, Joint, Part, declared_state
+from flexmb.model.part import GROUND, Body, Joint, Part, declared_state, name_of
 from flexmb.model.shape import Shapes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+RESERVED = {GROUND.name: "the ground, which is there already: fm.GROUND", "energy": "the signals of the energies"}
+"""Names that no part may have, with their owners."""
 
 
 class UnknownPartError(ModelError, KeyError):
@@ -38,7 +43,7 @@ class UnknownPartError(ModelError, KeyError):
 
 
 @dataclass(frozen=True, repr=False)
-class Mechanism:
+class Mechanism(metaclass=arguments.CheckedType):
     """A planar mechanism: parts with unique names, in a reference configuration.
 
     `mech["crank"]` is a part, `"crank" in mech` tells whether there is one; names are iterated over.
@@ -57,7 +62,7 @@ class Mechanism:
     """
 
     name: str
-    parts: tuple[Part, ...]
+    parts: Sequence[Part]
     gravity: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
@@ -82,8 +87,8 @@ class Mechanism:
         for part in self.parts:
             if not isinstance(part, Part):
                 raise InputError(f"{self.label}: {part!r} is not a part.")
-            if part.name in seen or part.name in (GROUND.name, "energy"):
-                other = f"{seen[part.name].label}" if part.name in seen else "a reserved name"
+            if part.name in seen or part.name in RESERVED:
+                other = f"{seen[part.name].label}" if part.name in seen else RESERVED[part.name]
                 yield ModelError(
                     f"{self.label} has two parts named {part.name!r}: {part.label} and {other}. Rename one."
                 )
@@ -161,7 +166,7 @@ class Mechanism:
     def __getstate__(self) -> dict[str, Any]:
         return declared_state(self)
 
-    def __getitem__(self, name: str) -> Part:
+    def __getitem__(self, name: Part | str) -> Part:
         """The part of that name, or `UnknownPartError` with the nearest name."""
         return self.find(name)
 
@@ -180,8 +185,9 @@ class Mechanism:
     def _repr_html_(self) -> str:
         return mechanism_html(self)
 
-    def find(self, name: str) -> Part:
-        """The part of that name, or `ModelError` with the nearest name."""
+    def find(self, name: Part | str) -> Part:
+        """The part of that name, or `ModelError` with the nearest name; a part stands for its name."""
+        name = name_of(name)
         part = self._by_name.get(name)
         if part is not None:
             return part
@@ -204,7 +210,7 @@ class Mechanism:
             return replace(self, parts=tuple(part if p.name == part.name else p for p in self.parts))
         return replace(self, parts=(*self.parts, part))
 
-    def without_part(self, name: str) -> Mechanism:
+    def without_part(self, name: Part | str) -> Mechanism:
         """The mechanism without the part of that name."""
         gone = self.find(name)
         return replace(self, parts=tuple(p for p in self.parts if p is not gone))
@@ -251,8 +257,8 @@ class Mechanism:
             if "." in path:
                 nested.append((name, path, value, f"{self.label}: {key!r}"))
             else:
-                require_field(f"{self.label}: {key!r}", path, parts[name])
-                own.setdefault(name, {})[path] = value
+                field = require_field(f"{self.label}: {key!r}", path, parts[name])
+                own.setdefault(name, {})[field] = value
         parts |= {name: replace(parts[name], **values) for name, values in own.items()}
         for name, path, value, label in nested:
             parts[name] = _with_field(parts[name], path, value, label)
@@ -349,8 +355,8 @@ def changeable(owner: Any) -> list[str]:
 
 def require_field(label: str, name: str, owner: Any) -> str:
     """`name` if it is a field of a part, or of a record in it, that may be changed, else `InputError` with a hint."""
-    known = changeable(owner)
-    if name == "clearance" and isinstance(owner, Joint) and name not in known:
+    known, name = changeable(owner), arguments.present_name(type(owner), name)
+    if isinstance(owner, Joint) and "clearance" not in known and get_close_matches(name, ["clearance"]):
         text = f"{label}: {owner.label} has no clearance"
         raise InputError(
             f"{text}. Give the mechanism a joint with clearance of the same name, e.g. RevoluteClearance(...); a ready "
@@ -362,7 +368,7 @@ def require_field(label: str, name: str, owner: Any) -> str:
 def _with_field(owner: Any, path: str, value: Any, label: str) -> Any:
     """`owner` with the field at a dotted path replaced."""
     name, _, rest = path.partition(".")
-    require_field(label, name, owner)
+    name = require_field(label, name, owner)
     if not rest:
         return replace(owner, **{name: value})
     inner = getattr(owner, name)

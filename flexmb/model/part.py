@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from flexmb import checks, kernels
+from flexmb import arguments, checks, kernels
 from flexmb.display.shown import Shown
 from flexmb.errors import InputError, ModelError
 from flexmb.model.contributions import (
@@ -32,6 +32,11 @@ if TYPE_CHECKING:
 Triple = tuple[float, float, float]
 
 
+def name_of(part: Part | str) -> str:
+    """Name of a part, given by itself or by its name; another object as it is."""
+    return part.name if isinstance(part, Part) else part
+
+
 def declared_state(value: Any) -> dict[str, Any]:
     """State for pickling: the declared fields alone."""
     kind = type(value)
@@ -39,7 +44,7 @@ def declared_state(value: Any) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class Part(checks.Checked, Shown, ABC):
+class Part(arguments.Checked, Shown, ABC):
     """Base of all parts of a mechanism.
 
     Parameters
@@ -48,13 +53,22 @@ class Part(checks.Checked, Shown, ABC):
     """
 
     name: str
+    by_name: ClassVar[tuple[str, ...]] = ()
+    """Fields that hold names of parts, and take the parts themselves as well."""
 
     def __post_init__(self) -> None:
         checks.identifier(type(self).__name__, self.name)
+        for field in self.by_name:
+            given = getattr(self, field)
+            names = tuple(map(name_of, given)) if isinstance(given, list | tuple) else name_of(given)
+            if not isinstance(names, str | tuple) and getattr(type(self), field, "") is not None:
+                raise InputError(f"{self.label}: {field} is {given!r}; it must be a {field} or its name.")
+            object.__setattr__(self, field, names)
         checks.number_fields(self, self.label)
         for name, declared in checks.declared_fields(type(self)):
             if declared == "Part" and not isinstance(value := getattr(self, name), Part):
-                raise InputError(f"{self.label}: {name} is {value!r}; it must be a body or GROUND.")
+                hint = " Give the part itself, not its name." if isinstance(value, str) else ""
+                raise InputError(f"{self.label}: {name} is {value!r}; it must be a body or GROUND.{hint}")
 
     @property
     def label(self) -> str:

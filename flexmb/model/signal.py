@@ -8,7 +8,11 @@ from functools import cached_property
 from typing import Any
 
 from flexmb import checks
+from flexmb.arguments import warn_of_former
 from flexmb.errors import InputError
+
+FORMER = {"rotation": "angle", "rotation_rate": "omega", "angle": "theta"}
+"""Former names of signals of bushings and markers, with the present ones; taken for one version."""
 
 MOST_COMPARED_NAMES = 2000
 """Number of names at most that are compared with an unknown one."""
@@ -103,7 +107,19 @@ def resolved(name: str, signals: Signals, aliases: Mapping[str, str]) -> str:
             return aliases[prefix] + name[len(prefix) :]
         if "." in prefix and prefix in aliases:  # "rod.end.*" is a node, "rod.*" all of the part
             return aliases[prefix] + name[len(prefix) :]
-    return name
+    return _former(name, signals)
+
+
+def _former(name: str, signals: Signals) -> str:
+    """The present signal of a former name, with a warning; in a file of before the former one; else `name`."""
+    owner, _, last = name.rpartition(".")
+    now = f"{owner}.{FORMER.get(last)}"
+    if now in signals.places:
+        warn_of_former("Signals", name, now)
+        return now
+    return next(
+        (old for old in (f"{owner}.{k}" for k, v in FORMER.items() if v == last) if old in signals.places), name
+    )
 
 
 def hint(name: str, signals: Signals, aliases: Mapping[str, str]) -> str:

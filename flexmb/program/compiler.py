@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from flexmb.arguments import checked
 from flexmb.errors import InputError, ModelError
 from flexmb.model.contributions import Contributions, ControlContribution, RowMotion, node_coordinates
 from flexmb.model.law import Motion
@@ -23,6 +24,7 @@ from flexmb.program.signals import aliases
 from flexmb.program.structure import numbers_of, structure_of
 
 
+@checked
 def compile(
     mechanism: Mechanism,
     *,

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.reports.chaos_page import write_chaos
@@ -23,6 +23,7 @@ MOST_FRAMES = 1000
 ENDINGS = {".html", ".htm"}
 
 
+@arguments.checked
 def report(
     result: Solution | xr.Dataset,
     path: str | Path,

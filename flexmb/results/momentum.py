@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.display.text import counted
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
@@ -42,7 +43,8 @@ class Momentum:
         return f"Momentum of {self.mass:.6g} kg at {counted(len(self.time), 'instant')}{span}"
 
 
-def momentum(mechanism: Mechanism, solution: Solution, bodies: tuple[str, ...] | None = None) -> Momentum:
+@arguments.checked
+def momentum(mechanism: Mechanism, solution: Solution, bodies: Sequence[str] | None = None) -> Momentum:
     """Centre of mass, linear and angular momentum of bodies at the saved instants of a solution.
 
     Parameters

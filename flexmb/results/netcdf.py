@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from flexmb.arguments import checked
 from flexmb.errors import FileFormatError, InputError
 from flexmb.jobs.files import folder_made, is_whole, netcdf_image, write_sealed
 from flexmb.model import shape
@@ -72,6 +73,7 @@ def save(sol: Solution, path: str | Path) -> Path:
     return target
 
 
+@checked
 def load(path: str | Path) -> Solution:
     """Read a solution that `Solution.to_netcdf` wrote.
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb.errors import InputError
+from flexmb.model.part import Part, name_of
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.model.signal import Signals, hint, resolved
 from flexmb.results.contact_intervals import ContactLog, Episodes, select
@@ -254,20 +255,20 @@ class Solution:
 
         return fatigue(self, body, woehler, point=point, mechanism=mechanism)
 
-    def episodes(self, name: str | None = None) -> Episodes:
+    def episodes(self, name: Part | str | None = None) -> Episodes:
         """The episodes of contact of a joint, of one of its contacts, or (None) of all, in the order of their starts.
 
         All that ended since saving began, whatever was saved, and those that were running when the run ended.
 
         Parameters
         ----------
-        name : a joint, e.g. "P1" or "G", or one of several contacts of a joint, e.g. "G.upper_front".
+        name : a joint or its name, e.g. "P1" or "G", or one of several contacts of a joint, e.g. "G.upper_front".
 
         Raises
         ------
         UnknownContactError : a name that is no contact.
         """
-        return select(self.contacts, self.name, name)
+        return select(self.contacts, self.name, None if name is None else name_of(name))
 
     def to_netcdf(self, path: str | Path) -> Path:
         """Write everything to the file `path`, whose folder is made; `flexmb.load` reads it back bit for bit."""
@@ -317,7 +318,7 @@ class Solution:
         if place is None:
             text = f"Solution of {self.name!r} has no signal {name!r}. {hint(str(name), self.signals, self.aliases)}"
             if SAVED_KEY in self.model:
-                text += f" Of all signals were saved those of simulate(..., signals={self.model[SAVED_KEY]!r})."
+                text += f" Saved were only those of simulate(..., signals={self.model[SAVED_KEY]!r}); add it there."
             raise UnknownSignalError(text)
         return place
 

@@ -12,7 +12,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.errors import InputError
 
 if TYPE_CHECKING:
@@ -61,6 +61,7 @@ class Frames:
     meshes: tuple[tuple[str, np.ndarray, int], ...]  # of each mesh: kind of meshio, points of cells, number of the part
 
 
+@arguments.checked
 def write_vtk(sol: Solution, path: str | Path, frames: int | None = None, *, points_per_element: int = 8) -> Path:
     """Write the motion as a ParaView collection: `path` (.pvd), and beside it a folder with one .vtu file a frame.
 

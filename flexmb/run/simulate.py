@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.compiled import ahead
 from flexmb.compiled.notice import notice
 from flexmb.equilibrium.found import Equilibrium
@@ -44,6 +44,7 @@ SHORTEST_RUN = 1e-100
 """Shortest run [s]."""
 
 
+@arguments.checked
 @np.errstate(all="ignore")  # numbers that are not finite end as errors or statuses
 def simulate(
     mechanism: Mechanism,

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.compiled import ahead
 from flexmb.errors import InputError, SolveError
 from flexmb.model.mechanism import Mechanism
@@ -87,6 +87,7 @@ class StepState(Mapping[str, float]):
         return f"State of {self._owner!r} at t = {self.t:.6g} s, after a step of {self.h:.3g} s"
 
 
+@arguments.checked
 def steps(
     mechanism: Mechanism,
     *,

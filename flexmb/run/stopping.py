@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.errors import InputError
 from flexmb.model.signal import hint, resolved
 from flexmb.program.program import Names
@@ -51,6 +51,7 @@ class Condition:
     is_fault: bool = False
 
 
+@arguments.checked
 def when(
     signal: str,
     *,

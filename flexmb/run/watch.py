@@ -11,7 +11,7 @@ from flexmb.bodies.flexible import beam_elements
 from flexmb.bodies.flexible_body import FlexibleBody
 from flexmb.couplings.gear import Gear
 from flexmb.doctor.cheap import cheap_findings
-from flexmb.doctor.finding import ERROR
+from flexmb.doctor.finding import ERROR, NOTHING_MOVES, WHAT_MOVES
 from flexmb.joints.revolute import Revolute
 from flexmb.joints.stop import Stop
 from flexmb.model.mechanism import Mechanism
@@ -128,9 +128,15 @@ def watched(mechanism: Mechanism, seen: Seen) -> Watched:
         (faults if wrong else notes).append(text)
     notes += [text for part in mechanism.parts for text in part.remarks(mechanism, seen.motion)]
     notes += strength_remarks(mechanism, seen.motion.signals, seen.reported)
-    notes += basis_remarks(mechanism, seen)
+    notes += [*_nothing_moved(mechanism, seen), *basis_remarks(mechanism, seen)]
     notes += load_remarks(mechanism)
     return Watched(tuple(faults), tuple(notes))
+
+
+def _nothing_moved(mechanism: Mechanism, seen: Seen) -> Iterator[str]:
+    """A remark on a run without gravity in which no body ever moved."""
+    if seen.motion.peak("energy.kinetic")[0] == 0.0 and mechanism.bodies and not any(mechanism.gravity):
+        yield f"{NOTHING_MOVES} {WHAT_MOVES}"
 
 
 def _penetrations(mechanism: Mechanism, seen: Seen) -> Iterator[tuple[bool, str]]:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
 
 SIGNALS = (
-    ("x", "m"), ("y", "m"), ("vx", "m/s"), ("vy", "m/s"), ("ax", "m/s2"), ("ay", "m/s2"), ("angle", "rad"),
+    ("x", "m"), ("y", "m"), ("vx", "m/s"), ("vy", "m/s"), ("ax", "m/s2"), ("ay", "m/s2"), ("theta", "rad"),
     ("omega", "rad/s"),
 )  # fmt: skip
 """Signals of a marker with their units, in the order of `marker_kernel`."""
@@ -25,7 +25,7 @@ SIGNALS = (
 
 @signal_kernel
 def marker_kernel(p, t, q, v, a):
-    """Position, velocity, acceleration, angle or angular velocity of a point of a node; p: offset, number of signal."""
+    """Position, velocity, acceleration, rotation or angular velocity of a point of a node; p: offset, number."""
     sx, sy, number = p
     if number >= 6.0:
         return q[2] if number == 6.0 else v[2]
@@ -45,7 +45,7 @@ class Marker(Part):
 
     A marker may stand in place of a point: `Force("load", body, at=marker, ...)`.
 
-    Signals: x, y [m], vx, vy [m/s], ax, ay [m/s2], angle [rad] and omega [rad/s] of the body there, in world axes.
+    Signals: x, y [m], vx, vy [m/s], ax, ay [m/s2], theta [rad] and omega [rad/s] of the body there, in world axes.
 
     Parameters
     ----------

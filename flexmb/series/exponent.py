@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.series.embedding import Embedding, embed, embedding
 from flexmb.series.neighbours import typical_log_distance
 from flexmb.series.samples import is_constant, mean_period, samples, spacing, standardised
@@ -30,7 +30,7 @@ LEAST_RISE = 1.0
 
 
 @dataclass(frozen=True, eq=False)
-class SeriesExponent:
+class SeriesExponent(arguments.Checked):
     """The largest exponent of a system, estimated from one of its signals.
 
     Parameters
@@ -38,7 +38,7 @@ class SeriesExponent:
     value : exponent [unit]; NaN without a value, for the reason in `status`.
     error : half width of the error band [unit]: twice the scatter over parts of the record and over the halves of the
         straight part, the change with one dimension more, and 5 % for the finite distance of neighbours.
-    unit : "1/s" or "1/iteration".
+    units : "1/s" or "1/iteration".
     ok : whether there is a value; False for constant, periodic, quasi-periodic and random signals.
     status : result in a sentence.
     method : "wolf", "rosenstein" or "kantz".
@@ -50,9 +50,10 @@ class SeriesExponent:
         running estimate [unit].
     """
 
+    formerly = (("unit", "units"),)
     value: float
     error: float
-    unit: str
+    units: str
     ok: bool
     status: str
     method: str

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from flexmb import arguments
 from flexmb.series.samples import is_constant, samples, spacing
 
 LOBE = 4
@@ -23,7 +24,7 @@ LINES, BROAD = 0.99, 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class PowerSpectrum:
+class PowerSpectrum(arguments.Checked):
     """The power spectrum of a signal.
 
     Parameters
@@ -35,9 +36,10 @@ class PowerSpectrum:
     power : mean square of each line [unit of the signal squared].
     line_share : fraction of the power in lines.
     kind : "lines" (99 % of the power in lines), "mixed", "broad" (less than half) or "constant".
-    unit : "Hz" or "1/iteration".
+    units : "Hz" or "1/iteration".
     """
 
+    formerly = (("unit", "units"),)
     frequency: np.ndarray = field(repr=False)
     density: np.ndarray = field(repr=False)
     floor: np.ndarray = field(repr=False)
@@ -45,7 +47,7 @@ class PowerSpectrum:
     power: np.ndarray
     line_share: float
     kind: str
-    unit: str
+    units: str
 
 
 def power_spectrum(signal: Any, interval: Any = None) -> PowerSpectrum:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.errors import AssemblyError
 from flexmb.linalg.dense_or_sparse import bordered_solution, plain
 from flexmb.model.mechanism import Mechanism
@@ -56,6 +56,7 @@ class Pose:
         return float(self.q[self.names.index(f"{self.aliases.get(stem, stem)}.{axis}")])
 
 
+@arguments.checked
 def assemble(mechanism: Mechanism, drives: Mapping[str, float] | None = None) -> Pose:
     """Close all joints from the reference configuration, with ideal joints for contacts and rigid bodies.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from flexmb import arguments
 from flexmb.errors import InputError
 from flexmb.program.program import Program
 from flexmb.step.step_size import LARGEST_STEPS, SMOOTH_STEPS, Adaptive, FixedStep
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Method:
+class Method(metaclass=arguments.CheckedType):
     """Base of `Newmark`, `RungeKutta4`, `Staggered` and `RadauIIA`.
 
     A further method derives from this class and returns its `Stepper` in `stepper`.  Class variables:

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Self
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.errors import InputError
 
 RTOL = 1e-4
@@ -28,7 +28,7 @@ of 2e-6 in the balance of energies.
 
 
 @dataclass(frozen=True)
-class FixedStep:
+class FixedStep(arguments.Checked):
     """Fixed steps.
 
     Parameters
@@ -47,7 +47,7 @@ class FixedStep:
 
 
 @dataclass(frozen=True)
-class Adaptive(checks.Checked):
+class Adaptive(arguments.Checked):
     """Steps chosen by an estimate of the local error, which end at contact events.
 
     Parameters

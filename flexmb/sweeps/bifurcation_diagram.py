@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import checks
+from flexmb.arguments import checked, require_arguments
 from flexmb.docstrings import unit_of
 from flexmb.dynamics.exponents.exponents import FEWEST
 from flexmb.dynamics.systems.dynamics import Dynamics
@@ -47,6 +47,7 @@ RESERVED = ("period", "direction", "signal", "units", "status", "ok", POINTS, ST
 """Names in the store that no parameter and no signal may have."""
 
 
+@checked
 def bifurcation(
     make: Make,
     parameter: str,
@@ -270,11 +271,7 @@ def _check(family: Family, direction: str, chunks: int, count: int) -> None:
         raise InputError(
             f"{text}; it must be a function that returns a Mechanism, a Mechanism or a system such as Map."
         )
-    try:
-        inspect.signature(make).bind(**{**family.fixed, family.parameter: None})
-    except TypeError as error:
-        text = f"{label}: {label_of(make)} cannot be called with {', '.join([*family.fixed, family.parameter])}"
-        raise InputError(f"{text} ({error}). Change parameter or fixed.") from error
+    require_arguments(f"{label}: {label_of(make)}", make, [*family.fixed, family.parameter])
 
 
 def first_of(family: Family, values: Sequence[float]) -> Dynamics:

@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from flexmb import checks
+from flexmb.arguments import checked, require_arguments
 from flexmb.docstrings import unit_of
 from flexmb.errors import InputError
 from flexmb.jobs.attempt import Attempt, Outcome, failure
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+@checked
 def sweep(
     function: Callable[..., Any],
     over: Mapping[str, Sequence[Any]] | Sequence[Mapping[str, Any]],
@@ -91,6 +93,7 @@ def sweep(
     varied_and_fixed = [name for name in points.values if name in fixed_values]
     if varied_and_fixed:
         raise InputError(f"{label}: {varied_and_fixed[0]!r} is varied and fixed. Take it out of one of them.")
+    require_arguments(label, function, [*points.values, *fixed_values])
     bound = partial(function, **fixed_values) if fixed_values else function
     require_executor(label, executor)
     require_picklable(label, executor, bound, f"{label_of(function)} with what is given to it")

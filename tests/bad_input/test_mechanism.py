@@ -41,8 +41,16 @@ REFUSED = [
         ModelError,
         "Mechanism 'm' has two parts named 'crank': Revolute 'crank' and RigidLink 'crank'. Rename one.",
     ),
-    (lambda: of(fm.RigidBody("energy", O, 1.0, 1.0)), ModelError, "RigidBody 'energy' and a reserved name. Rename"),
-    (lambda: of(fm.RigidBody("ground", O, 1.0, 1.0)), ModelError, "RigidBody 'ground' and a reserved name. Rename"),
+    (
+        lambda: of(fm.RigidBody("energy", O, 1.0, 1.0)),
+        ModelError,
+        "RigidBody 'energy' and the signals of the energies. Rename",
+    ),
+    (
+        lambda: of(fm.RigidBody("ground", O, 1.0, 1.0)),
+        ModelError,
+        "RigidBody 'ground' and the ground, which is there already: fm.GROUND. Rename",
+    ),
     (
         lambda: of(CRANK, fm.RigidBody("art", B, 1.0, 1.0), fm.Revolute("A", CRANK, ARM, at=A)),
         ModelError,

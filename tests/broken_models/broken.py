@@ -507,6 +507,17 @@ CASES: dict[str, Case] = {
     "a small jump": (lambda: slider_crank(motion=Jumping(0.004)), {"jumping-drive": {"motor"}}),
     "a table that overshoots": (lambda: slider_crank(motion=WAVE), {"overshooting-table": {"motor"}}),
     "a motion that ends": (lambda: slider_crank(motion=NotFinite(1.0)), {"broken-kernel": {"motor"}}),
+    # speeds, angles, gravity
+    "5000 rpm as rad/s": (lambda: slider_crank(motion=fm.ConstantSpeed(5000.0)), {"odd-units": {"motor"}}),
+    "a swing of 30 degrees as rad": (
+        lambda: slider_crank(motion=fm.drives.Harmonic(30.0, 2.0)), {"odd-units": {"motor"}},
+    ),
+    "a stop at 60 degrees as rad": (
+        lambda: pendulum().with_part(fm.Stop("end", joint="O", above=60.0, normal=fm.KelvinVoigt(1e4, 1.0, 1e-4))),
+        {"odd-units": {"end"}},
+    ),
+    "gravity upwards": (lambda: replace(pendulum(), gravity=(0.0, 9.81)), {"upward-gravity": set()}),
+    "a pendulum without gravity": (lambda: replace(pendulum(), gravity=(0.0, 0.0)), {"nothing-moves": set()}),
     # laws
     "a normal law that pulls at a distance": (lambda: worn("A", normal=Pulling(1e6)), {"pulling-contact": {"A"}}),
     "a normal law that sticks": (lambda: worn("A", normal=Sticky(1e6, 1e4)), {"pulling-contact": {"A"}}),

@@ -34,7 +34,7 @@ def valve(face=FACE, *, speed=40.0, curve=DISC, start=R, angle=0.0, shift=(0.0, 
         face = fm.cams.Circle(moved(*face.centre), face.radius)
     if angle or shift != (0.0, 0.0):
         curve = fm.ClosedCurve([moved(*p) for p in curve.points])
-    cam = fm.RigidBody("cam", at=shift, mass=0.5, inertia=1e-3, angle=angle)
+    cam = fm.RigidBody("cam", at=shift, mass=0.5, inertia=1e-3, theta=angle)
     follower = fm.RigidBody("follower", at=moved(0.0, start), mass=M, inertia=1e-4)
     return fm.Mechanism("valve", [
         cam, follower,
@@ -85,7 +85,7 @@ def test_an_arm_on_a_disc_is_a_four_bar():
 
     def machine(make):
         cam = fm.RigidBody("cam", at=(0.0, 0.0), mass=0.5, inertia=1e-3)
-        arm = fm.RigidBody("arm", at=(0.08, 0.02), mass=0.4, inertia=1e-3, angle=0.5)
+        arm = fm.RigidBody("arm", at=(0.08, 0.02), mass=0.4, inertia=1e-3, theta=0.5)
         return fm.Mechanism("arm", [
             cam, arm, fm.Revolute("O", fm.GROUND, cam, at=(0.0, 0.0)), fm.Revolute("P", fm.GROUND, arm, at=pivot),
             make(cam, arm), fm.Drive("motor", "O", fm.ConstantSpeed(7.0)),
@@ -271,7 +271,7 @@ NORMAL = fm.LankaraniNikravesh(stiffness=2e9, restitution=0.85)
 def pair(shape, **given):
     """Two bodies with an egg and another shape."""
     one = fm.RigidLink("one", (0.0, 0.0), (0.1, 0.17), mass=0.4, inertia=2e-3, centre=0.4)
-    other = fm.RigidBody("other", at=(0.3, 0.2), mass=0.8, inertia=8e-3, angle=0.3)
+    other = fm.RigidBody("other", at=(0.3, 0.2), mass=0.8, inertia=8e-3, theta=0.3)
     if shape == "point":
         part = fm.cams.PointOnCurve("pair", one, EGG, other, (0.133, 0.05), **given)
     else:

@@ -25,7 +25,7 @@ def moved(points, at, angle):
 def pair(at, points=PAWL[0], bulges=PAWL[1], shape=SHAPE, **given):
     """A link with a hollow outline and a body with a pawl of a straight, a round and a hollow side."""
     one = fm.RigidLink("one", (0.0, 0.0), (0.1, 0.17), mass=0.4, inertia=2e-3, centre=0.4)
-    other = fm.RigidBody("other", at=(0.3, 0.2), mass=0.8, inertia=8e-3, angle=0.3)
+    other = fm.RigidBody("other", at=(0.3, 0.2), mass=0.8, inertia=8e-3, theta=0.3)
     own = fm.cams.Outline(moved(points, at, 0.3), bulges)
     laws = {"normal": LAW, "friction": fm.ModifiedCoulomb(0.2, v0=1e-4, v1=1e-2)} | given
     return fm.Mechanism("pair", [one, other, fm.cams.OutlineOnOutline("pair", one, shape, other, own, **laws)])
@@ -103,7 +103,7 @@ def stadium(half, radius, centre, angle=0.0):
 def test_one_contact_carries_along_lines_and_arcs(swapped):
     """A semicircle slides from the straight side of another stadium over its semicircle, 1e-5 m deep all along."""
     one = fm.RigidBody("one", at=(0.0, 0.0), mass=1.0, inertia=1.0)
-    two = fm.RigidBody("two", at=(0.0, 0.3), mass=1.0, inertia=1.0, angle=0.5 * math.pi)
+    two = fm.RigidBody("two", at=(0.0, 0.3), mass=1.0, inertia=1.0, theta=0.5 * math.pi)
     outlines = stadium(0.1, 0.05, (0.0, 0.0)), stadium(0.06, 0.02, (0.0, 0.3), 0.5 * math.pi)
     ends = (two, outlines[1], one, outlines[0]) if swapped else (one, outlines[0], two, outlines[1])
     mech = fm.Mechanism("pair", [one, two, fm.cams.OutlineOnOutline("pair", *ends, normal=LAW)])
@@ -141,7 +141,7 @@ def test_a_block_on_an_inclined_plane(angle):
     plane = fm.cams.Outline(moved(((-1.0, -0.2), (1.0, -0.2), (1.0, 0.0), (-1.0, 0.0)), (0.0, 0.0), angle))
     own = fm.cams.Outline(moved(((-half, 0.0), (half, 0.0), (half, height), (-half, height)), (0.0, 0.0), angle))
     at = moved([(0.0, 0.5 * height)], (0.0, 0.0), angle)[0]
-    block = fm.RigidBody("block", at=at, mass=mass, inertia=2e-3, angle=angle)
+    block = fm.RigidBody("block", at=at, mass=mass, inertia=2e-3, theta=angle)
     rubbing = fm.ModifiedCoulomb(MU, v0=1e-7, v1=1e-5)
     contact = fm.cams.OutlineOnOutline("plane", fm.GROUND, plane, block, own, normal=LAW, friction=rubbing)
     sol = fm.simulate(fm.Mechanism("incline", [block, contact], gravity=(0.0, -g)), t_end=0.3)
@@ -180,7 +180,7 @@ def ratchet(speed):
             "teeth", wheel, fm.cams.Outline(points), pawl, lever, normal=law,
             friction=fm.ModifiedCoulomb(0.1, 1e-4, 1e-3),
         ),
-        fm.TorsionSpring("spring", fm.GROUND, pawl, stiffness=0.5, damping=1e-3, rest_angle=-0.3),
+        fm.TorsionSpring("spring", fm.GROUND, pawl, stiffness=0.5, damping=1e-3, free_angle=-0.3),
         fm.Torque("load", wheel, 0.2), fm.TorsionSpring("oil", fm.GROUND, wheel, stiffness=0.0, damping=2e-3),
     ])  # fmt: skip
 

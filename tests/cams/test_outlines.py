@@ -19,7 +19,7 @@ SHAPE = fm.cams.Outline(
 def pair(centre, radius=0.02, outline=SHAPE):
     """A link with an outline and a body with a circle."""
     one = fm.RigidLink("one", (0.0, 0.0), (0.1, 0.17), mass=0.4, inertia=2e-3, centre=0.4)
-    other = fm.RigidBody("other", at=(0.3, 0.2), mass=0.8, inertia=8e-3, angle=0.3)
+    other = fm.RigidBody("other", at=(0.3, 0.2), mass=0.8, inertia=8e-3, theta=0.3)
     rubbing = fm.ModifiedCoulomb(0.2, v0=1e-4, v1=1e-2)
     circle = fm.cams.Circle(centre, radius)
     contact = fm.cams.OutlineContact("pair", one, outline, other, circle, normal=NORMAL, friction=rubbing)
@@ -226,7 +226,7 @@ def test_a_ratchet_turns_one_way(torque, runs):
         wheel, pawl,
         fm.Revolute("O", fm.GROUND, wheel, at=(0.0, 0.0)), fm.Revolute("P", fm.GROUND, pawl, at=(0.06, 0.0545)),
         fm.cams.OutlineContact("tip", wheel, fm.cams.Outline(points), pawl, fm.cams.Circle(tip, 0.002), normal=law),
-        fm.TorsionSpring("spring", fm.GROUND, pawl, stiffness=1.0, damping=2e-3, rest_angle=0.3),
+        fm.TorsionSpring("spring", fm.GROUND, pawl, stiffness=1.0, damping=2e-3, free_angle=0.3),
         fm.Torque("load", wheel, torque), fm.TorsionSpring("oil", fm.GROUND, wheel, stiffness=0.0, damping=0.02),
     ]), t_end=0.5)  # fmt: skip
     assert sol.ok, sol.status

@@ -64,7 +64,7 @@ def chain(p, t, u, x, dx, y):
 
 
 def servo(law=copy, **changes):
-    given = {"inputs": ["tip.angle"], "loads": ["actuator"], "law": law, **changes}
+    given = {"inputs": ["tip.theta"], "loads": ["actuator"], "law": law, **changes}
     return fm.Control("servo", **given)
 
 
@@ -93,11 +93,11 @@ def test_four_states_are_filters_in_a_row():
 
 def test_controllers_of_the_same_law_with_other_numbers_share_a_structure():
     """A sweep changes numbers of a controller; each run has its own."""
-    model = arm(fm.PID("servo", "tip.angle", "actuator", target=1.0, kp=20.0, kd=3.0, rate="tip.omega"))
+    model = arm(fm.PID("servo", "tip.theta", "actuator", target=1.0, kp=20.0, kd=3.0, rate="tip.omega"))
     for kp in (20.0, 40.0):
         sol = fm.simulate(model.with_({"servo.kp": kp, "gravity": (0.0, 0.0)}), t_end=4.0)
         assert float(sol["servo.output"][0]) == pytest.approx(kp, rel=1e-12)
-        assert float(sol["tip.angle"][-1]) == pytest.approx(1.0, abs=1e-6)
+        assert float(sol["tip.theta"][-1]) == pytest.approx(1.0, abs=1e-6)
 
 
 def test_an_input_without_acceleration_reads_every_signal_of_the_state():
@@ -105,7 +105,7 @@ def test_an_input_without_acceleration_reads_every_signal_of_the_state():
     probes = [fm.Control(f"p{k}", [name], [], copy, outputs=["out"]) for k, name in enumerate(
         ("tip.x", "tip.vy", "arm.x", "arm.vx", "arm.omega", "servo.integral", "servo.output", "p0.out")
     )]  # fmt: skip
-    pid = fm.PID("servo", "tip.angle", "actuator", target=1.0, kp=20.0, ki=3.0, kd=3.0)
+    pid = fm.PID("servo", "tip.theta", "actuator", target=1.0, kp=20.0, ki=3.0, kd=3.0)
     sol = fm.simulate(arm(*probes, pid), t_end=0.3, save="steps")
     for probe in probes:
         read = np.asarray(sol[probe.inputs[0]])
@@ -115,7 +115,7 @@ def test_an_input_without_acceleration_reads_every_signal_of_the_state():
 @pytest.mark.parametrize(
     ("make", "error", "text"),
     [
-        (lambda: servo(inputs=["tip.angel"]), ModelError, "input 'tip.angel' is no signal.*Did you mean 'tip.angle'"),
+        (lambda: servo(inputs=["tip.angel"]), ModelError, "input 'tip.angel' is no signal.*Did you mean 'tip.theta'"),
         (lambda: servo(inputs=["tip.ax"]), ModelError, "input 'tip.ax' depends on accelerations.*Give sample="),
         (lambda: servo(inputs=["arm.alpha"]), ModelError, "'arm.alpha' is no function of positions.*Give sample="),
         (lambda: servo(inputs=["hinge.fx"]), ModelError, "input 'hinge.fx' is no function of positions.*Give sample="),
@@ -129,7 +129,7 @@ def test_an_input_without_acceleration_reads_every_signal_of_the_state():
         (lambda: servo(beyond_at_once), KernelError, "'beyond_at_once' failed.*1 outputs y: index 1 is out of"),
         (lambda: servo(law=math.sin), InputError, "law is .*control_kernel"),
         (lambda: servo(loads=[]), InputError, "has no output; give loads="),
-        (lambda: servo(inputs="tip.angle"), InputError, "inputs is 'tip.angle'; it must be a list"),
+        (lambda: servo(inputs="tip.theta"), InputError, "inputs is 'tip.theta'; it must be a list"),
         (lambda: servo(inputs=["angle"]), InputError, "inputs holds 'angle'"),
         (lambda: servo(states=-1), InputError, "states is -1"),
         (lambda: servo(states={"a.b": 0.0}), InputError, "states holds 'a.b'"),
@@ -137,14 +137,14 @@ def test_an_input_without_acceleration_reads_every_signal_of_the_state():
         (lambda: servo(states=[math.inf]), InputError, "start value of 'state1' is inf"),
         (lambda: servo(numbers=["k"]), InputError, r"numbers\[0\] is 'k'"),
         (lambda: servo(outputs=[]), InputError, "has no output"),
-        (lambda: fm.PID("servo", "tip.angle", "actuator"), InputError, "has no gain"),
-        (lambda: fm.PID("servo", "tip.angle", "actuator", kd=1.0), InputError, "filter_time is missing"),
-        (lambda: fm.PID("servo", "tip.angle", "actuator", ki=1.0, limit=1.0), InputError, "tracking_time is missing"),
-        (lambda: fm.PID("servo", "tip.angle", "actuator", kp=1.0, limit=(2.0, 1.0)), InputError, "in this order"),
-        (lambda: fm.PID("servo", "tip.angle", "actuator", kp=1.0, limit=0.0), InputError, "limit is 0"),
+        (lambda: fm.PID("servo", "tip.theta", "actuator"), InputError, "has no gain"),
+        (lambda: fm.PID("servo", "tip.theta", "actuator", kd=1.0), InputError, "filter_time is missing"),
+        (lambda: fm.PID("servo", "tip.theta", "actuator", ki=1.0, limit=1.0), InputError, "tracking_time is missing"),
+        (lambda: fm.PID("servo", "tip.theta", "actuator", kp=1.0, limit=(2.0, 1.0)), InputError, "in this order"),
+        (lambda: fm.PID("servo", "tip.theta", "actuator", kp=1.0, limit=0.0), InputError, "limit is 0"),
         (lambda: fm.PID("servo", "angle", "actuator", kp=1.0), InputError, "measure is 'angle'"),
-        (lambda: fm.PID("servo", "tip.angle", "actuator", kp=math.nan), InputError, "kp is nan"),
-        (lambda: fm.PID("servo", "tip.angle", "actuator", kp=1.0, kd=1.0, rate="tip.omega", filter_time=1.0),
+        (lambda: fm.PID("servo", "tip.theta", "actuator", kp=math.nan), InputError, "kp is nan"),
+        (lambda: fm.PID("servo", "tip.theta", "actuator", kp=1.0, kd=1.0, rate="tip.omega", filter_time=1.0),
          InputError, "rate and filter_time are both given"),
         (lambda: fm.controllers.DCMotor("servo", "tip.omega", "actuator", voltage=1.0, resistance=0.0,
                                         torque_constant=1.0), InputError, "resistance is 0 ohm"),
@@ -164,7 +164,7 @@ def test_loads_with_a_history_or_two_controllers_are_refused():
     with pytest.raises(ModelError, match="Torque 'b' has a history, and would be multiplied twice"):
         arm(fm.Torque("b", link, 1.0, history=fm.drives.Pulse(1.0)), servo(loads=["b"]))
     with pytest.raises(ModelError, match="Control 'twin' and Control 'servo' both control 'actuator'"):
-        arm(servo(), fm.Control("twin", ["tip.angle"], ["actuator"], copy))
+        arm(servo(), fm.Control("twin", ["tip.theta"], ["actuator"], copy))
 
 
 def test_two_laws_in_a_circle_are_refused_unless_one_is_sampled():
@@ -199,7 +199,7 @@ def test_a_law_cannot_write_its_inputs():
         fm.simulate(arm(servo(wrong)), t_end=0.1)
 
 
-PD = fm.PID("servo", "tip.angle", "actuator", target=0.3, kp=20.0, kd=0.5, rate="tip.omega")
+PD = fm.PID("servo", "tip.theta", "actuator", target=0.3, kp=20.0, kd=0.5, rate="tip.omega")
 
 
 def test_a_law_without_states_is_a_spring_in_statics_and_modes():
@@ -246,8 +246,8 @@ def test_a_law_between_two_bodies_is_a_torsion_spring_in_modes():
 
 
 @pytest.mark.parametrize("controller", [
-    fm.PID("servo", "tip.angle", "actuator", kp=1.0, ki=1.0),
-    fm.PID("servo", "tip.angle", "actuator", kp=1.0, sample=0.1),
+    fm.PID("servo", "tip.theta", "actuator", kp=1.0, ki=1.0),
+    fm.PID("servo", "tip.theta", "actuator", kp=1.0, sample=0.1),
 ], ids=["states", "sampled"])  # fmt: skip
 @pytest.mark.parametrize("analyse", [fm.static_equilibrium, fm.modes])
 def test_statics_and_modes_refuse_laws_with_memory(analyse, controller):
@@ -265,14 +265,14 @@ def test_analyses_without_controllers_refuse_by_name(analyse):
 
 
 def test_the_doctor_counts_bodies_alone():
-    report = fm.check(arm(fm.PID("servo", "tip.angle", "actuator", target=1.0, kp=20.0, ki=3.0, kd=3.0)))
+    report = fm.check(arm(fm.PID("servo", "tip.theta", "actuator", target=1.0, kp=20.0, ki=3.0, kd=3.0)))
     assert report.ok
     assert (report.bodies, report.freedom, report.gruebler, report.mass) == (("arm",), 1, 1, 1.0)
 
 
 def test_check_part_refuses_what_it_cannot_test():
     """A controller that is saturated at every state, or switches, has no tangent to be compared."""
-    for part in (fm.PID("servo", "tip.angle", "actuator", target=100.0, kp=200.0, limit=1.0), servo(switch)):
+    for part in (fm.PID("servo", "tip.theta", "actuator", target=100.0, kp=200.0, limit=1.0), servo(switch)):
         with pytest.raises(KernelError, match="depend on no input and no state at any state that was tried"):
             check_part(arm(part), "servo")
 
@@ -286,7 +286,7 @@ def test_models_without_a_controller_are_not_changed_by_one_without_loads():
 
 
 def test_files_hold_controllers(tmp_path):
-    sol = fm.simulate(arm(fm.PID("servo", "tip.angle", "actuator", target=1.0, kp=20.0, ki=3.0)), t_end=0.1)
+    sol = fm.simulate(arm(fm.PID("servo", "tip.theta", "actuator", target=1.0, kp=20.0, ki=3.0)), t_end=0.1)
     sol.to_netcdf(tmp_path / "robot.nc")
     again = fm.load(tmp_path / "robot.nc")
     assert np.array_equal(again["servo.integral"], sol["servo.integral"])

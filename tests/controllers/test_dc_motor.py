@@ -94,7 +94,7 @@ def test_states_and_outputs_stand_among_the_signals():
 
 
 def test_momentum_counts_bodies_alone():
-    model = arm(fm.PID("servo", "tip.angle", "actuator", target=1.0, kp=40.0, ki=100.0, kd=4.0))
+    model = arm(fm.PID("servo", "tip.theta", "actuator", target=1.0, kp=40.0, ki=100.0, kd=4.0))
     sol = fm.simulate(model, t_end=0.1)
     found = fm.momentum(model, sol)
     assert found.mass == 1.0

@@ -25,7 +25,7 @@ def exact(rates, start, t_end, longest=np.inf):
 )
 def test_its_signals_are_those_of_its_docstring(gains, own, tmp_path):
     """No integrals and rates of states, and no states that fill up a node; a file and a restart do without them."""
-    model = arm(fm.PID("servo", "tip.angle", "actuator", target=1.0, kp=40.0, **gains))
+    model = arm(fm.PID("servo", "tip.theta", "actuator", target=1.0, kp=40.0, **gains))
     sol = fm.simulate(model, t_end=0.05)
     assert [name for name in sol if name.startswith("servo.")] == [f"servo.{name}" for name in (*own, "output")]
     assert set(fm.check(model).signals) == set(sol.names)
@@ -44,7 +44,7 @@ def gravity_torque(theta):
 
 @pytest.mark.parametrize("options", TIGHT.values(), ids=TIGHT)
 def test_a_pd_controller_moves_a_pendulum(options):
-    servo = fm.PID("servo", "tip.angle", "actuator", target=1.0, kp=20.0, kd=1.5, rate="tip.omega")
+    servo = fm.PID("servo", "tip.theta", "actuator", target=1.0, kp=20.0, kd=1.5, rate="tip.omega")
 
     def rates(t, y):
         torque = 20.0 * (1.0 - y[0]) - 1.5 * y[1]
@@ -58,7 +58,7 @@ def test_a_pd_controller_moves_a_pendulum(options):
 @pytest.mark.parametrize("options", TIGHT.values(), ids=TIGHT)
 def test_a_pid_controller_with_filter_limit_and_anti_windup(options):
     servo = fm.PID(
-        "servo", "tip.angle", "actuator", target=1.0, kp=40.0, ki=100.0, kd=4.0, limit=8.0, filter_time=0.02,
+        "servo", "tip.theta", "actuator", target=1.0, kp=40.0, ki=100.0, kd=4.0, limit=8.0, filter_time=0.02,
         tracking_time=0.3, weight=0.7,
     )  # fmt: skip
 
@@ -82,8 +82,8 @@ def test_anti_windup_stops_the_overshoot():
     gains = {"target": 1.0, "kp": 30.0, "ki": 60.0, "kd": 4.0, "limit": 4.0}
 
     def overshoot(**more):
-        sol = fm.simulate(arm(fm.PID("servo", "tip.angle", "actuator", **gains, **more)), t_end=6.0)
-        return float(sol["tip.angle"].max()) - 1.0
+        sol = fm.simulate(arm(fm.PID("servo", "tip.theta", "actuator", **gains, **more)), t_end=6.0)
+        return float(sol["tip.theta"].max()) - 1.0
 
     assert overshoot(tracking_time=1e6) > 0.25  # as without anti-windup
     assert overshoot() < 0.5 * overshoot(tracking_time=1e6)
@@ -91,9 +91,9 @@ def test_anti_windup_stops_the_overshoot():
 
 def test_the_integral_removes_the_error_of_a_load():
     """At rest the output is the torque of gravity: 1 kg 9.81 m/s^2 0.25 m cos(1)."""
-    servo = fm.PID("servo", "tip.angle", "actuator", target=1.0, kp=40.0, ki=100.0, kd=4.0)
+    servo = fm.PID("servo", "tip.theta", "actuator", target=1.0, kp=40.0, ki=100.0, kd=4.0)
     sol = fm.simulate(arm(servo), t_end=10.0)
-    assert last(sol, "tip.angle", "servo.output") == pytest.approx([1.0, 9.81 * 0.25 * np.cos(1.0)], abs=1e-6)
+    assert last(sol, "tip.theta", "servo.output") == pytest.approx([1.0, 9.81 * 0.25 * np.cos(1.0)], abs=1e-6)
 
 
 def test_the_filter_starts_settled():
@@ -112,7 +112,7 @@ def test_a_moving_target_is_followed():
     """With the derivative of the error a moving target is met; each jump of the target is an instant of the run."""
     ramp = fm.drives.Harmonic(0.4, 3.0)
     servo = fm.PID(
-        "servo", "tip.angle", "actuator", target=ramp, kp=40.0, kd=3.0, rate="tip.omega", derivative_of="error"
+        "servo", "tip.theta", "actuator", target=ramp, kp=40.0, kd=3.0, rate="tip.omega", derivative_of="error"
     )
 
     def rates(t, y):
@@ -126,7 +126,7 @@ def test_a_moving_target_is_followed():
 
 def test_a_target_that_jumps():
     jump = fm.drives.Pulse(0.5, start=0.31, end=2.0)
-    servo = fm.PID("servo", "tip.angle", "actuator", target=jump, kp=40.0, kd=3.0, rate="tip.omega")
+    servo = fm.PID("servo", "tip.theta", "actuator", target=jump, kp=40.0, kd=3.0, rate="tip.omega")
 
     def rates(target):
         return lambda t, y: [y[1], (40.0 * (target - y[0]) - 3.0 * y[1] - gravity_torque(y[0])) / ARM_INERTIA]
@@ -138,7 +138,7 @@ def test_a_target_that_jumps():
 
 def test_energies_balance():
     """The work of the actuator is booked as that of a load: kinetic energy and potential grow by it."""
-    servo = fm.PID("servo", "tip.angle", "actuator", target=1.0, kp=40.0, ki=100.0, kd=4.0, limit=8.0)
+    servo = fm.PID("servo", "tip.theta", "actuator", target=1.0, kp=40.0, ki=100.0, kd=4.0, limit=8.0)
     sol = fm.simulate(arm(servo), t_end=0.8, step=fm.Adaptive(rtol=1e-7))
     lifted = 9.81 * float(sol["arm.y"][-1] - sol["arm.y"][0])
     gained = 0.5 * ARM_INERTIA * float(sol["arm.omega"][-1]) ** 2 + lifted
@@ -149,7 +149,7 @@ def test_energies_balance():
 
 @pytest.mark.parametrize("method", [None, fm.RadauIIA()], ids=["newmark", "radau"])
 def test_a_restart_goes_on_bit_for_bit(method):
-    servo = fm.PID("servo", "tip.angle", "actuator", target=1.0, kp=40.0, ki=100.0, kd=4.0, limit=8.0)
+    servo = fm.PID("servo", "tip.theta", "actuator", target=1.0, kp=40.0, ki=100.0, kd=4.0, limit=8.0)
     assert different(*cut_and_continued(arm(servo), 0.5, method=method)) == []
 
 

@@ -256,7 +256,7 @@ def test_inverse_dynamics_loads_the_bearings(mesh):
 @pytest.mark.parametrize("crossed", [False, True])
 def test_a_belt_with_friction_loads_its_bearings_alike(crossed):
     """Inverse dynamics without slip, and the run whose slip creeps: the same forces in the pins."""
-    mech = train(belt(crossed=crossed, mu=0.4, pretension=400.0, creep=1e-4), at=(0.2, 0.0))
+    mech = train(belt(crossed=crossed, coefficient=0.4, pretension=400.0, creep=1e-4), at=(0.2, 0.0))
     sol, motion = fm.simulate(mech, t_end=0.05), fm.inverse_dynamics(mech, [0.0])
     for pin in ("O", "Q"):
         assert motion.forces[pin][0, :2] == pytest.approx(force(sol, pin), rel=1e-6)

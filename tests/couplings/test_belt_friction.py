@@ -17,7 +17,7 @@ def drive(load, *, crossed=False, speed=20.0, make=None):
     """Two wheels on fixed axes, the first one driven, the second one loaded."""
     one = fm.RigidBody("one", at=(0.0, 0.0), mass=0.5, inertia=1e-4)
     two = fm.RigidBody("two", at=(0.0, DISTANCE), mass=0.5, inertia=1e-4)
-    belt = fm.couplings.Belt("belt", one, two, radii=RADII, crossed=crossed, mu=MU, pretension=T0, creep=CREEP)
+    belt = fm.couplings.Belt("belt", one, two, radii=RADII, crossed=crossed, coefficient=MU, pretension=T0, creep=CREEP)
     return fm.Mechanism("drive", [
         one, two, fm.Revolute("O", fm.GROUND, one, at=(0.0, 0.0)), fm.Revolute("Q", fm.GROUND, two, at=(0.0, DISTANCE)),
         make(one, two) if make else belt, fm.Drive("motor", "O", fm.ConstantSpeed(speed)), fm.Torque("load", two, load),
@@ -39,8 +39,8 @@ def final(sol, name):
 def test_contracts(crossed):
     """Tangents, balance of forces and moments, energies, of wheels that both move."""
     one = fm.RigidBody("one", at=(0.1, -0.2), mass=0.4, inertia=2e-3)
-    two = fm.RigidBody("two", at=(0.9, 0.5), mass=0.8, inertia=8e-3, angle=0.3)
-    belt = fm.couplings.Belt("belt", one, two, radii=RADII, crossed=crossed, mu=MU, pretension=T0, creep=0.3)
+    two = fm.RigidBody("two", at=(0.9, 0.5), mass=0.8, inertia=8e-3, theta=0.3)
+    belt = fm.couplings.Belt("belt", one, two, radii=RADII, crossed=crossed, coefficient=MU, pretension=T0, creep=0.3)
     report = check_part(fm.Mechanism("pair", [one, two, belt]), "belt")
     assert max(check.error for check in report.checks) < 1e-6
 
@@ -158,9 +158,9 @@ def test_wrong_belts_are_refused():
     one = fm.RigidBody("one", at=(0.0, 0.0), mass=1.0, inertia=1.0)
     two = fm.RigidBody("two", at=(0.0, 0.06), mass=1.0, inertia=1.0)
     with pytest.raises(InputError, match=r"pretension and creep not given; a belt with friction needs mu"):
-        fm.couplings.Belt("belt", one, two, radii=RADII, mu=0.3)
+        fm.couplings.Belt("belt", one, two, radii=RADII, coefficient=0.3)
     with pytest.raises(InputError, match=r"mu is -0.1"):
-        fm.couplings.Belt("belt", one, two, radii=RADII, mu=-0.1, pretension=1.0, creep=1e-3)
+        fm.couplings.Belt("belt", one, two, radii=RADII, coefficient=-0.1, pretension=1.0, creep=1e-3)
     given = {"radii": RADII, "mu": 0.3, "pretension": 10.0, "creep": 1e-3}
     belt = fm.couplings.Belt("belt", one, two, crossed=True, **given)
     with pytest.raises(ModelError, match=r"are 0.06 m apart, too near for radii of 0.02 and 0.05 m"):

@@ -144,7 +144,7 @@ def test_contracts(make, part):
 
 
 def test_contracts_of_a_rack_between_moving_bodies():
-    one, other = wheel("one", (0.1, 0.3)), fm.RigidBody("other", at=(0.2, 0.1), mass=1.0, inertia=1.0, angle=0.4)
+    one, other = wheel("one", (0.1, 0.3)), fm.RigidBody("other", at=(0.2, 0.1), mass=1.0, inertia=1.0, theta=0.4)
     mech = fm.Mechanism("pair", [one, other, fm.couplings.Rack("teeth", one, other, at=(0.15, 0.12), along=(1.0, 0.5))])
     fm.testing.check_part(mech, "teeth")
 

@@ -90,7 +90,7 @@ def test_a_fall_into_a_cable():
     m, g, k, slack = 2.0, 9.81, 5e3, 0.3
     stone = fm.RigidBody("stone", at=(0.0, -1.0), mass=m, inertia=1e-2, velocity=(0.0, 0.0, 0.0))
     rope = fm.couplings.Cable(
-        "rope", fm.GROUND, stone, at=O, to=(0.0, -1.0), length=1.0 + slack, normal=fm.KelvinVoigt(k, 0.0)
+        "rope", fm.GROUND, stone, at=O, to=(0.0, -1.0), free_length=1.0 + slack, normal=fm.KelvinVoigt(k, 0.0)
     )
     sol = fm.simulate(fm.Mechanism("bungee", [stone, rope], gravity=(0.0, -g)), t_end=0.8, step=fm.Adaptive(rtol=1e-6))
     assert sol.ok, sol.status
@@ -109,7 +109,7 @@ def stays(law, mass=2.0, g=9.81, damping=0.0):
     """A body between two level cables of 1 m that are drawn 2 % longer than they are."""
     body = fm.RigidBody("body", at=O, mass=mass, inertia=1e-3)
     cables = [
-        fm.couplings.Cable(n, fm.GROUND, body, at=(x, 0.0), to=O, length=1.0 - STRETCH, normal=law)
+        fm.couplings.Cable(n, fm.GROUND, body, at=(x, 0.0), to=O, free_length=1.0 - STRETCH, normal=law)
         for n, x in (("left", -1.0), ("right", 1.0))
     ]
     return fm.Mechanism("stays", [
@@ -228,7 +228,9 @@ def test_wrong_relations_are_refused():
         train(COUPLING("mesh", {"O": 1.0, "load": 2.0}))
     stone = wheel("stone", at=(1.0, 0.0))
     with pytest.raises(InputError, match="length is -1 m"):
-        fm.couplings.Cable("rope", fm.GROUND, stone, at=O, to=(1.0, 0.0), length=-1.0, normal=fm.KelvinVoigt(1.0, 0.0))
+        fm.couplings.Cable(
+            "rope", fm.GROUND, stone, at=O, to=(1.0, 0.0), free_length=-1.0, normal=fm.KelvinVoigt(1.0, 0.0)
+        )
     with pytest.raises(ModelError, match="ties 'stone' to itself"):
         fm.couplings.Cable("rope", stone, stone, at=O, to=(1.0, 0.0), normal=fm.KelvinVoigt(1.0, 0.0))
     with pytest.raises(InputError, match="so the cable needs a length"):

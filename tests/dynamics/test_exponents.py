@@ -30,7 +30,7 @@ def test_overdamped_oscillator():
     """x'' + 3 x' + 2 x = 0: -1 and -2."""
     found = fm.lyapunov(systems.oscillator(3.0, 2.0), skip=5, periods=60, count=2)
     assert np.abs(found.spectrum - [-1.0, -2.0]).max() < 1e-6
-    assert found.unit == "1/s"
+    assert found.units == "1/s"
 
 
 def test_driven_linear_oscillator():
@@ -39,7 +39,7 @@ def test_driven_linear_oscillator():
     assert np.abs(found.spectrum + 0.05).max() < 2e-4
     assert found.sum == pytest.approx(-0.1, abs=1e-9)
     periods = found.per_period()
-    assert periods.unit == "1/period"
+    assert periods.units == "1/period"
     assert periods.sum == pytest.approx(-0.1 * TURN, abs=1e-8)
 
 
@@ -79,7 +79,7 @@ def test_henon():
     found = fm.lyapunov(systems.henon(), skip=1000, periods=60000, count=2)
     assert agrees(found, 0.41922, last_digit=5e-6, error=0.003)
     assert found.sum == pytest.approx(np.log(0.3), abs=1e-12)
-    assert found.unit == "1/iteration"
+    assert found.units == "1/iteration"
 
 
 def test_standard_map():
@@ -269,7 +269,7 @@ def test_conservative_exponents_come_in_pairs():
 def test_two_trajectories_and_tangents_agree(make, options):
     pair, tangent = fm.chaos.benettin(make(), **options), fm.lyapunov(make(), **options)
     assert pair.ok, pair.status
-    assert pair.unit == tangent.unit
+    assert pair.units == tangent.units
     assert pair.points.shape == tangent.points.shape
     assert abs(pair.value - tangent.value) < 4.0 * np.hypot(pair.error, tangent.error)
 

@@ -84,7 +84,7 @@ def guys(body, *, tension=TENSION):
     """Two guys from the top of a column to the ground."""
     law = fm.KelvinVoigt(STIFF, 0.0)
     return [
-        fm.couplings.Cable(name, fm.GROUND, body, foot, (0.0, LENGTH), length=ROPE - tension / STIFF, normal=law)
+        fm.couplings.Cable(name, fm.GROUND, body, foot, (0.0, LENGTH), free_length=ROPE - tension / STIFF, normal=law)
         for name, foot in (("west", (-REACH, 0.0)), ("east", (REACH, 0.0)))
     ]
 
@@ -177,7 +177,7 @@ def test_inverse_dynamics_feels_a_taut_cable():
         crank,
         fm.Revolute("O", fm.GROUND, crank, at=(0.0, 0.0)),
         fm.Drive("motor", "O", fm.drives.ConstantSpeed(3.0)),
-        fm.couplings.Cable("rope", fm.GROUND, crank, (1.0, 0.0), (0.5, 0.0), length=0.6, normal=law),
+        fm.couplings.Cable("rope", fm.GROUND, crank, (1.0, 0.0), (0.5, 0.0), free_length=0.6, normal=law),
     ]
     times = np.array([0.0, 0.1, 0.4, 0.7])
     found = fm.inverse_dynamics(fm.Mechanism("crank", parts), times)

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from public_names import PUBLIC
 
-from flexmb.checks import Checked
+from flexmb.arguments import Checked
 from flexmb.errors import FlexmbError
 
 NONSENSE = "nonsense_keyword"

@@ -7,7 +7,8 @@ from pathlib import PurePosixPath
 import pytest
 
 FLOORS = {
-    "errors": 0, "checks": 0, "compiled": 0, "kernels": 0, "planar": 0, "derivatives": 0, "places": 0, "docstrings": 0,
+    "errors": 0, "checks": 0, "arguments": 0, "compiled": 0, "kernels": 0, "planar": 0, "derivatives": 0, "places": 0,
+    "docstrings": 0,
     "namespace": 0, "version": 0, "display": 0,
     "model": 1, "linalg": 1, "jobs": 1,
     "beams": 2, "bodies": 2, "joints": 2, "contact": 2, "drives": 2, "loads": 2, "couplings": 2, "sensors": 2,

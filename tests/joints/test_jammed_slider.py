@@ -20,7 +20,7 @@ def thrown(friction, slope, moment=0.0, spin=-8.0):
     """Slides down a guide of that slope at 0.5 m/s, turning, with a moment that tilts it."""
     along = (math.cos(slope), math.sin(slope))
     velocity = (-0.5 * along[0], -0.5 * along[1], spin)
-    slider = fm.RigidBody("slider", (0.0, 0.0), MASS, 3e-4, angle=slope, velocity=velocity)
+    slider = fm.RigidBody("slider", (0.0, 0.0), MASS, 3e-4, theta=slope, velocity=velocity)
     guide = fm.PrismaticClearance(
         "G",
         fm.GROUND,

@@ -26,7 +26,7 @@ def test_amplitudes_fall_along_a_straight_line():
     parts = (
         wheel,
         fm.Revolute("O", fm.GROUND, wheel, at=(0.0, 0.0), friction=COULOMB, radius=RADIUS, preload=P),
-        fm.TorsionSpring("coil", fm.GROUND, wheel, stiffness=k, rest_angle=first),
+        fm.TorsionSpring("coil", fm.GROUND, wheel, stiffness=k, free_angle=first),
     )
     half = math.pi / turn
     sol = fm.simulate(fm.Mechanism("wheel", parts), t_end=6 * half, step=half / 2000, save=6)
@@ -98,7 +98,7 @@ def test_a_slider_is_braked_by_its_weight_its_preload_and_its_couple():
 def two_sliders():
     """A bar pinned with friction to a slider that rubs in a guide on a turning arm."""
     arm = fm.RigidBody("arm", (0.2, 0.05), 1.0, 0.02)
-    slider = fm.RigidBody("slider", (0.3, 0.2), 0.5, 1e-3, angle=0.4)
+    slider = fm.RigidBody("slider", (0.3, 0.2), 0.5, 1e-3, theta=0.4)
     bar = fm.RigidLink("bar", (0.3, 0.2), (0.6, -0.1), 0.7, 0.01)
     law = fm.ModifiedCoulomb(0.3, v0=0.0, v1=1e3)
     parts = (

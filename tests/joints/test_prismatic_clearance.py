@@ -16,7 +16,7 @@ DIRECTION = 0.3  # of the guide [rad]
 
 
 def mechanism(friction=None, direction=DIRECTION, gravity=(0.0, 0.0), **more):
-    slider = fm.RigidBody("slider", (0.4, 0.1), 0.5, 1e-3, angle=direction)
+    slider = fm.RigidBody("slider", (0.4, 0.1), 0.5, 1e-3, theta=direction)
     along = (math.cos(direction), math.sin(direction))
     sizes = {"clearance": C, "half_length": A, "half_height": B}
     guide = fm.PrismaticClearance(

@@ -63,7 +63,7 @@ def mesh_loads(body):
 
 def sliding():
     """A slider with an offset, guided along a moving link."""
-    slider = fm.RigidBody("slider", (0.3, 0.2), mass=0.3, inertia=1e-3, angle=0.4)
+    slider = fm.RigidBody("slider", (0.3, 0.2), mass=0.3, inertia=1e-3, theta=0.4)
     joint = fm.Prismatic("slide", crank(), slider, at=(0.05, 0.085), along=(0.9, 0.3))
     return joint, slider
 
@@ -145,7 +145,7 @@ def controlled(*controllers):
 
 BUILT_IN = {
     "RigidLink": (two_links(), "crank"),
-    "RigidBody": (alone(fm.RigidBody("body", A, mass=2.0, inertia=0.1, angle=0.3)), "body"),
+    "RigidBody": (alone(fm.RigidBody("body", A, mass=2.0, inertia=0.1, theta=0.3)), "body"),
     "PointMass": (alone(fm.bodies.PointMass("bob", A, mass=2.0)), "bob"),
     "FlexibleLink": (alone(flexible()), "arm"),
     # so soft that gravity bends it as much as its stiffness resists: the tangent of gravity shows
@@ -231,7 +231,7 @@ BUILT_IN = {
         "spring",
     ),
     "TorsionSpring": (
-        two_links(fm.TorsionSpring("spring", crank(), arm(), stiffness=20.0, damping=0.3, rest_angle=0.2)), "spring",
+        two_links(fm.TorsionSpring("spring", crank(), arm(), stiffness=20.0, damping=0.3, free_angle=0.2)), "spring",
     ),
     "SpringDamper, moving end": (
         two_links(
@@ -243,7 +243,7 @@ BUILT_IN = {
         "spring",
     ),
     "TorsionSpring, moving end": (
-        two_links(fm.TorsionSpring("spring", crank(), arm(), stiffness=20.0, rest_angle=fm.drives.Ramp(2.0, 0.3))),
+        two_links(fm.TorsionSpring("spring", crank(), arm(), stiffness=20.0, free_angle=fm.drives.Ramp(2.0, 0.3))),
         "spring",
     ),
     "Force": (two_links(fm.Force("load", arm(), at=B, force=(30.0, -70.0))), "load"),
@@ -298,7 +298,7 @@ BUILT_IN = {
     "Belt": (two_links(fm.couplings.Belt("belt", crank(), arm(), radii=(0.04, 0.03), crossed=True)), "belt"),
     "Belt, friction": (
         two_links(
-            fm.couplings.Belt("belt", crank(), arm(), radii=(0.04, 0.03), mu=0.3, pretension=50.0, creep=0.1)
+            fm.couplings.Belt("belt", crank(), arm(), radii=(0.04, 0.03), coefficient=0.3, pretension=50.0, creep=0.1)
         ), "belt",
     ),
     "Rack": (two_links(fm.couplings.Rack("rack", crank(), arm(), at=B, along=(0.2, 1.0))), "rack"),
@@ -311,7 +311,7 @@ BUILT_IN = {
         "mesh",
     ),
     "Cable": (
-        two_links(fm.couplings.Cable("rope", crank(), arm(), at=(0.05, 0.085), to=B, length=0.455, normal=SOFT)),
+        two_links(fm.couplings.Cable("rope", crank(), arm(), at=(0.05, 0.085), to=B, free_length=0.455, normal=SOFT)),
         "rope",
     ),
     "OneWayClutch": (
@@ -340,7 +340,7 @@ BUILT_IN = {
         "servo",
     ),
     "PID": (
-        controlled(fm.PID("servo", "tip.angle", "torque", target=0.3, kp=20.0, ki=5.0, kd=3.0, limit=40.0)), "servo",
+        controlled(fm.PID("servo", "tip.theta", "torque", target=0.3, kp=20.0, ki=5.0, kd=3.0, limit=40.0)), "servo",
     ),
     "PID, rate": (
         controlled(
@@ -352,7 +352,7 @@ BUILT_IN = {
     "DCMotor": (controlled(DCMotor("servo", "tip.omega", "torque", voltage=9.0, inductance=1e-3, **COIL)), "servo"),
     "DCMotor, without inductance": (
         controlled(DCMotor("servo", "tip.omega", "torque", voltage="pid.output", **COIL),
-                   fm.PID("pid", "tip.angle", kp=3.0, ki=2.0, target=0.1)),
+                   fm.PID("pid", "tip.theta", kp=3.0, ki=2.0, target=0.1)),
         "servo",
     ),
     "ConstantSpeed": (driven(MOTION), "motor"),

@@ -86,7 +86,7 @@ def test_the_work_of_all_three_motions_is_what_the_body_gains():
 
 def carried(**motions):
     """A body clamped on the rim of a wheel that turns at 3 rad/s; the wheel stands turned by 0.5 rad when drawn."""
-    wheel = fm.RigidBody("wheel", (0.0, 0.0), 5.0, 0.2, angle=0.5)
+    wheel = fm.RigidBody("wheel", (0.0, 0.0), 5.0, 0.2, theta=0.5)
     rim = (0.3 * math.cos(0.5), 0.3 * math.sin(0.5))
     load = fm.RigidBody("load", rim, MASS, INERTIA)
     parts = [

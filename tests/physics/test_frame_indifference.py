@@ -47,11 +47,11 @@ FLYING = Frame(-0.8, (-0.4, 0.2), (3.0, -2.0))
 def pair(joint, frame, gravity=(0.0, 0.0), relative=(0.3, 0.5, -15.0)):
     """Two free bodies in motion; `joint(frame, first, second)` makes the part "J" between them."""
     first = fm.RigidBody(
-        "first", frame.point(0.0, 0.0), 1.3, 0.02, angle=0.2 + frame.angle, velocity=frame.speed(0.4, -0.2, 3.0)
+        "first", frame.point(0.0, 0.0), 1.3, 0.02, theta=0.2 + frame.angle, velocity=frame.speed(0.4, -0.2, 3.0)
     )
     rigid = (0.4 - 3.0 * 0.15, -0.2 + 3.0 * 0.42)  # of the place of the second body on the first
     velocity = frame.speed(rigid[0] + relative[0], rigid[1] + relative[1], 3.0 + relative[2])
-    second = fm.RigidBody("second", frame.point(0.42, 0.15), 0.6, 3e-3, angle=-0.5 + frame.angle, velocity=velocity)
+    second = fm.RigidBody("second", frame.point(0.42, 0.15), 0.6, 3e-3, theta=-0.5 + frame.angle, velocity=velocity)
     return fm.Mechanism("pair", (first, second, joint(frame, first, second)), gravity=frame.turn(*gravity))
 
 
@@ -95,7 +95,7 @@ JOINTS = {
     "SpringDamper": lambda f, a, b: fm.SpringDamper(
         "J", a, b, f.point(0.1, 0.0), f.point(0.4, 0.2), stiffness=1e4, damping=1.0, free_length=0.2
     ),
-    "TorsionSpring": lambda f, a, b: fm.TorsionSpring("J", a, b, stiffness=10.0, damping=0.1, rest_angle=0.1),
+    "TorsionSpring": lambda f, a, b: fm.TorsionSpring("J", a, b, stiffness=10.0, damping=0.1, free_angle=0.1),
 }  # fmt: skip
 """Every joint of the package, and the parts that hold two bodies elastically."""
 

@@ -92,7 +92,7 @@ def test_a_follower_thrust_beside_the_axis_turns_a_wheel_for_ever():
 
 
 def test_a_follower_force_on_a_body_drawn_at_an_angle_is_given_as_drawn():
-    body = fm.RigidBody("body", (0.0, 0.0), 2.0, 0.1, angle=0.7)
+    body = fm.RigidBody("body", (0.0, 0.0), 2.0, 0.1, theta=0.7)
     thrust = fm.Force("thrust", body, at=(0.3, 0.1), force=(4.0, -1.0), follower=True)
     sol = fm.simulate(fm.Mechanism("free", [body, thrust], gravity=(0.0, 0.0)), t_end=1e-4, step=1e-4, save="steps")
     assert (sol.array("body.ax")[0], sol.array("body.ay")[0]) == pytest.approx((2.0, -0.5), rel=1e-14)

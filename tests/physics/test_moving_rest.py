@@ -45,7 +45,7 @@ def test_base_excitation():
 def test_a_turned_rest_angle():
     """A rotor on a torsion spring whose far end turns at constant speed w: angle = w t - (w/W) sin W t."""
     rotor = fm.RigidBody("rotor", at=(0.0, 0.0), mass=1.0, inertia=0.05)
-    spring = fm.TorsionSpring("spring", fm.GROUND, rotor, stiffness=20.0, rest_angle=fm.ConstantSpeed(3.0))
+    spring = fm.TorsionSpring("spring", fm.GROUND, rotor, stiffness=20.0, free_angle=fm.ConstantSpeed(3.0))
     pin = fm.Revolute("pin", fm.GROUND, rotor, at=(0.0, 0.0))
     sol = fm.simulate(fm.Mechanism("wound", [rotor, spring, pin]), t_end=1.0, **FINE)
     W = math.sqrt(20.0 / 0.05)
@@ -78,8 +78,8 @@ def test_wrong_rest_lengths_are_refused(rest, words):
 
 def test_a_wrong_rest_angle_is_refused():
     rotor = fm.RigidBody("rotor", at=(0.0, 0.0), mass=1.0, inertia=0.05)
-    with pytest.raises(InputError, match="rest_angle is None; it must be a number in rad"):
-        fm.TorsionSpring("spring", fm.GROUND, rotor, stiffness=20.0, rest_angle=None)
+    with pytest.raises(InputError, match="free_angle is None; it must be a number in rad"):
+        fm.TorsionSpring("spring", fm.GROUND, rotor, stiffness=20.0, free_angle=None)
 
 
 def test_signals_of_springs_whose_rest_moves():
@@ -95,7 +95,7 @@ def test_signals_of_springs_whose_rest_moves():
     assert np.abs(sol.array("spring.force") + 2.0 * sol.array("mass.ax")).max() < 1e-5
     assert "spring.energy" not in sol
     wheel = fm.RigidBody("wheel", (0.0, 0.0), 1.0, 0.02)
-    coil = fm.TorsionSpring("coil", fm.GROUND, wheel, stiffness=0.5, damping=0.01, rest_angle=rest)
+    coil = fm.TorsionSpring("coil", fm.GROUND, wheel, stiffness=0.5, damping=0.01, free_angle=rest)
     axle = fm.Revolute("axle", fm.GROUND, wheel, at=(0.0, 0.0))
     sol = fm.simulate(fm.Mechanism("turned", [wheel, axle, coil]), t_end=1.0, step=1e-3)
     assert np.abs(sol.array("coil.torque") - 0.02 * sol.array("wheel.alpha")).max() < 1e-6

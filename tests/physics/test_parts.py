@@ -84,8 +84,8 @@ def test_spring_and_damper(method, damping):
 def test_torsion_spring(method, damping):
     """theta = angle + (theta0 - angle) e^(-d t/2J) cos(...), about a rest angle of 0.3 rad from the drawn pose."""
     inertia, k, rest = 0.01, 4.0, 0.3
-    wheel = fm.RigidBody("wheel", (0.2, 0.1), 1.0, inertia, angle=1.1)
-    spring = fm.TorsionSpring("S", fm.GROUND, wheel, stiffness=k, damping=damping, rest_angle=rest)
+    wheel = fm.RigidBody("wheel", (0.2, 0.1), 1.0, inertia, theta=1.1)
+    spring = fm.TorsionSpring("S", fm.GROUND, wheel, stiffness=k, damping=damping, free_angle=rest)
     mechanism = fm.Mechanism("balance", (wheel, spring, fm.Revolute("O", fm.GROUND, wheel, (0.2, 0.1))))
     sol = fm.simulate(mechanism, t_end=1.0, step=STEP, save="steps", method=method)
     decay = damping / (2 * inertia)
@@ -139,7 +139,7 @@ def test_welded_bodies_move_as_one(method):
     d, w, v = 0.4, 12.0, (2.0, 3.0)
     centre = d * 3.0 / 4.0
     one = fm.RigidBody("one", (0.0, 0.0), 1.0, 0.02, velocity=(v[0], v[1] - w * centre, w))
-    two = fm.RigidBody("two", (d, 0.0), 3.0, 0.05, angle=0.7)
+    two = fm.RigidBody("two", (d, 0.0), 3.0, 0.05, theta=0.7)
     mechanism = fm.Mechanism("welded", (one, two, fm.Fixed("W", one, two, (0.1, 0.0))), gravity=(0.0, -G))
     sol = fm.simulate(mechanism, t_end=1.0, step=STEP, save="steps", method=method)
     t, close = sol.time, limit(method, 1.0, w)
@@ -196,7 +196,7 @@ def test_a_bead_on_a_turning_rod(method):
 
 
 def driven_wheel(motion):
-    wheel = fm.RigidBody("wheel", (0.0, 0.0), 1.0, 0.25, angle=0.4)
+    wheel = fm.RigidBody("wheel", (0.0, 0.0), 1.0, 0.25, theta=0.4)
     joint = fm.Revolute("O", fm.GROUND, wheel, (0.0, 0.0))
     return fm.Mechanism("wheel", (wheel, joint, fm.Drive("motor", "O", motion)))
 

@@ -32,7 +32,7 @@ def test_signals_of_a_point_that_turns_on_a_circle():
     c, s = np.cos(angle), np.sin(angle)
     expected = {
         "x": r * c, "y": r * s, "vx": -r * w * s, "vy": r * w * c,
-        "ax": -r * 2.0 * s - r * w**2 * c, "ay": r * 2.0 * c - r * w**2 * s, "angle": angle, "omega": w,
+        "ax": -r * 2.0 * s - r * w**2 * c, "ay": r * 2.0 * c - r * w**2 * s, "theta": angle, "omega": w,
     }  # fmt: skip
     for name, value in expected.items():
         assert sol[f"P.{name}"].values == pytest.approx(value, abs=2e-3 if name[0] == "a" else 2e-5), name
@@ -87,7 +87,7 @@ def test_a_rod_holds_a_pendulum():
 
 
 def test_contracts_of_a_rod_between_two_bodies():
-    one, other = fm.RigidBody("one", O, 1.0, 0.1), fm.RigidBody("other", (0.5, 0.2), 1.0, 0.1, angle=0.3)
+    one, other = fm.RigidBody("one", O, 1.0, 0.1), fm.RigidBody("other", (0.5, 0.2), 1.0, 0.1, theta=0.3)
     mech = fm.Mechanism("pair", [one, other, fm.couplings.Distance("rod", one, other, at=(0.1, 0.05), to=(0.4, 0.3))])
     fm.testing.check_part(mech, "rod")
     with pytest.raises(InputError, match="a rod needs a length"):

@@ -222,7 +222,7 @@ def test_ctrl_c_is_no_result():
         ({"exponent": "points", "skip": 0, "keep": 50}, "Give skip=1"),
         ({"exponent": "points", "keep": 9}, "at least 50"),
         ({"make": 3}, "it must be a function"),
-        ({"make": logistic}, "cannot be called with r"),
+        ({"make": logistic}, "x is missing"),
         ({"make": lambda r: r}, "returned float"),
         ({"make": lambda period: map_of(), "parameter": "period"}, "Rename the parameter"),
         ({"make": bistable, "parameter": "amplitude"}, "period"),

@@ -10,7 +10,7 @@ from flexmb.system.state_evaluation import StateEvaluation
 
 def mechanism():
     """Two free bodies, the first with a bearing, the second with a journal, both off their centres of mass."""
-    first = fm.RigidBody("first", (0.0, 0.0), 1.0, 0.1, angle=0.3)
+    first = fm.RigidBody("first", (0.0, 0.0), 1.0, 0.1, theta=0.3)
     second = fm.RigidBody("second", (0.4, 0.1), 1.0, 0.1)
     joint = fm.RevoluteClearance(
         "C",

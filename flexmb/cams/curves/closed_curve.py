@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.cams.curves.geometry import area, crossing, curvatures, reversed_spans, sampled
 from flexmb.display import html
 from flexmb.errors import InputError
@@ -36,7 +36,7 @@ DRAWN_POINTS = 360
 
 
 @dataclass(frozen=True, repr=False)
-class ClosedCurve(checks.Checked):
+class ClosedCurve(arguments.Checked):
     """Closed curve without corners: a periodic quintic spline through points.
 
     Parameters

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.display.shown import Shown
 from flexmb.errors import InputError
 
@@ -24,7 +24,7 @@ LAWS = ("cycloidal", *POLYNOMIALS, "harmonic")
 
 
 @dataclass(frozen=True)
-class Lift(checks.Checked, Shown):
+class Lift(arguments.Checked, Shown):
     """Lift of a follower over the cam angle: stations, joined by a law of rise and fall.
 
     Parameters

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.display.shown import Shown
 from flexmb.errors import InputError
 
@@ -14,7 +14,7 @@ CIRCLE_POINTS = 72
 
 
 @dataclass(frozen=True)
-class Line(checks.Checked, Shown):
+class Line(arguments.Checked, Shown):
     """Straight segment, e.g. the face of a flat follower.
 
     Parameters
@@ -53,7 +53,7 @@ class Line(checks.Checked, Shown):
 
 
 @dataclass(frozen=True)
-class Circle(checks.Checked, Shown):
+class Circle(arguments.Checked, Shown):
     """Circle, e.g. a roller or a pin.
 
     Parameters

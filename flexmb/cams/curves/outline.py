@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.cams.curves.biarcs import biarcs
 from flexmb.cams.curves.closed_curve import ClosedCurve, point_array, tuples
 from flexmb.cams.curves.geometry import area, crossing
@@ -28,7 +28,7 @@ DOUBLED = 1e-12
 
 
 @dataclass(frozen=True, repr=False)
-class Outline(checks.Checked):
+class Outline(arguments.Checked):
     """Closed chain of straight lines and circular arcs, with corners: wheels with slots, ratchets, pawls.
 
     Parameters

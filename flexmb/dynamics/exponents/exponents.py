@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from flexmb import arguments
 from flexmb.display import html
 from flexmb.display.text import cut
 from flexmb.dynamics.exponents.exponent_error import error_of, outgrown
@@ -71,7 +72,7 @@ class Confirmed:
 
 
 @dataclass(frozen=True, eq=False)
-class Exponents:
+class Exponents(arguments.Checked):
     """Lyapunov exponents of a system, the largest first.
 
     Parameters
@@ -82,7 +83,7 @@ class Exponents:
         (`exponent_error.combined`); NaN after an early failure.
     time : times (n,) of the history [s], or iterations of a map.
     history : exponents (n, k) of the run up to each time [unit].
-    unit : "1/s", "1/iteration" or "1/period".
+    units : "1/s", "1/iteration" or "1/period".
     ok : whether the run came to its end.
     status : end of the run, in a sentence.
     points : section points (m, signals), one a period (iteration, crossing).
@@ -99,12 +100,13 @@ class Exponents:
     round-off.  They do not cover a transient that has not ended.  The second run shows errors of the time steps.
     """
 
+    formerly = (("unit", "units"),)
     name: str
     spectrum: np.ndarray
     errors: np.ndarray
     time: np.ndarray
     history: np.ndarray
-    unit: str
+    units: str
     ok: bool
     status: str
     points: np.ndarray = field(repr=False)
@@ -190,29 +192,29 @@ class Exponents:
         ------
         InputError : exponents of a map, or of a flow without periods.
         """
-        if self.unit != "1/s" or not np.isfinite(self.period):
-            text = f"Exponents of {self.name!r}: they are in {self.unit} and the system has no period"
+        if self.units != "1/s" or not np.isfinite(self.period):
+            text = f"Exponents of {self.name!r}: they are in {self.units} and the system has no period"
             raise InputError(f"{text}. Take them as they are.")
         T = self.period
         names, second = ("spectrum", "errors", "history", "statistical"), self.confirmed
         if second is not None:
             second = replace(second, spectrum=T * second.spectrum, errors=T * second.errors)
         scaled = {name: T * getattr(self, name) for name in names}
-        return replace(self, **scaled, confirmed=second, unit="1/period")
+        return replace(self, **scaled, confirmed=second, units="1/period")
 
     def __repr__(self) -> str:
         values = zip(self.spectrum[:SHOWN], self.errors, strict=False)
         more = f", and {len(self.spectrum) - SHOWN} more" if len(self.spectrum) > SHOWN else ""
         shown = ", ".join(f"{v:.4g} +- {e:.2g}" for v, e in values)
         verdict = "no verdict" if self.verdict is None else str(self.verdict)
-        return cut(f"Exponents of {self.name!r}: {shown or 'none'}{more} {self.unit}; {verdict}. {self.status}", 3)
+        return cut(f"Exponents of {self.name!r}: {shown or 'none'}{more} {self.units}; {verdict}. {self.status}", 3)
 
     def _repr_html_(self) -> str:
         second = () if self.confirmed is None else self.confirmed.spectrum
         again = [f"{value:.4g}" for value in second] + [""] * (len(self.spectrum) - len(second))
         values = zip(self.spectrum, self.errors, again, strict=True)
         rows = [(k, f"{v:.4g}", f"{e:.2g}", other) for k, (v, e, other) in enumerate(values, 1)]
-        head = ("exponent", f"value [{self.unit}]", "error", "second run")
+        head = ("exponent", f"value [{self.units}]", "error", "second run")
         reason = "" if self.verdict is None else html.texts([f"{self.verdict}: {self.verdict.reason}"])
         return html.page(f"Exponents of {self.name!r}", self.status, html.table(rows, head), reason)
 
@@ -220,7 +222,7 @@ class Exponents:
         listed = ", ".join(f"{v:.4g} +/- {e:.1g}" for v, e in zip(self.spectrum, self.errors, strict=True))
         said = "" if self.verdict is None else f", {self.verdict}"
         again = "" if self.confirmed is None else f"; {self.confirmed}"
-        return f"{self.name}: {listed or 'nothing'} {self.unit}{again}{said}. {self.status}"
+        return f"{self.name}: {listed or 'nothing'} {self.units}{again}{said}. {self.status}"
 
 
 @dataclass
@@ -290,7 +292,7 @@ def with_verdict(exponents: Exponents) -> Exponents:
     if not exponents.ok:
         return exponents
     verdict = exponents.seen_through()
-    if verdict.kind != "inconclusive" or "since" not in verdict.evidence or exponents.unit != "1/s":
+    if verdict.kind != "inconclusive" or "since" not in verdict.evidence or exponents.units != "1/s":
         return replace(exponents, verdict=verdict)
     span = (len(exponents.points) - verdict.evidence["since"]) * exponents.period
     excess = outgrown(exponents.value, span)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.dynamics.exponents.exponents import Exponents, with_verdict
 from flexmb.dynamics.exponents.renormalisation import tangent_exponents
 from flexmb.dynamics.exponents.schedule import refuse_idle_arguments, schedule_of
@@ -14,6 +14,7 @@ from flexmb.run.simulate import Step
 from flexmb.step.newmark.method import Newmark
 
 
+@arguments.checked
 def lyapunov(
     system: Any,
     *,

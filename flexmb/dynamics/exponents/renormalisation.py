@@ -213,7 +213,7 @@ def _recorded(
     status = " ".join([status, *lasting_contacts(system, begin)]) if ok else schedule.trouble or system.status
     period = float(np.mean(growth.times)) if schedule.is_section and unit == "1/s" and growth.times else float("nan")
     signals = SectionSignals.of(system)
-    about = {"name": system.name, "unit": unit, "ok": ok, "status": status, "points": points, "signals": signals}
+    about = {"name": system.name, "units": unit, "ok": ok, "status": status, "points": points, "signals": signals}
     return growth.record(begin, count, period=period, **about)
 
 

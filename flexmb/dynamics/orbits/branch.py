@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.dynamics.orbits.floquet import BRANCH, FLIP, is_real
 from flexmb.dynamics.orbits.orbit_newton import ArclengthPlane, Direction, NewtonResult, correct
 from flexmb.dynamics.orbits.periodic_orbit import PeriodicOrbit, orbit_of
@@ -54,14 +54,14 @@ class BranchPoint:
 
 
 @dataclass(frozen=True, eq=False)
-class Branch:
+class Branch(arguments.Checked):
     """Periodic orbits along a parameter.
 
     Parameters
     ----------
     name : name of the system.
     parameter : name of the parameter.
-    unit : unit of the period.
+    period_units : unit of the period.
     names, units : names and units of the signals.
     points : orbits in the order of the branch.
     events : located orbits at which stability changes or surfaces graze, in the same order.
@@ -73,10 +73,11 @@ class Branch:
     gaps : number and sign of the signals of gaps.
     """
 
+    formerly = (("unit", "period_units"),)
     _: KW_ONLY
     name: str
     parameter: str
-    unit: str
+    period_units: str
     names: tuple[str, ...]
     units: tuple[str, ...]
     points: tuple[BranchPoint, ...]
@@ -145,7 +146,7 @@ class Branch:
         table = np.full((len(points), widest), np.nan, dtype=np.complex128)
         for row, p in zip(table, points, strict=True):
             row[: len(p.multipliers)] = p.multipliers
-        data["period"] = (axis, np.array([p.period for p in points]), {"units": self.unit})
+        data["period"] = (axis, np.array([p.period for p in points]), {"units": self.period_units})
         data["stable"] = (axis, np.array([p.stable for p in points], dtype=bool))
         data["residual"] = (axis, np.array([p.residual for p in points]))
         data["multiplier.real"] = ((axis, "multiplier"), table.real.copy())
@@ -154,7 +155,7 @@ class Branch:
             data[f"grazing.{name}"] = (axis, np.array([p.grazing.get(name, np.nan) for p in points]), {"units": "m"})
         data["event.kind"] = ("event", np.array([e.kind for e in self.events], dtype=str))
         data[f"event.{self.parameter}"] = ("event", np.array([e.value for e in self.events]))
-        data["event.period"] = ("event", np.array([e.period for e in self.events]), {"units": self.unit})
+        data["event.period"] = ("event", np.array([e.period for e in self.events]), {"units": self.period_units})
         signals = np.array([e.signals for e in self.events]).reshape(len(self.events), len(self.names))
         for k, name in enumerate(self.names):
             data[f"event.{name}"] = ("event", signals[:, k], {"units": self.units[k]})

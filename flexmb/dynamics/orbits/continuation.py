@@ -344,7 +344,7 @@ class Continuation:
         return Branch(
             name=system.name,
             parameter=str(self.shooting.parameter),
-            unit=system.unit,
+            period_units=system.unit,
             names=system.names,
             units=system.units,
             points=tuple(s.point for s in points),

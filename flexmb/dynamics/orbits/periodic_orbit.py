@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.dynamics.orbits.floquet import StabilityLoss, multipliers_of, nearest_loss
 from flexmb.dynamics.orbits.grazing import SAMPLES, closest_approaches, gap_signals, sampled
 from flexmb.dynamics.orbits.orbit_newton import NewtonResult, correct
@@ -38,7 +38,7 @@ AT_REST = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class PeriodicOrbit:
+class PeriodicOrbit(arguments.Checked):
     """A motion that returns to its start, or the result of a failed search.
 
     Parameters
@@ -50,7 +50,7 @@ class PeriodicOrbit:
     time : start time [s, or iterations].
     period : length of the orbit, all `times` periods together [s, or iterations].
     times : number of periods of the drives, or of iterations.
-    unit : unit of period and time.
+    units : unit of period and time.
     residual : gap between end and start, over the size of the state.
     residuals : residuals of all iterations; each is about the square of the one before if Newton's method converges.
     multipliers : Floquet multipliers (d,), largest first, without the multiplier of a shift in time.
@@ -63,6 +63,7 @@ class PeriodicOrbit:
     shooting : shooting that found the orbit.
     """
 
+    formerly = (("unit", "units"),)
     _: KW_ONLY
     name: str
     ok: bool
@@ -71,7 +72,7 @@ class PeriodicOrbit:
     time: float
     period: float
     times: int
-    unit: str
+    units: str
     residual: float
     residuals: tuple[float, ...]
     multipliers: np.ndarray
@@ -114,11 +115,11 @@ class PeriodicOrbit:
 
         system = self.system()
         times, values, _ = sampled(system, self.period, checks.count("PeriodicOrbit", "count", count))
-        axis = "time" if self.unit == "s" else "iteration"
+        axis = "time" if self.units == "s" else "iteration"
         signals = zip(system.names, system.units, values.T, strict=True)
         return xr.Dataset(
             {name: (axis, column, {"units": units}) for name, units, column in signals},
-            {axis: (axis, times, {"units": self.unit})},
+            {axis: (axis, times, {"units": self.units})},
             {"name": self.name, "period": self.period, "ok": int(self.ok), "status": self.status},
         )
 
@@ -127,7 +128,7 @@ class PeriodicOrbit:
         listed = ", ".join(f"{m:.6g}" for m in self.multipliers[:4])
         more = ", ..." if len(self.multipliers) > 4 else ""
         text = f"{kind}, multipliers {listed}{more}" if self.ok else self.status
-        return f"PeriodicOrbit of {self.name!r}, period {self.period:.6g} {self.unit}: {text}"
+        return f"PeriodicOrbit of {self.name!r}, period {self.period:.6g} {self.units}: {text}"
 
 
 def periodic_orbit(
@@ -328,7 +329,7 @@ def orbit_of(shooting: Shooting, result: NewtonResult, gaps: dict[str, tuple[int
         time=shooting.origin,
         period=period,
         times=shooting.times,
-        unit=system.unit,
+        units=system.unit,
         residual=result.residuals[-1] if result.residuals else np.nan,
         residuals=result.residuals,
         multipliers=multipliers,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.dynamics.sections.section_map import SectionMap
 from flexmb.dynamics.sections.stroboscopic import StroboscopicMap
 from flexmb.dynamics.systems.as_dynamics import clock, dynamics_of, strobe_of
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+@arguments.checked
 def stroboscopic(
     system: Any,
     *,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.errors import InputError
 from flexmb.pictures.style import grid, label_axis
 
@@ -35,6 +35,7 @@ MANY = 4000
 """Number of points above which the markers are smallest."""
 
 
+@arguments.checked
 def plot_bifurcation(diagram: xr.Dataset, signal: str, *, title: str | None = None) -> Figure:
     """A bifurcation diagram: the points of a signal over the parameter.
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.model.part import Part, name_of
 from flexmb.model.shape import PointShape
 from flexmb.pictures.style import CLEARANCE, COLOURS, grid, label_axis
 
@@ -20,7 +21,12 @@ SIZE = (5.6, 5.4)  # of a figure [inch]
 
 
 def plot_journal(
-    sol: Solution, joint: str, *, clearance: float | None = None, since: float | None = None, title: str | None = None
+    sol: Solution,
+    joint: Part | str,
+    *,
+    clearance: float | None = None,
+    since: float | None = None,
+    title: str | None = None,
 ) -> Figure:
     """Orbit of a journal: its centre relative to that of the bearing, and the circle of the clearance.
 
@@ -29,7 +35,7 @@ def plot_journal(
     Parameters
     ----------
     sol : the solution.
-    joint : name of a revolute joint with clearance.
+    joint : a revolute joint with clearance, or its name.
     clearance : radius of the circle [m]; None: from the rows with contact, eccentricity less penetration.
     since : begin of the orbit [s]; None: the begin of the run.
     title : title of the figure; None: the name of the joint.
@@ -40,6 +46,7 @@ def plot_journal(
     """
     from flexmb.pictures.figure import Picture
 
+    joint = name_of(joint)
     rows = _rows("plot_journal", sol, joint, since)
     ex, ey = (sol.array(f"{joint}.{axis}")[rows] for axis in ("ex", "ey"))
     depth = sol.array(f"{joint}.penetration")[rows]
@@ -67,7 +74,9 @@ def plot_journal(
     return figure
 
 
-def plot_contact_force(sol: Solution, joint: str, *, since: float | None = None, title: str | None = None) -> Figure:
+def plot_contact_force(
+    sol: Solution, joint: Part | str, *, since: float | None = None, title: str | None = None
+) -> Figure:
     """Normal force of a joint with clearance over the direction of the contact, in polar coordinates.
 
     The direction is that from the centre of the bearing to the journal, in world axes; 0 is to the right.  Dots are
@@ -76,7 +85,7 @@ def plot_contact_force(sol: Solution, joint: str, *, since: float | None = None,
     Parameters
     ----------
     sol : the solution.
-    joint : name of a revolute joint with clearance.
+    joint : a revolute joint with clearance, or its name.
     since : begin [s]; None: the begin of the run.
     title : title of the figure; None: the name of the joint.
 
@@ -86,6 +95,7 @@ def plot_contact_force(sol: Solution, joint: str, *, since: float | None = None,
     """
     from flexmb.pictures.figure import Picture
 
+    joint = name_of(joint)
     rows = _rows("plot_contact_force", sol, joint, since)
     ex, ey, force = (sol.array(f"{joint}.{name}")[rows] for name in ("ex", "ey", "normal_force"))
     touching = force > 0.0

@@ -66,7 +66,7 @@ def plot_branch(
     for branch in drawn:
         _draw_branch(ax, branch, signal, value, labelled)
     first = drawn[0]
-    units = first.unit if signal == "period" else dict(zip(first.names, first.units, strict=True))[signal]
+    units = first.period_units if signal == "period" else dict(zip(first.names, first.units, strict=True))[signal]
     ax.set_xlabel(first.parameter)
     ylabel = signal if value == "section" or signal == "period" else f"{value} of {signal}"
     label_axis(ax.yaxis, ylabel, units)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.errors import InputError
 from flexmb.pictures.curves.envelope import draw_signal
 from flexmb.pictures.style import curve, grid, label_axis
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 WIDTH, PANEL, FRAME = 8.0, 1.9, 0.9  # of the figure, of one panel, of title and axis [inch]
 
 
+@arguments.checked
 def plot(
     sol: Solution, names: str | Sequence[str | Sequence[str]], *, title: str | None = None, x: str = "time"
 ) -> Figure:

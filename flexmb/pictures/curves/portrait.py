@@ -120,7 +120,9 @@ def plot_exponents(exponents: Exponents, *, title: str | None = None) -> Figure:
     for k, curve in enumerate(history.T):
         colour = COLOURS[k % len(COLOURS)]
         value, error = float(exponents.spectrum[k]), float(exponents.errors[k])
-        ax.plot(exponents.time, curve, color=colour, linewidth=1.1, label=f"{value:.4g} ± {error:.2g} {exponents.unit}")
+        ax.plot(
+            exponents.time, curve, color=colour, linewidth=1.1, label=f"{value:.4g} ± {error:.2g} {exponents.units}"
+        )
         if np.isfinite(error):
             ax.axhspan(value - error, value + error, color=colour, alpha=0.2, linewidth=0)
     ax.axhline(0.0, color="black", linewidth=0.7)
@@ -129,9 +131,9 @@ def plot_exponents(exponents: Exponents, *, title: str | None = None) -> Figure:
     room = 0.1 * max(float(np.ptp(np.append(late, 0.0))), 1e-12)
     low, high = min(float(late.min()), 0.0), max(float(late.max()), 0.0)
     ax.set_ylim(low - room, high + room)
-    per = exponents.unit.partition("/")[2]
+    per = exponents.units.partition("/")[2]
     label_axis(ax.xaxis, "time" if per == "s" else per, "s" if per == "s" else "")
-    label_axis(ax.yaxis, "exponent", exponents.unit)
+    label_axis(ax.yaxis, "exponent", exponents.units)
     ax.legend(loc="best", fontsize="small", framealpha=0.9)
     return figure
 

@@ -63,9 +63,9 @@ def plot_spectrum(
     lowest = max(float(density[density > 0.0].min(initial=highest)), DEEP * highest)
     ax.set_ylim(0.3 * lowest, ROOM * highest)
     grid(ax)
-    label_axis(ax.xaxis, "frequency", spectrum.unit)
+    label_axis(ax.xaxis, "frequency", spectrum.units)
     squared = f"{units}^2" if units.isalpha() else f"({units})$^{{2}}$" if units else "1"
-    per = "/Hz" if spectrum.unit == "Hz" else " iteration"
+    per = "/Hz" if spectrum.units == "Hz" else " iteration"
     ax.set_ylabel(label_of("power density", f"{squared}{per}"))
     ax.legend(loc="upper right", ncols=3, fontsize="small", framealpha=0.9)
     summary = f"{100.0 * spectrum.line_share:.3g} % of the power in lines: {spectrum.kind}"

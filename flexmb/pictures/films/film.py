@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.errors import InputError
 from flexmb.jobs.files import folder_made
 from flexmb.model.shape import MARKER, TRACE, Place, PointShape, nodes_of
@@ -22,6 +22,7 @@ MOST_FRAMES, MOST_PIXELS = 20_000, 4e9
 """Largest number of frames of a film, and of pixels of all frames of a GIF, which is made in memory."""
 
 
+@arguments.checked
 def animate(
     sol: Solution,
     path: str | Path,

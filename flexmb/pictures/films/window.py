@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.errors import InputError
 from flexmb.pictures.films.film import joints_with_forces, known_point
 from flexmb.pictures.films.film_frames import FIELDS, STRESS, field_limit, field_of, stress_limit
@@ -35,6 +35,7 @@ SIZE = (1200, 800)
 KEYS = "space: play and stop    left, right: frame by frame    mouse: move and zoom    r: whole picture    q: close"
 
 
+@arguments.checked
 def view(
     sol: Solution,
     *,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb import checks
+from flexmb import arguments, checks
 from flexmb.errors import InputError
 from flexmb.pictures.poses.labels import place_names
 from flexmb.pictures.poses.pose import RING, Pose, body_colours
@@ -40,6 +40,7 @@ CORNERS = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
 """Points of a ring that names keep free, over its radius."""
 
 
+@arguments.checked
 def render(
     sol: Solution,
     times: Sequence[float] | np.ndarray | None = None,

@@ -26,7 +26,7 @@ REGULAR += ["period 1", "period 2", "period 4", "period 3"]
 def test_published_exponent_lies_in_the_band(signals, name, method):
     found, true = method(*signals[name]), PUBLISHED[name.split()[0]]
     assert found.ok, found.status
-    assert found.unit == ("1/s" if signals[name][1] else "1/iteration")
+    assert found.units == ("1/s" if signals[name][1] else "1/iteration")
     assert abs(found.value - true) <= found.error, found.status
     assert found.error <= 0.4 * true, found.status
 

@@ -126,14 +126,14 @@ def test_power_of_lines_and_of_all():
     assert found.peaks[:2] == pytest.approx([5.0, 12.34], abs=0.005)
     assert found.power[:2] == pytest.approx([2.0, 0.125], rel=1e-3)
     assert found.density.sum() * found.frequency[1] == pytest.approx(x.var(), rel=1e-3)
-    assert found.unit == "Hz"
+    assert found.units == "Hz"
 
 
 def test_floor_of_white_noise():
     """One-sided density of unit white noise: 2 per cycle; its median is ln 2 of the mean."""
     found = fm.chaos.power_spectrum(np.random.default_rng(2).standard_normal(20000))
     assert np.median(found.floor[200:-200]) == pytest.approx(2.0 * math.log(2.0), rel=0.05)
-    assert found.unit == "1/iteration"
+    assert found.units == "1/iteration"
 
 
 # correlation dimension

@@ -80,4 +80,4 @@ def _rigid(owner: str, body: Flexible) -> RigidBody:
         vx, vy, omega = (float(x) for x in np.asarray(velocity))
         dx, dy = own.centre[0] - node.x, own.centre[1] - node.y
         velocity = (vx - omega * dy, vy + omega * dx, omega)
-    return RigidBody(body.name, own.centre, own.mass, own.inertia, angle=node.theta, velocity=velocity)
+    return RigidBody(body.name, own.centre, own.mass, own.inertia, theta=node.theta, velocity=velocity)
