@@ -28,7 +28,13 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
 from flexmb.start.assemble import close_loops
-from flexmb.start.consistent import accelerations, degrees_of_freedom, rigid_velocities, yielding_joints
+from flexmb.start.consistent import (
+    accelerations,
+    degrees_of_freedom,
+    rigid_velocities,
+    with_states,
+    yielding_joints,
+)
 from flexmb.start.massless import check_massless
 from flexmb.start.redundant_joints import redundancy
 from flexmb.system.state_evaluation import StateEvaluation
@@ -135,7 +141,7 @@ def start_findings(mechanism: Mechanism, moving: Program, closed: Program, q: np
         return [of_error("forbidden-velocity", error, mechanism)]
     try:
         check_massless(mechanism, moving, q)
-        a, _ = accelerations(moving, q, v, 0.0)
+        a, _ = accelerations(moving, *with_states(moving, q, v), 0.0)
     except FlexmbError as error:
         return [of_error("no-inertia", error, mechanism, "Give every body some mass and inertia.")]
     return [] if np.isfinite(a).all() else [found("not-solvable", (), "The first accelerations are not finite.")]
