@@ -167,13 +167,35 @@ def count(owner: str, name: str, value: object, least: int = 1, hint: str = "") 
     return int(whole)
 
 
+class MarkedPoint(tuple[float, float]):
+    """Point (x, y) that a marker stands for; it is equal to the plain pair.
+
+    Attributes
+    ----------
+    marker : name of the marker.
+    """
+
+    marker: str
+
+    def __new__(cls, point: tuple[float, float], marker: str) -> Self:
+        """The point of a marker."""
+        made = super().__new__(cls, point)
+        made.marker = marker
+        return made
+
+    def __getnewargs__(self) -> tuple[tuple[float, float], str]:  # type: ignore[override]
+        return tuple(self), self.marker  # type: ignore[return-value]
+
+
 def point(owner: str, name: str, value: object, unit: str = "m") -> tuple[float, float]:
     """`value` as a point (x, y) [m], or as a vector with another unit; else `InputError`."""
     try:
         x, y = value if isinstance(value, Iterable) else ()
     except (ValueError, TypeError):  # TypeError: an array without dimensions
         raise InputError(f"{owner}: {name} is {value!r}; it must be a pair (x, y){_in(unit)}.") from None
-    return number(owner, f"{name}[0]", x, unit), number(owner, f"{name}[1]", y, unit)
+    found = number(owner, f"{name}[0]", x, unit), number(owner, f"{name}[1]", y, unit)
+    marker = getattr(value, "marker", None)
+    return MarkedPoint(found, marker) if isinstance(marker, str) else found
 
 
 def direction(owner: str, name: str, value: object) -> tuple[float, float]:

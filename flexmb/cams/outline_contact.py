@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from flexmb.cams.curves.line import Circle
+from flexmb.cams.curves.line import CircularCurve
 from flexmb.cams.curves.outline import Outline
 from flexmb.cams.outline_kernels import PART, PART_WITHOUT_START, WHOLE, outline_gap_kernel
 from flexmb.cams.packing import TOLERANCE_LENGTH, carriers, in_frame, pair_shapes, signed_distance
@@ -56,14 +56,14 @@ class OutlineContact(Part):
     first: Part
     outline: Outline
     second: Part
-    circle: Circle
+    circle: CircularCurve
     _: KW_ONLY
     normal: NormalLaw
     friction: FrictionLaw = field(default_factory=Frictionless)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_outlines(self, outline=Outline, circle=Circle)
+        check_outlines(self, outline=Outline, circle=CircularCurve)
         for k, (x, y) in enumerate(self.outline.points):
             radius = self.outline.radius(k)
             if -self.circle.radius <= radius < 0.0:

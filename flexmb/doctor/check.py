@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.doctor.connections import free_bodies
+from flexmb.doctor.connections import free_bodies, left_out_links
 from flexmb.doctor.dimensions import dimension_findings
 from flexmb.doctor.finding import ERROR, SEVERITIES, Finding, found
 from flexmb.doctor.laws import kernel_findings, law_findings
@@ -72,7 +72,7 @@ def check(mechanism: Mechanism, step: float | None = None) -> Report:
 
 def _examined(mechanism: Mechanism, step: float | None) -> Report:
     """Report on a mechanism, and on a fixed step [s]."""
-    findings = [*free_bodies(mechanism), *dimension_findings(mechanism), *motion_findings(mechanism)]
+    findings = [*free_bodies(mechanism), *left_out_links(mechanism), *dimension_findings(mechanism), *motion_findings(mechanism)]
     findings += _attempt(mechanism, law_findings)
     try:
         moving, ideal = compile_mechanism(mechanism), compile_mechanism(mechanism, closed=True)
@@ -88,8 +88,9 @@ def _examined(mechanism: Mechanism, step: float | None) -> Report:
         more = [] if _is_broken(findings) else [of_error("not-compilable", error, mechanism)]
         return Report(mechanism.name, sorted_findings([*findings, *more]))
     except AssemblyError as error:
-        numbers = _numbers(moving, ideal, np.array(ideal.reference.q), ())
-        return Report(mechanism.name, sorted_findings([*findings, *open_loops(closed, error)]), **numbers)
+        q = np.array(ideal.reference.q)
+        findings += [*open_loops(closed, error), *_without_closing(mechanism, moving, ideal, q)]
+        return Report(mechanism.name, sorted_findings(findings), **_numbers(moving, ideal, q, ()))
     structure = redundancies(moving, ideal, q)
     findings += [*structure, *other_branch(closed, q)]
     found_modes, more = _modes(mechanism)
@@ -113,12 +114,14 @@ def _is_broken(findings: list[Finding]) -> bool:
     return any(finding.code == "broken-kernel" for finding in findings)
 
 
-def _attempt(mechanism: Mechanism, examine: Callable[[Mechanism], list[Finding]]) -> list[Finding]:
+def _attempt(
+    mechanism: Mechanism, examine: Callable[[Mechanism], list[Finding]], code: str = "not-compilable"
+) -> list[Finding]:
     """Findings of an examination; one that fails is a finding, too."""
     try:
         return examine(mechanism)
     except FlexmbError as error:
-        return [of_error("not-compilable", error, mechanism)]
+        return [of_error(code, error, mechanism)]
 
 
 def of_error(code: str, error: FlexmbError, mechanism: Mechanism, remedy: str = "") -> Finding:
@@ -131,6 +134,12 @@ def sorted_findings(findings: list[Finding]) -> tuple[Finding, ...]:
     """Errors first, then warnings and notes; each finding once."""
     once = list({(f.code, f.parts, f.text): f for f in findings}.values())
     return tuple(sorted(once, key=lambda finding: SEVERITIES.index(finding.severity)))
+
+
+def _without_closing(mechanism: Mechanism, moving: Program, ideal: Program, q: np.ndarray) -> list[Finding]:
+    """Findings that need no closed pose, at the reference configuration: what holds in every pose, and inertia."""
+    structure = [f for f in redundancies(moving, ideal, q) if f.code != "singular-pose"]
+    return structure + _attempt(mechanism, lambda m: check_massless(m, moving, q) or [], code="no-inertia")
 
 
 def start_findings(mechanism: Mechanism, moving: Program, closed: Program, q: np.ndarray) -> list[Finding]:

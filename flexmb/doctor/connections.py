@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import math
+
+from flexmb.bodies.bar import Bar
 from flexmb.display.text import quoted
 from flexmb.doctor.finding import NOTE, Finding, found
 from flexmb.drives.drive import Drive
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.part import GROUND, Body
+from flexmb.model.part import GROUND, Body, Joint
+
+SAME_POINT = 1e-6
+"""Distance of two points over the length of the longest link, below which they are one."""
 
 
 def groups_of_bodies(mechanism: Mechanism) -> list[tuple[str, ...]]:
@@ -51,3 +57,37 @@ def _is_held(mechanism: Mechanism, groups: list[tuple[str, ...]]) -> bool:
     """Whether some body is connected to the ground."""
     grounded = next(group for group in groups if GROUND.name in group)
     return len(grounded) > 1 or len(mechanism.bodies) == 0
+
+
+def left_out_links(mechanism: Mechanism) -> list[Finding]:
+    """Links that end at a joint of two other bodies and are joined to nothing there: the joint has the wrong body.
+
+    Links that springs, contacts or other couplings hold are left out.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    """
+    joints = [part for part in mechanism.parts if isinstance(part, Joint) and part.at is not None]
+    others = [part for part in mechanism.parts if not isinstance(part, (Body, Drive)) and part not in joints]
+    held = {name for part in others if len(part.references()) > 1 for name in part.references()}
+    bars = [body for body in mechanism.bodies if isinstance(body, Bar)]
+    near = SAME_POINT * max((math.dist(bar.start, bar.end) for bar in bars), default=0.0)
+    findings = []
+    for bar, end in ((bar, end) for bar in bars if bar.name not in held for end in (bar.start, bar.end)):
+        here = [joint for joint in joints if math.dist(joint.at, end) <= near]
+        if not here or any(bar.name in joint.references() for joint in here):
+            continue
+        joint, two = here[0], (here[0].first, here[0].second)
+        wrong = [repr(b.name) for b in two if isinstance(b, Body) and not _has_point(b, end, near)] or ["one of them"]
+        text = f"{joint.label} joins {quoted([b.name for b in two])} at ({end[0]:.4g}, {end[1]:.4g}) m, where"
+        text = f"{text} {bar.label} ends and is joined to nothing."
+        remedy = f"Was {bar.name!r} meant in place of {' or '.join(wrong)}? If it shall be free there, so be it."
+        findings.append(found("left-out-link", (joint.name, bar.name), text, remedy))
+    return findings
+
+
+def _has_point(body: Body, point: tuple[float, float], near: float) -> bool:
+    """Whether a body has an end or a node within a distance of a point [m]."""
+    ends = (body.start, body.end) if isinstance(body, Bar) else ()
+    return any(math.dist(own, point) <= near for own in (*ends, *((node.x, node.y) for node in body.nodes())))

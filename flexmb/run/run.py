@@ -11,6 +11,7 @@ import numpy as np
 from flexmb.compiled.notice import notice
 from flexmb.energy.balance import check_balance_at_end, start_balance
 from flexmb.errors import InputError, KernelError, SolveError
+from flexmb.jobs.attempt import is_in_job
 from flexmb.jobs.progress import ProgressBar
 from flexmb.linalg import lu
 from flexmb.linalg.rank import row_rank
@@ -59,6 +60,9 @@ NEWTON_ITERATIONS = 30
 
 NOT_SAVING = -1.0
 """Value of `Clock.save_start` before saving has begun [s]."""
+
+SAME_INSTANT = 1e-9
+"""Difference of two saved instants relative to the time between them, below which they are one."""
 
 STOPPED_AFTER = "Stopped after"
 
@@ -199,11 +203,14 @@ class Run:
         try:
             with self.interruption:
                 self._run_over_jumps(end, interval, bar, ends=saving is not None)
-            if self.code == DONE and not self.note and 0.0 < interval < NEVER:
+            if self.code == DONE and not self.note and 0.0 < interval < NEVER and self._saves_end(end):
                 self.saved.add_end(float(self.flow.clock.t), self.record.signals, 1e-6 * interval)
         except KeyboardInterrupt as stop:
             self.note, self.interrupted = str(stop) or "Interrupted from the keyboard", True
-        bar.close()
+            if is_in_job():
+                raise  # or the job would go on with a run that is not whole
+        finally:
+            bar.close()
 
     def _run_over_jumps(self, end: float, interval: float, bar: ProgressBar, *, ends: bool) -> None:
         """Run until `end` [s], step by step over the jumps; `ends`: whether the balance of energies is drawn there."""
@@ -279,21 +286,38 @@ class Run:
         record.peak_time[larger], record.peak[larger] = instant, size[larger]
         if interval == 0.0:
             self.saved.add_one(flow.clock.t, record.signals)
-        elif interval < NEVER and self.saved.is_at(instant, 1e-9 * interval):
+        elif interval < NEVER and self.saved.is_at(instant, SAME_INSTANT * interval):
             self.saved.replace_last(record.signals)  # an instant of the grid at the jump shows the state just after
         if self.stopping is not None:
             self.met = self.stopping.met(before, record.signals)
 
+    def save_at(self, times: np.ndarray) -> None:
+        """Save the instants `times` (n,) [s], in place of the grid of an interval; none: the grid."""
+        if len(times):
+            self.record = self.record.replaced(save_times=times)
+
     def _start_saving(self, saving: float, end: float) -> None:
         """Save the present instant, or continue the save grid of a resumed run."""
-        clock, self.saving = self.flow.clock, True
+        clock, self.saving, times = self.flow.clock, True, self.record.save_times
+        if len(times):
+            clock.save_start = clock.t if clock.save_start < 0.0 else clock.save_start
+            clock.saved_instants = float(np.searchsorted(times, clock.t + SAME_INSTANT * saving, "right"))
+            self.saved.expect(len(times))
+            if self.saved.count == 0 and abs(times[0] - clock.t) <= SAME_INSTANT * saving:
+                self.saved.add_one(clock.t, self.record.signals)
+            return
         if saving > 0.0:
             self.saved.expect(int(min((end - clock.t) / saving, 1e9)) + 2)
         if clock.save_start < 0.0:
             clock.save_start, clock.saved_instants = clock.t, 0.0
             self.saved.add_one(clock.t, self.record.signals)
         elif saving > 0.0:  # counted anew, since the interval may be another one
-            clock.saved_instants = np.floor((clock.t - clock.save_start) / saving + 1e-9)
+            clock.saved_instants = np.floor((clock.t - clock.save_start) / saving + SAME_INSTANT)
+
+    def _saves_end(self, end: float) -> bool:
+        """Whether the last instant is saved: always with a grid, of given times if its time `end` [s] is the last."""
+        times = self.record.save_times
+        return len(times) == 0 or (not self.met and bool(times[-1] == end))
 
     def _steps_left(self, steps: int) -> int:
         if self.max_steps is None:

@@ -113,11 +113,6 @@ class KelvinVoigt(NormalLaw):
         """Reference speed, gap, gap rate, approach speed; largest approach speed, depth, force, cut tension, excess."""
         return validity.HISTORY_WITH_EXTREMES
 
-    def remarks(self, history: Sequence[float]) -> tuple[str, ...]:
-        """A remark on the tension that was cut."""
-        extremes = validity.Extremes.of(history)
-        return tuple(validity.pulled(extremes.tension, extremes.force))
-
 
 def _restitution(zeta: float) -> float:
     """e for the damping ratio zeta >= 0, with the force cut at zero."""
