@@ -168,23 +168,9 @@ def count(owner: str, name: str, value: object, least: int = 1, hint: str = "") 
 
 
 class MarkedPoint(tuple[float, float]):
-    """Point (x, y) that a marker stands for; it is equal to the plain pair.
+    """Point (x, y) of the marker whose name is `marker`; it follows the marker when a mechanism is changed."""
 
-    Attributes
-    ----------
-    marker : name of the marker.
-    """
-
-    marker: str
-
-    def __new__(cls, point: tuple[float, float], marker: str) -> Self:
-        """The point of a marker."""
-        made = super().__new__(cls, point)
-        made.marker = marker
-        return made
-
-    def __getnewargs__(self) -> tuple[tuple[float, float], str]:  # type: ignore[override]
-        return tuple(self), self.marker  # type: ignore[return-value]
+    marker = ""
 
 
 def point(owner: str, name: str, value: object, unit: str = "m") -> tuple[float, float]:
@@ -193,9 +179,12 @@ def point(owner: str, name: str, value: object, unit: str = "m") -> tuple[float,
         x, y = value if isinstance(value, Iterable) else ()
     except (ValueError, TypeError):  # TypeError: an array without dimensions
         raise InputError(f"{owner}: {name} is {value!r}; it must be a pair (x, y){_in(unit)}.") from None
-    found = number(owner, f"{name}[0]", x, unit), number(owner, f"{name}[1]", y, unit)
+    found: Any = number(owner, f"{name}[0]", x, unit), number(owner, f"{name}[1]", y, unit)
     marker = getattr(value, "marker", None)
-    return MarkedPoint(found, marker) if isinstance(marker, str) else found
+    if isinstance(marker, str):
+        found = MarkedPoint(found)
+        found.marker = marker
+    return found  # type: ignore[no-any-return]
 
 
 def direction(owner: str, name: str, value: object) -> tuple[float, float]:

@@ -159,7 +159,7 @@ def _saved(text: str) -> int | float | str:
         return text
     if text.rstrip()[-1:].isalpha():
         return quantity(text, "s", "--save")
-    return checks.count("flexmb run", "--save", quantity(text, "", "--save"), hint="Give an interval with its unit: 1ms.")
+    return checks.count("flexmb run", "--save", quantity(text, "", "--save"), hint="An interval has a unit: 1ms.")
 
 
 def solver_of(options: argparse.Namespace) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from flexmb.controllers.control import check_sample, is_signal_name
 from flexmb.errors import InputError
 from flexmb.kernels import control_kernel
 from flexmb.model.contributions import ControlContribution, MotionInput
-from flexmb.model.controller import Controller, Followed
+from flexmb.model.controller import Controller
 from flexmb.model.law import Motion
 
 FILTER_RATIO = 10.0
@@ -151,7 +151,7 @@ class PID(Controller):
             dt = JUST_BEFORE * t
             (r0, v0, _), (r1, v1, _) = (self.target.kernel(p, x) for x in (t - dt, t))
             if abs(r1 - r0) > 10.0 * max(abs(v0), abs(v1)) * dt + JUST_BEFORE * max(abs(r0), abs(r1)):
-                text = f"{self.label}: the target jumps at t = {t:g} s, and the derivative of its error is infinite there"
+                text = f"{self.label}: the target jumps at t = {t:g} s; the derivative of its error is infinite there"
                 raise InputError(
                     f"{text}. Give filter_time= in place of rate=, or derivative_of={MEASUREMENT!r}, or a Ramp."
                 )
@@ -207,13 +207,13 @@ class PID(Controller):
             float(measured),
         )
 
-    def followed(self, end: float) -> Followed:
+    def followed(self, end: float) -> tuple[str, float, float]:
         """The measured signal, and the range of the target until the time `end` [s]."""
         if not isinstance(self.target, Motion):
-            return Followed(self.measure, float(self.target), float(self.target), self.load)
+            return self.measure, float(self.target), float(self.target)
         p, times = np.array(self.target.parameters(), dtype=float), np.linspace(0.0, end, TARGETS + 1)
         values = [self.target.kernel(p, float(t))[0] for t in (*times, *self.target.breaks(end))]
-        return Followed(self.measure, min(values), max(values), self.load)
+        return self.measure, min(values), max(values)
 
     def _tracking(self) -> float:
         """Time constant of the back-calculation [s]."""

@@ -72,8 +72,8 @@ def check(mechanism: Mechanism, step: float | None = None) -> Report:
 
 def _examined(mechanism: Mechanism, step: float | None) -> Report:
     """Report on a mechanism, and on a fixed step [s]."""
-    findings = [*free_bodies(mechanism), *left_out_links(mechanism), *dimension_findings(mechanism), *motion_findings(mechanism)]
-    findings += _attempt(mechanism, law_findings)
+    findings = [*free_bodies(mechanism), *left_out_links(mechanism), *dimension_findings(mechanism)]
+    findings += [*motion_findings(mechanism), *_attempt(mechanism, law_findings)]
     try:
         moving, ideal = compile_mechanism(mechanism), compile_mechanism(mechanism, closed=True)
         closed = compile_mechanism(mechanism, start=True)
@@ -114,14 +114,12 @@ def _is_broken(findings: list[Finding]) -> bool:
     return any(finding.code == "broken-kernel" for finding in findings)
 
 
-def _attempt(
-    mechanism: Mechanism, examine: Callable[[Mechanism], list[Finding]], code: str = "not-compilable"
-) -> list[Finding]:
+def _attempt(mechanism: Mechanism, examine: Callable[[Mechanism], list[Finding]]) -> list[Finding]:
     """Findings of an examination; one that fails is a finding, too."""
     try:
         return examine(mechanism)
     except FlexmbError as error:
-        return [of_error(code, error, mechanism)]
+        return [of_error("not-compilable", error, mechanism)]
 
 
 def of_error(code: str, error: FlexmbError, mechanism: Mechanism, remedy: str = "") -> Finding:
@@ -137,9 +135,13 @@ def sorted_findings(findings: list[Finding]) -> tuple[Finding, ...]:
 
 
 def _without_closing(mechanism: Mechanism, moving: Program, ideal: Program, q: np.ndarray) -> list[Finding]:
-    """Findings that need no closed pose, at the reference configuration: what holds in every pose, and inertia."""
+    """Findings that need no closed pose, at the reference configuration."""
     structure = [f for f in redundancies(moving, ideal, q) if f.code != "singular-pose"]
-    return structure + _attempt(mechanism, lambda m: check_massless(m, moving, q) or [], code="no-inertia")
+    try:
+        check_massless(mechanism, moving, q)
+    except FlexmbError as error:
+        structure.append(of_error("no-inertia", error, mechanism))
+    return structure
 
 
 def start_findings(mechanism: Mechanism, moving: Program, closed: Program, q: np.ndarray) -> list[Finding]:

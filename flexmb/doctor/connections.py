@@ -60,30 +60,23 @@ def _is_held(mechanism: Mechanism, groups: list[tuple[str, ...]]) -> bool:
 
 
 def left_out_links(mechanism: Mechanism) -> list[Finding]:
-    """Links that end at a joint of two other bodies and are joined to nothing there: the joint has the wrong body.
-
-    Links that springs, contacts or other couplings hold are left out.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    """
+    """Links that end at a joint of two other bodies and are joined to nothing there: the joint has the wrong body."""
     joints = [part for part in mechanism.parts if isinstance(part, Joint) and part.at is not None]
     others = [part for part in mechanism.parts if not isinstance(part, (Body, Drive)) and part not in joints]
     held = {name for part in others if len(part.references()) > 1 for name in part.references()}
     bars = [body for body in mechanism.bodies if isinstance(body, Bar)]
-    near = SAME_POINT * max((math.dist(bar.start, bar.end) for bar in bars), default=0.0)
-    findings = []
-    for bar, end in ((bar, end) for bar in bars if bar.name not in held for end in (bar.start, bar.end)):
+    near, findings = SAME_POINT * max((math.dist(bar.start, bar.end) for bar in bars), default=0.0), []
+    ends = [(body, point) for body in bars if body.name not in held for point in (body.start, body.end)]
+    for bar, end in ends:
         here = [joint for joint in joints if math.dist(joint.at, end) <= near]
         if not here or any(bar.name in joint.references() for joint in here):
             continue
-        joint, two = here[0], (here[0].first, here[0].second)
-        wrong = [repr(b.name) for b in two if isinstance(b, Body) and not _has_point(b, end, near)] or ["one of them"]
-        text = f"{joint.label} joins {quoted([b.name for b in two])} at ({end[0]:.4g}, {end[1]:.4g}) m, where"
-        text = f"{text} {bar.label} ends and is joined to nothing."
-        remedy = f"Was {bar.name!r} meant in place of {' or '.join(wrong)}? If it shall be free there, so be it."
-        findings.append(found("left-out-link", (joint.name, bar.name), text, remedy))
+        two = [body for body in (here[0].first, here[0].second) if isinstance(body, Body)]
+        wrong = [repr(body.name) for body in two if not _has_point(body, end, near)] or ["one of them"]
+        text = f"{here[0].label} joins {quoted([b.name for b in two])} at ({end[0]:.4g}, {end[1]:.4g}) m, where"
+        remedy = f"Was {bar.name!r} meant in place of {' or '.join(wrong)}?"
+        text = f"{text} {bar.label} ends, joined to nothing."
+        findings.append(found("left-out-link", (here[0].name, bar.name), text, remedy))
     return findings
 
 

@@ -64,15 +64,8 @@ def is_in_job() -> bool:
 
 
 def tell_stopped(run: str, status: str) -> None:
-    """Note a run that did not reach its end for the job around it; without a job nothing is noted.
-
-    Parameters
-    ----------
-    run : name of the run.
-    status : its status.
-    """
-    runs = _STOPPED.get()
-    if runs is not None:
+    """Note the name and status of a run that did not reach its end, for the job around it."""
+    if (runs := _STOPPED.get()) is not None:
         runs.append(f"{run}: {ADDRESS.sub('', status)}")
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from flexmb.errors import ModelError
 from flexmb.model.contributions import ControlContribution, ElementContribution, SignalContribution
@@ -14,22 +14,6 @@ from flexmb.model.part import Part
 if TYPE_CHECKING:
     from flexmb.model.contributions import Contribution
     from flexmb.model.mechanism import Mechanism
-
-
-class Followed(NamedTuple):
-    """Signal that a controller holds near a target.
-
-    Parameters
-    ----------
-    signal : name of the signal.
-    lowest, highest : range of the target, in the unit of the signal.
-    load : name of the load by which the controller acts; None: it has none.
-    """
-
-    signal: str
-    lowest: float
-    highest: float
-    load: str | None
 
 
 @dataclass(frozen=True)
@@ -49,8 +33,8 @@ class Controller(Part):
         """One control law."""
         return [self.control()]
 
-    def followed(self, end: float) -> Followed | None:  # noqa: ARG002 - read by controllers with a target
-        """The signal that the controller holds near a target until the time `end` [s]; None: it has no target."""
+    def followed(self, end: float) -> tuple[str, float, float] | None:  # noqa: ARG002 - of controllers with a target
+        """Signal that the controller holds near a target, and the range of the target until `end` [s]; None: none."""
         return None
 
     def references(self) -> tuple[str, ...]:

@@ -263,17 +263,12 @@ class Mechanism:
         return replace(self, parts=tuple(parts.values()), **top)
 
     def _follow_markers(self, parts: dict[str, Part]) -> None:
-        """Move points that markers stand for to the new places of these markers.
-
-        parts : new parts by their names
-        """
-        changed = {name: part for name, part in parts.items() if part is not self._by_name.get(name, part)}
-        moved = {name: vars(part)["at"] for name, part in changed.items() if getattr(part, "marker", None) == name}
+        """Move points of markers that have changed, in new parts by their names."""
+        changed = {name: part for name, part in parts.items() if part is not self._by_name[name]}
         for name, part in parts.items():
-            points = {f: p for f, p in vars(part).items() if isinstance(p, checks.MarkedPoint) and p.marker in moved}
-            if points:
-                at = {field: checks.MarkedPoint(moved[p.marker], p.marker) for field, p in points.items()}
-                parts[name] = replace(part, **at)
+            points = {f: changed.get(p.marker) for f, p in vars(part).items() if isinstance(p, checks.MarkedPoint)}
+            moved: dict[str, Any] = {field: marker for field, marker in points.items() if marker is not None}
+            parts[name] = replace(part, **moved) if moved else part
 
     def _refuse_points_left_behind(self, parts: Mapping[str, Part]) -> None:
         """Refuse changes that move a point of a body away from joints and loads that lie there and stay.

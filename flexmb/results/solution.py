@@ -40,9 +40,9 @@ class UnknownSignalError(InputError, KeyError):
 class Solution:
     """Result of a run; immutable.
 
-    `sol["PART.SIGNAL"]` is an `xarray.DataArray` over `time`, `sol[["A.x", "B.y"]]` and `sol["slider.*"]` (* stands for
-    any text) are an `xarray.Dataset` of several signals, `sol.to_dataframe()` is a table of pandas; nodes of flexible parts go by their number or by another
-    name: "rod.node8.x" and "rod.end.x" are the same signal.
+    `sol["PART.SIGNAL"]` is an `xarray.DataArray` over `time`, `sol[["A.x", "B.y"]]` and `sol["slider.*"]` are datasets
+    of several signals; nodes of flexible parts go by their number or by another name: "rod.node8.x" and "rod.end.x" are
+    the same signal.
 
     Parameters
     ----------
@@ -103,17 +103,18 @@ class Solution:
             raise InputError("Solution: time decreases; it must increase from one saved instant to the next.")
 
     @overload
-    def __getitem__(self, name: str) -> xr.DataArray: ...
+    def __getitem__(self, name: str) -> xr.DataArray: ...  # type: ignore[overload-overlap] # a text is a sequence
 
     @overload
     def __getitem__(self, name: Sequence[str]) -> xr.Dataset: ...
 
-    def __getitem__(self, name: str | Sequence[str]) -> xr.DataArray | xr.Dataset:
-        """The signal of that name over `time`, several as a dataset, or `UnknownSignalError`."""
+    def __getitem__(self, name: Any) -> xr.DataArray | xr.Dataset:
+        """The signal of that name over `time`; a dataset for several names or patterns; or `UnknownSignalError`."""
         import xarray as xr
 
-        if isinstance(name, list | tuple) or (isinstance(name, str) and "*" in name and name not in self._places):
-            return self._dataset([one for asked in ([name] if isinstance(name, str) else name) for one in self._fitting(asked)])
+        if isinstance(name, list | tuple) or (isinstance(name, str) and "*" in name):
+            asked = [name] if isinstance(name, str) else name
+            return self._dataset([fitting for one in asked for fitting in self._fitting(one)])
         k = self._place(name)
         units = self.signals.units[k]
         time = xr.Variable("time", self.time, {"units": "s"})
@@ -136,18 +137,9 @@ class Solution:
         """All signals, with the status as attribute."""
         return self._dataset(self.names)
 
-    def to_dataframe(self, signals: Sequence[str] | None = None) -> pd.DataFrame:
-        """Table of pandas: a row per saved instant with `time` [s] as the index, a column per signal in SI units.
-
-        Parameters
-        ----------
-        signals : names of signals, and patterns such as "slider.*"; None: all.
-
-        Raises
-        ------
-        UnknownSignalError : a name that is no signal, a pattern that fits none.
-        """
-        return (self.dataset if signals is None else self[tuple(signals)]).to_dataframe()
+    def to_dataframe(self) -> pd.DataFrame:
+        """Table of pandas: a row per saved instant, indexed by `time` [s], and a column per signal in SI units."""
+        return self.dataset.to_dataframe()
 
     def _dataset(self, names: Sequence[str]) -> xr.Dataset:
         """Signals of these names."""

@@ -27,7 +27,7 @@ from flexmb.run.failure import explanation
 from flexmb.run.interruption import KEYBOARD, TERMINATION, Interruption
 from flexmb.run.lost_control import lost_control
 from flexmb.run.run import Run
-from flexmb.run.save_grid import save_grid, shown_save
+from flexmb.run.save_grid import SaveGrid, save_grid, shown_save
 from flexmb.run.stopping import Condition, StopConditions
 from flexmb.run.vibrations import vibration_remarks
 from flexmb.run.watch import Saved, impossible_penetrations, watched
@@ -158,17 +158,22 @@ def simulate(
     grid = save_grid(label, save, period, max(begin, begun), end)
     started = clock()
     try:
-        stopping.watch(run, faults_alone=True)
-        if run.flow.clock.t < begin:
-            run.run_to(begin, saving=None)
-            run.reset_peaks()
-        stopping.watch(run, fresh=restart is None)
-        run.save_at(grid.times)
-        run.run_to(end, saving=grid.interval)
+        _run_through(run, stopping, begin, end, grid, fresh=restart is None)
     finally:
         if kept_file is not None and run.interrupted:
             kept_file.write(run)
     return _solution(run, mechanism, closed, (begun, begin), model, kept_file, started)
+
+
+def _run_through(run: Run, stopping: StopConditions, begin: float, end: float, grid: SaveGrid, *, fresh: bool) -> None:
+    """Run to the begin of saving and to the end [s]; `fresh`: without a restart."""
+    stopping.watch(run, faults_alone=True)
+    if run.flow.clock.t < begin:
+        run.run_to(begin, saving=None)
+        run.reset_peaks()
+    stopping.watch(run, fresh=fresh)
+    run.save_at(grid.times)
+    run.run_to(end, saving=grid.interval)
 
 
 def _solution(

@@ -28,7 +28,7 @@ MOST_TRIALS = 100
 SAME = 1e-9
 """Distance beyond its level, relative to it, at which a signal may begin: a run goes on from its stop."""
 
-LEAST_LEVEL = 1e-12
+LEAST = 1e-12
 """The same distance for the level 0, in the unit of the signal."""
 
 
@@ -82,9 +82,9 @@ def when(
 
     Notes
     -----
-    Signals are compared at the ends of steps.  A signal that begins a run at its level, `above` or `below`, and goes on
-    beyond it, ends the run at once; a run that goes on from a stop waits for the next crossing.  A signal that crosses its level twice within one step is not seen; give
-    smaller steps. The instant is found by shorter and shorter last steps, to round-off of the time.
+    Signals are compared at the ends of steps.  A signal that crosses its level twice within one step is not seen; give
+    smaller steps.  The instant is found by shorter and shorter last steps, to round-off of the time.  A signal that
+    begins a run at its level (`above`, `below`) and goes beyond it ends the run; after a restart it does not.
     """
     given = {"above": above, "below": below, "crosses": crosses, "contact": contact}
     named = [name for name, value in given.items() if value is not None]
@@ -154,8 +154,8 @@ class StopConditions:
             place, (level, sign) = self.places[k], self.levels[k]
             value = float(run.record.signals[place])
             if fresh and value == level and not (one.is_event or one.signal.endswith(f".{PENETRATION}")):
-                self.levels[k, LEVEL] += sign * (SAME * abs(level) or LEAST_LEVEL)
-            if not one.is_event and sign * (value - level) > SAME * max(abs(level), abs(value)):
+                self.levels[k, LEVEL] += sign * (SAME * abs(level) or LEAST)
+            if not one.is_event and sign * (value - level) > 2.0 * (SAME * max(abs(level), abs(value)) + LEAST):
                 t = float(run.flow.clock.t)
                 text = f"{self.label}: stop: {one.text!r} is met already at t = {t:g} s, where watching begins and "
                 text += f"{one.signal} is {value:g}"

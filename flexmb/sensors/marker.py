@@ -43,8 +43,7 @@ def marker_kernel(p, t, q, v, a):
 class Marker(Part):
     """A point of a body, or of a node of a flexible body, without mass: it reports its motion.
 
-    A marker may stand in place of a point: `Force("load", body, at=marker, ...)`.  The point then follows the marker
-    when the mechanism is changed: `mechanism.with_({"P.at": (0.2, 0.0)})`.
+    A marker may stand in place of a point, which then follows it in `with_`: `Force("load", body, at=marker, ...)`.
 
     Signals: x, y [m], vx, vy [m/s], ax, ay [m/s2], angle [rad] and omega [rad/s] of the body there, in world axes.
 

@@ -339,7 +339,8 @@ def test_gaps_of_discs(kind, depth):
         return fm.ClosedCurve.from_function(lambda u: (x + r * math.cos(u), r * math.sin(u)), 120)
 
     other = {
-        "cam": disc(r1 + r2, r2), "roller": fm.cams.CircularCurve((r1 + r2, 0.0), r2), "line": fm.Line((r1, -1.0), (r1, 1.0)),
+        "cam": disc(r1 + r2, r2), "roller": fm.cams.CircularCurve((r1 + r2, 0.0), r2),
+        "line": fm.Line((r1, -1.0), (r1, 1.0)),
     }[kind]  # fmt: skip
     bodies = [fm.RigidBody(n, at=(x, 0.0), mass=1.0, inertia=1.0) for n, x in (("one", 0.0), ("two", r1 + r2))]
     part = fm.CurveOnCurve("pair", bodies[0], disc(0.0, r1), bodies[1], other, normal=NORMAL, start="open")

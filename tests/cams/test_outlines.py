@@ -225,7 +225,9 @@ def test_a_ratchet_turns_one_way(torque, runs):
     sol = fm.simulate(fm.Mechanism("ratchet", [
         wheel, pawl,
         fm.Revolute("O", fm.GROUND, wheel, at=(0.0, 0.0)), fm.Revolute("P", fm.GROUND, pawl, at=(0.06, 0.0545)),
-        fm.cams.OutlineContact("tip", wheel, fm.cams.Outline(points), pawl, fm.cams.CircularCurve(tip, 0.002), normal=law),
+        fm.cams.OutlineContact(
+            "tip", wheel, fm.cams.Outline(points), pawl, fm.cams.CircularCurve(tip, 0.002), normal=law
+        ),
         fm.TorsionSpring("spring", fm.GROUND, pawl, stiffness=1.0, damping=2e-3, rest_angle=0.3),
         fm.Torque("load", wheel, torque), fm.TorsionSpring("oil", fm.GROUND, wheel, stiffness=0.0, damping=0.02),
     ]), t_end=0.5)  # fmt: skip

@@ -25,7 +25,13 @@ def crank_with_massless_rod(*, controlled=True, held=True, first=False):
     arm = fm.RigidLink("arm", (0.0, 0.0), (0.5, 0.0), mass=1.0, inertia=1.0 / 48.0)
     rod = fm.RigidLink("rod", (0.5, 0.0), (1.0, 0.0), mass=0.0, inertia=0.0)
     slider = fm.RigidBody("slider", (1.0, 0.0), 1.0, 1.0)
-    parts = [arm, rod, slider, fm.Revolute("A", fm.GROUND, arm, at=(0.0, 0.0)), fm.Revolute("B", arm, rod, at=(0.5, 0.0))]
+    parts = [
+        arm,
+        rod,
+        slider,
+        fm.Revolute("A", fm.GROUND, arm, at=(0.0, 0.0)),
+        fm.Revolute("B", arm, rod, at=(0.5, 0.0)),
+    ]
     parts += [fm.Revolute("C", rod, slider, at=(1.0, 0.0))] if held else []
     parts += [fm.Prismatic("guide", fm.GROUND, slider, at=(1.0, 0.0)), fm.Torque("actuator", arm, 1.0)]
     pid = [servo()] if controlled else []
@@ -92,4 +98,6 @@ def test_the_momentum_of_bodies_has_no_part_of_states():
     sol = fm.simulate(mechanism, t_end=0.05)
     found = momentum(mechanism, sol)
     assert found.mass == pytest.approx(2.0)
-    assert np.asarray(found.linear)[-1, 0] == pytest.approx(float(sol["arm.vx"][-1] + sol["slider.vx"][-1]), rel=1e-7)  # a massless link has 1e-8 of the least mass
+    assert np.asarray(found.linear)[-1, 0] == pytest.approx(
+        float(sol["arm.vx"][-1] + sol["slider.vx"][-1]), rel=1e-7
+    )  # a massless link has 1e-8 of the least mass
