@@ -27,6 +27,7 @@ from flexmb.run.failure import naming_kernels
 from flexmb.run.interruption import KEYBOARD, Interruption
 from flexmb.run.restart import MODEL, refuse_broken_clock, refuse_other_model
 from flexmb.run.sampling import act
+from flexmb.run.save_grid import SAME_INSTANT, saves_end, start_saving
 from flexmb.run.saved_rows import SavedRows
 from flexmb.run.step_limits import step_limits
 from flexmb.run.stopping import Snapshot, StopConditions, end_at_crossing
@@ -60,9 +61,6 @@ NEWTON_ITERATIONS = 30
 
 NOT_SAVING = -1.0
 """Value of `Clock.save_start` before saving has begun [s]."""
-
-SAME_INSTANT = 1e-9
-"""Difference of two saved instants relative to the time between them, below which they are one."""
 
 STOPPED_AFTER = "Stopped after"
 
@@ -193,7 +191,7 @@ class Run:
         if self.note or self.code not in (RUNNING, DONE):
             return  # a run that was stopped before the instants to be saved stays stopped
         if saving is not None:
-            self._start_saving(saving, end)
+            start_saving(self, saving, end)
         self.flow.balance.residual_limit = self.stepper.residual_limit
         interval = NEVER if saving is None else saving
         if self.progress:
@@ -203,7 +201,7 @@ class Run:
         try:
             with self.interruption:
                 self._run_over_jumps(end, interval, bar, ends=saving is not None)
-            if self.code == DONE and not self.note and 0.0 < interval < NEVER and self._saves_end(end):
+            if self.code == DONE and not self.note and 0.0 < interval < NEVER and saves_end(self, end):
                 self.saved.add_end(float(self.flow.clock.t), self.record.signals, 1e-6 * interval)
         except KeyboardInterrupt as stop:
             self.note, self.interrupted = str(stop) or "Interrupted from the keyboard", True
@@ -290,34 +288,6 @@ class Run:
             self.saved.replace_last(record.signals)  # an instant of the grid at the jump shows the state just after
         if self.stopping is not None:
             self.met = self.stopping.met(before, record.signals)
-
-    def save_at(self, times: np.ndarray) -> None:
-        """Save the instants `times` (n,) [s], in place of the grid of an interval; none: the grid."""
-        if len(times):
-            self.record = self.record.replaced(save_times=times)
-
-    def _start_saving(self, saving: float, end: float) -> None:
-        """Save the present instant, or continue the save grid of a resumed run."""
-        clock, self.saving, times = self.flow.clock, True, self.record.save_times
-        if len(times):
-            clock.save_start = clock.t if clock.save_start < 0.0 else clock.save_start
-            clock.saved_instants = float(np.searchsorted(times, clock.t + SAME_INSTANT * saving, "right"))
-            self.saved.expect(len(times))
-            if self.saved.count == 0 and abs(times[0] - clock.t) <= SAME_INSTANT * saving:
-                self.saved.add_one(clock.t, self.record.signals)
-            return
-        if saving > 0.0:
-            self.saved.expect(int(min((end - clock.t) / saving, 1e9)) + 2)
-        if clock.save_start < 0.0:
-            clock.save_start, clock.saved_instants = clock.t, 0.0
-            self.saved.add_one(clock.t, self.record.signals)
-        elif saving > 0.0:  # counted anew, since the interval may be another one
-            clock.saved_instants = np.floor((clock.t - clock.save_start) / saving + SAME_INSTANT)
-
-    def _saves_end(self, end: float) -> bool:
-        """Whether the last instant is saved: always with a grid, of given times if its time `end` [s] is the last."""
-        times = self.record.save_times
-        return len(times) == 0 or (not self.met and bool(times[-1] == end))
 
     def _steps_left(self, steps: int) -> int:
         if self.max_steps is None:

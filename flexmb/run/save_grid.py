@@ -4,15 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from numbers import Integral, Real
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
 
+if TYPE_CHECKING:
+    from flexmb.run.run import Run
+
 SAME_TIME = 1e-12
 """Difference of two instants relative to the end of a run, below which they are one."""
+
+
+SAME_INSTANT = 1e-9
+"""Difference of two saved instants relative to the time between them, below which they are one."""
 
 
 class SaveGrid(NamedTuple):
@@ -64,3 +71,25 @@ def _given(label: str, given: tuple[Any, ...], begin: float, end: float) -> Save
     for wrong in times[(times < begin - slack) | (times > end + slack)]:
         raise InputError(f"{label}: save holds {wrong:g} s; its times must lie from {begin:g} to {end:g} s.")
     return SaveGrid(float(gaps.min(initial=end - begin)), np.clip(times, begin, end))
+
+
+def start_saving(run: Run, saving: float, end: float) -> None:
+    """Save the present instant, or continue the save grid of a resumed run until `end`; `saving`: its interval [s]."""
+    clock, times, run.saving = run.flow.clock, run.record.save_times, True
+    fresh = bool(clock.save_start < 0.0)
+    clock.save_start = clock.t if fresh else clock.save_start
+    if len(times):
+        clock.saved_instants = float(np.searchsorted(times, clock.t + SAME_INSTANT * saving, "right"))
+        fresh = run.saved.count == 0 and abs(times[0] - clock.t) <= SAME_INSTANT * saving
+    elif saving > 0.0:  # counted anew, since the interval may be another one
+        clock.saved_instants = np.floor((clock.t - clock.save_start) / saving + SAME_INSTANT)
+    if saving > 0.0:
+        run.saved.expect(len(times) or int(min((end - clock.t) / saving, 1e9)) + 2)
+    if fresh:
+        run.saved.add_one(clock.t, run.record.signals)
+
+
+def saves_end(run: Run, end: float) -> bool:
+    """Whether the last instant is saved: always with a grid, of given times if its time `end` [s] is the last."""
+    times = run.record.save_times
+    return len(times) == 0 or (not run.met and bool(times[-1] == end))

@@ -172,7 +172,8 @@ def _run_through(run: Run, stopping: StopConditions, begin: float, end: float, g
         run.run_to(begin, saving=None)
         run.reset_peaks()
     stopping.watch(run, fresh=fresh)
-    run.save_at(grid.times)
+    if len(grid.times):
+        run.record = run.record.replaced(save_times=grid.times)
     run.run_to(end, saving=grid.interval)
 
 

@@ -42,7 +42,7 @@ def called(function: Any, arguments: Mapping[str, Any]) -> Outcome:
 
 
 def _judged(named: dict[Any, Any]) -> tuple[bool, str]:
-    """Success and status of a point: those of the function, taken out of its results, else those of its runs."""
+    """Success and status of a point, taken out of the results of its function, or found from the runs in it."""
     stopped = stopped_runs()
     said, status = np.asarray(named.pop("ok", not stopped)), named.pop(STATUS, "")
     if said.shape or said.dtype.kind != "b":
