@@ -492,8 +492,10 @@ def _left_out() -> dict[str, str]:
         linalg.rank.DENSE_ROWS linalg.rank.IN_COMBINATION equilibrium.eigen.LONGEST_SEARCH
         equilibrium.dynamic_relaxation.INDEPENDENCE
         equilibrium.dynamic_relaxation.ROUND_OFF linalg.null_vector.DENSE_COLUMNS linalg.null_vector.FIRST_VECTORS linalg.null_vector.VANISHING linalg.null_vector.REGULARISATION
-        linalg.null_vector.LEAST_PIVOT linalg.null_vector.ITERATIONS run.stopping.SAME run.stopping.MOST_TRIALS
-    round-off of a time, from which a saved instant is the end of its step: step.saved_instants.END_OF_STEP
+        linalg.null_vector.LEAST_PIVOT linalg.null_vector.ITERATIONS run.stopping.SAME run.stopping.LEAST run.stopping.MOST_TRIALS
+        run.lost_control.TIMES_TARGET controllers.pid.JUST_BEFORE controllers.pid.LATEST_BREAK controllers.pid.TARGETS
+        run.save_grid.SAME_TIME
+    round-off of a time, from which a saved instant is the end of its step: step.saved_instants.END_OF_STEP run.save_grid.SAME_INSTANT
     refuses what would take too long: controllers.control.LEAST_SAMPLE
     squares of smaller numbers are 0 among floats: run.simulate.SHORTEST_RUN
     stands for infinity: state.options.NEVER

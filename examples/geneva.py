@@ -52,7 +52,7 @@ def rim(radius=0.004, clearance=2e-5):
                 points.append((distance + c * x - s * y, s * x + c * y))
                 bulges.append(bulge)
         law = fm.KelvinVoigt(stiffness=1e7, damping=3e3, ramp=1e-6)
-        circle = fm.cams.Circle(pin, radius)
+        circle = fm.cams.CircularCurve(pin, radius)
         return fm.cams.OutlineContact("pin", wheel, fm.cams.Outline(points, bulges), crank, circle, normal=law)
 
     return make

@@ -26,7 +26,7 @@ def jaw(name, side):
         parts += [fm.Fixed(f"{name}{k}_head", leaf, block, at=head)]
     a, b = min(face, back), max(face, back)
     outline = fm.cams.Outline([(a, -HEIGHT), (b, -HEIGHT), (b, HEIGHT), (a, HEIGHT)], [0.0] * 4)
-    circle = fm.cams.Circle((0.0, 0.0), RADIUS)
+    circle = fm.cams.CircularCurve((0.0, 0.0), RADIUS)
     return [*parts, fm.cams.OutlineContact(f"{name}_grip", block, outline, part, circle, normal=law)]
 
 

@@ -119,13 +119,24 @@ def count(owner: str, name: str, value: object, least: int = 1, hint: str = "") 
     return int(whole)
 
 
+class MarkedPoint(tuple[float, float]):
+    """Point (x, y) of the marker whose name is `marker`; it follows the marker when a mechanism is changed."""
+
+    marker = ""
+
+
 def point(owner: str, name: str, value: object, unit: str = "m") -> tuple[float, float]:
     """`value` as a point (x, y) [m], or as a vector with another unit; else `InputError`."""
     try:
         x, y = value if isinstance(value, Iterable) else ()
     except (ValueError, TypeError):  # TypeError: an array without dimensions
         raise InputError(f"{owner}: {name} is {value!r}; it must be a pair (x, y){_in(unit)}.") from None
-    return number(owner, f"{name}[0]", x, unit), number(owner, f"{name}[1]", y, unit)
+    found: Any = number(owner, f"{name}[0]", x, unit), number(owner, f"{name}[1]", y, unit)
+    marker = getattr(value, "marker", None)
+    if isinstance(marker, str):
+        found = MarkedPoint(found)
+        found.marker = marker
+    return found  # type: ignore[no-any-return]
 
 
 def direction(owner: str, name: str, value: object) -> tuple[float, float]:

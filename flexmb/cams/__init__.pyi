@@ -3,7 +3,7 @@
 from flexmb.cams.curve_on_curve import CurveOnCurve as CurveOnCurve
 from flexmb.cams.curves.closed_curve import ClosedCurve as ClosedCurve
 from flexmb.cams.curves.lift import Lift as Lift
-from flexmb.cams.curves.line import Circle as Circle
+from flexmb.cams.curves.line import CircularCurve as CircularCurve
 from flexmb.cams.curves.line import Line as Line
 from flexmb.cams.curves.outline import Outline as Outline
 from flexmb.cams.curves.profiles import flat_profile as flat_profile

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from flexmb import checks
 from flexmb.cams.curve_kernels import CURVE
 from flexmb.cams.curves.closed_curve import ClosedCurve
-from flexmb.cams.curves.line import Circle, Line
+from flexmb.cams.curves.line import CircularCurve, Line
 from flexmb.cams.line_kernels import face_place
 from flexmb.cams.packing import (
     TOLERANCE_LENGTH,
@@ -48,7 +48,7 @@ class CurveOnCurve(Part):
     """Two curves of two bodies that touch: cam with flat, roller or curved follower, two cams.
 
     Signals, ideal: force (contact force, > 0: the bodies press on each other) [N]; normal_speed (velocity along the
-    normal there, of the body with the `Line` or `Circle`, else of the second one) [m/s]; power (force times
+    normal there, of the body with the `Line` or `CircularCurve`, else of the second one) [m/s]; power (force times
     normal_speed, given to this body) [W]; with `friction` also friction_force [N].  With `normal`: as of a contact (see
     `RevoluteClearance`; ex, ey from the surface of the first curve to that of the second).  With a `Line` also place
     (of the contact along it from its start) [m].
@@ -59,8 +59,8 @@ class CurveOnCurve(Part):
     first : the first body.
     first_curve : its curve, in the reference configuration.
     second : the second body.
-    second_curve : its curve, in the reference configuration: `Line`, `Circle` or `ClosedCurve`.  One of both curves
-        must be a `ClosedCurve`.
+    second_curve : its curve, in the reference configuration: `Line`, `CircularCurve` or `ClosedCurve`.  One
+        of both must be a `ClosedCurve`.
     normal : law of the normal force, for a contact that can open; None: ideal, the curves never part.  A law made from
         materials has the stiffness of the places of largest curvature of both curves.
     friction : law of friction; None: none.
@@ -96,21 +96,21 @@ class CurveOnCurve(Part):
         super().__post_init__()
         check_pair(self)
         curves = self.first_curve, self.second_curve
-        if not all(isinstance(c, ClosedCurve | Circle | Line) for c in curves) or not any(
+        if not all(isinstance(c, ClosedCurve | CircularCurve | Line) for c in curves) or not any(
             isinstance(c, ClosedCurve) for c in curves
         ):
             raise InputError(
                 f"{self.label}: the curves are {curves[0]!r} and {curves[1]!r}; one must be a ClosedCurve, the other a "
-                "Line, Circle or ClosedCurve."
+                "Line, cams.CircularCurve or ClosedCurve (fm.Circle is the section of a beam)."
             )
         curve, other = self._ordered()[1::2]
         least, _, (x, y) = curve.extreme_curvature()
         if isinstance(other, Line) and least <= 0.0:
             raise InputError(
                 f"{self.label}: the curve is not convex near ({x:.6g}, {y:.6g}) m (curvature {least:.4g} 1/m), so a "
-                "straight face bridges that place. Use a roller (Circle), or another profile."
+                "straight face bridges that place. Use a roller (CircularCurve), or another profile."
             )
-        if isinstance(other, Circle) and least * other.radius <= -1.0:
+        if isinstance(other, CircularCurve) and least * other.radius <= -1.0:
             raise InputError(
                 f"{self.label}: the roller of radius {other.radius:g} m does not fit into the hollow near "
                 f"({x:.6g}, {y:.6g}) m, whose radius is {-1.0 / least:.4g} m (undercut). Use a smaller roller."
@@ -154,7 +154,7 @@ class CurveOnCurve(Part):
     def pin_radius(self) -> float:
         """Least radius of curvature of both curves [m], beside which penetrations are judged."""
         curves = self.first_curve, self.second_curve
-        radii = [c.radius for c in curves if isinstance(c, Circle)]
+        radii = [c.radius for c in curves if isinstance(c, CircularCurve)]
         return min([*radii, *(1.0 / c.extreme_curvature()[1] for c in curves if isinstance(c, ClosedCurve))])
 
     def contact_law(self) -> NormalLaw | None:
@@ -162,7 +162,7 @@ class CurveOnCurve(Part):
         if self.normal is None:
             return None
         curves = self.first_curve, self.second_curve
-        bends = [1.0 / c.radius for c in curves if isinstance(c, Circle)]
+        bends = [1.0 / c.radius for c in curves if isinstance(c, CircularCurve)]
         bends += [c.extreme_curvature()[1] for c in curves if isinstance(c, ClosedCurve)]
         return self.normal.for_radii(math.inf, 1.0 / sum(bends))
 
@@ -183,7 +183,7 @@ class CurveOnCurve(Part):
             p = (*head, *start, *along(Line(start, end)), side_of(curve, other), other.length, *closed)
             place = SignalContribution(self.name, "place", "m", face_place, coordinates, p)
             return [*FACE.contributions(self, coordinates, p), place]
-        if isinstance(other, Circle):
+        if isinstance(other, CircularCurve):
             p = (*head, *in_frame(nodes[1], other.centre), other.radius, *closed)
             return ROLLER.contributions(self, coordinates, p)
         p = (*head, float(CURVE + len(closed)), *closed, *curve_numbers(other, nodes[1]))

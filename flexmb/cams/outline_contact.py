@@ -8,7 +8,7 @@ from dataclasses import KW_ONLY, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from flexmb import checks
-from flexmb.cams.curves.line import Circle
+from flexmb.cams.curves.line import CircularCurve
 from flexmb.cams.curves.outline import Outline
 from flexmb.cams.outline_kernels import PART, PART_WITHOUT_START, WHOLE, outline_gap_kernel
 from flexmb.cams.packing import TOLERANCE_LENGTH, carriers, in_frame, pair_shapes, signed_distance
@@ -59,7 +59,7 @@ class OutlineContact(Part):
     first: Part
     outline: Outline
     second: Part
-    circle: Circle
+    circle: CircularCurve
     _: KW_ONLY
     normal: NormalLaw
     friction: FrictionLaw = field(default_factory=Frictionless)
@@ -67,7 +67,7 @@ class OutlineContact(Part):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_outlines(self, outline=Outline, circle=Circle)
+        check_outlines(self, outline=Outline, circle=CircularCurve)
         chains = self.outline.chains() if self.outline.hollow_corners() else []
         check_names(self, [f"side{number}" for number, _ in enumerate(chains, 1)])
         for k, (x, y) in enumerate(self.outline.points):

@@ -10,7 +10,7 @@ import numpy as np
 from flexmb import planar
 from flexmb.cams.curves.closed_curve import SAMPLES, ClosedCurve
 from flexmb.cams.curves.geometry import sampled
-from flexmb.cams.curves.line import Circle, Line
+from flexmb.cams.curves.line import CircularCurve, Line
 from flexmb.errors import ModelError
 from flexmb.model.contributions import Coordinate, Node, node_coordinates
 from flexmb.model.shape import RigidShape, Shapes
@@ -74,7 +74,7 @@ def curve_numbers(curve: ClosedCurve, node: Node) -> tuple[float, ...]:
     return (float(n), float(-(-n // each)), *boxes, *spans.ravel().tolist())
 
 
-def distance(curve: ClosedCurve, other: ClosedCurve | Circle | Line) -> tuple[float, float]:
+def distance(curve: ClosedCurve, other: ClosedCurve | CircularCurve | Line) -> tuple[float, float]:
     """Approximate gap of two curves as they are drawn [m], < 0 for an overlap, and the place along a line [m]."""
     points = sampled(curve.array, SAMPLES)
     if isinstance(other, Line):
@@ -83,7 +83,7 @@ def distance(curve: ClosedCurve, other: ClosedCurve | Circle | Line) -> tuple[fl
         k = int(np.argmin(far))
         place = (points[k, 0] - other.start[0]) * u[0] + (points[k, 1] - other.start[1]) * u[1]
         return float(far[k]), float(place)
-    if isinstance(other, Circle):
+    if isinstance(other, CircularCurve):
         return signed_distance(points, other.centre) - other.radius, 0.0
     return min(signed_distance(points, p) for p in sampled(other.array, 1)), 0.0
 

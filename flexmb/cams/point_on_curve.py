@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from flexmb import checks
 from flexmb.cams.curve_on_curve import check_distance, check_pair
 from flexmb.cams.curves.closed_curve import ClosedCurve
-from flexmb.cams.curves.line import Circle
+from flexmb.cams.curves.line import CircularCurve
 from flexmb.cams.packing import TOLERANCE_LENGTH, carrier, carriers, curve_numbers, in_frame, shape
 from flexmb.cams.pair_kernels import ROLLER, TOUCHING
 from flexmb.errors import InputError
@@ -83,7 +83,7 @@ class PointOnCurve(Part):
     def validate(self, mechanism: Mechanism) -> None:
         """Refuse a point far from the curve."""
         super().validate(mechanism)
-        check_distance(self, self.curve, Circle(self.at, POINT * self.curve.size))
+        check_distance(self, self.curve, CircularCurve(self.at, POINT * self.curve.size))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One constraint equation or one contact."""

@@ -149,8 +149,17 @@ def _times(mechanism: Mechanism, options: argparse.Namespace) -> dict[str, Any]:
     if options.save_from_period is not None:
         keywords["save_from_period"] = quantity(options.save_from_period, "", "--save-from-period")
     if options.save is not None:
-        keywords["save"] = options.save if options.save == "steps" else quantity(options.save, "", "--save")
+        keywords["save"] = _saved(options.save)
     return keywords
+
+
+def _saved(text: str) -> int | float | str:
+    """Value of `--save`: a number of instants, a time with its unit, or "steps"."""
+    if text == "steps":
+        return text
+    if text.rstrip()[-1:].isalpha():
+        return quantity(text, "s", "--save")
+    return checks.count("flexmb run", "--save", quantity(text, "", "--save"), hint="An interval has a unit: 1ms.")
 
 
 def solver_of(options: argparse.Namespace) -> dict[str, Any]:

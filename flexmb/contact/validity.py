@@ -90,8 +90,7 @@ def relative_radius(bearing_radius: float, journal_radius: float) -> float:
 def pulled(tension: float, force: float) -> Iterator[str]:
     """A remark on the tension [N] that was cut, against the largest force [N]."""
     if tension > SMALL_TENSION * force:
-        text = f"its damping would have pulled the parting surfaces together with up to {tension:.3g} N"
-        yield f"{text} (largest force {force:.3g} N), which no contact can do, so the force was set to zero there"
+        yield f"a pull of its damping of up to {tension:.3g} N was cut (largest force {force:.3g} N)"
 
 
 def pressed(excess: float, force: float) -> Iterator[str]:

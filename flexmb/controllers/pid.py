@@ -6,6 +6,8 @@ import math
 from dataclasses import KW_ONLY, dataclass
 from typing import Any
 
+import numpy as np
+
 from flexmb import checks
 from flexmb.controllers.control import check_sample, is_signal_name
 from flexmb.errors import InputError
@@ -22,6 +24,13 @@ FILTER_RATIO = 10.0
 """Place of the integral among the states, before that of the filter."""
 
 MEASUREMENT, ERROR = "measurement", "error"
+
+JUST_BEFORE, LATEST_BREAK = 1e-9, 1e3
+"""Time before an instant, relative to the instant, from which a change is a jump; time until which targets are
+examined [s]."""
+
+TARGETS = 256
+"""Number of intervals of a run at whose ends a moving target is read for its range."""
 
 
 @control_kernel
@@ -70,7 +79,8 @@ class PID(Controller):
 
     Raises
     ------
-    InputError : no gain; limits in the wrong order; times that are not > 0; a time that must be given.
+    InputError : no gain; limits in the wrong order; times that are not > 0; a time that must be given; a target that
+        jumps, whose derivative is not filtered.
     ModelError : see `Control`.
 
     Notes
@@ -130,6 +140,21 @@ class PID(Controller):
             raise InputError(f"{self.label} has no gain; give kp=, ki= or kd=.")
         self.limits()
         self._check_times()
+        self._check_kick()
+
+    def _check_kick(self) -> None:
+        """Refuse the derivative without a filter of a target that jumps, which has no finite value."""
+        if self.kd == 0.0 or self.rate is None or self.derivative_of != ERROR or not isinstance(self.target, Motion):
+            return
+        p = np.array(self.target.parameters(), dtype=float)
+        for t in self.target.breaks(self.target.period or LATEST_BREAK):
+            dt = JUST_BEFORE * t
+            (r0, v0, _), (r1, v1, _) = (self.target.kernel(p, x) for x in (t - dt, t))
+            if abs(r1 - r0) > 10.0 * max(abs(v0), abs(v1)) * dt + JUST_BEFORE * max(abs(r0), abs(r1)):
+                text = f"{self.label}: the target jumps at t = {t:g} s; the derivative of its error is infinite there"
+                raise InputError(
+                    f"{text}. Give filter_time= in place of rate=, or derivative_of={MEASUREMENT!r}, or a Ramp."
+                )
 
     def _check_times(self) -> None:
         """Refuse time constants that are missing, or given twice."""
@@ -181,6 +206,14 @@ class PID(Controller):
             float(moving),
             float(measured),
         )
+
+    def followed(self, end: float) -> tuple[str, float, float]:
+        """The measured signal, and the range of the target until the time `end` [s]."""
+        if not isinstance(self.target, Motion):
+            return self.measure, float(self.target), float(self.target)
+        p, times = np.array(self.target.parameters(), dtype=float), np.linspace(0.0, end, TARGETS + 1)
+        values = [self.target.kernel(p, float(t))[0] for t in (*times, *self.target.breaks(end))]
+        return self.measure, min(values), max(values)
 
     def _tracking(self) -> float:
         """Time constant of the back-calculation [s]."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from flexmb import arguments, checks
 from flexmb.doctor.coarse_cells import coarse_cells
-from flexmb.doctor.connections import free_bodies
+from flexmb.doctor.connections import free_bodies, left_out_links
 from flexmb.doctor.dimensions import dimension_findings
 from flexmb.doctor.finding import ERROR, NOTHING_MOVES, SEVERITIES, WHAT_MOVES, Finding, found
 from flexmb.doctor.laws import kernel_findings, law_findings
@@ -29,7 +29,13 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
 from flexmb.start.assemble import close_loops
-from flexmb.start.consistent import accelerations, degrees_of_freedom, rigid_velocities, yielding_joints
+from flexmb.start.consistent import (
+    accelerations,
+    degrees_of_freedom,
+    rigid_velocities,
+    with_states,
+    yielding_joints,
+)
 from flexmb.start.massless import check_massless
 from flexmb.start.redundant_joints import redundancy
 from flexmb.system.state_evaluation import StateEvaluation
@@ -68,8 +74,8 @@ def check(mechanism: Mechanism, step: float | None = None) -> Report:
 
 def _examined(mechanism: Mechanism, step: float | None) -> Report:
     """Report on a mechanism, and on a fixed step [s]."""
-    findings = [*free_bodies(mechanism), *dimension_findings(mechanism), *motion_findings(mechanism)]
-    findings += [*_attempt(mechanism, law_findings), *coarse_cells(mechanism)]
+    findings = [*free_bodies(mechanism), *left_out_links(mechanism), *dimension_findings(mechanism)]
+    findings += [*motion_findings(mechanism), *_attempt(mechanism, law_findings), *coarse_cells(mechanism)]
     try:
         moving, ideal = compile_mechanism(mechanism), compile_mechanism(mechanism, closed=True)
         closed = compile_mechanism(mechanism, start=True)
@@ -84,8 +90,9 @@ def _examined(mechanism: Mechanism, step: float | None) -> Report:
         more = [] if _is_broken(findings) else [of_error("not-compilable", error, mechanism)]
         return Report(mechanism.name, sorted_findings([*findings, *more]))
     except AssemblyError as error:
-        numbers = _numbers(moving, ideal, np.array(ideal.reference.q), ())
-        return Report(mechanism.name, sorted_findings([*findings, *open_loops(closed, error)]), **numbers)
+        q = np.array(ideal.reference.q)
+        findings += [*open_loops(closed, error), *_without_closing(mechanism, moving, ideal, q)]
+        return Report(mechanism.name, sorted_findings(findings), **_numbers(moving, ideal, q, ()))
     structure = redundancies(moving, ideal, q)
     findings += [*structure, *other_branch(closed, q)]
     found_modes, more = _modes(mechanism)
@@ -129,6 +136,16 @@ def sorted_findings(findings: list[Finding]) -> tuple[Finding, ...]:
     return tuple(sorted(once, key=lambda finding: SEVERITIES.index(finding.severity)))
 
 
+def _without_closing(mechanism: Mechanism, moving: Program, ideal: Program, q: np.ndarray) -> list[Finding]:
+    """Findings that need no closed pose, at the reference configuration."""
+    structure = [f for f in redundancies(moving, ideal, q) if f.code != "singular-pose"]
+    try:
+        check_massless(mechanism, moving, q)
+    except FlexmbError as error:
+        structure.append(of_error("no-inertia", error, mechanism))
+    return structure
+
+
 def start_findings(mechanism: Mechanism, moving: Program, closed: Program, q: np.ndarray) -> list[Finding]:
     """Findings on start velocities and accelerations at a closed pose."""
     try:
@@ -137,7 +154,7 @@ def start_findings(mechanism: Mechanism, moving: Program, closed: Program, q: np
         return [of_error("forbidden-velocity", error, mechanism)]
     try:
         check_massless(mechanism, moving, q)
-        a, _ = accelerations(moving, q, v, 0.0)
+        a, _ = accelerations(moving, *with_states(moving, q, v), 0.0)
     except FlexmbError as error:
         return [of_error("no-inertia", error, mechanism, "Give every body some mass and inertia.")]
     if not np.isfinite(a).all():

@@ -37,6 +37,7 @@ CODES: dict[str, tuple[str, str]] = {
     "free-body": (WARNING, "a body hangs on nothing"),
     "hidden-over-drive": (WARNING, "drives prescribe more than ideal joints would allow; clearances have to yield"),
     "overshooting-table": (WARNING, "a table's spline overshoots between its points"),
+    "left-out-link": (WARNING, "a link ends at a joint of other bodies, and is joined to nothing there"),
     "far-joint": (WARNING, "a joint lies far beyond the end of its link"),
     "large-clearance": (WARNING, "a clearance is not small against the parts beside it"),
     "soft-contact": (WARNING, "loads press surfaces into each other by much of the radius"),

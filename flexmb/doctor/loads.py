@@ -159,7 +159,7 @@ def _soft_contacts(mechanism: Mechanism) -> list[Finding]:
             )
             text = f"{text} by {'more than ' if math.isinf(depth) else ''}{min(depth, part.bearing_radius):.4g} m"
             text = f"{text}; the radius is {part.bearing_radius:.4g} m."
-            remedy = "Stiffness is in N/m^n: multiply one in N/mm^1.5 by 3.16e4."
+            remedy = "If it shall not be so soft: stiffness is in N/m^n, multiply one in N/mm^1.5 by 3.16e4."
             numbers = {"force": load, "penetration": min(depth, part.bearing_radius)}
             findings.append(found("soft-contact", (part.name,), text, remedy, **numbers))
     return findings

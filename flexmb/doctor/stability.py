@@ -98,7 +98,7 @@ def loop_findings(mechanism: Mechanism, program: Program, q: np.ndarray) -> list
     if not len(s) or s[worst].real <= LEAST_GROWTH * np.abs(s).max():
         return []
     names = tuple(part.name for part in mechanism.controllers)
-    moved = moves_most(program.names.coordinates, program.length, np.abs(x[:, worst]))
+    moved = moves_most(program.names.coordinates, program.length, np.abs(x[: program.tables.sizes.n_b, worst]))
     text = f"With {quoted(names)} a small motion, mostly of {moved!r}, grows by exp({s[worst].real:.4g} t), t in s."
     remedy = "Check the sign of the feedback, and reduce the gains."
     return [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from contextvars import ContextVar
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, Self
@@ -13,6 +14,8 @@ ADDRESS = re.compile(r" at 0x[0-9a-fA-F]+")
 
 DONE = "done"
 """Status of a point that succeeded."""
+
+_STOPPED: ContextVar[list[str] | None] = ContextVar("stopped runs of the present job", default=None)
 
 
 @dataclass(frozen=True)
@@ -55,17 +58,40 @@ class Attempt:
         return caught
 
 
+def is_in_job() -> bool:
+    """Presence of a job around the caller; Ctrl-C ends the whole job then, and not only a run in it."""
+    return _STOPPED.get() is not None
+
+
+def tell_stopped(run: str, status: str) -> None:
+    """Note the name and status of a run that did not reach its end, for the job around it."""
+    if (runs := _STOPPED.get()) is not None:
+        runs.append(f"{run}: {ADDRESS.sub('', status)}")
+
+
+def stopped_runs() -> str:
+    """The first run of the present job that did not reach its end, and the number of others; "" if all did."""
+    runs = _STOPPED.get() or []
+    others = f" (and {len(runs) - 1} more)" if len(runs) > 1 else ""
+    return f"A run did not reach its end{others}: {runs[0]}" if runs else ""
+
+
 def attempted(function: Callable[..., Outcome], *arguments: Any) -> Outcome:
     """Outcome of a function, or of its failure; runs in the workers.
+
+    Runs that do not reach their ends are noted during the call, see `stopped_runs`.
 
     Parameters
     ----------
     function : function that returns an `Outcome`.
     *arguments : arguments of the function.
     """
-    outcome = None
-    with Attempt() as attempt:
-        outcome = function(*arguments)
+    outcome, noted = None, _STOPPED.set([])
+    try:
+        with Attempt() as attempt:
+            outcome = function(*arguments)
+    finally:
+        _STOPPED.reset(noted)
     return failure(attempt.error) if outcome is None else outcome
 
 

@@ -33,6 +33,10 @@ class Controller(Part):
         """One control law."""
         return [self.control()]
 
+    def followed(self, end: float) -> tuple[str, float, float] | None:  # noqa: ARG002 - of controllers with a target
+        """Signal that the controller holds near a target, and the range of the target until `end` [s]; None: none."""
+        return None
+
     def references(self) -> tuple[str, ...]:
         """Names of the controlled loads."""
         return self.control().loads

@@ -207,7 +207,9 @@ class Mechanism(metaclass=arguments.CheckedType):
         if not isinstance(part, Part):
             raise InputError(f"{self.label}: {part!r} is not a part.")
         if part.name in self._by_name:
-            return replace(self, parts=tuple(part if p.name == part.name else p for p in self.parts))
+            parts = {**self._by_name, part.name: part}
+            self._follow_markers(parts)
+            return replace(self, parts=tuple(parts.values()))
         return replace(self, parts=(*self.parts, part))
 
     def without_part(self, name: Part | str) -> Mechanism:
@@ -262,8 +264,17 @@ class Mechanism(metaclass=arguments.CheckedType):
         parts |= {name: replace(parts[name], **values) for name, values in own.items()}
         for name, path, value, label in nested:
             parts[name] = _with_field(parts[name], path, value, label)
+        self._follow_markers(parts)
         self._refuse_points_left_behind(parts)
         return replace(self, parts=tuple(parts.values()), **top)
+
+    def _follow_markers(self, parts: dict[str, Part]) -> None:
+        """Move points of markers that have changed, in new parts by their names."""
+        changed = {name: part for name, part in parts.items() if part is not self._by_name[name]}
+        for name, part in parts.items():
+            points = {f: changed.get(p.marker) for f, p in vars(part).items() if isinstance(p, checks.MarkedPoint)}
+            moved: dict[str, Any] = {field: marker for field, marker in points.items() if marker is not None}
+            parts[name] = replace(part, **moved) if moved else part
 
     def _refuse_points_left_behind(self, parts: Mapping[str, Part]) -> None:
         """Refuse changes that move a point of a body away from joints and loads that lie there and stay.

@@ -15,7 +15,6 @@ from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
 from flexmb.results.signal_names import SAVED_KEY
 from flexmb.results.solution import Solution
-from flexmb.start.rigid_motion import RigidMotion
 from flexmb.system.state_evaluation import StateEvaluation
 
 
@@ -77,7 +76,7 @@ def momentum(mechanism: Mechanism, solution: Solution, bodies: Sequence[str] | N
     places = _places_of_motion(label, solution, program)
     owners = np.asarray([*program.names.bodies, *[""] * (program.n_q - n_b)])
     q, v = np.zeros((2, program.n_q))  # states of controls have no momentum
-    chosen = np.isin(owners[RigidMotion(program).body], names)
+    chosen = np.isin(owners[np.asarray(program.reference.body[::3])], names)
     system, rows = StateEvaluation(program), []
     for values in solution.values:
         q[:n_b], v[:n_b] = values[places[:n_b]], values[places[n_b:]]

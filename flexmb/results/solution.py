@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
-from flexmb.errors import InputError
+from flexmb.errors import InputError, SolveError
 from flexmb.model.part import Part, name_of
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.model.signal import Signals, hint, resolved
@@ -17,11 +17,12 @@ from flexmb.results.contact_intervals import ContactLog, Episodes, select
 from flexmb.results.conventions import long_name
 from flexmb.results.late_values import LateField, LateValues
 from flexmb.results.peaks import Peak, PeakOfStress, Peaks
-from flexmb.results.signal_names import SAVED_KEY
+from flexmb.results.signal_names import SAVED_KEY, matching
 from flexmb.results.solution_text import solution_html, solution_text
 from flexmb.results.stats import Stats
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
     from flexmb.model.mechanism import Mechanism
@@ -40,8 +41,9 @@ class UnknownSignalError(InputError, KeyError):
 class Solution:
     """Result of a run; immutable.
 
-    `sol["PART.SIGNAL"]` is an `xarray.DataArray` over `time`; nodes of flexible parts go by their number or by another
-    name: "rod.node8.x" and "rod.end.x" are the same signal.
+    `sol["PART.SIGNAL"]` is an `xarray.DataArray` over `time`, `sol[["A.x", "B.y"]]` and `sol["slider.*"]` are datasets
+    of several signals; nodes of flexible parts go by their number or by another name: "rod.node8.x" and "rod.end.x" are
+    the same signal.
 
     Parameters
     ----------
@@ -101,10 +103,19 @@ class Solution:
         if np.any(np.diff(time) < 0.0):
             raise InputError("Solution: time decreases; it must increase from one saved instant to the next.")
 
-    def __getitem__(self, name: str) -> xr.DataArray:
-        """The signal of that name over `time`, or `UnknownSignalError`."""
+    @overload
+    def __getitem__(self, name: str) -> xr.DataArray: ...  # type: ignore[overload-overlap] # a text is a sequence
+
+    @overload
+    def __getitem__(self, name: Sequence[str]) -> xr.Dataset: ...
+
+    def __getitem__(self, name: Any) -> xr.DataArray | xr.Dataset:
+        """The signal of that name over `time`; a dataset for several names or patterns; or `UnknownSignalError`."""
         import xarray as xr
 
+        if isinstance(name, list | tuple) or (isinstance(name, str) and "*" in name):
+            asked = [name] if isinstance(name, str) else name
+            return self._dataset([fitting for one in asked for fitting in self._fitting(one)])
         k = self._place(name)
         units = self.signals.units[k]
         time = xr.Variable("time", self.time, {"units": "s"})
@@ -125,12 +136,20 @@ class Solution:
     @property
     def dataset(self) -> xr.Dataset:
         """All signals, with the status as attribute."""
+        return self._dataset(self.names)
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Table of pandas: a row per saved instant, indexed by `time` [s], and a column per signal in SI units."""
+        return self.dataset.to_dataframe()
+
+    def _dataset(self, names: Sequence[str]) -> xr.Dataset:
+        """Signals of these names."""
         import xarray as xr
 
         time = xr.Variable("time", self.time, {"units": "s", "long_name": "time"})
         columns = {
-            s.name: xr.Variable("time", self.array(s.name), {"units": s.units, "long_name": long_name(s.name)})
-            for s in self.signals
+            name: xr.Variable("time", self.array(name), {"units": self.units(name), "long_name": long_name(name)})
+            for name in names
         }
         attrs = {"mechanism": self.name, "status": self.status, "ok": int(self.ok)}
         return xr.Dataset(columns, coords={"time": time}, attrs=attrs)
@@ -255,6 +274,17 @@ class Solution:
 
         return fatigue(self, body, woehler, point=point, mechanism=mechanism)
 
+    def require(self) -> Solution:
+        """The solution itself, or the error of a run that did not reach its end.
+
+        Raises
+        ------
+        SolveError : `ok` is False; the message holds the status.
+        """
+        if not self.ok:
+            raise SolveError(f"Run of {self.name!r}: {self.status}")
+        return self
+
     def episodes(self, name: Part | str | None = None) -> Episodes:
         """The episodes of contact of a joint, of one of its contacts, or (None) of all, in the order of their starts.
 
@@ -313,7 +343,12 @@ class Solution:
     def _places(self) -> dict[str, int]:
         return self.signals.places
 
-    def _place(self, name: str) -> int:
+    def _fitting(self, name: str) -> Sequence[str]:
+        """Names of the signals that a name or a pattern fits; the name alone if there is none."""
+        pattern = resolved(name, self.signals, self.aliases) if isinstance(name, str) else ""
+        return (matching(self.names, pattern) if "*" in pattern else []) or [name]
+
+    def _place(self, name: Any) -> int:
         place = self._places.get(resolved(name, self.signals, self.aliases)) if isinstance(name, str) else None
         if place is None:
             text = f"Solution of {self.name!r} has no signal {name!r}. {hint(str(name), self.signals, self.aliases)}"

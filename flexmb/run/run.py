@@ -11,6 +11,7 @@ import numpy as np
 from flexmb.compiled.notice import notice
 from flexmb.energy.balance import check_balance_at_end, start_balance
 from flexmb.errors import InputError, KernelError, SolveError
+from flexmb.jobs.attempt import is_in_job
 from flexmb.jobs.progress import ProgressBar
 from flexmb.linalg import lu
 from flexmb.linalg.rank import row_rank
@@ -27,6 +28,7 @@ from flexmb.run.interruption import KEYBOARD, Interruption
 from flexmb.run.peaks import add_peaks, begin_watch, no_peaks, watch_lows
 from flexmb.run.restart import MODEL, refuse_broken_clock, refuse_other_model
 from flexmb.run.sampling import act
+from flexmb.run.save_grid import SAME_INSTANT, saves_end, start_saving
 from flexmb.run.saved_rows import SavedRows
 from flexmb.run.step_limits import step_limits
 from flexmb.run.stopping import Snapshot, StopConditions, end_at_crossing
@@ -184,7 +186,7 @@ class Run:
         if self.note or self.code not in (RUNNING, DONE):
             return  # a run that was stopped before the instants to be saved stays stopped
         if saving is not None:
-            self._start_saving(saving, end)
+            start_saving(self, saving, end)
         self.flow.balance.residual_limit = self.stepper.residual_limit
         interval = NEVER if saving is None else saving
         if self.progress:
@@ -194,11 +196,14 @@ class Run:
         try:
             with self.interruption:
                 self._run_over_jumps(end, interval, bar, ends=saving is not None)
-            if self.code == DONE and not self.note and 0.0 < interval < NEVER:
+            if self.code == DONE and not self.note and 0.0 < interval < NEVER and saves_end(self, end):
                 self.saved.add_end(float(self.flow.clock.t), self.record.signals, 1e-6 * interval)
         except KeyboardInterrupt as stop:
             self.note, self.interrupted = str(stop) or "Interrupted from the keyboard", True
-        bar.close()
+            if is_in_job():
+                raise  # or the job would go on with a run that is not whole
+        finally:
+            bar.close()
 
     def _run_over_jumps(self, end: float, interval: float, bar: ProgressBar, *, ends: bool) -> None:
         """Run until `end` [s], step by step over the jumps; `ends`: whether the balance of energies is drawn there."""
@@ -271,21 +276,10 @@ class Run:
         add_peaks(record, instant)
         if interval == 0.0:
             self.saved.add_one(flow.clock.t, record.signals)
-        elif interval < NEVER and self.saved.is_at(instant, 1e-9 * interval):
+        elif interval < NEVER and self.saved.is_at(instant, SAME_INSTANT * interval):
             self.saved.replace_last(record.signals)  # an instant of the grid at the jump shows the state just after
         if self.stopping is not None:
             self.met = self.stopping.met(before, record.signals)
-
-    def _start_saving(self, saving: float, end: float) -> None:
-        """Save the present instant, or continue the save grid of a resumed run."""
-        clock, self.saving = self.flow.clock, True
-        if saving > 0.0:
-            self.saved.expect(int(min((end - clock.t) / saving, 1e9)) + 2)
-        if clock.save_start < 0.0:
-            clock.save_start, clock.saved_instants = clock.t, 0.0
-            self.saved.add_one(clock.t, self.record.signals)
-        elif saving > 0.0:  # counted anew, since the interval may be another one
-            clock.saved_instants = np.floor((clock.t - clock.save_start) / saving + 1e-9)
 
     def _steps_left(self, steps: int) -> int:
         if self.max_steps is None:

@@ -15,6 +15,7 @@ from flexmb.compiled import ahead
 from flexmb.compiled.notice import notice
 from flexmb.equilibrium.found import Equilibrium
 from flexmb.errors import InputError
+from flexmb.jobs.attempt import tell_stopped
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile_with_start
 from flexmb.program.period import common_period
@@ -25,8 +26,10 @@ from flexmb.results.solution import Solution
 from flexmb.run.checkpoint import EVERY, Checkpoints, digest, plain_values
 from flexmb.run.failure import explanation
 from flexmb.run.interruption import KEYBOARD, TERMINATION, Interruption
+from flexmb.run.lost_control import lost_control
 from flexmb.run.peaks import reset_peaks
 from flexmb.run.run import Run
+from flexmb.run.save_grid import SaveGrid, save_grid, shown_save
 from flexmb.run.start_at_rest import of_start, start_at_rest
 from flexmb.run.stopping import Condition, StopConditions
 from flexmb.run.vibrations import vibration_remarks
@@ -53,7 +56,7 @@ def simulate(
     periods: float | None = None,
     save_from: float = 0.0,
     save_from_period: float | None = None,
-    save: int | str = 1000,
+    save: int | float | Sequence[float] | np.ndarray | str = 1000,
     step: Step | None = None,
     method: Method | None = None,
     start: Equilibrium | str | None = None,
@@ -69,6 +72,9 @@ def simulate(
 ) -> Solution:
     """Simulate a mechanism from its reference configuration, or from an equilibrium.
 
+    `save` takes a number of instants a period (an integer), an interval in s (a float), the times themselves in s (a
+    list or an array), or "steps".  All other arguments have SI units.
+
     At the start the loops are closed, journals stand as their joints say, flexible bodies are unstressed
     and velocities those of the ideal rigid mechanism, but for the fields of displacement and velocity that bodies
     declare.  With `start` bodies, springs and contacts begin as they hang, with their forces.
@@ -80,7 +86,9 @@ def simulate(
     periods : number of common periods of the drives.
     save_from : instant from which signals are saved and peaks are taken [s]; or
     save_from_period : the same in periods.
-    save : instants a period (a run without periodic drives: in all), or "steps" for every accepted step.
+    save : an integer: number of instants a period (a run without periodic drives: in all); a float: interval [s]; a
+        list or array: increasing times [s], which are saved and no others; "steps": every accepted step.  Instants
+        within steps are interpolated, so the steps do not depend on them.
     step : `Adaptive(...)`, the default, or `FixedStep(size)`, for which the bare size [s] will do.
     method : `Newmark...` (default: generalised-alpha with spectral radius 0.8); `RadauIIA()` for smooth motion to many
         digits; `RungeKutta4()` or `Staggered()`, which need `FixedStep`.
@@ -136,12 +144,12 @@ def simulate(
     checks.one_of(label, "redundant", redundant, REDUNDANT)
     check_kinds(label, method, chosen, redundant)
     kept = chosen_places(label, program, signals)
-    through = impossible_penetrations(mechanism, program.names.contacts)
-    stopping = StopConditions(label, program.names, stop, through)
+    faults = [*impossible_penetrations(mechanism, program.names.contacts), *lost_control(mechanism, program, end)]
+    stopping = StopConditions(label, program.names, stop, faults)
     more: dict[str, Any] = {"max_steps": max_steps, "progress": progress}
     run = Run(program, method, chosen, end, period, mechanism=mechanism, kept=kept, **more)
     model = {"name": mechanism.name} if signals is None else {"name": mechanism.name, SAVED_KEY: list(signals)}
-    command = plain_values(begin=begin, end=end, save=save, step=chosen, method=method, redundant=redundant)
+    command = plain_values(begin=begin, end=end, save=shown_save(save), step=chosen, method=method, redundant=redundant)
     command |= {"signals": repr(model.get(SAVED_KEY)), "restart": digest(restart), "stop": repr(stop)}
     command |= of_start(label, start, restart, redundant)
     kept_file = None if checkpoint is None else Checkpoints(Path(checkpoint), checkpoint_every, command, model)
@@ -157,14 +165,26 @@ def simulate(
     if kept_file is not None:
         run.after_block, run.interruption = kept_file.after_block, Interruption([KEYBOARD, TERMINATION])
     begun = 0.0 if restart is None else float(restart["clock"][0])
+    grid = save_grid(label, save, period, max(begin, begun), end)
     started = clock()
+    try:
+        _run_through(run, stopping, begin, end, grid, fresh=restart is None)
+    finally:
+        if kept_file is not None and run.interrupted:
+            kept_file.write(run)
+    return _solution(run, mechanism, closed, (begun, begin), model, kept_file, started)
+
+
+def _run_through(run: Run, stopping: StopConditions, begin: float, end: float, grid: SaveGrid, *, fresh: bool) -> None:
+    """Run to the begin of saving and to the end [s]; `fresh`: without a restart."""
     stopping.watch(run, faults_alone=True)
     if run.flow.clock.t < begin:
         run.run_to(begin, saving=None)
         reset_peaks(run)
-    stopping.watch(run)
-    run.run_to(end, saving=save_interval(mechanism, save, period, begin, end))
-    return _solution(run, mechanism, closed, (begun, begin), model, kept_file, started)
+    stopping.watch(run, fresh=fresh)
+    if len(grid.times):
+        run.record = run.record.replaced(save_times=grid.times)
+    run.run_to(end, saving=grid.interval)
 
 
 def _solution(
@@ -190,8 +210,12 @@ def _solution(
     notes = (*contact_remarks(run.program, run.flow.z, run.contact_log(), now, span), *watch.notes, *lost, *details)
     if kept_file is not None:
         notes = (*notes, *([kept_file.failure] if kept_file.failure else []))
-        kept_file.write(run) if run.interrupted else kept_file.remove()
-    return run.solution(model=model, notes=notes, faults=faults, wall_time=clock() - started)
+        if not run.interrupted:
+            kept_file.remove()
+    sol = run.solution(model=model, notes=notes, faults=faults, wall_time=clock() - started)
+    if not sol.ok:
+        tell_stopped(f"simulate {sol.name!r}", sol.status)
+    return sol
 
 
 def clock() -> float:
@@ -205,17 +229,6 @@ def period_or_none(program: Program) -> float | None:
         return common_period(program)
     except InputError:
         return None
-
-
-def save_interval(mechanism: Mechanism, save: Any, period: float | None, begin: float, end: float) -> float:
-    """Time between saved instants [s]; 0: every step."""
-    if save == "steps":
-        return 0.0
-    if isinstance(save, str):
-        raise InputError(f"simulate {mechanism.name!r}: save is {save!r}; it must be a number of instants or 'steps'.")
-    hint = "It is the number of saved instants a period of the drives (without one: of the run), or 'steps' for all."
-    number = checks.count(f"simulate {mechanism.name!r}", "save", save, hint=hint)
-    return (end - begin if period is None or period > end - begin else period) / number
 
 
 def _end(mechanism: Mechanism, t_end: float | None, periods: float | None, period: float | None) -> float:

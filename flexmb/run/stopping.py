@@ -13,7 +13,7 @@ from flexmb.errors import InputError
 from flexmb.model.signal import hint, resolved
 from flexmb.program.program import Names
 from flexmb.state.options import NEVER
-from flexmb.state.record import BUFFER_FULL, DIRECTION, DONE, RUNNING
+from flexmb.state.record import BUFFER_FULL, DIRECTION, DONE, LEVEL, RUNNING
 
 if TYPE_CHECKING:
     from flexmb.run.run import Run
@@ -28,6 +28,9 @@ MOST_TRIALS = 100
 SAME = 1e-9
 """Distance beyond its level, relative to it, at which a signal may begin: a run goes on from its stop."""
 
+LEAST = 1e-12
+"""The same distance for the level 0, in the unit of the signal."""
+
 
 @dataclass(frozen=True)
 class Condition:
@@ -41,6 +44,7 @@ class Condition:
     text : the condition in words.
     is_event : whether only a crossing counts; else a run must not begin beyond the level.
     is_fault : whether a run that meets it is not ok; its instant is not located.
+    pushed_by : name of a signal that must be positive where a fault is met; "": none.
     """
 
     signal: str
@@ -49,6 +53,7 @@ class Condition:
     text: str
     is_event: bool = True
     is_fault: bool = False
+    pushed_by: str = ""
 
 
 @arguments.checked
@@ -78,8 +83,9 @@ def when(
 
     Notes
     -----
-    Signals are compared at the ends of steps. A signal that crosses its level twice within one step is not seen; give
-    smaller steps. The instant is found by shorter and shorter last steps, to round-off of the time.
+    Signals are compared at the ends of steps.  A signal that crosses its level twice within one step is not seen; give
+    smaller steps.  The instant is found by shorter and shorter last steps, to round-off of the time.  A signal that
+    begins a run at its level (`above`, `below`) and goes beyond it ends the run; after a restart it does not.
     """
     given = {"above": above, "below": below, "crosses": crosses, "contact": contact}
     named = [name for name, value in given.items() if value is not None]
@@ -126,27 +132,31 @@ class StopConditions:
                 raise InputError(f"{text}. {hint(one.signal, names.signals, names.aliases)}")
             signs = (1, -1) if one.direction == 0 else (one.direction,)
             rows += [(place, one, sign) for place in places for sign in signs]
-        self.label = label
+        self.label, self.signals = label, names.signals
         self.conditions = [condition for _, condition, _ in rows]
         self.places = np.array([place for place, _, _ in rows], dtype=np.int64)
         self.levels = np.array([[one.level, float(sign)] for _, one, sign in rows]).reshape(-1, 2)
 
-    def watch(self, run: Run, *, faults_alone: bool = False) -> None:
+    def watch(self, run: Run, *, faults_alone: bool = False, fresh: bool = False) -> None:
         """Let the compiled loop of a run watch the conditions from its present state on.
 
         Parameters
         ----------
         run : the run.
         faults_alone : whether only faults are watched.
+        fresh : whether the run begins anew, and does not go on from a stop.
 
         Raises
         ------
         InputError : a condition that is met already.
         """
         count = sum(one.is_fault for one in self.conditions) if faults_alone else len(self.conditions)
-        for place, one, (level, sign) in zip(self.places[:count], self.conditions, self.levels, strict=False):
+        for k, one in enumerate(self.conditions[:count]):
+            place, (level, sign) = self.places[k], self.levels[k]
             value = float(run.record.signals[place])
-            if not one.is_event and sign * (value - level) > SAME * max(abs(level), abs(value)):
+            if fresh and value == level and not (one.is_event or one.signal.endswith(f".{PENETRATION}")):
+                self.levels[k, LEVEL] += sign * (SAME * abs(level) or LEAST)
+            if not one.is_event and sign * (value - level) > 2.0 * (SAME * max(abs(level), abs(value)) + LEAST):
                 t = float(run.flow.clock.t)
                 text = f"{self.label}: stop: {one.text!r} is met already at t = {t:g} s, where watching begins and "
                 text += f"{one.signal} is {value:g}"
@@ -164,6 +174,11 @@ class StopConditions:
         """Text of a fault; "" for a condition of the user."""
         one = self.conditions[number]
         return one.text if one.is_fault else ""
+
+    def is_pushed(self, number: int, values: np.ndarray) -> bool:
+        """Whether a condition counts at a row of all signals."""
+        name = self.conditions[number].pushed_by
+        return not name or float(values[self.signals.places[name]]) > 0.0
 
     def met(self, before: np.ndarray, after: np.ndarray) -> str:
         """The first condition that is met between two rows of all signals, in words; "" for none."""
@@ -239,6 +254,8 @@ def end_at_crossing(run: Run, watch: StopConditions, begun: Snapshot | None, end
     """
     number = int(run.record.count.condition) - 1
     if begun is None or watch.fault(number):
+        if not watch.is_pushed(number, run.record.signals):
+            return BUFFER_FULL  # the run goes on, after saved instants that may be due
         run.note = f"Stopped: {watch.fault(number)}"
         return RUNNING
     steps, beyond = int(run.record.count.steps) - 1, float(run.flow.clock.t)

@@ -141,23 +141,27 @@ def _nothing_moved(mechanism: Mechanism, seen: Seen) -> Iterator[str]:
 
 def _penetrations(mechanism: Mechanism, seen: Seen) -> Iterator[tuple[bool, str]]:
     """Journals, pins and sliders that are pressed deep into their bearings and guides."""
-    for name, size, label, through_it in _contact_sizes(mechanism, seen.contacts.names):
+    for name, size, label, through_it, deep in _contact_sizes(mechanism, seen.contacts.names):
         depth, when = seen.motion.peak(f"{name}.penetration")
-        if depth > DEEP * size:
+        if depth > deep * size:
             through = depth > THROUGH * size
             text = f"At t = {when:.6g} s {label} is penetrated by {depth:.4g} m, its size is {size:.4g} m"
             text += f": {through_it}" if through else ": far beyond the validity of any law"
             yield through, f"{text}. A stiffness in N/mm^1.5 is to be multiplied by 3.16e4; else take smaller steps."
 
 
-def _contact_sizes(mechanism: Mechanism, contacts: Sequence[str]) -> Iterator[tuple[str, float, str, str]]:
-    """Contacts of parts with a size: name, radius or half height [m], label, words for a penetration by the size."""
+def _contact_sizes(mechanism: Mechanism, contacts: Sequence[str]) -> Iterator[tuple[str, float, str, str, float]]:
+    """Contacts of parts with a size: name, radius or half height [m], label, words for a penetration by the size.
+
+    Then the penetration over the size above which there is a remark; buffers of stops may yield.
+    """
     for part in mechanism.parts if contacts else ():
         size = size_of_contact(mechanism, part)
         if size is not None:
             own = [name for name in contacts if name.partition(".")[0] == part.name]
             words = PASSES_THROUGH if getattr(part, "bearing_radius", None) else "the parts pass through each other"
-            yield from ((name, size, part.label, words) for name in own)
+            deep = THROUGH if isinstance(part, Stop) else DEEP
+            yield from ((name, size, part.label, words, deep) for name in own)
 
 
 def size_of_contact(mechanism: Mechanism, part: Part) -> float | None:
@@ -189,7 +193,7 @@ def impossible_penetrations(mechanism: Mechanism, contacts: Sequence[str]) -> li
     """
     return [
         Condition(f"{name}.penetration", THROUGH * size, 1, f"{label}: {words}", is_fault=True)
-        for name, size, label, words in _contact_sizes(mechanism, contacts)
+        for name, size, label, words, _ in _contact_sizes(mechanism, contacts)
     ]
 
 

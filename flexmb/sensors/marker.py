@@ -43,7 +43,7 @@ def marker_kernel(p, t, q, v, a):
 class Marker(Part):
     """A point of a body, or of a node of a flexible body, without mass: it reports its motion.
 
-    A marker may stand in place of a point: `Force("load", body, at=marker, ...)`.
+    A marker may stand in place of a point, which then follows it in `with_`: `Force("load", body, at=marker, ...)`.
 
     Signals: x, y [m], vx, vy [m/s], ax, ay [m/s2], theta [rad] and omega [rad/s] of the body there, in world axes.
 
@@ -66,6 +66,11 @@ class Marker(Part):
     def __post_init__(self) -> None:
         super().__post_init__()
         object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
+
+    @property
+    def marker(self) -> str:
+        """Name by which points follow the marker."""
+        return self.name
 
     def __iter__(self) -> Iterator[float]:
         """Coordinates of the point in the reference configuration [m]."""

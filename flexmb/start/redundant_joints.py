@@ -88,9 +88,9 @@ def shaken_pose(program: Program, q: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     program : the mechanism.
-    q : (n_q,) a pose.
+    q : a pose, of the bodies alone or with the states of controls.
     """
-    sizes = np.where(np.asarray(program.tables.kind) == 1, 1.0, program.length)
+    sizes = np.where(np.asarray(program.tables.kind)[: len(q)] == 1, 1.0, program.length)
     return np.asarray(q + POSE_SHIFT * np.sin(1.0 + 7.3 * np.arange(len(q))) * sizes)
 
 

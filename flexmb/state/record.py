@@ -89,6 +89,7 @@ class RunRecord(Record):
 
     times : (rows,) saved instants [s];  values : (rows, n_s) their saved signals
     saved_places : (n_s,) places of the saved signals among all signals; empty: all signals are saved
+    save_times : (n,) given instants to be saved [s]; empty: the save grid of the options
     within : (n_y,) all signals at an instant within a step
     last_signals, signals : (n_y,) all signals at the ends of the last accepted step
     last_lam, last_z : (n_c,) multipliers and (n_z,) histories at its start
@@ -107,6 +108,7 @@ class RunRecord(Record):
     times: Vector
     values: Matrix
     saved_places: Integers
+    save_times: Vector
     within: Vector
     last_signals: Vector
     signals: Vector
@@ -141,6 +143,7 @@ def _empty_record(program: Program, rows: int, saved_places: np.ndarray | None) 
         times=rows,
         values=(rows, n_y if saved_places is None else len(saved_places)),
         saved_places=np.zeros(0, dtype=np.int64) if saved_places is None else saved_places,
+        save_times=0,
         **dict.fromkeys(("within", "last_signals", "signals", "peak", "peak_time"), n_y),
         watched=0,
         levels=(0, 2),

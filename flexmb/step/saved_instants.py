@@ -9,6 +9,7 @@ import math
 
 from flexmb.energy.balance import DRIVE, GRAVITY, KINETIC, STRAIN, TURNED_OVER
 from flexmb.kernels import compiled, copy
+from flexmb.state.options import NEVER
 from flexmb.state.record import BUFFER_FULL, RUNNING
 from flexmb.system.constraints import report_forces
 from flexmb.system.evaluate import evaluate_accepted
@@ -33,7 +34,7 @@ def save_instants(tables, address, options, flow, trial, work, record):
     else:
         step = record.report
         while is_due(options, flow, record):
-            due, row = next_due(options, flow), record.count.rows
+            due, row = next_due(options, flow, record), record.count.rows
             s = (due - step.start) / step.size
             if s >= END_OF_STEP:
                 store_signals(record.signals, record, row)
@@ -105,9 +106,12 @@ def interpolate_state(n, s, h, flow, trial, record):
 
 
 @compiled
-def next_due(options, flow):
-    """The first instant [s] of the save grid that is not saved yet."""
-    return flow.clock.save_start + (flow.clock.saved_instants + 1.0) * options.save_interval
+def next_due(options, flow, record):
+    """The first instant [s] of the save grid, or of the given times, that is not saved yet."""
+    saved, times = flow.clock.saved_instants, record.save_times
+    if times.shape[0] == 0 or options.save_interval >= NEVER:
+        return flow.clock.save_start + (saved + 1.0) * options.save_interval
+    return times[int(saved)] if saved < times.shape[0] else NEVER
 
 
 @compiled
@@ -117,14 +121,19 @@ def end_is_saved(options, flow, record):
         return True
     passed = math.floor((flow.clock.t - flow.clock.save_start) / options.save_interval + 1e-9)
     last = flow.clock.save_start + passed * options.save_interval
-    step = record.report
+    step, times = record.report, record.save_times
+    if times.shape[0] > 0 and options.save_interval < NEVER:
+        passed = int(flow.clock.saved_instants)
+        while passed < times.shape[0] and times[passed] <= flow.clock.t + 1e-9 * options.save_interval:
+            last = times[passed]
+            passed += 1
     return passed > flow.clock.saved_instants and last - step.start >= END_OF_STEP * step.size
 
 
 @compiled
 def is_due(options, flow, record):
     """Whether the step has passed an instant of the save grid, and the buffer has room for it."""
-    passed = next_due(options, flow) <= flow.clock.t + 1e-9 * options.save_interval
+    passed = next_due(options, flow, record) <= flow.clock.t + 1e-9 * options.save_interval
     return passed and record.count.rows < record.times.shape[0]
 
 

@@ -20,7 +20,6 @@ from flexmb.run.simulate import simulate
 from flexmb.study.case import Case
 from flexmb.study.run import StudyRun
 from flexmb.study.store import Cost, Kept, keep
-from flexmb.sweeps.family import STOPPED
 
 FRESH = "Delete it, or compute it anew with --fresh."
 
@@ -97,8 +96,6 @@ def _imported() -> None:
 def _chain(run: StudyRun, kept: Kept, bar: WorkBar, failures: dict[str, str]) -> Chain:
     """Jobs of one run that is not a diagram."""
     outcome = yield Job(computed, (run, kept.path(run)))
-    if STOPPED in outcome.status:  # Ctrl-C, seen by a simulation in this process
-        raise KeyboardInterrupt
     if not outcome.ok:
         failures[run.name] = outcome.status
     bar.more(run.work, outcome.values.get("wall"), whole=True)

@@ -16,15 +16,13 @@ from flexmb.dynamics.systems.continuous_flow import ContinuousFlow
 from flexmb.dynamics.systems.dynamics import Dynamics
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.errors import AssemblyError, InputError, SolveError
-from flexmb.jobs.attempt import Outcome
+from flexmb.jobs.attempt import Outcome, stopped_runs
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.period import common_period
 from flexmb.run.simulate import Step
 from flexmb.step.newmark.method import Newmark
 
 Make = Callable[..., Mechanism | Dynamics] | Mechanism | Dynamics
-STOPPED = "Interrupted from the keyboard"
-"""Begin of the status of a run stopped by Ctrl-C; the point has no result."""
 
 
 @dataclass(frozen=True)
@@ -146,6 +144,8 @@ def section_point(family: Family, section: SectionSettings, value: float, carrie
         `drive_period`, `verdict`, `exponent`, `exponent_error`.  The outcome of a failure has no points.
     """
     flow = family.at(value)
+    if stopped := stopped_runs():  # of the function that makes the system
+        return Outcome({}, stopped, ok=False)
     period = family.period_of(flow, value)
     columns = columns_of(flow, section.signals, family.label)
     seam = carried is not None and not _start_from(flow, carried, section.last * period)
@@ -155,8 +155,6 @@ def section_point(family: Family, section: SectionSettings, value: float, carrie
         points = None
     lost = _not_finite(flow, points, columns)
     values: dict[str, Any] = {"seam": seam, "drive_period": period if flow.unit == "s" else np.nan}
-    if points is None and flow.status.startswith(STOPPED):
-        raise KeyboardInterrupt
     if points is None or lost:
         return Outcome(values, lost or flow.status, ok=False)
     values |= {"points": points[:, columns], "state": flow.state()}

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import InputError
-from flexmb.jobs.attempt import Outcome
+from flexmb.jobs.attempt import DONE, Outcome, stopped_runs
 from flexmb.sweeps.record import STATUS, Column
 
 ALONE = "value"
@@ -32,10 +32,24 @@ def called(function: Any, arguments: Mapping[str, Any]) -> Outcome:
     InputError : an empty mapping; a result that is not a number, array or text; an inadmissible name.
     """
     results = function(**arguments)
-    named = results if isinstance(results, Mapping) else {ALONE: results}
+    named = dict(results) if isinstance(results, Mapping) else {ALONE: results}
+    ok, status = _judged(named)
+    if not ok:
+        return Outcome({}, status, ok=False)
     if not named:
         raise InputError("The function returned an empty mapping; it must return at least one number.")
-    return Outcome({_name(name): _array(name, value) for name, value in named.items()})
+    return Outcome({_name(name): _array(name, value) for name, value in named.items()}, status)
+
+
+def _judged(named: dict[Any, Any]) -> tuple[bool, str]:
+    """Success and status of a point, taken out of the results of its function, or found from the runs in it."""
+    stopped = stopped_runs()
+    said, status = np.asarray(named.pop("ok", not stopped)), named.pop(STATUS, "")
+    if said.shape or said.dtype.kind != "b":
+        raise InputError(f"The function returned ok = {said}; it must be True or False, whether the point succeeded.")
+    if not isinstance(status, str):
+        raise InputError(f"The function returned {STATUS!r} = {status!r}, a name of the dataset; it must be a text.")
+    return bool(said), status or (DONE if said else stopped or "The function returned ok = False.")
 
 
 def columns_of(

@@ -44,7 +44,8 @@ def sweep(
     Parameters
     ----------
     function : called as function(**fixed, **parameters) at every point.  It returns a number, a text, an array of fixed
-        shape, or a mapping of them by name; arrays of xarray keep the names of their dimensions.
+        shape, or a mapping of them by name; arrays of xarray keep the names of their dimensions.  The mapping may hold
+        `ok` and `status`, a flag and a text: see the notes.
     over : {"a": values, "b": values} for all combinations, or a list of {"a": value, "b": value}.
     fixed : fixed values of other parameters.
     dims : names of the dimensions of returned arrays, by the name of the result; None: "name_0", "name_1", ...
@@ -58,8 +59,9 @@ def sweep(
     Returns
     -------
     xarray.Dataset : the results over the parameters, or over "design" with the parameters as coordinates.  A result
-        without a name is called "value".  Flags and whole numbers become floats, so that failed points can have NaN.
-        `status` of every point is "done", or the class and the message of an error; `ok` is True for "done".
+        without a name is called "value".  Flags and whole numbers become floats, since failed points have NaN.
+        `status` of every point is "done", the class and the message of an error, or the status of a run that stopped
+        early; `ok` is True for points that succeeded.
 
     Raises
     ------
@@ -69,6 +71,11 @@ def sweep(
 
     Notes
     -----
+    A point succeeds if its function returns and every run in it (`simulate`, `lyapunov`, `benettin`, `stroboscopic`,
+    `section`) has reached its end.  A function that deals with failed runs itself, e.g. by smaller steps, returns
+    `ok`: True or False, and decides alone.  Runs in threads or processes that the function starts are not seen; their
+    `require()` raises.  Ctrl-C ends the sweep; the interrupted point is not kept.
+
     A failed point is kept with its status, and the sweep continues.  The first successful point, in the order of the
     points, determines the names and shapes of the results; a point with other results has failed.  Results do not
     depend on the executor or the number of workers.  The bytes of a finished store do not depend on interruptions
@@ -194,6 +201,7 @@ def _fingerprint(
     """Values on which the results depend."""
     return {
         "flexmb": installed_version(),
+        "ok": "if all runs reached their ends",
         "function": label_of(function),
         "text": digest(function),
         "points": list(points.dims),

@@ -7,6 +7,8 @@ from dataclasses import dataclass, replace
 import flexmb as fm
 
 O, A, B, C, D = (0.0, 0.0), (0.1, 0.0), (0.5, 0.3), (0.5, 0.0), (0.2, 0.25)
+THREAD = fm.RigidLink("thread", (1.0, 0.0), (1.0, 0.5), mass=0.0, inertia=0.0)
+LEVER = fm.RigidBody("lever", (0.2, 0.2), 0.1, 1e-3)
 STEEL_BAR = fm.Rectangle(width=0.01, height=0.01)
 
 
@@ -495,6 +497,14 @@ CASES: dict[str, Case] = {
     "springs of 1e12 and 1e-4 N/m": (
         lambda: replace(two_masses(1e12, 1e-4), gravity=(0.0, 0.0)), {"stiffness-ratio": {"low"}},
     ),
+    # joints on wrong bodies
+    "a pin on another body than the rod's": (
+        lambda: slider_crank(
+            LEVER, fm.Revolute("L", fm.GROUND, LEVER, at=(0.2, 0.2)),
+            B=fm.Revolute("B", LEVER, fm.RigidBody("slider", C, 0.3, 1e-3), at=C),
+        ),
+        {"left-out-link": {"B", "rod"}},
+    ),
     # control
     "a servo with the wrong sign": (lambda: servo(-200.0, -20.0), {"unstable-loop": {"servo"}}),
     "a servo without damping that reads late": (lambda: servo(200.0, 0.0, 500.0), {"unstable-loop": {"servo"}}),
@@ -546,6 +556,13 @@ CASES: dict[str, Case] = {
     "loose, over-driven and in mm/s^2": (
         lambda: slider_crank(LOOSE, fm.Drive("push", "guide", fm.drives.Harmonic(0.01, 3.0)), gravity=(0.0, -9810.0)),
         {"free-body": {"loose"}, "over-driven": {"motor", "push"}, "odd-units": set()},
+    ),
+    "a drive that starts out of reach, and a massless pendulum": (
+        lambda: four_bar(
+            (0.3, 0.1, 0.12, 0.3), 0.2, fm.drives.Polynomial((2.0, 0.1)),
+            THREAD, fm.Revolute("T", fm.GROUND, THREAD, at=(1.0, 0.0)),
+        ),
+        {"open-loop": {"motor"}, "no-inertia": {"thread"}},
     ),
     "soft, driven by friction, with a loose stone": (
         lambda: worn("A", normal=SOFT, friction=Driving(0.2)).with_part(STONE),

@@ -31,7 +31,7 @@ def valve(face=FACE, *, speed=40.0, curve=DISC, start=R, angle=0.0, shift=(0.0, 
     if isinstance(face, fm.Line):
         face = fm.Line(moved(*face.start), moved(*face.end))
     else:
-        face = fm.cams.Circle(moved(*face.centre), face.radius)
+        face = fm.cams.CircularCurve(moved(*face.centre), face.radius)
     if angle or shift != (0.0, 0.0):
         curve = fm.ClosedCurve([moved(*p) for p in curve.points])
     cam = fm.RigidBody("cam", at=shift, mass=0.5, inertia=1e-3, theta=angle)
@@ -72,7 +72,7 @@ def test_roller_follower_of_an_eccentric_disc():
     """y = e sin wt + sqrt((r + rho)^2 - e^2 cos^2 wt)."""
     rho = 0.008
     start = math.sqrt((R + rho) ** 2 - E**2)
-    sol = fm.simulate(valve(fm.cams.Circle((0.0, start), rho), start=start), periods=1)
+    sol = fm.simulate(valve(fm.cams.CircularCurve((0.0, start), rho), start=start), periods=1)
     assert sol.ok, sol.status
     wt = 40.0 * sol.time
     exact = E * np.sin(wt) + np.sqrt((R + rho) ** 2 - (E * np.cos(wt)) ** 2)
@@ -92,7 +92,7 @@ def test_an_arm_on_a_disc_is_a_four_bar():
         ])  # fmt: skip
 
     distance = math.dist((E, 0.0), centre)
-    round_part = fm.cams.Circle(centre, distance - R)
+    round_part = fm.cams.CircularCurve(centre, distance - R)
     cam = fm.simulate(machine(lambda a, b: fm.CurveOnCurve("pair", a, DISC, b, round_part)), periods=1)
     rod = fm.simulate(machine(lambda a, b: fm.couplings.Distance("pair", a, b, at=(E, 0.0), to=centre)), periods=1)
     assert rho < distance  # the test has a roller
@@ -130,7 +130,7 @@ def test_a_profile_gives_its_lift_law(law, kind):
         profile, face = fm.cams.flat_profile(lift, 0.06), fm.Line((-0.1, 0.06), (0.1, 0.06))
     else:
         profile = fm.cams.roller_profile(lift, 0.04, roller=radius, offset=offset)
-        face = fm.cams.Circle((offset, start), radius) if radius else None
+        face = fm.cams.CircularCurve((offset, start), radius) if radius else None
     mech = valve(face or FACE, speed=10.0, curve=profile if face else DISC, start=start if face else R)
     if face is None:
         cam, follower = (
@@ -156,7 +156,7 @@ def test_a_profile_gives_its_swing(kind):
     pivot, first = (0.12, 0.02), 2.2
     if kind == "roller":
         profile = fm.cams.oscillating_roller_profile(lift, pivot, arm=0.1, angle=first, roller=0.01)
-        face = fm.cams.Circle((pivot[0] + 0.1 * math.cos(first), pivot[1] + 0.1 * math.sin(first)), 0.01)
+        face = fm.cams.CircularCurve((pivot[0] + 0.1 * math.cos(first), pivot[1] + 0.1 * math.sin(first)), 0.01)
     else:
         profile = fm.cams.oscillating_flat_profile(lift, pivot, angle=first - 0.5 * math.pi, offset=0.0)
         u = math.cos(first), math.sin(first)
@@ -234,7 +234,7 @@ def test_friction_on_a_face_turns_the_cam_back():
 def test_a_law_made_from_materials_has_the_stiffness_of_both_radii():
     """Disc of 30 mm against a face, and against a roller of 15 mm, 1/R = 1/30 mm + 1/15 mm: stiffness like sqrt(R)."""
     law, found = fm.HuntCrossley(materials=(fm.STEEL, fm.STEEL), restitution=0.9), []
-    for face in (FACE, fm.cams.Circle((0.0, R + 0.015), 0.015)):
+    for face in (FACE, fm.cams.CircularCurve((0.0, R + 0.015), 0.015)):
         mech = valve(face, normal=law)
         found.append(mech.find("tappet").contributions(mech)[0].normal.parameters()[0])
     assert found[0] / found[1] == pytest.approx(math.sqrt(3.0), rel=1e-6)
@@ -262,7 +262,7 @@ EGG = fm.ClosedCurve(
 )
 SMALL = fm.ClosedCurve([(0.172 + 0.04 * math.cos(a), 0.05 + 0.05 * math.sin(a)) for a in TURN[::3]])
 SHAPES = {
-    "line": fm.Line((0.132, -0.1), (0.162, 0.2)), "roller": fm.cams.Circle((0.162, 0.05), 0.03), "cam": SMALL,
+    "line": fm.Line((0.132, -0.1), (0.162, 0.2)), "roller": fm.cams.CircularCurve((0.162, 0.05), 0.03), "cam": SMALL,
 }  # fmt: skip
 RUBBING = fm.ModifiedCoulomb(0.2, v0=1e-4, v1=1e-2)
 NORMAL = fm.LankaraniNikravesh(stiffness=2e9, restitution=0.85)
@@ -339,7 +339,8 @@ def test_gaps_of_discs(kind, depth):
         return fm.ClosedCurve.from_function(lambda u: (x + r * math.cos(u), r * math.sin(u)), 120)
 
     other = {
-        "cam": disc(r1 + r2, r2), "roller": fm.cams.Circle((r1 + r2, 0.0), r2), "line": fm.Line((r1, -1.0), (r1, 1.0)),
+        "cam": disc(r1 + r2, r2), "roller": fm.cams.CircularCurve((r1 + r2, 0.0), r2),
+        "line": fm.Line((r1, -1.0), (r1, 1.0)),
     }[kind]  # fmt: skip
     bodies = [fm.RigidBody(n, at=(x, 0.0), mass=1.0, inertia=1.0) for n, x in (("one", 0.0), ("two", r1 + r2))]
     part = fm.CurveOnCurve("pair", bodies[0], disc(0.0, r1), bodies[1], other, normal=NORMAL, start="open")
@@ -375,7 +376,7 @@ def test_wrong_pairs_are_refused():
     with pytest.raises(InputError, match=r"not convex near \(.*straight face bridges"):
         valve(curve=bean)
     with pytest.raises(InputError, match=r"roller of radius 0.1 m does not fit into the hollow .* \(undercut\)"):
-        valve(fm.cams.Circle((0.0, 0.15), 0.1), curve=bean)
+        valve(fm.cams.CircularCurve((0.0, 0.15), 0.1), curve=bean)
     cam, other = (fm.RigidBody(n, at=(0.0, 0.0), mass=1.0, inertia=1.0) for n in ("cam", "other"))
     with pytest.raises(InputError, match="one must be a ClosedCurve"):
         fm.CurveOnCurve("pair", cam, FACE, other, FACE)

@@ -79,7 +79,19 @@ def test_wrong_curves_are_refused():
     with pytest.raises(InputError, match="a segment needs a length"):
         fm.Line((1.0, 2.0), (1.0, 2.0))
     with pytest.raises(InputError, match="radius is 0 m; it must be > 0"):
-        fm.cams.Circle((1.0, 2.0), 0.0)
+        fm.cams.CircularCurve((1.0, 2.0), 0.0)
+
+
+def test_a_circle_of_a_beam_is_no_curve():
+    """fm.Circle is the section of a beam; the curve had the same name."""
+    cam, follower = (fm.RigidBody(name, (0.0, y), 1.0, 1.0) for name, y in (("cam", 0.0), ("follower", 0.1)))
+    angles = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    curve = fm.ClosedCurve(np.column_stack([0.05 * np.cos(angles), 0.05 * np.sin(angles)]))
+    with pytest.raises(InputError, match=r"a Line, cams\.CircularCurve or .*fm\.Circle is the section of a beam"):
+        fm.CurveOnCurve("pair", cam, curve, follower, fm.Circle(0.01))
+    with pytest.warns(DeprecationWarning, match=r"called cams\.CircularCurve"):
+        assert fm.cams.Circle is fm.cams.CircularCurve
+    assert "Circle" not in dir(fm.cams)
 
 
 @pytest.mark.parametrize(

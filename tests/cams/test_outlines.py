@@ -21,7 +21,7 @@ def pair(centre, radius=0.02, outline=SHAPE):
     one = fm.RigidLink("one", (0.0, 0.0), (0.1, 0.17), mass=0.4, inertia=2e-3, centre=0.4)
     other = fm.RigidBody("other", at=(0.3, 0.2), mass=0.8, inertia=8e-3, theta=0.3)
     rubbing = fm.ModifiedCoulomb(0.2, v0=1e-4, v1=1e-2)
-    circle = fm.cams.Circle(centre, radius)
+    circle = fm.cams.CircularCurve(centre, radius)
     contact = fm.cams.OutlineContact("pair", one, outline, other, circle, normal=NORMAL, friction=rubbing)
     return fm.Mechanism("pair", [one, other, contact])
 
@@ -69,7 +69,7 @@ def test_arcs_and_spline_of_a_curve_have_one_distance():
     outline, out = fm.cams.Outline.from_curve(curve, 1e-8), np.zeros(GAP_SIZE)
     one = fm.RigidBody("one", at=(0.0, 0.0), mass=1.0, inertia=1.0)
     other = fm.RigidBody("other", at=(0.2, 0.0), mass=1.0, inertia=1.0)
-    roller = fm.cams.Circle((0.2, 0.0), 0.01)
+    roller = fm.cams.CircularCurve((0.2, 0.0), 0.01)
     contact = fm.cams.OutlineContact("arcs", one, outline, other, roller, normal=NORMAL)
     pair = fm.CurveOnCurve("spline", one, curve, other, roller, normal=NORMAL, start="open")
     mech = fm.Mechanism("both", [one, other, contact, pair])
@@ -90,7 +90,7 @@ def test_a_pin_in_the_centre_of_a_hollow_arc_has_finite_forces():
     outline = fm.cams.Outline(points, (0.0, 1.0, 0.0, 0.0, 0.0, 0.0))
     one = fm.RigidBody("one", at=(0.0, 0.0), mass=1.0, inertia=1.0)
     other = fm.RigidBody("other", at=(0.0, 0.0), mass=1.0, inertia=1.0)
-    contact = fm.cams.OutlineContact("pin", one, outline, other, fm.cams.Circle((0.0, 0.0), 0.09), normal=NORMAL)
+    contact = fm.cams.OutlineContact("pin", one, outline, other, fm.cams.CircularCurve((0.0, 0.0), 0.09), normal=NORMAL)
     (piece,) = contact.contributions(fm.Mechanism("pair", [one, other, contact]))
     out = np.zeros(GAP_SIZE)
     piece.gap.dispatcher(np.array(piece.p), np.zeros(6), np.ones(6), out)
@@ -106,7 +106,7 @@ def test_a_disc_in_a_v_rests_on_both_sides():
     rest = 0.05 * math.sqrt(2.0)
     disc = fm.RigidBody("disc", at=(0.0, rest), mass=2.0, inertia=2e-3)
     law = fm.KelvinVoigt(stiffness=1e6, damping=1e3, ramp=1e-5)
-    circle = fm.cams.Circle((0.0, rest), 0.05)
+    circle = fm.cams.CircularCurve((0.0, rest), 0.05)
     contact = fm.cams.OutlineContact("vee", fm.GROUND, vee, disc, circle, normal=law)
     sol = fm.simulate(fm.Mechanism("vee", [disc, contact], gravity=(0.0, -9.81)), t_end=0.2)
     assert sol.ok, sol.status
@@ -169,7 +169,7 @@ def geneva(radius=0.004, clearance=2e-5, C=0.1, w=2.0 * math.pi, begin=math.radi
     crank = fm.RigidBody("crank", at=(0.0, 0.0), mass=0.2, inertia=1e-4)
     wheel = fm.RigidBody("wheel", at=(C, 0.0), mass=0.5, inertia=5e-4)
     rubbing = {"friction": fm.ModifiedCoulomb(0.1, v0=1e-4, v1=1e-3), "radius": 0.01, "preload": 50.0}
-    circle = fm.cams.Circle((a * math.cos(begin), a * math.sin(begin)), radius)
+    circle = fm.cams.CircularCurve((a * math.cos(begin), a * math.sin(begin)), radius)
     law = fm.KelvinVoigt(stiffness=1e7, damping=3e3, ramp=1e-6)
     return fm.Mechanism("geneva", [
         crank, wheel, fm.Revolute("O", fm.GROUND, crank, at=(0.0, 0.0)),
@@ -225,7 +225,9 @@ def test_a_ratchet_turns_one_way(torque, runs):
     sol = fm.simulate(fm.Mechanism("ratchet", [
         wheel, pawl,
         fm.Revolute("O", fm.GROUND, wheel, at=(0.0, 0.0)), fm.Revolute("P", fm.GROUND, pawl, at=(0.06, 0.0545)),
-        fm.cams.OutlineContact("tip", wheel, fm.cams.Outline(points), pawl, fm.cams.Circle(tip, 0.002), normal=law),
+        fm.cams.OutlineContact(
+            "tip", wheel, fm.cams.Outline(points), pawl, fm.cams.CircularCurve(tip, 0.002), normal=law
+        ),
         fm.TorsionSpring("spring", fm.GROUND, pawl, stiffness=1.0, damping=2e-3, free_angle=0.3),
         fm.Torque("load", wheel, torque), fm.TorsionSpring("oil", fm.GROUND, wheel, stiffness=0.0, damping=0.02),
     ]), t_end=0.5)  # fmt: skip

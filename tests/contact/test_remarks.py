@@ -72,10 +72,30 @@ def test_too_close_a_fit():
 
 
 def test_tension_that_was_cut():
-    law = fm.KelvinVoigt(1e9, 3e4)
-    (note,) = run(law, step=1e-7, method=fm.RungeKutta4()).notes
-    assert note.startswith("J0 (KelvinVoigt): its damping would have pulled the parting surfaces together with up to ")
-    assert run(fm.KelvinVoigt(1e9, 0.0)).notes == ()
+    """The law of Kelvin and Voigt has no force that pulls, by definition; others say in one line that one was cut."""
+    assert run(fm.KelvinVoigt(1e9, 3e4), step=1e-7, method=fm.RungeKutta4()).notes == ()
+    (note,) = hertz().remarks((*(0.0,) * 6, 900.0, 30.0, 0.0))
+    assert note == "a pull of its damping of up to 30 N was cut (largest force 900 N)"
+    (note,) = hertz().remarks((*(0.0,) * 6, 900.0, 30.0, 20.0))
+    assert "let go, faster than they had met" in note
+
+
+def test_a_rubber_buffer_is_no_wrong_unit():
+    """A stop of 5 kN/m under a weight of 10 kg, as a straight guide and as a lever, gives way by design."""
+    law, weight = fm.KelvinVoigt(5e3, 60.0), fm.RigidBody("weight", (0.0, 0.0), 10.0, 0.1)
+    guide = fm.Prismatic("guide", fm.GROUND, weight, at=(0.0, 0.0), along=(0.0, 1.0))
+    arm = fm.RigidLink("arm", (0.0, 0.0), (0.5, 0.0), mass=1.0, inertia=1.0 / 48.0)
+    hinge = fm.Revolute("hinge", fm.GROUND, arm, at=(0.0, 0.0))
+    for parts in (
+        [weight, guide, fm.Stop("buffer", joint="guide", below=-0.1, normal=law)],
+        [arm, hinge, fm.Stop("buffer", joint="hinge", below=-1.0, normal=law, radius=0.05)],
+    ):
+        mechanism = fm.Mechanism("buffer", parts, gravity=(0.0, -9.81))
+        sol = fm.simulate(mechanism, t_end=1.0)
+        assert sol.ok
+        assert sol.peak("buffer.normal_force").value > 50.0
+        assert sol.notes == ()
+        assert {finding.code for finding in fm.check(mechanism).findings} == {"free-motion"}
 
 
 def test_a_run_that_goes_on_remembers():

@@ -219,3 +219,14 @@ def test_crossings_are_located_within_fixed_steps():
     for _ in range(3):
         assert section.advance(1), section.status
         assert abs(flow.observe()[place]) < 1e-9
+
+
+def test_two_trajectories_that_approach_in_lasting_contact():
+    """A ball at rest on a damped spring: damping/(2 mass) = 150 1/s; histories that do not shrink were blown up."""
+    ball = fm.RigidBody("ball", (0.0, 0.05), 1.0, 1e-3)
+    guide = fm.Prismatic("guide", fm.GROUND, ball, at=(0.0, 0.05), along=(0.0, 1.0))
+    floor = fm.Stop("floor", joint="guide", below=-0.05, normal=fm.KelvinVoigt(1e5, 300.0))
+    mechanism = fm.Mechanism("ball", [ball, guide, floor], gravity=(0.0, -9.81))
+    found = fm.chaos.benettin(mechanism, period=0.02, periods=60, skip=20, step=1e-5)
+    assert found.ok, found.status
+    assert found.value == pytest.approx(-150.0, rel=0.02)

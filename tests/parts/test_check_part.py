@@ -287,7 +287,7 @@ BUILT_IN = {
         two_links(
             fm.cams.OutlineContact(
                 "pin", crank(), HOOK, arm(),
-                fm.cams.Circle((0.08, 0.06), 0.01), normal=LN, friction=COULOMB,
+                fm.cams.CircularCurve((0.08, 0.06), 0.01), normal=LN, friction=COULOMB,
             )
         ),
         "pin",

@@ -161,7 +161,7 @@ def test_a_pin_beside_its_centre_hangs_on_an_arm():
     wheel = fm.RigidBody("wheel", at=(0.1, 0.0), mass=0.5, inertia=5e-4)
     law = fm.KelvinVoigt(1e6, 1e2, 1e-6)
     square = fm.cams.Outline([(0.08, -0.02), (0.12, -0.02), (0.12, 0.02), (0.08, 0.02)])
-    pin = fm.cams.OutlineContact("pin", wheel, square, crank, fm.cams.Circle((0.05, 0.01), 0.004), normal=law)
+    pin = fm.cams.OutlineContact("pin", wheel, square, crank, fm.cams.CircularCurve((0.05, 0.01), 0.004), normal=law)
     joints = [fm.Revolute("O", fm.GROUND, crank, at=(0.0, 0.0)), fm.Revolute("Q", fm.GROUND, wheel, at=(0.1, 0.0))]
     scene = scene_of(reference_solution(fm.Mechanism("geneva", [crank, wheel, *joints, pin])), np.array([0]))
     straight = [line for line in with_arms(scene) if line.points.shape[1] == 2]

@@ -16,7 +16,7 @@ def balls(count):
     for k in range(1, count + 1):
         height = 10.0 if k == count else 0.11
         ball = fm.RigidBody(f"ball{k}", at=(float(k), height), mass=float(k), inertia=1e-3)
-        round_ = fm.cams.Circle((float(k), height), 0.1)
+        round_ = fm.cams.CircularCurve((float(k), height), 0.1)
         parts += [ball, fm.cams.OutlineContact(f"floor{k}", fm.GROUND, floor, ball, round_, normal=LAW)]
     return fm.Mechanism("balls", parts, gravity=(0.0, -9.81))
 

@@ -1,5 +1,6 @@
 """Markers report the motion of their point; rods keep their length."""
 
+import copy
 import math
 
 import numpy as np
@@ -102,3 +103,25 @@ def test_a_trace_is_drawn(tmp_path):
     points = np.concatenate([path.get_xydata() for path in paths])  # of all poses, and up to this one
     assert len(points) > 10
     assert np.hypot(*points.T) == pytest.approx(0.5, abs=1e-6)
+
+
+def test_points_follow_their_marker():
+    """A force of 2 N at 0.2 m and then 0.4 m from the hinge, on an inertia of 0.5 kg m^2: alpha = 2 r / 0.5."""
+    arm = fm.RigidBody("arm", (0.0, 0.0), mass=1.0, inertia=0.5)
+    place = fm.Marker("P", arm, at=(0.2, 0.0))
+    parts = [arm, fm.Revolute("hinge", fm.GROUND, arm, at=(0.0, 0.0)), place]
+    mechanism = fm.Mechanism("arm", [*parts, fm.Force("load", arm, at=place, force=(0.0, 2.0))])
+
+    def start(changed):
+        return float(fm.simulate(changed, t_end=1e-6)["arm.alpha"][0])
+
+    assert start(mechanism) == pytest.approx(0.8)
+    moved = mechanism.with_({"P.at": (0.4, 0.0)})
+    assert start(moved) == pytest.approx(1.6)  # the force stayed: 0.8
+    assert start(moved.with_({"P.at": (0.1, 0.0)})) == pytest.approx(0.4)
+    assert start(mechanism.with_part(fm.Marker("P", arm, at=(0.3, 0.0)))) == pytest.approx(1.2)
+    assert start(mechanism.with_({"P.at": (0.4, 0.0), "load.at": (0.3, 0.0)})) == pytest.approx(1.2)
+    assert start(mechanism.with_({"load.force": (0.0, 4.0)}).with_({"P.at": (0.4, 0.0)})) == pytest.approx(3.2)
+    assert start(copy.deepcopy(mechanism).with_({"P.at": (0.4, 0.0)})) == pytest.approx(1.6)
+    found = fm.sweep(lambda x: start(mechanism.with_({"P.at": (x, 0.0)})), {"x": [0.1, 0.3]})
+    assert found["value"].values == pytest.approx([0.4, 1.2])

@@ -49,7 +49,7 @@ def main():
     for points in (180, 720):
         others = {
             "line": fm.Line((0.0301, -0.2), (0.0301, 0.2)),
-            "roller": fm.cams.Circle((0.0401, 0.0), 0.01),
+            "roller": fm.cams.CircularCurve((0.0401, 0.0), 0.01),
             "cam": disc(0.0601, points),
         }
         for name, other in others.items():

@@ -4,11 +4,16 @@ import time
 from pathlib import Path
 
 import numpy as np
+import pytest
 import xarray as xr
 
+import flexmb as fm
 from flexmb.study.item import StudyFigure, StudyPage
 from flexmb.study.run import StudyError, StudyRun
-from flexmb.sweeps.family import STOPPED
+
+
+def interrupted(run, options, steps):
+    raise KeyboardInterrupt
 
 
 def ramp(name, journal, value=1.0, how="well", work=1.0):
@@ -23,7 +28,9 @@ def measure_ramp(case, *, name, journal, value, how):
     if how == "fails":
         raise StudyError(f"{name}: turn 3 did not end: Newton did not converge")
     if how == "stopped":
-        raise StudyError(f"{name}: turn 1 did not end: {STOPPED} at t = 0.1 s")
+        with pytest.MonkeyPatch.context() as patch:  # Ctrl-C during a simulation
+            patch.setattr("flexmb.run.run.Run.advance", interrupted)
+            fm.simulate(fm.mechanisms.slider_crank(), t_end=1e-3)
     if how == "Ctrl-C":
         raise KeyboardInterrupt
     if how == "slow":

@@ -2,6 +2,7 @@
 
 import os
 import time
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -99,3 +100,48 @@ def bistable(amplitude=0.1):
 def content(folder):
     """All files of a folder, by their place in it."""
     return {str(file.relative_to(folder)): file.read_bytes() for file in Path(folder).rglob("*") if file.is_file()}
+
+
+CARELESS = [100_000, 40, 90_000, 30]
+
+
+def careless(most):
+    """The last place of a slider after at most so many steps, as if the run had reached its end."""
+    sol = fm.simulate(fm.mechanisms.slider_crank(200.0), t_end=5e-3, save=10, max_steps=most)
+    return {"x": float(sol["slider.x"][-1])}
+
+
+def named_by_itself(say):
+    found = {"x": careless(40)["x"]}
+    return [found, {**found, "ok": True, "status": "with 40 steps"}, {"ok": False}, {**found, "ok": 0.5}][say]
+
+
+def started_by_a_run(r):
+    """A map whose maker runs a mechanism first, which stops early for r > 3."""
+    fm.simulate(fm.mechanisms.slider_crank(), t_end=1e-3, max_steps=3 if r > 3.0 else None)
+    return logistic_map(r)
+
+
+def long_run(k):
+    return float(fm.simulate(fm.mechanisms.slider_crank(200.0 + k), t_end=0.05, step=1e-6, signals=[]).stats.steps)
+
+
+@contextmanager
+def interrupted_once(flag, calls):
+    """Ctrl-C in a block of steps, the given number of blocks from now, if the file is there; which is removed."""
+    from flexmb.run.run import Run
+
+    block, count = Run.advance, [0]
+
+    def advance(self, options, steps):
+        count[0] += 1
+        if count[0] >= calls and flag.exists():
+            flag.unlink()
+            raise KeyboardInterrupt
+        return block(self, options, steps)
+
+    Run.advance = advance
+    try:
+        yield
+    finally:
+        Run.advance = block

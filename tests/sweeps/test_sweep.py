@@ -15,6 +15,7 @@ from sweep_models import DAMPING, OMEGA, Well, bistable, leaves, logistic, logis
 import flexmb as fm
 from flexmb.dynamics.systems.map import Map
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
+from flexmb.jobs.attempt import attempted
 from flexmb.jobs.engine import Job, drive
 from flexmb.sweeps.family import Family, SectionSettings, section_point
 
@@ -190,7 +191,7 @@ def test_ctrl_c_is_no_result():
     try:
         timer.start()
         with pytest.raises(KeyboardInterrupt):
-            section_point(family, SectionSettings(0, 200, ("mass.x",)), 0.1, None)
+            attempted(section_point, family, SectionSettings(0, 200, ("mass.x",)), 0.1, None)
         timer.join()
     finally:
         signal.signal(signal.SIGINT, before)

@@ -53,7 +53,7 @@ class Line(arguments.Checked, Shown):
 
 
 @dataclass(frozen=True)
-class Circle(arguments.Checked, Shown):
+class CircularCurve(arguments.Checked, Shown):
     """Circle, e.g. a roller or a pin.
 
     Parameters
@@ -74,8 +74,9 @@ class Circle(arguments.Checked, Shown):
     radius: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "centre", checks.point("Circle", "centre", self.centre))
-        checks.positive("Circle", "radius", self.radius, "m", "For an edge without radius use PointOnCurve(...).")
+        object.__setattr__(self, "centre", checks.point("CircularCurve", "centre", self.centre))
+        hint = "For an edge without radius use PointOnCurve(...)."
+        checks.positive("CircularCurve", "radius", self.radius, "m", hint)
 
     @property
     def size(self) -> float:

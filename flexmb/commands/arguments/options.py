@@ -19,7 +19,9 @@ def add_run(run: argparse.ArgumentParser) -> None:
     end.add_argument("--periods", metavar="X", help="length of the run in periods of the drives (default 2)")
     end.add_argument("--t-end", metavar="TIME", help="length of the run, e.g. 0.5s")
     time.add_argument("--save-from-period", metavar="X", help="first saved period, also for peaks (default 0)")
-    time.add_argument("--save", metavar="N", help="saved instants a period, or `steps` for every step (default 1000)")
+    time.add_argument(
+        "--save", metavar="N", help="saved instants a period, an interval as 1ms, or `steps` (default 1000)"
+    )
     time.add_argument("--restart", metavar="RUN.nc", type=Path, help="start from the end of this run of the mechanism")
     keep = run.add_argument_group("interruptions")
     every = "time between checkpoints, from which --resume goes on (default 30s)"

@@ -147,7 +147,7 @@ class CylinderLaw(DampedElasticLaw):
     def remarks(self, history: Sequence[float]) -> tuple[str, ...]:
         """Limits that the run passed: tension, excess, speed, end of the logarithm, width, yield."""
         approach, depth, force, tension, excess = validity.Extremes.of(history)
-        found = [*validity.pulled(tension, force), *validity.pressed(excess, force)]
+        found = [*validity.pressed(excess, force)] or [*validity.pulled(tension, force)]
         found += validity.too_fast(approach, self.materials)
         sigma, A = self._scales()
         if self.radii is None:

@@ -129,7 +129,7 @@ class HysteresisLaw(DampedElasticLaw):
     def remarks(self, history: Sequence[float]) -> tuple[str, ...]:
         """Limits that the run passed: tension, excess, speed; with Hertz's stiffness also width and yield."""
         approach, depth, force, tension, excess = validity.Extremes.of(history)
-        found = [*validity.pulled(tension, force), *validity.pressed(excess, force)]
+        found = [*validity.pressed(excess, force)] or [*validity.pulled(tension, force)]
         if self.materials is not None:
             found += validity.too_fast(approach, self.materials)
             if self.radii is not None and self.exponent == 1.5:

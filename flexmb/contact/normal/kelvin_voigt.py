@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -112,11 +111,6 @@ class KelvinVoigt(NormalLaw):
     def history(self) -> tuple[float, ...]:
         """Reference speed, gap, gap rate, approach speed; largest approach speed, depth, force, cut tension, excess."""
         return validity.HISTORY_WITH_EXTREMES
-
-    def remarks(self, history: Sequence[float]) -> tuple[str, ...]:
-        """A remark on the tension that was cut."""
-        extremes = validity.Extremes.of(history)
-        return tuple(validity.pulled(extremes.tension, extremes.force))
 
 
 def _restitution(zeta: float) -> float:

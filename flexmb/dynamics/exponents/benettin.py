@@ -15,6 +15,7 @@ from flexmb.dynamics.systems.as_dynamics import clock, dynamics_of
 from flexmb.dynamics.systems.continuous_flow import ContinuousFlow
 from flexmb.dynamics.systems.dynamics import Dynamics
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
+from flexmb.jobs.attempt import tell_stopped
 from flexmb.run.simulate import Step
 from flexmb.step.newmark.method import Newmark
 
@@ -84,6 +85,8 @@ def benettin(
     exponents = exponents_of(
         schedule, lambda: TrajectoryPair.beside(schedule.system, distance, seed), 1, shown=progress
     )
+    if not exponents.ok:
+        tell_stopped(f"benettin {flow.name!r}", exponents.status)
     return with_verdict(exponents) if schedule.is_section else exponents
 
 
@@ -156,6 +159,7 @@ class TrajectoryPair:
             schedule.trouble = (self.first if not reached[0] else self.second).status
             return None
         difference = self.difference()
+        difference[schedule.records] = 0.0  # bookkeeping would grow without bound if the distance shrinks
         length = self.length(difference)
         if length == 0.0 or self.size == 0.0:
             schedule.trouble = f"The two trajectories met at {clock(self.first):.6g}; give a larger distance."

@@ -10,6 +10,7 @@ from flexmb.dynamics.exponents.renormalisation import tangent_exponents
 from flexmb.dynamics.exponents.schedule import refuse_idle_arguments, schedule_of
 from flexmb.dynamics.exponents.second_run import confirmed
 from flexmb.dynamics.systems.as_dynamics import dynamics_of
+from flexmb.jobs.attempt import tell_stopped
 from flexmb.run.simulate import Step
 from flexmb.step.newmark.method import Newmark
 
@@ -91,4 +92,6 @@ def lyapunov(
     exponents = tangent_exponents(schedule, count, seed, shown=progress)
     if confirm and exponents.ok:
         exponents = confirmed(exponents, schedule, seed + 1, shown=progress)
+    if not exponents.ok:
+        tell_stopped(f"lyapunov {flow.name!r}", exponents.status)
     return with_verdict(exponents) if schedule.is_section else exponents

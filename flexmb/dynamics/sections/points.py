@@ -13,6 +13,7 @@ from flexmb.dynamics.systems.as_dynamics import clock, dynamics_of, strobe_of
 from flexmb.dynamics.systems.continuous_flow import ContinuousFlow
 from flexmb.dynamics.systems.dynamics import Dynamics
 from flexmb.errors import InputError
+from flexmb.jobs.attempt import tell_stopped
 from flexmb.jobs.progress import ProgressBar
 from flexmb.run.simulate import Step
 from flexmb.step.newmark.method import Newmark
@@ -148,6 +149,8 @@ def _collected(
     rows = np.array(values).reshape(len(times), len(system.names))
     units = "s" if isinstance(system, (StroboscopicMap, SectionMap)) else ""
     status = system.status if len(times) < keep else f"{keep} {dimension}s, after {skip} that were skipped."
+    if len(times) < keep:
+        tell_stopped(label, status)
     about = {"name": system.name, "kind": kind, **attrs, "skip": skip, "ok": int(len(times) == keep), "status": status}
     data = {
         n: (dimension, rows[:, k], {"units": u})

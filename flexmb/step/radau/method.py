@@ -277,7 +277,7 @@ def save_between(tables, address, lu, options, flow, trial, work, record, R):
         save_step(flow, record)
         return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
     while is_due(options, flow, record):
-        due, row = next_due(options, flow), record.count.rows
+        due, row = next_due(options, flow, record), record.count.rows
         s = (due - R.step.start) / R.step.size
         if s < END_OF_STEP:
             signals_at(tables, address, lu, s, options, flow, trial, work, record, R, R.signals)

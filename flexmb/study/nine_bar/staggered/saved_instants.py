@@ -17,7 +17,7 @@ def save_interpolated(tables, options, flow, record):
         save_step(flow, record)
     else:
         while is_due(options, flow, record):
-            due, row = next_due(options, flow), record.count.rows
+            due, row = next_due(options, flow, record), record.count.rows
             s = min((due - step.start) / step.size, 1.0)
             interpolate(tables, s, step.size, record.last_signals, record.signals, record.within)
             store_signals(record.within, record, row)
