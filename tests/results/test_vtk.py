@@ -123,7 +123,7 @@ def test_bearing_journal_and_force(written):
 
 
 def test_a_mechanism_warped_by_its_deformation_stays_together(tmp_path):
-    """Bars of a flexible nine-bar mechanism, warped 50-fold with pyvista, meet at their joints; a rigid slider stays."""
+    """Bars of a flexible nine-bar mechanism, warped 50-fold with pyvista, meet at their joints; the slider stays."""
     sol = fm.simulate(fm.mechanisms.nine_bar(flexible=True), t_end=0.02, step=1e-3, save="steps")
     pvd = write_vtk(sol, tmp_path / "bars.pvd", frames=3, points_per_element=3)
     file = frames_of(pvd)[-1][1]

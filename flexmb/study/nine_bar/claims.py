@@ -1,4 +1,4 @@
-"""Table of the thirteen claims of the paper: parts, measures, rules."""
+"""Table of the claims of the paper: parts, measures, rules."""
 
 from __future__ import annotations
 
