@@ -142,11 +142,7 @@ def _rigid_bodies(data: NineBarData, pose: NineBarPose) -> dict[str, Body]:
 
 def _flexible_bodies(data: NineBarData, pose: NineBarPose, elements: int, mesh: str | None) -> dict[str, Body]:
     """Links and panel as beams, with the nodes of the meshes of a folder where one is given."""
-    common: dict[str, Any] = {
-        "material": data.material,
-        "damping": data.damping,
-        "mass_damping": data.mass_damping,
-    }
+    common: dict[str, Any] = {"material": data.material, "damping": data.damping, "mass_damping": data.mass_damping}
     sections = {1: data.section(1), 2: data.section(3)}
     bodies: dict[str, Body] = {}
     for k, name in LINKS.items():

@@ -38,6 +38,7 @@ from flexmb.study.nine_bar.measures import (
     LARGE,
     LAST_PERIODIC,
     MIDDLE,
+    NEAREST,
     PEAKS,
     RESPONSES,
     SLOW,
@@ -181,7 +182,7 @@ def _over_speed(seen: Evidence, model: str) -> list[tuple[float, Kind]]:
     if ("speed", model) in seen.diagrams:
         found = kinds_of(seen.diagrams["speed", model], "speed", MACHINE.joint)
         return [(value / math.pi, instead(kind, value / math.pi, long)) for value, kind in found]
-    return sorted(long.items()) if {LAST_PERIODIC, FIRST_CHAOTIC} <= set(long) else []
+    return sorted(long.items()) if set(NEAREST) <= set(long) else []
 
 
 def chaos_by_clearance(seen: Evidence) -> Iterator[Part]:

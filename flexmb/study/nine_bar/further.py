@@ -9,78 +9,52 @@ from flexmb.study.claims.evidence import Evidence, Key, ideal
 from flexmb.study.claims.finding import Claim, Part, by_rule
 from flexmb.study.claims.kinds import Kind, more_so
 from flexmb.study.claims.response import contrast, curve_off
+from flexmb.study.nine_bar import measures as at
 from flexmb.study.nine_bar.cases import MACHINE
-from flexmb.study.nine_bar.measures import (
-    FAST,
-    FLIGHT,
-    LARGE,
-    MIDDLE,
-    RESPONSES,
-    SLOW,
-    SMALL,
-    SMALLEST,
-    key,
-    text_of,
-)
+from flexmb.study.nine_bar.measures import key
 from flexmb.study.statistics import HIGHER
 
-ALMOST, FAR = 0.05, 0.2
-"""Relative difference to the ideal peak up to which a motion is almost ideal, and above which it is not."""
+ALMOST, VISIBLE, FAR = 0.05, 0.1, 0.2
+"""Relative differences to the ideal mechanism: almost ideal up to, visible from, far above."""
 
-VISIBLE = 0.1
-"""Difference to the ideal velocity over its largest value from which vibrations are visible."""
-
-VELOCITY = ("velocity", "largest ideal velocity")
+PLAYS = tuple(key("flexible", at.MIDDLE, clearance) for clearance in (at.SMALLEST, at.SMALL, at.LARGE))
+STIFF = tuple(key("rigid", at.MIDDLE, clearance) for clearance in (at.SMALL, at.LARGE))
+FASTER = ((PLAYS[1], PLAYS[0]), (PLAYS[2], PLAYS[1]), (key("flexible", at.FAST), PLAYS[2]))
+"""Pairs of cases of claim 15, the more chaotic first."""
 
 
 def flight_grows(seen: Evidence) -> Iterator[Part]:
     """Parts of claim 14: free flight over clearance and speed."""
     for model in PLAY_MODELS:
-        for what, more, less in (
-            ("0.5 against 0.05 mm", key(model, MIDDLE), key(model, MIDDLE, SMALL)),
-            ("2.5 against 0.5 pi rad/s", key(model, FAST), key(model, SLOW)),
-        ):
-            if seen.has(more, less):
-                yield contrast(seen, f"{what}, {model}", more, less, FLIGHT, HIGHER)
+        large, small = key(model, at.MIDDLE), key(model, at.MIDDLE, at.SMALL)
+        fast, slow = key(model, at.FAST), key(model, at.SLOW)
+        if seen.has(large, small):
+            yield contrast(seen, f"0.5 against 0.05 mm, {model}", large, small, at.FLIGHT, HIGHER)
+        if seen.has(fast, slow):
+            yield contrast(seen, f"2.5 against 0.5 pi rad/s, {model}", fast, slow, at.FLIGHT, HIGHER)
 
 
-def chaos_grows(seen: Evidence) -> Iterator[Part]:
-    """Parts of claim 15: exponents of the flexible mechanism over clearance and speed."""
-    for more, less in (
-        (key("flexible", MIDDLE, SMALL), key("flexible", MIDDLE, SMALLEST)),
-        (key("flexible", MIDDLE), key("flexible", MIDDLE, SMALL)),
-        (key("flexible", FAST), key("flexible", MIDDLE)),
-    ):
-        yield from _larger(seen, more, less)
-
-
-def rigid_is_more_chaotic(seen: Evidence) -> Iterator[Part]:
-    """Parts of claim 16: exponents of the rigid against the flexible mechanism."""
-    for clearance in (SMALL, LARGE):
-        yield from _larger(seen, key("rigid", MIDDLE, clearance), key("flexible", MIDDLE, clearance))
-
-
-def _larger(seen: Evidence, more: Key, less: Key) -> Iterator[Part]:
-    """Part on the larger exponent of one long run; none without both runs."""
-    if {more, less} <= set(seen.growths):
-        a, b = ((Kind.of(seen.growths[one], MACHINE.joint), text_of(one)) for one in (less, more))
-        yield more_so(f"exponent, {b[1]} against {a[1]}", a, b)
+def more_chaotic(seen: Evidence, pairs: tuple[tuple[Key, Key], ...]) -> Iterator[Part]:
+    """Parts on a larger exponent of the first case of each pair with long runs."""
+    for pair in pairs:
+        if set(pair) <= set(seen.growths):
+            more, less = ((Kind.of(seen.growths[one], MACHINE.joint), at.text_of(one)) for one in pair)
+            yield more_so(f"exponent, {more[1]} against {less[1]}", less, more)
 
 
 def slow_is_almost_ideal(seen: Evidence) -> Iterator[Part]:
-    """Parts of claim 17: peaks of the slow flexible mechanism over ideal peaks; velocity slow and fast."""
-    slow, fast = key("flexible", SLOW), key("flexible", FAST)
-    if seen.has(slow, ideal(SLOW)):
-        for measure in RESPONSES:
-            ratio = seen.mean(slow, measure).value / seen.peak(SLOW, measure)
+    """Parts of claim 17: peaks and velocity of the slow flexible mechanism, velocity of the fast one."""
+    slow, fast, name = key("flexible", at.SLOW), key("flexible", at.FAST), ("velocity", "largest ideal velocity")
+    if seen.has(slow, ideal(at.SLOW)):
+        for measure in at.RESPONSES:
+            ratio = seen.mean(slow, measure).value / seen.peak(at.SLOW, measure)
             verdict = by_rule(agrees=abs(ratio - 1.0) <= ALMOST, disagrees=abs(ratio - 1.0) > FAR)
             text = f"{ratio:.4g} times the ideal peak"
-            yield Part(f"{measure.text}, {text_of(slow)}", verdict, text, {"times": ratio})
-        yield curve_off(seen, slow, text_of(slow), "slider.vx", VELOCITY, (ALMOST, FAR))
-    if seen.has(fast, ideal(FAST)):
-        part = curve_off(seen, fast, f"vibrates, {text_of(fast)}", "slider.vx", VELOCITY, (0.0, 1.0))
-        off = part.values["off"]
-        verdict = by_rule(agrees=off >= VISIBLE, disagrees=off < 0.5 * VISIBLE)
+            yield Part(f"{measure.text}, {at.text_of(slow)}", verdict, text, {"times": ratio})
+        yield curve_off(seen, slow, at.text_of(slow), "slider.vx", name, (ALMOST, FAR))
+    if seen.has(fast, ideal(at.FAST)):
+        part = curve_off(seen, fast, f"vibrates, {at.text_of(fast)}", "slider.vx", name, (0.0, 1.0))
+        verdict = by_rule(agrees=part.values["off"] >= VISIBLE, disagrees=part.values["off"] < ALMOST)
         yield Part(part.what, verdict, part.numbers, part.values)
 
 
@@ -97,7 +71,7 @@ FURTHER = (
         15,
         "Chaos of the joint becomes more serious with the clearance and with the speed.",
         "23, 40, section 6",
-        chaos_grows,
+        lambda seen: more_chaotic(seen, FASTER),
         "Rule, flexible mechanism: the exponent of the second case is larger by three errors of the difference; it "
         "disagrees if it is smaller by as much. Cases: 0.01, 0.05 and 0.5 mm at 2 pi rad/s; 2 pi and 2.5 pi at 0.5 mm.",
     ),
@@ -105,7 +79,7 @@ FURTHER = (
         16,
         "The path of the shaft is much more chaotic in the rigid than in the flexible mechanism.",
         "16, section 6",
-        rigid_is_more_chaotic,
+        lambda seen: more_chaotic(seen, tuple(zip(STIFF, PLAYS[1:], strict=True))),
         "Rule, at 2 pi rad/s: the exponent of the rigid mechanism is larger by three errors of the difference; it "
         "disagrees if it is smaller by as much.",
     ),

@@ -13,20 +13,7 @@ from flexmb.study.effort import Effort
 from flexmb.study.exponent import growth
 from flexmb.study.motion import motion
 from flexmb.study.nine_bar.cases import OVER_CLEARANCE, OVER_SPEED
-from flexmb.study.nine_bar.measures import (
-    CASES,
-    FAST,
-    FIRST_CHAOTIC,
-    LARGE,
-    LAST_PERIODIC,
-    MIDDLE,
-    NEAR,
-    SLOW,
-    SMALL,
-    SMALLEST,
-    case_of,
-    key,
-)
+from flexmb.study.nine_bar.measures import CASES, FAST, LARGE, MIDDLE, NEAR, NEAREST, SLOW, SMALLEST, case_of, key
 from flexmb.study.run import StudyRun
 
 SPEEDS = (SLOW, MIDDLE, FAST)
@@ -55,7 +42,7 @@ def plan(effort: Effort) -> Plan:
     """Deciding runs at an effort."""
     models = PLAY_MODELS if effort.full else PLAY_MODELS[:1]
     keys = [*(ideal(speed) for speed in SPEEDS), *AT_CASES, *_slippery(models), *LAWS]
-    near = [key("flexible", speed) for speed in NEAR if effort.full or speed in (LAST_PERIODIC, FIRST_CHAOTIC)]
+    near = [key("flexible", speed) for speed in NEAR if effort.full or speed in NEAREST]
     near += [key("flexible", MIDDLE, SMALLEST), *(one for one in AT_CASES if one.model == "rigid")]
     lengths = LONG if effort.full else SHORTEST
     return Plan(
@@ -78,7 +65,7 @@ def attacks(effort: Effort) -> Mapping[str, Plan]:
         return {}
     pure = {ideal(speed): effort.settled(case_of(ideal(speed))) for speed in SPEEDS}
     many = (*AT_CASES, *_slippery(PLAY_MODELS), LAWS[1])
-    scattered = [one for one in AT_CASES if one.clearance == SMALL]
+    scattered = [one for one in AT_CASES if one.clearance < LARGE]
     flexible = [one for one in (*AT_CASES, key("flexible", MIDDLE, SMALLEST)) if one.model == "flexible"]
     finer = Plan(
         pure

@@ -11,7 +11,7 @@ from flexmb.study.effort import Effort
 from flexmb.study.item import StudyPage, once
 from flexmb.study.markdown import paragraph, table
 from flexmb.study.nine_bar.claims import CLAIMS
-from flexmb.study.nine_bar.measures import FAST, FIRST_CHAOTIC, LAST_PERIODIC, MIDDLE, SMALL, SMALLEST, key
+from flexmb.study.nine_bar.measures import FAST, MIDDLE, NEAREST, SMALL, SMALLEST, key
 from flexmb.study.nine_bar.pages.sensitivity import row_of, written
 from flexmb.study.nine_bar.variations import DAMPED, ZETAS
 from flexmb.study.run import Results
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 MORE = (key("flexible", FAST),)
 EXPONENTS = (
     *(key("flexible", MIDDLE, SMALLEST), key("rigid", MIDDLE), key("rigid", MIDDLE, SMALL)),
-    *(key("flexible", LAST_PERIODIC), key("flexible", FIRST_CHAOTIC)),
+    *(key("flexible", speed) for speed in NEAREST),
 )
 
 INTRODUCTION = """
