@@ -117,6 +117,17 @@ def test_page_of_claims_has_all_with_verdict_rule_and_attack():
     assert "rtol 1e-05" in text
 
 
+def test_a_quick_look_can_decide_claims_on_chaos():
+    """Diagrams of few points without exponents cannot: with means of 3 turns they left 9 of 13 claims open."""
+    page = page_of("claims", QUICK)
+    _, data = page.write({run: made_up(run) for run in page.runs})
+    verdicts = dict(zip(data["claim"].values.tolist(), data["verdict"].values.tolist(), strict=True))
+    assert {verdicts[number] for number in (9, 10)} == {"disagrees"}  # all is chaotic here
+    assert "not judged" not in verdicts.values()
+    assert not any(run.measure is measure_diagram for run in page.runs)
+    assert QUICK.keep >= 10
+
+
 def judged(results, deciding, others):
     return written(results, introduction="", claims=CLAIMS, deciding=deciding, attacks=others)
 
