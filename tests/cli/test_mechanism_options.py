@@ -112,4 +112,9 @@ def test_no_number_of_a_ready_mechanism_is_left_out(name):
 def test_the_nine_bar_takes_a_folder_of_meshes():
     """`flexmb run nine-bar --mesh meshes`."""
     (option,) = (option for option in options_of(nine_bar) if option.name == "mesh")
-    assert (option.flag, option.kind, option.value("meshes"), option.value("none")) == ("--mesh", "text", "meshes", None)
+    assert (option.flag, option.kind, option.value("meshes"), option.value("none")) == (
+        "--mesh",
+        "text",
+        "meshes",
+        None,
+    )
