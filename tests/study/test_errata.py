@@ -92,6 +92,14 @@ def test_damping_ratios_of_the_page_are_half_of_zeta2_omega():
         assert shares == pytest.approx([50.0 * zeta * omega for zeta in (1e-6, 1e-5, 2e-5, 3e-5, 1e-4)], rel=0.04)
 
 
+@pytest.mark.parametrize(("name", "hertz"), [("link3", 235), ("link8", 511), ("link2", 541), ("rocker6", 707)])
+def test_bending_frequencies_of_the_page_are_those_of_the_beams(name, hertz):
+    beam = nine_bar(flexible=True).find(name)
+    pins = [fm.Revolute("a", fm.GROUND, beam, at=beam.start), fm.Revolute("b", fm.GROUND, beam, at=beam.end)]
+    found = fm.modes(fm.Mechanism("bar", [beam, *pins], gravity=(0.0, 0.0))).frequencies[0]
+    assert found == pytest.approx(hertz, abs=0.51)
+
+
 @pytest.mark.parametrize("load", ["axial", "transverse"])
 def test_eq_25_as_printed_resists_no_axial_force(load):
     """Tip of a cantilever by the printed matrix (N_A and N_B as in (18), which swaps them) and by the mended one."""
