@@ -54,28 +54,23 @@ def make(
     with ProgressBar("figures and pages", len(items), shown=shown, of="drawn") as bar:
         for item in items:
             bar.say(item.label)
-            _make(item, kept, folder, effort, made)
             bar.update(1)
+            absent = [run.name for run in item.runs if not kept.has(run)]
+            if absent:
+                made.unmade[item.label] = f"{', '.join(absent)} missing"
+                continue
+            began = time.process_time()
+            about = {"title": item.title, "runs": ", ".join(run.name for run in item.runs)}
+            about |= {"effort": effort, "flexmb": installed_version()}
+            with Attempt() as attempt:
+                if isinstance(item, StudyFigure):
+                    made.written += _figure(item, kept, folder, about)
+                else:
+                    made.written += _page(item, kept, folder, about)
+                made.drawn[item.label] = time.process_time() - began
+            if attempt.error is not None:
+                made.unmade[item.label] = failure(attempt.error).status
     return made
-
-
-def _make(item: StudyFigure | StudyPage, kept: Kept, folder: Path, effort: str, made: Output) -> None:
-    """Draw one figure or write one page, and note files, time and failure in `made`."""
-    absent = [run.name for run in item.runs if not kept.has(run)]
-    if absent:
-        made.unmade[item.label] = f"{', '.join(absent)} missing"
-        return
-    began = time.process_time()
-    about = {"title": item.title, "runs": ", ".join(run.name for run in item.runs)}
-    about |= {"effort": effort, "flexmb": installed_version()}
-    with Attempt() as attempt:
-        if isinstance(item, StudyFigure):
-            made.written += _figure(item, kept, folder, about)
-        else:
-            made.written += _page(item, kept, folder, about)
-        made.drawn[item.label] = time.process_time() - began
-    if attempt.error is not None:
-        made.unmade[item.label] = failure(attempt.error).status
 
 
 def _figure(item: StudyFigure, kept: Kept, folder: Path, about: dict[str, str]) -> list[Path]:
