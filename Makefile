@@ -8,7 +8,7 @@ export NUMBA_CACHE_DIR := $(CURDIR)/.numba_cache
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo lint warm forget test test-all fuzz speed chaos numbers table paper validation site gallery meshes wheel clean
+.PHONY: help demo lint warm forget test test-all fuzz speed chaos numbers table paper study-pages validation site gallery meshes wheel clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-10s %s\n", $$1, $$2}' Makefile
@@ -59,6 +59,9 @@ fuzz: $(VENV)/.installed-dev  ## ten thousand random mechanisms, sound and damag
 # out/paper/times.md says what each run took. A look at everything within ten minutes: flexmb paper --quick.
 paper: $(VENV)/.installed  ## figures and tables of the study of the nine-bar mechanism; results in out/paper (two hours on two cores)
 	$(BIN)/flexmb paper all --out out/paper
+
+study-pages: $(VENV)/.installed  ## every number of the pages on the nine-bar mechanism anew (eight hours of one core; goes on)
+	$(BIN)/python docs/study_pages.py
 
 validation: $(VENV)/.installed-dev  ## docs/validation.md: every problem of tests/literature beside its references
 	$(BIN)/python docs/validation.py

@@ -12,7 +12,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 PAGE, FOLDER, PICTURES = HERE / "nine_bar.md", HERE / "paper", HERE / "pictures"
-PAGES = ("claims", "convergence", "threshold", "exponents", "sensitivity", "times")
+PAGES = ("claims", "convergence", "threshold", "exponents", "damping", "sensitivity", "times")
 FIGURES = (6, 11, 14, 16, 20, 23, 25, 32, 33, 40)
 BEGIN, END = "<!-- verdicts: begin, written by paper_page.py -->", "<!-- verdicts: end -->"
 

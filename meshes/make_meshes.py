@@ -3,9 +3,12 @@
 Format: gmsh 2.2, ASCII, lengths in metres; gmsh and ParaView open it.
 
 NAME.msh        lines; the physical tag names the section: 1 = 25 mm x 12 mm, 2 = 25 mm x 6 mm.  A link lies along +x
-                from (0, 0); the panel is the triangle A, B, C with A at (0, 0), B along +x, C above.
+                from (0, 0); the panel is the triangle A, B, C with A at (0, 0), B along +x, C below
+                as in the mechanism.
 NAME_plane.msh  cells of second order (`flexmb.mechanisms.nine_bar_plates`) whose holes are physical curves: "start" and
-                "end" of a link, "A", "B" and "C" of the panel, with C below as in the mechanism.
+                "end" of a link, "A", "B" and "C" of the panel.
+
+`flexmb run nine-bar --mesh meshes` takes the lines, `flexmb.mechanisms.nine_bar_plates` tells how the cells lie.
 
 It prints mass and moment of inertia about the centre of mass of each plane mesh beside those of the mechanism.
 """
@@ -41,9 +44,9 @@ SECTIONS = {1: "25x12 mm", 2: "25x6 mm"}
 
 
 def panel_corners() -> list[tuple[float, float]]:
-    """A, B, C [m]: C from the three sides."""
+    """A, B, C [m], clockwise as in the mechanism: C from the three sides."""
     x = (PANEL_AB**2 + PANEL_AC**2 - PANEL_BC**2) / (2.0 * PANEL_AB)
-    return [(0.0, 0.0), (PANEL_AB, 0.0), (x, sqrt(PANEL_AC**2 - x**2))]
+    return [(0.0, 0.0), (PANEL_AB, 0.0), (x, -sqrt(PANEL_AC**2 - x**2))]
 
 
 def polyline(corners: Sequence[tuple[float, float]], elements: int, closed: bool) -> tuple[np.ndarray, np.ndarray]:

@@ -57,7 +57,7 @@ def paper(options: argparse.Namespace) -> int:
     missing = [run for run in runs.values() if not kept.has(run)]
     failures = failed_values(runs.values(), kept)
     failures |= work_off(missing, kept, workers, shown=not options.quiet, first=study.first)
-    made = make(items, kept, folder, effort.name)
+    made = make(items, kept, folder, effort.name, shown=not options.quiet)
     computed = [run for run in missing if kept.has(run)]
     processor = time.process_time() - busy + (sum(kept.cost(run).cpu for run in computed) if workers > 1 else 0.0)
     note_call(kept.folder, workers, len(computed), processor, time.perf_counter() - began)

@@ -87,6 +87,8 @@ class WorkBar(ProgressBar):
         self.name, self.jobs, self.finished, self.workers = name, len(works), 0, workers
         self.estimated, self.taken = 0.0, 0.0
         self._tell()
+        if isinstance(self.drawn, Lines):
+            self.drawn.write()  # the first job may take minutes
 
     @property
     def left(self) -> float:
@@ -147,7 +149,7 @@ class Lines:
         """Go on by `more`, and write a line if it is time."""
         self.n += more
         if time.monotonic() - self.told >= EVERY:
-            self._write()
+            self.write()
 
     def set_postfix_str(self, text: str, refresh: bool = True) -> None:  # noqa: ARG002 - written with the next line
         """Text behind the numbers of the next line; `refresh` has no effect."""
@@ -156,10 +158,11 @@ class Lines:
     def close(self) -> None:
         """Write the last line."""
         if self.is_open:
-            self._write()
+            self.write()
         self.is_open = False
 
-    def _write(self) -> None:
+    def write(self) -> None:
+        """Write a line now."""
         self.told = time.monotonic()
         share = 100.0 * self.n / self.total if self.total else 100.0
         numbers = f"{self.n:.5g} of {self.total:.5g} {self.of}, {clock(self.told - self.began)}"

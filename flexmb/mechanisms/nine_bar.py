@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
 
-from flexmb import arguments, checks
+from flexmb import arguments, checks, planar
 from flexmb.bodies.flexible_frame import FlexibleFrame
 from flexmb.bodies.flexible_link import FlexibleLink
 from flexmb.bodies.rigid_body import RigidBody
@@ -36,6 +40,7 @@ def nine_bar(
     elements: int = 4,
     start: tuple[float, float] = (0.0, 0.0),
     ramp: float | None = None,
+    mesh: str | None = None,
     data: NineBarData | None = None,
 ) -> Mechanism:
     """The nine-bar mechanism with two driven cranks, eight moving bodies and one joint with clearance.
@@ -58,6 +63,9 @@ def nine_bar(
     elements : number of beam elements of each link, and of each side of the panel.
     start : angles of cranks 1 and 4 at the start, from +X [rad].
     ramp : time in which the cranks reach their speed from rest [s]; None: they start at full speed.
+    mesh : folder of the line meshes crank1.msh, link2.msh, ..., panel7.msh of beams, as in `meshes/` of the repository
+        (tag 1: section of the bars, tag 2: of link 3); with it, links are beams and `elements` is not used.  None: no
+        files.
     data : data of the mechanism; None: `NineBarData()`.
 
     Raises
@@ -84,7 +92,8 @@ def nine_bar(
     check_flag("nine_bar", "flexible", flexible)
     checks.count("nine_bar", "elements", elements)
     pose = NineBarPose.at(data, *angles("nine_bar", "start", start))
-    body = _flexible_bodies(data, pose, elements) if flexible else _rigid_bodies(data, pose)
+    as_beams = flexible or mesh is not None
+    body = _flexible_bodies(data, pose, elements, mesh) if as_beams else _rigid_bodies(data, pose)
     body["slider"] = RigidBody("slider", pose.S, data.mass9, data.inertia9, outline=box(pose.S, *SLIDER_SIZE))
     law = friction_law("nine_bar", friction, data.coulomb)
     play = pin("P1", body["crank1"], body["link2"], pose.P1, clearance, data.bearing_radius, data.normal, law)
@@ -132,43 +141,52 @@ def _rigid_bodies(data: NineBarData, pose: NineBarPose) -> dict[str, Body]:
     return bodies
 
 
-def _flexible_bodies(data: NineBarData, pose: NineBarPose, elements: int) -> dict[str, Body]:
-    bodies: dict[str, Body] = {name: _beam(data, k, name, *_ends(data, pose)[k], elements) for k, name in LINKS.items()}
-    bodies["panel7"] = FlexibleFrame(
-        "panel7",
-        (pose.A, pose.B, pose.C),
-        ((0, 1), (1, 2), (2, 0)),
-        section=data.section(7),
-        material=data.material,
-        elements=elements,
-        mass=data.mass7,
-        inertia=data.inertia7,
-        centre=pose.centre7,
-        damping=data.damping,
-        mass_damping=data.mass_damping,
-    )
+def _flexible_bodies(data: NineBarData, pose: NineBarPose, elements: int, mesh: str | None) -> dict[str, Body]:
+    """Links and panel as beams, with the nodes of the meshes of a folder where one is given."""
+    common: dict[str, Any] = {"material": data.material, "damping": data.damping, "mass_damping": data.mass_damping}
+    sections = {1: data.section(1), 2: data.section(3)}
+    bodies: dict[str, Body] = {}
+    for k, name in LINKS.items():
+        if mesh is None:
+            make = partial(FlexibleLink, name, *_ends(data, pose)[k], section=data.section(k), elements=elements)
+        else:
+            file = str(Path(mesh) / f"{name}.msh")
+            make = partial(FlexibleLink.from_mesh, name, file, *_ends(data, pose)[k], sections=sections)
+        bodies[name] = _beam(data, k, partial(make, **common))
+    corners = (pose.A, pose.B, pose.C)
+    if mesh is None:
+        edges = ((0, 1), (1, 2), (2, 0))
+        panel = partial(FlexibleFrame, "panel7", corners, edges, section=data.section(7), elements=elements, **common)
+    else:
+        file, angle = str(Path(mesh) / "panel7.msh"), math.atan2(pose.B[1] - pose.A[1], pose.B[0] - pose.A[0])
+        panel = partial(FlexibleFrame.from_mesh, "panel7", file, pose.A, angle=angle, sections=sections, **common)
+        _require_corners(panel(), corners, file)
+    bodies["panel7"] = panel(mass=data.mass7, inertia=data.inertia7, centre=pose.centre7)
     return bodies
 
 
-def _beam(data: NineBarData, number: int, name: str, start: Point, end: Point, elements: int) -> FlexibleLink:
+def _require_corners(panel: FlexibleFrame, corners: tuple[Point, ...], file: str) -> None:
+    """Refuse a mesh of the panel without a corner at each of its hinges."""
+    for name, hinge in zip("ABC", corners, strict=True):
+        off = min(planar.distance(hinge, corner) for corner in panel.corner_points)
+        if off > 1e-6 * planar.distance(*corners[:2]):
+            raise InputError(
+                f"nine_bar: {file} has no corner at hinge {name} of the panel, the nearest is {off:.4g} m away. "
+                "Its sides and their order must be those of the data, A at (0, 0), B along +x, C below (y < 0)."
+            )
+
+
+def _beam(data: NineBarData, number: int, make: Callable[..., FlexibleLink]) -> FlexibleLink:
     """A link as a beam with the mass and the moment of inertia of the rigid link."""
     mass, inertia = getattr(data, f"mass{number}"), data.own_inertia(number)
-    common = {
-        "section": data.section(number),
-        "material": data.material,
-        "elements": elements,
-        "mass": mass,
-        "damping": data.damping,
-        "mass_damping": data.mass_damping,
-    }
     if number not in ON_THE_FRAME:
-        return FlexibleLink(name, start, end, inertia=inertia, **common)
+        return make(mass=mass, inertia=inertia)
     # The inertia that the bar and point masses at its ends lack lies on the axis in the frame, like a shaft or a hub;
     # bosses at the outer end would need a radius of gyration larger than the depth of the link.
-    lacking = inertia - FlexibleLink(name, start, end, **common).properties().inertia
+    lacking = inertia - make(mass=mass).properties().inertia
     if lacking < 0.0:
         raise InputError(
-            f"NineBarData: inertia{number} is too small for {name!r} as a beam with masses at its ends, by "
+            f"NineBarData: inertia{number} is too small for {LINKS[number]!r} as a beam with masses at its ends, by "
             f"{-lacking:.4g} kg m^2. Give a larger inertia{number}, a smaller mass{number}, or a lighter section."
         )
-    return FlexibleLink(name, start, end, pivot_inertia=lacking, **common)
+    return make(mass=mass, pivot_inertia=lacking)

@@ -21,11 +21,13 @@ if TYPE_CHECKING:
     from flexmb.results.drawing import Line, Mark
     from flexmb.results.solution import Solution
     from flexmb.results.surfaces import Surface
+    from flexmb.results.symbols import SymbolLine
 
 MOST_FRAMES = 200
 FIELDS = ("axial_force", "bending_moment", "shear_force", "curvature", "bending_stiffness")
 UNITS = {
     "displacement": "m",
+    "deformation": "m",
     "axial_force": "N",
     "bending_moment": "N m",
     "shear_force": "N",
@@ -52,6 +54,7 @@ class Frames:
     """Cells of all frames, and data of each frame."""
 
     points: np.ndarray  # (n, n_p, 3) [m]
+    deformation: np.ndarray  # (n, n_p, 3) points less those of undeformed bodies [m]
     data: dict[str, np.ndarray]  # by name, (n, n_p)
     segments: np.ndarray  # (n_l, 2)
     vertices: np.ndarray  # (n_v, 1)
@@ -67,11 +70,12 @@ def write_vtk(sol: Solution, path: str | Path, frames: int | None = None, *, poi
 
     Beams are drawn with their deformed shape; springs, dampers, rods, cables, belts, guides, pitch circles and forces
     are lines as in pictures; joints are vertices; plane bodies are their deformed meshes.  Point data: displacement
-    (since the first frame), axial_force, bending_moment, shear_force, curvature and bending_stiffness of beams (see
-    `flexmb.beams.hermite` for the signs), normal_force of contacts, and stress_x, stress_y, stress_xy in world axes and
-    von_mises of plane bodies; 0 where it does not apply.  Cell data: part and kind, numbers whose names stand in
-    names.json in the folder of the frames.  Paths of markers with `trace` are part 1 of every frame, in one file with
-    the time as point data.  Older frames of the same name are replaced.
+    (since the first frame, with the rigid motion), deformation (against the unstressed body laid through its joints, as
+    `magnify` has it in pictures: a mechanism warped by it stays together), axial_force, bending_moment, shear_force,
+    curvature and bending_stiffness of beams (see `flexmb.beams.hermite` for the signs), normal_force of contacts, and
+    stress_x, stress_y, stress_xy in world axes and von_mises of plane bodies; 0 where it does not apply.  Cell data:
+    part and kind, numbers whose names stand in names.json in the folder of the frames.  Paths of markers with `trace`
+    are part 1 of every frame, in one file with the time as point data.  Older frames of the same name are replaced.
 
     Parameters
     ----------
@@ -127,20 +131,16 @@ def _chosen(sol: Solution, frames: int | None) -> np.ndarray:
 def _content(sol: Solution, instants: np.ndarray, points_per_element: int) -> Frames:
     """Points, cells and data of all frames."""
     from flexmb.results import drawing
-    from flexmb.results.symbols import symbols
+    from flexmb.results.resampling import magnified, with_values
 
-    bodies, marks = drawing.lines(sol, instants, points_per_element), drawing.marks(sol, instants)
-    places = [line.points.reshape(-1, 2) for line in bodies] + [mark.points for mark in marks]
-    signs = symbols(sol, instants, float(np.ptp(np.concatenate(places), axis=0).max()) if places else 1.0)
-    bodies = [line for line in bodies if not line.of_mesh]
-    meshes = drawing.surfaces(sol, instants)
+    shown = with_values(sol, sol.time[instants], sol.values[instants])
+    bodies, signs, marks, meshes = _drawn(shown, points_per_element)
     lines = [*bodies, *(drawing.Line(sign.part, sign.points, {}) for sign in signs)]
     number = {name: k for k, name in enumerate(drawing.parts(sol))}
     kinds = tuple(dict.fromkeys([*KINDS, *(sign.kind for sign in signs), *(m.kind for m in marks)]))
-    flat = np.concatenate([*(line.points for line in lines), *(m.points[:, None] for m in marks)], axis=1)
-    first = flat.shape[1] + np.cumsum([0, *(mesh.points.shape[1] for mesh in meshes)])
-    flat = np.concatenate([flat, *(mesh.points for mesh in meshes)], axis=1)
-    points = np.concatenate([flat, np.zeros((*flat.shape[:2], 1))], axis=2)
+    points = _places(bodies, signs, marks, meshes)
+    counts = [mesh.points.shape[1] for mesh in meshes]
+    first = points.shape[1] - sum(counts) + np.cumsum([0, *counts])
     segments, owner = _segments(lines)
     vertices = np.arange(len(marks))[:, None] + sum(line.points.shape[1] for line in lines)
     kind_of = [int(line.is_beam) for line in bodies] + [kinds.index(sign.kind) for sign in signs]
@@ -150,6 +150,7 @@ def _content(sol: Solution, instants: np.ndarray, points_per_element: int) -> Fr
     of_marks = np.array([(number[m.part], kinds.index(m.kind)) for m in marks], dtype=np.int64).reshape(-1, 2)
     return Frames(
         points=points,
+        deformation=points - _places(*_drawn(magnified(shown, 0.0), points_per_element)),
         data=_point_data(lines, marks, meshes, len(instants)),
         segments=segments,
         vertices=vertices,
@@ -158,6 +159,25 @@ def _content(sol: Solution, instants: np.ndarray, points_per_element: int) -> Fr
         kinds=kinds,
         meshes=tuple((CELLS[m.shape.kind], m.cells + k, number[m.part]) for m, k in zip(meshes, first, strict=False)),
     )
+
+
+def _drawn(sol: Solution, points_per_element: int) -> tuple[list[Line], list[SymbolLine], list[Mark], list[Surface]]:
+    """Lines of bodies, symbols, joints and meshes at all saved instants."""
+    from flexmb.results import drawing
+    from flexmb.results.symbols import symbols
+
+    instants = np.arange(len(sol.time))
+    bodies, marks = drawing.lines(sol, instants, points_per_element), drawing.marks(sol, instants)
+    places = [line.points.reshape(-1, 2) for line in bodies] + [mark.points for mark in marks]
+    signs = symbols(sol, instants, float(np.ptp(np.concatenate(places), axis=0).max()) if places else 1.0)
+    return [line for line in bodies if not line.of_mesh], signs, marks, drawing.surfaces(sol, instants)
+
+
+def _places(bodies: list[Line], signs: list[SymbolLine], marks: list[Mark], meshes: list[Surface]) -> np.ndarray:
+    """Places (n, n_p, 3) of all points: lines, joints, meshes [m]."""
+    flat = [*(x.points for x in bodies), *(x.points for x in signs), *(m.points[:, None] for m in marks)]
+    flat += [mesh.points for mesh in meshes]
+    return np.pad(np.concatenate(flat, axis=1), ((0, 0), (0, 0), (0, 1)))
 
 
 def _segments(lines: list[Line]) -> tuple[np.ndarray, np.ndarray]:
@@ -229,7 +249,11 @@ def _mesh(content: Frames, k: int) -> meshio.Mesh:
     return meshio.Mesh(
         content.points[k],
         [cells[i] for i in used],
-        point_data={"displacement": content.points[k] - content.points[0], **data},
+        point_data={
+            "displacement": content.points[k] - content.points[0],
+            "deformation": content.deformation[k],
+            **data,
+        },
         cell_data={"part": [part[i] for i in used], "kind": [kind[i] for i in used]},
     )
 

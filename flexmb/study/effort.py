@@ -57,4 +57,4 @@ class Effort:
 
 
 FULL = Effort("full", 7, 20, 2, 40, 100, 100, None, 20, 50, exponents=True)
-QUICK = Effort("quick", 3, 3, 2, 5, 50, 45, 9, 3, 9, exponents=False, elements=2)
+QUICK = Effort("quick", 4, 10, 2, 5, 50, 25, 7, 3, 9, exponents=False, elements=2)

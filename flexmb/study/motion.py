@@ -17,6 +17,12 @@ if TYPE_CHECKING:
 OF_STEP = 7e-5
 """Approximate processor time of a fixed step [s]."""
 
+COUNTED = 0.5
+"""Least height of a peak over the height of the largest peak."""
+
+APART = 1e-3
+"""Least distance of two peaks over the period; of two closer peaks the smaller one is dropped."""
+
 OF_CONTACTS = {"start": "s", "end": "s", "peak_force": "N", "impulse": "N s"}
 
 
@@ -45,8 +51,9 @@ def measure_motion(case: Case, *, skip: int, keep: int, shown: int) -> xr.Datase
     -------
     xarray.Dataset : over "turn", for each settled turn: largest absolute values `peak.SIGNAL` and mean step `step` [s];
         with clearance also largest penetration `penetration` [m], share of free flight `flight` and number of onsets of
-        contact `landings`.  Over "time", every step of the last turns: the signals.  With clearance over "episode",
-        contact intervals of the last turns: `contact.start`, `contact.end` [s], `contact.peak_force` [N],
+        contact `landings`.  Over "instant.SIGNAL": `large.SIGNAL`, instants of the large peaks of all settled
+        turns [s].  Over "time", every step of the last turns: the signals.  With clearance over "episode", contact
+        intervals of the last turns: `contact.start`, `contact.end` [s], `contact.peak_force` [N],
         `contact.impulse` [N s].
 
     Raises
@@ -56,6 +63,7 @@ def measure_motion(case: Case, *, skip: int, keep: int, shown: int) -> xr.Datase
     import xarray
 
     state, turns, last = None, [], []
+    large: dict[str, list[np.ndarray]] = {name: [] for name in case.machine.peaks}
     mechanism, solver = case.mechanism(), case.solver
     for k in range(1, skip + keep + 1):
         sol = simulate(mechanism, t_end=k * case.period, save="steps", restart=state, **solver)
@@ -64,12 +72,35 @@ def measure_motion(case: Case, *, skip: int, keep: int, shown: int) -> xr.Datase
         state = sol.restart
         if k > skip:
             turns.append(_measures(sol, case.machine))
+            for name in set(large) & set(sol):
+                large[name].append(peaks_of(sol.time, sol.array(name), APART * case.period))
         if k > skip + keep - shown:
             last.append(sol)
     columns: dict[str, Any] = {name: ("turn", [turn[name] for turn in turns]) for name in turns[0]}
+    found = {name: np.concatenate(values) for name, values in large.items() if values}
+    columns |= {f"large.{name}": (f"instant.{name}", values, {"units": "s"}) for name, values in found.items()}
     columns |= _curves(last, case.machine) | _contacts(last, case.machine.joint)
     about = {"case": case.name + case.accuracy, "period": case.period, "first_turn": skip + 1}
     return xarray.Dataset(columns, attrs=about)
+
+
+def peaks_of(time: np.ndarray, values: np.ndarray, apart: float) -> np.ndarray:
+    """Instants of the large peaks of the absolute value of a signal, ascending (k,) [s].
+
+    Parameters
+    ----------
+    time, values : (n,) instants [s] and values of the signal at every step.
+    apart : least distance of two peaks [s].
+    """
+    size = np.abs(values)
+    inner = np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:])) + 1
+    kept: list[float] = []
+    for k in inner[np.argsort(-size[inner], kind="stable")]:
+        if size[k] < COUNTED * size.max():
+            break
+        if all(abs(time[k] - other) >= apart for other in kept):
+            kept.append(float(time[k]))
+    return np.sort(np.array(kept))
 
 
 def broken(depth: np.ndarray) -> float:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from flexmb.jobs.attempt import Attempt, failure
 from flexmb.jobs.files import whole_file, write_netcdf, write_text
+from flexmb.jobs.progress import ProgressBar
 from flexmb.study.item import StudyFigure, StudyPage
 from flexmb.study.store import Kept
 from flexmb.version import installed_version
@@ -36,7 +37,9 @@ class Output:
     unmade: dict[str, str] = field(default_factory=dict)
 
 
-def make(items: Sequence[StudyFigure | StudyPage], kept: Kept, folder: Path, effort: str) -> Output:
+def make(
+    items: Sequence[StudyFigure | StudyPage], kept: Kept, folder: Path, effort: str, *, shown: bool = False
+) -> Output:
     """Draw figures and write pages; a failure does not stop the other figures and pages.
 
     Parameters
@@ -45,24 +48,28 @@ def make(items: Sequence[StudyFigure | StudyPage], kept: Kept, folder: Path, eff
     kept : saved results of runs.
     folder : folder of the files.
     effort : name of the effort, an attribute of the datasets.
+    shown : whether progress is shown on stderr.
     """
     made = Output()
-    for item in items:
-        absent = [run.name for run in item.runs if not kept.has(run)]
-        if absent:
-            made.unmade[item.label] = f"{', '.join(absent)} missing"
-            continue
-        began = time.process_time()
-        about = {"title": item.title, "runs": ", ".join(run.name for run in item.runs)}
-        about |= {"effort": effort, "flexmb": installed_version()}
-        with Attempt() as attempt:
-            if isinstance(item, StudyFigure):
-                made.written += _figure(item, kept, folder, about)
-            else:
-                made.written += _page(item, kept, folder, about)
-            made.drawn[item.label] = time.process_time() - began
-        if attempt.error is not None:
-            made.unmade[item.label] = failure(attempt.error).status
+    with ProgressBar("figures and pages", len(items), shown=shown, of="drawn") as bar:
+        for item in items:
+            bar.say(item.label)
+            bar.update(1)
+            absent = [run.name for run in item.runs if not kept.has(run)]
+            if absent:
+                made.unmade[item.label] = f"{', '.join(absent)} missing"
+                continue
+            began = time.process_time()
+            about = {"title": item.title, "runs": ", ".join(run.name for run in item.runs)}
+            about |= {"effort": effort, "flexmb": installed_version()}
+            with Attempt() as attempt:
+                if isinstance(item, StudyFigure):
+                    made.written += _figure(item, kept, folder, about)
+                else:
+                    made.written += _page(item, kept, folder, about)
+                made.drawn[item.label] = time.process_time() - began
+            if attempt.error is not None:
+                made.unmade[item.label] = failure(attempt.error).status
     return made
 
 

@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from flexmb.study.case import Case
 
 
+FORMAT = 2
+"""Version of the content of results: results of another version are computed anew."""
+
+
 class StudyError(FlexmbError):
     """Failure of a run of a study."""
 
@@ -45,9 +49,9 @@ class StudyRun:
         return dict(self.settings)[setting]
 
     def fingerprint(self) -> str:
-        """Digest of measurement, case, settings and version of flexmb."""
+        """Digest of measurement, case, settings and versions of flexmb and of the content."""
         case = () if self.case is None else self._of_case(self.case)
-        return digest((self.measure.__name__, *case, dict(self.settings), installed_version()))
+        return digest((FORMAT, self.measure.__name__, *case, dict(self.settings), installed_version()))
 
     def compute(self, **where: Any) -> xr.Dataset:
         """Compute the result.

@@ -8,6 +8,7 @@ import pytest
 from flexmb.commands.arguments.mechanism_options import add_options, keywords_of, options_of
 from flexmb.commands.arguments.source import find, ready
 from flexmb.errors import InputError
+from flexmb.mechanisms import nine_bar
 
 
 def maker(
@@ -106,3 +107,14 @@ def test_no_number_of_a_ready_mechanism_is_left_out(name):
     parameters = inspect.signature(find(name).make).parameters
     offered = {o.name for o in options_of(find(name).make)}
     assert set(parameters) - offered <= {"data", "material"}
+
+
+def test_the_nine_bar_takes_a_folder_of_meshes():
+    """`flexmb run nine-bar --mesh meshes`."""
+    (option,) = (option for option in options_of(nine_bar) if option.name == "mesh")
+    assert (option.flag, option.kind, option.value("meshes"), option.value("none")) == (
+        "--mesh",
+        "text",
+        "meshes",
+        None,
+    )

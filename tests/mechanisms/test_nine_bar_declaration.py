@@ -195,3 +195,32 @@ def test_a_loop_that_cannot_close_is_named_with_its_gap(changes, loop, missing):
 def test_links_that_keep_their_ends_apart():
     with pytest.raises(fm.errors.AssemblyError, match=r"at least 0\.6 m apart"):
         nine_bar(data=NineBarData(length2=0.1, length3=0.7))
+
+
+MESHES = Path(__file__).parents[2] / "meshes"
+
+
+def test_all_seven_stored_meshes_fit_and_give_the_same_mechanism():
+    built, read = nine_bar(flexible=True), nine_bar(mesh=str(MESHES))
+    for name in (*PIVOT_INERTIAS, *CENTRAL_INERTIAS):
+        one, other = built.find(name), read.find(name)
+        assert [n.name for n in other.nodes()] == [n.name for n in one.nodes()]
+        poses = [np.array([(n.x, n.y, n.theta) for n in part.nodes()]) for part in (one, other)]
+        np.testing.assert_allclose(poses[1], poses[0], atol=1e-14)
+        assert other.properties().mass == pytest.approx(one.properties().mass, rel=1e-12)
+        assert other.properties().inertia == pytest.approx(one.properties().inertia, rel=1e-12)
+    runs = [fm.simulate(mech, t_end=2e-3, step=1e-4) for mech in (built, read)]
+    assert runs[1].array("slider.ax")[-1] == pytest.approx(runs[0].array("slider.ax")[-1], rel=1e-7)
+
+
+def test_a_mesh_of_a_panel_the_other_way_round_is_refused(tmp_path):
+    for file in MESHES.glob("*[0-9].msh"):
+        text = file.read_text()
+        if file.stem == "panel7":
+            begin, end = text.index("$Nodes"), text.index("$EndNodes")
+            rows = [line.split() for line in text[begin:end].splitlines()]
+            flipped = [" ".join((r[0], r[1], str(-float(r[2])), r[3])) if len(r) == 4 else r[0] for r in rows]
+            text = text[:begin] + "\n".join(flipped) + "\n" + text[end:]
+        (tmp_path / file.name).write_text(text)
+    with pytest.raises(fm.errors.InputError, match=r"panel7.msh has no corner at hinge C of the panel"):
+        nine_bar(mesh=str(tmp_path))

@@ -47,7 +47,8 @@ def add_sweep(sweep: argparse.ArgumentParser) -> None:
         "--vary", metavar="PART.FIELD=RANGE", help="range of a field of a part, e.g. P1.clearance=0.1mm:1mm:10"
     )
     group.add_argument("--skip", type=int, metavar="N", default=50, help="periods before the first point (default 50)")
-    group.add_argument("--keep", type=int, metavar="N", default=50, help="points at each value (default 50)")
+    keep = "points at each value (default 100, the fewest for chaos without --exponent)"
+    group.add_argument("--keep", type=int, metavar="N", default=100, help=keep)
     group.add_argument(
         "--direction",
         metavar="NAME",

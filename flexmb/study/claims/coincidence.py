@@ -7,16 +7,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from flexmb.study.claims.finding import ASIDE, Part, by_rule
+from flexmb.study.motion import APART, peaks_of
 from flexmb.study.statistics import binomial_tail
 
 if TYPE_CHECKING:
     import xarray as xr
-
-COUNTED = 0.5
-"""Least height of a peak over the height of the largest peak."""
-
-APART = 1e-3
-"""Least distance of two peaks over the period; of two closer peaks the smaller one is dropped."""
 
 WINDOW = 5e-3
 """Largest distance of coincident peaks over the period; about the resolution of a figure of one turn."""
@@ -66,25 +61,6 @@ class Coincidence(NamedTuple):
         return f"{share} (probability {self.probability:.1g}), median lag {1e3 * self.lag:+.2g} ms"
 
 
-def peaks_of(time: np.ndarray, values: np.ndarray, apart: float) -> np.ndarray:
-    """Instants of the large peaks of the absolute value of a signal, ascending (k,) [s].
-
-    Parameters
-    ----------
-    time, values : (n,) instants [s] and values of the signal at every step.
-    apart : least distance of two peaks [s].
-    """
-    size = np.abs(values)
-    inner = np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:])) + 1
-    kept: list[float] = []
-    for k in inner[np.argsort(-size[inner], kind="stable")]:
-        if size[k] < COUNTED * size.max():
-            break
-        if all(abs(time[k] - other) >= apart for other in kept):
-            kept.append(float(time[k]))
-    return np.sort(np.array(kept))
-
-
 def coincidence(peaks: np.ndarray, others: np.ndarray, span: tuple[float, float], window: float) -> Coincidence:
     """Coincidence of peaks with other peaks.
 
@@ -109,7 +85,7 @@ def coincidence(peaks: np.ndarray, others: np.ndarray, span: tuple[float, float]
 
 
 def coinciding(data: xr.Dataset, what: str, signal: str, force: str) -> Part:
-    """Part of a claim that the peaks of a signal coincide with the peaks of the contact force.
+    """Part of a claim that the peaks of a signal coincide with the peaks of the contact force, over all settled turns.
 
     Parameters
     ----------
@@ -117,9 +93,10 @@ def coinciding(data: xr.Dataset, what: str, signal: str, force: str) -> Part:
     what : text of the signal and the case.
     signal, force : name of the signal and of the contact force.
     """
-    time, period = data["time"].values, float(data.attrs["period"])
-    responses, forces = (peaks_of(time, data[name].values, APART * period) for name in (signal, force))
-    found = coincidence(responses, forces, (time[0], time[-1]), WINDOW * period)
+    period = float(data.attrs["period"])
+    responses, forces = (np.sort(data[f"large.{name}"].values) for name in (signal, force))
+    begin = (int(data.attrs["first_turn"]) - 1) * period
+    found = coincidence(responses, forces, (begin, begin + data.sizes["turn"] * period), WINDOW * period)
     values = {"hits": found.hits, "peaks": found.peaks, "chance": found.chance, "lag": found.lag}
     return Part(what, found.verdict, found.text, values)
 

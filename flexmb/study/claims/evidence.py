@@ -103,10 +103,6 @@ class Evidence:
         """Largest value of a measure over the settled turns of the ideal mechanism at a speed [SI]."""
         return float(self.motions[ideal(speed)][measure.name].values.max())
 
-    def speeds(self, model: str, clearance: float, law: str) -> list[float]:
-        """Speeds with settled turns of a model with a clearance [m] and a friction law, ascending."""
-        return sorted(k.speed for k in self.motions if (k.model, k.clearance, k.law) == (model, clearance, law))
-
     def range_of(self, signal: str, speed: float) -> float:
         """Range of a signal at a speed [SI], of the ideal mechanism if present; NaN without settled turns."""
         for key in sorted(self.motions, key=lambda key: key.model != "ideal"):

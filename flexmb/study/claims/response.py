@@ -1,13 +1,11 @@
-"""Parts of claims on the size of the response: differences to the ideal mechanism, ratios and rise of means."""
+"""Parts of claims on the size of the response: differences to the ideal mechanism, ratios of means."""
 
 from __future__ import annotations
-
-from collections.abc import Sequence
 
 import numpy as np
 
 from flexmb.study.claims.evidence import Evidence, Key, Measure, ideal
-from flexmb.study.claims.finding import ASIDE, DISAGREES, Part, by_rule, expect
+from flexmb.study.claims.finding import ASIDE, Part, by_rule, expect
 from flexmb.study.statistics import ALIKE, HIGHER, LOWER, compare
 
 
@@ -67,37 +65,6 @@ def softened(seen: Evidence, where: str, flexible: Key, rigid: Key, measure: Mea
         return part
     text = f"{part.numbers}; nothing to lower, the ideal peak is {pure:.4g}"
     return Part(part.what, ASIDE, text, part.values)
-
-
-def rising(seen: Evidence, where: str, keys: Sequence[Key], measure: Measure, unit: str, short: str) -> Part:
-    """Part of a claim that the means of a measure rise with the speed.
-
-    Parameters
-    ----------
-    seen : evidence of the claims.
-    where : text of the cases.
-    keys : keys of the cases, by ascending speed.
-    measure : measure of a turn.
-    unit, short : unit of speeds in texts and in names.
-    """
-    speeds, means = [key.speed for key in keys], [seen.mean(key, measure) for key in keys]
-    falls = [
-        f"{speeds[k]:g} to {speeds[k + 1]:g} {short}"
-        for k in range(len(means) - 1)
-        if compare(means[k + 1], means[k]).verdict == LOWER
-    ]
-    whole = expect(compare(means[-1], means[0]), HIGHER)
-    text = listed(speeds, [mean.value for mean in means], measure, unit)
-    text += f"; falls from {', '.join(falls)} {unit.removeprefix(short).strip()}".rstrip() if falls else ""
-    values = {f"{speed:g}{short}": mean.value for speed, mean in zip(speeds, means, strict=True)}
-    what = f"{measure.text}, all the way over {len(speeds)} speeds, {where}"
-    return Part(what, DISAGREES if falls else whole, text, values)
-
-
-def listed(speeds: Sequence[float], values: Sequence[float], measure: Measure, unit: str) -> str:
-    """Text of the values of a measure at some speeds."""
-    shown = ", ".join(f"{value:.3g}" for value in values)
-    return f"{shown} {measure.unit} at {', '.join(f'{speed:g}' for speed in speeds)} {unit}"
 
 
 def equals(what: str, found: float, wanted: float, unit: str, near: float) -> Part:

@@ -26,10 +26,10 @@ PEAKS = (FORCE, *RESPONSES)
 MEASURES = (*PEAKS, FLIGHT, DEPTH, LANDINGS)
 """Measures of a turn with the units of tables."""
 
-LAST_PERIODIC, FIRST_CHAOTIC = 1.6, 1.65
+NEAREST = LAST_PERIODIC, FIRST_CHAOTIC = 1.6, 1.65
 """Published threshold of chaos: last periodic and first chaotic speed over pi [rad/s]."""
 
-NEAR = (1.55, 1.575, 1.6, 1.65, 1.7, 1.975)
+NEAR = (1.55, 1.575, 1.6, 1.65, 1.7, 1.95, 1.975)
 """Speeds over pi [rad/s] of long runs: about the threshold of chaos, and at inconclusive values of the diagram."""
 
 NO_FRICTION = NineBarData(friction_coefficient=0.0)

@@ -13,13 +13,11 @@ from flexmb.study.effort import Effort
 from flexmb.study.exponent import growth
 from flexmb.study.motion import motion
 from flexmb.study.nine_bar.cases import OVER_CLEARANCE, OVER_SPEED
-from flexmb.study.nine_bar.measures import CASES, FAST, LARGE, MIDDLE, NEAR, SLOW, SMALL, SMALLEST, case_of, key
+from flexmb.study.nine_bar.measures import CASES, FAST, LARGE, MIDDLE, NEAR, NEAREST, SLOW, SMALLEST, case_of, key
 from flexmb.study.run import StudyRun
 
-SPEEDS = {"full": (0.5, 1.0, 1.5, 1.75, 2.0, 2.25, 2.5), "quick": (SLOW, MIDDLE, FAST)}
-"""Speeds over pi [rad/s] of the peaks over the speed, by effort."""
-
-SPEEDS_WITHOUT_FRICTION = {"full": (0.5, 1.0, 1.5, 2.0, 2.5), "quick": (SLOW, MIDDLE, FAST)}
+SPEEDS = (SLOW, MIDDLE, FAST)
+"""Speeds over pi [rad/s] of the paper."""
 
 DATA = NineBarData()
 START_TURNS = 3
@@ -29,8 +27,8 @@ MANY_TURNS = 100
 SOME_TURNS = 60
 """Number of settled turns at 0.05 mm with finer steps; the deviation of the peaks over 20 turns is too large."""
 
-LONG, SHORT = (60, 150), (20, 50)
-"""Periods before the first section point, and number of section points, of longer runs and of runs with finer steps."""
+LONG, SHORT, SHORTEST = (60, 150), (20, 50), (10, 50)
+"""Periods before the first section point, and number of section points: longer runs, finer steps, quick effort."""
 
 FINER, MESHES = 1e-5, (2, 8)
 LEAST_APPROACH, SHORTER = 1e-7, 5e-5
@@ -42,20 +40,21 @@ AT_CASES = tuple(key(model, *case) for model in PLAY_MODELS for case in CASES)
 
 def plan(effort: Effort) -> Plan:
     """Deciding runs at an effort."""
-    speeds, models = SPEEDS[effort.name], PLAY_MODELS if effort.full else PLAY_MODELS[:1]
-    keys = [ideal(speed) for speed in speeds]
-    keys += [key(model, speed) for model in PLAY_MODELS for speed in speeds]
-    keys += [*AT_CASES, *_slippery(effort, models), *LAWS]
-    near = [key("flexible", speed) for speed in NEAR] if effort.full else []
+    models = PLAY_MODELS if effort.full else PLAY_MODELS[:1]
+    keys = [*(ideal(speed) for speed in SPEEDS), *AT_CASES, *_slippery(models), *LAWS]
+    near = [key("flexible", speed) for speed in NEAR if effort.full or speed in NEAREST]
+    near += [key("flexible", MIDDLE, SMALLEST), *(one for one in AT_CASES if one.model == "rigid")]
+    lengths = LONG if effort.full else SHORTEST
     return Plan(
         {one: effort.settled(case_of(one)) for one in keys},
         {one: started(one) for one in LAWS},
         {one: _long(one, effort) for one in AT_CASES if one.model == "flexible"}
-        | {one: growth(case_of(one), *LONG) for one in near},
+        | {one: growth(changed(one, elements=effort.elements), *lengths) for one in near},
         {
             (over.parameter, model): over.run(effort, model)
             for over in (OVER_SPEED, OVER_CLEARANCE)
             for model in PLAY_MODELS
+            if effort.exponents  # without them diagrams cannot decide
         },
     )
 
@@ -64,10 +63,9 @@ def attacks(effort: Effort) -> Mapping[str, Plan]:
     """Finer or longer runs at an effort, by text of the change; none at the quick effort."""
     if not effort.full:
         return {}
-    pure = {ideal(speed): effort.settled(case_of(ideal(speed))) for speed in (SLOW, MIDDLE, FAST)}
-    all_speeds = [key(model, speed) for model in PLAY_MODELS for speed in SPEEDS[effort.name]]
-    many = (*AT_CASES, *all_speeds, *_slippery(effort, PLAY_MODELS), LAWS[1])
-    scattered = [one for one in AT_CASES if one.clearance == SMALL]
+    pure = {ideal(speed): effort.settled(case_of(ideal(speed))) for speed in SPEEDS}
+    many = (*AT_CASES, *_slippery(PLAY_MODELS), LAWS[1])
+    scattered = [one for one in AT_CASES if one.clearance < LARGE]
     flexible = [one for one in (*AT_CASES, key("flexible", MIDDLE, SMALLEST)) if one.model == "flexible"]
     finer = Plan(
         pure
@@ -128,5 +126,5 @@ def _finer_numbers(one: Key, effort: Effort, turns: int | None = None) -> StudyR
     return effort.settled(dataclasses.replace(case, data=data, longest=SHORTER, label=label), turns)
 
 
-def _slippery(effort: Effort, models: tuple[str, ...]) -> list[Key]:
-    return [key(model, speed, LARGE, "none") for model in models for speed in SPEEDS_WITHOUT_FRICTION[effort.name]]
+def _slippery(models: tuple[str, ...]) -> list[Key]:
+    return [key(model, speed, LARGE, "none") for model in models for speed in (SLOW, FAST)]

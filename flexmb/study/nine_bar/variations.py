@@ -137,5 +137,27 @@ VARIATIONS = (
     Variation("gg", "the same of contacts that begin slower than 1e-3 m/s", {"least_approach": 1e-3}, play_only=True),
     Variation("hh", "steps of 0.05 ms at most (0.2 ms)", case={"longest": 5e-5}, play_only=True),
     Variation("ii", "128 steps at least in an impact (32)", case={"impact_steps": 128}, play_only=True),
+    Variation("kk", "thinner panel of the same mass, J7 and centre", {"side_ab": 0.248, "side_ac": 0.290}),
+    Variation("ll", "thicker panel of the same", {"side_ab": 0.208, "side_ac": 0.317, "side_bc": 0.314}),
+    Variation("mm", "L8 = .335 m, which fits mass and J8 better", {"length8": 0.335}),
     Variation("jj", "friction rises from 1e-5 to 1e-4 m/s (1e-4 to 1e-3)", {"v0": 1e-5, "v1": 1e-4}, play_only=True),
 )
+
+ZETAS = (1e-7, 1e-6, 5e-6, 1e-5, 2e-5, 3e-5, 5e-5, 1e-4, 1e-3)
+"""Values of zeta2 on the page "damping" [s]."""
+
+INFERRED = 2e-5
+"""Value of zeta2 [s] at which the page varies other numbers, too."""
+
+
+def _damped(letter: str, what: str, beams_only: bool = True, elements: int = 2, **data: float) -> Variation:
+    return Variation(letter, what, {"damping": INFERRED, **data}, {"elements": elements}, beams_only=beams_only)
+
+
+DAMPED = (
+    *(_damped(f"zeta{z:g}", f"zeta2 = {z:g} s", damping=z) for z in ZETAS),
+    *(_damped(f"elements{n}", f"{INFERRED:g} s, {n} elements a link", elements=n) for n in (4, 8)),
+    *(_damped(f"mass{z:g}", f"{INFERRED:g} s, zeta1 = {z:g} 1/s", mass_damping=z) for z in (10.0, 100.0)),
+    *(_damped(f"cf{c:g}", f"{INFERRED:g} s, cf = {c:g}", False, friction_coefficient=c) for c in (0.0, 0.03)),
+)
+"""Variations of the page "damping"."""
