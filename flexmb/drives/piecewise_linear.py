@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from flexmb.drives.points import checked_points
@@ -73,3 +74,7 @@ class PiecewiseLinear(Motion):
     def breaks(self, t_end: float) -> tuple[float, ...]:
         """The points."""
         return tuple(t for t in self.times if 0.0 < t <= t_end)
+
+    def longest_chord(self, begin: float, end: float) -> float:  # noqa: ARG002 - a line, or lines between breaks
+        """Any: straight lines between its breaks."""
+        return math.inf

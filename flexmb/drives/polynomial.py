@@ -1,5 +1,6 @@
 """Motion given by a polynomial in time."""
 
+import math
 from dataclasses import dataclass
 
 from flexmb import checks
@@ -47,3 +48,7 @@ class Polynomial(Motion):
     def parameters(self) -> tuple[float, ...]:
         """The coefficients."""
         return self.coefficients
+
+    def longest_chord(self, begin: float, end: float) -> float:  # noqa: ARG002 - a line, or lines between breaks
+        """Any: its bends are as long as the motion."""
+        return math.inf

@@ -61,3 +61,7 @@ class Pulse(Motion):
     def breaks(self, t_end: float) -> tuple[float, ...]:
         """Start and end."""
         return tuple(t for t in self.parameters()[1:] if 0.0 < t <= t_end)
+
+    def longest_chord(self, begin: float, end: float) -> float:  # noqa: ARG002 - a line, or lines between breaks
+        """Any: constant between its breaks."""
+        return math.inf

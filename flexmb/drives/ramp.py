@@ -59,6 +59,10 @@ class SpinUp(Motion):
         super().__post_init__()
         checks.positive(type(self).__name__, "time", self.time, "s")
 
+    def longest_chord(self, begin: float, end: float) -> float:  # noqa: ARG002 - its speed stays
+        """Any: the error control sees a change of speed that stays."""
+        return math.inf
+
     @property
     def period(self) -> float | None:
         """Time of one turn at full speed [s]."""

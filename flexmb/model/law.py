@@ -11,9 +11,17 @@ from dataclasses import dataclass, fields
 from numbers import Real
 from typing import Any, ClassVar
 
+import numpy as np
+
 from flexmb import checks, kernels
 from flexmb.display.shown import Shown
-from flexmb.errors import KernelError
+from flexmb.errors import USER_ERRORS, KernelError
+
+CHORD, CHORDS_OF_A_SINE = 0.0123, 20.0
+"""Largest deviation of chords over the swing of a motion; the number of such chords in a cycle of a sine."""
+
+SAMPLES, GOLDEN = 64, 0.6180339887498949
+"""Number of samples of a motion whose course is not known, and their distance modulo 1, which fits no period."""
 
 
 def require_kernel(cls: type, contract: kernels.Contract, name: str = "kernel") -> None:
@@ -104,3 +112,25 @@ class Motion(Law):
     def period(self) -> float | None:
         """Period of the motion [s]; None for a motion without a period."""
         return None
+
+    def longest_chord(self, begin: float, end: float) -> float:
+        """Longest distance of instants whose chords follow the motion to `CHORD` of its swing [s]; inf: any will do.
+
+        Samples of the values alone: a history may leave its rates out.  A motion that knows better overrides this.
+
+        Parameters
+        ----------
+        begin, end : the time that is asked for, without a jump inside [s].
+        """
+        p, d = np.array(self.parameters(), dtype=float), 1e-6 * (end - begin)
+        times = begin + d + (end - begin - 2.0 * d) * (np.arange(SAMPLES) * GOLDEN % 1.0)
+        with np.errstate(all="ignore"):
+            try:
+                before, now, after = (np.array([self.kernel(p, float(t))[0] for t in times + x]) for x in (-d, 0.0, d))
+            except USER_ERRORS:
+                return np.inf  # told by other checks
+        bend, rest = np.abs(before - 2.0 * now + after).max() / d**2, now - np.polyval(np.polyfit(times, now, 1), times)
+        swing = max(0.5 * float(np.ptp(rest)), 1e-3 * float(np.abs(now).max()))
+        # beyond a part of the time bends are slow, or the round-off of straight lines
+        found = (8.0 * CHORD * swing / bend) ** 0.5 if bend > 0.0 else np.inf
+        return float(found) if found < 0.1 * (end - begin) else np.inf

@@ -25,6 +25,7 @@ from flexmb.run.checkpoint import EVERY, Checkpoints, digest, plain_values
 from flexmb.run.failure import explanation
 from flexmb.run.interruption import KEYBOARD, TERMINATION, Interruption
 from flexmb.run.run import Run
+from flexmb.run.step_limits import passed_contacts
 from flexmb.run.stopping import Condition, StopConditions
 from flexmb.run.vibrations import vibration_remarks
 from flexmb.run.watch import Saved, impossible_penetrations, watched
@@ -177,7 +178,14 @@ def _solution(
     faults, details = explanation(run, mechanism, closed, watch.faults)
     steps = int(run.record.count.steps)
     lost = vibration_remarks(mechanism, run.program, results, run.method, steps, begun, now)
-    notes = (*contact_remarks(run.program, run.flow.z, run.contact_log(), now, span), *watch.notes, *lost, *details)
+    faults = (*faults, *passed_contacts(run))
+    notes = (
+        *run.chords.remarks,
+        *contact_remarks(run.program, run.flow.z, run.contact_log(), now, span),
+        *watch.notes,
+        *lost,
+        *details,
+    )
     if kept_file is not None:
         notes = (*notes, *([kept_file.failure] if kept_file.failure else []))
         kept_file.write(run) if run.interrupted else kept_file.remove()

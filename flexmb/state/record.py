@@ -93,6 +93,7 @@ class RunRecord(Record):
     one_sided : (n_y,) signals whose peak is the largest positive value (a penetration is negative in free flight)
     places : (k, 2) signals of places, and the signals at whose peaks they are wanted;  place_then : (k,) their values
     held_rows : (n_c,) constraint equations whose multipliers were not unique
+    passed : (contacts,) first instants at which a fixed step passed a contact unseen [s]; 0: none
     episodes : (rows, EPISODE_ROW_SIZE) contact intervals that ended (`step/contact_log.py`)
     """
 
@@ -114,6 +115,7 @@ class RunRecord(Record):
     places: IntegerTable
     place_then: Vector
     held_rows: Flags
+    passed: Vector
     episodes: Matrix
 
 
@@ -143,5 +145,6 @@ def _empty_record(program: Program, rows: int, saved_places: np.ndarray | None) 
         count=Counters.zeros(),
         report=StepReport(np.inf, *(0.0,) * 10),
         held_rows=program.n_c,
+        passed=len(program.tables.contacts.kernel),
         episodes=(rows + len(program.tables.contacts.kernel), EPISODE_ROW_SIZE),
     )

@@ -60,7 +60,7 @@ class Stepper:
         if self.reported is self.program:
             return record
         own = new_record(self.program, 1)
-        return record.replaced(held_rows=own.held_rows, last_lam=own.last_lam, last_z=own.last_z)
+        return record.replaced(held_rows=own.held_rows, last_lam=own.last_lam, last_z=own.last_z, passed=own.passed)
 
     def start(self, mechanism: Mechanism, closed: Program, *, redundant: bool) -> Start:
         """Start values of the mechanism; `closed`: its program with ideal joints for contacts."""
