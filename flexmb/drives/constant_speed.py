@@ -26,12 +26,9 @@ class ConstantSpeed(Motion):
     speed: float
 
     kernel = constant_speed_kernel
+    swings = False
 
     @property
     def period(self) -> float | None:
         """Time of one turn [s]."""
         return 2.0 * math.pi / abs(self.speed) if self.speed else None
-
-    def longest_chord(self, begin: float, end: float) -> float:  # noqa: ARG002 - a line, or lines between breaks
-        """Any: a straight line."""
-        return math.inf

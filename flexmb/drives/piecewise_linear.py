@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from flexmb.drives.points import checked_points
@@ -59,7 +58,7 @@ class PiecewiseLinear(Motion):
     values: tuple[float, ...]
 
     kernel = piecewise_linear_kernel
-    is_smooth = False
+    is_smooth = swings = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -74,7 +73,3 @@ class PiecewiseLinear(Motion):
     def breaks(self, t_end: float) -> tuple[float, ...]:
         """The points."""
         return tuple(t for t in self.times if 0.0 < t <= t_end)
-
-    def longest_chord(self, begin: float, end: float) -> float:  # noqa: ARG002 - a line, or lines between breaks
-        """Any: straight lines between its breaks."""
-        return math.inf

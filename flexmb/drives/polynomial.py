@@ -1,6 +1,5 @@
 """Motion given by a polynomial in time."""
 
-import math
 from dataclasses import dataclass
 
 from flexmb import checks
@@ -36,6 +35,7 @@ class Polynomial(Motion):
     coefficients: tuple[float, ...]
 
     kernel = polynomial_kernel
+    swings = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -48,7 +48,3 @@ class Polynomial(Motion):
     def parameters(self) -> tuple[float, ...]:
         """The coefficients."""
         return self.coefficients
-
-    def longest_chord(self, begin: float, end: float) -> float:  # noqa: ARG002 - a line, or lines between breaks
-        """Any: its bends are as long as the motion."""
-        return math.inf

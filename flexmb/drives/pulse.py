@@ -47,7 +47,7 @@ class Pulse(Motion):
     end: float | None = None
 
     kernel = pulse_kernel
-    is_smooth = False
+    is_smooth = swings = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -61,7 +61,3 @@ class Pulse(Motion):
     def breaks(self, t_end: float) -> tuple[float, ...]:
         """Start and end."""
         return tuple(t for t in self.parameters()[1:] if 0.0 < t <= t_end)
-
-    def longest_chord(self, begin: float, end: float) -> float:  # noqa: ARG002 - a line, or lines between breaks
-        """Any: constant between its breaks."""
-        return math.inf

@@ -52,16 +52,14 @@ class SpinUp(Motion):
     InputError : a time that is not > 0.
     """
 
+    swings = False
+
     speed: float
     time: float
 
     def __post_init__(self) -> None:
         super().__post_init__()
         checks.positive(type(self).__name__, "time", self.time, "s")
-
-    def longest_chord(self, begin: float, end: float) -> float:  # noqa: ARG002 - its speed stays
-        """Any: the error control sees a change of speed that stays."""
-        return math.inf
 
     @property
     def period(self) -> float | None:

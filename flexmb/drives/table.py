@@ -9,7 +9,7 @@ from flexmb import checks
 from flexmb.drives.points import checked_points
 from flexmb.errors import InputError
 from flexmb.kernels import drive_kernel
-from flexmb.model.law import CHORD, Motion
+from flexmb.model.law import CHORD, Motion, swing_of
 
 COUNT, PERIODIC, TIMES = range(3)
 CUBIC, SQUARE, LINEAR, CONSTANT = range(4)
@@ -119,11 +119,10 @@ class Table(Motion):
 
     def longest_chord(self, begin: float, end: float) -> float:  # noqa: ARG002 - the same at all times
         """Least distance of the points that are left when as many are left out as the swing allows."""
-        times, values = np.array(self.times), np.array(self.values)
-        rest = values - np.polyval(np.polyfit(times, values, 1), times)
-        allowed, stride = CHORD * max(0.5 * np.ptp(rest), 1e-3 * np.abs(values).max()), len(times) - 1
+        times, values, stride = np.array(self.times), np.array(self.values), len(self.times) - 1
         while True:
             kept = np.union1d(np.arange(0, len(times), stride), len(times) - 1)
-            if stride == 1 or np.abs(np.interp(times, times[kept], values[kept]) - values).max() <= allowed:
-                return float(np.diff(times[kept[:-1]]).min(initial=np.diff(times[kept]).max()))
+            missed = np.abs(np.interp(times, times[kept], values[kept]) - values).max()
+            if stride == 1 or missed <= CHORD * swing_of(times, values):
+                return float(np.diff(times[kept]).max() if len(kept) < 3 else np.diff(times[kept[:-1]]).min())
             stride = (stride + 1) // 2

@@ -5,6 +5,7 @@ The parameters of a law are its fields in the order of declaration; a law that c
 
 from __future__ import annotations
 
+import math
 from abc import ABC
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -103,6 +104,8 @@ class Motion(Law):
     contract = kernels.MOTION
     is_smooth: ClassVar[bool] = True
     """Whether s and s_dot are continuous, which a joint needs; otherwise it can only be the history of a load."""
+    swings: ClassVar[bool] = True
+    """Whether s may go to and fro between two breaks, so that steps can miss it."""
 
     def breaks(self, t_end: float) -> tuple[float, ...]:  # noqa: ARG002 - most motions have none
         """Instants in (0, `t_end`] at which s, s_dot or s_ddot jumps [s]; a run restarts there."""
@@ -114,23 +117,28 @@ class Motion(Law):
         return None
 
     def longest_chord(self, begin: float, end: float) -> float:
-        """Longest distance of instants whose chords follow the motion to `CHORD` of its swing [s]; inf: any will do.
-
-        Samples of the values alone: a history may leave its rates out.  A motion that knows better overrides this.
+        """Longest distance of instants whose chords follow the values to `CHORD` of their swing [s]; inf: any will do.
 
         Parameters
         ----------
-        begin, end : the time that is asked for, without a jump inside [s].
+        begin, end : time without a jump inside [s].
         """
+        if not self.swings:
+            return math.inf
         p, d = np.array(self.parameters(), dtype=float), 1e-6 * (end - begin)
         times = begin + d + (end - begin - 2.0 * d) * (np.arange(SAMPLES) * GOLDEN % 1.0)
-        with np.errstate(all="ignore"):
-            try:
-                before, now, after = (np.array([self.kernel(p, float(t))[0] for t in times + x]) for x in (-d, 0.0, d))
-            except USER_ERRORS:
-                return np.inf  # told by other checks
-        bend, rest = np.abs(before - 2.0 * now + after).max() / d**2, now - np.polyval(np.polyfit(times, now, 1), times)
-        swing = max(0.5 * float(np.ptp(rest)), 1e-3 * float(np.abs(now).max()))
-        # beyond a part of the time bends are slow, or the round-off of straight lines
-        found = (8.0 * CHORD * swing / bend) ** 0.5 if bend > 0.0 else np.inf
-        return float(found) if found < 0.1 * (end - begin) else np.inf
+        try:
+            before, now, after = (np.array([self.kernel(p, float(t))[0] for t in times + x]) for x in (-d, 0.0, d))
+        except USER_ERRORS:
+            return math.inf  # told by other checks
+        bend, swing = np.abs(before - 2.0 * now + after).max() / d**2, swing_of(times, now)
+        found = math.sqrt(8.0 * CHORD * swing / bend) if bend > 0.0 else math.inf
+        return (
+            found if found < 0.1 * (end - begin) else math.inf
+        )  # longer ones are slow, or round-off of straight lines
+
+
+def swing_of(times: np.ndarray, values: np.ndarray) -> float:
+    """Half of the range of values about their straight line; at least 1e-3 of the largest, below which none counts."""
+    rest = values - np.polyval(np.polyfit(times, values, 1), times)
+    return float(max(0.5 * np.ptp(rest), 1e-3 * np.abs(values).max()))

@@ -22,9 +22,6 @@ if TYPE_CHECKING:
 LEAST_STEP = 16.0
 """Smallest step by default over the round-off of the time."""
 
-MOST_PIECES = 64
-"""Number of pieces between its breaks up to which the course of a motion is looked at."""
-
 LEAST_SEEN, LEAST_CLEAR = 2.0, 8.0
 """Fixed steps in a cycle up to which these show another motion, and below which it is told."""
 
@@ -69,7 +66,7 @@ class Chords:
         self.pieces: list[tuple[Motion, list[float], list[float]]] = []
         for motion in run.program.motions:
             inside = sorted(t for t in motion.breaks(run.t_end) if 0.0 < t < run.t_end)
-            edges = [0.0, *inside, run.t_end] if len(inside) < MOST_PIECES else [0.0, run.t_end]
+            edges = [0.0, *inside, run.t_end]
             chords = [motion.longest_chord(*ends) for ends in pairwise(edges)]
             if min(chords) < math.inf:
                 self.pieces.append((motion, edges[1:-1], chords))
@@ -85,9 +82,8 @@ class Chords:
             cycle = CHORDS_OF_A_SINE * min(chords)
             if h <= cycle / LEAST_CLEAR * (1.0 - 1e-9):
                 continue
-            text = (
-                f"fixed step of {h:.3g} s is {h / cycle:.2g} cycles of {motion!r}, whose shortest lasts {cycle:.3g} s"
-            )
+            what = type(motion).__name__
+            text = f"fixed step of {h:.3g} s is {h / cycle:.2g} cycles of {what}, whose shortest lasts {cycle:.3g} s"
             remedy = f"Take steps of {min(chords):.2g} s, or Adaptive()."
             if h * LEAST_SEEN >= cycle * (1.0 - 1e-9):
                 raise InputError(f"simulate {name!r}: a {text}: the steps see another motion. {remedy}")

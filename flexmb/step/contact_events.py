@@ -52,16 +52,10 @@ LEFT_BEFORE_ONSET = 0.05
 """Part of the time to an onset that a step leaves, where no impact of the contact has been resolved so far."""
 
 NEAR_GAP = 1e-6
-"""Gap relative to the size of the mechanism from which on a step may cross such an onset.
-
-The step ends as deep in contact as it began before it; so the contact is seen by it on bodies that are thicker.
-"""
+"""Gap relative to the size of the mechanism up to which a step may cross such an onset, to as deep behind it."""
 
 LOOKS = 8
 """Number of parts of a step at whose ends the gap is looked at, where both ends are within reach of the contact."""
-
-MOST_DOUBLINGS = 100
-"""Number of doublings of a depth at most."""
 
 UNEXPECTED_GAP = 0.25
 """Difference of such a gap from the cubic through both ends over the larger gap, above which the cubic says nothing."""
@@ -107,10 +101,7 @@ def planned_step(tables, address, options, flow, trial, work):
 
 @compiled
 def step_of_approach(arrival, gap, slow, options):
-    """Largest step of an open contact that is not about to begin a resolved impact [s].
-
-    So no step passes through a body whose contact is not known from an impact before, or is too slow to be resolved.
-    """
+    """Largest step towards an onset whose impact is not known from one before, or too slow to be resolved [s]."""
     if gap > NEAR_GAP * options.length:
         return (1.0 - LEFT_BEFORE_ONSET) * arrival
     return math.inf if slow else 2.0 * arrival
@@ -268,11 +259,7 @@ def step_to_grazing(c, h, gap0, rate0, gap, rate, options, flow, trial):
 
 @compiled
 def place_unseen(tables, address, c, h, gap0, rate0, gap, rate, options, flow, trial, work):
-    """Fraction of a step, at whose ends contact c is open, after which the gap is not as the ends say; 1: nowhere.
-
-    The gap is looked at between ends which the motion at their gap rates would bring into contact within the step.  It
-    is closed there, or far from the cubic through both ends, where the bodies pass through or by one another.
-    """
+    """Fraction of a step at which contact c, open at both ends, is closed or far from their cubic; 1: nowhere."""
     larger = max(gap0, gap)
     if (gap0 > -h * rate0 and gap > h * rate) or larger < NEAR_GAP * options.length:
         return 1.0
@@ -287,7 +274,7 @@ def place_unseen(tables, address, c, h, gap0, rate0, gap, rate, options, flow, t
 
 @compiled
 def note_passed_contacts(tables, address, h, options, flow, trial, work, record):
-    """Note the contacts that a fixed step has passed without seeing whether they close: instant and size."""
+    """Note the instants at which a fixed step first passed a contact unseen."""
     for c in range(tables.contacts.kernel.shape[0]):
         k = tables.contacts.z[c, COMMON_Z]
         gap0, rate0 = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE]
@@ -339,15 +326,13 @@ def impact_step(tables, address, c, h, speed, gap, rate, is_known, options, flow
 @compiled
 def depth_of_impact(tables, address, c, depth, speed, energy, flow, work):
     """Depth, above a first one, at which the normal force at the approach speed has taken an energy [J] [m]."""
-    N = normal_force(tables, address, c, -depth, -speed, flow, work)
-    taken = 0.5 * N * depth
-    for _ in range(MOST_DOUBLINGS):
+    N, taken = normal_force(tables, address, c, -depth, -speed, flow, work), 0.0
+    while True:
         further = normal_force(tables, address, c, -2.0 * depth, -speed, flow, work)
         part = 0.5 * (N + further) * depth
-        if taken + part >= energy:
-            return depth * (1.0 + max(energy - taken, 0.0) / part)
+        if not taken + part < energy:
+            return depth * (1.0 + (energy - taken) / part)
         taken, N, depth = taken + part, further, 2.0 * depth
-    return depth
 
 
 @compiled
