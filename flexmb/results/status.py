@@ -92,7 +92,7 @@ def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: RunR
 
 
 def finer_steps(rtol: float) -> str:
-    """Words for finer steps than those of `rtol`, of which 1 stands for fixed steps."""
+    """Words for finer steps than at `rtol`; 1: fixed steps."""
     if rtol >= 1.0:
         return "a smaller step, or step=Adaptive()"
     if rtol < RTOL:

@@ -33,7 +33,7 @@ A step that changed within an elastic impact would leave the errors of compressi
 JUMP_STEP_FRACTION = 1e-3
 """Step across an onset with a jump of the force, over the step that resolves the impact."""
 
-DURATION_FACTOR = 3.0
+DURATION_FACTOR, LEAST_DURATION_FACTOR = 3.0, 2.6
 """Duration of an impact over depth / approach speed: pi for a linear spring, 2.94 for exponent 3/2, 2.6 for 3."""
 
 PEAK_ACCELERATION_FACTOR = 3.7
@@ -51,14 +51,11 @@ LEAST_DEPTH = 1e-13
 LEFT_BEFORE_ONSET = 0.05
 """Part of the time to an onset that a step leaves, where no impact of the contact has been resolved so far."""
 
-NEAR_GAP = 1e-6
+NEAR_GAP = 1e-4
 """Gap relative to the size of the mechanism up to which a step may cross such an onset, to as deep behind it."""
 
-LOOKS = 8
-"""Number of parts of a step at whose ends the gap is looked at, where both ends are within reach of the contact."""
-
-UNEXPECTED_GAP = 0.25
-"""Difference of such a gap from the cubic through both ends over the larger gap, above which the cubic says nothing."""
+LOOKS, UNEXPECTED_GAP = 8, 0.25
+"""Parts of a step that are looked at; difference of a gap from the cubic over that at an end that says nothing of it."""
 
 
 @compiled
@@ -176,7 +173,9 @@ def step_to_events(tables, address, h, options, flow, trial, work, record):
         gap0, rate0 = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE]
         gap, rate = gap_of_trial(tables, address, c, trial, work, record)
         own = h
-        if gap0 > 0.0 >= gap:
+        if gap0 > 2.0 * LEAST_DEPTH * options.length > 2.0 * gap > 0.0 and rate < 0.0:
+            own = 0.99 * h  # on the onset to round-off, where the force of a law that jumps is any between
+        elif gap0 > 0.0 >= gap:
             own = step_to_onset(tables, address, c, h, gap0, rate0, gap, rate, options, flow, trial, work)
         elif gap0 > 0.0:
             if rate0 < 0.0 < rate:
@@ -211,13 +210,13 @@ def step_to_onset(tables, address, c, h, gap0, rate0, gap, rate, options, flow, 
         arrival <= ONSET_TOLERANCE * step and h > max(0.5 * PROBE_FRACTION * trial.control.impact_steps, 1.5) * step
     ):
         own = rate - flow.impacts[c, GAP_ACCELERATION] * (h - arrival)
-        step = impact_step(tables, address, c, h, speed, gap, own, is_known, options, flow, trial, work)
+        braking = 0.0 if is_known else own - rate0 - flow.impacts[c, GAP_ACCELERATION] * arrival
+        step = impact_step(tables, address, c, h, speed, gap, own, braking, options, flow, trial, work)
     flow.impacts[c, IMPACT_STEP] = step
     find_force_jump(tables, address, c, speed, flow, work)
     if arrival <= 1.001 * ONSET_TOLERANCE * step:
         if flow.impacts[c, FORCE_JUMPS] != 0.0:  # half of the jump acts all over the step that crosses it
             return h if h <= 4.0 * JUMP_STEP_FRACTION * step else step_across_jump(arrival, step)
-        # a trial that was cut short to find an unknown contact was not meant as the first step of its impact
         return min(h, step) if is_known or h > 0.5 * step else 0.5 * arrival
     # the contact force delayed the onset of the trial: each rejection goes back further, and no further on than free
     # flight would
@@ -274,7 +273,7 @@ def place_unseen(tables, address, c, h, gap0, rate0, gap, rate, options, flow, t
 
 @compiled
 def note_passed_contacts(tables, address, h, options, flow, trial, work, record):
-    """Note the instants at which a fixed step first passed a contact unseen."""
+    """Instants at which a fixed step first passed a contact unseen."""
     for c in range(tables.contacts.kernel.shape[0]):
         k = tables.contacts.z[c, COMMON_Z]
         gap0, rate0 = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE]
@@ -296,13 +295,12 @@ def step_to_separation(c, h, gap0, rate0, gap, rate, flow, trial):
 
 
 @compiled
-def impact_step(tables, address, c, h, speed, gap, rate, is_known, options, flow, trial, work):
+def impact_step(tables, address, c, h, speed, gap, rate, braking, options, flow, trial, work):
     """Step that resolves the impact which began in a trial of size h [s], from the work of the normal force so far.
 
     The force is taken as a power of the depth.  A trial whose gap rate has changed its sign is far too long, and its
-    depth says nothing; the effective mass of the contact then follows from force and change of rate.  So it does for
-    the first impact of a contact, whose trial is far too short, and whose depth the law gives.  `rate` is the gap rate
-    without the effect of other forces, whose gap acceleration is that of the free flight before.
+    depth says nothing; the effective mass then follows from force and change of rate.  `rate` is the gap rate without
+    other forces.  A first impact has a short trial, whose change of rate `braking` (else 0) gives the mass.
 
     Equation (6.5) of docs/theory/events.md.
     """
@@ -310,16 +308,17 @@ def impact_step(tables, address, c, h, speed, gap, rate, is_known, options, flow
     N = normal_force(tables, address, c, -depth, -speed, flow, work)
     if not (N > 0.0 and depth > 0.0):
         return h
-    n = force_exponent(tables, address, c, depth, speed, N, flow, work)
-    if not is_known and -speed < rate < -0.5 * speed:
-        energy = 0.5 * options.regular.gamma * h * N / (rate + speed) * speed * speed
+    n, factor = force_exponent(tables, address, c, depth, speed, N, flow, work), DURATION_FACTOR
+    if braking > 0.0 and rate < -0.5 * speed:
+        energy = 0.5 * (0.5 * h * N / braking) * speed * speed
         depth, share = depth_of_impact(tables, address, c, depth, speed, energy, flow, work), 1.0
+        factor = LEAST_DURATION_FACTOR
     elif rate < -0.5 * speed:
         share = speed * speed / max(speed * speed - rate * rate, 1e-3 * speed * speed)
     else:
         mass = options.regular.gamma * h * N / (rate + speed)
         share = (n + 1.0) * mass * speed * speed / (2.0 * N * depth)
-    T = DURATION_FACTOR * depth * share ** (1.0 / (n + 1.0)) / speed
+    T = factor * depth * share ** (1.0 / (n + 1.0)) / speed
     return impact_duration(T, speed, flow.impacts[c, GAP_ACCELERATION]) / trial.control.impact_steps
 
 
