@@ -55,7 +55,7 @@ NEAR_GAP = 1e-4
 """Gap relative to the size of the mechanism up to which a step may cross such an onset, to as deep behind it."""
 
 LOOKS, UNEXPECTED_GAP = 8, 0.25
-"""Parts of a step that are looked at; difference of a gap from the cubic over that at an end that says nothing of it."""
+"""Parts of a step that are looked at; difference of a gap from the cubic over that at an end, which is too large."""
 
 
 @compiled
@@ -298,9 +298,8 @@ def step_to_separation(c, h, gap0, rate0, gap, rate, flow, trial):
 def impact_step(tables, address, c, h, speed, gap, rate, braking, options, flow, trial, work):
     """Step that resolves the impact which began in a trial of size h [s], from the work of the normal force so far.
 
-    The force is taken as a power of the depth.  A trial whose gap rate has changed its sign is far too long, and its
-    depth says nothing; the effective mass then follows from force and change of rate.  `rate` is the gap rate without
-    other forces.  A first impact has a short trial, whose change of rate `braking` (else 0) gives the mass.
+    The force is taken as a power of the depth.  A trial whose gap rate has changed its sign is too long; the effective
+    mass then follows from force and change of rate.  `rate` is the gap rate without other forces.  A first impact has a short trial, whose change of rate `braking` (else 0) gives the mass.
 
     Equation (6.5) of docs/theory/events.md.
     """
