@@ -298,8 +298,8 @@ def step_to_separation(c, h, gap0, rate0, gap, rate, flow, trial):
 def impact_step(tables, address, c, h, speed, gap, rate, braking, options, flow, trial, work):
     """Step that resolves the impact which began in a trial of size h [s], from the work of the normal force so far.
 
-    The force is taken as a power of the depth.  A trial whose gap rate has changed its sign is too long; the effective
-    mass then follows from force and change of rate.  `rate` is the gap rate without other forces.  A first impact has a short trial, whose change of rate `braking` (else 0) gives the mass.
+    The force is taken as a power of the depth.  A trial whose gap rate has changed its sign is too long; the mass then
+    follows from force and change of rate, as it does from `braking`, the change in the short trial of a first impact.
 
     Equation (6.5) of docs/theory/events.md.
     """
