@@ -26,6 +26,7 @@ class ConstantSpeed(Motion):
     speed: float
 
     kernel = constant_speed_kernel
+    swings = False
 
     @property
     def period(self) -> float | None:

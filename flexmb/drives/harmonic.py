@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from flexmb import checks
 from flexmb.kernels import drive_kernel
-from flexmb.model.law import Motion
+from flexmb.model.law import CHORDS_OF_A_SINE, Motion
 
 
 @drive_kernel
@@ -63,3 +63,7 @@ class Harmonic(Motion):
     def period(self) -> float | None:
         """One cycle [s]."""
         return 1.0 / self.frequency
+
+    def longest_chord(self, begin: float, end: float) -> float:  # noqa: ARG002 - the same at all times
+        """A twentieth of a cycle."""
+        return 1.0 / (CHORDS_OF_A_SINE * self.frequency) if self.amplitude else math.inf

@@ -59,7 +59,7 @@ class PiecewiseLinear(Motion):
     values: Sequence[float]
 
     kernel = piecewise_linear_kernel
-    is_smooth = False
+    is_smooth = swings = False
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -36,6 +36,7 @@ class Polynomial(Motion):
     coefficients: Sequence[float]
 
     kernel = polynomial_kernel
+    swings = False
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -47,7 +47,7 @@ class Pulse(Motion):
     end: float | None = None
 
     kernel = pulse_kernel
-    is_smooth = False
+    is_smooth = swings = False
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -52,6 +52,8 @@ class SpinUp(Motion):
     InputError : a time that is not > 0.
     """
 
+    swings = False
+
     speed: float
     time: float
 

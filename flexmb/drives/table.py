@@ -10,7 +10,7 @@ from flexmb import checks
 from flexmb.drives.points import checked_points
 from flexmb.errors import InputError
 from flexmb.kernels import drive_kernel
-from flexmb.model.law import Motion
+from flexmb.model.law import CHORD, Motion, swing_of
 
 COUNT, PERIODIC, TIMES = range(3)
 CUBIC, SQUARE, LINEAR, CONSTANT = range(4)
@@ -117,3 +117,13 @@ class Table(Motion):
     def period(self) -> float | None:
         """Length of a repeated table [s]."""
         return self.times[-1] - self.times[0] if self.periodic else None
+
+    def longest_chord(self, begin: float, end: float) -> float:  # noqa: ARG002 - the same at all times
+        """Least distance of the points that are left when as many are left out as the swing allows."""
+        times, values, stride = np.array(self.times), np.array(self.values), len(self.times) - 1
+        while True:
+            kept = np.union1d(np.arange(0, len(times), stride), len(times) - 1)
+            missed = np.abs(np.interp(times, times[kept], values[kept]) - values).max()
+            if stride == 1 or missed <= CHORD * swing_of(times, values):
+                return float(np.diff(times[kept]).max() if len(kept) < 3 else np.diff(times[kept[:-1]]).min())
+            stride = (stride + 1) // 2

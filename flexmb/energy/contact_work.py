@@ -56,23 +56,29 @@ def _loss_by_law(tables, address, c, h, flow, q1, v1, work):
     K = tables.contacts
     k, contact = K.z[c, COMMON_Z], work.contact[c]
     begin, end = _contact_part(h, flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE], contact[GAP], contact[GAP_RATE])
-    half, dofs, loss = 0.5 * (end - begin), part_of(K.dofs, 6 * c, 6 * c + 6), 0.0
+    half, loss, gap = 0.5 * (end - begin), 0.0, work.gap
     for point in range(2):
         s = begin + half + (2 * point - 1) * GAUSS_POINT * (end - begin)
-        for i in range(6):
-            k = dofs[i]
-            rise = q1[k] - flow.q[k]
-            d0, d1 = h * flow.v[k], h * v1[k]
-            c2, c3 = 3.0 * rise - 2.0 * d0 - d1, d0 + d1 - 2.0 * rise
-            work.ql[i] = flow.q[k] + s * (d0 + s * (c2 + s * c3))
-            work.vl[i] = (d0 + s * (2.0 * c2 + 3.0 * s * c3)) / h
-        gap = work.gap
-        for i in range(GAP_SIZE):
-            gap[i] = 0.0
-        call_gap(tables, address, c, work.ql, work.vl, gap)
+        gap_within(tables, address, c, s, h, flow, q1, v1, work)
         N, _, _ = call_normal(tables, address, c, s * h, gap[GAP], gap[GAP_RATE], flow.z, work.z_between)
         loss -= half * h * N * gap[GAP_RATE]
     return loss
+
+
+@compiled
+def gap_within(tables, address, c, s, h, flow, q1, v1, work):
+    """Set work.gap to that of contact c at fraction s of the cubic path between both states."""
+    dofs, gap = part_of(tables.contacts.dofs, 6 * c, 6 * c + 6), work.gap
+    for i in range(6):
+        k = dofs[i]
+        rise = q1[k] - flow.q[k]
+        d0, d1 = h * flow.v[k], h * v1[k]
+        c2, c3 = 3.0 * rise - 2.0 * d0 - d1, d0 + d1 - 2.0 * rise
+        work.ql[i] = flow.q[k] + s * (d0 + s * (c2 + s * c3))
+        work.vl[i] = (d0 + s * (2.0 * c2 + 3.0 * s * c3)) / h
+    for i in range(GAP_SIZE):
+        gap[i] = 0.0
+    call_gap(tables, address, c, work.ql, work.vl, gap)
 
 
 @compiled

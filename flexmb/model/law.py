@@ -5,15 +5,24 @@ The parameters of a law are its fields in the order of declaration; a law that c
 
 from __future__ import annotations
 
+import math
 from abc import ABC
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from numbers import Real
 from typing import Any, ClassVar
 
+import numpy as np
+
 from flexmb import arguments, checks, kernels
 from flexmb.display.shown import Shown
-from flexmb.errors import KernelError
+from flexmb.errors import USER_ERRORS, KernelError
+
+CHORD, CHORDS_OF_A_SINE = 0.0123, 20.0
+"""Largest deviation of chords over the swing of a motion; the number of such chords in a cycle of a sine."""
+
+SAMPLES, GOLDEN = 64, 0.6180339887498949
+"""Number of samples of a motion whose course is not known, and their distance modulo 1, which fits no period."""
 
 
 def require_kernel(cls: type, contract: kernels.Contract, name: str = "kernel") -> None:
@@ -100,6 +109,8 @@ class Motion(Law):
     contract = kernels.MOTION
     is_smooth: ClassVar[bool] = True
     """Whether s and s_dot are continuous, which a joint needs; otherwise it can only be the history of a load."""
+    swings: ClassVar[bool] = True
+    """Whether s may go to and fro between two breaks, so that steps can miss it."""
 
     def breaks(self, t_end: float) -> tuple[float, ...]:  # noqa: ARG002 - most motions have none
         """Instants in (0, `t_end`] at which s, s_dot or s_ddot jumps [s]; a run restarts there."""
@@ -109,3 +120,30 @@ class Motion(Law):
     def period(self) -> float | None:
         """Period of the motion [s]; None for a motion without a period."""
         return None
+
+    def longest_chord(self, begin: float, end: float) -> float:
+        """Longest distance of instants whose chords follow the values to `CHORD` of their swing [s]; inf: any will do.
+
+        Parameters
+        ----------
+        begin, end : time without a jump inside [s].
+        """
+        if not self.swings:
+            return math.inf
+        p, d = np.array(self.parameters(), dtype=float), 1e-6 * (end - begin)
+        times = begin + d + (end - begin - 2.0 * d) * (np.arange(SAMPLES) * GOLDEN % 1.0)
+        try:
+            before, now, after = (np.array([self.kernel(p, float(t))[0] for t in times + x]) for x in (-d, 0.0, d))
+        except USER_ERRORS:
+            return math.inf  # told by other checks
+        bend, swing = np.abs(before - 2.0 * now + after).max() / d**2, swing_of(times, now)
+        found = math.sqrt(8.0 * CHORD * swing / bend) if bend > 0.0 else math.inf
+        return (
+            found if found < 0.1 * (end - begin) else math.inf
+        )  # longer ones are slow, or round-off of straight lines
+
+
+def swing_of(times: np.ndarray, values: np.ndarray) -> float:
+    """Half of the range of values about their straight line; at least 1e-3 of the largest, below which none counts."""
+    rest = values - np.polyval(np.polyfit(times, values, 1), times)
+    return float(max(0.5 * np.ptp(rest), 1e-3 * np.abs(values).max()))

@@ -32,10 +32,9 @@ from flexmb.state.record import (
 )
 from flexmb.state.trial import Trial
 from flexmb.step.contact_events import IMPACT_STEP
+from flexmb.step.step_size import RTOL
 
-TRY_FINER = (
-    "Try a smaller step, or step=Adaptive(...) with a smaller rtol, so that impacts and vibrations are resolved."
-)
+TRY_FINER = "Try {finer}, so that impacts and vibrations are resolved."
 
 SENTENCES = {
     DONE: "Finished at {t}.",
@@ -47,12 +46,12 @@ SENTENCES = {
     ),
     STEP_TOO_SMALL: (
         "Stopped at {t}: a step of {h}, the smallest one allowed, was refused; {cause}. "
-        "Try Adaptive(...) with a smaller min{remedy}."
+        "Try Adaptive(...) without min, if it was given{remedy}."
     ),
     ENERGY_MISSING: (
         "Not ok at {t}: the energies do not add up, {missing} are missing where {put_in} were put in and "
-        "{scale} turned over. Try a smaller step, or step=Adaptive(...) with a smaller rtol; if that changes little, "
-        "the energies of a part do not belong to its forces: testing.check_part finds it."
+        "{scale} turned over. Try {finer}; if that changes little, the energies of "
+        "a part do not belong to its forces: testing.check_part finds it."
     ),
     ENERGY_MADE: (
         "Not ok at {t}: the steps made energy, {taken} where {put_in} were put in ({kinetic} are kinetic), "
@@ -81,6 +80,7 @@ def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: RunR
         lost=names[int(record.count.lost_pivot)],
         last=record.report.correction,
         wanted=record.report.tolerance,
+        finer=finer_steps(trial.control.rtol),
         worst=_last_correction(program, flow, trial),
         **energy_texts(flow.ledger, flow.balance),
     )
@@ -89,6 +89,15 @@ def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: RunR
         if code == DONE
         else text
     )
+
+
+def finer_steps(rtol: float) -> str:
+    """Words for finer steps than at `rtol`; 1: fixed steps."""
+    if rtol >= 1.0:
+        return "a smaller step, or step=Adaptive()"
+    if rtol < RTOL:
+        return f"another method, e.g. RadauIIA(), since rtol = {rtol:g} is small"
+    return f"step=Adaptive(rtol={0.1 * rtol:.3g})"
 
 
 def without_advice(status: str) -> str:

@@ -165,9 +165,10 @@ def _other_steps(run: Run) -> list[FixedStep | Adaptive]:
     """Steps that may get past a failure, the cheapest first."""
     if isinstance(run.step, FixedStep):
         return [run.step.finer(), FixedStep(0.1 * run.step.size), Adaptive(), Adaptive(rtol=1e-6)]
-    finer, smaller = run.step.finer(), dataclasses.replace(run.step, min=1e-3 * run.h_min)
+    least = None if run.step.min is None else 1e-3 * run.step.min
+    finer, smaller = run.step.finer(), dataclasses.replace(run.step, min=least)
     coarser = dataclasses.replace(run.step, rtol=min(10.0 * run.step.rtol, 1e-2), atol=None)
-    return [finer, smaller, coarser, dataclasses.replace(finer.finer(), min=1e-3 * run.h_min)]
+    return [finer, *([] if least is None else [smaller]), coarser, dataclasses.replace(finer.finer(), min=least)]
 
 
 def _passes(run: Run, mechanism: Mechanism, step: FixedStep | Adaptive, target: float) -> bool:

@@ -30,7 +30,7 @@ from flexmb.run.restart import MODEL, refuse_broken_clock, refuse_other_model
 from flexmb.run.sampling import act
 from flexmb.run.save_grid import SAME_INSTANT, saves_end, start_saving
 from flexmb.run.saved_rows import SavedRows
-from flexmb.run.step_limits import step_limits
+from flexmb.run.step_limits import Chords, least_step, step_limits
 from flexmb.run.stopping import Snapshot, StopConditions, end_at_crossing
 from flexmb.start.consistent import Start, accelerations
 from flexmb.start.redundant_joints import least_norm, looks_dependent
@@ -101,6 +101,7 @@ class Run:
         self.earlier = no_peaks(self.record)
         watch_lows(self)
         self.h_max, self.h_min, self.error, self.bounds = step_limits(self)
+        self.chords = Chords(self)
         self.trial = new_trial(program, 0, self.bounds)
 
     def begin(self, start: Start, z: np.ndarray | None = None, *, time: float = 0.0) -> None:
@@ -302,8 +303,8 @@ class Run:
             float(self.program.length),
             isinstance(self.step, Adaptive),
             float(self.error),
-            float(self.h_min),
-            float(self.h_max),
+            max(float(self.h_min), least_step(end)),
+            min(float(self.h_max), self.chords.longest(0.5 * (float(self.flow.clock.t) + end))),
             float(end),
             float(saving),
         )

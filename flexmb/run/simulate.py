@@ -31,6 +31,7 @@ from flexmb.run.peaks import reset_peaks
 from flexmb.run.run import Run
 from flexmb.run.save_grid import SaveGrid, save_grid, shown_save
 from flexmb.run.start_at_rest import of_start, start_at_rest
+from flexmb.run.step_limits import passed_contacts
 from flexmb.run.stopping import Condition, StopConditions
 from flexmb.run.vibrations import vibration_remarks
 from flexmb.run.watch import Seen, impossible_penetrations, watched
@@ -207,7 +208,9 @@ def _solution(
     faults, details = explanation(run, mechanism, closed, watch.faults)
     steps = int(run.record.count.steps)
     lost = vibration_remarks(run.program, seen, run.method, steps, begun, now, run.flow.largest_states)
-    notes = (*contact_remarks(run.program, run.flow.z, run.contact_log(), now, span), *watch.notes, *lost, *details)
+    faults = (*faults, *passed_contacts(run))
+    contacts = contact_remarks(run.program, run.flow.z, run.contact_log(), now, span)
+    notes = (*run.chords.remarks, *contacts, *watch.notes, *lost, *details)
     if kept_file is not None:
         notes = (*notes, *([kept_file.failure] if kept_file.failure else []))
         if not run.interrupted:

@@ -123,7 +123,7 @@ def meets_onset(tables, flow, trial, T):
             T.z0[k + PHASE] == 0.0
             and flow.z[k + PHASE] != 0.0
             and T.impacts[c, IMPACT_STEP] > 0.0
-            and -rate > slow_approach_speed(flow, trial)
+            and -rate > slow_approach_speed(c, flow, trial)
         ):
             for j in range(T.shift.shape[0]):
                 T.shift[j] = -T.z[j, k + LAST_GAP] / rate

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from flexmb.compiled.records import Matrix, Record, Vector
+from flexmb.program.groups import body_groups
 from flexmb.program.program import Program
 from flexmb.system.templates import new_from_template
 from flexmb.system.work import load_forces
@@ -38,7 +39,6 @@ class Clock(Record):
     retry_step : step to try after a trial that missed a contact event [s]; 0: no such trial
     last_step : last accepted step [s]; 0: the next step is a first step
     rejected_trials : rejected trials since the last accepted step
-    largest_speed : largest speed of the run so far, scale of the tolerance of velocities [m/s]
     held_steps : number of successive steps with held multipliers; -1: only rows whose pivot is lost are held
     save_start : time at which saving began [s]; -1: saving has not begun
     saved_instants : number of saved instants of the save grid
@@ -50,7 +50,6 @@ class Clock(Record):
     saved_instants: float
     last_step: float
     held_steps: float
-    largest_speed: float
     contact_step: float
     retry_step: float
     rejected_trials: float
@@ -145,6 +144,8 @@ class Flow(Record):
     momentum : (n_q + 3,) M v
     past : (PAST_STATES, n_q + n_c) accelerations and multipliers of earlier states, newest first
     prediction_errors : (PAST_STATES + 1,) error of the prediction of each order, with fading memory
+    largest_speeds : (groups,) largest speed of the run so far of each group of connected bodies, scale of the
+        tolerance of velocities [m/s]
     largest_states : (n_q - n_b,) largest absolute values so far of the states of controls
     projected_gaps : (PAST_STATES + 1, n_c) gaps that the position shifts of the last steps closed, over h^3, newest
         first
@@ -172,6 +173,7 @@ class Flow(Record):
     impacts: Matrix
     momentum: Vector
     projected_gaps: Matrix
+    largest_speeds: Vector
     largest_states: Vector
 
 
@@ -204,5 +206,6 @@ def _zero_flow(program: Program) -> Flow:
         impacts=(n_k, IMPACT_SIZE),
         momentum=n,
         projected_gaps=(PAST_STATES + 1, m),
+        largest_speeds=int(body_groups(program).max(initial=-1)) + 1,
         largest_states=program.n_q - program.tables.sizes.n_b,
     )

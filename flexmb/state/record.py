@@ -100,6 +100,7 @@ class RunRecord(Record):
     low_places : (l,) places of signals whose least value is watched;  lows : (l, 2) LEAST and INSTANT of each
     poses : poses that are kept for the watch
     held_rows : (n_c,) constraint equations whose multipliers were not unique
+    passed : (contacts,) first instants at which a fixed step passed a contact unseen [s]; 0: none
     episodes : (rows, EPISODE_ROW_SIZE) contact intervals that ended (`step/contact_log.py`)
     """
 
@@ -125,6 +126,7 @@ class RunRecord(Record):
     lows: Matrix
     poses: Poses
     held_rows: Flags
+    passed: Vector
     episodes: Matrix
 
 
@@ -158,5 +160,6 @@ def _empty_record(program: Program, rows: int, saved_places: np.ndarray | None) 
         count=Counters.zeros(),
         report=StepReport(np.inf, *(0.0,) * 10),
         held_rows=program.n_c,
+        passed=len(program.tables.contacts.kernel),
         episodes=(rows + len(program.tables.contacts.kernel), EPISODE_ROW_SIZE),
     )

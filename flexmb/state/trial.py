@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.compiled.records import Flags, Matrix, Record, Vector
+from flexmb.compiled.records import Flags, Integers, Matrix, Record, Vector
+from flexmb.program.groups import body_groups
 from flexmb.program.program import Program
 from flexmb.state.flow import JacobianReuse, Predictor
 from flexmb.system.templates import new_from_template
@@ -69,6 +70,8 @@ class Trial(Record):
     scratch, scratch_pair : (n_q + n_c,), (2 (n_q + n_c),) workspaces of the solver
     free_multipliers : (redundant rows, n_c) orthonormal multipliers u with G^T u = 0
     rigid : (n_q,) whether a coordinate belongs to a rigid body
+    groups : (n_q,) group of connected bodies of each coordinate;  contact_groups : (contacts,) that of each contact
+    speeds : (groups,) largest speeds of the run up to the trial state [m/s], as `Flow.largest_speeds`
     newton : state of the Newton iteration
     predictor, reuse, slopes : the same fields of `Flow` after this step, if it is accepted
     """
@@ -96,6 +99,9 @@ class Trial(Record):
     last_correction: Vector
     projected_gaps: Vector
     slopes: Matrix
+    groups: Integers
+    contact_groups: Integers
+    speeds: Vector
 
 
 def new_trial(program: Program, redundant: int = 0, control: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)) -> Trial:
@@ -108,7 +114,7 @@ def new_trial(program: Program, redundant: int = 0, control: tuple[float, ...] =
 
 def _zero_trial(program: Program, redundant: int, control: StepControl) -> Trial:
     n, m = program.n_q + 3, program.n_c
-    total = program.n_q + m
+    total, groups = program.n_q + m, body_groups(program)
     states = dict.fromkeys(("q", "v", "a", "x", "mean_v", "newmark_residual"), n)
     states |= dict.fromkeys(("lam", "projected_gaps"), m)
     vectors = ("rhs", "gap_rhs", "solution", "shift", "pivot_scale", "scratch", "last_correction")
@@ -118,6 +124,9 @@ def _zero_trial(program: Program, redundant: int, control: StepControl) -> Trial
         scratch_pair=2 * total,
         free_multipliers=(redundant, m),
         rigid=rigid_coordinates(program),
+        groups=groups[: program.n_q],
+        contact_groups=np.maximum(*groups[program.tables.contacts.dofs.astype(np.int64).reshape(-1, 6)[:, ::3].T]),
+        speeds=int(groups.max(initial=-1)) + 1,
         control=control,
         predictor=Predictor.zeros(),
         reuse=JacobianReuse.zeros(),

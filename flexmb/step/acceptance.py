@@ -14,6 +14,7 @@ from flexmb.state.record import (
     PLACE,
     RUNNING,
 )
+from flexmb.step.contact_events import note_passed_contacts
 from flexmb.step.contact_log import buffer_may_overflow, update_episodes
 from flexmb.step.newmark.predictor import find_newmark_residual
 from flexmb.step.poses import watch_step
@@ -34,6 +35,8 @@ def accept(tables, address, h, options, flow, trial, work, record, exact):
     """
     complete_evaluation(tables, address, h, flow, trial, work, record)
     update_energies(tables, address, h, options, flow, trial, work, record)
+    if not options.adaptive:
+        note_passed_contacts(tables, address, h, options, flow, trial, work, record)
     adopt_trial(h, flow, trial, work, record)
     exact = exact or extremum_is_watched(record) or end_is_saved(options, flow, record)
     t, peak, signals = flow.clock.t, record.peak, record.signals

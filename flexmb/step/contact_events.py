@@ -9,6 +9,7 @@ resolved.
 import math
 
 from flexmb.contact.gap_crossing import crossing, cubic
+from flexmb.energy.contact_work import gap_within
 from flexmb.kernels import compiled
 from flexmb.places import GAP, GAP_RATE
 from flexmb.program.tables import COMMON_Z, LAST_GAP, LAST_GAP_RATE
@@ -32,7 +33,7 @@ A step that changed within an elastic impact would leave the errors of compressi
 JUMP_STEP_FRACTION = 1e-3
 """Step across an onset with a jump of the force, over the step that resolves the impact."""
 
-DURATION_FACTOR = 3.0
+DURATION_FACTOR, LEAST_DURATION_FACTOR = 3.0, 2.6
 """Duration of an impact over depth / approach speed: pi for a linear spring, 2.94 for exponent 3/2, 2.6 for 3."""
 
 PEAK_ACCELERATION_FACTOR = 3.7
@@ -47,39 +48,60 @@ LONGEST_IMPACT = 3.0
 LEAST_DEPTH = 1e-13
 """Penetration relative to the size of the mechanism, below which it may be round-off."""
 
+LEFT_BEFORE_ONSET = 0.05
+"""Part of the time to an onset that a step leaves, where no impact of the contact has been resolved so far."""
+
+NEAR_GAP = 1e-4
+"""Gap relative to the size of the mechanism up to which a step may cross such an onset, to as deep behind it."""
+
+LOOKS, UNEXPECTED_GAP = 8, 0.25
+"""Parts of a step that are looked at; difference of a gap from the cubic over that at an end, which is too large."""
+
 
 @compiled
-def slow_approach_speed(flow, trial):
-    """Approach speed below which an impact is not resolved [m/s]."""
-    return trial.control.rtol * flow.clock.largest_speed
+def slow_approach_speed(c, flow, trial):
+    """Approach speed of contact c below which its impact is not resolved [m/s]."""
+    return trial.control.rtol * flow.largest_speeds[trial.contact_groups[c]]
 
 
 @compiled
 def planned_step(tables, address, options, flow, trial, work):
     """Step to try [s]: the step of the error estimate, that of an impact, or the time to the next predicted onset."""
-    h = flow.clock.step_size
+    h = min(flow.clock.step_size, options.h_max)
     if flow.clock.contact_step > 0.0:
         h = min(h, flow.clock.contact_step)
     if flow.clock.retry_step > 0.0:
         return max(min(h, flow.clock.retry_step), options.h_min)
     for c in range(tables.contacts.kernel.shape[0]):
-        step = flow.impacts[c, IMPACT_STEP]
-        if step == 0.0:
-            continue
-        if flow.z[tables.contacts.z[c, COMMON_Z]] != 0.0:
-            if in_impact(tables, c, flow, trial):
+        k, step = tables.contacts.z[c, COMMON_Z], flow.impacts[c, IMPACT_STEP]
+        if flow.z[k] != 0.0:
+            if step > 0.0 and in_impact(tables, c, flow, trial):
                 h = min(h, step)
             continue
+        gap, rate, reach = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE], h + step
+        if gap > reach * (0.5 * reach * abs(flow.impacts[c, GAP_ACCELERATION]) - rate):
+            continue  # nothing that is known of the motion closes it within the step
         arrival, speed = predicted_onset(tables, c, flow)
-        if speed <= slow_approach_speed(flow, trial):
-            continue
-        if arrival > ONSET_TOLERANCE * step:
+        slow = speed <= slow_approach_speed(c, flow, trial)
+        if step == 0.0 or slow:
+            if step == 0.0 and rate < 0.0:
+                arrival = min(arrival, -gap / rate)
+            h = min(h, step_of_approach(arrival, gap, slow, options))
+        elif arrival > ONSET_TOLERANCE * step:
             h = min(h, max(arrival - 0.5 * ONSET_TOLERANCE * step, 0.5 * arrival))
         else:
             find_force_jump(tables, address, c, speed, flow, work)
             probe = max(PROBE_FRACTION * trial.control.impact_steps, 1.0) * step
             h = min(h, step_across_jump(arrival, step) if flow.impacts[c, FORCE_JUMPS] != 0.0 else probe)
     return max(h, options.h_min)
+
+
+@compiled
+def step_of_approach(arrival, gap, slow, options):
+    """Largest step towards an onset whose impact is not known from one before, or too slow to be resolved [s]."""
+    if gap > NEAR_GAP * options.length:
+        return (1.0 - LEFT_BEFORE_ONSET) * arrival
+    return math.inf if slow else 2.0 * arrival
 
 
 @compiled
@@ -112,7 +134,7 @@ def in_impact(tables, c, flow, trial):
     lasted = flow.clock.t - flow.episodes[c, START]
     impact = flow.z[tables.contacts.z[c, COMMON_Z]] != LASTING_PHASE and flow.episodes[
         c, APPROACH
-    ] > slow_approach_speed(flow, trial)
+    ] > slow_approach_speed(c, flow, trial)
     return impact and lasted < LONGEST_IMPACT * trial.control.impact_steps * flow.impacts[c, IMPACT_STEP]
 
 
@@ -151,10 +173,15 @@ def step_to_events(tables, address, h, options, flow, trial, work, record):
         gap0, rate0 = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE]
         gap, rate = gap_of_trial(tables, address, c, trial, work, record)
         own = h
-        if gap0 > 0.0 >= gap:
+        if gap0 > 2.0 * LEAST_DEPTH * options.length > 2.0 * gap > 0.0 and rate < 0.0:
+            own = 0.99 * h  # on the onset to round-off, where the force of a law that jumps is any between
+        elif gap0 > 0.0 >= gap:
             own = step_to_onset(tables, address, c, h, gap0, rate0, gap, rate, options, flow, trial, work)
-        elif gap0 > 0.0 and rate0 < 0.0 < rate:
-            own = step_to_grazing(c, h, gap0, rate0, gap, rate, options, flow, trial)
+        elif gap0 > 0.0:
+            if rate0 < 0.0 < rate:
+                own = step_to_grazing(c, h, gap0, rate0, gap, rate, options, flow, trial)
+            if own >= h:
+                own = h * place_unseen(tables, address, c, h, gap0, rate0, gap, rate, options, flow, trial, work)
         elif gap0 <= 0.0 < gap:
             own = step_to_separation(c, h, gap0, rate0, gap, rate, flow, trial)
         elif gap0 <= 0.0 and in_impact(tables, c, flow, trial):
@@ -163,7 +190,7 @@ def step_to_events(tables, address, h, options, flow, trial, work, record):
             if change > most:
                 own = h * max(0.9 * most / change, 0.2)
                 flow.impacts[c, IMPACT_STEP] = own
-        if own < wanted:
+        if own < wanted and (own < 0.999 * h or gap0 > 0.0 >= gap):  # an onset within a trial is never let pass
             wanted = own
             record.count.rejecting_contact = c + 1
     return wanted
@@ -175,17 +202,22 @@ def step_to_onset(tables, address, c, h, gap0, rate0, gap, rate, options, flow, 
     s = crossing(h, gap0, rate0, gap, rate)
     _, slope = cubic(s, h, gap0, rate0, gap, rate)
     speed, arrival = -slope / h, s * h
-    if speed <= slow_approach_speed(flow, trial):
+    if speed <= slow_approach_speed(c, flow, trial):
         return h
     step = flow.impacts[c, IMPACT_STEP]
-    if step == 0.0 or (
+    is_known = step > 0.0
+    if not is_known or (
         arrival <= ONSET_TOLERANCE * step and h > max(0.5 * PROBE_FRACTION * trial.control.impact_steps, 1.5) * step
     ):
         own = rate - flow.impacts[c, GAP_ACCELERATION] * (h - arrival)
-        step = impact_step(tables, address, c, h, speed, gap, own, options, flow, trial, work)
+        braking = 0.0 if is_known else own - rate0 - flow.impacts[c, GAP_ACCELERATION] * arrival
+        step = impact_step(tables, address, c, h, speed, gap, own, braking, options, flow, trial, work)
     flow.impacts[c, IMPACT_STEP] = step
+    find_force_jump(tables, address, c, speed, flow, work)
     if arrival <= 1.001 * ONSET_TOLERANCE * step:
-        return min(h, step)
+        if flow.impacts[c, FORCE_JUMPS] != 0.0:  # half of the jump acts all over the step that crosses it
+            return h if h <= 4.0 * JUMP_STEP_FRACTION * step else step_across_jump(arrival, step)
+        return min(h, step) if is_known or h > 0.5 * step else 0.5 * arrival
     # the contact force delayed the onset of the trial: each rejection goes back further, and no further on than free
     # flight would
     ahead, _ = predicted_onset(tables, c, flow)
@@ -210,7 +242,7 @@ def step_to_grazing(c, h, gap0, rate0, gap, rate, options, flow, trial):
     minimum = low * h
     s = crossing(minimum, gap0, rate0, least, 0.0)
     _, slope = cubic(s, minimum, gap0, rate0, least, 0.0)
-    if -slope / minimum <= slow_approach_speed(flow, trial):
+    if -slope / minimum <= slow_approach_speed(c, flow, trial):
         return minimum
     arrival = s * minimum
     step = 2.0 * (minimum - arrival) / trial.control.impact_steps
@@ -225,23 +257,49 @@ def step_to_grazing(c, h, gap0, rate0, gap, rate, options, flow, trial):
 
 
 @compiled
+def place_unseen(tables, address, c, h, gap0, rate0, gap, rate, options, flow, trial, work):
+    """Fraction of a step at which contact c, open at both ends, is closed or far from their cubic; 1: nowhere."""
+    larger = max(gap0, gap)
+    if (gap0 > -h * rate0 and gap > h * rate) or larger < NEAR_GAP * options.length:
+        return 1.0
+    for k in range(1, LOOKS):
+        s = k / LOOKS
+        gap_within(tables, address, c, s, h, flow, trial.q, trial.v, work)
+        expected, _ = cubic(s, h, gap0, rate0, gap, rate)
+        if abs(work.gap[GAP] - expected) > UNEXPECTED_GAP * larger or work.gap[GAP] < -LEAST_DEPTH * options.length:
+            return s
+    return 1.0
+
+
+@compiled
+def note_passed_contacts(tables, address, h, options, flow, trial, work, record):
+    """Instants at which a fixed step first passed a contact unseen."""
+    for c in range(tables.contacts.kernel.shape[0]):
+        k = tables.contacts.z[c, COMMON_Z]
+        gap0, rate0 = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE]
+        gap, rate = work.contact[c, GAP], work.contact[c, GAP_RATE]
+        if gap0 > 0.0 and gap > 0.0 and record.passed[c] == 0.0:
+            s = place_unseen(tables, address, c, h, gap0, rate0, gap, rate, options, flow, trial, work)
+            record.passed[c] = flow.clock.t + s * h if s < 1.0 else 0.0
+
+
+@compiled
 def step_to_separation(c, h, gap0, rate0, gap, rate, flow, trial):
     """Step for a trial that opens contact c [s]: to just after the separation."""
     step = flow.impacts[c, IMPACT_STEP]
     s = crossing(h, -gap0, -rate0, -gap, -rate)
     _, slope = cubic(s, h, gap0, rate0, gap, rate)
-    if step == 0.0 or slope / h <= slow_approach_speed(flow, trial) or (1.0 - s) * h <= 0.5 * ONSET_TOLERANCE * step:
+    if step == 0.0 or slope / h <= slow_approach_speed(c, flow, trial) or (1.0 - s) * h <= 0.5 * ONSET_TOLERANCE * step:
         return h
     return s * h + 0.25 * ONSET_TOLERANCE * step
 
 
 @compiled
-def impact_step(tables, address, c, h, speed, gap, rate, options, flow, trial, work):
+def impact_step(tables, address, c, h, speed, gap, rate, braking, options, flow, trial, work):
     """Step that resolves the impact which began in a trial of size h [s], from the work of the normal force so far.
 
-    The force is taken as a power of the depth.  A trial whose gap rate has changed its sign is far too long, and its
-    depth says nothing; the effective mass of the contact then follows from force and change of rate.  `rate` is the gap
-    rate without the effect of other forces, whose gap acceleration is that of the free flight before.
+    The force is taken as a power of the depth.  A trial whose gap rate has changed its sign is too long; the mass then
+    follows from force and change of rate, as it does from `braking`, the change in the short trial of a first impact.
 
     Equation (6.5) of docs/theory/events.md.
     """
@@ -249,14 +307,30 @@ def impact_step(tables, address, c, h, speed, gap, rate, options, flow, trial, w
     N = normal_force(tables, address, c, -depth, -speed, flow, work)
     if not (N > 0.0 and depth > 0.0):
         return h
-    n = force_exponent(tables, address, c, depth, speed, N, flow, work)
-    if rate < -0.5 * speed:
+    n, factor = force_exponent(tables, address, c, depth, speed, N, flow, work), DURATION_FACTOR
+    if braking > 0.0 and rate < -0.5 * speed:
+        energy = 0.5 * (0.5 * h * N / braking) * speed * speed
+        depth, share = depth_of_impact(tables, address, c, depth, speed, energy, flow, work), 1.0
+        factor = LEAST_DURATION_FACTOR
+    elif rate < -0.5 * speed:
         share = speed * speed / max(speed * speed - rate * rate, 1e-3 * speed * speed)
     else:
         mass = options.regular.gamma * h * N / (rate + speed)
         share = (n + 1.0) * mass * speed * speed / (2.0 * N * depth)
-    T = DURATION_FACTOR * depth * share ** (1.0 / (n + 1.0)) / speed
+    T = factor * depth * share ** (1.0 / (n + 1.0)) / speed
     return impact_duration(T, speed, flow.impacts[c, GAP_ACCELERATION]) / trial.control.impact_steps
+
+
+@compiled
+def depth_of_impact(tables, address, c, depth, speed, energy, flow, work):
+    """Depth, above a first one, at which the normal force at the approach speed has taken an energy [J] [m]."""
+    N, taken = normal_force(tables, address, c, -depth, -speed, flow, work), 0.0
+    while True:
+        further = normal_force(tables, address, c, -2.0 * depth, -speed, flow, work)
+        part = 0.5 * (N + further) * depth
+        if not taken + part < energy:
+            return depth * (1.0 + (energy - taken) / part)
+        taken, N, depth = taken + part, further, 2.0 * depth
 
 
 @compiled
@@ -296,7 +370,7 @@ def update_impacts(tables, address, h, options, flow, trial, work):
         gap, rate = work.contact[c, GAP], work.contact[c, GAP_RATE]
         if gap > 0.0:
             flow.impacts[c, GAP_ACCELERATION] = (rate - rate0) / h if gap0 > 0.0 else 0.0
-            if gap0 <= 0.0 and rate > slow_approach_speed(flow, trial):
+            if gap0 <= 0.0 and rate > slow_approach_speed(c, flow, trial):
                 restarts = True
                 flow.clock.contact_step = 0.0
         elif gap0 > 0.0:

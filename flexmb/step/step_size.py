@@ -59,7 +59,8 @@ class Adaptive(arguments.Checked):
         bodies; 1e-3 rtol times the size without clearance.  With rigid bodies alone and no closed contact a
         tenth of it: errors in free flight add up, and decide the place of the next impact.
     max : largest step [s]; None: 1/250 of the period of the drives, or of the duration; 1/1000 without clearance.
-    min : smallest step [s]; a run that needs a smaller one ends.  None: 1e-9 of the largest step.
+        At most 1/20 of a cycle of a drive or load in any case.
+    min : smallest step [s]; a run that needs a smaller one ends.  None: 16 units of round-off of the time.
     impact_steps : least number of steps of an impact, from the onset to the end of the contact; None: 32 for the
         default rtol, proportional to rtol^(-1/3).
 
@@ -70,8 +71,8 @@ class Adaptive(arguments.Checked):
     Notes
     -----
     Impacts slower than rtol of the largest speed are not resolved, and neither are lasting contacts, as of a journal
-    that slides along the wall of its bearing.  A pulse in a table that is much shorter than `max` may lie between two
-    steps: give a smaller `max`.  Velocities of nodes of flexible bodies have no error estimate: fast waves may be
+    that slides along the wall of its bearing.  Bodies that nothing connects have largest speeds of their own.
+    Velocities of nodes of flexible bodies have no error estimate: fast waves may be
     unresolved.
     """
 

@@ -61,9 +61,8 @@ class Stepper:
         if self.reported is self.program:
             return record
         own = new_record(self.program, 1)
-        return record.replaced(held_rows=own.held_rows, last_lam=own.last_lam, last_z=own.last_z).replaced(
-            poses=new_poses(self.reported, self.program.tables.sizes.n_z)
-        )
+        own_of_step = {name: getattr(own, name) for name in ("held_rows", "last_lam", "last_z", "passed")}
+        return record.replaced(**own_of_step, poses=new_poses(self.reported, self.program.tables.sizes.n_z))
 
     def start(self, mechanism: Mechanism, closed: Program, *, redundant: bool) -> Start:
         """Start values of the mechanism; `closed`: its program with ideal joints for contacts."""

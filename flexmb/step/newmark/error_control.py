@@ -2,7 +2,7 @@
 
 import math
 
-from flexmb.kernels import compiled
+from flexmb.kernels import compiled, copy
 from flexmb.program.tables import COMMON_Z
 from flexmb.state.record import RUNNING
 from flexmb.step.contact_events import IMPACT_STEP, step_to_events
@@ -53,10 +53,11 @@ def error_ratio(tables, h, ratio, scheme, options, flow, trial):
     of_q = h * h * max(abs(scheme.beta - 1.0 / 6.0), 0.05) / options.error
     if in_free_flight(tables, flow):
         of_q *= trial.control.flight_weight
-    of_v = h / (trial.control.rtol * largest_speed(tables.sizes.n_b, options, flow, trial))
+    find_speeds(tables.sizes.n_b, options, flow, trial)
     of_bend = 2.0 * velocity_constant(scheme) * h * h / (h + h0)
     worst = 0.0
     for k in range(0, tables.sizes.n_b, 3):
+        of_v = h / (trial.control.rtol * trial.speeds[trial.groups[k]])
         worst = max(worst, node_error(k, k + 2, h, ratio, of_q, of_v, of_bend, flow, trial))
         worst = max(worst, options.length * node_error(k + 2, k + 3, h, ratio, of_q, of_v, of_bend, flow, trial))
     if tables.sizes.n_q > tables.sizes.n_b:
@@ -115,12 +116,17 @@ def in_free_flight(tables, flow):
 
 
 @compiled
-def largest_speed(n, options, flow, trial):
-    """Largest speed of the run up to the trial state [m/s]; angular speeds count by the size of the mechanism."""
-    most, v = max(flow.clock.largest_speed, trial.control.least_speed), trial.v
+def find_speeds(n, options, flow, trial):
+    """Set trial.speeds: largest speed of the run up to the trial state, of each group of connected bodies [m/s].
+
+    Angular speeds count by the size of the mechanism.
+    """
+    v, speeds = trial.v, trial.speeds
+    for g in range(speeds.shape[0]):
+        speeds[g] = max(flow.largest_speeds[g], trial.control.least_speed)
     for k in range(0, n, 3):
-        most = max(most, math.sqrt(v[k] ** 2 + v[k + 1] ** 2), options.length * abs(v[k + 2]))
-    return most
+        g = trial.groups[k]
+        speeds[g] = max(speeds[g], math.sqrt(v[k] ** 2 + v[k + 1] ** 2), options.length * abs(v[k + 2]))
 
 
 @compiled
@@ -133,14 +139,14 @@ def growth_factor(error):
 
 
 @compiled
-def accept_or_reject(tables, h, error, growth, options, flow, trial, record):
+def accept_or_reject(h, error, growth, options, flow, trial, record):
     """Factor for the next step; 0 for a rejected trial, with the next step to try in the clock.
 
     error : error over the accepted error; negative for a trial that did not converge or missed a contact event
     growth : allowed step over h by this error
     """
     if 0.0 <= error <= 1.0:
-        flow.clock.largest_speed = largest_speed(tables.sizes.n_b, options, flow, trial)
+        copy(trial.speeds, flow.largest_speeds)
         return growth
     if error > 1.0:
         shorten_step(h, min(growth, SAFETY), flow, record)
@@ -159,7 +165,7 @@ def meets_contacts(tables, address, code, h, options, flow, trial, work, record)
     if flow.clock.rejected_trials >= CONTACT_TRIALS:
         return True
     wanted = step_to_events(tables, address, h, options, flow, trial, work, record)
-    if wanted >= 0.999 * h or (h <= 1.001 * options.h_min and impact_fits_smallest_step(options, flow, record)):
+    if wanted >= h or (h <= 1.001 * options.h_min and impact_fits_smallest_step(options, flow, record)):
         return True
     flow.clock.retry_step = wanted
     return False

@@ -58,7 +58,7 @@ def take_steps(tables, address, lu, options, flow, trial, work, record, steps):
         if options.adaptive:
             fits = meets_contacts(tables, address, code, h, options, flow, trial, work, record)
             error = error_ratio(tables, h, ratio, scheme, options, flow, trial) if fits else -1.0
-            growth = accept_or_reject(tables, h, error, growth_factor(error), options, flow, trial, record)
+            growth = accept_or_reject(h, error, growth_factor(error), options, flow, trial, record)
             code = STEP_TOO_SMALL if code == RUNNING and growth == 0.0 else code
         if code != RUNNING and h <= 1.001 * options.h_min:
             return code

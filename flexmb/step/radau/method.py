@@ -27,7 +27,7 @@ from flexmb.state.record import (
 )
 from flexmb.state.trial import Trial
 from flexmb.step.acceptance import adopt_trial, condition_met, finished, next_step_size, update_peaks
-from flexmb.step.contact_events import planned_step, update_impacts
+from flexmb.step.contact_events import note_passed_contacts, planned_step, update_impacts
 from flexmb.step.contact_log import buffer_may_overflow, update_episodes
 from flexmb.step.method import Method
 from flexmb.step.newmark.error_control import CONTACT_TRIALS, accept_or_reject, meets_contacts, update_step_sizes
@@ -184,7 +184,7 @@ def advance_radau(
             elif meets_contacts(tables, address, code, h, options, flow, trial, work, record):
                 error = radau_error(tables, address, lu, h, options, flow, trial, work, R)
             growth = min(max(SAFETY * max(error, 1e-12) ** -0.25, LEAST_GROWTH), LARGEST_GROWTH)
-            growth = accept_or_reject(tables, h, error, growth, options, flow, trial, record)
+            growth = accept_or_reject(h, error, growth, options, flow, trial, record)
             code = STEP_TOO_SMALL if code == RUNNING and growth == 0.0 else code
         if code != RUNNING:
             if h <= 1.001 * options.h_min:
@@ -236,6 +236,8 @@ def accept_stages(tables, address, lu, h, options, flow, trial, work, record, R)
         turned += abs(normal) + abs(friction)
     update_episodes(tables, h, options, flow, work, record)
     update_ledger(tables, address, t0 + h, turned, flow, trial, work, R)
+    if not options.adaptive:
+        note_passed_contacts(tables, address, h, options, flow, trial, work, record)
     adopt_trial(h, flow, trial, work, record)
     t, peak, signals = flow.clock.t, record.peak, record.signals
     write_outputs(tables, address, t, flow.q, flow.v, flow.a, work, flow.ledger, peak, True, signals)

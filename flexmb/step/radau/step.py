@@ -12,7 +12,7 @@ from flexmb.linalg.complex_lu import factor_complex, solve_complex
 from flexmb.linalg.lu import LOST_PIVOT, factor
 from flexmb.linalg.substitute import solve, solve_two
 from flexmb.state.record import NEWTON_FAILED, NOT_FINITE, RUNNING, SINGULAR
-from flexmb.step.newmark.error_control import LEAST_STATE, in_free_flight, largest_speed, state_scale
+from flexmb.step.newmark.error_control import LEAST_STATE, find_speeds, in_free_flight, state_scale
 from flexmb.step.newmark.newton_correction import ANGLE_ALLOWANCE, ROUND_OFF, STATE_ROUND_OFF
 from flexmb.step.newmark.redundant_constraints import initial_hold
 from flexmb.step.radau.collocation import (
@@ -306,7 +306,9 @@ def correction_size(tables, h, options, flow, trial, record, R):
         return math.inf, 0.0
     wanted = FIXED_STEP_TOLERANCE * h * h * fast
     if options.adaptive:
-        rtol, speed = trial.control.rtol, max(flow.clock.largest_speed, trial.control.least_speed)
+        rtol, speed = trial.control.rtol, math.inf
+        for g in range(flow.largest_speeds.shape[0]):
+            speed = min(speed, max(flow.largest_speeds[g], trial.control.least_speed))
         wanted = ITERATION_FRACTION * math.sqrt(rtol) * min(options.error, h * rtol * speed)
     round_x, round_t = ROUND_OFF * math.sqrt(far_x), ROUND_OFF * far_t
     wanted += LEAST_TOLERANCE * h * h * fast
@@ -362,13 +364,14 @@ def radau_error(tables, address, lu, h, options, flow, trial, work, R):
     solve_two(lu, R.real, R.x, R.y, R.x, R.y, R.pair)
     loose = 0.1 * trial.control.rtol ** (-1.0 / 3.0)
     of_q = 1.0 / (loose * options.error)
-    of_v = 1.0 / (loose * trial.control.rtol * largest_speed(tables.sizes.n_b, options, flow, trial))
+    find_speeds(tables.sizes.n_b, options, flow, trial)
     if in_free_flight(tables, flow):
         of_q *= trial.control.flight_weight
     worst = 0.0
     for k in range(0, tables.sizes.n_b, 3):
         worst = max(worst, of_q * math.sqrt(R.x[k] ** 2 + R.x[k + 1] ** 2), options.length * of_q * abs(R.x[k + 2]))
         if trial.rigid[k]:
+            of_v = 1.0 / (loose * trial.control.rtol * trial.speeds[trial.groups[k]])
             worst = max(worst, of_v * math.sqrt(R.y[k] ** 2 + R.y[k + 1] ** 2), options.length * of_v * abs(R.y[k + 2]))
     for i in range(tables.sizes.n_b, n):
         scale = state_scale(tables, i, trial.v[i], trial.a[i], options, flow)
