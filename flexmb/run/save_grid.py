@@ -29,8 +29,10 @@ class SaveGrid(NamedTuple):
     times: np.ndarray
 
 
-def save_grid(label: str, save: Any, period: float | None, begin: float, end: float) -> SaveGrid:
-    """Saved instants from `begin` to `end` [s] for the argument `save` of `simulate`.
+def save_grid(label: str, save: Any, period: float | None, begin: float, end: float, begun: float = 0.0) -> SaveGrid:
+    """Saved instants from `begin` to `end` [s] for the argument `save` of `simulate`, of a run that starts at `begun`.
+
+    A number of instants counts from `begin`, so that a run that is restarted goes on with the instants of the first.
 
     Raises
     ------
@@ -42,11 +44,11 @@ def save_grid(label: str, save: Any, period: float | None, begin: float, end: fl
     if isinstance(save, str):
         raise InputError(f"{label}: save is {save!r}; it must be a number of instants, an interval [s] or 'steps'.")
     if isinstance(save, Iterable) and np.ndim(save):  # type: ignore[arg-type] # arrays without dimensions are numbers
-        return _given(label, checks.sequence(label, "save", save, "times [s]"), begin, end)
+        return _given(label, checks.sequence(label, "save", save, "times [s]"), max(begin, begun), end)
     if isinstance(save, Real) and not isinstance(save, Integral):
         interval = checks.positive(label, "save", save, "s", "An interval of time; instants a period are an integer.")
-        if interval > end - begin:
-            text = f"{label}: save is an interval of {interval:g} s, but {end - begin:g} s are saved"
+        if interval > (span := end - max(begin, begun)):
+            text = f"{label}: save is an interval of {interval:g} s, but {span:g} s are saved"
             raise InputError(f"{text}. Give a shorter one, or an integer: the number of saved instants a period.")
         return SaveGrid(interval, none)
     hint = "It is a number of instants a period of the drives (without one: of the run), an interval [s] (a float), "

@@ -166,7 +166,7 @@ def simulate(
     if kept_file is not None:
         run.after_block, run.interruption = kept_file.after_block, Interruption([KEYBOARD, TERMINATION])
     begun = 0.0 if restart is None else float(restart["clock"][0])
-    grid = save_grid(label, save, period, max(begin, begun), end)
+    grid = save_grid(label, save, period, begin, end, begun)
     started = clock()
     try:
         _run_through(run, stopping, begin, end, grid, fresh=restart is None)

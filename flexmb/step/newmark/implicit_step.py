@@ -50,7 +50,16 @@ from flexmb.step.newmark.newton_correction import (
     solve_correction,
     within_factor_two,
 )
-from flexmb.step.newmark.predictor import find_newmark_residual, predict, project_prediction, restart_predictor
+from flexmb.step.newmark.predictor import (
+    COASTING,
+    STANDING,
+    find_newmark_residual,
+    leaps,
+    predict,
+    predict_without_accelerations,
+    project_prediction,
+    restart_predictor,
+)
 from flexmb.step.newmark.redundant_constraints import HOLD_WITHIN_STEP, allowed_gap, held_code, initial_hold
 from flexmb.system.evaluate import evaluate, evaluate_accepted
 
@@ -131,7 +140,7 @@ def implicit_step(tables, address, lu, h, ratio, scheme, options, flow, trial, w
         if newton.reusing:
             code = after_reused_factors(tables, h, ratio, size, with_energies, scheme, flow, trial, work, record)
         else:
-            code = after_own_factors(tables, lu, h, ratio, size, scheme, flow, trial, work, record)
+            code = after_own_factors(tables, lu, h, ratio, size, scheme, options, flow, trial, work, record)
         if code != CONTINUE:
             return code
     return NEWTON_FAILED
@@ -172,6 +181,12 @@ def start_iteration(tables, lu, h, ratio, kv, ka, scheme, options, flow, trial):
     newton.last_size, newton.fraction, newton.reach = math.inf, 1.0, math.inf
     newton.hold = initial_hold(flow)
     predict(n, m, h, ratio, newton.order, scheme, flow, trial)
+    if leaps(tables.sizes.n_b, h, options.length, flow, trial):
+        newton.order = COASTING
+        predict_without_accelerations(n, m, h, ratio, COASTING, scheme, flow, trial)
+        if leaps(tables.sizes.n_b, 0.0, options.length, flow, trial):
+            newton.order = STANDING
+            predict_without_accelerations(n, m, h, ratio, STANDING, scheme, flow, trial)
     if newton.reusing and m > 0 and newton.order > 0 and options.form == GEAR_GUPTA_LEIMKUHLER:
         project_prediction(n, m, lu, h, newton.order, flow, trial)
 
@@ -249,10 +264,13 @@ def stop_reuse(trial):
 
 
 @compiled
-def restart_iteration(tables, h, ratio, scheme, flow, trial):
-    """Predict the trial state again with constant accelerations."""
-    trial.newton.order, trial.newton.last_size = 0, math.inf
-    predict(tables.sizes.n_q, tables.sizes.n_c, h, ratio, 0, scheme, flow, trial)
+def restart_iteration(tables, h, ratio, order, scheme, flow, trial):
+    """Predict the trial state again: with constant accelerations (order 0), or without any."""
+    trial.newton.order, trial.newton.last_size = order, math.inf
+    if order == 0:
+        predict(tables.sizes.n_q, tables.sizes.n_c, h, ratio, 0, scheme, flow, trial)
+    else:
+        predict_without_accelerations(tables.sizes.n_q, tables.sizes.n_c, h, ratio, order, scheme, flow, trial)
 
 
 @compiled
@@ -275,12 +293,12 @@ def after_reused_factors(tables, h, ratio, size, with_energies, scheme, flow, tr
     if not contracting or newton.reused >= MOST_REUSE_ITERATIONS:
         stop_reuse(trial)
         if diverging:
-            restart_iteration(tables, h, ratio, scheme, flow, trial)
+            restart_iteration(tables, h, ratio, min(newton.order, 0), scheme, flow, trial)
     return CONTINUE
 
 
 @compiled
-def after_own_factors(tables, lu, h, ratio, size, scheme, flow, trial, work, record):
+def after_own_factors(tables, lu, h, ratio, size, scheme, options, flow, trial, work, record):
     """Convergence test of a correction with the present matrix; RUNNING, CONTINUE, or the code of a failure.
 
     Converged: a small first correction; a full correction within the tolerance; one whose successors, by the ratio of
@@ -299,10 +317,10 @@ def after_own_factors(tables, lu, h, ratio, size, scheme, flow, trial, work, rec
         return RUNNING
     newton.last_size = size
     if not math.isfinite(size) or (newton.reach == math.inf and number > 4 and size > 2.0 * last):
-        if newton.order == 0:
+        if newton.order == STANDING or (options.adaptive and newton.order <= 0):
             return NEWTON_FAILED if math.isfinite(size) else NOT_FINITE
         newton.factorisations, newton.fraction = 0, 1.0
-        restart_iteration(tables, h, ratio, scheme, flow, trial)
+        restart_iteration(tables, h, ratio, min(newton.order - 1, 0), scheme, flow, trial)
     undamped = newton.fraction == 1.0 and newton.reach == math.inf and newton.last_size < math.inf
     nonlinear = (
         n + m <= SMALL_SYSTEM and newton.last_size > NONLINEAR_CORRECTION and has_contact_or_friction(work.slopes)

@@ -105,8 +105,8 @@ def apply_correction(tables, h, kv, kx, ka, fraction, options, trial, record):
     for i in range(m):
         trial.lam[i] += fraction * trial.solution[n + i]
         trial.projected_gaps[i] += fraction * trial.gap_rhs[n + i]
-    wanted_x = options.tolerance * h * h * fast_x + ROUND_OFF * far_x
-    wanted_t = options.tolerance * h * h * fast_t + ROUND_OFF * far_t
+    wanted_x = options.tolerance * min(h * h * fast_x, options.length) + ROUND_OFF * far_x
+    wanted_t = options.tolerance * min(h * h * fast_t, 1.0) + ROUND_OFF * far_t
     report.length_tolerance, report.angle_tolerance = wanted_x, wanted_t
     if moved_x / wanted_x > moved_t / wanted_t:
         report.correction, report.tolerance, report.round_off = moved_x, wanted_x, ROUND_OFF * far_x / wanted_x

@@ -13,6 +13,14 @@ from flexmb.linalg.substitute import solve
 from flexmb.program.tables import COMMON_Z
 from flexmb.state.flow import PAST_STATES
 
+STANDING, COASTING = range(-2, 0)
+"""Orders of predictions without accelerations: by the positions at the start of the step, and by its velocities."""
+
+FARTHEST_LEAP = 0.1
+"""Displacement by the predicted accelerations over the size of the mechanism, or rotation by them [rad], up to which
+they are trusted: a step that does not resolve them (after a jump of a load) starts from the velocities alone, or from
+the positions, where the velocities lead as far.  Where Newton's iteration starts does not change where it ends."""
+
 OLD_ERROR_WEIGHT = 0.5
 """Weight of the errors of earlier predictions relative to that of the last one."""
 
@@ -63,6 +71,31 @@ def predict(n, m, h, ratio, order, scheme, flow, trial):
         k = n + i
         trial.lam[i] = w0 * flow.lam[i] + w1 * past[0, k] + w2 * past[1, k] + w3 * past[2, k]
         trial.projected_gaps[i] = 0.0
+
+
+@compiled
+def predict_without_accelerations(n, m, h, ratio, order, scheme, flow, trial):
+    """Predict q1 = q0 + h v0 (COASTING) or q1 = q0 (STANDING), with x1, v1 and a1 by the relations of the method."""
+    am, af, beta, gamma = scheme.alpha_m, scheme.alpha_f, scheme.beta, scheme.gamma
+    for i in range(n):
+        x0, v0 = flow.a[i] + ratio * (flow.x[i] - flow.a[i]), flow.v[i]
+        way = v0 if order == COASTING else 0.0
+        x1 = ((way - v0) / h - (0.5 - beta) * x0) / beta
+        trial.x[i], trial.a[i] = x1, ((1.0 - am) * x1 + am * x0 - af * flow.a[i]) / (1.0 - af)
+        trial.q[i], trial.v[i] = flow.q[i] + h * way, v0 + h * ((1.0 - gamma) * x0 + gamma * x1)
+    for i in range(m):
+        trial.lam[i], trial.projected_gaps[i] = flow.lam[i], 0.0
+
+
+@compiled
+def leaps(n_b, coasted, length, flow, trial):
+    """Whether a node is predicted farther than is trusted from where it coasts to in a time `coasted` [s]."""
+    far, turn = 0.0, 0.0
+    for i in range(0, n_b, 3):  # x, y, theta of a node
+        far = max(far, abs(trial.q[i] - flow.q[i] - coasted * flow.v[i]))
+        far = max(far, abs(trial.q[i + 1] - flow.q[i + 1] - coasted * flow.v[i + 1]))
+        turn = max(turn, abs(trial.q[i + 2] - flow.q[i + 2] - coasted * flow.v[i + 2]))
+    return not (far <= FARTHEST_LEAP * length and turn <= FARTHEST_LEAP)
 
 
 @compiled
