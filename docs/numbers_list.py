@@ -63,6 +63,7 @@ step.contact_events.ONSET_TOLERANCE | 1 | step of an impact | a contact begins, 
 step.contact_events.PROBE_FRACTION | 1 | duration of an impact | first trial of an impact
 step.contact_events.JUMP_STEP_FRACTION | 1 | step of an impact | step just into a contact whose force jumps
 step.contact_events.DURATION_FACTOR | 1 | depth / approach speed | estimate of the duration of an impact | 0.1 0.5 2 10
+step.contact_events.LEAST_DURATION_FACTOR | 1 | depth / approach speed | least duration of a first impact | 0.1 0.5 2
 step.contact_events.PEAK_ACCELERATION_FACTOR | 1 | approach speed / duration | estimate of the largest acceleration | 0.1 0.5 2 10
 step.contact_events.SHORTEN_BELOW | 1 | step of an impact | a step is changed within an impact below this | 0.01 0.1 1.2
 step.contact_events.LENGTHEN_ABOVE | 1 | step of an impact | a step is changed within an impact above this | 0.65 10 100
@@ -117,7 +118,11 @@ run.step_limits.step_limits#0.001 | 1 | size of the mechanism | error of positio
 run.step_limits.step_limits#0.01 | 1 | size / largest step | least speed for rtol; cap of the clearance for atol
 run.step_limits.step_limits#100.0 | 1 | least clearance | way that the least speed for rtol crosses
 run.step_limits.step_limits#1e-09 | 1 | largest step | smallest step
-run.step_limits.step_limits#1e-12 | 1 | period | smallest step
+run.step_limits.LEAST_STEP | 1 | round-off of the time | smallest step
+step.contact_events.LEFT_BEFORE_ONSET | 1 | time to an onset | part that a step leaves before an unknown impact | 0.1 0.5 5
+step.contact_events.NEAR_GAP | 1 | size of the mechanism | gap up to which a step may cross an unknown onset
+step.contact_events.LOOKS | 1 | a step | places at which a step is looked at | 0.5 2
+step.contact_events.UNEXPECTED_GAP | 1 | gap at an end | difference from the cubic that is too large
 run.run.Run.begin#0.001 | 1 | largest step | first step
 start.redundant_joints.looks_dependent#10.0 | 1 | HOLD | pivot that seems lost at the start
 step.step_size.IMPACT_STEPS | steps | an impact | steps of an impact with rtol = 1e-4 | 0.125 0.25 4 10
@@ -495,7 +500,7 @@ def _left_out() -> dict[str, str]:
         equilibrium.dynamic_relaxation.ROUND_OFF linalg.null_vector.DENSE_COLUMNS linalg.null_vector.FIRST_VECTORS linalg.null_vector.VANISHING linalg.null_vector.REGULARISATION
         linalg.null_vector.LEAST_PIVOT linalg.null_vector.ITERATIONS run.stopping.SAME run.stopping.LEAST run.stopping.MOST_TRIALS
         run.lost_control.TIMES_TARGET controllers.pid.JUST_BEFORE controllers.pid.LATEST_BREAK controllers.pid.TARGETS
-        run.save_grid.SAME_TIME
+        run.save_grid.SAME_TIME run.step_limits.LEAST_SEEN run.step_limits.LEAST_CLEAR
     round-off of a time, from which a saved instant is the end of its step: step.saved_instants.END_OF_STEP run.save_grid.SAME_INSTANT
     refuses what would take too long: controllers.control.LEAST_SAMPLE
     squares of smaller numbers are 0 among floats: run.simulate.SHORTEST_RUN
@@ -508,7 +513,7 @@ def _left_out() -> dict[str, str]:
         run.saved_rows.MOST_RESERVED_BYTES results.late_values.BLOCK
     size of a symbol in a picture: results.symbols.COILS results.symbols.WIDTH results.symbols.ARROW results.symbols.HEAD loads.mesh_load.ARROWS loads.mesh_load.NO_ARROW
         results.symbols.CIRCLE_POINTS results.symbols.ARC_POINTS results.symbols.OVERHANG
-    how many are printed or written: results.netcdf_nodes.MOST_SINGLE results.main_signals.MOST results.main_signals.PANELS start.consistent.LISTED_PARTS results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS
+    how many are printed or written: results.netcdf_nodes.MOST_SINGLE results.main_signals.MOST results.solution_text.MOST_OF_A_KIND results.main_signals.PANELS start.consistent.LISTED_PARTS results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS
         model.signal.MOST_COMPARED_NAMES results.solution_text.IN_TEXT results.solution_text.IN_TABLE results.solution_text.ROUND_OFF
         equilibrium.modes.SHOWN_MODES dynamics.exponents.exponents.SHOWN
     shortens what another number decides: linalg.rank.CERTAIN_EIGENVALUE

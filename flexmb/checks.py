@@ -171,13 +171,18 @@ def path(owner: str, value: object) -> Path:
     return Path(value)
 
 
+LARGEST_COUNT = 10**15
+"""Whole numbers below it are floats without loss."""
+
+
 def number_fields(owner: Any, label: str) -> None:
     """Refuse a dataclass with a field declared as a number that holds none, or one that is not finite."""
     for name, declared in declared_fields(owner.__class__):
         value = getattr(owner, name)
         wanted = declared == "float" or (declared == "float | None" and value is not None)
-        is_float = value.__class__ is float and math.isfinite(value)  # most are: units are looked up for others alone
-        if not is_float and (wanted or is_kind_of_number(value.__class__)):
+        kind = value.__class__  # units are looked up for the few values that are no plain numbers
+        plain = (kind is float and math.isfinite(value)) or (kind is int and abs(value) < LARGEST_COUNT)
+        if not plain and (wanted or is_kind_of_number(value.__class__)):
             number(label, name, value, unit_of(owner.__class__, name))
 
 

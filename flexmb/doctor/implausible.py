@@ -98,7 +98,8 @@ def _speeds(mechanism: Mechanism, part: Drive) -> Iterator[Finding]:
         return
     driven = {joint.first.name, joint.second.name} - {GROUND.name}
     joints = [one for one in mechanism.parts if isinstance(one, Joint) and one.at is not None]
-    arms = [math.dist(joint.at, one.at) for one in joints if one.first.name in driven or one.second.name in driven]
+    near = [one for one in joints if joint.at is not None and {one.first.name, one.second.name} & driven]
+    arms = [math.dist(joint.at, one.at) for one in near]
     arm = max(arms, default=0.0)
     acceleration = speed * speed * arm
     if (abs(speed) > FASTEST or acceleration > LARGEST_ACCELERATION) and _turns(mechanism, joint):

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from flexmb.errors import InputError, SolveError
-from flexmb.model.part import Part, name_of
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.model.signal import Signals, hint, resolved
 from flexmb.results.contact_intervals import ContactLog, Episodes, select
@@ -26,6 +25,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from flexmb.model.mechanism import Mechanism
+    from flexmb.model.part import Part
     from flexmb.results.fatigue import Fatigue, WoehlerLine
 
 
@@ -298,7 +298,7 @@ class Solution:
         ------
         UnknownContactError : a name that is no contact.
         """
-        return select(self.contacts, self.name, None if name is None else name_of(name))
+        return select(self.contacts, self.name, name if name is None or isinstance(name, str) else name.name)
 
     def to_netcdf(self, path: str | Path) -> Path:
         """Write everything to the file `path`, whose folder is made; `flexmb.load` reads it back bit for bit."""

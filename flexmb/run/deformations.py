@@ -55,12 +55,14 @@ def large_deformations(mechanism: Mechanism, seen: Seen) -> Iterator[tuple[bool,
     """
     for body, time, d in deformations(mechanism, seen):
         shares = _shares(body, d)
-        if shares.max() > LARGE_SHARE:
+        small = np.flatnonzero(shares <= LARGE_SHARE) if seen.failed else ()
+        lost = next((int(k) for k in small if _inertia_is_lost(body, d[k])), None)
+        if lost is not None:
+            yield True, _lost_inertia(body, float(time[lost]), float(shares[lost]))
+        elif shares.max() > LARGE_SHARE:
             wrong = bool(shares.max() > IMPOSSIBLE_SHARE) or seen.failed
             when = int(np.argmax(shares > min(IMPOSSIBLE_SHARE, 0.99 * shares.max())))
             yield wrong, _too_large(body, float(time[when]), float(shares[when]), wrong=wrong)
-        elif seen.failed and _inertia_is_lost(body, d[-1]):
-            yield True, _lost_inertia(body, float(time[-1]), float(shares[-1]))
 
 
 def _shares(body: Reduced, d: np.ndarray) -> np.ndarray:

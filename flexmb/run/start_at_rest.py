@@ -6,11 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.equilibrium.carrying import carries
 from flexmb.equilibrium.found import Equilibrium
-from flexmb.equilibrium.same_model import refuse_other_forces, refuse_other_names
-from flexmb.equilibrium.statics import static_equilibrium
-from flexmb.equilibrium.steady_rotation import Spin
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.program import Program
@@ -53,6 +49,11 @@ def start_at_rest(
     InputError : another object, an equilibrium of another model, or a steady rotation that the drives do not share.
     SolveError : no equilibrium; see `static_equilibrium`.
     """
+    from flexmb.equilibrium.carrying import carries
+    from flexmb.equilibrium.same_model import refuse_other_forces, refuse_other_names
+    from flexmb.equilibrium.statics import static_equilibrium
+    from flexmb.equilibrium.steady_rotation import Spin
+
     if not isinstance(start, Equilibrium) and start != EQUILIBRIUM:
         raise InputError(
             f"{label}: start is {start!r}; it must be {EQUILIBRIUM!r}, or what static_equilibrium(...) "

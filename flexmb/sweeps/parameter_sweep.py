@@ -100,9 +100,9 @@ def sweep(
     varied_and_fixed = [name for name in points.values if name in fixed_values]
     if varied_and_fixed:
         raise InputError(f"{label}: {varied_and_fixed[0]!r} is varied and fixed. Take it out of one of them.")
+    require_executor(label, executor)
     require_arguments(label, function, [*points.values, *fixed_values])
     bound = partial(function, **fixed_values) if fixed_values else function
-    require_executor(label, executor)
     require_picklable(label, executor, bound, f"{label_of(function)} with what is given to it")
     pending = checks.count(label, "pending", pending)
     names = {

@@ -221,8 +221,8 @@ MISTAKES = {
     ),
     # runs and files
     "steps too large": (
-        lambda _: fm.simulate(engine(gravity=(0.0, -9.81)), t_end=1.0, step=0.05).status, "Stopped at t",
-        "step=FixedStep(",
+        lambda _: fm.simulate(engine(gravity=(0.0, -9.81)), t_end=1.0, step=0.05).status, "Not ok", "smaller step",
+        "step=Adaptive()",
     ),
     "a file without a mechanism": (lambda folder: model(folder, "x = 3\n"), "no mechanism `mech`", "fm.Mechanism(...)"),
     "a file that is not there": (lambda folder: command(folder, "run", "modle.py"), "no such file", "flexmb list"),

@@ -28,7 +28,10 @@ REFUSED = [
     ),
     ({"t_end": 1.0, "save_from": 2.0}, "saving begins at 2 s, but the run ends at 1 s. Run longer or save earlier."),
     ({"t_end": 1.0, "save_from": -1.0}, "simulate 'swing': save_from is -1 s; it must be >= 0."),
-    ({"t_end": 1.0, "save": "all"}, "simulate 'swing': save is 'all'; it must be a number of instants or 'steps'."),
+    (
+        {"t_end": 1.0, "save": "all"},
+        "simulate 'swing': save is 'all'; it must be a number of instants, an interval [s] or 'steps'.",
+    ),
     ({"t_end": 1.0, "save": 0}, "simulate 'swing': save is 0; it must be at least 1."),
     ({"t_end": 1.0, "step": "fine"}, "step is 'fine'; it must be FixedStep(size) or Adaptive(...)."),
     ({"t_end": 1.0, "step": 0.0}, "FixedStep: size is 0 s; it must be > 0."),

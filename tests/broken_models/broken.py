@@ -4,6 +4,8 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 import flexmb as fm
 
 O, A, B, C, D = (0.0, 0.0), (0.1, 0.0), (0.5, 0.3), (0.5, 0.0), (0.2, 0.25)
@@ -377,6 +379,16 @@ def _thrown():
     return fm.Mechanism("thrown", [arm, fm.Revolute("O", fm.GROUND, arm, at=O)])
 
 
+def _one_layer():
+    """A cantilever of squares with four nodes, one over the height: 48 % too stiff in bending."""
+    x, y = np.tile(np.linspace(0.0, 1.0, 11), 2), np.repeat([0.0, 0.1], 11)
+    first = np.arange(10)
+    cells = np.column_stack([first, first + 1, first + 12, first + 11])
+    mesh = fm.meshes.PlaneMesh(np.column_stack([x, y]), cells, "quad4", sets={"left": np.flatnonzero(x == 0.0)})
+    lever = fm.PlaneBody("lever", mesh, at=O, thickness=0.01, material=fm.STEEL, pins=("left",))
+    return fm.Mechanism("lever", [lever, fm.Fixed("wall", fm.GROUND, lever, at=(0.0, 0.05))])
+
+
 def _thrown_pair():
     one = link("one", O, (0.3, 0.0), velocity=(0.0, 1.0, 0.0))
     two = link("two", (0.3, 0.0), (0.6, 0.0), velocity=(0.0, -1.0, 0.0))
@@ -549,6 +561,7 @@ CASES: dict[str, Case] = {
     "a force that is not a number": (
         lambda: slider_crank(NotANumber("force", link("crank", O, (0.0, 0.1)), 100.0)), {"not-compilable": {"force"}},
     ),
+    "a beam of one layer of squares": (_one_layer, {"coarse-cells": {"lever"}}),
     # start
     "a pinned link thrown along its axis": (_thrown, {"forbidden-velocity": {"O"}}),
     "a welded link thrown": (_thrown_pair, {"forbidden-velocity": {"pin"}}),

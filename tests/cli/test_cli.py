@@ -202,7 +202,7 @@ def test_sources_that_are_refused(model, tmp_path, capsys, what, message, comman
         ("--method hht:2", "alpha is 2; it must lie between 0 and 0.333333"),
         ("--method runge-kutta", "RungeKutta4 has no error estimate; give step=FixedStep"),
         ("--periods 1 --save-from-period 2", "Run longer or save earlier"),
-        ("--save 0", "save is 0; it must be at least 1. It is the number of saved instants a period"),
+        ("--save 0", "save is 0; it must be at least 1. An interval has a unit: 1ms"),
         ("--restart absent.nc", "'absent.nc': there is no such file"),
     ],
 )

@@ -28,4 +28,5 @@ def test_an_unknown_option_shows_the_usage_of_its_command(command, capsys):
     assert stop.value.code == 2
     said = capsys.readouterr().err
     assert said.startswith(f"usage: flexmb {command[0]} ")
-    assert said.splitlines()[-1] == f"flexmb {command[0]}: error: unrecognized arguments: --bogus 3"
+    assert said.splitlines()[-1].startswith("--bogus: ")
+    assert "Options: --help" in said.splitlines()[-1]

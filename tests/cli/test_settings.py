@@ -23,7 +23,7 @@ RUN = ["--t-end", "1ms", "--step", "20us", "--save", "20", "--no-vtk", "--no-plo
         ("B.normal.reference_speed=largest", "B.normal.reference_speed", "largest"),
         ("motor.motion.speed=60rpm", "motor.motion.speed", 2.0 * np.pi),
         ("slider.velocity=(-1, 2, 30)", "slider.velocity", (-1.0, 2.0, 30.0)),
-        ("slider.angle=30deg", "slider.angle", np.pi / 6.0),
+        ("slider.theta=30deg", "slider.theta", np.pi / 6.0),
     ],
 )
 def test_values_with_units(text, path, value):

@@ -115,7 +115,7 @@ def test_an_input_without_acceleration_reads_every_signal_of_the_state():
 @pytest.mark.parametrize(
     ("make", "error", "text"),
     [
-        (lambda: servo(inputs=["tip.angel"]), ModelError, "input 'tip.angel' is no signal.*Did you mean 'tip.theta'"),
+        (lambda: servo(inputs=["tip.thetta"]), ModelError, "input 'tip.thetta' is no signal.*Did you mean 'tip.theta'"),
         (lambda: servo(inputs=["tip.ax"]), ModelError, "input 'tip.ax' depends on accelerations.*Give sample="),
         (lambda: servo(inputs=["arm.alpha"]), ModelError, "'arm.alpha' is no function of positions.*Give sample="),
         (lambda: servo(inputs=["hinge.fx"]), ModelError, "input 'hinge.fx' is no function of positions.*Give sample="),

@@ -157,9 +157,9 @@ def follower_power(sol):
 def test_wrong_belts_are_refused():
     one = fm.RigidBody("one", at=(0.0, 0.0), mass=1.0, inertia=1.0)
     two = fm.RigidBody("two", at=(0.0, 0.06), mass=1.0, inertia=1.0)
-    with pytest.raises(InputError, match=r"pretension and creep not given; a belt with friction needs mu"):
+    with pytest.raises(InputError, match=r"pretension and creep not given; a belt with friction needs coefficient"):
         fm.couplings.Belt("belt", one, two, radii=RADII, coefficient=0.3)
-    with pytest.raises(InputError, match=r"mu is -0.1"):
+    with pytest.raises(InputError, match=r"coefficient is -0.1"):
         fm.couplings.Belt("belt", one, two, radii=RADII, coefficient=-0.1, pretension=1.0, creep=1e-3)
     given = {"radii": RADII, "mu": 0.3, "pretension": 10.0, "creep": 1e-3}
     belt = fm.couplings.Belt("belt", one, two, crossed=True, **given)

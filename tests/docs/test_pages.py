@@ -13,7 +13,7 @@ import pytest
 from public_names import NAMESPACES, PUBLIC
 
 import flexmb as fm
-from flexmb.checks import Checked
+from flexmb.arguments import Checked
 from flexmb.cli import main
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -106,7 +106,7 @@ def test_exponents_are_raised(units, text):
     ("names", "keywords", "words"),
     [
         (["crank.axx"], {}, "Did you mean 'crank.ax'"),
-        (["crank.ax"], {"x": "crank.angle"}, "no signal 'crank.angle'"),
+        (["crank.ax"], {"x": "crank.angel"}, "no signal 'crank.angel'"),
         ([], {}, "names is empty"),
         ([[]], {}, "names is empty"),
         ([["crank.x", "crank.ax"]], {}, "different units, 'm' and 'm/s2'"),

@@ -382,7 +382,7 @@ def test_the_first_point_that_goes_well_decides_in_any_order():
         (lambda a: {"x": {"y": 1.0}}, "dict"),
         (lambda a: {"x": np.zeros(2), "y": np.zeros(3)}, "two lengths"),
         (lambda a: {"k": np.zeros(3), "x": np.zeros(3)}, "called like a dimension"),
-        (lambda a, b: 1.0, "TypeError"),
+        (lambda a: a[0], "TypeError"),
         (leaves, "SystemExit: 3"),
     ],
 )
