@@ -487,7 +487,7 @@ def _left_out() -> dict[str, str]:
         reduction.accuracy.EXACT
         run.deformations.LARGE_SHARE run.deformations.IMPOSSIBLE_SHARE run.deformations.MOST_POINTS
         state.poses.MOST_POSES state.poses.LEAST_POSES state.poses.POSE_NUMBERS
-        run.vibrations.MOST_UNKNOWNS run.vibrations.MOST_CONTROLLED run.vibrations.POSES run.vibrations.POSES_OF_LARGE
+        run.vibrations.MOST_UNKNOWNS run.vibrations.FEWEST_STEPS run.vibrations.MOST_CONTROLLED run.vibrations.POSES run.vibrations.POSES_OF_LARGE
         run.vibrations.AROUND run.vibrations.DISTANCE run.vibrations.LARGE run.vibrations.MANY run.vibrations.AROUND_OF_MANY run.vibrations.FEWEST_STATES run.vibrations.SAME
         equilibrium.vibrations.RIGID_OF_LARGE equilibrium.vibrations.DENSE equilibrium.vibrations.LOWEST
         run.vibrations.FEWEST_INSTANTS equilibrium.vibrations.NEAR equilibrium.vibrations.RIGID run.vibrations.ENERGY_SHARE run.vibrations.DECAY

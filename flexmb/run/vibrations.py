@@ -24,6 +24,9 @@ if TYPE_CHECKING:
 MOST_UNKNOWNS, MOST_CONTROLLED = 20_000, 150
 """Number of coordinates above which modes would take too long, and of coordinates and states of control loops."""
 
+FEWEST_STEPS = 2000
+"""Number of steps of a run with contacts from which the estimate is made, which takes as long as some hundred steps."""
+
 POSES, POSES_OF_LARGE, AROUND, DISTANCE = 6, 2, 4, 1e-3
 """Number of poses that are looked at, also of large models; states from each on, and their distance over the run."""
 
@@ -78,7 +81,8 @@ def vibration_remarks(
     largest : largest absolute values of the states of controllers.
     """
     states, span = _states(program, seen), end - begun
-    if steps < 1 or not states or loss_of(method, 1.0, 1.0, 1.0) is None:
+    short = steps < (FEWEST_STEPS if program.names.contacts else 1)
+    if short or not states or loss_of(method, 1.0, 1.0, 1.0) is None:
         return []
     if program.n_q > MOST_UNKNOWNS:
         return [f"With {program.n_q} coordinates nothing is known of the phase that vibrations lose in the steps."]
@@ -193,7 +197,7 @@ def _states(program: Program, seen: Seen) -> list[State]:
         return []
     from flexmb.equilibrium.vibrations import State
 
-    times, poses = motion.times[kept], np.arange(POSES if n < LARGE else POSES_OF_LARGE)
+    times, poses = motion.times[kept], np.arange(POSES_OF_LARGE if n >= LARGE or program.names.contacts else POSES)
     later = np.arange(AROUND_OF_MANY if MANY <= n < LARGE else AROUND)[:, None]
     wanted = (poses + poses * 0.618034 % 1.0) / len(poses) + later * DISTANCE
     found = np.searchsorted(times, times[0] + wanted * (times[-1] - times[0]))
