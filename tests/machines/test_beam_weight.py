@@ -25,7 +25,8 @@ def cantilever(*parts, velocity=0.0):
         """Velocities along the beam, in the shape of its deflection under the force at the tip."""
         return 0.0, velocity * (1.5 * s**2 - 0.5 * s**3), velocity * (3.0 * s - 1.5 * s**2) / LENGTH
 
-    beam = fm.FlexibleLink("beam", (0.0, 0.0), (LENGTH, 0.0), section=SECTION, material=LIGHT, elements=2, velocity=shape)
+    whole = {"section": SECTION, "material": LIGHT, "elements": 2, "velocity": shape}
+    beam = fm.FlexibleLink("beam", (0.0, 0.0), (LENGTH, 0.0), **whole)
     ball = fm.bodies.PointMass("ball", at=(LENGTH, 0.0), mass=WEIGHT, velocity=(0.0, velocity))
     clamp = fm.Fixed("clamp", fm.GROUND, beam, at=(0.0, 0.0))
     seat = fm.Revolute("seat", beam, ball, at=(LENGTH, 0.0))

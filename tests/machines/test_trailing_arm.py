@@ -33,10 +33,11 @@ def moment(phi):
 
 def suspension(damping=0.0):
     wheel = fm.RigidBody("wheel", at=(L, 0.0), mass=M, inertia=JC)
+    values = {"stiffness": K, "damping": damping, "free_length": FREE}
     return fm.Mechanism("trailing arm", [
         wheel,
         fm.Revolute("A", fm.GROUND, wheel, at=(0.0, 0.0)),
-        fm.SpringDamper("spring", wheel, fm.GROUND, at=(S, 0.0), to=TOP, stiffness=K, damping=damping, free_length=FREE),
+        fm.SpringDamper("spring", wheel, fm.GROUND, at=(S, 0.0), to=TOP, **values),
     ], gravity=(0.0, -G))  # fmt: skip
 
 

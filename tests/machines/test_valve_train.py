@@ -84,7 +84,7 @@ def test_a_contact_lifts_off_beyond_the_speed_of_the_closed_form():
     speeds = np.linspace(250.0, 500.0, 251)
     least = np.array([exact(turn, w)[1].min() for w in speeds])
     first = float(np.interp(0.0, -least, speeds))
-    law = fm.KelvinVoigt(stiffness=1e8, damping=2e3, ramp=1e-7)
+    law = fm.KelvinVoigt(stiffness=1e7, damping=600.0, ramp=1e-7)
     gaps = []
     for speed in (0.97 * first, 1.05 * first):
         sol = fm.simulate(valve(speed, law), periods=1).require()
