@@ -66,11 +66,17 @@ def start_at_rest(
     refuse_other_forces(label, program, system, at)
     held = yielding_joints(program, closed)
     v = spin.motion(at.q)[0][: program.n_q] if at.spin else rigid_velocities(closed, at.q, 0.0, held)
+    system.at(at.q, v)
+    G = system.jacobian.tocsr()
+    held_alone = (np.diff(G.indptr) == 1) & (program.tables.constraints.motion < 0)  # the rotation of a particle
+    alone = np.flatnonzero(held_alone)
+    v[G.indices[G.indptr[alone]]] -= system.velocity_residual[alone] / G.data[G.indptr[alone]]
     missed = np.abs(system.at(at.q, v).velocity_residual).max(initial=0.0)
     if missed > OTHER_SPEED * np.abs(v).max(initial=0.0):
         raise InputError(
             f"{label}: the equilibrium turns at {at.spin:g} rad/s, and joints or drives allow no such motion (by "
-            f"{missed:.3g} m/s or rad/s). Give the drive of the hub this speed, e.g. ConstantSpeed({at.spin:g})."
+            f"{missed:.3g} m/s or rad/s). Give the drive of the hub this speed, e.g. ConstantSpeed({at.spin:g}), and "
+            "the place of the hub to static_equilibrium(..., about=)."
         )
     z = np.array(program.reference.z)
     for k in np.flatnonzero(carries(system)):
