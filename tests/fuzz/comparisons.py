@@ -212,7 +212,9 @@ def comparable(name: str, unit: str) -> bool:
 
 
 def mirrored(name: str) -> str:
-    """Name of a signal of a contact in the mirror: limits of angles and flanks of teeth change places."""
+    """Name of a signal in the mirror: limits of angles, not of travel, and flanks of teeth change places."""
+    if name.startswith("bump"):
+        return name
     for one, two in ((".above", ".below"), (".forward", ".backward")):
         if one in name:
             return name.replace(one, two)
@@ -279,11 +281,12 @@ def compare(seeds: range) -> list[int]:
         except Exception as error:
             place = "" if isinstance(error, fm.errors.FlexmbError) else traceback.format_exc(limit=-3)
             end, found = "raised", [Difference("raised", f"{type(error).__name__}: {error} {place}", False)]
+        words = f" ({' '.join(built(seed)[2])})" if end != "raised" else ""
         ends[end.split()[0]] += 1
         untold = [one for one in found if not one.told]
         if untold:
             wrong.append(seed)
-            print(f"combination {seed} ({' '.join(built(seed)[2])}): {end}", flush=True)
+            print(f"combination {seed}{words}: {end}", flush=True)
             print(*(f"    {one.kind}: {one.text[:900]}" for one in untold), sep="\n", flush=True)
         elif found:
             ends["told"] += 1

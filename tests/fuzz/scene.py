@@ -169,7 +169,7 @@ class Scene:
             return fm.friction.Threlfall(mu, v0=self.s(1e-2))
         if kind == "LuGre":
             one = 1.0 / self.units.length
-            return fm.friction.LuGre(1.3 * mu, mu, self.s(0.05), stiffness=self.k(1e4), damping=10.0 * one)
+            return fm.friction.LuGre(1.3 * mu, mu, self.s(0.05), stiffness=self.k(1e4), damping=5.0 * one)
         return None
 
     def motion(self, scale: float) -> fm.Motion:
