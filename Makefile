@@ -52,8 +52,8 @@ numbers: $(VENV)/.installed  ## numbers of docs/numbers.md: what thresholds and 
 table: $(VENV)/.installed  ## numbers and pictures of docs/nine_bar.md, computed anew
 	$(BIN)/python docs/nine_bar_table.py
 
-fuzz: $(VENV)/.installed-dev  ## ten thousand random mechanisms, sound and damaged (three hours)
-	$(BIN)/python tests/fuzz/fuzz.py --count 10000
+fuzz: $(VENV)/.installed-dev  ## ten thousand random mechanisms, sound and damaged, and a hundred compared with themselves (three hours)
+	$(BIN)/python tests/fuzz/fuzz.py --count 10000 --compare 100
 
 # Hours on two cores (its own estimates add up to two), most of them for diagrams with exponents; goes on where it was.
 # out/paper/times.md says what each run took. A look at everything within ten minutes: flexmb paper --quick.

@@ -1,9 +1,10 @@
 """Fuzzing: random linkages are examined, run, and compared with themselves in other views.
 
-    python tests/fuzz/fuzz.py --count 10000
+    python tests/fuzz/fuzz.py --count 10000 --compare 100
 
 Every linkage must end in one of: a run that is ok and agrees with itself turned, mirrored, shifted and renumbered; an
-error or status that names its cause.  What else happens is printed, and the exit code is 1.
+error or status that names its cause.  What else happens is printed, and the exit code is 1.  With `--compare`, random
+combinations of parts follow, each compared between methods, tolerances, units and more (`comparisons.py`).
 """
 
 import argparse
@@ -19,6 +20,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
+import comparisons
 from linkages import Linkage, View, built, damaged, drawn
 
 import flexmb as fm
@@ -132,6 +134,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--compare", type=int, default=0, help="number of combinations of parts that are compared")
     given = parser.parse_args()
     ends, wrong, began = Counter(), [], time.perf_counter()
     for seed in range(given.seed, given.seed + given.count):
@@ -146,7 +149,8 @@ def main() -> int:
             print(f"seed {seed}: {type(error).__name__}: {error}\n{place}", flush=True)
     took = time.perf_counter() - began
     print(f"{given.count} linkages in {took:.0f} s: {dict(ends)}; wrong: {len(wrong)} {wrong[:20]}")
-    return 1 if wrong else 0
+    differing = comparisons.compare(range(given.seed, given.seed + given.compare))
+    return 1 if wrong or differing else 0
 
 
 if __name__ == "__main__":
