@@ -49,7 +49,8 @@ def implausible_findings(mechanism: Mechanism) -> list[Finding]:
             shares = value / FINEST_PART
             if not TURN < abs(value) < math.inf or abs(shares - round(shares)) <= SAME:
                 continue
-            if "joint" in vars(part) and not _turns(mechanism, vars(part)["joint"]):
+            joint = vars(part).get("joint", "")
+            if joint is None or (joint and not _turns(mechanism, joint)):  # travels
                 continue
             text = f"{part.label}: {name} is {value:.4g} rad, {value / TURN:.3g} turns."
             remedy = (
