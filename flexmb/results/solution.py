@@ -298,7 +298,7 @@ class Solution:
         ------
         UnknownContactError : a name that is no contact.
         """
-        return select(self.contacts, self.name, name if name is None or isinstance(name, str) else name.name)
+        return select(self.contacts, self.name, getattr(name, "name", name))
 
     def to_netcdf(self, path: str | Path) -> Path:
         """Write everything to the file `path`, whose folder is made; `flexmb.load` reads it back bit for bit."""

@@ -55,8 +55,8 @@ def large_deformations(mechanism: Mechanism, seen: Seen) -> Iterator[tuple[bool,
     """
     for body, time, d in deformations(mechanism, seen):
         shares = _shares(body, d)
-        small = np.flatnonzero(shares <= LARGE_SHARE) if seen.failed else ()
-        lost = next((int(k) for k in small if _inertia_is_lost(body, d[k])), None)
+        large = np.flatnonzero(np.append(shares, np.inf) > LARGE_SHARE)[0] if seen.failed else 0
+        lost = next((k for k in range(int(large)) if _inertia_is_lost(body, d[k])), None)
         if lost is not None:
             yield True, _lost_inertia(body, float(time[lost]), float(shares[lost]))
         elif shares.max() > LARGE_SHARE:

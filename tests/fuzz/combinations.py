@@ -1,8 +1,13 @@
 """Random combinations of parts: two or three groups of parts side by side, coupled by springs and cables."""
 
 import math
+import sys
+from pathlib import Path
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
 from scene import Body, Scene, Units
 
 import flexmb as fm
