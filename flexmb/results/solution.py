@@ -298,7 +298,8 @@ class Solution:
         ------
         UnknownContactError : a name that is no contact.
         """
-        return select(self.contacts, self.name, getattr(name, "name", name))
+        wanted: Any = getattr(name, "name", None) or name
+        return select(self.contacts, self.name, wanted)
 
     def to_netcdf(self, path: str | Path) -> Path:
         """Write everything to the file `path`, whose folder is made; `flexmb.load` reads it back bit for bit."""
