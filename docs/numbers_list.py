@@ -214,6 +214,7 @@ step.radau.step.CLOSED_SHIFT | 1 | size of the mechanism | shift onto the joints
 step.radau.step.LARGE_SHIFT | 1 | size of the mechanism | shift that is taken by full projections
 step.radau.step.STALLED_RATE | 1 | a correction | ratio of corrections that are round-off
 step.radau.works.ACCELERATION_MISMATCH | 1 | accelerations | difference to interpolated ones that shows stiff forces
+step.radau.works.INSENSITIVE | 1 | that difference | change by other interpolated positions that shows a kink
 step.radau.step.LEAST_RATE | 1 | a correction | rate that a first iteration is trusted with
 energy.balance.RESIDUAL_LIMIT_RUNGE_KUTTA | 1 | energy turned over | largest residual of a Runge-Kutta run
 step.newmark.redundant_constraints.EFFECT_LIMIT | 1 | largest entry | joints that share a force that is not unique, in the status
@@ -490,7 +491,7 @@ def _left_out() -> dict[str, str]:
         run.vibrations.MOST_UNKNOWNS run.vibrations.FEWEST_STEPS run.vibrations.MOST_CONTROLLED run.vibrations.POSES run.vibrations.POSES_OF_LARGE
         run.vibrations.AROUND run.vibrations.DISTANCE run.vibrations.LARGE run.vibrations.MANY run.vibrations.AROUND_OF_MANY run.vibrations.FEWEST_STATES run.vibrations.SAME
         equilibrium.vibrations.RIGID_OF_LARGE equilibrium.vibrations.DENSE equilibrium.vibrations.LOWEST
-        run.vibrations.FEWEST_INSTANTS equilibrium.vibrations.NEAR equilibrium.vibrations.RIGID run.vibrations.ENERGY_SHARE run.vibrations.DECAY
+        run.vibrations.FEWEST_INSTANTS equilibrium.vibrations.NEAR equilibrium.vibrations.RIGID equilibrium.vibrations.ROUND_OFF run.vibrations.ENERGY_SHARE run.vibrations.DECAY
         run.vibrations.PART_OF_STEP run.vibrations.UNRESOLVED
         run.vibrations.LOST_PHASE run.vibrations.LOST_AMPLITUDE run.checkpoint.EVERY results.netcdf_content.LARGEST_GROWTH
         run.failure.STEP_CODES run.failure.SHOWN_RESIDUALS run.failure.LEAST_RESIDUAL run.failure.LEAST_RTOL run.failure.TRIED_STEPS

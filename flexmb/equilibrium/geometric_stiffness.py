@@ -173,6 +173,6 @@ def _deformations(element: Superelement, q: np.ndarray) -> np.ndarray:
     d = seen - drawn - (0.0, 0.0, angle)
     d[:, :2] -= d[0, :2]
     found = rates.copy()
-    for along, Q in element.directions():
-        found += np.outer(along, (Q @ d.ravel()) @ rates)
+    for along in element.directions:
+        found += np.outer(along[0], (along[1:] @ d.ravel()) @ rates)
     return found

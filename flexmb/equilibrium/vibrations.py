@@ -29,6 +29,9 @@ NEAR = 0.05
 RIGID, RIGID_OF_LARGE = 1e-12, 1e-9
 """Stiffness over mass relative to the largest, below which a motion is rigid: the rest is round-off."""
 
+ROUND_OFF = 1e-12
+"""Displacement of a vibration over the size of the mechanism, or rotation [rad], below which it is round-off."""
+
 DENSE, LOWEST = 300, 24
 """Number of coordinates up to which all modes are found, and number of the lowest ones that are found beyond."""
 
@@ -104,6 +107,8 @@ def vibrations_of(program: Program, states: Sequence[State], dt: float) -> list[
         before, now, after = (modes.shapes.T @ (one.force + one.constraint_force)[:n_b] for one in evaluated)
         y = np.array([now, (after - before) / (2.0 * dt), (after - 2.0 * now + before) / dt**2])
         energies = (y / modes.omega ** np.array([[1.0], [2.0], [3.0]])) ** 2
+        moved = np.sqrt(energies.max(axis=0)) / modes.omega * np.abs(modes.shapes / sizes[:, None]).max(axis=0)
+        energies[:, moved < ROUND_OFF] = 0.0
         groups.setdefault((closed, len(modes.omega)), []).append((state, modes, energies))
     found = []
     for group in groups.values():

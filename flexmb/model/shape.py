@@ -99,7 +99,8 @@ class MeshShape:
     poses : (nodes) x, y, theta of the nodes in the reference configuration [m, rad], of a reduced body in its axes.
     weights : (nodes) x, y by which the nodes turn the frame; empty: it turns with the first node.
     basis : (2 n) displacements x0, y0, x1, ... by x, y, theta of every node.
-    shortening : matrices of the shortening of the coordinates from the fourth one on, by all of them [1/m].
+    shortening : directions (n,) in which bending shortens the body, each above its matrix (n, n) [1/m]; in older
+        files matrices of the coordinates from the fourth one on.
     fibres : (n) of reduced beams: normal stress in the outer fibre, by x, y, theta of every node [Pa/m, Pa/rad].
     """
 

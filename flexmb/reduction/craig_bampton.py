@@ -1,12 +1,13 @@
 """Craig-Bampton bases: static shapes of the pins, and vibrations with all pins held.
 
 Every third of the vibrations makes a node (x, y, theta) of the reduced body: two amplitudes are displacements of the
-node against the rigid motion of the first pin, the third is its rotation.  So rigid motions are those of nodes, and the
-basis holds them.  The shortening of bending moves no coordinate of the first pin, so it leaves amplitudes alone.
+node against the mean of the pins, the third is its rotation against that of the first pin.  So rigid motions are those
+of nodes, and the basis holds them.  Places are compared with places, angles with an angle: steps that turn a body give
+them different velocities (docs/theory/reduced.md, "Bases").  Shortening takes the added nodes along with the pins.
 
     Psi = [Psi_s - Phi A R,  Phi A],   Psi_s = [1; -K_ii^-1 K_ib],   K_ii phi = omega^2 M_ii phi
 
-R : rigid motion of the added nodes by the first pin;  A : amplitudes by their scale.
+R : rigid motion of the added nodes by the pins;  A : amplitudes by their scale.
 
 On request a node for the static shapes of the own inertia comes first, Phi_z = K_ii^-1 M_i x for unit accelerations
 along x, along y and about the first pin, and static shapes K_ii^-1 f_i of given loads f precede the vibrations.
@@ -137,7 +138,7 @@ def basis(
     full = np.vstack([np.zeros((m, inside.shape[1])), inside])
     added = _added_nodes(model, inside.shape[1] // 3 - inertia, inertia=inertia)
     scaled = full * _amplitudes(model, full)
-    rigid = followed(model.pins, added)
+    rigid = followed(model.pins, len(added))
     shapes = np.hstack([static - scaled @ rigid, scaled])
     held = omega[: kept + 1] / (2.0 * math.pi)
     return Basis(model, (*model.pins, *added), shapes, held, solve, by_pin, rigid, kept)
@@ -270,10 +271,8 @@ def rigid_motions(nodes: tuple[Node, ...]) -> Array:
     return motions
 
 
-def followed(pins: tuple[Node, ...], added: tuple[Node, ...]) -> Array:
-    """R (k, 3 P): rigid motion of the added nodes by the displacements of the first pin, linear."""
-    motion = np.zeros((3 * len(added), 3 * len(pins)))
-    by_pin = np.eye(3)  # translation and rotation about the origin
-    by_pin[0, 2], by_pin[1, 2] = pins[0].y, -pins[0].x
-    motion[:, :3] = rigid_motions(added) @ by_pin
-    return motion
+def followed(pins: tuple[Node, ...], added: int) -> Array:
+    """R (k, 3 P): rigid motion of added nodes in the middle of the pins: their mean, rotation of the first one."""
+    mean = np.tile(np.diag([1.0, 1.0, 0.0]) / len(pins), len(pins))
+    mean[2, 2] = 1.0
+    return np.tile(mean, (added, 1))

@@ -336,7 +336,7 @@ class Reduced(MeshBody):
                 poses=moved.poses,
                 weights=moved.weights,
                 basis=_nested(np.asarray(model.drawn_by @ shapes)),
-                shortening=_nested(self.element.shortening),
+                shortening=_nested(self.element.directions),
                 fibres=_nested(fibres),
             ),
         )

@@ -35,7 +35,8 @@ class Superelement:
     mean : (2, n) int rho Psi [kg].
     matrices : M, G, H, P, K, and D of modal and mass-proportional damping (n, n each).
     centrifugal : (n, n) Kc, zeros without stiffening.
-    shortening : (k, n, n) Q of k coordinates from that of the second pin on, or none.
+    directions : (k, n + 1, n) directions in which bending shortens the body, as few as there can be, each above its Q;
+        a straight beam has one, its axis, however it lies.
     """
 
     nodes: tuple[Node, ...]
@@ -47,18 +48,17 @@ class Superelement:
     mean: Array
     matrices: dict[str, Array]
     centrifugal: Array
-    shortening: Array
+    directions: Array
 
     def parameters(self, gravity: tuple[float, float]) -> tuple[float, ...]:
         """Parameters p of the kernel."""
         n = 3 * len(self.nodes)
         M, G, H, P, K, D = (self.matrices[name] for name in "MGHPKD")
-        directions = self.directions()
         flags = float(self.by_pin), float(D.any())
-        head = (n, len(directions), *flags, self.damping, *gravity, self.mass, *self.moment)
+        head = (n, len(self.directions), *flags, self.damping, *gravity, self.mass, *self.moment)
         centrifugal = self.centrifugal
         blocks = [*self.frame_parameters(), self.mean, M, G, H, P + centrifugal, centrifugal, K, D]
-        blocks += [block for along, Q in directions for block in (along, K @ along, D @ along, Q)]
+        blocks += [block for l in self.directions for block in (l[0], K @ l[0], D @ l[0], l[1:])]
         return (*map(float, head), *np.concatenate([block.ravel() for block in blocks]).tolist())
 
     def frame_parameters(self) -> tuple[Array, Array]:
@@ -82,20 +82,6 @@ class Superelement:
         head[COUNT], head[BY_PIN], head[KIND], head[ANGLE] = 3.0 * len(self.nodes), float(self.by_pin), kind, angle
         head[STIFFENS] = float(stiffens)
         return tuple(head)
-
-    def directions(self) -> list[tuple[Array, Array]]:
-        """Directions (n,) in which bending shortens the body, and their matrices (n, n), as few as there can be.
-
-        A straight beam has one, its axis, however it lies.
-        """
-        m, n, _ = self.shortening.shape
-        if not self.shortening.any():
-            return []
-        U, sizes, V = la.svd(self.shortening.reshape(m, n * n), full_matrices=False)
-        kept = sizes > ROUND_OFF * sizes[0]
-        along = np.zeros((int(kept.sum()), n))
-        along[:, FIRST : FIRST + m] = (U[:, kept] * sizes[kept]).T
-        return list(zip(along, V[kept].reshape(-1, n, n), strict=True))
 
     def frequencies(self, count: int) -> Array:
         """Lowest frequencies of the free body, without rigid motions (at most `count`) [Hz]."""
@@ -134,8 +120,8 @@ def superelement(
     matrices |= {"K": K, "D": D}
     zero = np.zeros((n, n))
     centrifugal, shortening = _stiffening(found, K, free) if stiffening else (zero, np.zeros((0, n, n)))
-    pins = len(found.model.pins)
-    return Superelement(found.nodes, pins, found.by_pin, damping, mass, moment, mean, matrices, centrifugal, shortening)
+    pins, along = len(found.model.pins), _directions(found, shortening)
+    return Superelement(found.nodes, pins, found.by_pin, damping, mass, moment, mean, matrices, centrifugal, along)
 
 
 def _inertia(found: Basis) -> tuple[dict[str, Array], float, Array, Array]:
@@ -214,6 +200,23 @@ def _stiffening(found: Basis, K: Array, free: Array) -> tuple[Array, Array]:
     stiff = np.stack([_seen(found, column, free) for column in static.T])
     flexible = np.linalg.inv(static.T @ (model.stiffness @ static))
     return centrifugal, np.einsum("ab,bij->aij", flexible, stiff)
+
+
+def _directions(found: Basis, shortening: Array) -> Array:
+    """(k, n + 1, n) directions of Q (m, n, n) of the coordinates from the second pin on, each above its matrix.
+
+    Added nodes go along with the pins, so amplitudes stay as they are.
+    """
+    m, n, _ = shortening.shape
+    pins = found.model.count
+    if not shortening.any():
+        return np.zeros((0, n + 1, n))
+    U, sizes, V = la.svd(shortening.reshape(m, n * n), full_matrices=False)
+    kept = sizes > ROUND_OFF * sizes[0]
+    along = np.zeros((int(kept.sum()), n))
+    along[:, FIRST : FIRST + m] = (U[:, kept] * sizes[kept]).T
+    along[:, pins:] += along[:, :pins] @ found.followed.T
+    return np.concatenate([along[:, None], V[kept].reshape(-1, n, n)], axis=1)
 
 
 def stiffness_under(found: Basis, force: Array) -> Array:

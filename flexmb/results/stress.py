@@ -158,7 +158,7 @@ def _of_reduced(sol: Solution, body: Reduced, shape: MeshShape, instants: np.nda
     if stresses is None:
         raise InputError(f"{body.label} has no stresses.")
     poses = np.stack([pose(sol, shape.part, node, instants) for node in shape.nodes], axis=1)
-    e = shortened(deformed(shape, poses)[0], body.element.shortening)
+    e = shortened(deformed(shape, poses)[0], body.element.directions)
     found: np.ndarray = np.einsum("msi,ti->tms", stresses(body.basis.shapes), e, optimize=True)
     return found
 

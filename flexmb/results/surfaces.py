@@ -156,11 +156,15 @@ def shortened(d: np.ndarray, shortening: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     d : (n, nodes, 3) deformation of its nodes.
-    shortening : matrices of the shortening of the coordinates from the fourth one on.
+    shortening : (k, n + 1, n) directions of the shortening, each above its matrix; (k, n, n) in older files: matrices
+        of the coordinates from the fourth one on.
     """
     e: np.ndarray = (d - d[:, :1] * np.array([1.0, 1.0, 0.0])).reshape(len(d), -1)
-    if len(shortening):
-        e[:, FIRST : FIRST + len(shortening)] += 0.5 * np.einsum("ti,kij,tj->tk", e, shortening, e)
+    if not len(shortening):
+        return e
+    matrices, n = shortening[:, -e.shape[1] :], e.shape[1]
+    along = shortening[:, 0] if shortening.shape[1] > n else np.eye(n)[FIRST : FIRST + len(shortening)]
+    e += 0.5 * np.einsum("ti,kij,tj->tk", e, matrices, e, optimize=True) @ along
     return e
 
 

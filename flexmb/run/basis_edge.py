@@ -72,7 +72,7 @@ def _remark(body: Reduced, d: np.ndarray, time: np.ndarray) -> Iterator[str]:
     """The sentence on one body with the deformations d (t, n)."""
     from flexmb.results.surfaces import shortened
 
-    pins, d = body.basis.model.count, shortened(d.reshape(len(d), -1, 3), body.element.shortening)
+    pins, d = body.basis.model.count, shortened(d.reshape(len(d), -1, 3), body.element.directions)
     stiffness, last = body.element.matrices["K"], slice(d.shape[1] - AT_EDGE, None)
     eta = d[:, last] - d[:, :pins] @ body.basis.followed[-AT_EDGE:].T
     whole = 0.5 * np.einsum("ti,ij,tj->t", d, stiffness, d)

@@ -222,3 +222,24 @@ def test_peaks_are_no_less_than_what_was_saved():
     saved = np.abs(sol.values).max(axis=0)
     assert np.all(sol.peaks.values >= saved * (1.0 - 1e-12) - 1e-300)
     assert sol.peak("motor.torque").value == pytest.approx(newmark.peak("motor.torque").value, rel=1e-3)
+
+@pytest.mark.parametrize("speed", [40.0, 100.0])
+def test_forces_between_steps_across_kinks_of_a_cam(speed):
+    """Follower of a 3-4-5 cam, whose jerk jumps at dwells: force m w^2 s'' + k (s + r), at all saved instants."""
+    mass, spring, radius = 0.3, 2000.0, 0.06
+    lift = fm.cams.Lift(((0.0, 0.0), (1.2, 0.01), (1.6, 0.01), (2.8, 0.0)), "3-4-5")
+    cam = fm.RigidBody("cam", at=(0.0, 0.0), mass=0.5, inertia=1e-3)
+    follower = fm.RigidBody("follower", at=(0.0, radius), mass=mass, inertia=1e-4)
+    face, profile = fm.Line((-0.1, radius), (0.1, radius)), fm.cams.flat_profile(lift, radius)
+    ends = {"at": (0.0, 0.2), "to": (0.0, radius)}
+    mech = fm.Mechanism("valve", [
+        cam, follower, fm.Revolute("axis", fm.GROUND, cam, at=(0.0, 0.0)),
+        fm.Prismatic("guide", fm.GROUND, follower, along=(0.0, 1.0)),
+        fm.CurveOnCurve("tappet", cam, profile, follower, face),
+        fm.SpringDamper("spring", fm.GROUND, follower, **ends, stiffness=spring, free_length=0.2),
+        fm.Drive("motor", "axis", fm.ConstantSpeed(speed)),
+    ])  # fmt: skip
+    sol = fm.simulate(mech, periods=1, method=fm.RadauIIA(), step=fm.Adaptive(rtol=1e-8), save=756)
+    laws = np.array([lift.at(speed * t) for t in sol.time])
+    exact = mass * speed**2 * laws[:, 2] + spring * (laws[:, 0] + radius)
+    assert sol["tappet.force"].values == pytest.approx(exact, abs=1e-5 * np.abs(exact).max())

@@ -163,4 +163,4 @@ def test_directions_of_shortening_do_not_hang_on_their_round_off(monkeypatch, fa
     )
     elements = [fm.Reduced(body, modes=6).element for body in bodies]
     monkeypatch.setattr(superelement, "ROUND_OFF", factor * superelement.ROUND_OFF)
-    assert [len(element.directions()) for element in elements] == [1, 2, 3]
+    assert [len(element.directions) for element in elements] == [1, 2, 3]

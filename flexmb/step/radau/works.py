@@ -29,6 +29,10 @@ ACCELERATION_MISMATCH = 0.01
 """Difference between computed and interpolated accelerations within a step relative to the largest, up to which the
 computed ones are used: with stiff forces, they are the error of the interpolated positions times the stiffness."""
 
+INSENSITIVE = 0.1
+"""Change of the computed accelerations by other interpolated positions, relative to the difference above, up to which
+they are used nevertheless: a drive, cam or load has a kink within the step, which no interpolation follows."""
+
 
 @compiled
 def add_works(tables, address, lu, h, options, flow, trial, work, record, R):
@@ -70,8 +74,8 @@ def add_works(tables, address, lu, h, options, flow, trial, work, record, R):
 def find_between(tables, address, lu, t, s, h, q1, v1, a1, lam1, options, flow, trial, work, record, R):
     """Set the trial state to the state at fraction s of the step from R.old to q1, ..., which began at t.
 
-    Accelerations and multipliers satisfy the equations of motion, unless they differ much from the interpolated ones
-    (through both ends and the stages), which are then used.
+    Accelerations and multipliers satisfy the equations of motion.  Interpolated ones (through both ends and the
+    stages) are used where these differ much, and depend much on how positions are interpolated.
     """
     n, m, n_b, old = tables.sizes.n_q, tables.sizes.n_c, tables.sizes.n_b, R.old
     quintic(n, s, h, old, q1, v1, trial, a1)
@@ -85,11 +89,38 @@ def find_between(tables, address, lu, t, s, h, q1, v1, a1, lam1, options, flow, 
         a = w0 * old.a[i] + w1 * R.past[1, i] + w2 * R.past[2, i] + w3 * a1[i]
         size = (options.length if tables.kind[i] == 1 else 1.0) if i < n_b else 0.0
         apart, largest = max(apart, size * abs(trial.a[i] - a)), max(largest, size * max(abs(old.a[i]), abs(a1[i])))
-        R.of_q[i] = a
-    if code != RUNNING or not apart <= ACCELERATION_MISMATCH * largest:
-        for i in range(n):
-            trial.a[i] = R.of_q[i]
-        copy(R.lam, trial.lam)
+        R.of_q[i], R.of_v[i] = a, trial.a[i]
+    if code == RUNNING and apart <= ACCELERATION_MISMATCH * largest:
+        return
+    changed = 0.0
+    for end in range(2):
+        quintic(n, s, h, old, q1, v1, trial, a1)
+        leave_out_acceleration(n, s, h, end, old, q1, v1, a1, trial)
+        if code == RUNNING:
+            code = accelerate(tables, address, lu, t + s * h, s, h, R.zero, options, flow, trial, work, record, R)
+        for i in range(n_b):
+            changed = max(changed, (options.length if tables.kind[i] == 1 else 1.0) * abs(trial.a[i] - R.of_v[i]))
+    quintic(n, s, h, old, q1, v1, trial, a1)
+    copy(R.lam, trial.lam)
+    if code == RUNNING and changed <= INSENSITIVE * apart:
+        accelerate(tables, address, lu, t + s * h, s, h, R.zero, options, flow, trial, work, record, R)
+    else:
+        copy(R.of_q, trial.a)
+
+
+@compiled
+def leave_out_acceleration(n, s, h, end, old, q, v, a, trial):
+    """Take from the quintic its part by the acceleration at the start (end = 0) or at the end of the step (1)."""
+    for i in range(n):
+        rise, v0, v1 = (q[i] - old.q[i]) / h, old.v[i], v[i]
+        if end == 0:
+            part = 0.5 * h * old.a[i] - (3.0 * rise - 2.0 * v0 - v1)
+            trial.q[i] -= h * part * s * s * (1.0 - s) ** 3
+            trial.v[i] -= part * s * (1.0 - s) ** 2 * (2.0 - 5.0 * s)
+        else:
+            part = 0.5 * h * a[i] - (v0 + 2.0 * v1 - 3.0 * rise)
+            trial.q[i] -= h * part * s**3 * (1.0 - s) ** 2
+            trial.v[i] -= part * s * s * (1.0 - s) * (3.0 - 5.0 * s)
 
 
 @compiled
