@@ -8,7 +8,7 @@ export NUMBA_CACHE_DIR := $(CURDIR)/.numba_cache
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo lint warm forget test test-all fuzz speed chaos numbers table paper study-pages validation site gallery meshes wheel clean
+.PHONY: help demo lint warm forget test test-all fuzz speed chaos numbers table paper paper-quick study-pages validation site gallery meshes wheel clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-10s %s\n", $$1, $$2}' Makefile
@@ -56,9 +56,12 @@ fuzz: $(VENV)/.installed-dev  ## ten thousand random mechanisms, sound and damag
 	$(BIN)/python tests/fuzz/fuzz.py --count 10000 --compare 100
 
 # Hours on two cores (its own estimates add up to two), most of them for diagrams with exponents; goes on where it was.
-# out/paper/times.md says what each run took. A look at everything within ten minutes: flexmb paper --quick.
+# out/paper/times.md says what each run took. A look at everything within ten minutes: make paper-quick.
 paper: $(VENV)/.installed  ## figures and tables of the study of the nine-bar mechanism; results in out/paper (two hours on two cores)
-	$(BIN)/flexmb paper all --out out/paper
+	$(BIN)/python examples/nine_bar_paper.py all --out out/paper
+
+paper-quick: $(VENV)/.installed  ## a look at the whole study; results in out/paper-quick
+	$(BIN)/python examples/nine_bar_paper.py --quick
 
 study-pages: $(VENV)/.installed  ## every number of the pages on the nine-bar mechanism anew (eight hours of one core; goes on)
 	$(BIN)/python docs/study_pages.py

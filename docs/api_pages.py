@@ -25,7 +25,7 @@ ROOMS = {
     "Loads and springs": ("loads.",),
     "Sensors": ("sensors.",),
     "Statics, modes, inverse dynamics": ("equilibrium.",),
-    "Runs and their methods": ("run.", "step.", "study.", "program.", "start.", "doctor."),
+    "Runs and their methods": ("run.", "step.", "program.", "start.", "doctor."),
     "Results": ("results.", "pictures.", "reports."),
 }
 """Sections of the page of `fm`, with the rooms of their names."""

@@ -467,7 +467,6 @@ def _left_out() -> dict[str, str]:
         state.record.ENERGY_MISSING state.record.ENERGY_MADE
         state.record.ENERGY_LOST state.record.CONDITION_MET state.flow.EPISODE_SIZE state.flow.EPISODE_ROW_SIZE
         state.flow.IMPACT_SIZE state.flow.CONTACT_MEMORY_SIZE
-        study.nine_bar.staggered.elastic_step.ELASTIC_SINGULAR study.nine_bar.staggered.elastic_step.TOO_FAR
         results.contact_intervals.IMPACT
         results.contact_intervals.CONTINUOUS
         results.netcdf.FORMAT results.netcdf.SINGLE

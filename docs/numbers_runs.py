@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from nine_bar_study.statistics import Mean
 
 import flexmb as fm
 from flexmb.mechanisms import nine_bar, slider_crank
 from flexmb.program.compiler import compile_with_start
 from flexmb.run.run import Run
-from flexmb.study.statistics import Mean
 
 STEEL = fm.Material(young=207e9, poisson=0.3, density=7801.0)
 LIGHT, PLAY, BEARING, FALL = 1e-3, 0.5e-3, 10e-3, 0.5

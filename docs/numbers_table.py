@@ -13,6 +13,7 @@ import ast
 import hashlib
 import importlib
 import json
+import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -155,6 +156,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--page", action="store_true", help="only write the page from what is there")
     chosen = parser.parse_args(arguments)
     store, build = kept(), numbers_live.Build([n.place for n in READ], CACHE)
+    sys.path.insert(0, str(HERE.parent / "examples"))  # statistics of the study
     import numbers_runs  # noqa: PLC0415 - flexmb is imported after its build was made
 
     if not chosen.page:

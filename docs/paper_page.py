@@ -1,6 +1,6 @@
 """Put the results of the study into the documentation: its pages into docs/paper, the verdicts into docs/nine_bar.md.
 
-    flexmb paper all --out out/paper
+    python examples/nine_bar_paper.py all --out out/paper
     python docs/paper_page.py [--results out/paper]
 
 What is not there is left as it was, and named.

@@ -12,13 +12,17 @@ steps, free flight from the instants at which contacts begin and end.
 
 import argparse
 import json
+import sys
 import time
 from pathlib import Path
 from typing import Any
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples"))
+
 import nine_bar_limits as limits
 import numpy as np
 from matplotlib.figure import Figure
+from nine_bar_study.nine_bar.staggered.method import Staggered
 from nine_bar_table import plain, shown
 
 import flexmb as fm
@@ -45,7 +49,7 @@ def options_of(way: str) -> dict[str, Any]:
     if way in NAMES:
         return {"step": fm.Adaptive(rtol=5e-5)} if way == "half" else {}
     play = "shared" if way.startswith(SHARED) else "independent"
-    return {"method": fm.Staggered(play=play), "step": fm.FixedStep(float(way.removeprefix(SHARED)))}
+    return {"method": Staggered(play=play), "step": fm.FixedStep(float(way.removeprefix(SHARED)))}
 
 
 def mechanism_of(case: str, way: str) -> tuple[fm.Mechanism, float]:

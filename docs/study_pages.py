@@ -2,8 +2,8 @@
 
     python docs/study_pages.py [--only STEP ...] [--list] [--fresh]
 
-Steps that are done for the present code stand in out/study_pages.json; `flexmb paper` goes on within its step, run by
-run.  A step that fails does not stop the others.  --list tells what is done and what is left, --fresh begins anew.
+Steps that are done for the present code stand in out/study_pages.json; `nine_bar_paper.py` goes on within its step, run
+by run.  A step that fails does not stop the others.  --list tells what is done and what is left, --fresh begins anew.
 """
 
 import argparse
@@ -26,7 +26,7 @@ FILM = (
 STAGGERED = "--cases 0.5/0.5 2/0.5 2.5/0.5 2/0.05 --picture --write"
 
 STEPS = {
-    "study": ("-m", "flexmb", "paper", "all", "--out", "out/paper"),
+    "study": ("examples/nine_bar_paper.py", "all", "--out", "out/paper"),
     "study-pages": ("docs/paper_page.py",),
     "table": ("docs/nine_bar_table.py",),
     "staggered": ("docs/staggered_table.py", *STAGGERED.split()),
@@ -48,7 +48,7 @@ MINUTES = {"study": 300, "table": 4, "staggered": 15, "chaos": 30, "exponents": 
 
 def code_of() -> str:
     """Digest of the code that the numbers come from."""
-    files = sorted((ROOT / "flexmb").rglob("*.py"))
+    files = [file for folder in ("flexmb", "examples/nine_bar_study") for file in sorted((ROOT / folder).rglob("*.py"))]
     return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()[:16]
 
 

@@ -102,6 +102,5 @@ from flexmb.step.radau.method import RadauIIA as RadauIIA
 from flexmb.step.runge_kutta import RungeKutta4 as RungeKutta4
 from flexmb.step.step_size import Adaptive as Adaptive
 from flexmb.step.step_size import FixedStep as FixedStep
-from flexmb.study.nine_bar.staggered.method import Staggered as Staggered
 from flexmb.sweeps.bifurcation_diagram import bifurcation as bifurcation
 from flexmb.sweeps.parameter_sweep import sweep as sweep

@@ -134,7 +134,6 @@ def runs() -> list[Callable[[], Any]]:
     return [
         lambda: fm.simulate(worn, t_end=1e-5),
         lambda: carry(lugre),
-        lambda: fm.simulate(worn, **short, method=fm.Staggered()),
         lambda: fm.simulate(crank, t_end=1e-4),
         lambda: fm.simulate(ideal, **short, method=fm.RungeKutta4()),
         lambda: fm.simulate(crank, t_end=1e-4, method=fm.RadauIIA()),

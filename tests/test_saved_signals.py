@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from nine_bar_study.nine_bar.staggered.method import Staggered
 
 import flexmb as fm
 from flexmb.run.saved_rows import SavedRows
@@ -76,7 +77,7 @@ def test_modes_of_contacts_with_play():
 
 
 def test_a_rigid_model_with_elastic_shadow():
-    run = {**RUN, "save": 7, "method": fm.Staggered()}
+    run = {**RUN, "save": 7, "method": Staggered()}
     few = fm.simulate(crank(), signals=["rod.*"], **run)
     same(few, fm.simulate(crank(), **run))
     assert "rod.deflection" in few

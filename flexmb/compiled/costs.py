@@ -25,12 +25,6 @@ STAGES: dict[str, dict[str, float]] = {
     "the time loop": {"flexmb.step.newmark.loop.advance": 26.5},
     "the explicit time loop": {"flexmb.step.runge_kutta.advance_explicit": 10.9},
     "the time loop of Radau's method": {"flexmb.step.radau.method.advance_radau": 30.0},
-    "the staggered time loop": {
-        "flexmb.study.nine_bar.staggered.loop.begin_elastic": 12.8,
-        "flexmb.study.nine_bar.staggered.loop.whole_motion": 0.9,
-        "flexmb.study.nine_bar.staggered.loop.write_whole": 0.4,
-        "flexmb.study.nine_bar.staggered.loop.advance_staggered": 14.6,
-    },
     "the loop of exponents": {
         "flexmb.sensitivity.linearise.linearise": 4.4,
         "flexmb.sensitivity.linearise.advance_histories": 4.0,

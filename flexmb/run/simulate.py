@@ -92,7 +92,7 @@ def simulate(
         within steps are interpolated, so the steps do not depend on them.
     step : `Adaptive(...)`, the default, or `FixedStep(size)`, for which the bare size [s] will do.
     method : `Newmark...` (default: generalised-alpha with spectral radius 0.8); `RadauIIA()` for smooth motion to many
-        digits; `RungeKutta4()` or `Staggered()`, which need `FixedStep`.
+        digits; `RungeKutta4()`, which needs `FixedStep`.
     start : `static_equilibrium(mechanism)`, in which the run begins at rest but for drives and declared velocities,
         "equilibrium" for the same, or one with `spin`, which turns; None: the reference configuration.
     restart : `restart` of a solution of the same model; the run goes on from there bit for bit.
@@ -283,7 +283,7 @@ def chosen_step(step: Any) -> FixedStep | Adaptive:
 def check_method(label: str, method: Any) -> None:
     """Refuse an object of another kind than a method."""
     if not isinstance(method, Method):
-        known = "Newmark(...), RadauIIA(), RungeKutta4() or Staggered(...)"
+        known = "Newmark(...), RadauIIA(), RungeKutta4() or a method of your own (step/method.py)"
         raise InputError(f"{label}: method is {method!r}; it must be {known}.")
 
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Method(metaclass=arguments.CheckedType):
-    """Base of `Newmark`, `RungeKutta4`, `Staggered` and `RadauIIA`.
+    """Base of `Newmark`, `RungeKutta4`, `RadauIIA`, and of methods of users as in examples/nine_bar_study.
 
     A further method derives from this class and returns its `Stepper` in `stepper`.  Class variables:
     `estimates_error`, whether the method estimates the error of a step; `has_tangent`, whether its steps can be

@@ -47,7 +47,7 @@ class RungeKutta4(Method):
         """The compiled loop."""
         return (advance_explicit,)
 
-    def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - see `Staggered`
+    def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - methods of users may
         """Stepper of the compiled mechanism."""
         return RungeKuttaStepper(program)
 

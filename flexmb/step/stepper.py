@@ -68,7 +68,7 @@ class Stepper:
         """Start values of the mechanism; `closed`: its program with ideal joints for contacts."""
         return consistent_start(mechanism, self.program, redundant=redundant, closed=closed)
 
-    def prepare(self, run: Run, start: Start, z: np.ndarray, time: float) -> int:  # noqa: ARG002 - see `Staggered`
+    def prepare(self, run: Run, start: Start, z: np.ndarray, time: float) -> int:  # noqa: ARG002 - methods of users may
         """Prepare the start values of the method itself; RUNNING, or the code of an ending."""
         return RUNNING
 

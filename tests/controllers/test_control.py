@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from nine_bar_study.nine_bar.staggered.method import Staggered
 from plants import ARM, ARM_INERTIA, WEIGHT, arm, different, last, rotor
 from scipy.optimize import brentq
 
@@ -257,7 +258,7 @@ def test_statics_and_modes_refuse_laws_with_memory(analyse, controller):
 
 @pytest.mark.parametrize("analyse", [
     fm.buckling, lambda m: fm.inverse_dynamics(m, [0.0, 1.0]), fm.lyapunov,
-    lambda m: fm.simulate(m, t_end=1.0, step=1e-3, method=fm.Staggered()),
+    lambda m: fm.simulate(m, t_end=1.0, step=1e-3, method=Staggered()),
 ], ids=["buckling", "inverse dynamics", "exponents", "staggered"])  # fmt: skip
 def test_analyses_without_controllers_refuse_by_name(analyse):
     with pytest.raises(ModelError, match=r"Mechanism 'robot' has Control 'servo'\. Remove it with without_part"):

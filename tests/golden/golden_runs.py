@@ -22,9 +22,10 @@ import numba
 import numpy as np
 
 HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE.parent / "speed"))
+sys.path[:0] = [str(HERE.parent / "speed"), str(HERE.parents[1] / "examples")]
 
 import models  # noqa: E402 - found beside this folder
+from nine_bar_study.nine_bar.staggered.method import Staggered  # noqa: E402
 
 import flexmb as fm  # noqa: E402
 from flexmb.mechanisms import four_bar, nine_bar, slider_crank  # noqa: E402
@@ -147,7 +148,7 @@ RUNS: dict[str, Callable[[], Found]] = {
     ),
     "index 3": lambda: simulated(models.ideal(), t_end=2e-3, step=1e-5, method=fm.Newmark.hht(constraints="position")),
     "Runge-Kutta": lambda: simulated(models.ideal(), t_end=models.TURN, step=2e-5, method=fm.RungeKutta4()),
-    "staggered": lambda: simulated(nine(clearance=0.5e-3, flexible=True), t_end=2e-3, step=4e-5, method=fm.Staggered()),
+    "staggered": lambda: simulated(nine(clearance=0.5e-3, flexible=True), t_end=2e-3, step=4e-5, method=Staggered()),
     "Radau": lambda: simulated(models.worn(), t_end=2e-3, method=fm.RadauIIA()),
     "carried differences": carried,
     "sweep": swept,

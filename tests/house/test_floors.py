@@ -25,7 +25,6 @@ FLOORS = {
     "dynamics": 11,
     "sweeps": 12, "pictures": 12,
     "mechanisms": 13, "reports": 13,
-    "study": 14,
     "commands": 15, "cli": 15,
     "__main__": 16, "chaos": 16, "plots": 16, "meshes": 16,
 }  # fmt: skip

@@ -28,8 +28,11 @@ IN_FILES = {
         "accelerations of two ends in the axes of the chord": "chord_a",
         "forces on the ends, u1, u2 and alpha": "m n",
     },
-    "flexmb/study/nine_bar/staggered/elastic_step.py": {"blocks of 3 x 3, row by row": "places m d k"},
-    "flexmb/study/nine_bar/staggered/rigid_motions.py": {"blocks of 3 x 3, row by row": "m", "coordinates": "out rows"},
+    "examples/nine_bar_study/nine_bar/staggered/elastic_step.py": {"blocks of 3 x 3, row by row": "places m d k"},
+    "examples/nine_bar_study/nine_bar/staggered/rigid_motions.py": {
+        "blocks of 3 x 3, row by row": "m",
+        "coordinates": "out rows",
+    },
     "flexmb/step/radau/method.py": {"ends and stages of a step, in time": "past_lam"},
     "flexmb/step/radau/works.py": {"ends and stages of a step, in time": "past_lam"},
     "flexmb/step/radau/step.py": {

@@ -5,6 +5,7 @@ import typing
 from collections.abc import Iterator
 
 import pytest
+from nine_bar_study.nine_bar.staggered.elastic import Elastic
 
 from flexmb.compiled.records import Record
 from flexmb.program.tables import Addresses, Tables
@@ -15,7 +16,6 @@ from flexmb.state.record import RunRecord
 from flexmb.state.trial import Trial
 from flexmb.step.radau.collocation import Collocation
 from flexmb.step.runge_kutta import Stages
-from flexmb.study.nine_bar.staggered.elastic import Elastic
 from flexmb.system.work import Work
 
 ARGUMENTS = {

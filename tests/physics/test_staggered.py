@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+from nine_bar_study.nine_bar.staggered.method import Staggered
 
 import flexmb as fm
 from flexmb.errors import AssemblyError, InputError, ModelError
@@ -47,7 +48,7 @@ def pendulum(**changes):
 
 def run(mech, **options):
     """A run that must reach its end."""
-    options = {"method": fm.Staggered(), "save": "steps", **options}
+    options = {"method": Staggered(), "save": "steps", **options}
     sol = fm.simulate(mech, **options)
     assert sol.ok, sol.status
     return sol
@@ -65,7 +66,7 @@ def test_a_rigid_mechanism_moves_as_with_runge_kutta(clearance):
     """Without a flexible body nothing is handed back, so every signal is that of `RungeKutta4`, to the last bit."""
     mech = slider_crank(200.0, clearance=clearance, friction="coulomb")
     options = {"t_end": 0.03, "step": 1e-5}
-    both = [run(mech, method=method, **options) for method in (fm.Staggered(), fm.RungeKutta4())]
+    both = [run(mech, method=method, **options) for method in (Staggered(), fm.RungeKutta4())]
     np.testing.assert_array_equal(both[0].values, both[1].values)
     assert both[0].names == both[1].names
     assert len(both[0].episodes()) == len(both[1].episodes())
@@ -80,7 +81,7 @@ def test_a_beam_that_turns_slowly_hangs_as_in_statics():
     time = 200.0 * 2.0 * math.pi / AT_REST
     damping = 0.2 / AT_REST  # a tenth of critical in the first mode
     mech = driven(fm.drives.CycloidalRamp(2.0 * math.pi / 3.0 / time, time), gravity=(0.0, -9.81), damping=damping)
-    sol = fm.simulate(mech, t_end=time, step=2e-4, method=fm.Staggered(), save=400)
+    sol = fm.simulate(mech, t_end=time, step=2e-4, method=Staggered(), save=400)
     assert sol.ok, sol.status
     late = sol.time > 0.9 * time
     wanted = -LINE * 9.81 * np.cos(sol.array("beam.start.theta")) * LENGTH**4 / (8.0 * EI)
@@ -143,7 +144,7 @@ def test_the_frequency_of_a_rotating_cantilever_shows_what_is_left_out():
     push = fm.Force("push", arm, (LENGTH, 0.0), (0.0, 0.05), history=blow)
     mech = driven(fm.ConstantSpeed(speed), push, damping=1e-5)
     t_end, step = 40.0 * 2.0 * math.pi / AT_REST, 5e-4
-    found = {name: frequency(mech, t_end, step, fm.Staggered(rotation=name)) for name in ("printed", "inertial")}
+    found = {name: frequency(mech, t_end, step, Staggered(rotation=name)) for name in ("printed", "inertial")}
     found["coupled"] = frequency(mech, t_end, step, fm.Newmark.trapezoidal())
     assert found["printed"] / AT_REST == pytest.approx(1.0, rel=3e-3)
     assert found["inertial"] / AT_REST == pytest.approx(math.sqrt(0.75), rel=3e-3)
@@ -215,7 +216,7 @@ def test_contacts_see_the_rigid_motion_alone():
 
 def test_shared_displacements_blow_up_in_contact_and_are_no_success():
     """The load that is one step late gives energy to every contact; the run stops with a sentence."""
-    method = fm.Staggered(play="shared")
+    method = Staggered(play="shared")
     sol = fm.simulate(worn(flexible=True), t_end=1e-3, step=5e-6, method=method, save=10)
     assert not sol.ok
     assert "displaced" in sol.status or "finite" in sol.status or "energ" in sol.status, sol.status
@@ -225,7 +226,7 @@ def test_repeated_passes_with_shared_displacements_give_the_impact_of_the_couple
     """Peak force and start of the first impact; what is left falls with the first order of the step."""
     options = {"t_end": 2.6e-4, "save": 5}
     exact = first_impact(run(worn(flexible=True), method=fm.Newmark.trapezoidal(), step=2e-7, **options))
-    method = fm.Staggered(play="shared", rotation="inertial", passes=200)
+    method = Staggered(play="shared", rotation="inertial", passes=200)
     found = [first_impact(run(worn(flexible=True), method=method, step=step, **options)) for step in (2e-6, 1e-6)]
     errors = np.array([[exact.peak_force - e.peak_force, exact.start - e.start] for e in found])
     assert np.abs(errors[1] / [exact.peak_force, exact.start]).max() < 0.015
@@ -260,8 +261,8 @@ def test_a_solution_can_be_saved_and_written_as_any_other(tmp_path):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"method": fm.Staggered(), "step": fm.Adaptive()}, "Staggered has no error estimate"),
-        ({"method": fm.Staggered(), "step": 1e-4, "redundant": "least-norm"}, "independent joints"),
+        ({"method": Staggered(), "step": fm.Adaptive()}, "Staggered has no error estimate"),
+        ({"method": Staggered(), "step": 1e-4, "redundant": "least-norm"}, "independent joints"),
     ],
 )
 def test_what_it_cannot_do_is_refused(change, words):
@@ -273,11 +274,11 @@ def test_parts_it_cannot_do_are_named():
     arm = beam(displacement=[(0.0, 0.0, 0.0)] * 5)
     held = fm.Mechanism("held", (arm, fm.Revolute("O", fm.GROUND, arm, (0.0, 0.0))))
     with pytest.raises(InputError, match=r"FlexibleLink 'beam' has a field of displacement"):
-        fm.simulate(held, t_end=0.1, step=1e-3, method=fm.Staggered())
+        fm.simulate(held, t_end=0.1, step=1e-3, method=Staggered())
     arm = beam()
     rough = fm.Revolute("O", fm.GROUND, arm, (0.0, 0.0), friction=fm.friction.SmoothCoulomb(0.1, 1e-3), radius=0.01)
     with pytest.raises(InputError, match=r"Revolute 'O' has friction"):
-        fm.simulate(fm.Mechanism("rough", (arm, rough)), t_end=0.1, step=1e-3, method=fm.Staggered())
+        fm.simulate(fm.Mechanism("rough", (arm, rough)), t_end=0.1, step=1e-3, method=Staggered())
 
 
 @pytest.mark.parametrize(
@@ -293,7 +294,7 @@ def test_springs_on_flexible_bodies_are_refused(part):
     arm = beam()
     mech = fm.Mechanism("sprung", (arm, fm.Revolute("O", fm.GROUND, arm, (0.0, 0.0)), part(arm)))
     with pytest.raises(InputError, match=r"'k' acts on the flexible body 'beam'"):
-        fm.simulate(mech, t_end=0.01, step=1e-3, method=fm.Staggered())
+        fm.simulate(mech, t_end=0.01, step=1e-3, method=Staggered())
 
 
 @pytest.mark.parametrize(("driven", "error"), [(True, ModelError), (False, AssemblyError)])
@@ -309,11 +310,11 @@ def test_joints_that_only_flexible_bodies_allow_are_refused(driven, error):
     motor = [fm.Drive("motor", "O0", fm.ConstantSpeed(3.0))] if driven else []
     mech = fm.Mechanism("cranks", (*cranks, top, *joints, *motor))
     with pytest.raises(error, match="with rigid bodies in place of flexible ones, Mechanism 'cranks'") as found:
-        fm.simulate(mech, t_end=0.01, step=1e-3, method=fm.Staggered())
+        fm.simulate(mech, t_end=0.01, step=1e-3, method=Staggered())
     assert "make a link flexible" not in str(found.value)
 
 
 @pytest.mark.parametrize("bad", [{"rotation": "none"}, {"play": "loose"}, {"mean_axes": 1}, {"passes": 0}])
 def test_options_out_of_range_are_refused(bad):
     with pytest.raises(InputError, match=next(iter(bad))):
-        fm.Staggered(**bad)
+        Staggered(**bad)

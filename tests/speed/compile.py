@@ -58,8 +58,6 @@ print(f"WORK = {costs.REFERENCE_PACE * notice.pace.__wrapped__():.4f}")
 fm.simulate(fm.mechanisms.nine_bar(), t_end=1e-3)
 fm.simulate(fm.mechanisms.slider_crank(), t_end=1e-5, step=1e-6, method=fm.RungeKutta4())
 flow = fm.chaos.MechanismFlow(crank); flow.advance(1e-5, flow.tangent_basis(1, seed=0))
-flexible = fm.mechanisms.slider_crank(flexible=True)
-fm.simulate(flexible, t_end=1e-5, step=1e-6, method=fm.Staggered())
 stage_of = {name: stage for stage, known in costs.STAGES.items() for name in known}
 for name, cost in clock.found:
     print(f"{stage_of.get(name, '-'):30s} {name}: {cost:.2f}")

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from nine_bar_study.item import StudyFigure, StudyPage
+from nine_bar_study.run import StudyError, StudyRun
 
 import flexmb as fm
-from flexmb.study.item import StudyFigure, StudyPage
-from flexmb.study.run import StudyError, StudyRun
 
 
 def interrupted(run, options, steps):

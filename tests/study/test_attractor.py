@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from nine_bar_study.effort import FULL, QUICK
+from nine_bar_study.exponent import LOOKS, SHOWN, attractor, growth
+from nine_bar_study.motion import motion
+from nine_bar_study.nine_bar.cases import MACHINE, PLAYS, SPEEDS, case
+from nine_bar_study.samples import by_period, cloud, growth_rates
 
 from flexmb.errors import InputError
-from flexmb.study.effort import FULL, QUICK
-from flexmb.study.exponent import LOOKS, SHOWN, attractor, growth
-from flexmb.study.motion import motion
-from flexmb.study.nine_bar.cases import MACHINE, PLAYS, SPEEDS, case
-from flexmb.study.samples import by_period, cloud, growth_rates
 
 pytestmark = pytest.mark.slow
 

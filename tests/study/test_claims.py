@@ -5,12 +5,11 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
-
-from flexmb.study.claims import coincidence as at
-from flexmb.study.claims.evidence import Evidence, ideal
-from flexmb.study.claims.finding import AGREES, ASIDE, DISAGREES, NOT_JUDGED, UNDECIDED, Finding, Part
-from flexmb.study.nine_bar.claims import CLAIMS
-from flexmb.study.nine_bar.measures import FAST, LARGE, MEASURES, MIDDLE, SLOW, SMALL, SMALLEST, key
+from nine_bar_study.claims import coincidence as at
+from nine_bar_study.claims.evidence import Evidence, ideal
+from nine_bar_study.claims.finding import AGREES, ASIDE, DISAGREES, NOT_JUDGED, UNDECIDED, Finding, Part
+from nine_bar_study.nine_bar.claims import CLAIMS
+from nine_bar_study.nine_bar.measures import FAST, LARGE, MEASURES, MIDDLE, SLOW, SMALL, SMALLEST, key
 
 JUDGE = {claim.number: claim.judge for claim in CLAIMS}
 VERDICTS = (AGREES, DISAGREES, UNDECIDED)

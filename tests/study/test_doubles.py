@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
+from nine_bar_study.effort import FULL
+from nine_bar_study.nine_bar.cases import MACHINE, PRINTED, case
+from nine_bar_study.nine_bar.figures import figures
+from nine_bar_study.nine_bar.pages import exponents
 from study_runs import check_data
-
-from flexmb.study.effort import FULL
-from flexmb.study.nine_bar.cases import MACHINE, PRINTED, case
-from flexmb.study.nine_bar.figures import figures
-from flexmb.study.nine_bar.pages import exponents
 
 OBSERVED = MACHINE.places
 SIGNALS = [name for seen in MACHINE.observables for name in (seen.place, seen.rate)]

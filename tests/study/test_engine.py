@@ -13,20 +13,20 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
+from nine_bar_study.command import main
+from nine_bar_study.crew import work_off
+from nine_bar_study.diagram import diagram
+from nine_bar_study.effort import FULL, QUICK
+from nine_bar_study.nine_bar.cases import OVER_CLEARANCE, OVER_SPEED, case
+from nine_bar_study.nine_bar.tables import STUDY
+from nine_bar_study.store import Cost, Kept, keep
+from nine_bar_study.study import Study, runs_of, shown_numbers, studies, study_of
 from study_runs import figure, page, ramp
 
-from flexmb.cli import main
 from flexmb.errors import InputError
 from flexmb.jobs.files import append_line, lines_of
 from flexmb.jobs.progress import WorkBar, clock
 from flexmb.step.step_size import Adaptive
-from flexmb.study.crew import work_off
-from flexmb.study.diagram import diagram
-from flexmb.study.effort import FULL, QUICK
-from flexmb.study.nine_bar.cases import OVER_CLEARANCE, OVER_SPEED, case
-from flexmb.study.nine_bar.tables import STUDY
-from flexmb.study.store import Cost, Kept, keep
-from flexmb.study.study import Study, runs_of, shown_numbers, studies, study_of
 
 
 @pytest.fixture
@@ -52,7 +52,7 @@ def study(monkeypatch, journal):
     def shows(*others):
         """Other figures in their place; a function of the effort, or figures."""
         given = others[0] if callable(others[0]) else lambda effort: others
-        monkeypatch.setattr("flexmb.study.nine_bar.tables.STUDY", replace(made, figures=given))
+        monkeypatch.setattr("nine_bar_study.nine_bar.tables.STUDY", replace(made, figures=given))
 
     shows(*figures)
     return SimpleNamespace(made=made, shows=shows)
@@ -67,7 +67,7 @@ def computed(journal):
 
 
 def paper(*arguments):
-    return main(["paper", *map(str, arguments), "--workers", "1"])
+    return main([*map(str, arguments), "--workers", "1"])
 
 
 # What is kept.
@@ -133,8 +133,8 @@ import signal
 import sys
 from pathlib import Path
 from study_runs import ramp
-from flexmb.study.crew import work_off
-from flexmb.study.store import Kept
+from nine_bar_study.crew import work_off
+from nine_bar_study.store import Kept
 
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.default_int_handler)  # what runs in the background may ignore it
@@ -230,7 +230,7 @@ def test_full_diagrams_are_the_published_sweeps(monkeypatch):
         asked.update(keywords, make=make, parameter=parameter, values=values)
         return xr.Dataset({"ok": ("k", [True])})
 
-    monkeypatch.setattr("flexmb.study.diagram.bifurcation", noted)
+    monkeypatch.setattr("nine_bar_study.diagram.bifurcation", noted)
     OVER_SPEED.run(FULL, "flexible").compute()
     assert (asked["skip"], asked["keep"], asked["exponent"]) == (20, 50, "points")
     assert asked["step"] == Adaptive(rtol=1e-3, max=2e-4)
@@ -383,12 +383,12 @@ def test_a_folder_that_cannot_be_written(study, tmp_path, capsys, journal):
 
 
 def test_workers_must_be_a_number(study, tmp_path, capsys):
-    assert main(["paper", "--out", str(tmp_path), "--workers", "0"]) == 2
+    assert main(["--out", str(tmp_path), "--workers", "0"]) == 2
     assert "--workers is 0; it must be at least 1" in capsys.readouterr().err
 
 
 def test_the_list(study, capsys):
-    assert main(["paper", "--list"]) == 0
+    assert main(["--list"]) == 0
     out = capsys.readouterr().out
     assert "9  Figure of 1 runs" in out
     assert "long  Page long (only if asked for)" in out
@@ -433,7 +433,7 @@ def test_values_that_failed_are_told_each_time(study, tmp_path, journal, capsys,
         columns = {"ok": ("k", [True, False]), "status": ("k", ["", "the step became too small"])}
         return xr.Dataset(columns)
 
-    monkeypatch.setattr("flexmb.study.diagram.bifurcation", half)
+    monkeypatch.setattr("nine_bar_study.diagram.bifurcation", half)
     drawn = figure(7, ramp("a", journal))
     study.shows(replace(drawn, runs=(short_diagram(), *drawn.runs)))
     for _ in range(2):
@@ -456,6 +456,6 @@ def test_there_are_no_more_workers_than_jobs(kept, journal, monkeypatch):
         asked.append(workers)
         return nullcontext()
 
-    monkeypatch.setattr("flexmb.study.crew.worker_pool", noted)
+    monkeypatch.setattr("nine_bar_study.crew.worker_pool", noted)
     work_off([ramp("a", journal), ramp("b", journal)], kept, 5000, shown=False)
     assert asked == [2]

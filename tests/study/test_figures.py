@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
+from nine_bar_study.effort import Effort
+from nine_bar_study.nine_bar.cases import QUANTITIES
+from nine_bar_study.nine_bar.figures import figures
 from study_runs import check_data
-
-from flexmb.study.effort import Effort
-from flexmb.study.nine_bar.cases import QUANTITIES
-from flexmb.study.nine_bar.figures import figures
 
 TINY = Effort("tiny", 3, 1, 1, 1, 50, 45, 2, 4, 3, exponents=False)
 FACTORS = {"mm": 1e3, "µm": 1e6, "mm/s": 1e3, "m/s": 1.0, "m/s²": 1.0, "N": 1.0, "N m": 1.0}

@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 import pytest
+from nine_bar_study.nine_bar.cases import FRICTION, case
+from nine_bar_study.nine_bar.lugre import LoadScaledLuGre
 from scipy.integrate import solve_ivp
 
 import flexmb as fm
 from flexmb.errors import InputError
-from flexmb.study.nine_bar.cases import FRICTION, case
-from flexmb.study.nine_bar.lugre import LoadScaledLuGre
 
 NUMBERS = {"static": 0.015, "kinetic": 0.01, "stribeck_speed": 1e-3, "stiffness": 1e5, "damping": 300.0}
 LAW = LoadScaledLuGre(**NUMBERS)

@@ -4,9 +4,8 @@ import math
 
 import numpy as np
 import pytest
-
-from flexmb.study.nine_bar.cases import case
-from flexmb.study.nine_bar.reaction import crossings, reaction, reversal, turning
+from nine_bar_study.nine_bar.cases import case
+from nine_bar_study.nine_bar.reaction import crossings, reaction, reversal, turning
 
 N = 64
 ANGLE = np.arange(N) * 2.0 * math.pi / N

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-
-from flexmb.study.nine_bar.readings import READINGS, comparable, ratios
+from nine_bar_study.nine_bar.readings import READINGS, comparable, ratios
 
 UNITS = {
     "1/s": 1.0,

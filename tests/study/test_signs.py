@@ -6,9 +6,9 @@ Analysis, 2003, p. 431), so that nothing of this comes from the mechanism.
 
 import numpy as np
 import pytest
+from nine_bar_study.samples import growth_by_distance, surrogate, without_periodic_part
 
 from flexmb.series.wolf import wolf
-from flexmb.study.samples import growth_by_distance, surrogate, without_periodic_part
 
 EXPONENT = 0.906
 PERIODS, SAMPLES = 200, 25

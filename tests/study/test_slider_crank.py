@@ -4,12 +4,11 @@ import math
 
 import pytest
 import xarray as xr
-
-from flexmb.study.claims.evidence import Evidence, ideal
-from flexmb.study.claims.finding import AGREES, DISAGREES, NOT_JUDGED, UNDECIDED
-from flexmb.study.slider_crank.cases import case
-from flexmb.study.slider_crank.tables import CLAIMS, START, STUDY, TABLE
-from flexmb.study.study import runs_of
+from nine_bar_study.claims.evidence import Evidence, ideal
+from nine_bar_study.claims.finding import AGREES, DISAGREES, NOT_JUDGED, UNDECIDED
+from nine_bar_study.slider_crank.cases import case
+from nine_bar_study.slider_crank.tables import CLAIMS, START, STUDY, TABLE
+from nine_bar_study.study import runs_of
 
 W, R, L = 5000.0 * math.pi / 30.0, 0.05, 0.12
 

@@ -4,9 +4,7 @@ import math
 
 import numpy as np
 import pytest
-
-import flexmb as fm
-from flexmb.study.statistics import (
+from nine_bar_study.statistics import (
     COVERAGE,
     EQUAL,
     HIGHER,
@@ -17,6 +15,8 @@ from flexmb.study.statistics import (
     compare,
     correlation_time,
 )
+
+import flexmb as fm
 
 
 def autoregressive(phi: float, shape: tuple[int, ...], seed: int) -> np.ndarray:

@@ -6,26 +6,26 @@ import math
 import numpy as np
 import pytest
 import xarray as xr
+from nine_bar_study.case import JOINT_CURVES
+from nine_bar_study.claims.page import written
+from nine_bar_study.diagram import measure_diagram
+from nine_bar_study.effort import FULL, QUICK
+from nine_bar_study.exponent import growth, measure_attractor, measure_growth
+from nine_bar_study.motion import measure_motion
+from nine_bar_study.nine_bar import plan as plans
+from nine_bar_study.nine_bar.cases import MACHINE, case
+from nine_bar_study.nine_bar.claims import CLAIMS
+from nine_bar_study.nine_bar.measures import LARGE, MEASURES, MIDDLE, SMALL, case_of, key
+from nine_bar_study.nine_bar.pages import convergence, damping, sensitivity
+from nine_bar_study.nine_bar.pages.threshold import FINE
+from nine_bar_study.nine_bar.reaction import measure_reaction
+from nine_bar_study.nine_bar.tables import STUDY
+from nine_bar_study.nine_bar.variations import DAMPED, DATA, USUAL, VARIATIONS, ZETAS
+from nine_bar_study.onset import measure_onset, onset
+from nine_bar_study.run import StudyError
 from study_runs import check_data
 
 import flexmb as fm
-from flexmb.study.case import JOINT_CURVES
-from flexmb.study.claims.page import written
-from flexmb.study.diagram import measure_diagram
-from flexmb.study.effort import FULL, QUICK
-from flexmb.study.exponent import growth, measure_attractor, measure_growth
-from flexmb.study.motion import measure_motion
-from flexmb.study.nine_bar import plan as plans
-from flexmb.study.nine_bar.cases import MACHINE, case
-from flexmb.study.nine_bar.claims import CLAIMS
-from flexmb.study.nine_bar.measures import LARGE, MEASURES, MIDDLE, SMALL, case_of, key
-from flexmb.study.nine_bar.pages import convergence, damping, sensitivity
-from flexmb.study.nine_bar.pages.threshold import FINE
-from flexmb.study.nine_bar.reaction import measure_reaction
-from flexmb.study.nine_bar.tables import STUDY
-from flexmb.study.nine_bar.variations import DAMPED, DATA, USUAL, VARIATIONS, ZETAS
-from flexmb.study.onset import measure_onset, onset
-from flexmb.study.run import StudyError
 
 NAMES = ("claims", "threshold", "convergence", "damping", "sensitivity")
 CURVES = [name for name in MACHINE.curves if name.rpartition(".")[2] not in JOINT_CURVES]
@@ -247,7 +247,7 @@ def known(monkeypatch):
     def tried(case, speed, settle, keep, start):
         return speed, float(speed > 1.634) * 0.02, 0.0, 1.0
 
-    monkeypatch.setattr("flexmb.study.onset.tried_at", tried)
+    monkeypatch.setattr("nine_bar_study.onset.tried_at", tried)
     return lambda begin, highest: onset(case("rigid", begin), highest, 1, 1, coarse=0.05, fine=FINE).compute()
 
 

@@ -150,12 +150,6 @@ COMMANDS = (
         MECHANISM,
     ),
     Command(
-        "paper",
-        "figures and tables of a published study computed anew",
-        options.add_paper,
-        ("flexmb paper --quick", "flexmb paper 9-16 --workers 2", "flexmb paper --list"),
-    ),
-    Command(
         "completion",
         "print a script that completes commands and options in a shell",
         options.add_completion,

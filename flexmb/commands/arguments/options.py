@@ -104,29 +104,6 @@ def add_chaos(chaos: argparse.ArgumentParser) -> None:
     files.add_argument("--quiet", action="store_true", help=QUIET)
 
 
-def add_paper(paper: argparse.ArgumentParser) -> None:
-    """Options of `flexmb paper`."""
-    paper.description = (
-        "A published study computed anew: the study of Chen, Jiang, Deng and Wang (Nonlinear Dynamics, 2018) on the "
-        "nine-bar mechanism, or another one. Results of runs are kept in DIR/runs (quick: DIR/runs-quick), so an "
-        "interrupted command continues when it is called again."
-    )
-    paper.add_argument(
-        "what",
-        metavar="WHAT",
-        nargs="*",
-        help="numbers of figures (9), ranges (9-16), names of pages, `figures`, `pages` or `all`; default: all figures "
-        "and pages except the slow pages, which need `all` or their names",
-    )
-    paper.add_argument("--study", metavar="NAME", default="nine-bar", help="nine-bar (default) or slider-crank")
-    paper.add_argument("--out", metavar="DIR", help="folder of all files (default out/paper, quick: out/paper-quick)")
-    paper.add_argument("--quick", action="store_true", help="short runs: all figures and pages within ten minutes")
-    paper.add_argument("--workers", type=int, metavar="N", help="worker processes (default: one for each core)")
-    paper.add_argument("--fresh", action="store_true", help="compute existing results again")
-    paper.add_argument("--list", action="store_true", help="list figures and pages only")
-    paper.add_argument("--quiet", action="store_true", help=QUIET)
-
-
 def add_check(check: argparse.ArgumentParser) -> None:
     """Options of `flexmb check`."""
     check.add_argument("--step", metavar="TIME", help="fixed step that a run is to take: is it short enough?")

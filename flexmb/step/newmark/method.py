@@ -134,7 +134,7 @@ class Newmark(Method):
         """The numbers for the compiled loop."""
         return Coefficients(self.alpha_m, self.alpha_f, self.beta, self.gamma)
 
-    def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - see `Staggered`
+    def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - methods of users may
         """Stepper of the compiled mechanism."""
         return NewmarkStepper(program, self)
 

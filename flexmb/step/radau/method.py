@@ -106,7 +106,7 @@ class RadauIIA(Method):
         """The compiled loop."""
         return (advance_radau,)
 
-    def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - see `Staggered`
+    def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - methods of users may
         """Stepper of the compiled mechanism."""
         return RadauStepper(program)
 
