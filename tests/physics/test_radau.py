@@ -223,6 +223,7 @@ def test_peaks_are_no_less_than_what_was_saved():
     assert np.all(sol.peaks.values >= saved * (1.0 - 1e-12) - 1e-300)
     assert sol.peak("motor.torque").value == pytest.approx(newmark.peak("motor.torque").value, rel=1e-3)
 
+
 @pytest.mark.parametrize("speed", [40.0, 100.0])
 def test_forces_between_steps_across_kinks_of_a_cam(speed):
     """Follower of a 3-4-5 cam, whose jerk jumps at dwells: force m w^2 s'' + k (s + r), at all saved instants."""

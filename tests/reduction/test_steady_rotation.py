@@ -56,9 +56,7 @@ def test_stress_does_not_depend_on_step_and_damping(step, damping, inertia):
     # 24 modes without shapes of inertia leave 0.5 %
     node = points[np.hypot(*(points - (0.2, 0.0)).T).argmin()]
     stress = sol.stress("rod", [(0.2, 0.0)])["sx"].values.ravel()[-6:]
-    assert stress == pytest.approx(
-        stress_by_hand(float(node[0])), rel=4e-3 if inertia else 6e-3
-    )
+    assert stress == pytest.approx(stress_by_hand(float(node[0])), rel=4e-3 if inertia else 6e-3)
     assert np.ptp(stress) < 1e-3 * stress.max()
 
 
