@@ -81,8 +81,8 @@ def nearest_pose(closed: Program) -> tuple[np.ndarray, dict[str, float]]:
     q = np.array(closed.reference.q)
     for _ in range(CREEPS):
         g = system.at(q).residual
-        w = least_shift(system.blocks[1] @ rigid.plain_basis(q), -g)
-        size = float(np.abs(w).max(initial=0.0))
+        w = least_shift(system.blocks[1] @ rigid.plain_basis(q), -g, rigid.sizes)
+        size = float(np.abs(w / rigid.sizes).max(initial=0.0))
         if size < 1e-10:
             break
         part = min(1.0, 0.1 / size)

@@ -28,7 +28,7 @@ MOST_ITERATIONS = 60
 """Number of Newton iterations of a stride at most."""
 
 LARGEST_MOVE = 0.3
-"""Largest movement of a body in an iteration [rad; m, or relative to the size of a mechanism of more than 1 m]."""
+"""Largest movement of a body in an iteration [rad, or relative to the size of the mechanism]."""
 
 SPARSE_ENTRIES = 400_000
 """Number of entries of the constraint matrix above which the least movement is computed by sparse factors."""
@@ -116,7 +116,6 @@ def _newton(
 ) -> tuple[np.ndarray, float]:
     """Solve g + shift = 0 by least movements of the bodies; return the pose and its largest gap."""
     wanted = CLOSED_GAP * program.length
-    sizes = np.array([max(1.0, program.length), max(1.0, program.length), 1.0])
     gap, best = np.inf, np.inf
     for _ in range(MOST_ITERATIONS):
         system.at(q, t=t)
@@ -125,24 +124,25 @@ def _newton(
         if gap <= wanted:
             return q, gap
         best = min(best, gap)
-        w = least_shift(system.blocks[1] @ rigid.plain_basis(q), -g)
-        largest = np.abs(w.reshape(-1, 3) / sizes).max(initial=0.0)
+        w = least_shift(system.blocks[1] @ rigid.plain_basis(q), -g, rigid.sizes)
+        largest = np.abs(w / rigid.sizes).max(initial=0.0)
         q = rigid.moved(q, w * (LARGEST_MOVE / largest) if largest > LARGEST_MOVE else w)
     if gap <= 1e3 * wanted:
         return q, gap
     raise AssemblyError(_open_joints(program, g, gap))
 
 
-def least_shift(A: Any, b: np.ndarray) -> np.ndarray:
-    """The w of least norm that minimises |A w - b|; A plain, or sparse (hundreds of bodies)."""
+def least_shift(A: Any, b: np.ndarray, sizes: np.ndarray) -> np.ndarray:
+    """The w with the least norm of w/sizes that minimises |A w - b|; A plain, or sparse (hundreds of bodies)."""
     m, n = A.shape
+    A = A * sizes if isinstance(A, np.ndarray) else A.multiply(sizes).tocsr()
     if not isinstance(A, np.ndarray) and m * n > SPARSE_ENTRIES:
         import scipy.sparse as sp
 
         found = bordered_solution(sp.eye_array(n), A, np.concatenate([np.zeros(n), b]))
         if found is not None and np.abs(A @ found[:n] - b).max() <= 1e-9 * np.abs(b).max():
-            return found[:n]
-    shift: np.ndarray = np.linalg.lstsq(plain(A), b, rcond=1e-10)[0]
+            return sizes * found[:n]
+    shift: np.ndarray = sizes * np.linalg.lstsq(plain(A), b, rcond=1e-10)[0]
     return shift
 
 

@@ -30,6 +30,7 @@ class RigidMotion:
         self.body = np.asarray(program.reference.body[:n_b:3])  # of each node
         self.turns = np.asarray(program.reference.turns)[: len(self.body)]
         self.count = len(program.names.bodies)
+        self.sizes = np.tile([program.length, program.length, 1.0], self.count)  # of w
         self.first = np.full(self.count, -1)
         self.first[self.body[::-1]] = np.arange(len(self.body))[::-1]  # of several the last one stays
 

@@ -163,7 +163,7 @@ def test_least_movement_by_sparse_factors():
     rng = np.random.default_rng(2)
     A = sp.random(500, 900, 0.01, random_state=5, format="csr") + sp.eye_array(500, 900)
     b = rng.normal(size=500)
-    assert least_shift(A.tocsr(), b) == pytest.approx(np.linalg.lstsq(A.toarray(), b)[0], abs=1e-8)
+    assert least_shift(A.tocsr(), b, np.ones(A.shape[1])) == pytest.approx(np.linalg.lstsq(A.toarray(), b)[0], abs=1e-8)
 
 
 def test_accelerations_by_kept_factors_are_those_of_small_models(monkeypatch):
