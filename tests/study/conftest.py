@@ -6,5 +6,7 @@ from pathlib import Path
 
 FOLDER = str(Path(__file__).parent)
 sys.path.insert(0, FOLDER)
-ROOT = str(Path(__file__).parents[2])
-os.environ["PYTHONPATH"] = os.pathsep.join([FOLDER, ROOT, os.environ.get("PYTHONPATH", "")])
+ROOT = Path(__file__).parents[2]
+os.environ["PYTHONPATH"] = os.pathsep.join(
+    [FOLDER, str(ROOT), str(ROOT / "examples"), os.environ.get("PYTHONPATH", "")]
+)
