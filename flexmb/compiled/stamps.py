@@ -13,11 +13,14 @@ import sys
 from functools import cache
 from importlib.util import resolve_name
 from pathlib import Path
+from sysconfig import get_path
 
 IMPORT = re.compile(r"^(?:from +([\w.]+) +import +(\([^)]*\)|[^\n#]*)|import +([^\n#]*))", re.MULTILINE)
 NAME = re.compile(r"[\w.]+")
 PACKAGE = "flexmb"
-INSTALLED = tuple({str(Path(prefix).resolve()) for prefix in (sys.prefix, sys.base_prefix)})
+STANDARD = tuple({str(Path(get_path(name)).resolve()) for name in ("stdlib", "platstdlib")})
+INSTALLED = {"site-packages", "dist-packages"}
+"""Folders of installed packages."""
 
 
 def stamp(module: str) -> str:
@@ -61,4 +64,19 @@ def _source(module: str) -> tuple[str, frozenset[str]]:
 @cache
 def _of_user(file: str) -> bool:
     """Whether a file belongs neither to Python nor to an installed package."""
-    return not str(Path(file).resolve()).startswith(INSTALLED)
+    path = Path(file).resolve()
+    return not (str(path).startswith(STANDARD) or INSTALLED.intersection(path.parts))
+
+
+def is_of_user(module: str) -> bool:
+    """Whether a module belongs neither to Python nor to an installed package, nor to flexmb.
+
+    Parameters
+    ----------
+    module : its full name; typed-in code has "__main__" or the name of no module.
+    """
+    found = sys.modules.get(module)
+    if found is None or module == "__main__":
+        return True
+    file = getattr(found, "__file__", None)
+    return module.partition(".")[0] != PACKAGE and (hasattr(found, "__path__") if file is None else _of_user(file))

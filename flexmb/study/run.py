@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from flexmb.compiled.digest import digest
 from flexmb.errors import FlexmbError
-from flexmb.sweeps.fingerprint import digest
 from flexmb.version import installed_version
 
 if TYPE_CHECKING:

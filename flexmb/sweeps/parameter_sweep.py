@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 from flexmb import checks
 from flexmb.arguments import checked, require_arguments
+from flexmb.compiled.digest import digest
 from flexmb.docstrings import unit_of
 from flexmb.errors import InputError
 from flexmb.jobs.attempt import Attempt, Outcome, failure
 from flexmb.jobs.engine import PENDING, Chain, Job, drive, require_executor, require_picklable
 from flexmb.jobs.progress import ProgressBar
 from flexmb.sweeps.datasets import LAYOUT, dataset_of
-from flexmb.sweeps.fingerprint import digest, label_of, shown_values
+from flexmb.sweeps.fingerprint import label_of, shown_values, texts_of
 from flexmb.sweeps.grid import Points, points_of
 from flexmb.sweeps.outputs import called, columns_of, fitting
 from flexmb.sweeps.record import STATUS, Column, Record
@@ -203,7 +204,7 @@ def _fingerprint(
         "flexmb": installed_version(),
         "ok": "if all runs reached their ends",
         "function": label_of(function),
-        "text": digest(function),
+        **texts_of("text", function),
         "points": list(points.dims),
         "values": {name: shown_values(list(column)) for name, column in points.values.items()},
         "fixed": {name: f"{type(value).__name__} {digest(value)}" for name, value in sorted(fixed.items())},
