@@ -17,9 +17,9 @@ import sys
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, fields, is_dataclass
-from functools import cached_property, partial, singledispatch
+from functools import cached_property, singledispatch
 from importlib.util import resolve_name
-from types import BuiltinFunctionType, CodeType, FunctionType, MethodType, ModuleType
+from types import CodeType, FunctionType, MethodType, ModuleType
 from typing import Any
 
 import numpy as np
@@ -36,12 +36,7 @@ Parts = bytes | tuple[str, Sequence[Any]]
 
 
 def digest(value: Any) -> str:
-    """Digest of a value; equal for equal values, with numbers compared bit by bit.
-
-    Parameters
-    ----------
-    value : any value.
-    """
+    """Digest of a value; equal for equal values, with numbers compared bit by bit."""
     feed = _Feed()
     feed.add(value, ())
     for named in feed.shared:  # grows meanwhile
@@ -90,23 +85,18 @@ def kind_of(value: Any) -> str:
 
 @singledispatch
 def parts_of(value: Any) -> Parts:
-    """Bytes of a simple value, or name and entries of a composed one.
-
-    Parameters
-    ----------
-    value : any value; other classes are registered.
-    """
+    """Bytes of a simple value, or name and entries of a composed one."""
     unwrapped = inspect.unwrap(value) if callable(value) else value
     if unwrapped is not value:  # compiled by numba, for example
         return "wrapped", [unwrapped]
     if is_dataclass(value):
-        return kind_of(value), [type(value), {f.name: getattr(value, f.name) for f in fields(value)}]
+        return kind_of(value), [type(value), {f.name: getattr(value, f.name, None) for f in fields(value)}]
     try:
         reduced = copyreg.dispatch_table.get(type(value), lambda one: one.__reduce_ex__(4))(value)
     except Exception:  # whatever a class of others raises
         return f"{UNKNOWN}{kind_of(value)}", ()
     if isinstance(reduced, str):
-        return f"{kind_of(value)} {reduced}".encode()
+        return f"{kind_of(value)} {getattr(value, '__module__', '')} {reduced}".encode()
     return kind_of(value), [list(part) if isinstance(part, Iterator) else part for part in reduced]
 
 
@@ -122,7 +112,8 @@ def _simple(value: Any) -> Parts:
 
 @parts_of.register
 def _numpy_number(value: np.generic) -> Parts:
-    return parts_of(value.item())
+    plain = value.item()
+    return repr(value).encode() if isinstance(plain, np.generic) else parts_of(plain)
 
 
 @parts_of.register
@@ -149,35 +140,16 @@ def _set(value: Any) -> Parts:
 
 
 @parts_of.register
-def _partial(value: partial) -> Parts:  # type: ignore[type-arg] # singledispatch takes no subscripted class
-    return "partial", [value.func, value.args, value.keywords]
-
-
-@parts_of.register
 def _method(value: MethodType) -> Parts:
     return "method", [value.__func__, value.__self__]
 
 
-@parts_of.register
-def _builtin(value: BuiltinFunctionType) -> Parts:
-    owner = None if isinstance(value.__self__, ModuleType) else value.__self__
-    return "builtin", [f"{value.__module__}.{value.__qualname__}", owner]
-
-
 @parts_of.register(classmethod)
 @parts_of.register(staticmethod)
-def _of_class(value: Any) -> Parts:
-    return type(value).__name__, [value.__func__]
-
-
-@parts_of.register
-def _property(value: property) -> Parts:
-    return "property", [value.fget, value.fset]
-
-
-@parts_of.register
-def _cached(value: cached_property) -> Parts:  # type: ignore[type-arg] # singledispatch takes no subscripted class
-    return "property", [value.func]
+@parts_of.register(property)
+@parts_of.register(cached_property)
+def _descriptor(value: Any) -> Parts:
+    return kind_of(value), [getattr(value, name, None) for name in ("__func__", "fget", "fset", "func")]
 
 
 @parts_of.register
@@ -255,12 +227,7 @@ def _text(function: FunctionType) -> Any:
 
 
 def named_by(function: FunctionType) -> dict[str, Any]:
-    """Objects outside a function that its code names, by name: globals, and modules that it imports.
-
-    Parameters
-    ----------
-    function : a function of a user.
-    """
+    """Objects outside a function that its code names, by name: globals, and modules that it imports."""
     found, texts, attributes, space = set[str](), set[str](), set[str](), function.__globals__
     modules: dict[str, Any] = {}
     for code in _codes(function.__code__):

@@ -24,12 +24,7 @@ INSTALLED = {"site-packages", "dist-packages"}
 
 
 def stamp(module: str) -> str:
-    """Digest of the sources of a module and of all that importing it needs.
-
-    Parameters
-    ----------
-    module : its full name; it has been imported.
-    """
+    """Digest of the sources of a module and of all that importing it needs."""
     found, todo = set[str](), [module]
     while todo:
         name = todo.pop()
@@ -69,12 +64,7 @@ def _of_user(file: str) -> bool:
 
 
 def is_of_user(module: str) -> bool:
-    """Whether a module belongs neither to Python nor to an installed package, nor to flexmb.
-
-    Parameters
-    ----------
-    module : its full name; typed-in code has "__main__" or the name of no module.
-    """
+    """Whether a module belongs neither to Python nor to an installed package, nor to flexmb."""
     found = sys.modules.get(module)
     if found is None or module == "__main__":
         return True

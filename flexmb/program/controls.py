@@ -107,12 +107,6 @@ class WiredControl:
 def wired(contributions: Contributions, number: Numbering, aliases: Mapping[str, str]) -> Contributions:
     """Contributions whose controls are wired, in the order of evaluation.
 
-    Parameters
-    ----------
-    contributions : all contributions of a mechanism.
-    number : numbers of the coordinates.
-    aliases : other names of nodes.
-
     Raises
     ------
     ModelError : an input that does not exist, that is no function of the state, or that closes a loop.

@@ -54,12 +54,7 @@ class StudyRun:
         return digest((FORMAT, self.measure.__name__, *case, dict(self.settings), installed_version()))
 
     def compute(self, **where: Any) -> xr.Dataset:
-        """Compute the result.
-
-        Parameters
-        ----------
-        **where : arguments `executor`, `store` and `pending` of `measure_diagram`.
-        """
+        """Compute the result."""
         return self.measure(self.case, **dict(self.settings), **where)
 
     @staticmethod

@@ -179,14 +179,7 @@ class _Run:
     bar: ProgressBar
 
     def chain(self, row: int, part: np.ndarray, begins: bool) -> Chain:
-        """The points of a chunk one after the other; carried states go from each point to the next.
-
-        Parameters
-        ----------
-        row : index of the direction.
-        part : indices of the values of the chunk, in order.
-        begins : whether no neighbour precedes the first point, so that its cold start is no seam.
-        """
+        """The points of a chunk one after the other; carried states go from each point to the next."""
         record, carried, carries = self.record, None, STATE in self.record.columns
         for i in part:
             index = (row, int(i))
@@ -277,11 +270,6 @@ def _check(family: Family, direction: str, chunks: int, count: int) -> None:
 
 def first_of(family: Family, values: Sequence[float]) -> Dynamics:
     """The system at the first value that gives one.
-
-    Parameters
-    ----------
-    family : the systems.
-    values : values of the parameter.
 
     Raises
     ------

@@ -42,13 +42,7 @@ def load_sweep(path: str | Path) -> xr.Dataset:
 
 
 def dataset_of(tables: Tables, attributes: Mapping[str, Any]) -> xr.Dataset:
-    """Dataset of the arrays and attributes of a record or store.
-
-    Parameters
-    ----------
-    tables : arrays by name.
-    attributes : attributes by name; `kind` is "bifurcation" or "sweep".
-    """
+    """Dataset of the arrays and attributes of a record or store."""
     import xarray as xr
 
     entries = {name: (dims, _plain(values), dict(attrs)) for name, (dims, values, attrs) in tables.items()}

@@ -24,12 +24,7 @@ OF_SYSTEMS = (FunctionType, partial, Dynamics, Program, FixedStep, Adaptive, New
 
 
 def label_of(function: Any) -> str:
-    """Name of a function, a mechanism or a system, such as "flexmb.mechanisms.nine_bar.nine_bar".
-
-    Parameters
-    ----------
-    function : the object.
-    """
+    """Name of a function, a mechanism or a system, such as "flexmb.mechanisms.nine_bar.nine_bar"."""
     if isinstance(function, partial):
         return f"partial of {label_of(function.func)}"
     if isinstance(function, (Mechanism, Dynamics)):
@@ -46,13 +41,7 @@ def shown_values(values: Sequence[Any]) -> str:
 
 
 def texts_of(name: str, function: Any) -> dict[str, str]:
-    """Digests of a function, and of each object that it names, for messages and comparison.
-
-    Parameters
-    ----------
-    name : name of the digest of the whole.
-    function : function, mechanism or system.
-    """
+    """Digests of a function, and of each object that it names, for messages and comparison."""
     plain = inspect.unwrap(function) if callable(function) else function
     named = named_by(plain) if isinstance(plain, FunctionType) else {}
     return {name: digest(function), **{f"global {key}": digest(named[key]) for key in sorted(named)}}

@@ -143,13 +143,7 @@ class _Collector:
             self._use([_column(entry) for entry in record.store.attributes[LAYOUT]])
 
     def take(self, number: int, outcome: Outcome) -> None:
-        """Collect the outcome of point `number`.
-
-        Parameters
-        ----------
-        number : number of the point.
-        outcome : its outcome.
-        """
+        """Collect the outcome of point `number`."""
         self.held[number] = outcome
         while self.columns is None and self._is_known(self.next):
             if self.next in self.held and self._decide(self.held[self.next]):

@@ -118,25 +118,14 @@ class Record:
             self.store.coordinate(name, dims, values, attributes)
 
     def describe(self, **attributes: Any) -> None:
-        """Set attributes of the whole sweep: numbers, texts and lists of them.
-
-        Parameters
-        ----------
-        **attributes : values by name.
-        """
+        """Set attributes of the whole sweep: numbers, texts and lists of them."""
         self.attributes.update(attributes)
         if self.store is not None:
             arrays = {name: name in self.columns for name in sorted(self.tables)}
             self.store.describe(**attributes, **{ARRAYS: arrays})
 
     def keep(self, index: Index, values: Mapping[str, Any]) -> None:
-        """Store the results of the point at `index`, its status last; a point that is `ok` has all results.
-
-        Parameters
-        ----------
-        index : indices of the point.
-        values : results by name.
-        """
+        """Store the results of the point at `index`, its status last; a point that is `ok` has all results."""
         for name in sorted(self.columns if values["ok"] else values, key=lambda name: name == STATUS):
             value = self.tables[name][1][index] = values.get(name, self.at(index, name))
             if self.store is not None:

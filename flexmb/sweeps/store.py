@@ -109,14 +109,7 @@ class Store:
         return found
 
     def refuse_lost(self, name: str, needed: np.ndarray, inner: int) -> None:
-        """Refuse a store in which chunks are missing.
-
-        Parameters
-        ----------
-        name : name of the array.
-        needed : flags of the points with a chunk.
-        inner : number of the further dimensions.
-        """
+        """Refuse a store in which chunks are missing."""
         for index in np.argwhere(needed):
             place = self._place(name, index.tolist(), inner)
             if not place.is_file():
@@ -168,7 +161,8 @@ def opened(path: Any, fingerprint: Mapping[str, Any], kind: str, *, resume: bool
     FileFormatError : a folder with other files, or a damaged store.
     MissingPackageError : zarr is not installed.
     """
-    folder = _with_zarr(path)
+    _zarr()
+    folder = checks.path("store", path)
     if folder.exists() and not folder.is_dir():
         raise FileFormatError(f"Store {str(folder)!r}: this is a file. Give a folder, such as out/speed.zarr.")
     if (folder / GROUP_FILE).is_file():
@@ -210,7 +204,8 @@ def existing(path: Any) -> Store:
     InputError : an argument that is not a path.
     FileFormatError : a missing or damaged store, a store of another program or of another version of the format.
     """
-    folder = _with_zarr(path)
+    _zarr()
+    folder = checks.path("store", path)
     file = folder / GROUP_FILE
     if not file.is_file():
         raise FileFormatError(f"Store {str(folder)!r}: there is none. Check the path.")
@@ -288,12 +283,6 @@ def _sweep_out(folder: Path) -> None:
     """Remove temporary files of a killed process."""
     for file in folder.rglob(f"*{PARTIAL}"):
         file.unlink(missing_ok=True)
-
-
-def _with_zarr(path: Any) -> Path:
-    """Folder of a store, where zarr is installed."""
-    _zarr()
-    return checks.path("store", path)
 
 
 def _zarr() -> Any:
