@@ -180,9 +180,7 @@ def test_a_constant_from_another_module_counts(tmp_path, monkeypatch):
     """numba looks at the file of the kernel alone: a number imported from elsewhere stayed as it was at first."""
     monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path / "cache"))
     monkeypatch.syspath_prepend(str(tmp_path))
-    (tmp_path / "zz_law.py").write_text(
-        "from zz_constants import K\ndef motion(p, t):\n    return K * t, K, 0.0\n"
-    )
+    (tmp_path / "zz_law.py").write_text("from zz_constants import K\ndef motion(p, t):\n    return K * t, K, 0.0\n")
     found = []
     for k in (2.0, 2.0, 3.0):
         (tmp_path / "zz_constants.py").write_text(f"K = {k}  #{'#' * int(k)}\n")

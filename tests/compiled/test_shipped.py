@@ -77,7 +77,7 @@ def no_cache(monkeypatch):
     def refuse(function):
         raise RuntimeError("no locator available")
 
-    monkeypatch.setattr(code_cache, "FunctionCache", type("FunctionCache", (), {"__new__": lambda cls, f: refuse(f)}))
+    monkeypatch.setattr(code_cache, "SealedCache", type("SealedCache", (), {"__new__": lambda cls, f: refuse(f)}))
 
 
 def result_of(kernel):

@@ -93,9 +93,7 @@ def held(on, kind=fm.Revolute):
 
 
 def spring(on):
-    return two(
-        lambda a, b: fm.TorsionSpring("s", fm.GROUND, {"a": a, "b": b}[on], stiffness=1.0, damping=0.1)
-    )
+    return two(lambda a, b: fm.TorsionSpring("s", fm.GROUND, {"a": a, "b": b}[on], stiffness=1.0, damping=0.1))
 
 
 def driven(on):
@@ -149,7 +147,7 @@ def test_other_wiring_is_refused(kind):
     first, second = PAIRS[kind]
     for own, other in ((first, second), (second, first)):
         restart = fm.simulate(own, **END).restart
-        with pytest.raises(InputError, match="restart (is of another mechanism|does not fit this model)"):
+        with pytest.raises(InputError, match=r"restart (is of another mechanism|does not fit this model)"):
             fm.simulate(other, **{**END, "t_end": 0.02}, restart=restart)
         assert fm.simulate(own, **{**END, "t_end": 0.02}, restart=restart).ok
 

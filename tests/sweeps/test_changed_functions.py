@@ -17,7 +17,11 @@ CHANGES = {
     "global number": ("GAIN = 2.0\ndef f(a):\n    return GAIN * a\n", "GAIN = 2.0", "GAIN = 3.0"),
     "global tuple": ("GAIN = (2.0, 1)\ndef f(a):\n    return GAIN[0] * a\n", "2.0", "3.0"),
     "dictionary": ("SET = {'x': 1.0, 'gain': 2.0}\ndef f(a):\n    return SET['gain'] * a\n", "2.0", "3.0"),
-    "nested dictionary": ("SET = {'x': {'gain': [2.0]}}\ndef f(a):\n    return SET['x']['gain'][0] * a\n", "2.0", "3.0"),
+    "nested dictionary": (
+        "SET = {'x': [{'gain': 2.0}]}\ndef f(a):\n    return SET['x'][0]['gain'] * a\n",
+        "2.0",
+        "3.0",
+    ),
     "array": ("import numpy as np\nGAIN = np.array([1.0, 2.0])\ndef f(a):\n    return GAIN[1] * a\n", "2.0", "3.0"),
     "set": ("LIMITS = {'2.0'}\ndef f(a):\n    return float(*LIMITS) * a\n", "2.0", "3.0"),
     "helper": ("def gain():\n    return 2.0\ndef f(a):\n    return gain() * a\n", "2.0", "3.0"),
@@ -103,10 +107,18 @@ CHANGES = {
         "G = 3.0",
     ),
     "comprehension": ("G = 2.0\ndef f(a):\n    return sum([G * x for x in (a,)])\n", "G = 2.0", "G = 3.0"),
-    "class within": ("G = 2.0\ndef f(a):\n    class Set:\n        gain = G\n    return Set.gain * a\n", "G = 2", "G = 3"),
+    "class within": (
+        "G = 2.0\ndef f(a):\n    class Set:\n        gain = G\n    return Set.gain * a\n",
+        "G = 2",
+        "G = 3",
+    ),
     "default": ("def f(a, g=2.0):\n    return g * a\n", "2.0", "3.0"),
     "default of a name": ("G = 2.0\ndef f(a, *, g=G):\n    return g * a\n", "2.0", "3.0"),
-    "default function": ("G = 2.0\ndef gain():\n    return G\ndef f(a, g=gain):\n    return g() * a\n", "G = 2", "G = 3"),
+    "default function": (
+        "G = 2.0\ndef gain():\n    return G\ndef f(a, g=gain):\n    return g() * a\n",
+        "G = 2",
+        "G = 3",
+    ),
     "partial": (
         "from functools import partial\ndef whole(g, a):\n    return g * a\nf = partial(whole, 2.0)\n",
         "2.0",
@@ -147,9 +159,14 @@ CHANGES = {
         "G = 2.0\n",
         "G = 3.0\n",
     ),
-    "operator": ("import operator\nop = operator.mul\ndef f(a):\n    return op(a, 2)\n", "= operator.mul", "= operator.add"),
+    "operator": (
+        "import operator\nop = operator.mul\ndef f(a):\n    return op(a, 2)\n",
+        "= operator.mul",
+        "= operator.add",
+    ),
     "bound method": (
-        "class Set:\n    def __init__(self):\n        self.gain = 2.0\n    def of(self, a):\n        return self.gain * a\n"
+        "class Set:\n    def __init__(self):\n        self.gain = 2.0\n    def of(self, a):\n"
+        "        return self.gain * a\n"
         "f = Set().of\n",
         "2.0",
         "3.0",
@@ -239,7 +256,7 @@ def test_another_module_is_refused(kind, model, tmp_path):
 def test_the_message_names_the_global(model, tmp_path):
     text = "GAIN, LEFT = 2.0, 1.0\ndef f(a):\n    return GAIN * a + LEFT\n"
     swept(model(zz_model=text), tmp_path / "s")
-    with pytest.raises(fm.errors.InputError, match="global GAIN: [0-9a-f]{16} there, [0-9a-f]{16} now; text"):
+    with pytest.raises(fm.errors.InputError, match=r"global GAIN: [0-9a-f]{16} there, [0-9a-f]{16} now; text"):
         swept(model(zz_model=text.replace("2.0", "3.0")), tmp_path / "s", resume=True)
 
 
@@ -269,7 +286,7 @@ def test_what_the_function_does_not_name_is_free(old, new, model, tmp_path):
 def test_typed_in_functions_count_with_their_inner_functions():
     def typed(text):
         space = {"__name__": "__main__"}
-        exec(text, space)  # noqa: S102 - as at a prompt
+        exec(text, space)  # as at a prompt
         return digest(space["f"])
 
     text = "def f(a):\n    def inner():\n        return 2.0\n    return inner() * a\n"
