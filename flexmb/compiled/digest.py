@@ -18,13 +18,13 @@ import textwrap
 from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cached_property, singledispatch
-from importlib.util import resolve_name
+from importlib.util import find_spec, resolve_name
 from types import CodeType, FunctionType, MethodType, ModuleType
 from typing import Any
 
 import numpy as np
 
-from flexmb.compiled.stamps import PACKAGE, is_of_user
+from flexmb.compiled.stamps import PACKAGE, is_of_user, is_users_file
 
 DIGITS = 16
 """Number of hexadecimal digits of a digest."""
@@ -233,15 +233,15 @@ def named_by(function: FunctionType) -> dict[str, Any]:
     for code in _codes(function.__code__):
         texts |= {one for one in code.co_consts if isinstance(one, str) and one.isidentifier()}
         attributes |= set(code.co_names)
-        listed = list(dis.get_instructions(code))
+        listed = [one for one in dis.get_instructions(code) if one.opname != "EXTENDED_ARG"]
         for k, one in enumerate(listed):
             if one.opname in ("LOAD_GLOBAL", "LOAD_NAME"):
                 found.add(one.argval)
             elif one.opname == "IMPORT_NAME":
-                level = listed[k - 2].argval
-                name = resolve_name("." * level + one.argval, space.get("__package__") or "") if level else one.argval
-                home = name if level or listed[k - 1].argval else name.partition(".")[0]
-                modules |= {home: _imported(home), name: _imported(name)}
+                name, taken = "." * listed[k - 2].argval + one.argval, listed[k - 1].argval or ()
+                also = [f"{name}{'' if name.endswith('.') else '.'}{inner}" for inner in taken]
+                for each in (name, *also, *(() if taken else (name.partition(".")[0],))):
+                    modules[each] = _imported(each, space.get("__package__") or "")
     found |= texts if "globals" in found else set()
     values = modules | {name: space[name] for name in found if name in space and not name.startswith("__")}
     names = frozenset(attributes | texts)
@@ -256,12 +256,18 @@ def _codes(code: CodeType) -> Iterator[CodeType]:
             yield from _codes(one)
 
 
-def _imported(name: str) -> Any:
-    """Module that a function imports when it is called; None where it cannot be imported."""
+def _imported(name: str, package: str) -> Any:
+    """Module of a user that a function of a package imports when it is called; the name of any other module."""
     try:
+        name = resolve_name(name, package)
+        top = name.partition(".")[0]
+        spec = None if name in sys.modules else find_spec(top)
+        file = spec.origin if spec is not None and spec.has_location else None
+        if top == PACKAGE or not (is_of_user(name) if spec is None else file and is_users_file(file)):
+            return name
         __import__(name)
     except Exception:  # the function will fail, too, or has an answer
-        return None
+        return name
     return sys.modules[name]
 
 

@@ -39,7 +39,7 @@ def _source(module: str) -> tuple[str, frozenset[str]]:
     """Digest of the file of a module, and its imports; empty for installed modules and without a file."""
     file = getattr(sys.modules.get(module), "__file__", None)
     own = module.partition(".")[0] == PACKAGE
-    if file is None or not (own or _of_user(file)):
+    if file is None or not (own or is_users_file(file)):
         return "", frozenset()
     try:
         data = Path(file).read_bytes()
@@ -57,7 +57,7 @@ def _source(module: str) -> tuple[str, frozenset[str]]:
 
 
 @cache
-def _of_user(file: str) -> bool:
+def is_users_file(file: str) -> bool:
     """Whether a file belongs neither to Python nor to an installed package."""
     path = Path(file).resolve()
     return not (str(path).startswith(STANDARD) or INSTALLED.intersection(path.parts))
@@ -69,4 +69,4 @@ def is_of_user(module: str) -> bool:
     if found is None or module == "__main__":
         return True
     file = getattr(found, "__file__", None)
-    return module.partition(".")[0] != PACKAGE and (hasattr(found, "__path__") if file is None else _of_user(file))
+    return module.partition(".")[0] != PACKAGE and (hasattr(found, "__path__") if file is None else is_users_file(file))

@@ -103,15 +103,7 @@ class Record:
                 self.store.refuse_lost(column.name, needed, len(column.shape))
 
     def coordinate(self, name: str, dims: tuple[str, ...], values: np.ndarray, units: str = "") -> None:
-        """Set a coordinate: values along dimensions, numbers or texts.
-
-        Parameters
-        ----------
-        name : name of the coordinate.
-        dims : names of its dimensions.
-        values : the values.
-        units : unit; "" for none.
-        """
+        """Set a coordinate: values along dimensions, numbers or texts."""
         attributes = {"units": units} if units else {}
         self.tables[name] = (dims, values, attributes)
         if self.store is not None:

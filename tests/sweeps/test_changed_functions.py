@@ -197,6 +197,16 @@ OTHER_MODULES = {
 }
 """Models that take a number from another module."""
 
+PACKAGE = {
+    "module of a package": "import zz_package.numbers\ndef f(a):\n    return zz_package.numbers.GAIN * a\n",
+    "taken within": "def f(a):\n    from zz_package.numbers import GAIN\n    return GAIN * a\n",
+    "module taken within": "def f(a):\n    from zz_package import numbers\n    return numbers.GAIN * a\n",
+    "whole path within": "def f(a):\n    import zz_package.numbers\n    return zz_package.numbers.GAIN * a\n",
+    "relative": "def f(a):\n    from .numbers import GAIN\n    return GAIN * a\n",
+    "relative module": "def f(a):\n    from . import numbers\n    return numbers.GAIN * a\n",
+}
+"""Models that take a number from a module of a package; the last ones lie in it."""
+
 NUMBERS = "import math\nOTHER = 1.0\nGAIN = 2.0\ndef gain():\n    return GAIN\n"
 
 
@@ -251,6 +261,33 @@ def test_another_module_is_refused(kind, model, tmp_path):
         (tmp_path / "s" / "status" / "c" / "1").unlink()
     with pytest.raises(fm.errors.InputError, match="written by another sweep"):
         swept(model(zz_numbers=NUMBERS.replace("GAIN = 2.0", "GAIN = 3.0")), tmp_path / "s", resume=True)
+
+
+@pytest.mark.parametrize("kind", PACKAGE)
+def test_another_module_of_a_package_is_refused(kind, tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
+    (tmp_path / "zz_package").mkdir()
+    inner = kind.startswith("relative")
+    file = tmp_path / ("zz_package/model.py" if inner else "zz_model.py")
+    for name, text in (("__init__", ""), ("numbers", NUMBERS)):
+        (tmp_path / "zz_package" / f"{name}.py").write_text(text)
+    file.write_text(PACKAGE[kind])
+
+    def function():
+        importlib.invalidate_caches()
+        for name in ("zz_package", "zz_package.numbers", "zz_package.model", "zz_model"):
+            sys.modules.pop(name, None)
+        return importlib.import_module("zz_package.model" if inner else "zz_model").f
+
+    before = swept(function(), tmp_path / "s")
+    assert before["value"].values.tolist() == [2.0, 4.0]
+    assert swept(function(), tmp_path / "s", resume=True).identical(before)
+    (tmp_path / "zz_package" / "numbers.py").write_text(NUMBERS.replace("GAIN = 2.0", "GAIN = 3.0"))
+    with pytest.raises(fm.errors.InputError, match="written by another sweep"):
+        swept(function(), tmp_path / "s", resume=True)
+    for name in ("zz_package", "zz_package.numbers", "zz_package.model", "zz_model"):
+        sys.modules.pop(name, None)
 
 
 def test_the_message_names_the_global(model, tmp_path):
