@@ -78,7 +78,7 @@ class SealedFiles(IndexDataCacheFile):
             file.write(blake2b(data, digest_size=SEAL_SIZE).digest() + data)
 
     def _read(self, path: str) -> Any:
-        """Content of a file; None if there is none, or a damaged one, which is said once."""
+        """Content of a file; None for a missing or damaged file."""
         try:
             content = Path(path).read_bytes()
         except FileNotFoundError:
@@ -94,7 +94,7 @@ class SealedFiles(IndexDataCacheFile):
 
 
 class SealedCache(FunctionCache):
-    """numba's cache of a function with checksums; a folder that cannot be written is said once.
+    """numba's cache of a function, with checksums and without errors of the file system.
 
     Parameters
     ----------

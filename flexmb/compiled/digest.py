@@ -19,6 +19,7 @@ from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cached_property, singledispatch
 from importlib.util import find_spec, resolve_name
+from pickle import PicklingError
 from types import CodeType, FunctionType, MethodType, ModuleType
 from typing import Any
 
@@ -31,6 +32,12 @@ DIGITS = 16
 
 UNKNOWN = " but for "
 """Words of a digest before the kinds of objects whose content cannot be told (open files, locks, handles)."""
+
+FAILURES = (
+    TypeError, ValueError, AttributeError, ImportError, LookupError, NameError, ArithmeticError, RuntimeError, OSError,
+    SyntaxError, AssertionError, PicklingError,
+)  # fmt: skip
+"""Errors of classes and modules of others, in place of their content."""
 
 Parts = bytes | tuple[str, Sequence[Any]]
 
@@ -93,7 +100,7 @@ def parts_of(value: Any) -> Parts:
         return kind_of(value), [type(value), {f.name: getattr(value, f.name, None) for f in fields(value)}]
     try:
         reduced = copyreg.dispatch_table.get(type(value), lambda one: one.__reduce_ex__(4))(value)
-    except Exception:  # whatever a class of others raises
+    except FAILURES:
         return f"{UNKNOWN}{kind_of(value)}", ()
     if isinstance(reduced, str):
         return f"{kind_of(value)} {getattr(value, '__module__', '')} {reduced}".encode()
@@ -154,7 +161,7 @@ def _descriptor(value: Any) -> Parts:
 
 @parts_of.register
 def _class(value: type) -> Parts:
-    """Name; of a user's class also bases, methods and attributes, without those that Python adds."""
+    """Name of a class; of a user's class also bases, methods and attributes."""
     name = f"{value.__module__}.{value.__qualname__}"
     if not is_of_user(value.__module__):
         return "class", [name, _version(value.__module__)]
@@ -266,7 +273,7 @@ def _imported(name: str, package: str) -> Any:
         if top == PACKAGE or not (is_of_user(name) if spec is None else file and is_users_file(file)):
             return name
         __import__(name)
-    except Exception:  # the function will fail, too, or has an answer
+    except FAILURES:  # the function will fail, too, or has an answer
         return name
     return sys.modules[name]
 

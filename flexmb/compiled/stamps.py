@@ -68,5 +68,5 @@ def is_of_user(module: str) -> bool:
     found = sys.modules.get(module)
     if found is None or module == "__main__":
         return True
-    file = getattr(found, "__file__", None)
-    return module.partition(".")[0] != PACKAGE and (hasattr(found, "__path__") if file is None else is_users_file(file))
+    file = getattr(found, "__file__", None) or next(iter(getattr(found, "__path__", ())), None)  # of a namespace
+    return module.partition(".")[0] != PACKAGE and file is not None and is_users_file(file)
