@@ -61,7 +61,7 @@ class _Feed:
 
     def add(self, value: Any, above: tuple[int, ...]) -> None:
         """Add `value`; `above` are the ids of the objects that contain it."""
-        if isinstance(value, FunctionType | type):
+        if isinstance(value, FunctionType | type) and is_of_user(_home(value)):
             number = self._numbers.setdefault(id(value), len(self.shared))
             if number == len(self.shared):
                 self.shared.append(value)
@@ -97,7 +97,8 @@ def parts_of(value: Any) -> Parts:
     if unwrapped is not value:  # compiled by numba, for example
         return "wrapped", [unwrapped]
     if is_dataclass(value):
-        return kind_of(value), [type(value), {f.name: getattr(value, f.name, None) for f in fields(value)}]
+        own = [type(value)] if is_of_user(type(value).__module__) else []
+        return kind_of(value), [*own, *(part for f in fields(value) for part in (f.name, getattr(value, f.name, None)))]
     try:
         reduced = copyreg.dispatch_table.get(type(value), lambda one: one.__reduce_ex__(4))(value)
     except FAILURES:
@@ -164,7 +165,7 @@ def _class(value: type) -> Parts:
     """Name of a class; of a user's class also bases, methods and attributes."""
     name = f"{value.__module__}.{value.__qualname__}"
     if not is_of_user(value.__module__):
-        return "class", [name, _version(value.__module__)]
+        return f"{name}{_version(value.__module__)}".encode()
     own = {
         key: item
         for key, item in vars(value).items()
@@ -208,13 +209,20 @@ def _code(value: CodeType) -> Parts:
 @parts_of.register
 def _function(value: FunctionType) -> Parts:
     """Name; of a user's function, and of a wrapper around it, all that it does."""
-    home, owner = value.__globals__.get("__name__", ""), value.__module__ or ""
-    if not any(is_of_user(one) or one.partition(".")[0] == PACKAGE for one in (home, owner)):
-        return "function", [f"{owner}.{value.__qualname__}", _version(owner)]
+    home = _home(value)
+    if not is_of_user(home) and home.partition(".")[0] != PACKAGE:
+        return f"{home}.{value.__qualname__}{_version(home)}".encode()
     cells = [_content_of(cell) for cell in value.__closure__ or ()]
-    own = {name: item for name, item in vars(value).items() if name != "__wrapped__"}
-    named = named_by(value) if is_of_user(home) else {}
-    return "function", [value.__name__, _text(value), value.__defaults__, value.__kwdefaults__, cells, own, named]
+    parts = [value.__name__, _text(value), value.__defaults__, value.__kwdefaults__, cells]
+    if is_of_user(home):
+        parts += [{name: item for name, item in vars(value).items() if name != "__wrapped__"}, named_by(value)]
+    return "function", parts
+
+
+def _home(value: Any) -> str:
+    """Module of a class or function; of a wrapper the module of what it wraps, if this is a user's."""
+    home = value.__module__ if isinstance(value, type) else value.__globals__.get("__name__", "")
+    return home if is_of_user(home) else value.__module__ or home
 
 
 def _content_of(cell: Any) -> Any:
@@ -280,4 +288,5 @@ def _imported(name: str, package: str) -> Any:
 
 def _version(module: str) -> str:
     """Version of an installed package; "" without one."""
-    return str(getattr(sys.modules.get(module.partition(".")[0]), "__version__", ""))
+    top = module.partition(".")[0]
+    return "" if top == PACKAGE else str(getattr(sys.modules.get(top), "__version__", ""))

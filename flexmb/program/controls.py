@@ -269,13 +269,6 @@ def samplers(
 ) -> tuple[Sampler, ...]:
     """Controls that act at instants.
 
-    Parameters
-    ----------
-    controls : the controls as declared.
-    wired_controls : the wired controls, in the order of the tables.
-    z : places (n, 2) of their histories.
-    names : names of the signals, with aliases.
-
     Raises
     ------
     ModelError : an input that is no signal.

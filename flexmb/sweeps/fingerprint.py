@@ -55,4 +55,5 @@ def _system(value: Dynamics) -> Parts:
 
 @parts_of.register
 def _program(value: Program) -> Parts:
-    return kind_of(value), [{f.name: getattr(value, f.name) for f in fields(value) if f.name not in DERIVED}]
+    names = [f.name for f in fields(value) if f.name not in DERIVED]
+    return kind_of(value), [part for name in names for part in (name, getattr(value, name))]

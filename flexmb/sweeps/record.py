@@ -113,8 +113,8 @@ class Record:
         """Set attributes of the whole sweep: numbers, texts and lists of them."""
         self.attributes.update(attributes)
         if self.store is not None:
-            arrays = {name: name in self.columns for name in sorted(self.tables)}
-            self.store.describe(**attributes, **{ARRAYS: arrays})
+            known = {**self.store.attributes.get(ARRAYS, {}), **{name: name in self.columns for name in self.tables}}
+            self.store.describe(**attributes, **{ARRAYS: {name: known[name] for name in sorted(known)}})
 
     def keep(self, index: Index, values: Mapping[str, Any]) -> None:
         """Store the results of the point at `index`, its status last; a point that is `ok` has all results."""
