@@ -220,7 +220,7 @@ def _function(value: FunctionType) -> Parts:
 
 
 def _home(value: Any) -> str:
-    """Module of a class or function; of a wrapper the module of what it wraps, if this is a user's."""
+    """Module of a class or function; the module of the wrapped function for wrappers of the standard library."""
     home = value.__module__ if isinstance(value, type) else value.__globals__.get("__name__", "")
     return home if is_of_user(home) else value.__module__ or home
 
