@@ -60,7 +60,8 @@ from numba.core.errors import NumbaError
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
-from flexmb.compiled.code_cache import CodeCache
+from flexmb.compiled.code_cache import CodeCache, SealedCache
+from flexmb.compiled.digest import Parts, digest, parts_of
 from flexmb.compiled.notice import notice
 from flexmb.compiled.pieces import whole
 from flexmb.compiled.pointers import KernelPointer
@@ -202,6 +203,11 @@ class Kernel:
         return f"{self.function.__module__}.{self.name} {text and ast.dump(ast.parse(dedent(text)))}"
 
     @cached_property
+    def content(self) -> str:
+        """Digest of the function of a user, with the values of its closure and of all globals; "" of flexmb's own."""
+        return "" if ours(self.function) else digest(self.function)
+
+    @cached_property
     def python(self) -> Any:
         """Python function of the contract: the user's function, or its version with derivatives."""
         return self._complete()
@@ -242,7 +248,7 @@ class Kernel:
 
     def _key(self) -> tuple[Any, ...]:
         code = self.function.__code__
-        return self.function.__module__, self.function.__qualname__, code.co_code, code.co_consts
+        return self.function.__module__, self.function.__qualname__, code.co_code, code.co_consts, self.content
 
     def _complete(self) -> Any:
         """The user's function; its version with derivatives for a law that returns its force alone."""
@@ -279,10 +285,15 @@ class Kernel:
             dispatcher._cache = CodeCache(self.python)
         elif self._cacheable:
             with suppress(RuntimeError):  # typed-in code has no file beside which a cache could lie
-                dispatcher.enable_caching()
+                dispatcher._cache = SealedCache(self.python, self.content)
         dispatcher.compile(self.contract.signature)
         dispatcher.disable_compile()
         return dispatcher
+
+
+@parts_of.register
+def _parts(value: Kernel) -> Parts:
+    return "kernel", [value.contract.name, value.function]
 
 
 def _lookup(module: str, name: str) -> Any:

@@ -92,14 +92,7 @@ def noted(values: Any, dims: Dims, units: str, text: str) -> Noted:
 
 
 def named(values: Any, dims: Dims, text: str) -> Noted:
-    """Variable of a dataset without a unit: names, verdicts, counts.
-
-    Parameters
-    ----------
-    values : (n,) or more axes.
-    dims : name of its dimension, or of several.
-    text : name of the quantity.
-    """
+    """Variable of a dataset without a unit: names, verdicts, counts."""
     return dims, np.asarray(values), {"long_name": text}
 
 

@@ -83,10 +83,6 @@ def attractor(case: Case, settle: int, points: int, series: int, samples: int = 
 def measure_growth(case: Case, *, settle: int, points: int) -> xr.Dataset:
     """Integrate the motion and a tangent vector.
 
-    Parameters
-    ----------
-    case, settle, points : arguments of `growth`.
-
     Returns
     -------
     xarray.Dataset : over "point": `section.SIGNAL`, section points of the observables and their velocities; attribute
@@ -108,10 +104,6 @@ def measure_growth(case: Case, *, settle: int, points: int) -> xr.Dataset:
 
 def measure_attractor(case: Case, *, settle: int, points: int, series: int, samples: int) -> xr.Dataset:
     """Compute section, series, phase curves and pairs of neighbours, each from the end of the part before.
-
-    Parameters
-    ----------
-    case, settle, points, series, samples : arguments of `attractor`.
 
     Returns
     -------

@@ -43,10 +43,6 @@ def motion(case: Case, skip: int, keep: int, shown: int) -> StudyRun:
 def measure_motion(case: Case, *, skip: int, keep: int, shown: int) -> xr.Dataset:
     """Simulate a case turn by turn.
 
-    Parameters
-    ----------
-    case, skip, keep, shown : arguments of `motion`.
-
     Returns
     -------
     xarray.Dataset : over "turn", for each settled turn: largest absolute values `peak.SIGNAL` and mean step `step` [s];

@@ -53,10 +53,6 @@ def measure_onset(
 ) -> xr.Dataset:
     """Bracket the threshold speed of free flight.
 
-    Parameters
-    ----------
-    case, highest, settle, keep, start, coarse, fine : arguments of `onset`.
-
     Returns
     -------
     xarray.Dataset : over "trial", by ascending speed: `speed` [unit of the machine]; `flight`, largest share of free
@@ -90,12 +86,7 @@ def measure_onset(
 
 
 def tried_at(case: Case, speed: float, settle: int, keep: int, start: str) -> tuple[float, float, float, float]:
-    """Speed, largest share of free flight and of onsets in a settled turn, smallest normal force [N].
-
-    Parameters
-    ----------
-    case, speed, settle, keep, start : arguments of `onset`, for one speed.
-    """
+    """Speed, largest share of free flight and of onsets in a settled turn, smallest normal force [N]."""
     case = dataclasses.replace(case, speed=speed, ramp=case.ramp if start == "soft" else 0.0)
     before, mechanism, joint = settle + case.ramp, case.mechanism(), case.machine.joint
     sol = simulate(mechanism, t_end=before * case.period, save=2, **case.solver)

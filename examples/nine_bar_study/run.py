@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from flexmb.compiled.digest import digest
 from flexmb.errors import FlexmbError
-from flexmb.sweeps.fingerprint import digest
 from flexmb.version import installed_version
 
 if TYPE_CHECKING:
@@ -53,12 +53,7 @@ class StudyRun:
         return digest((FORMAT, self.measure.__name__, *case, dict(self.settings), installed_version()))
 
     def compute(self, **where: Any) -> xr.Dataset:
-        """Compute the result.
-
-        Parameters
-        ----------
-        **where : arguments `executor`, `store` and `pending` of `measure_diagram`.
-        """
+        """Compute the result."""
         return self.measure(self.case, **dict(self.settings), **where)
 
     @staticmethod

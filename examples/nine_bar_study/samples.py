@@ -107,10 +107,6 @@ def growth_rates(result: xr.Dataset) -> dict[str, tuple[float, float]]:
     """Growth rate of the tangent vector and its standard error [1/s], by "state" and by observable.
 
     The standard error is the standard deviation of the growth over the periods, divided by the root of their number.
-
-    Parameters
-    ----------
-    result : result of an `attractor`.
     """
     names = [str(name).removeprefix("growth.") for name in result.data_vars if str(name).startswith("growth.")]
     begins, period = result["pair.time"].values, float(result.attrs["period"])

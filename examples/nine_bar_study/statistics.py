@@ -122,13 +122,7 @@ class Comparison:
 
 
 def plain(value: float, digits: int) -> str:
-    """Text of a number with some significant digits.
-
-    Parameters
-    ----------
-    value : number.
-    digits : number of significant digits.
-    """
+    """Text of a number with some significant digits."""
     return f"{float(f'{value:.{digits}g}'):g}"
 
 
@@ -143,10 +137,6 @@ def compare(first: Mean, second: Mean) -> Comparison:
     effective numbers of turns.  The interval of the ratio is the interval of the difference of the logarithms.
 
     Equation (10.4) of docs/theory/statistics.md.
-
-    Parameters
-    ----------
-    first, second : means in the same unit.
     """
     half = _quantile(_freedom((first.error, first.effective), (second.error, second.effective)))
     half *= math.hypot(first.error, second.error)
@@ -186,13 +176,7 @@ def _quantile(freedom: float) -> float:
 
 
 def binomial_tail(successes: int, trials: int, chance: float) -> float:
-    """Probability of at least `successes` in a number of independent trials.
-
-    Parameters
-    ----------
-    successes, trials : number of successes, and number of trials.
-    chance : probability of one success.
-    """
+    """Probability of at least `successes` in a number of independent trials."""
     from scipy.special import bdtrc
 
     return 1.0 if successes <= 0 else float(bdtrc(successes - 1, trials, min(max(chance, 0.0), 1.0)))

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import pickle
+from collections.abc import Iterator
+from contextlib import contextmanager
+from hashlib import blake2b
+from pathlib import Path
 from typing import Any
 
-from numba.core.caching import FunctionCache, NullCache, _Cache
+from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache, _Cache
 from numba.core.compiler import CompileResult
 from numba.core.runtime.nrt import rtsys
 from numba.core.sigutils import normalize_signature
@@ -15,6 +20,9 @@ from flexmb.compiled.stamps import stamp
 
 ANNOTATION = 6
 """Place of the annotated source among the parts of a compiled signature that numba keeps."""
+
+SEAL_SIZE = 16
+"""Bytes of the checksum of a file of the cache."""
 
 
 class SlimSignature(CompileResult):
@@ -35,6 +43,83 @@ class SlimSignature(CompileResult):
         """
         code = str(self.library._final_module)
         return [one for one in super()._find_referenced_environments() if code.count(one.env_name) > 1]
+
+
+class SealedFiles(IndexDataCacheFile):
+    """Index and data files of a function, each behind its checksum; a damaged file counts as missing.
+
+    A data file names its sources and its signature and is written before the index, which never leads to other code.
+    """
+
+    def load(self, key: Any) -> Any:
+        """Compiled signature of a key, or None."""
+        name = self._load_index().get(key)
+        found = None if name is None else self._read(self._data_path(name))
+        return found[-1] if found and found[:-1] == (self._source_stamp, key) else None
+
+    def save(self, key: Any, data: Any) -> None:
+        """Write a compiled signature, and then the index."""
+        names = self._load_index()
+        free = (self._data_name(k) for k in range(1, len(names) + 2))
+        name = names.get(key) or next(one for one in free if one not in names.values())
+        self._write(self._data_path(name), (self._source_stamp, key, data))
+        self._save_index({**names, key: name})
+
+    def _load_index(self) -> dict[Any, str]:
+        version, stamp, names = self._read(self._index_path) or (None, None, {})
+        return names if (version, stamp) == (self._version, self._source_stamp) else {}
+
+    def _save_index(self, overloads: dict[Any, str]) -> None:
+        self._write(self._index_path, (self._version, self._source_stamp, overloads))
+
+    def _write(self, path: str, content: Any) -> None:
+        data = self._dump(content)
+        with self._open_for_write(path) as file:
+            file.write(blake2b(data, digest_size=SEAL_SIZE).digest() + data)
+
+    def _read(self, path: str) -> Any:
+        """Content of a file; None for a missing or damaged file."""
+        try:
+            content = Path(path).read_bytes()
+        except FileNotFoundError:
+            return None
+        except OSError as error:
+            say_once(f"compiled code in {self._cache_path} cannot be read ({error.strerror}). It is compiled anew.")
+            return None
+        data = memoryview(content)[SEAL_SIZE:]
+        if blake2b(data, digest_size=SEAL_SIZE).digest() != content[:SEAL_SIZE]:
+            say_once(f"compiled code in {self._cache_path} is damaged. It is compiled anew.")
+            return None
+        return pickle.loads(data)  # noqa: S301 - its digest is that of a file of this class
+
+
+class SealedCache(FunctionCache):
+    """numba's cache of a function, with checksums and without errors of the file system.
+
+    Parameters
+    ----------
+    function : the Python function.
+    content : digest of all values that are frozen into its code, besides its sources.
+    """
+
+    def __init__(self, function: Any, content: str = "") -> None:
+        super().__init__(function)
+        files: Any = self._cache_file
+        base = files._index_name.removesuffix(".nbi")
+        stamps = files._source_stamp, stamp(function.__module__)
+        self._cache_file: Any = SealedFiles(files._cache_path, f"{base}.sealed", stamps)
+        self._content = content
+
+    def _index_key(self, sig: Any, codegen: Any) -> Any:
+        return *super()._index_key(sig, codegen), self._content
+
+    @contextmanager
+    def _guard_against_spurious_io_errors(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            text = f"compiled code cannot be kept in {self.cache_path} ({error.strerror or error})"
+            say_once(f"{text}; make room, or set NUMBA_CACHE_DIR.")
 
 
 class CodeCache(_Cache):
@@ -58,9 +143,7 @@ class CodeCache(_Cache):
         """numba's cache of this user."""
         if self._found is None:
             try:
-                self._found = FunctionCache(self._function)
-                files = self._found._cache_file
-                files._source_stamp = files._source_stamp, stamp(self._function.__module__)
+                self._found = SealedCache(self._function)
             except RuntimeError:
                 say_once("compiled code cannot be kept, since no folder can be written; set NUMBA_CACHE_DIR.")
                 self._found = NullCache()

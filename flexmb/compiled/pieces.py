@@ -272,12 +272,7 @@ class Whole(CPUDispatcher):
 
 
 def whole(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """A decorator like `numba.njit(cache=True, **options)`, whose functions are pieces of one another.
-
-    Parameters
-    ----------
-    options : target options of numba.
-    """
+    """A decorator like `numba.njit(cache=True, **options)`, whose functions are pieces of one another."""
     if config.DISABLE_JIT or not supported():
         notice.times = UNPIECED_FACTOR
         return numba.njit(cache=True, **options)  # type: ignore[no-any-return]

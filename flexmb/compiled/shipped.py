@@ -127,7 +127,9 @@ def shipped() -> Shipped | None:
         return Shipped(FOLDER)
     except ValueError as error:
         _refuse(str(error))
-        return None
+    except (LookupError, TypeError, AttributeError) as error:
+        _refuse(f"{INDEX} is damaged ({error!r})")
+    return None
 
 
 @cache

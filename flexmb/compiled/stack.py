@@ -26,12 +26,7 @@ from flexmb.compiled.views import MATRIX
 
 
 def stack_matrix(rows: int, columns: int) -> Callable[[], Any]:
-    """A function that returns a matrix (rows, columns) of floats, on the stack in compiled code.
-
-    Parameters
-    ----------
-    rows, columns : size of the matrix.
-    """
+    """A function that returns a matrix (rows, columns) of floats, on the stack in compiled code."""
 
     def scratch() -> Any:
         return np.zeros((rows, columns))
@@ -63,10 +58,6 @@ def stack_vector(size: int) -> Callable[[], Any]:
     """A function that returns a vector (size,) of floats, on the stack, for functions that are compiled in any case.
 
     Functions made by `flexmb.kernels.fast` can call it, which are compiled without numba's memory management.
-
-    Parameters
-    ----------
-    size : length of the vector.
     """
     if config.DISABLE_JIT:
         return lambda: np.zeros(size)

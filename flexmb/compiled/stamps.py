@@ -13,20 +13,18 @@ import sys
 from functools import cache
 from importlib.util import resolve_name
 from pathlib import Path
+from sysconfig import get_path
 
 IMPORT = re.compile(r"^(?:from +([\w.]+) +import +(\([^)]*\)|[^\n#]*)|import +([^\n#]*))", re.MULTILINE)
 NAME = re.compile(r"[\w.]+")
 PACKAGE = "flexmb"
-INSTALLED = tuple({str(Path(prefix).resolve()) for prefix in (sys.prefix, sys.base_prefix)})
+STANDARD = tuple({str(Path(get_path(name)).resolve()) for name in ("stdlib", "platstdlib")})
+INSTALLED = {"site-packages", "dist-packages"}
+"""Folders of installed packages."""
 
 
 def stamp(module: str) -> str:
-    """Digest of the sources of a module and of all that importing it needs.
-
-    Parameters
-    ----------
-    module : its full name; it has been imported.
-    """
+    """Digest of the sources of a module and of all that importing it needs."""
     found, todo = set[str](), [module]
     while todo:
         name = todo.pop()
@@ -41,7 +39,7 @@ def _source(module: str) -> tuple[str, frozenset[str]]:
     """Digest of the file of a module, and its imports; empty for installed modules and without a file."""
     file = getattr(sys.modules.get(module), "__file__", None)
     own = module.partition(".")[0] == PACKAGE
-    if file is None or not (own or _of_user(file)):
+    if file is None or not (own or is_users_file(file)):
         return "", frozenset()
     try:
         data = Path(file).read_bytes()
@@ -59,6 +57,16 @@ def _source(module: str) -> tuple[str, frozenset[str]]:
 
 
 @cache
-def _of_user(file: str) -> bool:
+def is_users_file(file: str) -> bool:
     """Whether a file belongs neither to Python nor to an installed package."""
-    return not str(Path(file).resolve()).startswith(INSTALLED)
+    path = Path(file).resolve()
+    return not (str(path).startswith(STANDARD) or INSTALLED.intersection(path.parts))
+
+
+def is_of_user(module: str) -> bool:
+    """Whether a module belongs neither to Python nor to an installed package, nor to flexmb."""
+    found = sys.modules.get(module)
+    if found is None or module == "__main__":
+        return True
+    file = getattr(found, "__file__", None) or next(iter(getattr(found, "__path__", ())), None)  # of a namespace
+    return module.partition(".")[0] != PACKAGE and file is not None and is_users_file(file)

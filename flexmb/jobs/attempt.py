@@ -80,11 +80,6 @@ def attempted(function: Callable[..., Outcome], *arguments: Any) -> Outcome:
     """Outcome of a function, or of its failure; runs in the workers.
 
     Runs that do not reach their ends are noted during the call, see `stopped_runs`.
-
-    Parameters
-    ----------
-    function : function that returns an `Outcome`.
-    *arguments : arguments of the function.
     """
     outcome, noted = None, _STOPPED.set([])
     try:

@@ -60,10 +60,6 @@ def compile(
 def compile_with_start(mechanism: Mechanism) -> tuple[Program, Program]:
     """Program of a mechanism, and the program of its start values, from one reading of the parts.
 
-    Parameters
-    ----------
-    mechanism : what to compile.
-
     Raises
     ------
     ModelError, InputError, KernelError : see `compile`.

@@ -107,12 +107,6 @@ class WiredControl:
 def wired(contributions: Contributions, number: Numbering, aliases: Mapping[str, str]) -> Contributions:
     """Contributions whose controls are wired, in the order of evaluation.
 
-    Parameters
-    ----------
-    contributions : all contributions of a mechanism.
-    number : numbers of the coordinates.
-    aliases : other names of nodes.
-
     Raises
     ------
     ModelError : an input that does not exist, that is no function of the state, or that closes a loop.
@@ -274,13 +268,6 @@ def samplers(
     controls: Sequence[ControlContribution], wired_controls: Sequence[Any], z: np.ndarray, names: Names
 ) -> tuple[Sampler, ...]:
     """Controls that act at instants.
-
-    Parameters
-    ----------
-    controls : the controls as declared.
-    wired_controls : the wired controls, in the order of the tables.
-    z : places (n, 2) of their histories.
-    names : names of the signals, with aliases.
 
     Raises
     ------

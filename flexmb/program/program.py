@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.compiled.digest import digest
 from flexmb.compiled.records import Record
 from flexmb.display import html
 from flexmb.display.text import counted
@@ -160,17 +161,24 @@ class Program:
 
     @cached_property
     def fingerprint(self) -> np.ndarray:
-        """Digests (2, 8) of names and kernels, and of all numbers: restarts fit programs of equal fingerprints.
+        """Digests (3, 8) of names and kernels, of all numbers, of wiring: restarts fit programs of equal fingerprints.
 
-        Kernels of users count by their source, too.
+        Wiring is what acts on what, and when: all places in the tables, but for those in the matrix, and the sampled
+        controls.  Kernels of users count by their source, too, and in the wiring by all values that they name.
         """
-        kernels = [k.identity for group in self.kernels for k in group]
-        words = "\n".join((*self.names.coordinates, *self.names.rows, *self.names.contacts, *kernels))
+        kernels = [k for group in self.kernels for k in group]
+        words = (*self.names.coordinates, *self.names.rows, *self.names.contacts, *(k.identity for k in kernels))
         numbers = b"".join(
             np.ascontiguousarray(a).tobytes() for a in (self.tables.p, self.reference.q, self.reference.z)
         )
-        digests = [blake2b(data, digest_size=8).digest() for data in (words.encode(), numbers)]
-        return np.frombuffer(b"".join(digests), dtype=np.uint8).reshape(2, 8)
+        places = {
+            name: {k: v for k, v in table.as_dict().items() if not k.startswith("pos")}
+            for name, table in self.tables.as_dict().items()
+            if isinstance(table, Record)
+        }
+        wiring = digest((places, self.samplers, [k.content for k in kernels])).encode()
+        digests = [blake2b(data, digest_size=8).digest() for data in ("\n".join(words).encode(), numbers, wiring)]
+        return np.frombuffer(b"".join(digests), dtype=np.uint8).reshape(3, 8)
 
     @property
     def n_q(self) -> int:

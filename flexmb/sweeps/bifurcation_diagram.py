@@ -11,6 +11,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.arguments import checked, require_arguments
+from flexmb.compiled.digest import digest
 from flexmb.docstrings import unit_of
 from flexmb.dynamics.exponents.exponents import FEWEST
 from flexmb.dynamics.systems.dynamics import Dynamics
@@ -24,7 +25,7 @@ from flexmb.run.simulate import Step
 from flexmb.step.newmark.method import Newmark
 from flexmb.sweeps.datasets import POINTS, STATE, dataset_of
 from flexmb.sweeps.family import Family, Make, SectionSettings, columns_of, section_point
-from flexmb.sweeps.fingerprint import digest, label_of, shown_values
+from flexmb.sweeps.fingerprint import label_of, shown_values, texts_of
 from flexmb.sweeps.record import STATUS, Column, Record
 from flexmb.sweeps.store import opened
 from flexmb.version import installed_version
@@ -178,14 +179,7 @@ class _Run:
     bar: ProgressBar
 
     def chain(self, row: int, part: np.ndarray, begins: bool) -> Chain:
-        """The points of a chunk one after the other; carried states go from each point to the next.
-
-        Parameters
-        ----------
-        row : index of the direction.
-        part : indices of the values of the chunk, in order.
-        begins : whether no neighbour precedes the first point, so that its cold start is no seam.
-        """
+        """The points of a chunk one after the other; carried states go from each point to the next."""
         record, carried, carries = self.record, None, STATE in self.record.columns
         for i in part:
             index = (row, int(i))
@@ -277,11 +271,6 @@ def _check(family: Family, direction: str, chunks: int, count: int) -> None:
 def first_of(family: Family, values: Sequence[float]) -> Dynamics:
     """The system at the first value that gives one.
 
-    Parameters
-    ----------
-    family : the systems.
-    values : values of the parameter.
-
     Raises
     ------
     FlexmbError : the error at the last value, if no value gives a system.
@@ -315,7 +304,7 @@ def _fingerprint(
     return {
         "flexmb": installed_version(),
         "make": label_of(family.make),
-        "text": digest(family.make) if not isinstance(family.make, (Mechanism, Dynamics)) else "none",
+        **texts_of("text", family.make),
         "model": f"{digest(first)} {last}",
         "parameter": family.parameter,
         "values": shown_values(numbers.tolist()),

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb.sweeps.record import Tables
+from flexmb.sweeps.record import ARRAYS, Tables
 from flexmb.sweeps.store import VERSION, existing
 
 if TYPE_CHECKING:
@@ -37,18 +37,12 @@ def load_sweep(path: str | Path) -> xr.Dataset:
     MissingPackageError : zarr is not installed.
     """
     store = existing(path)
-    attributes = {k: v for k, v in store.attributes.items() if k not in (VERSION, "fingerprint")}
+    attributes = {k: v for k, v in store.attributes.items() if k not in (VERSION, ARRAYS, "fingerprint")}
     return dataset_of(store.read(), attributes)
 
 
 def dataset_of(tables: Tables, attributes: Mapping[str, Any]) -> xr.Dataset:
-    """Dataset of the arrays and attributes of a record or store.
-
-    Parameters
-    ----------
-    tables : arrays by name.
-    attributes : attributes by name; `kind` is "bifurcation" or "sweep".
-    """
+    """Dataset of the arrays and attributes of a record or store."""
     import xarray as xr
 
     entries = {name: (dims, _plain(values), dict(attrs)) for name, (dims, values, attrs) in tables.items()}

@@ -77,11 +77,6 @@ class Family:
     def period_of(self, flow: Dynamics, value: float) -> float:
         """Time between two section points [unit of the system]; 1 for maps.
 
-        Parameters
-        ----------
-        flow : the system.
-        value : value of the parameter.
-
         Raises
         ------
         InputError : a flow without a period.
@@ -167,12 +162,6 @@ def section_point(family: Family, section: SectionSettings, value: float, carrie
 
 def columns_of(flow: Dynamics, signals: tuple[str, ...], label: str) -> list[int]:
     """Numbers of the chosen signals among the signals of a system.
-
-    Parameters
-    ----------
-    flow : the system.
-    signals : names of the signals.
-    label : name of the caller, for messages.
 
     Raises
     ------

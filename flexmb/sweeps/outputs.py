@@ -22,11 +22,6 @@ OUTCOME = ("ok", STATUS)
 def called(function: Any, arguments: Mapping[str, Any]) -> Outcome:
     """Outcome of one call, with its results as {name: (dims or None, array)}; runs in the workers.
 
-    Parameters
-    ----------
-    function : the function.
-    arguments : its arguments by name.
-
     Raises
     ------
     InputError : an empty mapping; a result that is not a number, array or text; an inadmissible name.
@@ -57,12 +52,6 @@ def columns_of(
 ) -> list[Column]:
     """Columns for the results of a call.
 
-    Parameters
-    ----------
-    results : results of a call, see `called`.
-    dims : names of the dimensions of plain arrays, by the name of a result.
-    known_lengths : lengths of the dimensions of the points.
-
     Raises
     ------
     InputError : a name or a dimension in use, dims of another number, a dimension of two lengths.
@@ -88,11 +77,6 @@ def columns_of(
 
 def fitting(results: Mapping[str, Any], columns: Mapping[str, Column]) -> dict[str, Any]:
     """Values of results for the columns of the first successful point.
-
-    Parameters
-    ----------
-    results : results of a call, see `called`.
-    columns : columns by name.
 
     Raises
     ------

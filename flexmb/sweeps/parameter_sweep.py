@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 from flexmb import checks
 from flexmb.arguments import checked, require_arguments
+from flexmb.compiled.digest import digest
 from flexmb.docstrings import unit_of
 from flexmb.errors import InputError
 from flexmb.jobs.attempt import Attempt, Outcome, failure
 from flexmb.jobs.engine import PENDING, Chain, Job, drive, require_executor, require_picklable
 from flexmb.jobs.progress import ProgressBar
 from flexmb.sweeps.datasets import LAYOUT, dataset_of
-from flexmb.sweeps.fingerprint import digest, label_of, shown_values
+from flexmb.sweeps.fingerprint import label_of, shown_values, texts_of
 from flexmb.sweeps.grid import Points, points_of
 from flexmb.sweeps.outputs import called, columns_of, fitting
 from flexmb.sweeps.record import STATUS, Column, Record
@@ -142,13 +143,7 @@ class _Collector:
             self._use([_column(entry) for entry in record.store.attributes[LAYOUT]])
 
     def take(self, number: int, outcome: Outcome) -> None:
-        """Collect the outcome of point `number`.
-
-        Parameters
-        ----------
-        number : number of the point.
-        outcome : its outcome.
-        """
+        """Collect the outcome of point `number`."""
         self.held[number] = outcome
         while self.columns is None and self._is_known(self.next):
             if self.next in self.held and self._decide(self.held[self.next]):
@@ -203,7 +198,7 @@ def _fingerprint(
         "flexmb": installed_version(),
         "ok": "if all runs reached their ends",
         "function": label_of(function),
-        "text": digest(function),
+        **texts_of("text", function),
         "points": list(points.dims),
         "values": {name: shown_values(list(column)) for name, column in points.values.items()},
         "fixed": {name: f"{type(value).__name__} {digest(value)}" for name, value in sorted(fixed.items())},

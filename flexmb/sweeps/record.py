@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 STATUS = "status"
 """Name of the column that is written last: a point whose status is not "" is finished."""
 
+ARRAYS = "arrays"
+"""Attribute of a store: whether an array has one chunk per point, by its name; others are coordinates."""
+
 Index = tuple[int, ...]
 Tables = Mapping[str, tuple[tuple[str, ...], np.ndarray, Mapping[str, Any]]]
 """Arrays by name: dimensions, values, attributes."""
@@ -84,8 +87,9 @@ class Record:
         return np.asarray(self.tables[STATUS][1] != "", dtype=np.bool_)
 
     def add(self, columns: Iterable[Column]) -> None:
-        """Add `columns`; finished values are read from the store."""
-        for column in columns:
+        """Add `columns`; finished values are read from the store, in which none may be lost."""
+        new = list(columns)
+        for column in new:
             kind, attributes = KINDS[column.kind], {"units": column.units} if column.units else {}
             self.columns[column.name] = column
             if self.store is None:
@@ -93,45 +97,31 @@ class Record:
             else:
                 values = self.store.column(column, self.dims, self.shape)
             self.tables[column.name] = ((*self.dims, *column.dims), values, attributes)
+        for column in new:
+            needed = self.done if column.name == "ok" else self.done & self.tables["ok"][1]
+            if self.store is not None:
+                self.store.refuse_lost(column.name, needed, len(column.shape))
 
     def coordinate(self, name: str, dims: tuple[str, ...], values: np.ndarray, units: str = "") -> None:
-        """Set a coordinate: values along dimensions, numbers or texts.
-
-        Parameters
-        ----------
-        name : name of the coordinate.
-        dims : names of its dimensions.
-        values : the values.
-        units : unit; "" for none.
-        """
+        """Set a coordinate: values along dimensions, numbers or texts."""
         attributes = {"units": units} if units else {}
         self.tables[name] = (dims, values, attributes)
         if self.store is not None:
             self.store.coordinate(name, dims, values, attributes)
 
     def describe(self, **attributes: Any) -> None:
-        """Set attributes of the whole sweep: numbers, texts and lists of them.
-
-        Parameters
-        ----------
-        **attributes : values by name.
-        """
+        """Set attributes of the whole sweep: numbers, texts and lists of them."""
         self.attributes.update(attributes)
         if self.store is not None:
-            self.store.describe(**attributes)
+            known = {**self.store.attributes.get(ARRAYS, {}), **{name: name in self.columns for name in self.tables}}
+            self.store.describe(**attributes, **{ARRAYS: {name: known[name] for name in sorted(known)}})
 
     def keep(self, index: Index, values: Mapping[str, Any]) -> None:
-        """Store the results of the point at `index`, its status last.
-
-        Parameters
-        ----------
-        index : indices of the point.
-        values : results by name.
-        """
-        for name in sorted(values, key=lambda name: name == STATUS):
-            self.tables[name][1][index] = values[name]
+        """Store the results of the point at `index`, its status last; a point that is `ok` has all results."""
+        for name in sorted(self.columns if values["ok"] else values, key=lambda name: name == STATUS):
+            value = self.tables[name][1][index] = values.get(name, self.at(index, name))
             if self.store is not None:
-                self.store.write(self.columns[name], index, values[name])
+                self.store.write(self.columns[name], index, value)
 
     def at(self, index: Index, name: str) -> Any:
         """Entry of the column `name` at `index`."""

@@ -77,7 +77,7 @@ def no_cache(monkeypatch):
     def refuse(function):
         raise RuntimeError("no locator available")
 
-    monkeypatch.setattr(code_cache, "FunctionCache", type("FunctionCache", (), {"__new__": lambda cls, f: refuse(f)}))
+    monkeypatch.setattr(code_cache, "SealedCache", type("SealedCache", (), {"__new__": lambda cls, f: refuse(f)}))
 
 
 def result_of(kernel):
@@ -145,6 +145,22 @@ def test_what_does_not_fit_is_compiled_and_said_once(folder, no_cache, compilati
     said = capsys.readouterr().err
     assert why in said
     assert said.count("is not used") == 1
+
+
+@pytest.mark.parametrize("count", [20, pytest.param(200, marks=pytest.mark.slow)])
+def test_flipped_bits_of_the_index_give_no_raw_error(folder, no_cache, count):
+    """Words that Python reads and nobody knows were KeyErrors at every later run."""
+    whole, rng = (folder / INDEX).read_bytes(), np.random.default_rng(count)
+    for _ in range(count):
+        data, place = bytearray(whole), rng.integers(8 * len(whole))
+        data[place // 8] ^= 1 << (place % 8)
+        (folder / INDEX).write_bytes(data)
+        forget()
+        assert result_of(fresh_kernel()) == (6.0, 3.0, 0.0)
+    for name in ("made_with", "needs", "sources", "code"):
+        (folder / INDEX).write_bytes(whole.replace(name.encode(), b"x"))
+        forget()
+        assert result_of(fresh_kernel()) == (6.0, 3.0, 0.0)
 
 
 def test_another_processor_of_numba_leaves_it_alone(folder, monkeypatch):

@@ -18,6 +18,7 @@ from sweep_models import bistable, content, logistic, logistic_map, mortal_map, 
 
 import flexmb as fm
 from flexmb.dynamics.systems.map import Map
+from flexmb.sweeps.store import SEAL, _sealed
 
 VALUES = np.linspace(2.8, 3.9, 23)  # 3.3 fails
 CARRIED = {"skip": 60, "keep": 20, "direction": "both", "chunks": 3}
@@ -267,7 +268,8 @@ def test_the_store_of_another_version_is_refused(reference, tmp_path):
     shutil.copytree(reference[0], store)
     attributes = json.loads((store / "zarr.json").read_text())
     attributes["attributes"]["fingerprint"]["flexmb"] = "0.0.1"
-    (store / "zarr.json").write_text(json.dumps(attributes))
+    del attributes["attributes"][SEAL]
+    (store / "zarr.json").write_bytes(_sealed(attributes))
     with pytest.raises(fm.errors.InputError, match=r"flexmb: 0\.0\.1 there"):
         diagram(store, resume=True)
     attributes["attributes"]["flexmb_sweep_format"] = 99

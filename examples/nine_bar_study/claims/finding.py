@@ -121,11 +121,6 @@ def expect(found: Comparison, wanted: str) -> str:
     """Verdict on the claim that one mean is HIGHER or LOWER than another mean.
 
     Equal means disagree with the claim.  A difference within the spread is UNDECIDED.
-
-    Parameters
-    ----------
-    found : comparison of the means.
-    wanted : HIGHER or LOWER, the claimed relation of the first mean to the second.
     """
     if found.verdict == UNTOLD:
         return UNDECIDED

@@ -101,14 +101,7 @@ def unbroken(data: xr.Dataset, where: str) -> Part:
 
 
 def one_point(data: xr.Dataset, where: str, joint: str, clearance: float) -> Part:
-    """Part of a claim that the section of the journal is one point.
-
-    Parameters
-    ----------
-    data : result of the long run.
-    where : text of the case.
-    joint, clearance : name and clearance [m] of the joint.
-    """
+    """Part of a claim that the section of the journal is one point."""
     kind = Kind.of(data, joint)
     through = {str(data.attrs[f"verdict.{name}"]) for name in journal(joint)}
     closed = through == {"periodic-1"} and kind.periodic and kind.cloud <= POINT * clearance

@@ -44,13 +44,7 @@ def claims_page(
 def written(
     results: Results, *, introduction: str, claims: Sequence[Claim], deciding: Plan, attacks: Mapping[str, Plan]
 ) -> tuple[str, xr.Dataset]:
-    """Text and numbers of the page "claims".
-
-    Parameters
-    ----------
-    results : results by run.
-    introduction, claims, deciding, attacks : arguments of `claims_page`.
-    """
+    """Text and numbers of the page "claims"."""
     seen = deciding.read(results)
     found = {claim.number: claim.judge(seen) for claim in claims}
     against = {name: other.read(results) for name, other in attacks.items()}
@@ -80,13 +74,7 @@ def _passage(claim: Claim, found: Finding, attacked: Mapping[str, Finding]) -> s
 
 
 def withstood(found: Finding, attacked: Mapping[str, Finding]) -> Finding:
-    """Finding after the attacks: a part that disagrees, but not in all finer or longer runs, becomes UNDECIDED.
-
-    Parameters
-    ----------
-    found : finding of the deciding runs.
-    attacked : findings of the finer or longer runs, by the text of the change.
-    """
+    """Finding after the attacks: a part that disagrees, but not in all finer or longer runs, becomes UNDECIDED."""
     return Finding(tuple(_withstood(part, again(part, attacked)) for part in found.parts))
 
 
@@ -99,14 +87,7 @@ def _withstood(part: Part, others: list[tuple[str, Part]]) -> Part:
 
 
 def again(part: Part, attacked: Mapping[str, Finding]) -> list[tuple[str, Part]]:
-    """Parts of the same name in the finer or longer runs, with the text of the change.
-
-    Parameters
-    ----------
-    part : part of the finding of the deciding runs.
-    attacked : findings of the finer or longer runs, by the text of the change; equal numbers are from the same run and
-        are omitted.
-    """
+    """Parts of the same name in the finer or longer runs, with the text of the change."""
     return [
         (name, other)
         for name, finding in attacked.items()
@@ -116,13 +97,7 @@ def again(part: Part, attacked: Mapping[str, Finding]) -> list[tuple[str, Part]]
 
 
 def attacked_with(found: Finding, attacked: Mapping[str, Finding]) -> str:
-    """Table of the parts that do not agree, with their verdicts in finer and longer runs.
-
-    Parameters
-    ----------
-    found : finding of the deciding runs.
-    attacked : findings of the finer or longer runs, by the text of the change.
-    """
+    """Table of the parts that do not agree, with their verdicts in finer and longer runs."""
     rows = []
     for part in found.counted:
         if part.verdict not in ATTACKED:

@@ -104,12 +104,7 @@ def _draw(
 
 
 def time_of(data: xr.Dataset) -> np.ndarray:
-    """Time from the begin of the saved turns of a motion (n,) [s].
-
-    Parameters
-    ----------
-    data : settled turns of the motion.
-    """
+    """Time from the begin of the saved turns of a motion (n,) [s]."""
     time, period = data["time"].values, data.attrs["period"]
     since: np.ndarray = time - period * math.floor(time[0] / period + 1e-9)
     return since

@@ -214,13 +214,7 @@ def _close_up(
 
 
 def values_of(data: xr.Dataset, signal: str) -> np.ndarray:
-    """Values of a signal in a figure (n,) [SI]; negative penetrations are 0.
-
-    Parameters
-    ----------
-    data : settled turns of a motion.
-    signal : name of the signal.
-    """
+    """Values of a signal in a figure (n,) [SI]; negative penetrations are 0."""
     values = data[signal].values
     return np.maximum(values, 0.0) if _is_penetration(signal) else values
 

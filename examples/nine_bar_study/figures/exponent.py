@@ -37,13 +37,7 @@ SETTLED = 10
 
 
 def exponent(number: int, effort: Effort, contrast: Contrast, place: str, printed: Printed) -> StudyFigure:
-    """Figure of the largest exponents of two cases.
-
-    Parameters
-    ----------
-    number, effort, contrast, place : arguments of `observed`.
-    printed : published exponents.
-    """
+    """Figure of the largest exponents of two cases."""
     title, of_case = "Lyapunov exponent", partial(column, printed=printed)
     return observed(number, effort, contrast, place, what=title, rows=2, column=of_case)
 
@@ -139,13 +133,7 @@ def _settings(found: SeriesExponent) -> str:
 
 
 def estimate_of(result: xr.Dataset, name: str) -> SeriesExponent:
-    """Estimate of the largest exponent from one observable by the method of Wolf et al.
-
-    Parameters
-    ----------
-    result : result of an `attractor`.
-    name : coordinate of the observable.
-    """
+    """Estimate of the largest exponent from one observable by the method of Wolf et al."""
     rows = by_period(result, name)
     return _wolf(rows.tobytes(), rows.shape[1], float(result.attrs["period"]))
 

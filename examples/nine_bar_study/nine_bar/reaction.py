@@ -44,11 +44,6 @@ def reaction(case: Case, points: int = POINTS) -> StudyRun:
 
     The cranks turn at the constant speed w.  The reaction is F = S + w^2 D at each angle of the cranks.  S balances the
     weight, and w^2 D the inertia of the bodies.
-
-    Parameters
-    ----------
-    case : case of the model "ideal" and of any speed.
-    points : number of evenly spaced angles of a turn.
     """
     name = "reaction" + (f"-{case.label}" if case.label else "") + ("" if points == POINTS else f"-{points}")
     return StudyRun(name, measure_reaction, case, (("points", points),), 0.003 * len(SPEEDS) * points)
@@ -56,10 +51,6 @@ def reaction(case: Case, points: int = POINTS) -> StudyRun:
 
 def measure_reaction(case: Case, *, points: int) -> xr.Dataset:
     """Static and dynamic part of the reaction at P1, by inverse dynamics.
-
-    Parameters
-    ----------
-    case, points : arguments of `reaction`.
 
     Returns
     -------

@@ -42,12 +42,7 @@ def ratios(cases: Sequence[Sequence[tuple[float, float, float, float]]]) -> Rati
 
 
 def comparable(found: Ratios) -> list[str]:
-    """Units in which all ratios to the exponents of the system, or to the estimates, are from 0.5 to 2.
-
-    Parameters
-    ----------
-    found : result of `ratios`.
-    """
+    """Units in which all ratios to the exponents of the system, or to the estimates, are from 0.5 to 2."""
     return [
         reading
         for reading, kinds in found.items()

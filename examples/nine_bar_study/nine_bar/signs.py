@@ -73,13 +73,7 @@ class ByDistance:
 
 
 def signals_of(result: xr.Dataset, samples: int = SAMPLES) -> dict[str, np.ndarray]:
-    """Signals of the experiments by name, each (periods, samples) [m].
-
-    Parameters
-    ----------
-    result : result of an `attractor`.
-    samples : samples per period.
-    """
+    """Signals of the experiments by name, each (periods, samples) [m]."""
     slider = by_period(result, "slider.x", samples)
     joint = by_period(result, "P1.ex", samples)
     return {
@@ -91,12 +85,7 @@ def signals_of(result: xr.Dataset, samples: int = SAMPLES) -> dict[str, np.ndarr
 
 
 def by_distance(result: xr.Dataset) -> list[ByDistance]:
-    """Growth rates of the distance of neighbours for each signal of the experiments.
-
-    Parameters
-    ----------
-    result : result of an `attractor`.
-    """
+    """Growth rates of the distance of neighbours for each signal of the experiments."""
     period, found = float(result.attrs["period"]), []
     for name, rows in signals_of(result).items():
         rates, numbers = [], []
@@ -129,10 +118,6 @@ def wolf_by_settings(result: xr.Dataset) -> dict[str, dict[str, tuple[float, boo
     """Wolf's estimate [1/s] by signal and setting, and whether the checks of the estimator accept the estimate.
 
     An additional signal is noise with the spectrum of "slider.x less its periodic part".
-
-    Parameters
-    ----------
-    result : result of an `attractor`.
     """
     found: dict[str, dict[str, tuple[float, bool]]] = {}
     for setting, options in SETTINGS.items():

@@ -24,13 +24,7 @@ PANEL = (5.6, 4.0)
 
 
 def draw(run: StudyRun, results: Results) -> tuple[Figure, xr.Dataset]:
-    """Picture of the distances of two runs, the growth of the tangent vector, and growth rates over the distance.
-
-    Parameters
-    ----------
-    run : long run of the experiments.
-    results : results by run.
-    """
+    """Picture of the distances of two runs, the growth of the tangent vector, and growth rates over the distance."""
     import xarray
 
     result = results[run]

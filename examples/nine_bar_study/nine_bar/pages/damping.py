@@ -48,12 +48,7 @@ def damping(effort: Effort) -> StudyPage:
 
 
 def standing(verdicts: np.ndarray) -> str:
-    """Passage that separates claims that disagree at any damping from claims that depend on the damping.
-
-    Parameters
-    ----------
-    verdicts : (zeta2, claim) verdicts.
-    """
+    """Passage that separates claims that disagree at any damping from claims that depend on the damping."""
     agreeing = (verdicts == AGREES).sum(axis=1)
     best = [f"{z:g}" for n, z in zip(agreeing, ZETAS, strict=True) if n == agreeing.max()]
     counts = ", ".join(f"{n} at {z:g} s" for n, z in zip(agreeing, ZETAS, strict=True))

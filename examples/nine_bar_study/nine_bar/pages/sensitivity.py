@@ -94,13 +94,7 @@ def rows_of(effort: Effort) -> tuple[Row, ...]:
 
 
 def row_of(variation: Variation, effort: Effort, more: tuple[Key, ...] = (), also: tuple[Key, ...] = ()) -> Row:
-    """Variation with its runs at an effort.
-
-    Parameters
-    ----------
-    variation, effort : change of the mechanism, and lengths of the runs.
-    more, also : further flexible cases of settled turns, and of exponents.
-    """
+    """Variation with its runs at an effort."""
     lacking = variation.why_not(case_of(FLEXIBLE[0]))
     bent: tuple[Key, ...] = () if lacking or not effort.full else (*FLEXIBLE, *more)
     if variation.staggered:

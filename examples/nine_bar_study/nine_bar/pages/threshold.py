@@ -76,13 +76,7 @@ def onsets_of(effort: Effort) -> tuple[StudyRun, ...]:
 
 
 def written(ideal: xr.Dataset, onsets: dict[StudyRun, xr.Dataset]) -> tuple[str, xr.Dataset]:
-    """Text and numbers of the page.
-
-    Parameters
-    ----------
-    ideal : result of `reaction`.
-    onsets : results of `onset`, by run.
-    """
+    """Text and numbers of the page."""
     import xarray
 
     static, dynamic = ideal["static"].values, ideal["dynamic"].values

@@ -22,11 +22,6 @@ KNOWN = (RigidBody, RigidLink, FlexibleLink, FlexibleFrame)
 def rigid_twin(owner: str, mechanism: Mechanism) -> Mechanism:
     """Rigid counterpart of a mechanism in its reference configuration; the bodies keep their names.
 
-    Parameters
-    ----------
-    owner : caller, for messages.
-    mechanism : flexible mechanism.
-
     Raises
     ------
     InputError : a body of an unknown kind; a field of initial displacement or velocity; friction in an ideal joint; an

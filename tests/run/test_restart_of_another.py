@@ -1,0 +1,188 @@
+"""A restart belongs to one mechanism: one with other wiring is refused, one and the same is taken."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+import flexmb as fm
+from flexmb.errors import InputError
+
+END = {"t_end": 0.01, "step": 1e-3, "save": 3}
+GAIN = 2.0
+
+
+def two(*parts, turned=False):
+    """Two equal bodies, free, on which parts act; `turned`: declared the other way about."""
+    bodies = [fm.RigidBody(name, (x, 0.0), mass=1.0, inertia=1.0) for name, x in (("a", 0.0), ("b", 1.0))]
+    built = [part(*bodies) for part in parts]
+    return fm.Mechanism("two", [*(bodies[::-1] if turned else bodies), *built], gravity=(0.0, 0.0))
+
+
+def controlled(measure="a.theta", load="on_a", **changes):
+    """Two bodies with a moment of 1 N m each, one of which a controller turns on and off."""
+    given = {"kp": 1.0, "ki": 0.5, "sample": 2e-3, "target": 0.3, **changes}
+    servo = fm.PID("servo", measure, load, **given)
+    return two(lambda a, b: fm.Torque("on_a", a, 1.0), lambda a, b: fm.Torque("on_b", b, 1.0), lambda a, b: servo)
+
+
+def law(gain):
+    @fm.control_kernel
+    def proportional(p, t, u, x, dx, y):
+        y[0] = gain * u[0]
+
+    return proportional
+
+
+@fm.control_kernel
+def of_a_global(p, t, u, x, dx, y):
+    y[0] = GAIN * u[0]
+
+
+def by_law(kernel, inputs=("a.theta",), sample=None):
+    """Two bodies, one of which has a moment by a control law."""
+    servo = fm.Control("servo", list(inputs), ["on_a"], kernel, sample=sample)
+    return two(lambda a, b: fm.Torque("on_a", a, 1.0), lambda a, b: servo)
+
+
+def pushed(stiffness):
+    """Two bodies, one of which is held by a spring whose kernel has its stiffness from around it."""
+
+    @fm.element_kernel
+    def spring(p, t, h, q, v, a, z, r, K, C, M, z_new):
+        r[0] = stiffness * q[0]
+        K[0, 0] = stiffness
+
+    @dataclass(frozen=True)
+    class Held(fm.Element):
+        """A spring to the ground.
+
+        Parameters
+        ----------
+        name : its name.
+        body : what it holds.
+        """
+
+        body: fm.Part
+        kernel = spring
+        coords = ("body.x",)
+
+    return two(lambda a, b: Held("held", a))
+
+
+def force(on):
+    at = (0.0, 0.0) if on == "a" else (1.0, 0.0)
+    return two(lambda a, b: fm.Force("push", {"a": a, "b": b}[on], at=at, force=(1.0, 0.5)))
+
+
+def torque(on):
+    return two(lambda a, b: fm.Torque("turn", {"a": a, "b": b}[on], 1.0))
+
+
+def pair(part, turned=False):
+    return two((lambda a, b: part(b, a)) if turned else part)
+
+
+def joined(kind, turned=False):
+    return pair(lambda a, b: kind("j", a, b, at=(0.5, 0.0)), turned)
+
+
+def held(on, kind=fm.Revolute):
+    at = (0.0, 0.0) if on == "a" else (1.0, 0.0)
+    return two(lambda a, b: kind("j", fm.GROUND, {"a": a, "b": b}[on], at=at))
+
+
+def spring(on):
+    return two(lambda a, b: fm.TorsionSpring("s", fm.GROUND, {"a": a, "b": b}[on], stiffness=1.0, damping=0.1))
+
+
+def driven(on):
+    return two(
+        lambda a, b: fm.Revolute("ja", fm.GROUND, a, at=(0.0, 0.0)),
+        lambda a, b: fm.Revolute("jb", fm.GROUND, b, at=(1.0, 0.0)),
+        lambda a, b: fm.Drive("drive", on, fm.drives.Harmonic(0.1, 2.0)),
+    )
+
+
+PAIRS = {
+    "force on the other body": (force("a"), force("b")),
+    "torque on the other body": (torque("a"), torque("b")),
+    "spring on the other body": (spring("a"), spring("b")),
+    "hinge of the other body": (held("a"), held("b")),
+    "clamp of the other body": (held("a", fm.Fixed), held("b", fm.Fixed)),
+    "drive of the other joint": (driven("ja"), driven("jb")),
+    "bodies of a hinge": (joined(fm.Revolute), joined(fm.Revolute, turned=True)),
+    "bodies of a coupling": (
+        pair(lambda a, b: fm.couplings.SameRotation("c", a, b)),
+        pair(lambda a, b: fm.couplings.SameRotation("c", a, b), turned=True),
+    ),
+    "order of the bodies": (torque("a"), two(lambda a, b: fm.Torque("turn", a, 1.0), turned=True)),
+    "input of a controller": (controlled("a.theta"), controlled("b.theta")),
+    "speed for an angle": (controlled("a.theta"), controlled("a.omega")),
+    "load of a controller": (controlled(), controlled(load="on_b")),
+    "sampling time": (controlled(), controlled(sample=1e-3)),
+    "sampled or not": (controlled(), controlled(sample=None)),
+    "gain of a sampled controller": (controlled(), controlled(kp=1.5)),
+    "target of a sampled controller": (controlled(), controlled(target=0.4)),
+    "input at all times": (controlled("a.theta", sample=None), controlled("b.theta", sample=None)),
+    "load at all times": (controlled(sample=None), controlled(load="on_b", sample=None)),
+    "gain in a closure": (by_law(law(1.0)), by_law(law(2.0))),
+    "gain in a closure, sampled": (by_law(law(1.0), sample=2e-3), by_law(law(2.0), sample=2e-3)),
+    "inputs of a law": (by_law(law(1.0)), by_law(law(1.0), ["b.theta"])),
+    "inputs of a sampled law": (by_law(law(1.0), sample=2e-3), by_law(law(1.0), ["b.theta"], sample=2e-3)),
+    "motion as an input": (
+        by_law(law(1.0), [fm.drives.Harmonic(1.0, 2.0)]),
+        by_law(law(1.0), [fm.drives.Harmonic(1.0, 3.0)]),
+    ),
+    "motion as a sampled input": (
+        by_law(law(1.0), [fm.drives.Harmonic(1.0, 2.0)], sample=2e-3),
+        by_law(law(1.0), [fm.drives.Harmonic(1.0, 3.0)], sample=2e-3),
+    ),
+    "stiffness in a closure": (pushed(1.0), pushed(2.0)),
+}
+
+
+@pytest.mark.parametrize("kind", PAIRS)
+def test_other_wiring_is_refused(kind):
+    first, second = PAIRS[kind]
+    for own, other in ((first, second), (second, first)):
+        restart = fm.simulate(own, **END).restart
+        with pytest.raises(InputError, match=r"restart (is of another mechanism|does not fit this model)"):
+            fm.simulate(other, **{**END, "t_end": 0.02}, restart=restart)
+        assert fm.simulate(own, **{**END, "t_end": 0.02}, restart=restart).ok
+
+
+def test_the_message_names_wiring():
+    restart = fm.simulate(force("a"), **END).restart
+    with pytest.raises(InputError, match="the same parts are wired otherwise"):
+        fm.simulate(force("b"), **{**END, "t_end": 0.02}, restart=restart)
+
+
+def test_a_global_number_of_a_law_counts(monkeypatch):
+    restart = fm.simulate(by_law(of_a_global), **END).restart
+    monkeypatch.setitem(globals(), "GAIN", 3.0)
+    other = fm.control_kernel(of_a_global.function)  # as in a process that starts with the other number
+    with pytest.raises(InputError, match="numbers differ that their functions take from outside"):
+        fm.simulate(by_law(other), **{**END, "t_end": 0.02}, restart=restart)
+
+
+def test_a_restart_of_former_versions_is_taken():
+    """Files of versions without the digest of the wiring have two rows; they are compared by these."""
+    restart = fm.simulate(force("a"), **END).restart
+    former = {**restart, "model": restart["model"][:2]}
+    assert fm.simulate(force("a"), **{**END, "t_end": 0.02}, restart=former).ok
+    for damaged in (restart["model"][:1], restart["model"][:0], np.zeros((2, 8), dtype=np.uint8), np.array(3)):
+        with pytest.raises(InputError, match="another mechanism"):
+            fm.simulate(force("a"), **{**END, "t_end": 0.02}, restart={**restart, "model": damaged})
+
+
+def test_kernels_of_one_factory_are_told_apart():
+    """x'' = -k x: two kernels with the same code and other closures were taken for one in a second mechanism."""
+    times = []
+    for stiffness in (1.0, 4.0, 9.0):
+        mechanism = pushed(stiffness)
+        start = replace(mechanism.parts[0], velocity=(1.0, 0.0, 0.0))
+        sol = fm.simulate(mechanism.with_part(start), t_end=1.0, step=fm.Adaptive(rtol=1e-9), save=2)
+        times.append(float(sol["a.x"][-1]))
+    expected = [np.sin(np.sqrt(k)) / np.sqrt(k) for k in (1.0, 4.0, 9.0)]
+    assert times == pytest.approx(expected, abs=1e-6)
