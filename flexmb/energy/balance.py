@@ -41,8 +41,8 @@ contact by itself.  Half, because energy that goes from one entry to another cha
 MEMORY_MOTION, MEMORY_DRIVE_FORCE = range(2)
 """Numbers of `Flow.memory` for a driven constraint equation: motion [m, rad] and force of the drive [N, N m]."""
 
-MEMORY_FRICTION, MEMORY_SLIP = range(2)
-"""Numbers of `Flow.memory` for a joint with friction: friction force [N] and slip [m/s]."""
+MEMORY_FRICTION, MEMORY_SLIP, MEMORY_TAKEN = range(3)
+"""Numbers of `Flow.memory` for a joint with friction: friction force [N], slip [m/s], energy that it took so far [J]."""
 
 RESIDUAL_LIMIT, RESIDUAL_LIMIT_RUNGE_KUTTA = 0.01, 0.05
 """Largest residual of a good run, relative to the scale of energies (`energy_scale`, `energy_supplied`).
@@ -111,7 +111,7 @@ def update_balance(tables, address, t, h, q0, v0, q1, v1, ledger, balance, memor
     brought = _drive_work(tables, h, k, ledger, memory, work)
     k += 2 * work.drive.shape[0]
     turned += _joint_friction_loss(tables, h, k, ledger, memory, work)
-    k += 2 * work.joint_friction.shape[0]
+    k += 3 * work.joint_friction.shape[0]
     brought += _load_work(tables, h, k, q0, q1, ledger, memory, work)
     turned += brought
     balance.supplied += brought
@@ -178,16 +178,23 @@ def _drive_work(tables, h, k, ledger, memory, work):
 
 @compiled
 def _joint_friction_loss(tables, h, k, ledger, memory, work):
-    """Loss by friction in joints: mean force times mean slip [J]."""
-    turned = 0.0
+    """Loss by friction in joints: mean force times mean slip [J].
+
+    A law that remembers, as that of a clutch, gives back no more than it took: the method made the rest.
+    """
+    turned, z = 0.0, tables.constraints.joint_friction_z
     for c in range(work.joint_friction.shape[0]):
         if tables.constraints.joint_friction[c, LOAD_KERNEL] >= 0:
             T1, slip = work.joint_friction[c, JOINT_FRICTION_FORCE], work.joint_friction[c, JOINT_SLIP]
             loss = -0.25 * h * (memory[k + MEMORY_FRICTION] + T1) * (memory[k + MEMORY_SLIP] + slip)
-            ledger[FRICTION] += loss
+            taken = memory[k + MEMORY_TAKEN] + loss
+            made = min(taken, 0.0) if z[c, END] > z[c, BEGIN] else 0.0
+            memory[k + MEMORY_TAKEN] = taken - made
+            ledger[FRICTION] += loss - made
+            ledger[ALGORITHM] += made
             turned += abs(loss)
             memory[k + MEMORY_FRICTION], memory[k + MEMORY_SLIP] = T1, slip
-        k += 2
+        k += 3
     return turned
 
 

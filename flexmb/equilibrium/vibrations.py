@@ -114,8 +114,9 @@ def vibrations_of(program: Program, states: Sequence[State], dt: float) -> list[
 
 
 def closed_contacts(program: Program, z: np.ndarray) -> np.ndarray:
-    """Whether each contact is closed, (..., contacts), for histories (..., n_z)."""
-    closed: np.ndarray = z[..., program.tables.contacts.z[:, COMMON_Z]] != 0.0
+    """Whether each contact is closed and each joint that remembers strained, (..., contacts + joints), of z (..., n_z)."""
+    begin, end = program.tables.constraints.joint_friction_z.T
+    closed: np.ndarray = z[..., [*program.tables.contacts.z[:, COMMON_Z], *begin[end > begin]]] != 0.0
     return closed
 
 

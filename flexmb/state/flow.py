@@ -198,7 +198,7 @@ def _zero_flow(program: Program) -> Flow:
         lam=m,
         z=program.tables.sizes.n_z,
         ledger=11,
-        memory=CONTACT_MEMORY_SIZE * n_k + 2 * m + 2 * n_g + load_forces(program),
+        memory=CONTACT_MEMORY_SIZE * n_k + 2 * m + 3 * n_g + load_forces(program),
         episodes=(n_k, EPISODE_SIZE),
         past=(PAST_STATES, program.n_q + m),
         factors=program.symbolic.size,
