@@ -68,6 +68,7 @@ class EnergyBalance(Record):
     gravity_at_start : potential of gravity at the start [J]
     gravity_change : largest change of the potential of gravity since the start [J]
     residual_limit : largest accepted residual relative to the scale of energies
+    idle : kinetic energy that bodies without connection to the others kept all the time [J], which hides their errors
     """
 
     stored_at_start: float
@@ -80,6 +81,7 @@ class EnergyBalance(Record):
     gravity_at_start: float
     gravity_change: float
     residual_limit: float
+    idle: float
 
 
 class Predictor(Record):

@@ -111,8 +111,8 @@ def stop(law):
 
 
 def edge_of_wall(slider):
-    wall = fm.cams.Outline([(0.2, 0.5), (0.3897, 0.5), (0.3897, -0.5), (0.2, -0.5)])
-    ball = CircularCurve((0.4, 0.0), 0.01)
+    wall = fm.cams.Outline([(0.1, 0.5), (0.1, -0.5), (0.297, -0.5), (0.297, 0.5)])
+    ball = CircularCurve((0.4, 0.0), 0.1)
     return fm.cams.OutlineContact("stop", fm.GROUND, wall, slider, ball, normal=fm.contact.Hertz(1e7))
 
 
@@ -171,6 +171,10 @@ def test_a_law_with_a_history_is_named():
     )
     assert found.notes[0] in repr(found)
     assert found.notes[0] in found._repr_html_()
-    clutch = fm.couplings.OneWayClutch("lock", fm.GROUND, fm.RigidBody("w", (0, 0), 1.0, 1.0), at=(0, 0), stiffness=1e3)
-    driven = fm.Mechanism("w", [clutch.second, clutch, fm.Drive("hand", "lock", fm.ConstantSpeed(-1.0))])
+    wheel, hand = (fm.RigidBody(name, (x, 0.0), mass=1.0, inertia=1.0) for name, x in (("wheel", 0.0), ("hand", 1.0)))
+    driven = fm.Mechanism("backstop", [
+        wheel, fm.couplings.OneWayClutch("lock", fm.GROUND, wheel, at=(0, 0), stiffness=1e3),
+        hand, fm.Revolute("O", fm.GROUND, hand, at=(1, 0)), fm.Drive("motor", "O", fm.ConstantSpeed(-1.0)),
+        fm.couplings.SameRotation("belt", hand, wheel),
+    ])  # fmt: skip
     assert "Friction of lock" in fm.inverse_dynamics(driven, [0.0]).notes[0]
