@@ -40,13 +40,7 @@ class PairKernels:
     speed: Kernel
 
     def contributions(self, part: Any, coordinates: tuple[Coordinate, ...], p: tuple[float, ...]) -> list[Contribution]:
-        """Constraint equation of an ideal pair; contact and its ideal form at the start.
-
-        Parameters
-        ----------
-        part : the pair.
-        coordinates, p : coordinates and numbers of the kernels.
-        """
+        """Constraint equation of an ideal pair; contact and its ideal form at the start."""
         rubbing = None if part.friction is None else JointFriction(self.sliding, p, part.friction)
         ideal = ConstraintContribution(
             part.name, self.equation, coordinates, p, 1, coordinates[3:], joint_friction=rubbing, holds="closed"

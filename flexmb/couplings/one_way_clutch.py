@@ -22,7 +22,7 @@ LARGE_WIND_UP = 0.5
 """Wind-up above which there is a remark [rad]."""
 
 WIND_UP, LAST_RATE, LAST_ANGLE, BEGUN = range(4)
-"""Places in the history: wind-up of the clutch [rad]; its rate [rad/s] and angle [rad] at the last state; 1 from then on."""
+"""Places in the history: wind-up [rad]; its rate [rad/s] and the angle [rad] at the last state; 1 from then on."""
 
 COUNTER_CLOCKWISE, CLOCKWISE = "counter-clockwise", "clockwise"
 

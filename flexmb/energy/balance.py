@@ -43,7 +43,7 @@ MEMORY_MOTION, MEMORY_DRIVE_FORCE = range(2)
 """Numbers of `Flow.memory` for a driven constraint equation: motion [m, rad] and force of the drive [N, N m]."""
 
 MEMORY_FRICTION, MEMORY_SLIP, MEMORY_TAKEN = range(3)
-"""Numbers of `Flow.memory` for a joint with friction: friction force [N], slip [m/s], energy that it took so far [J]."""
+"""Numbers of `Flow.memory` for a joint with friction: friction force [N], slip [m/s], energy that it took [J]."""
 
 RESIDUAL_LIMIT, RESIDUAL_LIMIT_RUNGE_KUTTA = 0.01, 0.05
 """Largest residual of a good run, relative to the scale of energies (`energy_scale`, `energy_supplied`).
@@ -316,10 +316,7 @@ def check_balance(ledger, balance):
 def idle_energy(program: Program, before: np.ndarray, after: np.ndarray) -> float:
     """Kinetic energy [J] of groups of connected bodies that keep it, beside a group that does not; 0 without such.
 
-    Parameters
-    ----------
-    program : the compiled mechanism.
-    before, after : (n_q,) kinetic energy 1/2 v M v of each coordinate at the start and at the end [J].
+    Of each coordinate `before` and `after` are (n,) 1/2 v M v at the start and at the end.
     """
     bodies = np.asarray(program.reference.body)[: len(before)]
     old, new = np.bincount(bodies, before), np.bincount(bodies, after)

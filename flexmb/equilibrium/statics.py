@@ -113,14 +113,6 @@ def at_rest(
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """Coordinates (n_q,), multipliers (n_c,) and Newton iterations of an equilibrium from the reference configuration.
 
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    program : its program, or that with ideal joints.
-    system : evaluation of the program.
-    load_steps : number of load steps, see `static_equilibrium`.
-    full : rotation of the frame.
-
     Raises
     ------
     SolveError : see `static_equilibrium`.

@@ -33,15 +33,15 @@ def slot_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
 
 @joint_friction_kernel
 def slot_friction(p, q, lam, out, H):
-    """Pin of radius R on the side of the slot that holds it: N = |F|, slip = rate of its travel +- R (omega2 - omega1)."""
+    """Pin of radius R on the side of the slot that holds it: N = |F|, slip = rate of travel +- R (omega2 - omega1)."""
     ux, uy, s1x, s1y, s2x, s2y, R = p
     side = math.copysign(1.0, lam[0])
     out[LOAD], out[LOAD_BY_LAM] = abs(lam[0]), side
     _, J, nx, ny, far, near = direction(ux, uy, s1x, s1y, s2x, s2y, q)
     for j in range(6):
         out[SLIDING + j] = J[j]
-    out[SLIDING + 2] += side * R
-    out[SLIDING + 5] -= side * R
+    for theta, arm in ((2, R), (5, -R)):
+        out[SLIDING + theta] += side * arm
     add_curvature(1.0, nx, ny, far, near, H)
 
 

@@ -209,12 +209,7 @@ class ConstraintContribution:
 
 
 def reactions_of_bodies(coordinates: tuple[Coordinate, ...]) -> Iterator[Reaction]:
-    """Force, moment and power of a constraint on each body.
-
-    Parameters
-    ----------
-    coordinates : coordinates of the constraint.
-    """
+    """Force, moment and power of a constraint on each body."""
     for body in dict.fromkeys(part for part, _, _ in coordinates):
         own = [place for place, (part, _, _) in enumerate(coordinates) if part == body]
         for axis, (name, units) in enumerate((("fx", "N"), ("fy", "N"), ("moment", "N m"))):

@@ -144,13 +144,7 @@ def check_independent(program: Program, q: np.ndarray, system: StateEvaluation |
 
 
 def yielding_joints(program: Program, closed: Program) -> frozenset[str]:
-    """Names of the joints that yield to declared velocities: with clearance, or elastic.
-
-    Parameters
-    ----------
-    program : the mechanism.
-    closed : the same with ideal joints in their place.
-    """
+    """Names of the joints that yield to declared velocities: with clearance, or elastic."""
     always = {row.partition("[")[0] for row in program.names.rows}
     own = {name.partition(".")[0] for name in program.names.contacts}
     return frozenset(own | ({row.partition("[")[0] for row in closed.names.rows} - always))

@@ -140,14 +140,7 @@ def check_breaks(bench: Bench, motion: Motion, tested: TestedKernel, breaks: np.
 
 
 def check_joint_friction(bench: Bench, contribution: ConstraintContribution, joint_friction: JointFriction) -> None:
-    """Check the normal load, its derivatives by the multipliers, the direction of sliding J, and the friction law.
-
-    Parameters
-    ----------
-    bench : test bench.
-    piece : the constraint.
-    joint_friction : joint friction of the constraint.
-    """
+    """Check the normal load, its derivatives by the multipliers, the direction of sliding J, and the friction law."""
     tested = TestedKernel(bench.owner, joint_friction.kernel, joint_friction.p, out=(JOINT_FRICTION_SIZE,), H=(6, 6))
     nodes, m = contribution.coordinates[:6], contribution.rows
     scale = bench.scales(nodes)

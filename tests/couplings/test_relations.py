@@ -211,7 +211,7 @@ def test_a_clutch_rectifies():
 
 
 def loaded(stiffness=1e4):
-    """A rotor that 20 N m bring to rest at 0.05 s and press into its clutch; the torque is 20 (1 - cos) from there on."""
+    """A rotor that 20 N m bring to rest at 0.05 s and press into its clutch, with 20 (1 - cos) from there on."""
     rotor = wheel("rotor", inertia=0.1, velocity=(0.0, 0.0, 10.0))
     lock = fm.couplings.OneWayClutch("clutch", fm.GROUND, rotor, at=O, stiffness=stiffness)
     return fm.Mechanism("loaded", [rotor, lock, fm.Torque("load", rotor, -20.0)])
