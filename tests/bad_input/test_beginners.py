@@ -11,8 +11,9 @@ from pathlib import Path
 import pytest
 
 import flexmb as fm
-from flexmb.errors import USER_ERRORS, ArgumentError, AssemblyError, UnknownSignalError
+from flexmb.errors import USER_ERRORS, ArgumentError, AssemblyError
 from flexmb.mechanisms import four_bar, slider_crank
+from flexmb.results.solution import UnknownSignalError
 
 O, A, B, C, D = (0.0, 0.0), (0.05, 0.0), (0.17, 0.0), (0.3, 0.0), (0.2, 0.0)
 LAW, PAD = fm.HuntCrossley(stiffness=1e9), fm.KelvinVoigt(1e5, 10.0, 1e-4)
