@@ -82,6 +82,7 @@ energy.balance.RESIDUAL_LIMIT | 1 | energy turned over | largest residual of a r
 energy.balance.ALGORITHM_LIMIT | 1 | energy turned over | largest energy that the steps take or make
 energy.balance.CONTACT_LIMIT | 1 | energy through contacts | largest energy that the steps take or make there
 energy.balance.LEAST_CONTACT_FRACTION | 1 | energy turned over | from here on contacts are judged
+energy.balance.UNCHANGED | 1 | kinetic energy of a group of bodies | change up to which it had no part in the motion
 energy.balance.COORDINATE_ROUND_OFF | 1 | coordinates | round-off of a coordinate
 energy.balance.LEAST_RATE_POWER | 1 | power of dampers | part of it from which differences of rates count
 energy.balance.STEPS_BEFORE_CHECK | steps | nothing | steps before the first verdict on energies

@@ -13,6 +13,9 @@ from flexmb.checks import collecting, did_you_mean
 from flexmb.docstrings import parameters
 from flexmb.errors import ArgumentError, InputError
 
+OF_STEPS = {"rtol": "rtol", "atol": "atol", "max_step": "max", "min_step": "min"}
+"""Names that other packages give to arguments of `Adaptive`."""
+
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -156,8 +159,14 @@ def refuse_call(label: str, function: Callable[..., Any], given: tuple[Any, ...]
         text = f"{label}: {len(given)} arguments were given without names, at most {len(placed)}{listed} may be."
         free = [f"{name}=..." for name in known[len(placed) :] if name not in keywords]
         raise ArgumentError(f"{text} Write the others with their names: {', '.join(free)}." if free else text) from None
+    others = [name for name in known if name != "self"]
     hints = [
-        f"There is no argument {name!r}. {did_you_mean(name, known, what='Arguments')}"
+        f"There is no argument {name!r}. "
+        + (
+            f"It is one of steps: give step=Adaptive({OF_STEPS[name]}=...)."
+            if name in OF_STEPS and "step" in known
+            else did_you_mean(name, others, what="Arguments")
+        )
         for name in keywords
         if name not in known
     ]

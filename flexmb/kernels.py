@@ -150,9 +150,10 @@ GAP_SIZE = 49
 eccentricity (2), its rate (2), derivatives of normal, first arm and second arm by the six coordinates (2 x 6 each, row
 by row).  `flexmb.places` names the places."""
 
-JOINT_FRICTION_SIZE = 4 + 6
-"""Length of `out` of a joint-friction kernel: normal load (>= 0), its derivatives by up to three multipliers, and the
-direction J of sliding, with slip = J v; H = dJ/dq."""
+JOINT_FRICTION_SIZE = 4 + 6 + 6
+"""Length of `out` of a joint-friction kernel: normal load (>= 0), its derivatives by up to three multipliers, the
+direction J of sliding, with slip = J v, and derivatives of the load by the coordinates; H = dJ/dq.  A law that needs
+the place of the joint and no load, as that of a clutch, gets it as a load of either sign."""
 
 
 class Kernel:

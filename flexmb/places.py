@@ -35,8 +35,8 @@ NORMAL, TANGENTIAL = range(2)
 LOAD, LOAD_BY_LAM = range(2)
 """Places in the output of a joint-friction kernel: normal load [N], first of its three derivatives by multipliers."""
 
-(SLIDING,) = range(4, 5)
-"""Behind it the first of the six entries of J, with the slip J v."""
+SLIDING, LOAD_BY_Q = range(4, 16, 6)
+"""Behind it the first of the six entries of J, with the slip J v, and of six derivatives of the load."""
 
 
 def packed(numbers: Mapping[int, float]) -> tuple[float, ...]:

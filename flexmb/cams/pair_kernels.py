@@ -40,25 +40,18 @@ class PairKernels:
     speed: Kernel
 
     def contributions(self, part: Any, coordinates: tuple[Coordinate, ...], p: tuple[float, ...]) -> list[Contribution]:
-        """Constraint equation of an ideal pair; contact and its ideal form at the start.
-
-        Parameters
-        ----------
-        part : the pair.
-        coordinates, p : coordinates and numbers of the kernels.
-        """
-        x, y, theta = coordinates[3:]
+        """Constraint equation of an ideal pair; contact and its ideal form at the start."""
+        rubbing = None if part.friction is None else JointFriction(self.sliding, p, part.friction)
         ideal = ConstraintContribution(
-            part.name, self.equation, coordinates, p, 1, second=(x, y, theta), holds="closed"
+            part.name, self.equation, coordinates, p, 1, coordinates[3:], joint_friction=rubbing, holds="closed"
         )
         if part.normal is not None:
             friction = part.friction or Frictionless()
             contact = ContactContribution(part.name, self.gap, coordinates, p, part.contact_law(), friction)
             return [contact] if part.start == OPEN else [contact, ideal]
-        rubbing = None if part.friction is None else JointFriction(self.sliding, p, part.friction)
         reactions = Reaction("force", "N", 0), Reaction("power", "W", 0, rate="normal_speed")
         return [
-            replace(ideal, holds="always", joint_friction=rubbing, reactions=reactions),
+            replace(ideal, holds="always", reactions=reactions),
             SignalContribution(part.name, "normal_speed", "m/s", self.speed, coordinates, p),
         ]
 

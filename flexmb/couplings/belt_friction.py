@@ -124,15 +124,7 @@ def belt_signal(p, t, q, v, a):
 def belt_contributions(
     part: str, coordinates: tuple[Coordinate, ...], radii: tuple[float, float], limits: tuple[float, float, float]
 ) -> list[Contribution]:
-    """Element and signals of a belt with friction.
-
-    Parameters
-    ----------
-    part : name of the belt.
-    coordinates : x, y, theta of both wheels.
-    radii : radii of both wheels [m], the second one < 0 for an open belt.
-    limits : largest difference of both tensions [N], slip by which it is scaled [m/s], tension at rest [N].
-    """
+    """Element and signals of a belt with friction."""
     p = (*limits, *radii)
     return [
         ElementContribution(part, belt_kernel, coordinates, p, energy=belt_energy),

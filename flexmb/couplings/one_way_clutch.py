@@ -12,7 +12,7 @@ from flexmb.kernels import friction_law, joint_friction_kernel
 from flexmb.model.contributions import Contribution, JointFriction
 from flexmb.model.law import FrictionLaw
 from flexmb.model.part import Joint
-from flexmb.places import LOAD, SLIDING
+from flexmb.places import LOAD, LOAD_BY_Q, SLIDING
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -21,33 +21,35 @@ if TYPE_CHECKING:
 LARGE_WIND_UP = 0.5
 """Wind-up above which there is a remark [rad]."""
 
-WIND_UP, LAST_RATE = range(2)
-"""Places in the history: wind-up of the clutch [rad], its rate at the last state [rad/s]."""
+WIND_UP, LAST_RATE, LAST_ANGLE, BEGUN = range(4)
+"""Places in the history: wind-up [rad]; its rate [rad/s] and the angle [rad] at the last state; 1 from then on."""
 
 COUNTER_CLOCKWISE, CLOCKWISE = "counter-clockwise", "clockwise"
 
 
 @joint_friction_kernel
 def clutch_rotation(p, q, lam, out, H):
-    """Sliding is the relative angular velocity; the load does not count."""
-    out[LOAD] = 1.0
+    """Sliding is the relative angular velocity; the relative angle stands in place of a load."""
+    out[LOAD] = q[5] - q[2]
     for theta, arm in ((2, -1.0), (5, 1.0)):
-        out[SLIDING + theta] = arm
+        out[SLIDING + theta], out[LOAD_BY_Q + theta] = arm, arm
 
 
 @friction_law
-def clutch_kernel(p, h, slip, N, z, z_new):
-    """T = side max(0, k w + d w_dot), w_dot = -side slip while w > 0; trapezoidal rule, from the begin of w_dot > 0."""
+def clutch_kernel(p, h, slip, angle, z, z_new):
+    """T = side max(0, k w + d w_dot), w_dot = -side slip while w > 0; w grows with the angle from w_dot > 0 on."""
     k, d, side = p
-    rate, last, w, w_rate = -side * slip, z[LAST_RATE], z[WIND_UP], 0.0
-    if w > 0.0 or last >= 0.0:
-        w += 0.5 * h * (last + rate)
-        w_rate = 0.5 * h
+    rate, last, w, w_rate, w_angle = -side * slip, z[LAST_RATE], z[WIND_UP], 0.0, 0.0
+    if z[BEGUN] == 0.0:
+        w = 0.0
+    elif w > 0.0 or last >= 0.0:
+        w += side * (z[LAST_ANGLE] - angle)
+        w_angle = -side
     elif rate > 0.0:  # within the step, rate grows from last < 0 to rate > 0
         span = rate - last
         w = 0.5 * h * rate * rate / span
         w_rate = 0.5 * h * rate * (rate - 2.0 * last) / (span * span)
-    z_new[LAST_RATE] = rate
+    z_new[LAST_RATE], z_new[LAST_ANGLE], z_new[BEGUN] = rate, angle, 1.0
     if w <= 0.0:
         z_new[WIND_UP] = 0.0
         return 0.0, 0.0, 0.0
@@ -55,7 +57,7 @@ def clutch_kernel(p, h, slip, N, z, z_new):
     torque = k * w + d * rate
     if torque <= 0.0:
         return 0.0, 0.0, 0.0
-    return side * torque, -(k * w_rate + d), 0.0
+    return side * torque, -(k * w_rate + d), side * k * w_angle
 
 
 @dataclass(frozen=True)
@@ -76,8 +78,8 @@ class WindUp(FrictionLaw):
     kernel = clutch_kernel
 
     def history(self) -> tuple[float, ...]:
-        """Wind-up [rad] and its rate [rad/s]."""
-        return 0.0, 0.0
+        """Wind-up [rad], its rate [rad/s], the angle [rad], and whether both are known."""
+        return 0.0, 0.0, 0.0, 0.0
 
 
 @dataclass(frozen=True)

@@ -17,6 +17,7 @@ import numpy as np
 
 from flexmb.compiled.views import part_of
 from flexmb.kernels import compiled, energy_at
+from flexmb.program.program import Program
 from flexmb.program.tables import BEGIN, END, LOAD_KERNEL
 from flexmb.state.flow import CONTACT_MEMORY_SIZE, MEMORY_NORMAL, EnergyBalance
 from flexmb.state.record import ENERGY_LOST, ENERGY_MADE, ENERGY_MISSING, NOT_FINITE, RUNNING
@@ -41,8 +42,8 @@ contact by itself.  Half, because energy that goes from one entry to another cha
 MEMORY_MOTION, MEMORY_DRIVE_FORCE = range(2)
 """Numbers of `Flow.memory` for a driven constraint equation: motion [m, rad] and force of the drive [N, N m]."""
 
-MEMORY_FRICTION, MEMORY_SLIP = range(2)
-"""Numbers of `Flow.memory` for a joint with friction: friction force [N] and slip [m/s]."""
+MEMORY_FRICTION, MEMORY_SLIP, MEMORY_TAKEN = range(3)
+"""Numbers of `Flow.memory` for a joint with friction: friction force [N], slip [m/s], energy that it took [J]."""
 
 RESIDUAL_LIMIT, RESIDUAL_LIMIT_RUNGE_KUTTA = 0.01, 0.05
 """Largest residual of a good run, relative to the scale of energies (`energy_scale`, `energy_supplied`).
@@ -67,6 +68,9 @@ COORDINATE_ROUND_OFF = 1e-14
 
 LEAST_RATE_POWER = 1e-8
 """Damping power of the rates beyond the mean velocity relative to that of the mean, below which it is left out."""
+
+UNCHANGED = 1e-9
+"""Change of the kinetic energy of a group of bodies relative to it, up to which it had no part in the motion."""
 
 STEPS_BEFORE_CHECK = 1000
 """Number of steps before the first check: at first, a soft start has turned over nothing."""
@@ -111,7 +115,7 @@ def update_balance(tables, address, t, h, q0, v0, q1, v1, ledger, balance, memor
     brought = _drive_work(tables, h, k, ledger, memory, work)
     k += 2 * work.drive.shape[0]
     turned += _joint_friction_loss(tables, h, k, ledger, memory, work)
-    k += 2 * work.joint_friction.shape[0]
+    k += 3 * work.joint_friction.shape[0]
     brought += _load_work(tables, h, k, q0, q1, ledger, memory, work)
     turned += brought
     balance.supplied += brought
@@ -178,16 +182,23 @@ def _drive_work(tables, h, k, ledger, memory, work):
 
 @compiled
 def _joint_friction_loss(tables, h, k, ledger, memory, work):
-    """Loss by friction in joints: mean force times mean slip [J]."""
-    turned = 0.0
+    """Loss by friction in joints: mean force times mean slip [J].
+
+    A law that remembers, as that of a clutch, gives back no more than it took: the method made the rest.
+    """
+    turned, z = 0.0, tables.constraints.joint_friction_z
     for c in range(work.joint_friction.shape[0]):
         if tables.constraints.joint_friction[c, LOAD_KERNEL] >= 0:
             T1, slip = work.joint_friction[c, JOINT_FRICTION_FORCE], work.joint_friction[c, JOINT_SLIP]
             loss = -0.25 * h * (memory[k + MEMORY_FRICTION] + T1) * (memory[k + MEMORY_SLIP] + slip)
-            ledger[FRICTION] += loss
+            taken = memory[k + MEMORY_TAKEN] + loss
+            made = min(taken, 0.0) if z[c, END] > z[c, BEGIN] else 0.0
+            memory[k + MEMORY_TAKEN] = taken - made
+            ledger[FRICTION] += loss - made
+            ledger[ALGORITHM] += made
             turned += abs(loss)
             memory[k + MEMORY_FRICTION], memory[k + MEMORY_SLIP] = T1, slip
-        k += 2
+        k += 3
     return turned
 
 
@@ -275,14 +286,15 @@ def energy_scale(ledger, balance):
 
     The potential of gravity has an arbitrary level; it and forces at rest enter by their round-off alone.
     """
-    seen = ledger[TURNED_OVER] + abs(ledger[KINETIC]) + abs(ledger[STRAIN])
+    seen = ledger[TURNED_OVER] + abs(ledger[KINETIC]) + abs(ledger[STRAIN]) - (1.0 - UNCHANGED) * balance.idle
     return seen + 1e-6 * abs(ledger[GRAVITY]) + balance.round_off / RESIDUAL_LIMIT
 
 
 @compiled
 def energy_supplied(ledger, balance):
     """Supplied energy [J]: kinetic and strain energy at the start, work of gravity, works of drives and loads."""
-    return balance.supplied + balance.gravity_change + 1e-6 * abs(ledger[GRAVITY]) + balance.round_off / RESIDUAL_LIMIT
+    given = balance.supplied - (1.0 - UNCHANGED) * balance.idle
+    return given + balance.gravity_change + 1e-6 * abs(ledger[GRAVITY]) + balance.round_off / RESIDUAL_LIMIT
 
 
 @compiled
@@ -299,6 +311,27 @@ def check_balance(ledger, balance):
     if taken > ALGORITHM_LIMIT * scale:
         return ENERGY_LOST
     return RUNNING
+
+
+def idle_energy(program: Program, before: np.ndarray, after: np.ndarray) -> float:
+    """Kinetic energy [J] of groups of connected bodies that keep it, beside a group that does not; 0 without such.
+
+    Of each coordinate `before` and `after` are (n,) 1/2 v M v at the start and at the end.
+    """
+    bodies = np.asarray(program.reference.body)[: len(before)]
+    old, new = np.bincount(bodies, before), np.bincount(bodies, after)
+    if old[np.abs(new - old) <= UNCHANGED * old].sum() <= LEAST_CONTACT_FRACTION * old.sum():
+        return 0.0  # it hides nothing
+    from scipy.sparse import csr_array, vstack  # noqa: PLC0415 - slow to import, seldom needed
+    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
+
+    E, C, K, n = program.tables.elements, program.tables.constraints, program.tables.contacts, len(before)
+    pieces = (E.dofs, E.dof), (C.dofs, C.dof), (K.dofs, 6 * np.arange(len(K.kernel) + 1))
+    held = vstack([csr_array((np.ones(len(d)), d, p), shape=(len(p) - 1, program.n_q + 3)) for d, p in pieces])[:, :n]
+    count, group = connected_components(held.T @ held, directed=False)
+    old, new = (np.bincount(group, energies, count) for energies in (before, after))
+    kept = (np.abs(new - old) <= UNCHANGED * old) & (old > 0.0)
+    return 0.0 if kept[group[held.sum(axis=0) > 0]].all() else float(old[kept].sum())
 
 
 def check_balance_at_end(ledger: np.ndarray, balance: EnergyBalance) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,6 +32,7 @@ class DrivenMotion:
     names : (n_q,) names of the coordinates.
     aliases : other names of nodes.
     forces : for every joint and drive (n, 3): fx, fy on the second body [N] and moment or drive torque [N m, N].
+    notes : sentences on parts that a run may show in another way: contacts taken as closed, laws with a history.
     """
 
     time: np.ndarray
@@ -41,17 +42,19 @@ class DrivenMotion:
     names: tuple[str, ...]
     aliases: dict[str, str]
     forces: dict[str, np.ndarray]
+    notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         span = f", {self.time[0]:.6g} to {self.time[-1]:.6g} s" if len(self.time) else ""
         head = f"Driven motion: {counted(len(self.time), 'instant')}{span}; {counted(len(self.names), 'coordinate')}"
-        return cut(f"{head}; forces of {listed(self.forces) or 'no part'}", 3)
+        return "\n".join([cut(f"{head}; forces of {listed(self.forces) or 'no part'}", 3), *self.notes])
 
     def _repr_html_(self) -> str:
         peaks = [(name, *(f"{x:.6g}" for x in np.abs(found).max(axis=0))) for name, found in self.forces.items()]
-        head, _, sizes = repr(self).partition(": ")
+        head, _, sizes = repr(self).partition("\n")[0].partition(": ")
         heads = ("largest of", "fx [N]", "fy [N]", "moment or drive force [N m, N]")
-        return html.page(head, sizes, html.table(peaks, heads), html.folded("coordinates", html.texts(self.names)))
+        folded = html.folded("coordinates", html.texts(self.names))
+        return html.page(head, sizes, html.table(peaks, heads), html.texts(self.notes) if self.notes else "", folded)
 
     def position(self, name: str) -> np.ndarray:
         """(n,) a coordinate [m, rad].
@@ -83,8 +86,9 @@ def inverse_dynamics(mechanism: Mechanism, times: Sequence[float] | np.ndarray) 
     """Motion and forces of a mechanism whose drives prescribe every motion; joints are ideal, bodies rigid.
 
     Positions, velocities and accelerations follow from the joints and drives alone, one instant at a time, without any
-    integration in time; then the forces follow from the equations of motion.  Cables, stops and other contacts that no
-    ideal joint replaces push and pull as their laws say.  Declared start velocities play no part.
+    integration in time; then the forces follow from the equations of motion.  Friction acts in ideal joints and in
+    clearance joints, which are taken as ideal.  Cables, stops and other contacts that no ideal joint replaces push and
+    pull as their laws say.  `notes` name contacts taken as closed.  Declared start velocities play no part.
 
     Parameters
     ----------
@@ -118,4 +122,24 @@ def inverse_dynamics(mechanism: Mechanism, times: Sequence[float] | np.ndarray) 
         rows.append((q, v, a, found))
     forces = {name: np.array([row[3][name] for row in rows]) for name in (rows[0][3] if rows else {})}
     q_all, v_all, a_all = (np.array([row[k] for row in rows]) for k in range(3))
-    return DrivenMotion(instants, q_all, v_all, a_all, program.names.coordinates, program.names.aliases, forces)
+    names, notes = program.names, tuple(_notes(mechanism))
+    return DrivenMotion(instants, q_all, v_all, a_all, names.coordinates, names.aliases, forces, notes)
+
+
+def _notes(mechanism: Mechanism) -> Iterator[str]:
+    """Sentences on contacts and elastic joints that ideal joints replace, and on friction laws with a history."""
+    found = mechanism.contributions()
+    ideal = dict.fromkeys(c.part for c in found.constraints if c.holds != "always")
+    if ideal:
+        yield (
+            f"Taken as ideal joints, which neither slip, yield nor lift off, and have no ends: {listed(ideal)}. Where "
+            "a run shows otherwise, its forces differ."
+        )
+    rubbing = [(c.part, c.joint_friction.friction) for c in found.constraints if c.joint_friction]
+    rubbing += [(c.part, c.friction) for c in found.contacts]
+    remembering = dict.fromkeys(part for part, law in rubbing if law.history())
+    if remembering:
+        yield (
+            f"Friction of {listed(remembering)} follows from a history, of which single instants know nothing: it is "
+            "that of the start of a run."
+        )

@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from flexmb import arguments, checks
+from flexmb.equilibrium.carrying import carries
 from flexmb.equilibrium.dynamic_relaxation import relax
 from flexmb.equilibrium.found import Equilibrium
 from flexmb.equilibrium.stability import is_stable
@@ -40,8 +41,8 @@ FOLLOWED = 0.25
 longer than those that were asked for."""
 
 LONG_LOAD_STEP, SNAP_LOAD_STEP = 4.0, 10.0
-"""Length of a load step over its length by the tangents, above which the step is halved, and above which the smallest
-step is refused.  A string that is slack at first, u ~ s^(1/3), has 3."""
+"""Length of a load step over its length by one of the tangents, above which the step is halved, and by both of them,
+above which the smallest step is refused.  A string that is slack at first, u ~ s^(1/3), has 3."""
 
 CLOSED_GAP = 1e-9
 """Gap of the joints relative to the size of the mechanism, below which they need no step of their own."""
@@ -113,14 +114,6 @@ def at_rest(
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """Coordinates (n_q,), multipliers (n_c,) and Newton iterations of an equilibrium from the reference configuration.
 
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    program : its program, or that with ideal joints.
-    system : evaluation of the program.
-    load_steps : number of load steps, see `static_equilibrium`.
-    full : rotation of the frame.
-
     Raises
     ------
     SolveError : see `static_equilibrium`.
@@ -157,15 +150,15 @@ def _grow_loads(
         system.program = grow(part)
         most = MOST_OF_LONG_STEP if stride > usual else MOST_ITERATIONS
         found = _newton(program, system, q, lam, (1.0 - part) * start, turning, most)
-        jump, bend = 0.0, 0.0
+        jump, bend, snap = 0.0, 0.0, 0.0
         if found is not None:
             system.program, back = grow(done), Spin(full.speed * np.sqrt(done), full.about)
-            jump, bend = _against_tangents(program, system, q, found, (1.0 - done) * start, back)
+            jump, bend, snap = _against_tangents(program, system, q, found, (1.0 - done) * start, back)
         if found is None or jump > LONG_LOAD_STEP or (bend > FOLLOWED and stride > usual):
             stride = max(stride / 2.0, usual) if stride > usual else stride / 2.0
             if stride >= smallest:
                 continue
-            if found is None or jump > SNAP_LOAD_STEP:
+            if found is None or snap > SNAP_LOAD_STEP:
                 check_independent(program, np.array(program.reference.q))
                 raise SolveError(_failure(program, system, done))
             stride *= 2.0
@@ -245,11 +238,11 @@ def _against_tangents(
     found: tuple[np.ndarray, np.ndarray, int, np.ndarray],
     held: np.ndarray,
     spin: Spin,
-) -> tuple[float, float]:
-    """Length of a load step over its length by the tangents at both ends, and its relative difference from these steps.
+) -> tuple[float, float, float]:
+    """Length of a load step over the shorter one by the tangents at its ends, difference from both, snap-through.
 
     The system is evaluated at the start of the step.  Towards a limit point the distances by the tangents grow; only a
-    snap-through is longer than both.
+    snap-through is longer than both.  Where a stop begins to carry, or ceases to, it is judged by the longer one.
     """
     ahead, lam, _, tangent = found
 
@@ -257,13 +250,15 @@ def _against_tangents(
         return float(np.abs(move / np.where(program.tables.kind == 1, 1.0, program.length)).max())
 
     moved = ahead - q
+    before = carries(system.at(q))
     try:
         back = -correction(system, ahead, lam, held, spin, TANGENT_ACCURACY)[: program.n_q]
     except SolveError:
-        return 0.0, np.inf  # exactly at a limit point
+        return 0.0, np.inf, 0.0  # exactly at a limit point
     far = max(length(moved), LEAST_JUMP)
-    jump = length(moved) / max(min(length(tangent), length(back)), LEAST_JUMP)
-    return jump, max(length(moved - tangent), length(moved - back)) / far
+    ends = sorted((max(length(tangent), LEAST_JUMP), max(length(back), LEAST_JUMP)))
+    bend = max(length(moved - tangent), length(moved - back)) / far
+    return length(moved) / ends[0], bend, length(moved) / ends[int((before != carries(system)).any())]
 
 
 def correction(

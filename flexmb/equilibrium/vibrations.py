@@ -81,12 +81,6 @@ class Vibrations(NamedTuple):
 def vibrations_of(program: Program, states: Sequence[State], dt: float) -> list[Vibrations]:
     """Vibrations at some states, one group for each set of closed contacts.
 
-    Parameters
-    ----------
-    program : the compiled mechanism.
-    states : states of a run.
-    dt : time of the differences [s].
-
     Raises
     ------
     SolveError, KernelError : modes that cannot be computed.
@@ -119,8 +113,9 @@ def vibrations_of(program: Program, states: Sequence[State], dt: float) -> list[
 
 
 def closed_contacts(program: Program, z: np.ndarray) -> np.ndarray:
-    """Whether each contact is closed, (..., contacts), for histories (..., n_z)."""
-    closed: np.ndarray = z[..., program.tables.contacts.z[:, COMMON_Z]] != 0.0
+    """Whether contacts are closed and joints that remember strained, (..., contacts + joints), of z (..., n_z)."""
+    begin, end = program.tables.constraints.joint_friction_z.T
+    closed: np.ndarray = z[..., [*program.tables.contacts.z[:, COMMON_Z], *begin[end > begin]]] != 0.0
     return closed
 
 
@@ -133,12 +128,6 @@ def _at(system: StateEvaluation, state: State, dt: float = 0.0, **more: Any) -> 
 
 def linear_modes(system: StateEvaluation, state: State, lam: np.ndarray) -> LinearModes:
     """Modes with a positive stiffness about a state; of large models the lowest ones.
-
-    Parameters
-    ----------
-    system : evaluation of the program.
-    state : the state.
-    lam : (n_c,) multipliers, whose change with the pose is the stiffness of gravity and of other loads.
 
     Raises
     ------

@@ -10,13 +10,15 @@ from typing import TYPE_CHECKING, cast
 from flexmb import checks
 from flexmb.contact.friction.frictionless import Frictionless
 from flexmb.joints.contact_point import put_column, put_eccentricity, put_point
+from flexmb.joints.direction import add_curvature, direction
 from flexmb.joints.prismatic import direction_row, travel_contributions
-from flexmb.joints.revolute_clearance import check_laws
-from flexmb.kernels import constraint_kernel, gap_kernel
+from flexmb.joints.revolute_clearance import check_laws, rubbing
+from flexmb.kernels import constraint_kernel, gap_kernel, joint_friction_kernel
 from flexmb.model.contributions import ConstraintContribution, ContactContribution, Contribution, Coordinate
 from flexmb.model.law import FrictionLaw, NormalLaw
 from flexmb.model.part import Joint
 from flexmb.model.shape import PointShape, Shapes
+from flexmb.places import LOAD, LOAD_BY_LAM, SLIDING
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -27,6 +29,20 @@ def slot_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """A point of the second body stays on a straight line of the first."""
     ux, uy, s1x, s1y, s2x, s2y = p
     direction_row(-uy, ux, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
+
+
+@joint_friction_kernel
+def slot_friction(p, q, lam, out, H):
+    """Pin of radius R on the side of the slot that holds it: N = |F|, slip = rate of travel +- R (omega2 - omega1)."""
+    ux, uy, s1x, s1y, s2x, s2y, R = p
+    side = math.copysign(1.0, lam[0])
+    out[LOAD], out[LOAD_BY_LAM] = abs(lam[0]), side
+    _, J, nx, ny, far, near = direction(ux, uy, s1x, s1y, s2x, s2y, q)
+    for j in range(6):
+        out[SLIDING + j] = J[j]
+    for theta, arm in ((2, R), (5, -R)):
+        out[SLIDING + theta] += side * arm
+    add_curvature(1.0, nx, ny, far, near, H)
 
 
 @gap_kernel
@@ -186,4 +202,9 @@ class PinSlotClearance(PinSlot):
             self.name, slot_gap_kernel, coordinates, (self.clearance, reach, self.pin_radius, *p), normal, self.friction
         )
         row, *signals = super().contributions(mechanism)
-        return [contact, *signals, replace(cast("ConstraintContribution", row), holds="closed")]
+        friction = rubbing(self.friction, slot_friction, (*p, self.pin_radius))
+        return [
+            contact,
+            *signals,
+            replace(cast("ConstraintContribution", row), joint_friction=friction, holds="closed"),
+        ]

@@ -197,12 +197,6 @@ class Prismatic(Guide):
 def joint_with_coordinate(mechanism: Mechanism, label: str, name: Part | str) -> Revolute | Prismatic:
     """The joint of that name, which has an angle or a travel.
 
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    label : class and name of the part that asks, for messages.
-    name : name of the joint.
-
     Raises
     ------
     ModelError : no such joint, or one without angle and travel.

@@ -11,8 +11,9 @@ from flexmb import checks
 from flexmb.contact.friction.frictionless import Frictionless
 from flexmb.errors import InputError
 from flexmb.joints.contact_point import put_column, put_eccentricity, put_point
+from flexmb.joints.friction import guide_friction
 from flexmb.joints.prismatic import Guide, travel_contributions
-from flexmb.joints.revolute_clearance import check_laws
+from flexmb.joints.revolute_clearance import check_laws, rubbing
 from flexmb.kernels import compiled, gap_kernel, signal_kernel
 from flexmb.model.contributions import ContactContribution, Contribution, SignalContribution
 from flexmb.model.law import FrictionLaw, NormalLaw
@@ -168,7 +169,8 @@ class PrismaticClearance(Guide):
                 SignalContribution(self.name, name, unit, slider_signal, coordinates, values, is_mode=name == "mode")
             )
         _, speed = travel_contributions(self.name, coordinates, p)
-        return [*found, speed, replace(self.ideal(mechanism), holds="closed")]
+        friction = rubbing(self.friction, guide_friction, (*p, 2.0 * self.half_length, 0.0))
+        return [*found, speed, replace(self.ideal(mechanism), joint_friction=friction, holds="closed")]
 
     def _normal(self) -> NormalLaw:
         """The normal law of a corner on a flat side."""

@@ -11,9 +11,16 @@ from flexmb import checks
 from flexmb.contact.friction.frictionless import Frictionless
 from flexmb.errors import InputError
 from flexmb.joints.contact_point import put_arms, put_column, put_eccentricity
+from flexmb.joints.friction import journal_friction
 from flexmb.joints.revolute import angle_contribution, coincide
-from flexmb.kernels import constraint_kernel, gap_kernel
-from flexmb.model.contributions import ConstraintContribution, ContactContribution, Contribution, Coordinate
+from flexmb.kernels import Kernel, constraint_kernel, gap_kernel
+from flexmb.model.contributions import (
+    ConstraintContribution,
+    ContactContribution,
+    Contribution,
+    Coordinate,
+    JointFriction,
+)
 from flexmb.model.law import FrictionLaw, NormalLaw
 from flexmb.model.part import GROUND, Joint
 from flexmb.places import GAP, GAP_RATE, SLIP
@@ -209,9 +216,15 @@ class RevoluteClearance(Joint):
     ) -> ConstraintContribution:
         """The two constraint equations that hold the journal in its place at the start."""
         p = (*offsets, *self.eccentricity(mechanism))
+        friction = rubbing(self.friction, journal_friction, (self.journal_radius, 0.0))
         return ConstraintContribution(
-            self.name, held_journal_kernel, coordinates, p, 2, second=coordinates[3:], holds="closed"
+            self.name, held_journal_kernel, coordinates, p, 2, coordinates[3:], joint_friction=friction, holds="closed"
         )
+
+
+def rubbing(law: FrictionLaw, kernel: Kernel, p: tuple[float, ...]) -> JointFriction | None:
+    """Friction of the ideal joint that stands for one with clearance; None without friction."""
+    return None if isinstance(law, Frictionless) else JointFriction(kernel, p, law)
 
 
 def check_laws(joint: Any) -> None:

@@ -273,13 +273,7 @@ class Stop(Part):
 
 
 def check_own_stiffness(label: str, law: Any) -> None:
-    """Refuse an object that is no normal law, or a law whose stiffness follows from the radii of a joint.
-
-    Parameters
-    ----------
-    label : class and name of the part.
-    law : the normal law.
-    """
+    """Refuse an object that is no normal law, or a law whose stiffness follows from the radii of a joint."""
     if not isinstance(law, NormalLaw):
         text = "it must be a normal law, e.g. KelvinVoigt(stiffness=1e5, damping=50.0, ramp=1e-4)"
         raise InputError(f"{label}: normal is {law!r}; {text}.")

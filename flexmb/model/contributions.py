@@ -202,14 +202,14 @@ class ConstraintContribution:
         if self.second is None and not (self.reactions or self.is_drive or self.joint_friction):
             object.__setattr__(self, "reactions", tuple(reactions_of_bodies(self.coordinates)))
 
+    @property
+    def rubs_closed(self) -> bool:
+        """Whether it has the friction of a contact that it stands for; a push of teeth reports none."""
+        return self.holds == "closed" and self.joint_friction is not None and self.joint_friction.signal[0] != ""
+
 
 def reactions_of_bodies(coordinates: tuple[Coordinate, ...]) -> Iterator[Reaction]:
-    """Force, moment and power of a constraint on each body.
-
-    Parameters
-    ----------
-    coordinates : coordinates of the constraint.
-    """
+    """Force, moment and power of a constraint on each body."""
     for body in dict.fromkeys(part for part, _, _ in coordinates):
         own = [place for place, (part, _, _) in enumerate(coordinates) if part == body]
         for axis, (name, units) in enumerate((("fx", "N"), ("fy", "N"), ("moment", "N m"))):

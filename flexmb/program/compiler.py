@@ -170,13 +170,15 @@ def chosen_contributions(
 ) -> Contributions:
     """The contributions in motion; with ideal joints for contacts, and without controls (`closed`); for start values.
 
-    Controls and their loads have no part in closed loops and start velocities, nor have contacts; `touching` keeps the
-    ones that no ideal joint replaces.
+    Controls and their loads have no part in closed loops and start velocities, nor have contacts and their friction;
+    `touching` keeps the ones that no ideal joint replaces, and the friction of the ideal joints.
     """
     holding = {"always", *(["closed"] if closed else []), *(["start"] if start else [])}
     constraints = tuple(c for c in contributions.constraints if c.holds in holding)
     if not closed:
         return replace(contributions, constraints=constraints)
+    if not touching:
+        constraints = tuple(replace(c, joint_friction=None) if c.rubs_closed else c for c in constraints)
     replaced = {c.part for c in contributions.constraints if c.holds == "closed"}
     contacts = tuple(c for c in contributions.contacts if touching and c.part not in replaced)
     if controlled:

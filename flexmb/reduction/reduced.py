@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb import checks, planar
+from flexmb import arguments, checks, planar
 from flexmb.bodies.flexible import nearest_node
 from flexmb.bodies.flexible_body import FlexibleBody
 from flexmb.docstrings import documented
@@ -208,8 +208,7 @@ class Reduced(MeshBody):
     def _options(self) -> tuple[int, float | None, bool, bool, tuple[bytes, ...]]:
         """Modes, highest frequency, whether the frame is that of the first pin, shapes of inertia, forces of loads."""
         by_pin = self.frame == "pin" or self._extent == 0.0
-        plane = self.plane
-        forces = () if plane is None else tuple(load.on(plane).forces.tobytes() for load in self.load_shapes)
+        forces = tuple(load.on(self.plane).forces.tobytes() for load in self.load_shapes) if self.plane else ()
         return self.modes, self.up_to, by_pin, self.inertia_shapes, forces
 
     @cached_property
@@ -231,6 +230,7 @@ class Reduced(MeshBody):
         key, ratios = (self._key, self._options), self.damping_ratios
         return shared_element(self.basis, key, damping, stiffening=self.stiffening, ratios=ratios, mass_damping=drag)
 
+    @arguments.checked
     def frequencies(self, count: int = 6) -> np.ndarray:
         """Lowest frequencies of the free reduced body, without rigid motions (at most `count`) [Hz]."""
         return self.element.frequencies(count)

@@ -26,16 +26,7 @@ class Loss(NamedTuple):
 
 
 def loss_of(method: Method, omega: float, h: float, steps: float, *, first_order: bool = False) -> Loss | None:
-    """Loss of an undamped vibration in a number of equal steps; None for a method whose factor is not known.
-
-    Parameters
-    ----------
-    method : method of integration.
-    omega : angular frequency [rad/s].
-    h : size of the steps [s].
-    steps : their number.
-    first_order : see `amplification`.
-    """
+    """Loss of an undamped vibration in a number of equal steps; None for a method whose factor is not known."""
     factor = amplification(method, omega * h, first_order=first_order)
     if factor is None:
         return None
@@ -48,12 +39,6 @@ def amplification(method: Method, angle: float, *, first_order: bool = False) ->
     """Factor by which a step multiplies a vibration exp(i omega t); exact is exp(i omega h).
 
     Of Newmark's family the principal eigenvalue of the amplification matrix, of Runge-Kutta methods R(i omega h).
-
-    Parameters
-    ----------
-    method : method of integration.
-    angle : omega h [rad].
-    first_order : whether the vibration is one of states of controllers, x' = i omega x.
 
     Notes
     -----

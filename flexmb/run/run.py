@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.compiled.notice import notice
-from flexmb.energy.balance import check_balance_at_end, start_balance
+from flexmb.energy.balance import check_balance_at_end, idle_energy, start_balance
 from flexmb.errors import InputError, KernelError, SolveError
 from flexmb.jobs.attempt import is_in_job
 from flexmb.jobs.progress import ProgressBar
@@ -208,7 +208,9 @@ class Run:
 
     def _run_over_jumps(self, end: float, interval: float, bar: ProgressBar, *, ends: bool) -> None:
         """Run until `end` [s], step by step over the jumps; `ends`: whether the balance of energies is drawn there."""
-        for instant in self.program.instants(float(self.flow.clock.t), end):
+        flow, n = self.flow, self.program.tables.sizes.n_b
+        begun, flow.balance.idle = 0.5 * flow.v[:n] * flow.momentum[:n], 0.0
+        for instant in self.program.instants(float(flow.clock.t), end):
             if self._advance_to(just_before(instant), interval, bar, ahead=True):
                 self._cross_jump(instant, interval)
             if self.met or self.note or self.code not in (RUNNING, DONE):
@@ -216,7 +218,8 @@ class Run:
         else:
             self._advance_to(end, interval, bar)
         if self.code == DONE and not self.note and ends:
-            self.code = check_balance_at_end(self.flow.ledger, self.flow.balance) or DONE
+            flow.balance.idle = idle_energy(self.program, begun, 0.5 * flow.v[:n] * flow.momentum[:n])
+            self.code = check_balance_at_end(flow.ledger, flow.balance) or DONE
 
     def _advance_to(self, target: float, interval: float, bar: ProgressBar, *, ahead: bool = False) -> bool:
         """Run until `target` [s]; whether the run reached it; `ahead`: even without a step left."""

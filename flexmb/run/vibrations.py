@@ -69,17 +69,7 @@ class Mode(NamedTuple):
 def vibration_remarks(
     program: Program, seen: Seen, method: Method, steps: int, begun: float, end: float, largest: np.ndarray
 ) -> list[str]:
-    """Remarks on the fastest vibration that carries energy, where the steps lose a part of it that matters.
-
-    Parameters
-    ----------
-    program : the program of the mechanism.
-    seen : what is seen of the run.
-    method : method of integration.
-    steps : number of steps.
-    begun, end : instants at which these steps begin and end [s].
-    largest : largest absolute values of the states of controllers.
-    """
+    """Remarks on the fastest vibration that carries energy, where the steps lose a part of it that matters."""
     states, span = _states(program, seen), end - begun
     short = steps < (FEWEST_STEPS if program.names.contacts else 1)
     if short or not states or loss_of(method, 1.0, 1.0, 1.0) is None:
@@ -142,12 +132,7 @@ def _loops(
 def _loss(
     method: Method, omega: float, decay: float, seen: Seen, span: float, rows: np.ndarray, *, first_order: bool = False
 ) -> Loss:
-    """Loss of a mode in the time that contacts and damping let it remember.
-
-    Parameters
-    ----------
-    rows : (n,) whether the contacts at the poses are those of the mode.  The phase lost in a time grows with h^2.
-    """
+    """Loss of a mode in the time that contacts and damping let it remember."""
     h = seen.sizes * seen.even
     size = float(np.sqrt((h[rows] ** 3).sum() / h[rows].sum()))
     memory = min(span * float(h[rows].sum() / h.sum()), 1.0 / max(decay, 1e-300))
@@ -208,13 +193,7 @@ def _states(program: Program, seen: Seen) -> list[State]:
 
 
 def share_of(energies: np.ndarray, k: int) -> tuple[float, bool]:
-    """Largest share of a mode in the elastic energy of the motion in a third of the run, and whether it dies out.
-
-    Parameters
-    ----------
-    energies : (states, 3, modes) as of `Vibrations`.
-    k : number of the mode.
-    """
+    """Largest share of a mode in the elastic energy of the motion in a third of the run, and whether it dies out."""
     whole = float(energies[:, 0].sum(axis=1).mean())
     thirds = [float(third[:, :, k].mean(axis=0).min()) for third in np.array_split(energies, 3)]
     return max(thirds) / whole if whole > 0.0 else 0.0, thirds[-1] < DECAY * thirds[0]

@@ -9,6 +9,8 @@ import numpy as np
 
 from flexmb.bodies.flexible import beam_elements
 from flexmb.bodies.flexible_body import FlexibleBody
+from flexmb.cams.outline_contact import OutlineContact
+from flexmb.cams.outline_on_outline import OutlineOnOutline
 from flexmb.couplings.gear import Gear
 from flexmb.doctor.cheap import cheap_findings
 from flexmb.doctor.finding import ERROR, NOTHING_MOVES, WHAT_MOVES
@@ -34,6 +36,10 @@ if TYPE_CHECKING:
 DEEP, THROUGH = 0.2, 1.0
 """Penetration over the radius of the journal or pin: above the first there is a remark; above the second the journal
 has passed its own centre, and the run is not ok."""
+
+THROUGH_SIDE = {OutlineContact: 0.9, OutlineOnOutline: 0.45}
+"""The second for outlines, whose sides see nothing behind them: a circle is lost at its radius, a body where another
+side is nearer, which is at half of its half height where it meets a body half as high again."""
 
 LEAST_STEPS = 4.0
 """Steps of an impact below which its restitution means nothing."""
@@ -109,13 +115,7 @@ class Seen(NamedTuple):
 
 
 def watched(mechanism: Mechanism, seen: Seen) -> Watched:
-    """Faults and notes on a run that has ended.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    seen : what is seen of the run.
-    """
+    """Faults and notes on a run that has ended."""
     faults: list[str] = []
     notes: list[str] = []
     for finding in cheap_findings(mechanism):
@@ -141,19 +141,21 @@ def _nothing_moved(mechanism: Mechanism, seen: Seen) -> Iterator[str]:
 
 def _penetrations(mechanism: Mechanism, seen: Seen) -> Iterator[tuple[bool, str]]:
     """Journals, pins and sliders that are pressed deep into their bearings and guides."""
-    for name, size, label, through_it, deep in _contact_sizes(mechanism, seen.contacts.names):
+    for name, size, label, through_it, deep, far in _contact_sizes(mechanism, seen.contacts.names):
         depth, when = seen.motion.peak(f"{name}.penetration")
         if depth > deep * size:
-            through = depth > THROUGH * size
+            through = depth > far * size
             text = f"At t = {when:.6g} s {label} is penetrated by {depth:.4g} m, its size is {size:.4g} m"
             text += f": {through_it}" if through else ": far beyond the validity of any law"
             yield through, f"{text}. A stiffness in N/mm^1.5 is to be multiplied by 3.16e4; else take smaller steps."
 
 
-def _contact_sizes(mechanism: Mechanism, contacts: Sequence[str]) -> Iterator[tuple[str, float, str, str, float]]:
+def _contact_sizes(
+    mechanism: Mechanism, contacts: Sequence[str]
+) -> Iterator[tuple[str, float, str, str, float, float]]:
     """Contacts of parts with a size: name, radius or half height [m], label, words for a penetration by the size.
 
-    Then the penetration over the size above which there is a remark; buffers of stops may yield.
+    Then the penetrations over the size above which there is a remark, and a fault; buffers of stops may yield.
     """
     for part in mechanism.parts if contacts else ():
         size = size_of_contact(mechanism, part)
@@ -161,7 +163,8 @@ def _contact_sizes(mechanism: Mechanism, contacts: Sequence[str]) -> Iterator[tu
             own = [name for name in contacts if name.partition(".")[0] == part.name]
             words = PASSES_THROUGH if getattr(part, "bearing_radius", None) else "the parts pass through each other"
             deep = THROUGH if isinstance(part, Stop) else DEEP
-            yield from ((name, size, part.label, words, deep) for name in own)
+            far = THROUGH_SIDE.get(type(part), THROUGH)
+            yield from ((name, size, part.label, words, deep, far) for name in own)
 
 
 def size_of_contact(mechanism: Mechanism, part: Part) -> float | None:
@@ -169,11 +172,6 @@ def size_of_contact(mechanism: Mechanism, part: Part) -> float | None:
 
     Of a joint with clearance and a pair of curves the radius or half height, of a stop the radius of its faces, so
     that the angle beyond the limit is judged, of teeth their module.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    part : one of its parts.
     """
     if isinstance(part, Stop):
         return part.radius if part.joint and isinstance(mechanism.find(part.joint), Revolute) else None
@@ -184,16 +182,10 @@ def size_of_contact(mechanism: Mechanism, part: Part) -> float | None:
 
 
 def impossible_penetrations(mechanism: Mechanism, contacts: Sequence[str]) -> list[Condition]:
-    """Conditions that end a run at once: a journal that passes through its bearing, or parts through each other.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    contacts : names of its contacts.
-    """
+    """Conditions that end a run at once: a journal that passes through its bearing, or parts through each other."""
     return [
-        Condition(f"{name}.penetration", THROUGH * size, 1, f"{label}: {words}", is_fault=True)
-        for name, size, label, words, _ in _contact_sizes(mechanism, contacts)
+        Condition(f"{name}.penetration", far * size, 1, f"{label}: {words}", is_fault=True)
+        for name, size, label, words, _, far in _contact_sizes(mechanism, contacts)
     ]
 
 

@@ -20,6 +20,7 @@ from flexmb.places import (
     GAP_RATE,
     LOAD,
     LOAD_BY_LAM,
+    LOAD_BY_Q,
     NORMAL,
     NORMAL_FORCE,
     NORMAL_X,
@@ -297,13 +298,13 @@ def _advance_normal(tables, address, c, h, gap, rate, z, T, work):
 @compiled
 def _advance_friction(friction, p, h, slip, N, z, begin, end, T, work):
     """History z[begin:end] of a friction law with the numbers p, by slip and normal force."""
-    of_slip, of_N = difference_step(slip, slip, LEAST_DIFFERENCE), RELATIVE_DIFFERENCE * N
+    of_slip, of_N = difference_step(slip, slip, LEAST_DIFFERENCE), RELATIVE_DIFFERENCE * abs(N)
     old, new = part_of(z, begin, end), part_of(work.z_new, begin, end)
     friction(p, h, slip + of_slip, N, old, new)
     _store_upper_side(begin, end, work)
     friction(p, h, slip - of_slip, N, old, new)
     _add_difference(begin, end, OF_SLIP, of_slip, T, work)
-    if N > 0.0:
+    if of_N > 0.0:
         friction(p, h, slip, N + of_N, old, new)
         _store_upper_side(begin, end, work)
         friction(p, h, slip, N - of_N, old, new)
@@ -336,6 +337,7 @@ def advance_joint_friction_history(tables, address, c, h, v, z, T, work):
         of_slip, of_N = 0.0, 0.0
         for i in range(6):
             of_slip += out[SLIDING + i] * T.v[j, dofs[i]]
+            of_N += out[LOAD_BY_Q + i] * T.q[j, dofs[i]]
             for l in range(6):
                 of_slip += v[dofs[l]] * H[l, i] * T.q[j, dofs[i]]
         for i in range(rows):

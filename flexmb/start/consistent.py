@@ -144,13 +144,7 @@ def check_independent(program: Program, q: np.ndarray, system: StateEvaluation |
 
 
 def yielding_joints(program: Program, closed: Program) -> frozenset[str]:
-    """Names of the joints that yield to declared velocities: with clearance, or elastic.
-
-    Parameters
-    ----------
-    program : the mechanism.
-    closed : the same with ideal joints in their place.
-    """
+    """Names of the joints that yield to declared velocities: with clearance, or elastic."""
     always = {row.partition("[")[0] for row in program.names.rows}
     own = {name.partition(".")[0] for name in program.names.contacts}
     return frozenset(own | ({row.partition("[")[0] for row in closed.names.rows} - always))
@@ -191,15 +185,24 @@ def rigid_velocities(
         raise AssemblyError(
             f"Mechanism {closed.name!r}: no start velocities satisfy all joints, drives and declared velocities; "
             f"largest violation {missed.max():.3g} m/s or rad/s at {owners[int(missed.argmax())]!r}. "
-            f"{_remedy_of_velocities(closed, len(declared) > 0)}"
+            f"{_remedy_of_velocities(closed, declared)}"
         )
     velocities: np.ndarray = B @ w + d
     return velocities
 
 
-def _remedy_of_velocities(closed: Program, declared: bool) -> str:
+def _remedy_of_velocities(closed: Program, declared: np.ndarray) -> str:
     """Remedies for velocities that contradict one another: of drives, of declared velocities, of flexible bodies."""
-    remedies = ["Correct the declared velocities, or leave out one that joints and drives impose."] if declared else []
+    remedies, owner = [], np.asarray(closed.reference.body)[: closed.tables.sizes.n_b]
+    if len(declared):
+        remedies.append("Correct the declared velocities, or leave out one that joints and drives impose.")
+        flexible = np.bincount(owner) > 3
+        flexible[owner[declared]] = False
+        names = ", ".join(f"{name!r}" for name, free in zip(closed.names.bodies, flexible, strict=True) if free)
+        if names:
+            remedies.append(
+                f"Flexible bodies begin as rigid ones: {names} without velocity= (of each node) cannot bend."
+            )
     if closed.drives:
         remedies.append("A drive cannot move a dead centre: start elsewhere.")
         if len(closed.reference.q) > 3 * len(closed.names.bodies):

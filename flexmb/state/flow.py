@@ -68,6 +68,7 @@ class EnergyBalance(Record):
     gravity_at_start : potential of gravity at the start [J]
     gravity_change : largest change of the potential of gravity since the start [J]
     residual_limit : largest accepted residual relative to the scale of energies
+    idle : kinetic energy that bodies without connection to the others kept all the time [J], which hides their errors
     """
 
     stored_at_start: float
@@ -80,6 +81,7 @@ class EnergyBalance(Record):
     gravity_at_start: float
     gravity_change: float
     residual_limit: float
+    idle: float
 
 
 class Predictor(Record):
@@ -198,7 +200,7 @@ def _zero_flow(program: Program) -> Flow:
         lam=m,
         z=program.tables.sizes.n_z,
         ledger=11,
-        memory=CONTACT_MEMORY_SIZE * n_k + 2 * m + 2 * n_g + load_forces(program),
+        memory=CONTACT_MEMORY_SIZE * n_k + 2 * m + 3 * n_g + load_forces(program),
         episodes=(n_k, EPISODE_SIZE),
         past=(PAST_STATES, program.n_q + m),
         factors=program.symbolic.size,

@@ -6,7 +6,7 @@ Equations (1.1), (1.2) and (1.7) of docs/theory/equations_of_motion.md.
 
 from flexmb.compiled.views import matrix_view, part_of
 from flexmb.kernels import compiled, constraint_at, friction_at, joint_friction_at, motion_at
-from flexmb.places import LOAD, LOAD_BY_LAM, SLIDING
+from flexmb.places import LOAD, LOAD_BY_LAM, LOAD_BY_Q, SLIDING
 from flexmb.program.tables import BEGIN, END, LOAD_KERNEL, LOAD_P, LOAD_P_END, SLIDING_LAW, SLIDING_P, SLIDING_P_END
 from flexmb.system.work import (
     DRIVE_FORCE,
@@ -116,7 +116,7 @@ def _add_joint_friction(tables, address, c, n, m, h, lam, z, kq, kv, matrix, wor
         for k in range(6):
             slip_q += H[k, j] * work.vl[k]
         for i in range(6):
-            by_q = out[SLIDING + i] * T_slip * slip_q + T * H[i, j]
+            by_q = out[SLIDING + i] * (T_slip * slip_q + T_N * out[LOAD_BY_Q + j]) + T * H[i, j]
             by_v = out[SLIDING + i] * T_slip * out[SLIDING + j]
             work.lu[C.positions_h[C.pos_h[c] + n * i + j]] -= kq * by_q + kv * by_v
     for k in range(m):

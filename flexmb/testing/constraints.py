@@ -140,14 +140,7 @@ def check_breaks(bench: Bench, motion: Motion, tested: TestedKernel, breaks: np.
 
 
 def check_joint_friction(bench: Bench, contribution: ConstraintContribution, joint_friction: JointFriction) -> None:
-    """Check the normal load, its derivatives by the multipliers, the direction of sliding J, and the friction law.
-
-    Parameters
-    ----------
-    bench : test bench.
-    piece : the constraint.
-    joint_friction : joint friction of the constraint.
-    """
+    """Check the normal load, its derivatives by the multipliers, the direction of sliding J, and the friction law."""
     tested = TestedKernel(bench.owner, joint_friction.kernel, joint_friction.p, out=(JOINT_FRICTION_SIZE,), H=(6, 6))
     nodes, m = contribution.coordinates[:6], contribution.rows
     scale = bench.scales(nodes)
@@ -156,18 +149,22 @@ def check_joint_friction(bench: Bench, contribution: ConstraintContribution, joi
         full = {**state, "lam": lam}
         out = tested.checked_call(full)
         bench.note(f"{joint_friction.kernel.name}: compiled = Python, finite, repeatable")
-        if out["out"][0] < 0.0:
+        if out["out"][0] < 0.0 and out["out"][1 : 1 + m].any():
             raise tested.fault(f"the normal load is {out['out'][0]:.9g}; it must be >= 0", full)
 
         def load(x: np.ndarray, full: State = full) -> np.ndarray:
             return tested({**full, "lam": x})["out"][:1]
 
         def direction(x: np.ndarray, full: State = full) -> np.ndarray:
-            return tested({**full, "q": x})["out"][4:]
+            return tested({**full, "q": x})["out"][4:10]
 
-        J, q = out["out"][4:], full["q"]
+        def load_there(x: np.ndarray, full: State = full) -> np.ndarray:
+            return tested({**full, "q": x})["out"][:1]
+
+        J, q = out["out"][4:10], full["q"]
         size = np.abs(lam)
         bench.derivative(tested, "dN/dlam", full, out["out"][1 : 1 + m][None, :], load, lam, size, columns=size)
+        bench.derivative(tested, "dN/dq", full, out["out"][None, 10:], load_there, q, scale, columns=scale)
         floor = 1e-6 * float(np.abs(scale * J).max())
         bench.derivative(
             tested, "H = dJ/dq", full, out["H"], direction, q, scale, rows=scale, columns=scale, floor=floor

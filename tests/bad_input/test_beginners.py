@@ -11,8 +11,9 @@ from pathlib import Path
 import pytest
 
 import flexmb as fm
-from flexmb.errors import USER_ERRORS
+from flexmb.errors import USER_ERRORS, ArgumentError, AssemblyError
 from flexmb.mechanisms import four_bar, slider_crank
+from flexmb.results.solution import UnknownSignalError
 
 O, A, B, C, D = (0.0, 0.0), (0.05, 0.0), (0.17, 0.0), (0.3, 0.0), (0.2, 0.0)
 LAW, PAD = fm.HuntCrossley(stiffness=1e9), fm.KelvinVoigt(1e5, 10.0, 1e-4)
@@ -271,3 +272,29 @@ def test_wrong_arguments_are_type_errors_too():
         fm.RigidLink("crank", O, A, mass=1.0, inertia=1.0, masse=2.0)
     with pytest.raises(fm.errors.ArgumentError):
         fm.simulate()
+
+
+def test_names_of_other_packages_are_led_to_their_places():
+    """`rtol` belongs to the steps, instants to the solution, `held` to `accuracy`."""
+    body = fm.RigidBody("body", (0.0, 0.0), mass=1.0, inertia=1.0)
+    mech = fm.Mechanism("free", [body])
+    for name, step in (("rtol", "rtol"), ("atol", "atol"), ("max_step", "max")):
+        with pytest.raises(
+            ArgumentError, match=rf"no argument '{name}'\. It is one of steps: give step=Adaptive\({step}="
+        ):
+            fm.simulate(mech, t_end=0.1, **{name: 1e-3})
+    sol = fm.simulate(mech, t_end=0.1)
+    for name in ("time", "t"):
+        with pytest.raises(UnknownSignalError, match=rf"no signal '{name}'\. The instants of all rows are sol\.time\."):
+            sol[name]
+    beam = fm.FlexibleLink("beam", (0, 0), (1, 0), section=fm.Rectangle(0.02, 0.02), material=fm.STEEL, elements=4)
+    with pytest.raises(ArgumentError, match=r"frequencies: There is no argument 'held'\. Arguments: count\."):
+        fm.Reduced(beam, modes=2).frequencies(held=("start",))
+
+
+def test_a_velocity_of_a_body_on_a_beam_names_the_beam():
+    beam = fm.FlexibleLink("beam", (0, 0), (1, 0), section=fm.Rectangle(0.02, 0.02), material=fm.STEEL, elements=2)
+    tip = fm.RigidBody("tip", (1.0, 0.0), mass=1.0, inertia=0.1, velocity=(0.0, 1.0, 1.0))
+    parts = [beam, tip, fm.Fixed("O", fm.GROUND, beam, at=(0, 0)), fm.Fixed("weld", beam, tip, at=(1, 0))]
+    with pytest.raises(AssemblyError, match=r"Flexible bodies begin as rigid ones: 'beam' without velocity="):
+        fm.simulate(fm.Mechanism("thrown", parts), t_end=0.01)

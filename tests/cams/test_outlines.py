@@ -249,3 +249,24 @@ def test_wrong_contacts_are_refused():
         pair((0.0, 0.05), outline=fm.cams.Outline(((-0.1, 0.0), (0.1, 0.0), (0.1, 0.4), (-0.1, 0.4))))
     with pytest.raises(InputError, match=r"outline is .*; it must be of the kind Outline"):
         pair((0.2, 0.2), outline=3.0)
+
+
+@pytest.mark.parametrize("width", [0.002, 0.01, 0.03])
+def test_a_pin_does_not_go_through_a_tooth(width):
+    """With too soft a law it passed with its whole radius, since a side sees nothing behind it, and the run was ok."""
+    half = 0.5 * width
+    tooth = [(-0.05, 0), (-half, 0), (-half, 0.05), (half, 0.05), (half, 0), (0.05, 0), (0.05, -0.05), (-0.05, -0.05)]
+    pin = fm.RigidBody("pin", (-0.03, 0.03), mass=1.0, inertia=0.01, velocity=(1.0, 0.0, 0.0))
+    circle = fm.cams.CircularCurve((-0.03, 0.03), 0.004)
+
+    def thrown(stiffness):
+        law = fm.KelvinVoigt(stiffness, 0.0)
+        contact = fm.cams.OutlineContact("rack", fm.GROUND, fm.cams.Outline(tooth), pin, circle, normal=law)
+        return fm.simulate(fm.Mechanism("thrown", [pin, contact]), t_end=0.08)
+
+    soft, stiff = thrown(1e4), thrown(1e6)
+    assert not soft.ok
+    assert "the parts pass through each other" in soft.status
+    assert soft["pin.x"].values[-1] < -half
+    assert stiff.ok
+    assert stiff["pin.vx"].values[-1] == pytest.approx(-1.0, rel=1e-3)

@@ -210,6 +210,49 @@ def test_a_clutch_rectifies():
     assert turned == pytest.approx(2.0 * 0.6, rel=0.02)
 
 
+def loaded(stiffness=1e4):
+    """A rotor that 20 N m bring to rest at 0.05 s and press into its clutch, with 20 (1 - cos) from there on."""
+    rotor = wheel("rotor", inertia=0.1, velocity=(0.0, 0.0, 10.0))
+    lock = fm.couplings.OneWayClutch("clutch", fm.GROUND, rotor, at=O, stiffness=stiffness)
+    return fm.Mechanism("loaded", [rotor, lock, fm.Torque("load", rotor, -20.0)])
+
+
+def torque_error(sol, stiffness=1e4):
+    exact = np.where(sol.time > 0.05, 20.0 * (1.0 - np.cos(math.sqrt(stiffness / 0.1) * (sol.time - 0.05))), 0.0)
+    return float(np.abs(sol["clutch.torque"].values - exact).max() / 40.0)
+
+
+def test_a_clutch_is_as_exact_as_its_method():
+    """The wind-up was the trapezoidal rule of its rate: RadauIIA was 10 % off by default, and ok."""
+    sol = fm.simulate(loaded(), t_end=0.15, method=fm.RadauIIA())
+    assert sol.ok
+    assert torque_error(sol) < 1e-4
+
+
+@pytest.mark.parametrize(("stiffness", "h", "least"), [(1e4, 1e-3, 0.1), (1e5, 5e-4, 0.5), (1e5, 1e-3, 0.9)])
+def test_a_clutch_that_fixed_steps_do_not_resolve_is_told(stiffness, h, least):
+    """Its vibration under load loses phase; nothing was said."""
+    sol = fm.simulate(loaded(stiffness), t_end=0.15, step=h)
+    assert torque_error(sol, stiffness) > least
+    assert f"{math.sqrt(stiffness / 0.1) / (2.0 * math.pi):.4g} Hz (mostly rotor.theta)" in sol.notes[0]
+
+
+@pytest.mark.parametrize(("h", "faster"), [(5e-4, 1.0311), (1e-3, 1.1159)])
+def test_a_clutch_gives_back_no_more_than_it_took(h, faster):
+    """A rotor comes back faster than it went in, since the steps pass its release: a gain was booked as friction."""
+    rotor = wheel("rotor", inertia=0.1, velocity=(0.0, 0.0, -10.0))
+    lock = fm.couplings.OneWayClutch("clutch", fm.GROUND, rotor, at=O, stiffness=1e5)
+    mech = fm.Mechanism("spun", [rotor, lock])
+    fine, coarse = fm.simulate(mech, t_end=0.15), fm.simulate(mech, t_end=0.15, step=h)
+    assert fine.ok
+    assert fine["rotor.omega"].values[-1] == pytest.approx(10.0, rel=1e-3)
+    assert coarse["rotor.omega"].values[-1] == pytest.approx(10.0 * faster, rel=1e-3)
+    made = -float(coarse["energy.dissipated_algorithm"][-1])
+    assert made == pytest.approx(5.0 * (faster**2 - 1.0), rel=0.02)
+    assert not coarse.ok
+    assert "the steps made energy" in coarse.status
+
+
 def test_wrong_relations_are_refused():
     for factors, words in (
         ({}, "factors is empty"),

@@ -186,3 +186,20 @@ def test_inverse_dynamics_feels_a_taut_cable():
     pull = 2e3 * np.maximum(far - 0.6, 0.0)
     np.testing.assert_allclose(found.torque("motor"), pull * 0.5 * np.sin(angle) / far, rtol=1e-9, atol=1e-9)
     assert found.torque("motor")[2] > 100.0
+
+
+@pytest.mark.parametrize("load_steps", [1, 4, 10, 16])
+@pytest.mark.parametrize(("gap", "side"), [(0.005, 1.0), (0.01, -1.0), (0.04, 1.0)])
+@pytest.mark.parametrize("stiffness", [1e4, 1e6, 1e8])
+def test_a_stop_that_begins_to_carry_is_no_snap_through(stiffness, gap, side, load_steps):
+    """x = (F + k_s gap)/(k + k_s); stops 100 times stiffer than the spring were refused unless a load step met them."""
+    body = fm.RigidBody("body", (0, 0), mass=1.0, inertia=1.0)
+    limit = {"above": gap} if side > 0.0 else {"below": -gap}
+    pressed = fm.Mechanism("pressed", [
+        body, fm.Prismatic("guide", fm.GROUND, body, along=(1, 0)),
+        fm.SpringDamper("spring", fm.GROUND, body, at=(-1, 0), to=(0, 0), stiffness=1e4, free_length=1.0),
+        fm.Stop("stop", "guide", normal=fm.KelvinVoigt(stiffness, 0.0), **limit),
+        fm.Force("push", body, (0, 0), (side * 500.0, 0.0)),
+    ])  # fmt: skip
+    at = fm.static_equilibrium(pressed, load_steps=load_steps)
+    assert side * at["body.x"] == pytest.approx((500.0 + stiffness * gap) / (1e4 + stiffness), rel=1e-9)

@@ -35,7 +35,7 @@ def rigid_twin(owner: str, mechanism: Mechanism) -> Mechanism:
     parts = tuple(_replaced(owner, part, flexible) for part in mechanism.parts)
     contributions = mechanism.contributions()
     for constraint in contributions.constraints:
-        if constraint.joint_friction is not None:
+        if constraint.joint_friction is not None and not constraint.rubs_closed:
             text = f"{owner}: {mechanism.find(constraint.part).label} has friction, which depends on the joint's force"
             raise InputError(f"{text}. Leave the friction out, or use a Newmark method.")
     for element in contributions.elements:
