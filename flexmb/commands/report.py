@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import h5py
-import xarray as xr
 
 from flexmb.commands.arguments.mechanism_options import keywords_of
 from flexmb.commands.arguments.parser import parser_of, source_of
 from flexmb.commands.arguments.saved_command import COMMAND
 from flexmb.commands.files import REPORT
+from flexmb.jobs.files import READ_ERRORS, load_netcdf
 from flexmb.model.mechanism import Mechanism
 from flexmb.reports.chaos_page import write_chaos
 from flexmb.reports.report import report as page_of
 from flexmb.results.netcdf import load
 from flexmb.results.solution import Solution
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 GROUPS = ("", "motion")
 """Groups of a file of `flexmb chaos` that are drawn."""
@@ -56,16 +60,19 @@ def datasets_of(path: Path) -> dict[str, xr.Dataset]:
     Parameters
     ----------
     path : the file.
+
+    Raises
+    ------
+    FileFormatError : a damaged file.
     """
     try:
         with h5py.File(path, "r") as file:
-            present = [group for group in GROUPS if not group or group in file]
             kind = file.attrs.get("kind", b"")
-    except OSError:
+    except READ_ERRORS:
         return {}
     if kind not in ("bifurcation", "chaos", b"bifurcation", b"chaos"):
         return {}
-    return {group: xr.load_dataset(path, engine="h5netcdf", group=group or None) for group in present}
+    return load_netcdf(path, GROUPS)
 
 
 def write_diagram(groups: dict[str, xr.Dataset], path: Path) -> Path:

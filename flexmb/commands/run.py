@@ -23,6 +23,7 @@ from flexmb.results.main_signals import panels
 from flexmb.results.netcdf import load
 from flexmb.results.solution import Solution
 from flexmb.results.vtk import write_vtk
+from flexmb.run.checkpoint import removed_after
 from flexmb.run.simulate import simulate
 from flexmb.step.newmark.method import Newmark
 from flexmb.step.runge_kutta import RungeKutta4
@@ -66,14 +67,15 @@ def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     keywords = keywords_of_run(mechanism, options)
     require_folder(folder)
     keywords |= _checkpoints(folder / f"{name}.checkpoint.nc", options)
-    sol = simulate(mechanism, progress=not options.quiet, **keywords)
-    sol = replace(sol, model={**sol.model, COMMAND: without_output(options.arguments)})
-    written = [sol.to_netcdf(folder / f"{name}.nc")]  # before the pictures, which can be drawn again
+    with removed_after() as checkpoints:
+        sol = simulate(mechanism, progress=not options.quiet, **keywords)
+        sol = replace(sol, model={**sol.model, COMMAND: without_output(options.arguments)})
+        written = [sol.to_netcdf(folder / f"{name}.nc")]  # before the pictures, which can be drawn again
     lost = _write_rest(mechanism, sol, folder, name, options, written)
     print(summary.table(mechanism, sol))
     print("\nwritten:", *(f"  {path}" for path in written), sep="\n")
-    if lost:
-        print(f"flexmb: {lost}", file=sys.stderr)
+    for text in filter(None, [*(one.failure for one in checkpoints), lost]):
+        print(f"flexmb: {text}", file=sys.stderr)
     if not sol.ok:
         print(f"flexmb: {sol.status}", file=sys.stderr)
     return 0 if sol.ok and not lost else 1

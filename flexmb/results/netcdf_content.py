@@ -10,6 +10,8 @@ from typing import Any, Self
 
 import numpy as np
 
+from flexmb.jobs.files import refuse_other_files, refuse_outer_data
+
 LARGEST_GROWTH = 50
 """Size of the data of a file over the size of the file, at most; flexmb does not compress."""
 
@@ -29,7 +31,7 @@ class NetcdfContent:
     Raises
     ------
     OSError : bytes that are no HDF5 file.
-    ValueError : variables that would fill the memory, though the file is small.
+    ValueError : variables that would fill the memory, though the file is small; data in other files.
     """
 
     def __init__(self, content: bytes) -> None:
@@ -39,6 +41,7 @@ class NetcdfContent:
         self.hdf: Any = h5py
         self.file: Any = h5py.File(io.BytesIO(content), "r")
         self.shifted = self.file.userblock_size > 0
+        refuse_other_files(self.file, datasets=False)
 
     def __enter__(self) -> Self:
         return self
@@ -63,6 +66,7 @@ class NetcdfContent:
 
     def text(self, name: str) -> str:
         """Variable `name`, which holds a text."""
+        refuse_outer_data(self.file[name].id)
         return str(self.file[name].asstr()[()])
 
     def array(self, name: str) -> np.ndarray:
@@ -98,6 +102,7 @@ class NetcdfContent:
         size = math.prod(shape) * kind.itemsize
         if place is not None and not self.shifted and dataset.get_storage_size() == size:
             return np.frombuffer(self.content, kind, math.prod(shape), place).reshape(shape)
+        refuse_outer_data(dataset)
         self.copied += size
         if self.copied > LARGEST_GROWTH * len(self.content):
             text = f"it declares {self.copied} bytes of data"

@@ -153,7 +153,8 @@ def simulate(
     command = plain_values(begin=begin, end=end, save=shown_save(save), step=chosen, method=method, redundant=redundant)
     command |= {"signals": repr(model.get(SAVED_KEY)), "restart": digest(restart), "stop": repr(stop)}
     command |= of_start(label, start, restart, redundant)
-    kept_file = None if checkpoint is None else Checkpoints(Path(checkpoint), checkpoint_every, command, model)
+    place = None if checkpoint is None else checks.path(label, checkpoint)
+    kept_file = None if place is None else Checkpoints(place, checkpoint_every, command, model)
     if kept_file is not None and resume and kept_file.path.is_file():
         kept_file.resume(run, label, redundant=least)
     elif start is not None:
@@ -212,9 +213,8 @@ def _solution(
     contacts = contact_remarks(run.program, run.flow.z, run.contact_log(), now, span)
     notes = (*run.chords.remarks, *contacts, *watch.notes, *lost, *details)
     if kept_file is not None:
-        notes = (*notes, *([kept_file.failure] if kept_file.failure else []))
-        if not run.interrupted:
-            kept_file.remove()
+        remark = "" if run.interrupted else kept_file.finish()
+        notes = (*notes, *filter(None, (kept_file.failure, remark)))
     sol = run.solution(model=model, notes=notes, faults=faults, wall_time=clock() - started)
     if not sol.ok:
         tell_stopped(f"simulate {sol.name!r}", sol.status)

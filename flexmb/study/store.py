@@ -8,7 +8,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from flexmb.jobs.files import write_netcdf
+from flexmb.errors import FileFormatError
+from flexmb.jobs.files import load_netcdf, write_netcdf
 from flexmb.study.run import StudyRun
 
 if TYPE_CHECKING:
@@ -58,15 +59,13 @@ class Kept(Mapping[StudyRun, "xr.Dataset"]):
 
     def has(self, run: StudyRun) -> bool:
         """Whether a readable result with the fingerprint of the run is saved."""
-        import xarray
-
         if run.name in self.read:
             return True
         if not self.path(run).is_file():
             return False
         try:
-            found = xarray.load_dataset(self.path(run), engine="h5netcdf")
-        except (OSError, ValueError, KeyError, TypeError, RuntimeError):  # damaged file
+            found = load_netcdf(self.path(run))[""]
+        except FileFormatError:  # damaged file
             return False
         if found.attrs.get("fingerprint") != run.fingerprint():
             return False
