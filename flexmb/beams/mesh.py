@@ -199,7 +199,7 @@ def _check_cells(mesh: Any) -> None:
         nodes = np.asarray(block.data)
         if block.type in num_nodes_per_cell and nodes.shape[1:] != (num_nodes_per_cell[block.type],):
             raise ValueError(f"cells {block.type} of shape {nodes.shape}")
-        if nodes.size and nodes.dtype.kind in "iu" and not (0 <= nodes.min() and nodes.max() < len(mesh.points)):
+        if nodes.size and nodes.dtype.kind in "iu" and not (nodes.min() >= 0 and nodes.max() < len(mesh.points)):
             raise ValueError(f"cells {block.type} with nodes beyond the {len(mesh.points)} points")
 
 

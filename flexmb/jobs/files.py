@@ -73,7 +73,7 @@ def whole_file(path: Path, label: str = "") -> Iterator[Path]:
         raise unwritable(path, error, label) from error
     finally:
         if part != path:
-            with suppress(OSError):
+            with suppress(OSError, ValueError):
                 part.unlink(missing_ok=True)
 
 
@@ -165,20 +165,21 @@ def refuse_other_files(file: Any, datasets: bool = True) -> None:
     """
     import h5py
 
-    def look(name: bytes, link: Any) -> None:
+    def foreign(name: bytes, link: Any) -> bytes | None:  # an error raised here would not come through HDF5
         if link.type != h5py.h5l.TYPE_HARD:
-            raise ValueError(f"{name.decode(errors='replace')!r} is a link to another place or file")
-        if datasets and isinstance(one := h5py.h5o.open(file.id, name), h5py.h5d.DatasetID):
-            refuse_outer_data(one)
+            return name
+        one = h5py.h5o.open(file.id, name) if datasets else None
+        return name if isinstance(one, h5py.h5d.DatasetID) and not is_stored_within(one) else None
 
-    file.id.links.visit(look, info=True)
+    found = file.id.links.visit(foreign, info=True)
+    if found is not None:
+        raise ValueError(f"{found.decode(errors='replace')!r} leads to another file, which is not read")
 
 
-def refuse_outer_data(dataset: Any) -> None:
-    """Refuse a data set of h5py whose values lie in another file."""
+def is_stored_within(dataset: Any) -> bool:
+    """Whether the values of a data set of h5py lie in its file."""
     made = dataset.get_create_plist()
-    if made.get_external_count() or made.get_layout() not in STORED_WITHIN:
-        raise ValueError("its data lie in another file")
+    return not made.get_external_count() and made.get_layout() in STORED_WITHIN
 
 
 STORED_WITHIN = range(3)

@@ -10,7 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from flexmb.jobs.files import refuse_other_files, refuse_outer_data
+from flexmb.jobs.files import is_stored_within, refuse_other_files
 
 LARGEST_GROWTH = 50
 """Size of the data of a file over the size of the file, at most; flexmb does not compress."""
@@ -66,7 +66,7 @@ class NetcdfContent:
 
     def text(self, name: str) -> str:
         """Variable `name`, which holds a text."""
-        refuse_outer_data(self.file[name].id)
+        self._refuse_outer(self.file[name].id)
         return str(self.file[name].asstr()[()])
 
     def array(self, name: str) -> np.ndarray:
@@ -96,13 +96,18 @@ class NetcdfContent:
     def _dataset(self, name: str) -> Any:
         return self.hdf.h5d.open(self.file.id, name.encode())
 
+    def _refuse_outer(self, dataset: Any) -> None:
+        """Refuse a variable whose values lie in another file."""
+        if not is_stored_within(dataset):
+            raise ValueError(f"{self.hdf.h5i.get_name(dataset).decode()!r} leads to another file, which is not read")
+
     def _values(self, dataset: Any) -> np.ndarray:
         """Values of a variable; a view of the bytes where they are stored in one piece."""
         kind, shape, place = dataset.dtype, dataset.shape, dataset.get_offset()
         size = math.prod(shape) * kind.itemsize
         if place is not None and not self.shifted and dataset.get_storage_size() == size:
             return np.frombuffer(self.content, kind, math.prod(shape), place).reshape(shape)
-        refuse_outer_data(dataset)
+        self._refuse_outer(dataset)
         self.copied += size
         if self.copied > LARGEST_GROWTH * len(self.content):
             text = f"it declares {self.copied} bytes of data"

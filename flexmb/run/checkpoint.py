@@ -49,8 +49,8 @@ class Checkpoints:
     model : name of the mechanism and other plain values for the record.
     """
 
-    def __init__(self, path: Path, every: float, command: Mapping[str, Any], model: Mapping[str, Any]) -> None:
-        self.path, self.every = path, checks.not_negative("checkpoint", "every", every, "s")
+    def __init__(self, path: str | Path, every: float, command: Mapping[str, Any], model: Mapping[str, Any]) -> None:
+        self.path, self.every = checks.path("checkpoint", path), checks.not_negative("checkpoint", "every", every, "s")
         self.command, self.model = dict(command), dict(model)
         self.last = time.monotonic()
         self.failure = ""
@@ -115,11 +115,10 @@ class Checkpoints:
         """Remove the file; a remark on one that cannot be removed, or ""."""
         try:
             self.path.unlink(missing_ok=True)
-        except NotADirectoryError:
+        except (NotADirectoryError, ValueError):
             return ""  # there was none
         except OSError as error:
-            text = f"The checkpoint {str(self.path)!r} is left behind ({error.strerror or error})."
-            return f"{text} Remove it: a run that resumes would begin from it."
+            return f"The checkpoint {str(self.path)!r} cannot be removed ({error.strerror or error}). Remove it."
         return ""
 
 

@@ -234,7 +234,10 @@ class Run:
                 self.advance(options, steps)
             if self.code == CONDITION_MET and self.stopping is not None:
                 self.code = end_at_crossing(self, self.stopping, begun, target, interval)
-            self.empty_buffer(options)
+            try:
+                self.empty_buffer(options)
+            except MemoryError:
+                self.note = "Stopped: the saved instants fill the memory; save fewer instants or signals"
             bar.update(min(self.flow.clock.t, bar.total) - bar.n)
             took = time.perf_counter() - began
             steps = int(min(max(steps * min(BLOCK_SECONDS / max(took, 1e-6), 4.0), 16), 1_000_000))

@@ -123,7 +123,7 @@ def simulate(
     Raises
     ------
     InputError : times that are not > 0, neither or both of t_end and periods, unknown kinds of step or method, a
-        restart beyond the end, signals that the mechanism has not.
+        restart beyond the end, signals that the mechanism has not, more instants than the memory holds.
     ModelError, AssemblyError, KernelError : a mechanism that cannot start; see `compile` and `consistent_start`.
     """
     method = method or Newmark.generalised_alpha()
@@ -153,8 +153,7 @@ def simulate(
     command = plain_values(begin=begin, end=end, save=shown_save(save), step=chosen, method=method, redundant=redundant)
     command |= {"signals": repr(model.get(SAVED_KEY)), "restart": digest(restart), "stop": repr(stop)}
     command |= of_start(label, start, restart, redundant)
-    place = None if checkpoint is None else checks.path(label, checkpoint)
-    kept_file = None if place is None else Checkpoints(place, checkpoint_every, command, model)
+    kept_file = None if checkpoint is None else Checkpoints(checkpoint, checkpoint_every, command, model)
     if kept_file is not None and resume and kept_file.path.is_file():
         kept_file.resume(run, label, redundant=least)
     elif start is not None:
@@ -168,6 +167,7 @@ def simulate(
         run.after_block, run.interruption = kept_file.after_block, Interruption([KEYBOARD, TERMINATION])
     begun = 0.0 if restart is None else float(restart["clock"][0])
     grid = save_grid(label, save, period, begin, end, begun)
+    run.saved.require_room(label, (end - max(begin, begun)) / grid.interval if grid.interval else 0.0)
     started = clock()
     try:
         _run_through(run, stopping, begin, end, grid, fresh=restart is None)
