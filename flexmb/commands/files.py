@@ -17,10 +17,6 @@ REPORT = "report.html"
 def require_packages(needed: Mapping[str, tuple[str, str]]) -> None:
     """Refuse to start without the packages that the results need.
 
-    Parameters
-    ----------
-    needed : purpose and advice by package.
-
     Raises
     ------
     MissingPackageError : a package that is not installed.
@@ -33,10 +29,6 @@ def require_packages(needed: Mapping[str, tuple[str, str]]) -> None:
 
 def require_folder(folder: Path) -> None:
     """Create a folder, and refuse to start if it cannot be written.
-
-    Parameters
-    ----------
-    folder : the folder.
 
     Raises
     ------

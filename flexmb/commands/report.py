@@ -27,12 +27,7 @@ GROUPS = ("", "motion")
 
 
 def report(options: argparse.Namespace) -> int:
-    """`flexmb report`: write the page of a saved run, with its mechanism if the file or the user names it.
-
-    Parameters
-    ----------
-    options : options of the command line.
-    """
+    """`flexmb report`: write the page of a saved run, with its mechanism if the file or the user names it."""
     if groups := datasets_of(options.file):
         print(write_diagram(groups, options.out or options.file.with_suffix(".html")))
         return 0
@@ -57,10 +52,6 @@ def _mechanism(sol: Solution, name: str | None) -> Mechanism | None:
 def datasets_of(path: Path) -> dict[str, xr.Dataset]:
     """Datasets of a file of `flexmb sweep` or `flexmb chaos` by group; {} for another file.
 
-    Parameters
-    ----------
-    path : the file.
-
     Raises
     ------
     FileFormatError : a damaged file.
@@ -76,27 +67,14 @@ def datasets_of(path: Path) -> dict[str, xr.Dataset]:
 
 
 def write_diagram(groups: dict[str, xr.Dataset], path: Path) -> Path:
-    """Page of a diagram or of a study of a motion.
-
-    Parameters
-    ----------
-    groups : its datasets by group.
-    path : the file of the page.
-    """
+    """Page of a diagram or of a study of a motion."""
     if groups[""].attrs["kind"] == "chaos":
         return write_chaos(groups, path, None, None)
     return page_of(groups[""], path)
 
 
 def repeated_command(sol: Solution, given: str | None) -> list[str]:
-    """Arguments of `flexmb run` with which the mechanism of a saved run can be built; [] for an unknown mechanism.
-
-    Parameters
-    ----------
-    sol : the saved run.
-    given : name of the mechanism, or FILE.py; None: the ready mechanism named in the file.  A FILE.py that the file
-        names is not executed unless it is given.
-    """
+    """Arguments of `flexmb run` with which the mechanism of a saved run can be built; [] for an unknown mechanism."""
     command = sol.model.get(COMMAND)
     if not isinstance(command, list) or len(command) < 2 or command[0] != "run":
         return [] if given is None else ["run", given]

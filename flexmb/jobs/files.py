@@ -45,11 +45,6 @@ def whole_file(path: Path, label: str = "") -> Iterator[Path]:
     All files of flexmb are written by it: an interrupted write, or a full disk, leaves the old file.  Missing folders
     are made, links are followed, and the content is on the disk when the block ends.
 
-    Parameters
-    ----------
-    path : the file.
-    label : name of the caller, for messages.
-
     Raises
     ------
     InputError : a path that cannot be written, a full disk, an ending or a name that no writer takes.
@@ -78,13 +73,7 @@ def whole_file(path: Path, label: str = "") -> Iterator[Path]:
 
 
 def write_netcdf(path: Path, groups: Mapping[str, xr.Dataset]) -> Path:
-    """Write datasets as the groups of one file, whole or not at all.
-
-    Parameters
-    ----------
-    path : the file.
-    groups : datasets by the name of their group, that of the root is "".
-    """
+    """Write datasets as the groups of one file, whole or not at all."""
     return write_sealed(path, netcdf_image(groups))
 
 
@@ -92,11 +81,6 @@ def netcdf_image(groups: Mapping[str, xr.Dataset], encodings: Mapping[str, Mappi
     """The bytes of a netCDF file.
 
     The file is made in memory: the HDF5 library does not survive a disk that is full.
-
-    Parameters
-    ----------
-    groups : datasets by the name of their group, that of the root is "".
-    encodings : encodings of the variables of a group, by the name of the group.
     """
     image = io.BytesIO()
     for k, (name, dataset) in enumerate(groups.items()):
@@ -110,12 +94,6 @@ def write_sealed(path: Path, content: bytes, label: str = "") -> Path:
     """Write bytes with their checksum behind them, whole or not at all; they are on the disk when this returns.
 
     Readers of netCDF ignore the checksum.
-
-    Parameters
-    ----------
-    path : the file.
-    content : its bytes.
-    label : name of the caller, for messages.
     """
     with whole_file(path, label) as part, part.open("wb") as file:
         file.write(content)
@@ -153,11 +131,6 @@ def _end_of_hdf5(content: bytes) -> int:
 
 def refuse_other_files(file: Any, datasets: bool = True) -> None:
     """Refuse an HDF5 file that leads to other files: whoever made it would read local files by the reader's hands.
-
-    Parameters
-    ----------
-    file : the file, opened by h5py.
-    datasets : whether the data sets are looked at, beside the links.
 
     Raises
     ------

@@ -56,19 +56,19 @@ class Checkpoints:
         self.failure = ""
 
     def after_block(self, run: Run) -> None:
-        """Write a checkpoint if it is time; a file that cannot be written is noted once, and the run goes on."""
+        """Write a checkpoint if it is time; a file that cannot be written is noted, and the run goes on."""
         if time.monotonic() - self.last >= self.every:
             self.write(run)
 
     def write(self, run: Run) -> None:
         """Write a checkpoint now."""
         self.last = time.monotonic()
-        if self.failure:
-            return
         try:
             checkpoint_of(run, {**self.model, COMMAND: self.command}).to_netcdf(self.path)
         except InputError as error:
-            self.failure = f"No checkpoint since t = {run.flow.clock.t:.6g} s: {error}"
+            self.failure = self.failure or f"No checkpoint since t = {run.flow.clock.t:.6g} s: {error}"
+        else:
+            self.failure = ""
 
     def resume(self, run: Run, label: str, *, redundant: bool) -> None:
         """Let a run go on from the file.
@@ -195,12 +195,7 @@ def refuse_beyond(run: Run) -> None:
 
 
 def digest(restart: Mapping[str, Any] | None) -> str:
-    """Digest of the arrays of a restart; "" without a restart.
-
-    Parameters
-    ----------
-    restart : arrays by name.
-    """
+    """Digest of the arrays of a restart; "" without a restart."""
     if not isinstance(restart, Mapping):
         return ""
     data = b"".join(name.encode() + np.ascontiguousarray(restart[name]).tobytes() for name in sorted(restart))

@@ -14,26 +14,13 @@ MODEL = "model"
 
 
 def refuse_broken_clock(clock: np.ndarray, label: str) -> None:
-    """Refuse a restart whose time, step sizes or counters are not finite: the run would never end.
-
-    Parameters
-    ----------
-    clock : numbers of the clock.
-    label : first words of the error.
-    """
+    """Refuse a restart whose time, step sizes or counters are not finite: the run would never end."""
     if not np.isfinite(clock).all():
         raise InputError(f"{label}: restart is damaged: its clock holds {clock.tolist()}. Use an undamaged one.")
 
 
 def refuse_other_model(program: Program, restart: Mapping[str, np.ndarray], label: str) -> None:
-    """Refuse the restart of a mechanism of equal size with other parts or numbers.
-
-    Parameters
-    ----------
-    program : the compiled mechanism.
-    restart : arrays by name; one without a fingerprint is taken.
-    label : first words of the error.
-    """
+    """Refuse the restart of a mechanism of equal size with other parts or numbers."""
     given, own = restart.get(MODEL), program.fingerprint
     if given is None or np.array_equal(given, own):
         return

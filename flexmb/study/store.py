@@ -100,12 +100,5 @@ class Kept(Mapping[StudyRun, "xr.Dataset"]):
 
 
 def keep(run: StudyRun, path: Path, dataset: xr.Dataset, cost: Cost) -> None:
-    """Write the result of a run; an interrupted call leaves no file.
-
-    Parameters
-    ----------
-    run, path : run, and path of its result.
-    dataset : result of the run.
-    cost : times of the run.
-    """
+    """Write the result of a run; an interrupted call leaves no file."""
     write_netcdf(path, {"": dataset.assign_attrs({"fingerprint": run.fingerprint(), **asdict(cost)})})

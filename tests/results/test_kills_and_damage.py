@@ -10,33 +10,14 @@ from functools import partial
 import h5py
 import numpy as np
 import pytest
+from damage import crank, damaged, servo
 
 import flexmb as fm
 from flexmb.errors import FileFormatError, FlexmbError
 from flexmb.jobs import files
 from flexmb.run import run as run_module
 
-PAGE = 4096
-"""Bytes that a file system writes, or loses, as one."""
-
 FEW_OR_MANY = [10, pytest.param(200, marks=pytest.mark.slow)]
-
-
-def crank(**more):
-    """Half a turn of a slider-crank with clearance, some ten impacts."""
-    return fm.simulate(fm.mechanisms.slider_crank(clearance=5e-4), periods=0.5, save=200, **more)
-
-
-def servo(**more):
-    """A rotor under a sampled PID law: blocks of the run end at its samples."""
-    body = fm.RigidBody("rotor", at=(0.0, 0.0), mass=1.0, inertia=2e-3)
-    axis = fm.Revolute("axis", fm.GROUND, body, at=(0.0, 0.0))
-    pid = fm.PID("pid", "rotor.omega", target=20.0, kp=0.3, ki=2.0, limit=10.0, sample=1e-3)
-    motor = fm.controllers.DCMotor(
-        "motor", "rotor.omega", "shaft", voltage="pid.output", resistance=2.0, inductance=5e-3, torque_constant=0.05
-    )
-    rotor = fm.Mechanism("rotor", [body, axis, fm.Torque("shaft", body, 1.0), motor, pid])
-    return fm.simulate(rotor, t_end=0.2, save=100, **more)
 
 
 def same(one, other):
@@ -59,8 +40,9 @@ def test_killed_at_random_instants_runs_end_with_the_same_bits(tmp_path, monkeyp
     monkeypatch.setattr(run_module, "FIRST_BLOCK_UPDATES", 2000)
     checkpoint, result = tmp_path / "run.checkpoint.nc", tmp_path / "run.nc"
     whole, rng, done, resumed = run(), random.Random(kills), 0, 0
-    began = time.perf_counter()
     options = {"checkpoint": checkpoint, "checkpoint_every": 0.0 if run is crank else 0.05}
+    run(**options)  # imports what writes files
+    began = time.perf_counter()
     run(**options)
     longest = time.perf_counter() - began
     while done < kills or checkpoint.is_file():
@@ -81,28 +63,6 @@ def test_killed_at_random_instants_runs_end_with_the_same_bits(tmp_path, monkeyp
             result.unlink()
     assert resumed > kills // 4  # kills hit runs that had a checkpoint
     print(f"{run.__name__}: {done} kills, {resumed} runs resumed, {longest:.2f} s a run")
-
-
-def damaged(content, rng):
-    """A copy of the bytes with flipped bits, cut, with zeroed or repeated pages, or emptied; never the same."""
-    found = bytearray(content)
-    kind = rng.randrange(6)
-    place = rng.randrange(len(found))
-    if kind == 0:
-        for _ in range(rng.choice((1, 1, 8, 100))):
-            found[rng.randrange(len(found))] ^= 1 << rng.randrange(8)
-    elif kind == 1:
-        del found[place:]
-    elif kind == 2:
-        place -= place % PAGE
-        found[place : place + PAGE] = bytes(len(found[place : place + PAGE]))
-    elif kind == 3:
-        found[max(len(found) - rng.choice((1, 30, 31, 500)), 0) :] = b""
-    elif kind == 4:
-        found = found[:place] + found[place + rng.randrange(1, PAGE) :] + bytes(rng.choice((0, PAGE)))
-    else:
-        found = bytearray(rng.choice((0, PAGE, len(found))))
-    return bytes(found) if bytes(found) != content else damaged(content, rng)
 
 
 @pytest.mark.parametrize("copies", FEW_OR_MANY)

@@ -24,12 +24,6 @@ def write_gif(path: Path, film: Film, fps: float) -> None:
 
     All frames have one palette, so that only the changed part of a frame is stored.  Times in a GIF are hundredths of a
     second; they are rounded so that the film as a whole has its length.
-
-    Parameters
-    ----------
-    path : the file.
-    film : the frames.
-    fps : frames a second.
     """
     from PIL import Image
 
@@ -48,12 +42,6 @@ def write_gif(path: Path, film: Film, fps: float) -> None:
 
 def write_mp4(path: Path, film: Film, fps: float) -> None:
     """Write a film as an MP4 file (H.264), with even numbers of pixels.
-
-    Parameters
-    ----------
-    path : the file.
-    film : the frames.
-    fps : frames a second.
 
     Raises
     ------

@@ -52,13 +52,7 @@ def screenshot_vtk(
 
 
 def bar_title(field: str, units: str) -> str:
-    """Title of a colour bar: field and unit, in two lines.
-
-    Parameters
-    ----------
-    field : name of the field.
-    units : its unit; "" for none.
-    """
+    """Title of a colour bar: field and unit, in two lines."""
     return "\n".join([words_of(field), *([f"[{units}]"] if units else []), ""])
 
 
