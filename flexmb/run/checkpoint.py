@@ -67,6 +67,7 @@ class Checkpoints:
             checkpoint_of(run, {**self.model, COMMAND: self.command}).to_netcdf(self.path)
         except InputError as error:
             self.failure = self.failure or f"No checkpoint since t = {run.flow.clock.t:.6g} s: {error}"
+            self.last += EVERY  # the disk may have room again
         else:
             self.failure = ""
 

@@ -14,9 +14,11 @@ MODEL = "model"
 
 
 def refuse_broken_clock(clock: np.ndarray, label: str) -> None:
-    """Refuse a restart whose time, step sizes or counters are not finite: the run would never end."""
-    if not np.isfinite(clock).all():
-        raise InputError(f"{label}: restart is damaged: its clock holds {clock.tolist()}. Use an undamaged one.")
+    """Refuse a restart whose numbers are not finite, or that saves later than it stands: it would never end."""
+    t, _, save_start = clock[:3]
+    if not np.isfinite(clock).all() or save_start > t:
+        text = f"{label}: restart is damaged: its clock holds {clock.tolist()}"
+        raise InputError(f"{text}, not finite or with a begin of saving after the present. Use an undamaged one.")
 
 
 def refuse_other_model(program: Program, restart: Mapping[str, np.ndarray], label: str) -> None:

@@ -141,6 +141,17 @@ def test_forged_numbers_of_a_restart_never_leave_the_memory(tmp_path, monkeypatc
         _in_a_process(partial(fm.simulate, mechanism, restart=forged, **options))
 
 
+@pytest.mark.parametrize("value", [1e18, 1e300])
+def test_a_restart_that_begins_to_save_after_its_present_is_refused(value):
+    """Instants of its grid were due for ever."""
+    mechanism = fm.mechanisms.slider_crank(clearance=5e-4)
+    found = fm.simulate(mechanism, periods=0.02, save=5).restart
+    restart = {**found, "clock": found["clock"].copy()}
+    restart["clock"][2] = value
+    with pytest.raises(FlexmbError, match="a begin of saving after the present"):
+        fm.simulate(mechanism, periods=0.021, save=5, restart=restart)
+
+
 COUNTERS = ("count", "poses.number", "predictor", "report", "reuse", "clock")
 
 
