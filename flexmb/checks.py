@@ -168,6 +168,8 @@ def path(owner: str, value: object) -> Path:
     """`value` as a path, or `InputError`."""
     if not isinstance(value, (str, PathLike)):
         raise InputError(f"{owner}: the path is {value!r}; it must be a text or a Path.")
+    if "\0" in str(value):
+        raise InputError(f"{owner}: the path is {value!r}; it holds the character NUL, which no path has.")
     return Path(value)
 
 
@@ -199,8 +201,8 @@ def declared_fields(kind: type) -> tuple[tuple[str, str], ...]:
 
 
 def identifier(owner: str, value: object) -> str:
-    """`value` as a name of a part: a non-empty string without dot, slash or white space at its ends."""
-    if not isinstance(value, str) or not value or value != value.strip() or "." in value or "/" in value:
+    """`value` as a name of a part: a non-empty string without dot, slash, NUL or white space at its ends."""
+    if not isinstance(value, str) or not value or value != value.strip() or set(value) & {".", "/", "\0"}:
         raise InputError(f"{owner}: name is {value!r}; it must be a non-empty string without '.', '/' or outer blanks.")
     return value
 

@@ -95,9 +95,6 @@ def _page(item: StudyPage, kept: Kept, folder: Path, about: dict[str, str]) -> l
 def _save(path: Path, figure: Figure) -> Path:
     from matplotlib import rc_context
 
-    with (
-        whole_file(path) as part,
-        rc_context({"agg.path.chunksize": 20000}),
-    ):  # matplotlib cannot draw long curves in one path
+    with rc_context({"agg.path.chunksize": 20000}), whole_file(path) as part:  # or long curves cannot be drawn
         figure.savefig(part, format="png", dpi=DPI)
     return path

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 from nine_bar_study.run import StudyRun
 
-from flexmb.jobs.files import write_netcdf
+from flexmb.errors import FileFormatError
+from flexmb.jobs.files import load_netcdf, write_netcdf
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,15 +60,13 @@ class Kept(Mapping[StudyRun, "xr.Dataset"]):
 
     def has(self, run: StudyRun) -> bool:
         """Whether a readable result with the fingerprint of the run is saved."""
-        import xarray
-
         if run.name in self.read:
             return True
         if not self.path(run).is_file():
             return False
         try:
-            found = xarray.load_dataset(self.path(run), engine="h5netcdf")
-        except (OSError, ValueError, KeyError, TypeError, RuntimeError):  # damaged file
+            found = load_netcdf(self.path(run))[""]
+        except FileFormatError:  # damaged file
             return False
         if found.attrs.get("fingerprint") != run.fingerprint():
             return False
@@ -102,12 +101,5 @@ class Kept(Mapping[StudyRun, "xr.Dataset"]):
 
 
 def keep(run: StudyRun, path: Path, dataset: xr.Dataset, cost: Cost) -> None:
-    """Write the result of a run; an interrupted call leaves no file.
-
-    Parameters
-    ----------
-    run, path : run, and path of its result.
-    dataset : result of the run.
-    cost : times of the run.
-    """
+    """Write the result of a run; an interrupted call leaves no file."""
     write_netcdf(path, {"": dataset.assign_attrs({"fingerprint": run.fingerprint(), **asdict(cost)})})

@@ -32,6 +32,9 @@ TAG_NAMES = ("gmsh:physical", "cell_tags", "section")
 SAME_PLACE = 1e-9
 """Distance over the size of the mesh [1] below which two points are one."""
 
+FARTHEST = 1e100
+"""Largest coordinate [m], whose square is still a float."""
+
 STRAIGHT = 1e-4
 """Angle up to which a beam counts as straight [rad]; above the rounding of files in single precision."""
 
@@ -44,6 +47,7 @@ BROKEN = (
     ArithmeticError,
     AssertionError,
     EOFError,
+    MemoryError,
     SyntaxError,
     struct.error,
     zlib.error,
@@ -178,11 +182,25 @@ def read_file(file: Path) -> Any:
     try:
         # meshio prints, and leaves the program when no reader fits; readers raise whatever broken text leads to
         with redirect_stdout(said), redirect_stderr(said):
-            return meshio.read(file)
+            mesh = meshio.read(file)
+        _check_cells(mesh)
     except (meshio.ReadError, *BROKEN) as error:
         reason = str(error) if isinstance(error, Exception) else said.getvalue().strip().split("\n")[0]
         text = f"{file}: not a mesh that meshio can read ({type(error).__name__}: {reason})"
         raise FileFormatError(f"{text}. Export it as gmsh 2.2 (.msh) or VTK (.vtu).") from error
+    return mesh
+
+
+def _check_cells(mesh: Any) -> None:
+    """ValueError for cells with nodes that are not there, or with another number of nodes than their kind has."""
+    from meshio._common import num_nodes_per_cell
+
+    for block in mesh.cells:
+        nodes = np.asarray(block.data)
+        if block.type in num_nodes_per_cell and nodes.shape[1:] != (num_nodes_per_cell[block.type],):
+            raise ValueError(f"cells {block.type} of shape {nodes.shape}")
+        if nodes.size and nodes.dtype.kind in "iu" and not (nodes.min() >= 0 and nodes.max() < len(mesh.points)):
+            raise ValueError(f"cells {block.type} with nodes beyond the {len(mesh.points)} points")
 
 
 def plane_points(file: Path, points: Any) -> Array:
@@ -191,9 +209,10 @@ def plane_points(file: Path, points: Any) -> Array:
     if xyz.ndim != 2 or xyz.shape[1] not in (2, 3):
         text = f"{file}: points have shape {xyz.shape}; flexmb needs plane points (n, 2) or (n, 3)"
         raise FileFormatError(f"{text}. Export the mesh with x and y coordinates.")
-    if not np.all(np.isfinite(xyz)):
-        bad = int(np.argmin(np.all(np.isfinite(xyz), axis=1)))
-        text = f"{file}: node {bad} is at {xyz[bad].tolist()}; coordinates must be finite"
+    sound = (np.abs(xyz) < FARTHEST).all(axis=1)
+    if not sound.all():
+        bad = int(np.argmin(sound))
+        text = f"{file}: node {bad} is at {xyz[bad].tolist()}; coordinates must be finite, and below {FARTHEST:g} m"
         raise FileFormatError(f"{text}. Mesh the shape again.")
     if xyz.shape[1] == 3 and np.ptp(xyz[:, 2]) > SAME_PLACE * _size(xyz):
         text = f"{file}: z spreads over {np.ptp(xyz[:, 2]):g} m; flexmb is plane, all z must be equal"

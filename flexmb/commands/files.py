@@ -7,7 +7,8 @@ from collections.abc import Mapping
 from importlib.util import find_spec
 from pathlib import Path
 
-from flexmb.errors import InputError, MissingPackageError
+from flexmb.errors import MissingPackageError
+from flexmb.jobs.files import unwritable
 
 REPORT = "report.html"
 """Name of the page of a run; the pages of diagrams and studies of a motion have the names of their files."""
@@ -15,10 +16,6 @@ REPORT = "report.html"
 
 def require_packages(needed: Mapping[str, tuple[str, str]]) -> None:
     """Refuse to start without the packages that the results need.
-
-    Parameters
-    ----------
-    needed : purpose and advice by package.
 
     Raises
     ------
@@ -33,10 +30,6 @@ def require_packages(needed: Mapping[str, tuple[str, str]]) -> None:
 def require_folder(folder: Path) -> None:
     """Create a folder, and refuse to start if it cannot be written.
 
-    Parameters
-    ----------
-    folder : the folder.
-
     Raises
     ------
     InputError : a folder that cannot be written.
@@ -45,6 +38,5 @@ def require_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             pass
-    except OSError as error:
-        text = f"--out: {str(folder)!r} cannot be written ({error.strerror or error})."
-        raise InputError(f"{text} Give a writable folder.") from error
+    except (OSError, ValueError) as error:
+        raise unwritable(folder, error, "--out") from error

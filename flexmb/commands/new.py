@@ -93,11 +93,7 @@ def new(options: argparse.Namespace) -> int:
         raise InputError(f"{text}. Take letters, digits and underscores, with a letter first.")
     if path.exists() and not options.force:
         raise InputError(f"{str(path)!r} is there already. Take another name, or replace it with --force.")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_text(path, MODEL.replace("@NAME@", path.stem).replace("@FILE@", path.name))
-    except OSError as error:
-        raise InputError(f"{str(path)!r} cannot be written ({error.strerror or error}).") from error
+    write_text(path, MODEL.replace("@NAME@", path.stem).replace("@FILE@", path.name))
     print(f"{path} is a slider-crank with comments on clearances, flexible links, springs and loads. Next:")
     typed = shlex.quote(str(path))
     print(f"  flexmb check {typed}\n  flexmb run {typed} --speed 300rpm")

@@ -22,12 +22,11 @@ def plot(options: argparse.Namespace) -> int:
     FlexmbError : see `flexmb.plot`; a file that is no result; a picture that cannot be written.
     """
     from flexmb.pictures.curves.plot import plot as picture_of  # noqa: PLC0415 - matplotlib when a picture is asked for
-    from flexmb.pictures.poses.render import saved  # noqa: PLC0415
 
     panels = [names_of(text) for text in options.signals]
     figure = picture_of(load(options.file), panels, title=options.title, x=options.x)
     target = Path(options.out)
-    saved("plot", figure, target)
+    figure.savefig(target, dpi=150)
     print(target)
     return 0
 

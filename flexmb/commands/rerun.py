@@ -70,10 +70,6 @@ class Comparison:
 def rerun(options: argparse.Namespace) -> int:
     """`flexmb rerun`: repeat the run of a file with its own arguments, and print the comparison.
 
-    Parameters
-    ----------
-    options : `file`, `name` and `quiet` of the command line.
-
     Returns
     -------
     int : exit status: 0 if the runs agree, else 1.
@@ -96,10 +92,6 @@ def rerun(options: argparse.Namespace) -> int:
 def compare(one: Solution, other: Solution) -> Comparison:
     """Differences of the saved signals of two runs.
 
-    Parameters
-    ----------
-    one, other : the runs.
-
     Raises
     ------
     InputError : runs with different signals or instants.
@@ -120,13 +112,7 @@ def compare(one: Solution, other: Solution) -> Comparison:
 
 
 def tell(path: Path, again: Solution) -> int:
-    """Print the comparison of a saved run with its repetition; exit code 0 if they agree.
-
-    Parameters
-    ----------
-    path : file of the saved run.
-    again : the repetition.
-    """
+    """Print the comparison of a saved run with its repetition; exit code 0 if they agree."""
     saved = load(path)
     found = compare(saved, again)
     print(found)

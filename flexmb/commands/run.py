@@ -23,6 +23,7 @@ from flexmb.results.main_signals import panels
 from flexmb.results.netcdf import load
 from flexmb.results.solution import Solution
 from flexmb.results.vtk import write_vtk
+from flexmb.run.checkpoint import removed_after
 from flexmb.run.simulate import simulate
 from flexmb.step.newmark.method import Newmark
 from flexmb.step.runge_kutta import RungeKutta4
@@ -45,12 +46,6 @@ WITH_NUMBER = ("generalised-alpha", "hht", "wbz")
 def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     """`flexmb run`: simulate a mechanism and write all files.
 
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    name : stem of the file names.
-    options : `out`, and the options of the groups "time", "method" and "files" of the command line.
-
     Returns
     -------
     int : 0 if the run reached its end, else 1.
@@ -66,27 +61,22 @@ def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     keywords = keywords_of_run(mechanism, options)
     require_folder(folder)
     keywords |= _checkpoints(folder / f"{name}.checkpoint.nc", options)
-    sol = simulate(mechanism, progress=not options.quiet, **keywords)
-    sol = replace(sol, model={**sol.model, COMMAND: without_output(options.arguments)})
-    written = [sol.to_netcdf(folder / f"{name}.nc")]  # before the pictures, which can be drawn again
+    with removed_after() as checkpoints:
+        sol = simulate(mechanism, progress=not options.quiet, **keywords)
+        sol = replace(sol, model={**sol.model, COMMAND: without_output(options.arguments)})
+        written = [sol.to_netcdf(folder / f"{name}.nc")]  # before the pictures, which can be drawn again
     lost = _write_rest(mechanism, sol, folder, name, options, written)
     print(summary.table(mechanism, sol))
     print("\nwritten:", *(f"  {path}" for path in written), sep="\n")
-    if lost:
-        print(f"flexmb: {lost}", file=sys.stderr)
+    for text in filter(None, [*(one.failure for one in checkpoints), lost]):
+        print(f"flexmb: {text}", file=sys.stderr)
     if not sol.ok:
         print(f"flexmb: {sol.status}", file=sys.stderr)
     return 0 if sol.ok and not lost else 1
 
 
 def keywords_of_run(mechanism: Mechanism, options: argparse.Namespace) -> dict[str, Any]:
-    """Keywords of `simulate` for times, steps, method and restart.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    options : options of the command line.
-    """
+    """Keywords of `simulate` for times, steps, method and restart."""
     keywords = {**_times(mechanism, options), **solver_of(options)}
     if options.restart is not None:
         keywords["restart"] = load(options.restart).restart
@@ -106,21 +96,12 @@ def _checkpoints(path: Path, options: argparse.Namespace) -> dict[str, Any]:
 
 
 def periods_of(mechanism: Mechanism) -> list[float]:
-    """Periods of all periodic drives and clamps [s].
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    """
+    """Periods of all periodic drives and clamps [s]."""
     return [period for period in compile_mechanism(mechanism).periods if period is not None]
 
 
 def method_of(text: str) -> Newmark | RungeKutta4:
     """Integration method from its name: "hht", or "hht:0.05" with a number.
-
-    Parameters
-    ----------
-    text : typed text.
 
     Raises
     ------
@@ -165,10 +146,6 @@ def _saved(text: str) -> int | float | str:
 def solver_of(options: argparse.Namespace) -> dict[str, Any]:
     """Step and method as keywords; options without a value are omitted.
 
-    Parameters
-    ----------
-    options : `step`, `rtol` and `method` of the command line.
-
     Raises
     ------
     InputError : a text that is not a number, a unit that is not a unit of time, an unknown method.
@@ -185,10 +162,6 @@ def solver_of(options: argparse.Namespace) -> dict[str, Any]:
 
 def flow_options(options: argparse.Namespace) -> dict[str, Any]:
     """Period, step and method of a flow as keywords; options without a value are omitted.
-
-    Parameters
-    ----------
-    options : `period` of the command line, and the options of `solver_of`.
 
     Raises
     ------
@@ -240,13 +213,7 @@ def _write_rest(
 
 
 def four_instants(mechanism: Mechanism, sol: Solution) -> np.ndarray:
-    """Four instants, evenly spread over the last period of the slowest drive.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    sol : its solution.
-    """
+    """Four instants, evenly spread over the last period of the slowest drive."""
     first, last = float(sol.time[0]), float(sol.time[-1])
     longest = max(periods_of(mechanism), default=last - first)
     return np.linspace(max(first, last - longest), last, 5)[:4]

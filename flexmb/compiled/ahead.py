@@ -83,8 +83,8 @@ class SecondProcess:
 
 
 def command(names: list[str]) -> list[str]:
-    """Command line of a process that calls `compile_named` with these names."""
-    return [sys.executable, "-c", f"from {__name__} import compile_named; compile_named()", *names]
+    """Command line of a process that calls `compile_named` with these names, without the working folder in its path."""
+    return [sys.executable, "-P", "-c", f"from {__name__} import compile_named; compile_named()", *names]
 
 
 running: list[SecondProcess] = []

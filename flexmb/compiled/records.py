@@ -55,13 +55,17 @@ CACHE_LINE = 64
 PLAIN_FLAGS = 0x0001 | 0x0100
 """numpy's flags of arrays in C order and of aligned ones."""
 
+LARGEST = 2.0**53
+"""Largest whole number that a file may hold: beyond it floats leave some out."""
+
 NUMBERS = {float: types.float64, int: types.int64, bool: types.boolean}
 
 
 class Record:
     """Base of the records; a subclass declares its fields as annotations, in order.
 
-    Fields are float, int, bool, another record, or one of the array types of this module.
+    Fields are float, int, bool, another record, or one of the array types of this module.  `limits` of a class are the
+    least and the largest value of some numbers, which hold for values from files.
 
     Parameters
     ----------
@@ -81,8 +85,11 @@ class Record:
     _inner: ClassVar[tuple[tuple[str, int], ...]] = ()
     _size: ClassVar[int] = 0
     _all_floats: ClassVar[bool] = False
+    _limits: ClassVar[Mapping[str, tuple[float, float]]] = {}
 
-    def __init_subclass__(cls, *, frozen: bool = False, **options: Any) -> None:
+    def __init_subclass__(
+        cls, *, frozen: bool = False, limits: Mapping[str, tuple[float, float]] | None = None, **options: Any
+    ) -> None:
         super().__init_subclass__(**options)
         own = cls.__annotations__
         bare = type(cls.__name__, (), {"__annotations__": own})  # hints of the base are not asked for
@@ -95,7 +102,7 @@ class Record:
         cls._fields, cls._size = tuple(own), place
         cls._numba_type_ = RecordType(cls.__name__, tuple(fields), frozen)
         cls._places = cls._numba_type_.fields
-        cls._plans, cls._groups = {}, {}
+        cls._plans, cls._groups, cls._limits = {}, {}, limits or {}
         cls._inner = tuple((name, at) for name, kind, at in fields if kind not in NUMBERS.values())
         cls._all_floats = bool(fields) and all(kind is types.float64 for _, kind, _ in fields)
         cls._layout = tuple((name, kind, at, *_stored(kind)) for name, kind, at in fields)
@@ -256,17 +263,15 @@ class Record:
 
         Raises
         ------
-        ValueError : an array is missing or has another shape; its message is the name.
+        ValueError : an array is missing or has another shape, a number is beyond its limits; its message is the name.
         """
         for name in self._fields:
-            target, given = getattr(self, name), saved.get(name)
-            now = target.numbers() if isinstance(target, Record) else target
-            if given is None or np.shape(given) != now.shape:
-                raise ValueError(name)
+            target = getattr(self, name)
+            given = fitting(saved, name, target.numbers() if isinstance(target, Record) else target)
             if not isinstance(target, Record):
                 target[...] = given
             elif not target._numba_type_.frozen:
-                target.set_numbers(np.asarray(given))
+                target.set_numbers(given)
 
     def numbers(self) -> np.ndarray:
         """The values of the fields that are numbers, in order, as floats."""
@@ -274,10 +279,28 @@ class Record:
         return np.array(found, dtype=np.float64)
 
     def set_numbers(self, values: np.ndarray) -> None:
-        """Give the fields that are numbers the `values` that `numbers` returned."""
+        """Give the fields that are numbers the `values` that `numbers` returned.
+
+        Raises
+        ------
+        ValueError : a number beyond its limits, or no whole one; its message is the name.  Compiled code, which takes
+            such numbers for indices, is not asked whether they fit.
+        """
         names = [name for name, (kind, _) in self._places.items() if kind in NUMBERS.values()]
-        for name, value in zip(names, values, strict=True):
-            setattr(self, name, float(value) if self._places[name][0] is types.float64 else int(value))
+        for name, value in zip(names, values.tolist(), strict=True):
+            least, most = self._limits.get(name, (-LARGEST, LARGEST))
+            whole = self._places[name][0] is not types.float64
+            if (whole or name in self._limits) and not (least <= value <= most and (not whole or value == int(value))):
+                raise ValueError(f"{type(self).__name__}.{name}")
+            setattr(self, name, int(value) if whole else value)
+
+
+def fitting(saved: Mapping[str, Any], name: str, like: np.ndarray) -> np.ndarray:
+    """Numbers of a restart by their name, in the shape of an array; ValueError with the name if they are not that."""
+    given = np.asarray(saved.get(name, ()))
+    if given.shape != like.shape or given.dtype.kind not in "fiub":
+        raise ValueError(name)
+    return given
 
 
 class _Plan:

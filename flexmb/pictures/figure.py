@@ -5,9 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from matplotlib import rcParams
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
+from flexmb.jobs.files import whole_file
 from flexmb.pictures.glyphs import make_drawable
 
 
@@ -29,9 +31,18 @@ class Picture(Figure):
 
         Parameters
         ----------
-        fname : path of the file, or an open file.
+        fname : path of the file, or an open file; a file is there as a whole or not at all.
         options : options of `matplotlib.figure.Figure.savefig`.
+
+        Raises
+        ------
+        InputError : a path that cannot be written, an ending that is no kind of picture.
         """
-        if isinstance(fname, (str, Path)):
-            Path(fname).parent.mkdir(parents=True, exist_ok=True)
-        super().savefig(fname, **options)
+        if not isinstance(fname, (str, Path)):
+            super().savefig(fname, **options)
+            return
+        path = Path(fname)
+        if not path.suffix:
+            path = path.with_name(f"{path.name}.{options.get('format') or rcParams['savefig.format']}")
+        with whole_file(path) as part:
+            super().savefig(part, **options)

@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from flexmb import checks
+from flexmb.beams.mesh import FARTHEST
 from flexmb.errors import InputError
 from flexmb.planes.boundary import Edges
 from flexmb.planes.cell_kinds import KINDS, jacobians
@@ -36,7 +37,7 @@ def checked_points(label: str, points: Any) -> Array:
         raise InputError(f"{label}: points are {points!r}; they must be (n, 2) numbers in m.") from None
     if found.ndim != 2 or found.shape[1] != 2 or len(found) < 3:
         raise InputError(f"{label}: points have shape {found.shape}; they must be (n, 2), three nodes at least.")
-    finite = np.isfinite(found).all(axis=1)
+    finite = (np.abs(found) < FARTHEST).all(axis=1)
     if not finite.all():
         bad = int(np.argmin(finite))
         raise InputError(f"{label}: node {bad} is at {found[bad].tolist()}; coordinates must be finite. Mesh it again.")

@@ -11,7 +11,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from flexmb.jobs.files import folder_made, write_text
+from flexmb.jobs.files import write_text
 from flexmb.reports.head import plain_head
 from flexmb.reports.markup import Markup, joined, tag
 
@@ -112,6 +112,4 @@ def write_page(
     InputError : a path that cannot be written.
     """
     body = joined([plain_head(heading, key_numbers, links), main])
-    with folder_made("report", path):
-        write_text(path, document(f"{heading} - flexmb", body, scripts, data))
-    return path
+    return write_text(path, document(f"{heading} - flexmb", body, scripts, data), "report")

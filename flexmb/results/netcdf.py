@@ -17,7 +17,7 @@ import numpy as np
 
 from flexmb.arguments import checked
 from flexmb.errors import FileFormatError, InputError
-from flexmb.jobs.files import folder_made, is_whole, netcdf_image, write_sealed
+from flexmb.jobs.files import READ_ERRORS, netcdf_image, read_sealed, write_sealed
 from flexmb.model import shape
 from flexmb.model.signal import Signal, Signals
 from flexmb.results.contact_intervals import COLUMNS, MODES, ContactLog
@@ -40,7 +40,6 @@ RECORD = "flexmb_record"  # a variable, since an attribute of HDF5 holds at most
 TIME = "time"
 RESTART = "restart"
 EPISODES = "episodes"
-READ_ERRORS = (OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError)  # all seen on damaged files
 
 
 def save(sol: Solution, path: str | Path) -> Path:
@@ -60,17 +59,15 @@ def save(sol: Solution, path: str | Path) -> Path:
     """
     target, tables = Path(path), node_tables(sol.signals)
     dataset = _dataset(sol, tables)
-    with folder_made("Solution", target):
-        groups = {"": dataset}
-        encodings: dict[str, dict[str, Any]] = {"": {str(name): {"_FillValue": None} for name in dataset.variables}}
-        if sol.restart:
-            groups[RESTART] = _restart(sol)
-        if sol.contacts.names:
-            groups[EPISODES], encodings[EPISODES] = _episodes(sol), {name: {"_FillValue": None} for name, _ in COLUMNS}
-        shared = {place for table in tables for place in table.places}
-        single = [place for place in range(len(sol.signals)) if place not in shared]
-        write_sealed(target, _with_signals(netcdf_image(groups, encodings), sol, single))
-    return target
+    groups = {"": dataset}
+    encodings: dict[str, dict[str, Any]] = {"": {str(name): {"_FillValue": None} for name in dataset.variables}}
+    if sol.restart:
+        groups[RESTART] = _restart(sol)
+    if sol.contacts.names:
+        groups[EPISODES], encodings[EPISODES] = _episodes(sol), {name: {"_FillValue": None} for name, _ in COLUMNS}
+    shared = {place for table in tables for place in table.places}
+    single = [place for place in range(len(sol.signals)) if place not in shared]
+    return write_sealed(target, _with_signals(netcdf_image(groups, encodings), sol, single), "Solution")
 
 
 @checked
@@ -92,11 +89,7 @@ def load(path: str | Path) -> Solution:
     if not source.is_file():
         raise FileFormatError(f"{str(source)!r}: there is no such file. Check the path; sol.to_netcdf(...) writes one.")
     try:
-        content = source.read_bytes()
-        if not is_whole(content):
-            text = f"{str(source)!r}: damaged; its content does not agree with its checksum."
-            raise FileFormatError(f"{text} Run it again.")
-        with NetcdfContent(content) as file:
+        with NetcdfContent(read_sealed(source)) as file:
             _check_version(source, file)
             return _solution(file)
     except READ_ERRORS as error:

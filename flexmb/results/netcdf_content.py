@@ -10,6 +10,8 @@ from typing import Any, Self
 
 import numpy as np
 
+from flexmb.jobs.files import is_stored_within, refuse_other_files
+
 LARGEST_GROWTH = 50
 """Size of the data of a file over the size of the file, at most; flexmb does not compress."""
 
@@ -29,7 +31,7 @@ class NetcdfContent:
     Raises
     ------
     OSError : bytes that are no HDF5 file.
-    ValueError : variables that would fill the memory, though the file is small.
+    ValueError : variables that would fill the memory, though the file is small; data in other files.
     """
 
     def __init__(self, content: bytes) -> None:
@@ -39,6 +41,7 @@ class NetcdfContent:
         self.hdf: Any = h5py
         self.file: Any = h5py.File(io.BytesIO(content), "r")
         self.shifted = self.file.userblock_size > 0
+        refuse_other_files(self.file, datasets=False)
 
     def __enter__(self) -> Self:
         return self
@@ -63,6 +66,7 @@ class NetcdfContent:
 
     def text(self, name: str) -> str:
         """Variable `name`, which holds a text."""
+        self._refuse_outer(self.file[name].id)
         return str(self.file[name].asstr()[()])
 
     def array(self, name: str) -> np.ndarray:
@@ -92,12 +96,18 @@ class NetcdfContent:
     def _dataset(self, name: str) -> Any:
         return self.hdf.h5d.open(self.file.id, name.encode())
 
+    def _refuse_outer(self, dataset: Any) -> None:
+        """Refuse a variable whose values lie in another file."""
+        if not is_stored_within(dataset):
+            raise ValueError(f"{self.hdf.h5i.get_name(dataset).decode()!r} leads to another file, which is not read")
+
     def _values(self, dataset: Any) -> np.ndarray:
         """Values of a variable; a view of the bytes where they are stored in one piece."""
         kind, shape, place = dataset.dtype, dataset.shape, dataset.get_offset()
         size = math.prod(shape) * kind.itemsize
         if place is not None and not self.shifted and dataset.get_storage_size() == size:
             return np.frombuffer(self.content, kind, math.prod(shape), place).reshape(shape)
+        self._refuse_outer(dataset)
         self.copied += size
         if self.copied > LARGEST_GROWTH * len(self.content):
             text = f"it declares {self.copied} bytes of data"

@@ -75,10 +75,6 @@ def node_tables(signals: Signals) -> list[NodeTable]:
 
     The tables of a body have the same nodes; a signal that is saved at other ones, as `signals=` may choose, is left
     out, and so has its own variable.
-
-    Parameters
-    ----------
-    signals : all signals.
     """
     found: dict[tuple[str, str, str], list[tuple[int, int]]] = {}
     for place, (name, units) in enumerate(zip(signals.names, signals.units, strict=True)):
@@ -97,13 +93,7 @@ def node_tables(signals: Signals) -> list[NodeTable]:
 
 
 def variables(sol: Solution, tables: Iterable[NodeTable]) -> dict[str, xr.Variable]:
-    """Variables of tables: values over time and nodes, peaks and their times over nodes, numbers of the nodes.
-
-    Parameters
-    ----------
-    sol : the record.
-    tables : its tables.
-    """
+    """Variables of tables: values over time and nodes, peaks and their times over nodes, numbers of the nodes."""
     import xarray as xr
 
     found = {}
@@ -125,12 +115,6 @@ def variables(sol: Solution, tables: Iterable[NodeTable]) -> dict[str, xr.Variab
 
 def read(file: NetcdfContent, name: str, n: int) -> Iterator[tuple[str, Column]]:
     """Names and columns of the signals of a table.
-
-    Parameters
-    ----------
-    file : the file.
-    name : name of the variable.
-    n : number of saved instants.
 
     Raises
     ------

@@ -14,6 +14,7 @@ import numpy as np
 
 from flexmb import arguments, checks
 from flexmb.errors import InputError
+from flexmb.jobs.files import unwritable
 
 if TYPE_CHECKING:
     import meshio
@@ -100,9 +101,8 @@ def write_vtk(sol: Solution, path: str | Path, frames: int | None = None, *, poi
     content = _content(sol, instants, per_element)
     try:
         return _write(sol, content, instants, target)
-    except OSError as error:
-        text = f"write_vtk: {str(target)!r} cannot be written ({error.strerror or error})."
-        raise InputError(f"{text} Give a file in a writable folder.") from error
+    except (OSError, ValueError) as error:
+        raise unwritable(target, error, "write_vtk") from error
 
 
 def _checked_target(path: str | Path) -> Path:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from hashlib import blake2b
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import checks
+from flexmb.compiled.records import fitting
 from flexmb.errors import FileFormatError, InputError
 from flexmb.results.contact_intervals import COLUMNS
 from flexmb.results.netcdf import load
@@ -29,6 +32,9 @@ COMMAND = "checkpoint"
 POSES = "poses."
 """Begin of the names of the poses that a run keeps."""
 
+_LEFT: ContextVar[list[Checkpoints] | None] = ContextVar("left", default=None)
+"""Checkpoints of ended runs whose files are still there; None: their files are removed at once."""
+
 END_COLUMN = [name for name, _ in COLUMNS].index("end")
 
 
@@ -43,26 +49,27 @@ class Checkpoints:
     model : name of the mechanism and other plain values for the record.
     """
 
-    def __init__(self, path: Path, every: float, command: Mapping[str, Any], model: Mapping[str, Any]) -> None:
-        self.path, self.every = path, checks.not_negative("checkpoint", "every", every, "s")
+    def __init__(self, path: str | Path, every: float, command: Mapping[str, Any], model: Mapping[str, Any]) -> None:
+        self.path, self.every = checks.path("checkpoint", path), checks.not_negative("checkpoint", "every", every, "s")
         self.command, self.model = dict(command), dict(model)
         self.last = time.monotonic()
         self.failure = ""
 
     def after_block(self, run: Run) -> None:
-        """Write a checkpoint if it is time; a file that cannot be written is noted once, and the run goes on."""
+        """Write a checkpoint if it is time; a file that cannot be written is noted, and the run goes on."""
         if time.monotonic() - self.last >= self.every:
             self.write(run)
 
     def write(self, run: Run) -> None:
         """Write a checkpoint now."""
         self.last = time.monotonic()
-        if self.failure:
-            return
         try:
             checkpoint_of(run, {**self.model, COMMAND: self.command}).to_netcdf(self.path)
         except InputError as error:
-            self.failure = f"No checkpoint since t = {run.flow.clock.t:.6g} s: {error}"
+            self.failure = self.failure or f"No checkpoint since t = {run.flow.clock.t:.6g} s: {error}"
+            self.last += EVERY  # the disk may have room again
+        else:
+            self.failure = ""
 
     def resume(self, run: Run, label: str, *, redundant: bool) -> None:
         """Let a run go on from the file.
@@ -91,11 +98,50 @@ class Checkpoints:
                 text = f"{label}: the checkpoint {str(self.path)!r} belongs to a run with {name} = {given.get(name)!r}"
                 raise InputError(f"{text}, not {value!r}. Resume with the same arguments, or remove the file.")
         run.resume(sol.restart, label, redundant=redundant)
-        adopt(run, sol)
+        try:
+            adopt(run, sol)
+        except (ValueError, LookupError) as error:
+            text = f"{label}: the checkpoint {str(self.path)!r} is damaged ({error})"
+            raise FileFormatError(f"{text}. Remove it; the run then starts anew.") from error
 
-    def remove(self) -> None:
-        """Remove the file of a run that has reached its end."""
-        self.path.unlink(missing_ok=True)
+    def finish(self) -> str:
+        """Remove the file of a run that has reached its end, or leave that to `removed_after`; a remark, or ""."""
+        left = _LEFT.get()
+        if left is None:
+            return self.remove()
+        left.append(self)
+        return ""
+
+    def remove(self) -> str:
+        """Remove the file; a remark on one that cannot be removed, or ""."""
+        try:
+            self.path.unlink(missing_ok=True)
+        except (NotADirectoryError, ValueError):
+            return ""  # there was none
+        except OSError as error:
+            return f"The checkpoint {str(self.path)!r} cannot be removed ({error.strerror or error}). Remove it."
+        return ""
+
+
+@contextmanager
+def removed_after() -> Iterator[list[Checkpoints]]:
+    """A block that writes the results of its runs, whose checkpoints are removed at its end.
+
+    After an error they stay.  Where one cannot be removed, its `failure` says so.
+    """
+    left: list[Checkpoints] = []
+    token = _LEFT.set(left)
+    try:
+        yield left
+    except InputError as error:
+        kept = [str(one.path) for one in left if one.path.is_file()]
+        if not kept:
+            raise
+        raise InputError(f"{error} The checkpoint {kept[0]!r} is kept: go on from it, --resume.") from error
+    finally:
+        _LEFT.reset(token)
+    for one in left:
+        one.failure = one.remove()
 
 
 def checkpoint_of(run: Run, model: Mapping[str, Any]) -> Solution:
@@ -119,28 +165,38 @@ def checkpoint_of(run: Run, model: Mapping[str, Any]) -> Solution:
 def adopt(run: Run, sol: Solution) -> None:
     """Give a run the saved instants, contact intervals, peaks and counters of its checkpoint."""
     record, kept = run.record, sol.restart
+    if sol.values.shape[1] != len(run.saved.finished()[1].T):
+        raise ValueError("its signals are others")
     if len(sol.time):
         run.saved.add(sol.time, sol.values)
     ended = sol.contacts.rows[~np.isnan(sol.contacts.rows[:, END_COLUMN])]
     if len(ended):
         run.episodes.append(np.array(ended))
-    record.peak[:], record.peak_time[:] = kept["peak"], kept["peak_time"]
-    record.held_rows[:] = kept["held_rows"].astype(bool)
-    record.count.set_numbers(kept["count"])
-    record.report.set_numbers(kept["report"])
-    record.lows[:], run.earlier = kept["lows"], Peaks(*kept["earlier"])
+    for name in ("peak", "peak_time", "held_rows", "lows"):
+        target = getattr(record, name)
+        target[:] = fitting(kept, name, target).astype(target.dtype)
+    record.count.set_numbers(fitting(kept, "count", record.count.numbers()))
+    record.report.set_numbers(fitting(kept, "report", record.report.numbers()))
+    run.earlier = Peaks(*fitting(kept, "earlier", np.array([run.earlier.values, run.earlier.times])))
     own = {name.removeprefix(POSES): array for name, array in kept.items() if name.startswith(POSES)}
     record.poses.restore(own)
+    refuse_beyond(run)
     run.saving = float(run.flow.clock.save_start) >= 0.0
 
 
-def digest(restart: Mapping[str, Any] | None) -> str:
-    """Digest of the arrays of a restart; "" without a restart.
+def refuse_beyond(run: Run) -> None:
+    """Refuse counters that compiled code takes for indices, and that are beyond the sizes of this run."""
+    count, program = run.record.count, run.program
+    unknowns = program.n_q + program.n_c
+    most = {"rows": 0, "episodes": 0, "lost_pivot": unknowns - 1, "rejecting_contact": len(program.names.contacts)}
+    given = {**count.as_dict(), "poses": run.record.poses.number.count}
+    for name, limit in {**most, "poses": len(run.record.poses.times) - 1}.items():
+        if not 0 <= given[name] <= limit:
+            raise ValueError(f"its counter {name!r} is {given[name]}")
 
-    Parameters
-    ----------
-    restart : arrays by name.
-    """
+
+def digest(restart: Mapping[str, Any] | None) -> str:
+    """Digest of the arrays of a restart; "" without a restart."""
     if not isinstance(restart, Mapping):
         return ""
     data = b"".join(name.encode() + np.ascontiguousarray(restart[name]).tobytes() for name in sorted(restart))

@@ -22,26 +22,15 @@ DIFFERENCES = (
 
 
 def refuse_broken_clock(clock: np.ndarray, label: str) -> None:
-    """Refuse a restart whose time, step sizes or counters are not finite: the run would never end.
-
-    Parameters
-    ----------
-    clock : numbers of the clock.
-    label : first words of the error.
-    """
-    if not np.isfinite(clock).all():
-        raise InputError(f"{label}: restart is damaged: its clock holds {clock.tolist()}. Use an undamaged one.")
+    """Refuse a restart whose numbers are not finite, or that saves later than it stands: it would never end."""
+    t, _, save_start = clock[:3]
+    if not np.isfinite(clock).all() or save_start > t:
+        text = f"{label}: restart is damaged: its clock holds {clock.tolist()}"
+        raise InputError(f"{text}, not finite or with a begin of saving after the present. Use an undamaged one.")
 
 
 def refuse_other_model(program: Program, restart: Mapping[str, np.ndarray], label: str) -> None:
-    """Refuse the restart of a mechanism of equal size with other parts or numbers.
-
-    Parameters
-    ----------
-    program : the compiled mechanism.
-    restart : arrays by name; one without a fingerprint is taken.
-    label : first words of the error.
-    """
+    """Refuse the restart of a mechanism of equal size with other parts or numbers."""
     given, own = restart.get(MODEL), program.fingerprint
     if given is None:
         return

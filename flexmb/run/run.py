@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.compiled.notice import notice
+from flexmb.compiled.records import fitting
 from flexmb.energy.balance import check_balance_at_end, idle_energy, start_balance
 from flexmb.errors import InputError, KernelError, SolveError
 from flexmb.jobs.attempt import is_in_job
@@ -156,19 +157,16 @@ class Run:
             text = f"{label}: restart is {restart!r}"
             raise InputError(f"{text}; it must be `restart` of a solution of the same mechanism.")
         try:
-            saved: Any = restart.get("signals")
-            if np.shape(saved) != self.record.signals.shape:
-                raise ValueError("signals")
+            self.record.signals[:] = fitting(restart, "signals", self.record.signals)
             self.flow.restore(restart)
             self.stepper.restore(restart)
         except ValueError as error:
             raise InputError(
-                f"{label}: restart does not fit this model "
-                f"({str(error)!r} is missing or of another size). Use `restart` of a solution of the same mechanism."
+                f"{label}: restart does not fit this model ({str(error)!r} is missing, of another size or beyond its "
+                "limits). Use `restart` of a solution of the same mechanism."
             ) from error
         refuse_other_model(self.program, restart, label)
         refuse_broken_clock(self.flow.clock.numbers(), label)
-        self.record.signals[:] = restart["signals"]
         if redundant:
             G = StateEvaluation(self.program).at(self.flow.q[: self.program.n_q], t=self.flow.clock.t).jacobian
             self._set_redundancy(len(row_rank(G).redundant))
@@ -213,6 +211,7 @@ class Run:
         for instant in self.program.instants(float(flow.clock.t), end):
             if self._advance_to(just_before(instant), interval, bar, ahead=True):
                 self._cross_jump(instant, interval)
+                self.after_block(self)  # blocks between samples of a controller may all be short
             if self.met or self.note or self.code not in (RUNNING, DONE):
                 break
         else:
@@ -238,7 +237,10 @@ class Run:
                 self.advance(options, steps)
             if self.code == CONDITION_MET and self.stopping is not None:
                 self.code = end_at_crossing(self, self.stopping, begun, target, interval)
-            self.empty_buffer(options)
+            try:
+                self.empty_buffer(options)
+            except MemoryError:
+                self.note = "Stopped: the saved instants fill the memory; save fewer instants or signals"
             bar.update(min(self.flow.clock.t, bar.total) - bar.n)
             took = time.perf_counter() - began
             steps = int(min(max(steps * min(BLOCK_SECONDS / max(took, 1e-6), 4.0), 16), 1_000_000))

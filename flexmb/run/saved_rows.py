@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from flexmb.errors import InputError
+
 MOST_RESERVED_BYTES = 1 << 30
 """Number of bytes at most that are reserved before the first row."""
 
@@ -22,6 +24,15 @@ class SavedRows:
         self.count = 0
         self._times = np.empty(0)
         self._values = np.empty((0, columns))
+
+    def require_room(self, label: str, rows: float) -> None:
+        """Refuse a number of rows for which there is no memory; `label`: first words of the error."""
+        columns = self._values.shape[1]
+        try:
+            np.empty((int(min(rows, 1e15)), columns + 1))
+        except (MemoryError, ValueError) as error:  # ValueError: more than any array may have
+            text = f"{label}: save asks for {rows:.3g} instants of {columns} signals, {8e-9 * rows * columns:.3g} GB"
+            raise InputError(f"{text}. Save fewer instants, or fewer signals: signals=[...].") from error
 
     def expect(self, rows: int) -> None:
         """Reserve memory for a number of rows, at most MOST_RESERVED_BYTES."""

@@ -123,7 +123,7 @@ def simulate(
     Raises
     ------
     InputError : times that are not > 0, neither or both of t_end and periods, unknown kinds of step or method, a
-        restart beyond the end, signals that the mechanism has not.
+        restart beyond the end, signals that the mechanism has not, more instants than the memory holds.
     ModelError, AssemblyError, KernelError : a mechanism that cannot start; see `compile` and `consistent_start`.
     """
     method = method or Newmark.generalised_alpha()
@@ -153,7 +153,7 @@ def simulate(
     command = plain_values(begin=begin, end=end, save=shown_save(save), step=chosen, method=method, redundant=redundant)
     command |= {"signals": repr(model.get(SAVED_KEY)), "restart": digest(restart), "stop": repr(stop)}
     command |= of_start(label, start, restart, redundant)
-    kept_file = None if checkpoint is None else Checkpoints(Path(checkpoint), checkpoint_every, command, model)
+    kept_file = None if checkpoint is None else Checkpoints(checkpoint, checkpoint_every, command, model)
     if kept_file is not None and resume and kept_file.path.is_file():
         kept_file.resume(run, label, redundant=least)
     elif start is not None:
@@ -167,6 +167,7 @@ def simulate(
         run.after_block, run.interruption = kept_file.after_block, Interruption([KEYBOARD, TERMINATION])
     begun = 0.0 if restart is None else float(restart["clock"][0])
     grid = save_grid(label, save, period, begin, end, begun)
+    run.saved.require_room(label, (end - max(begin, begun)) / grid.interval if grid.interval else 0.0)
     started = clock()
     try:
         _run_through(run, stopping, begin, end, grid, fresh=restart is None)
@@ -212,9 +213,8 @@ def _solution(
     contacts = contact_remarks(run.program, run.flow.z, run.contact_log(), now, span)
     notes = (*run.chords.remarks, *contacts, *watch.notes, *lost, *details)
     if kept_file is not None:
-        notes = (*notes, *([kept_file.failure] if kept_file.failure else []))
-        if not run.interrupted:
-            kept_file.remove()
+        remark = "" if run.interrupted else kept_file.finish()
+        notes = (*notes, *filter(None, (kept_file.failure, remark)))
     sol = run.solution(model=model, notes=notes, faults=faults, wall_time=clock() - started)
     if not sol.ok:
         tell_stopped(f"simulate {sol.name!r}", sol.status)

@@ -141,9 +141,8 @@ def least_shift(A: Any, b: np.ndarray, sizes: np.ndarray) -> np.ndarray:
 
         found = bordered_solution(sp.eye_array(n), A, np.concatenate([np.zeros(n), b]))
         if found is not None and np.abs(A @ found[:n] - b).max() <= 1e-9 * np.abs(b).max():
-            return sizes * found[:n]
-    shift: np.ndarray = sizes * np.linalg.lstsq(plain(A), b, rcond=1e-10)[0]
-    return shift
+            return np.asarray(sizes * found[:n])
+    return np.asarray(sizes * np.linalg.lstsq(plain(A), b, rcond=1e-10)[0])
 
 
 def _open_joints(program: Program, g: np.ndarray, gap: float) -> str:

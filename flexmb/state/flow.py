@@ -84,7 +84,7 @@ class EnergyBalance(Record):
     idle: float
 
 
-class Predictor(Record):
+class Predictor(Record, limits={"order": (-2, PAST_STATES), "past_states": (0, PAST_STATES + 1)}):
     """State of the predictor.
 
     order : order of the polynomial that predicts the next step

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from flexmb.compiled.records import Matrix, Record, Vector
+from flexmb.compiled.records import LARGEST, Matrix, Record, Vector
 from flexmb.program.program import Program
 
 MOST_POSES, LEAST_POSES, POSE_NUMBERS = 256, 32, 1 << 18
 """Number of poses, at most and at least; numbers of all poses (2 MB) beyond which there are fewer."""
 
 
-class PoseNumbers(Record):
+class PoseNumbers(Record, limits={"count": (0, MOST_POSES), "stride": (1, LARGEST), "wait": (0, LARGEST)}):
     """Numbers of a table of poses.
 
     count : number of the poses so far, without the most strained one, which is the last row

@@ -202,10 +202,10 @@ def test_a_run_that_is_interrupted_leaves_its_checkpoint(tmp_path, monkeypatch, 
 
 
 def test_a_checkpoint_that_cannot_be_written_is_noted(tmp_path, monkeypatch, small_blocks):
-    def full(path, content):
+    def full(file):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr("flexmb.results.netcdf.write_sealed", full)
+    monkeypatch.setattr("os.fsync", full)
     sol = fm.simulate(worn(), **LONG, checkpoint=tmp_path / "run.nc", checkpoint_every=0.0)
     assert sol.ok
     assert any("No checkpoint since t = " in note and "No space left on device" in note for note in sol.notes)
@@ -289,7 +289,7 @@ def test_a_full_disk_loses_nothing(tmp_path):
 def test_every_flipped_bit_is_seen(tmp_path):
     path = fm.simulate(worn(), t_end=1e-3, save=5).to_netcdf(tmp_path / "run.nc")
     content = path.read_bytes()
-    assert files.is_whole(path.read_bytes())
+    assert files.read_sealed(path) == content
     end = len(content) - len(files.SEAL) - files.DIGEST  # a hit in the mark of the checksum leaves the content whole
     for place in random.Random(3).sample(range(end), 60):
         damaged = bytearray(content)

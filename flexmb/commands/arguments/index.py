@@ -84,6 +84,7 @@ COMMANDS = (
             "flexmb run nine-bar --clearance 0.5mm --quiet --resume",
         ),
         MECHANISM,
+        "A model file, FILE.py, is code that is executed: run only files that you trust.",
     ),
     Command(
         "vtk",

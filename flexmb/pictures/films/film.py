@@ -10,7 +10,7 @@ import numpy as np
 
 from flexmb import arguments, checks
 from flexmb.errors import InputError
-from flexmb.jobs.files import folder_made
+from flexmb.jobs.files import whole_file
 from flexmb.model.shape import MARKER, TRACE, Place, PointShape, nodes_of
 from flexmb.pictures.films.film_files import write_gif, write_mp4
 from flexmb.pictures.films.film_frames import Film
@@ -95,8 +95,8 @@ def animate(
         text = f"animate: {count} frames of {film.size[0]} x {film.size[1]} pixels are {pixels:.2g}, more than a .gif"
         raise InputError(f"{text} holds ({MOST_PIXELS:.0e}). Make an .mp4, or give a smaller size=, fps= or seconds=.")
     write = write_gif if is_gif else write_mp4
-    with folder_made("animate", target):
-        write(target, film, rate)
+    with whole_file(target, "animate") as part:
+        write(part, film, rate)
     return target
 
 

@@ -24,12 +24,6 @@ def write_gif(path: Path, film: Film, fps: float) -> None:
 
     All frames have one palette, so that only the changed part of a frame is stored.  Times in a GIF are hundredths of a
     second; they are rounded so that the film as a whole has its length.
-
-    Parameters
-    ----------
-    path : the file.
-    film : the frames.
-    fps : frames a second.
     """
     from PIL import Image
 
@@ -49,15 +43,10 @@ def write_gif(path: Path, film: Film, fps: float) -> None:
 def write_mp4(path: Path, film: Film, fps: float) -> None:
     """Write a film as an MP4 file (H.264), with even numbers of pixels.
 
-    Parameters
-    ----------
-    path : the file.
-    film : the frames.
-    fps : frames a second.
-
     Raises
     ------
     MissingPackageError : no package imageio-ffmpeg.
+    OSError : a film that ffmpeg could not write whole, for which it raises no error of its own.
     """
     ffmpeg = checks.package("imageio_ffmpeg", "film", "An .mp4 film")
     wide, high = film.size
@@ -70,5 +59,11 @@ def write_mp4(path: Path, film: Film, fps: float) -> None:
         for frame in film.frames():
             added = ((0, even[1] - high), (0, even[0] - wide), (0, 0))
             writer.send(np.ascontiguousarray(np.pad(frame, added, mode="edge")))
+        writer.close()
+        written = ffmpeg.count_frames_and_secs(str(path))[0]
+    except (OSError, RuntimeError) as error:  # OSError: ffmpeg has ended; RuntimeError: its file is no film
+        raise OSError("ffmpeg failed; is the disk full?") from error
     finally:
         writer.close()
+    if written != len(film):
+        raise OSError(f"ffmpeg wrote {written} of {len(film)} frames; is the disk full?")

@@ -10,7 +10,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
-from flexmb.jobs.files import folder_made
+from flexmb.jobs.files import whole_file
 from flexmb.model.shape import CircleShape, LineShape, PointShape, RigidShape
 from flexmb.pictures.films.film_frames import stress_limit
 from flexmb.pictures.films.glb import Glb
@@ -77,8 +77,8 @@ def export_gltf(sol: Solution, path: str | Path, *, frames: int | None = None, m
     rows = drawing.nearest_instants(sol, np.linspace(sol.time[0], sol.time[-1], count))
     shown = magnified(sol, checks.not_negative("export_gltf", "magnify", magnify))
     content = Export(shown, rows, sol).bytes()
-    with folder_made("export_gltf", target):
-        target.write_bytes(content)
+    with whole_file(target, "export_gltf") as part:
+        part.write_bytes(content)
     return target
 
 

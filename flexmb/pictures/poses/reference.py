@@ -11,7 +11,7 @@ import numpy as np
 from flexmb.errors import InputError
 from flexmb.model.signal import Signal, Signals
 from flexmb.pictures.poses.pose import Pose
-from flexmb.pictures.poses.render import figure_size, joint_names, legend, saved
+from flexmb.pictures.poses.render import figure_size, joint_names, legend
 from flexmb.pictures.poses.scene import Scene, scene_of
 from flexmb.pictures.style import grid
 from flexmb.results.peaks import Peaks
@@ -55,7 +55,9 @@ def plot_mechanism(
     figure.suptitle(mechanism.name)
     legend(figure, scene)
     joint_names(ax, scene, 0, _lengths(scene) if lengths else [])
-    return figure if path is None else saved("plot", figure, Path(path))
+    if path is not None:
+        figure.savefig(path, dpi=150)
+    return figure
 
 
 def reference_solution(mechanism: Mechanism) -> Solution:

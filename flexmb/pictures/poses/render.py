@@ -89,7 +89,9 @@ def render(
     legend(figure, scene)
     figure.suptitle(sol.name)
     joint_names(grid.flat[0], scene, int(np.searchsorted(rows, indices[0])))
-    return figure if path is None else saved("render", figure, Path(path))
+    if path is not None:
+        figure.savefig(path, dpi=150)
+    return figure
 
 
 def _instants(sol: Solution, times: Sequence[float] | np.ndarray | None) -> np.ndarray:
@@ -209,25 +211,3 @@ def _columns(lengths: list[int], width: float) -> int:
         if sum(0.62 + 0.085 * max(column) for column in np.array_split(lengths, columns)) <= width:
             return columns
     return 1
-
-
-def saved(label: str, figure: Figure, path: Path) -> Figure:
-    """The figure, written to a file.
-
-    Parameters
-    ----------
-    label : name of the caller, for messages.
-    figure : the figure.
-    path : the file, whose ending gives the format; its folder is made.
-
-    Raises
-    ------
-    InputError : a path that cannot be written.
-    """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        figure.savefig(path, dpi=150)
-    except (OSError, ValueError) as error:  # ValueError: an ending that is no format of matplotlib
-        text = f"{label}: {str(path)!r} cannot be written ({error}). Give e.g. a .png in a writable folder."
-        raise InputError(text) from error
-    return figure

@@ -6,7 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from flexmb import checks
-from flexmb.errors import FileFormatError, InputError
+from flexmb.errors import FileFormatError
+from flexmb.jobs.files import whole_file
 from flexmb.pictures.style import words_of
 from flexmb.results.vtk import UNITS
 
@@ -28,7 +29,7 @@ def screenshot_vtk(
     Raises
     ------
     FileFormatError : a missing file, or a file that is no VTK file.
-    InputError : an unknown field.
+    InputError : an unknown field; a path that cannot be written.
     """
     import pyvista
 
@@ -43,24 +44,15 @@ def screenshot_vtk(
     plotter.add_mesh(mesh, scalars=field, scalar_bar_args=bar, **tube)
     plotter.view_xy()
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        plotter.screenshot(str(target))
-    except (OSError, ValueError) as error:  # ValueError: an ending that is no format of images
-        text = f"screenshot_vtk: {str(target)!r} cannot be written ({error}). Give e.g. a .png in a writable folder."
-        raise InputError(text) from error
+        with whole_file(target, "screenshot_vtk") as part:
+            plotter.screenshot(str(part))
     finally:
         plotter.close()
     return target
 
 
 def bar_title(field: str, units: str) -> str:
-    """Title of a colour bar: field and unit, in two lines.
-
-    Parameters
-    ----------
-    field : name of the field.
-    units : its unit; "" for none.
-    """
+    """Title of a colour bar: field and unit, in two lines."""
     return "\n".join([words_of(field), *([f"[{units}]"] if units else []), ""])
 
 

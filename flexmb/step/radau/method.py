@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from flexmb.compiled.records import fitting
 from flexmb.energy.balance import STEPS_BEFORE_CHECK, STRAIN, check_balance
 from flexmb.energy.contact_work import contact_losses
 from flexmb.kernels import compiled, copy
@@ -138,16 +139,14 @@ class RadauStepper(Stepper):
 
     def restore(self, restart: Mapping[str, Any]) -> None:
         """Restore the arrays of `saved`; without them (restart of another method) the next step is a first step."""
+        step = self.stages.step
         if "radau.step" not in restart:
-            self.stages.step.last = 0.0
+            step.last = 0.0
             return
         for name in RESTART_ARRAYS:
             array = getattr(self.stages, name)
-            kept = np.asarray(restart.get(f"radau.{name}", ()))
-            if kept.shape != array.shape:
-                raise ValueError(f"radau.{name}")
-            array[:] = kept
-        self.stages.step.set_numbers(np.asarray(restart["radau.step"]))
+            array[:] = fitting(restart, f"radau.{name}", array)
+        step.set_numbers(fitting(restart, "radau.step", step.numbers()))
 
 
 @compiled
