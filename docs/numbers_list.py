@@ -425,6 +425,7 @@ linalg.symbolic.WIDEST_PANEL | unknowns | nothing | widest supernode
 linalg.symbolic.PANEL_ZEROS | 1 | entries | zeros that supernodes may hold
 beams.mesh.SAME_PLACE | 1 | size of the mesh | nodes at one place
 beams.mesh.STRAIGHT | rad | nothing | bend of a link that is straight
+beams.mesh.FARTHEST | m | nothing | largest coordinate of a mesh
 planes.mesh.ON_CIRCLE | 1 | radius | nodes on a circle
 planes.mesh.PLACES | digits | size of the mesh | decimal places of the centre of a hole
 planes.mesh_checks.SAME_PLACE | 1 | size of the mesh | nodes at one place

@@ -51,6 +51,16 @@ def root() -> Path:
 @pytest.fixture(scope="session")
 def package_sources() -> list[Source]:
     """Every Python file of the package."""
-    files = sorted((ROOT / "flexmb").rglob("*.py"))
+    return _sources("flexmb")
+
+
+@pytest.fixture(scope="session")
+def cited_sources(package_sources) -> list[Source]:
+    """Every Python file of the package and of the study of the nine-bar mechanism, which cite the theory."""
+    return package_sources + _sources("examples/nine_bar_study")
+
+
+def _sources(folder: str) -> list[Source]:
+    files = sorted((ROOT / folder).rglob("*.py"))
     texts = [(file.relative_to(ROOT).as_posix(), file.read_text(encoding="utf-8")) for file in files]
     return [Source(path, text, ast.parse(text, path)) for path, text in texts]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from flexmb import checks
 from flexmb.cams.curves.line import CircularCurve
@@ -64,6 +64,9 @@ class OutlineContact(Part):
     normal: NormalLaw
     friction: FrictionLaw = field(default_factory=Frictionless)
     names: Mapping[str, str] = field(default_factory=dict)
+
+    lost_beyond: ClassVar[float] = 0.9
+    """Penetration over `pin_radius` beyond which the circle is lost: a side sees nothing behind it."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -77,6 +77,9 @@ class OutlineOnOutline(Part):
     normal: NormalLaw
     friction: FrictionLaw = field(default_factory=Frictionless)
     names: Mapping[str, str] = field(default_factory=dict)
+
+    lost_beyond: ClassVar[float] = 0.45
+    """Penetration over the size beyond which a body is lost: at half of its half height another side may be nearer."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

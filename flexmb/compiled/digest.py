@@ -128,7 +128,11 @@ def _numpy_number(value: np.generic) -> Parts:
 def _array(value: np.ndarray) -> Parts:
     if value.dtype == object:
         return "list", value.tolist()
-    return f"{value.dtype.str}{value.shape}".encode() + np.ascontiguousarray(value).tobytes()
+    kind = value.dtype.descr if value.dtype.names else value.dtype.str
+    plain = f"{kind}{value.shape}".encode() + np.ascontiguousarray(value).tobytes()
+    if isinstance(value, np.ma.MaskedArray):
+        return "masked", [plain, np.ma.getmaskarray(value)]
+    return (kind_of(value), [plain, sorted(vars(value).items())]) if is_of_user(type(value).__module__) else plain
 
 
 @parts_of.register(tuple)
@@ -139,7 +143,11 @@ def _list(value: Any) -> Parts:
 
 @parts_of.register(Mapping)
 def _map(value: Any) -> Parts:
-    return "map", [part for key in sorted(value, key=digest) for part in (key, value[key])]
+    """Entries in their order, and additions of a class of dictionaries."""
+    entries = [part for key in value for part in (key, value[key])]
+    if not isinstance(value, dict) or type(value) is dict:
+        return "map", entries
+    return kind_of(value), [*entries, getattr(value, "default_factory", None), sorted(vars(value).items())]
 
 
 @parts_of.register(Set)
@@ -168,7 +176,7 @@ def _class(value: type) -> Parts:
         return f"{name}{_version(value.__module__)}".encode()
     own = {
         key: item
-        for key, item in vars(value).items()
+        for key, item in sorted(vars(value).items())
         if key != "_abc_impl" and (not key.startswith("__") or isinstance(item, FunctionType | classmethod | property))
     }
     return "class", [name, value.__bases__, own]
@@ -215,7 +223,7 @@ def _function(value: FunctionType) -> Parts:
     cells = [_content_of(cell) for cell in value.__closure__ or ()]
     parts = [value.__name__, _text(value), value.__defaults__, value.__kwdefaults__, cells]
     if is_of_user(home):
-        parts += [{name: item for name, item in vars(value).items() if name != "__wrapped__"}, named_by(value)]
+        parts += [{name: item for name, item in sorted(vars(value).items()) if name != "__wrapped__"}, named_by(value)]
     return "function", parts
 
 
@@ -258,7 +266,7 @@ def named_by(function: FunctionType) -> dict[str, Any]:
                 for each in (name, *also, *(() if taken else (name.partition(".")[0],))):
                     modules[each] = _imported(each, space.get("__package__") or "")
     found |= texts if "globals" in found else set()
-    values = modules | {name: space[name] for name in found if name in space and not name.startswith("__")}
+    values = modules | {name: space[name] for name in sorted(found) if name in space and not name.startswith("__")}
     names = frozenset(attributes | texts)
     return {name: _Used(v, names) if isinstance(v, ModuleType) else v for name, v in values.items()}
 

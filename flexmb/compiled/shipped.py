@@ -38,7 +38,7 @@ def key(function: Any, signature: tuple[Any, ...]) -> str:
 
 def ours(function: Any) -> bool:
     """Whether a function belongs to the package and is no closure."""
-    return function.__module__.startswith("flexmb.") and function.__closure__ is None
+    return str(function.__module__).startswith("flexmb.") and function.__closure__ is None
 
 
 def sources(package: Path) -> str:

@@ -322,16 +322,20 @@ def idle_energy(program: Program, before: np.ndarray, after: np.ndarray) -> floa
     old, new = np.bincount(bodies, before), np.bincount(bodies, after)
     if old[np.abs(new - old) <= UNCHANGED * old].sum() <= LEAST_CONTACT_FRACTION * old.sum():
         return 0.0  # it hides nothing
-    from scipy.sparse import csr_array, vstack  # noqa: PLC0415 - slow to import, seldom needed
-    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
-
     E, C, K, n = program.tables.elements, program.tables.constraints, program.tables.contacts, len(before)
     pieces = (E.dofs, E.dof), (C.dofs, C.dof), (K.dofs, 6 * np.arange(len(K.kernel) + 1))
-    held = vstack([csr_array((np.ones(len(d)), d, p), shape=(len(p) - 1, program.n_q + 3)) for d, p in pieces])[:, :n]
-    count, group = connected_components(held.T @ held, directed=False)
-    old, new = (np.bincount(group, energies, count) for energies in (before, after))
+    sizes = np.concatenate([np.diff(begins) for _, begins in pieces])
+    dofs, piece = np.concatenate([own for own, _ in pieces]), np.repeat(np.arange(len(sizes)), sizes)
+    body, piece = bodies[dofs[dofs < n]], piece[dofs < n]
+    group, last = np.arange(len(old)), np.zeros(0, int)
+    while not np.array_equal(group, last):  # the lowest body of those that hang together
+        last, low = group.copy(), np.full(len(sizes), len(old))
+        np.minimum.at(low, piece, group[body])
+        np.minimum.at(group, body, low[piece])
+        group = group[group]
+    old, new = np.bincount(group, old), np.bincount(group, new)
     kept = (np.abs(new - old) <= UNCHANGED * old) & (old > 0.0)
-    return 0.0 if kept[group[held.sum(axis=0) > 0]].all() else float(old[kept].sum())
+    return 0.0 if kept[group[body]].all() else float(old[kept].sum())
 
 
 def check_balance_at_end(ledger: np.ndarray, balance: EnergyBalance) -> int:

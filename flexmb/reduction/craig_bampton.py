@@ -3,7 +3,7 @@
 Every third of the vibrations makes a node (x, y, theta) of the reduced body: two amplitudes are displacements of the
 node against the mean of the pins, the third is its rotation against that of the first pin.  So rigid motions are those
 of nodes, and the basis holds them.  Places are compared with places, angles with an angle: steps that turn a body give
-them different velocities (docs/theory/reduced.md, "Bases").  Shortening takes the added nodes along with the pins.
+them different velocities.  Shortening takes the added nodes along with the pins.
 
     Psi = [Psi_s - Phi A R,  Phi A],   Psi_s = [1; -K_ii^-1 K_ib],   K_ii phi = omega^2 M_ii phi
 

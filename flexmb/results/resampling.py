@@ -173,7 +173,7 @@ def _rigid_fit(shape: np.ndarray, poses: np.ndarray, joints: dict[int, bool], tu
     The nodes `turning` are those of the fit where joints do not hold the body.
 
     Between two joints the shape is stretched as much as they are apart, so that the fit is exact there.  Nodes of modes
-    are not: their amplitudes count from the rigid motion of the first node.
+    go with the middle of the pins, from which their amplitudes count.
     """
     held = list(joints) if joints else turning
     middle, centre = shape[held, :2].mean(axis=0), poses[:, held, :2].mean(axis=1)
@@ -191,9 +191,6 @@ def _rigid_fit(shape: np.ndarray, poses: np.ndarray, joints: dict[int, bool], tu
     c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
     x, y = (size[:, None] * along for along in _turned(c, s, shape[:, :2] - middle))
     x, y = centre[:, None, 0] + x, centre[:, None, 1] + y
-    modes = [k for k in range(len(shape)) if k not in held and k not in turning]
-    aside = _turned(c, s, shape[modes, :2] - shape[0, :2])
-    x[:, modes], y[:, modes] = x[:, :1] + aside[0], y[:, :1] + aside[1]
     turned = shape[:, 2] + angle[:, None]
     turned = turned + 2.0 * np.pi * np.round((poses[..., 2] - turned) / (2.0 * np.pi))  # turns that the run counted
     return np.stack([x, y, turned], axis=-1)

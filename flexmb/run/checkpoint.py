@@ -115,8 +115,9 @@ class Checkpoints:
     def remove(self) -> str:
         """Remove the file; a remark on one that cannot be removed, or ""."""
         try:
-            self.path.unlink(missing_ok=True)
-        except (NotADirectoryError, ValueError):
+            if self.path.is_file():  # no device, as /dev/null
+                self.path.unlink()
+        except ValueError:
             return ""  # there was none
         except OSError as error:
             return f"The checkpoint {str(self.path)!r} cannot be removed ({error.strerror or error}). Remove it."

@@ -9,8 +9,6 @@ import numpy as np
 
 from flexmb.bodies.flexible import beam_elements
 from flexmb.bodies.flexible_body import FlexibleBody
-from flexmb.cams.outline_contact import OutlineContact
-from flexmb.cams.outline_on_outline import OutlineOnOutline
 from flexmb.couplings.gear import Gear
 from flexmb.doctor.cheap import cheap_findings
 from flexmb.doctor.finding import ERROR, NOTHING_MOVES, WHAT_MOVES
@@ -35,11 +33,7 @@ if TYPE_CHECKING:
 
 DEEP, THROUGH = 0.2, 1.0
 """Penetration over the radius of the journal or pin: above the first there is a remark; above the second the journal
-has passed its own centre, and the run is not ok."""
-
-THROUGH_SIDE = {OutlineContact: 0.9, OutlineOnOutline: 0.45}
-"""The second for outlines, whose sides see nothing behind them: a circle is lost at its radius, a body where another
-side is nearer, which is at half of its half height where it meets a body half as high again."""
+has passed its own centre, and the run is not ok; a part may say `lost_beyond`."""
 
 LEAST_STEPS = 4.0
 """Steps of an impact below which its restitution means nothing."""
@@ -163,7 +157,7 @@ def _contact_sizes(
             own = [name for name in contacts if name.partition(".")[0] == part.name]
             words = PASSES_THROUGH if getattr(part, "bearing_radius", None) else "the parts pass through each other"
             deep = THROUGH if isinstance(part, Stop) else DEEP
-            far = THROUGH_SIDE.get(type(part), THROUGH)
+            far = getattr(part, "lost_beyond", THROUGH)
             yield from ((name, size, part.label, words, deep, far) for name in own)
 
 

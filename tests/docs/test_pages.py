@@ -234,18 +234,18 @@ def numbers_of(text):
         yield from (f"{chapter}.{k}" for k in range(int(begin), int(end) + 1))
 
 
-def test_every_citation_is_an_equation(package_sources, labels):
-    cited = [(source.path, *found) for source in package_sources for found in citations(source.text)]
+def test_every_citation_is_an_equation(cited_sources, labels):
+    cited = [(source.path, *found) for source in cited_sources for found in citations(source.text)]
     assert len(cited) > 50
     assert not [entry for entry in cited if labels.get(entry[1]) != entry[2]]
-    mentions = sum(source.text.count("docs/theory/") for source in package_sources)
+    mentions = sum(source.text.count("docs/theory/") for source in cited_sources)
     sentences = r"\) of\s+docs/theory/\w+\.md"
-    assert mentions == sum(len(re.findall(sentences, source.text)) for source in package_sources)
+    assert mentions == sum(len(re.findall(sentences, source.text)) for source in cited_sources)
 
 
-def test_every_equation_is_cited_or_a_step(package_sources):
+def test_every_equation_is_cited_or_a_step(cited_sources):
     found, steps = equations()
-    cited = {number for source in package_sources for number, _ in citations(source.text)}
+    cited = {number for source in cited_sources for number, _ in citations(source.text)}
     assert not set(found) - cited - steps
     assert steps <= set(found)
 

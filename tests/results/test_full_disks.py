@@ -116,6 +116,7 @@ def test_a_checkpoint_that_cannot_be_removed_is_noted(tmp_path, monkeypatch):
             raise refused
 
     monkeypatch.setattr("pathlib.Path.unlink", unlink)
+    path.write_text("of a run before")
     sol = crank(checkpoint=path)
     assert sol.ok
     assert any("run.nc' cannot be removed (Read-only file system)" in note for note in sol.notes)

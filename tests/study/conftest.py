@@ -8,5 +8,5 @@ FOLDER = str(Path(__file__).parent)
 sys.path.insert(0, FOLDER)
 ROOT = Path(__file__).parents[2]
 os.environ["PYTHONPATH"] = os.pathsep.join(
-    [FOLDER, str(ROOT), str(ROOT / "examples"), os.environ.get("PYTHONPATH", "")]
+    filter(None, [FOLDER, str(ROOT), str(ROOT / "examples"), os.environ.get("PYTHONPATH")])
 )

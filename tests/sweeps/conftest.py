@@ -7,4 +7,4 @@ from pathlib import Path
 FOLDER = str(Path(__file__).parent)
 sys.path.insert(0, FOLDER)
 ROOT = str(Path(__file__).parents[2])
-os.environ["PYTHONPATH"] = os.pathsep.join([FOLDER, ROOT, os.environ.get("PYTHONPATH", "")])
+os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [FOLDER, ROOT, os.environ.get("PYTHONPATH")]))

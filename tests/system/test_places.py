@@ -21,7 +21,12 @@ def test_what_a_gap_kernel_writes_is_as_long_as_its_places():
 
 
 def test_output_of_a_joint_friction_kernel_is_as_long_as_its_places():
-    assert (places.LOAD, places.LOAD_BY_LAM, places.SLIDING) == (0, 1, JOINT_FRICTION_SIZE - 6)
+    assert (places.LOAD, places.LOAD_BY_LAM, places.SLIDING + 6, places.LOAD_BY_Q + 6) == (
+        0,
+        1,
+        places.LOAD_BY_Q,
+        JOINT_FRICTION_SIZE,
+    )
 
 
 def test_memory_of_a_contact_is_as_long_as_its_places():
