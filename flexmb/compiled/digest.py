@@ -147,7 +147,8 @@ def _map(value: Any) -> Parts:
     entries = [part for key in value for part in (key, value[key])]
     if not isinstance(value, dict) or type(value) is dict:
         return "map", entries
-    return kind_of(value), [*entries, getattr(value, "default_factory", None), sorted(vars(value).items())]
+    own = sorted(getattr(value, "__dict__", {}).items())
+    return kind_of(value), [*entries, getattr(value, "default_factory", None), own]
 
 
 @parts_of.register(Set)

@@ -23,6 +23,27 @@ CHANGES = {
         "3.0",
     ),
     "array": ("import numpy as np\nGAIN = np.array([1.0, 2.0])\ndef f(a):\n    return GAIN[1] * a\n", "2.0", "3.0"),
+    "masked array": (
+        "import numpy as np\nT = np.ma.array([1.0, 2.0], mask=[0, 1])\ndef f(a):\n    return float(T.sum()) * a\n",
+        "[0, 1]",
+        "[0, 0]",
+    ),
+    "structured array": (
+        "import numpy as np\nT = np.array([(2.0, 3)], [('x', float), ('y', int)])\n"
+        "def f(a):\n    return float(T['x'][0]) * a\n",
+        "[('x', float), ('y', int)]",
+        "[('y', float), ('x', int)]",
+    ),
+    "order of a dictionary": (
+        "SET = {'x': 2.0, 'y': 3.0}\ndef f(a):\n    return list(SET.values())[0] * a\n",
+        "{'x': 2.0, 'y': 3.0}",
+        "{'y': 3.0, 'x': 2.0}",
+    ),
+    "factory of a dictionary": (
+        "import collections\nSET = collections.defaultdict(lambda: 2.0)\ndef f(a):\n    return SET['x'] * a\n",
+        "2.0",
+        "3.0",
+    ),
     "set": ("LIMITS = {'2.0'}\ndef f(a):\n    return float(*LIMITS) * a\n", "2.0", "3.0"),
     "helper": ("def gain():\n    return 2.0\ndef f(a):\n    return gain() * a\n", "2.0", "3.0"),
     "helper's global": ("G = 2.0\ndef gain():\n    return G\ndef f(a):\n    return gain() * a\n", "G = 2.0", "G = 3.0"),
