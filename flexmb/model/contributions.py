@@ -204,7 +204,7 @@ class ConstraintContribution:
 
     @property
     def rubs_closed(self) -> bool:
-        """Whether it has the friction of a contact that it stands for; a push of teeth reports none."""
+        """Whether this ideal joint has the friction of the contact that it replaces; losses of teeth have none."""
         return self.holds == "closed" and self.joint_friction is not None and self.joint_friction.signal[0] != ""
 
 

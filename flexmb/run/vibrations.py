@@ -132,7 +132,7 @@ def _loops(
 def _loss(
     method: Method, omega: float, decay: float, seen: Seen, span: float, rows: np.ndarray, *, first_order: bool = False
 ) -> Loss:
-    """Loss of a mode in the time that contacts and damping let it remember."""
+    """Loss of a mode while contacts and damping let it remember; the lost phase grows with h^2."""
     h = seen.sizes * seen.even
     size = float(np.sqrt((h[rows] ** 3).sum() / h[rows].sum()))
     memory = min(span * float(h[rows].sum() / h.sum()), 1.0 / max(decay, 1e-300))
@@ -193,7 +193,10 @@ def _states(program: Program, seen: Seen) -> list[State]:
 
 
 def share_of(energies: np.ndarray, k: int) -> tuple[float, bool]:
-    """Largest share of a mode in the elastic energy of the motion in a third of the run, and whether it dies out."""
+    """Largest share of mode k in the elastic energy in a third of the run, and whether it dies out.
+
+    `energies` (states, 3, modes) are those of `Vibrations`.
+    """
     whole = float(energies[:, 0].sum(axis=1).mean())
     thirds = [float(third[:, :, k].mean(axis=0).min()) for third in np.array_split(energies, 3)]
     return max(thirds) / whole if whole > 0.0 else 0.0, thirds[-1] < DECAY * thirds[0]
