@@ -55,13 +55,7 @@ class Rules:
         return self.tolerance * self.size
 
     def away(self, points: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Distances (n,) of points from another point, without whole turns.
-
-        Parameters
-        ----------
-        points : points (n, size).
-        other : the other point (size,).
-        """
+        """Distances (n,) of points (n, size) from another point (size,), without whole turns."""
         d = points - other
         d[:, self.angle] -= 2.0 * np.pi * np.round(d[:, self.angle] / (2.0 * np.pi))
         return np.asarray(np.sqrt((d * d) @ self.weights))
@@ -72,14 +66,7 @@ Track = tuple[np.ndarray, int, int]
 
 
 def tracks_of(system: Dynamics, starts: np.ndarray, rules: Rules) -> list[Track]:
-    """Points and repetitions of the motions from given starts.
-
-    Parameters
-    ----------
-    system : flow or map, which is advanced.
-    starts : start states (n, size).
-    rules : limits and tolerances.
-    """
+    """Points and repetitions of the motions from start states (n, size); the system is advanced."""
     return [_track(system, start, rules) for start in starts]
 
 
@@ -139,14 +126,7 @@ def _apart(points: np.ndarray, others: np.ndarray, rules: Rules) -> float:
 def matched_attractors(
     tracks: list[np.ndarray], repeats: list[int], rules: Rules
 ) -> tuple[np.ndarray, tuple[np.ndarray, ...], tuple[int, ...]]:
-    """Numbers of the attractors of all motions, and points and periods of the attractors.
-
-    Parameters
-    ----------
-    tracks : points of the motions.
-    repeats : periods until repetition of the motions.
-    rules : limits and tolerances.
-    """
+    """Numbers of the attractors of all motions, by their points and periods; points and periods of the attractors."""
     number = np.zeros(len(tracks), dtype=np.int64)
     known: list[tuple[np.ndarray, int]] = []
     for i, (points, k) in enumerate(zip(tracks, repeats, strict=True)):

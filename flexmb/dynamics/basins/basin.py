@@ -237,12 +237,7 @@ def _place(system: Dynamics, axis: Any, which: str) -> tuple[int, str, str, np.n
 
 
 def state_names(system: Dynamics) -> Mapping[str, int]:
-    """Indices in the state by name, as far as the entries have names.
-
-    Parameters
-    ----------
-    system : flow or map.
-    """
+    """Indices in the state by name, as far as the entries have names."""
     if isinstance(system, MechanismFlow):
         coordinates, n = system.program.names.coordinates, system.program.n_q
         rates = {"x": "vx", "y": "vy", "theta": "omega"}

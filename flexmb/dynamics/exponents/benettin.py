@@ -112,13 +112,7 @@ class TrajectoryPair:
 
     @classmethod
     def beside(cls, first: Dynamics, distance: float | None, seed: int) -> TrajectoryPair:
-        """`first` and a copy at a distance in a random direction.
-
-        Parameters
-        ----------
-        first : the system.
-        distance, seed : see `benettin`.
-        """
+        """`first` and a copy at a distance in a random direction, see `benettin`."""
         weights, x = first.weights, first.state()
         fraction = APART_IN_CONTACT if isinstance(first, MechanismFlow) and first.program.normals else APART
         usual = fraction * (float(np.sqrt(weights @ x**2)) or 1.0)
@@ -148,12 +142,7 @@ class TrajectoryPair:
         return bool(logs[0] > np.log(TOO_MUCH))
 
     def growth(self, schedule: RenormalisationSchedule, number: int, begin: float, end: float) -> np.ndarray | None:  # noqa: ARG002
-        """Logarithm (1,) of the growth of the distance; None if a system fails or the trajectories meet.
-
-        Parameters
-        ----------
-        schedule, number, begin, end : see `renormalisation.Perturbation.growth`.
-        """
+        """Logarithm (1,) of the growth of the distance; None if a system fails or the trajectories meet."""
         reached = [schedule.advance(system, number, end) for system in (self.first, self.second)]
         if not all(reached):
             schedule.trouble = (self.first if not reached[0] else self.second).status

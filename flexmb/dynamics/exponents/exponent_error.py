@@ -34,10 +34,7 @@ def error_of(logs: np.ndarray, times: np.ndarray) -> float:
     6):
       log(t) / t is above zero in any finite record.
 
-    Parameters
-    ----------
-    logs : logarithms of growth.
-    times : durations of the growth.
+    `logs` are logarithms of growth, `times` the durations of the growth.
     """
     blocks = block_error(logs, times)
     if not np.isfinite(blocks):
@@ -60,10 +57,6 @@ def block_error(logs: np.ndarray, times: np.ndarray) -> float:
     by (1 + r) / (1 - r), the factor for correlations that decay as r^k.
 
     Equation (9.5) of docs/theory/exponents.md.
-
-    Parameters
-    ----------
-    logs, times : see `error_of`.
     """
     count = min(BLOCKS, len(logs) // 2)
     if count < FEWEST_BLOCKS or not np.isfinite(logs).all():
@@ -79,17 +72,12 @@ def block_error(logs: np.ndarray, times: np.ndarray) -> float:
 
 
 def combined(values: np.ndarray, errors: np.ndarray, others: np.ndarray, other_errors: np.ndarray) -> np.ndarray:
-    """Errors (k,) of exponents after a second run.
+    """Errors (k,) of exponents l with errors s after a second run with exponents l' and errors s'.
 
     sqrt(s^2 + e^2), with the error s of the record and the difference e = |l - l'| of both runs.  e counts only if it
     exceeds twice the errors of both, sqrt(s^2 + s'^2): fluctuations of the second run are no error of the first one.
 
-    Equation (9.6) of docs/theory/exponents.md.
-
-    Parameters
-    ----------
-    values, errors : exponents l and errors s of the first run.
-    others, other_errors : exponents l' and errors s' of the second run; entries that are not finite add nothing.
+    Equation (9.6) of docs/theory/exponents.md.  Entries of the second run that are not finite add nothing.
     """
     with np.errstate(invalid="ignore"):
         difference, both = np.abs(values - others), np.hypot(errors, np.nan_to_num(other_errors))
@@ -98,18 +86,13 @@ def combined(values: np.ndarray, errors: np.ndarray, others: np.ndarray, other_e
 
 
 def outgrown(value: float, span: float) -> float:
-    """Excess of an exponent over the largest value that agrees with a motion on a cycle; 0: the exponent agrees.
+    """Excess of an exponent over the largest one that agrees with a stay of `span` on a cycle; 0: the exponent agrees.
 
     Every period of the motion adds round-off, which grows to the size of the motion, by a factor 1/eps, within `span`
     at
     the soonest.  An exponent above log(1/eps) / span therefore contradicts the motion.
 
     Equation (9.7) of docs/theory/exponents.md.
-
-    Parameters
-    ----------
-    value : the largest exponent.
-    span : time for which the motion stayed on the cycle.
     """
     limit = -np.log(np.finfo(float).eps) / span if span > 0.0 else np.inf
     return float(max(value - limit, 0.0))

@@ -239,13 +239,9 @@ class Growth:
     times: list[float] = field(default_factory=list)
 
     def record(self, begin: float, count: int, **about: Any) -> Exponents:
-        """The exponents in decreasing order.
+        """The exponents, `count` in decreasing order; growth counts from the time [s] or iteration `begin` on.
 
-        Parameters
-        ----------
-        begin : time from which growth counts [s], or iteration.
-        count : number of exponents.
-        **about : further fields of `Exponents`.
+        `about` are further fields of `Exponents`.
         """
         logs = np.array(self.logs).reshape(len(self.times), count)
         times = np.array(self.times)
@@ -262,18 +258,7 @@ class Growth:
 
 
 def check_enough(label: str, count: int, what: str) -> None:
-    """Refuse a run that is too short for an exponent with an error.
-
-    Parameters
-    ----------
-    label : name of the caller and the system, for messages.
-    count : number of points.
-    what : unit of the points, for messages.
-
-    Raises
-    ------
-    InputError : fewer than `FEWEST` points.
-    """
+    """Refuse a run that is too short for an exponent, below `FEWEST` points; `what` is the unit of the points."""
     if count < FEWEST:
         text = f"{label}: {count} {what} are too few for exponents with an error"
         raise InputError(f"{text}; at least {FEWEST} are needed, and 1000 for two digits of a chaotic motion.")
@@ -284,10 +269,6 @@ def with_verdict(exponents: Exponents) -> Exponents:
 
     A flow that stays on a cycle, for longer than the exponent allows round-off to stay small, has another exponent:
     the difference is added to the error of the largest exponent.
-
-    Parameters
-    ----------
-    exponents : exponents without a verdict.
     """
     if not exponents.ok:
         return exponents

@@ -42,11 +42,8 @@ class Perturbation(Protocol):
     def growth(self, schedule: RenormalisationSchedule, number: int, begin: float, end: float) -> np.ndarray | None:
         """Logarithms (k,) of the growth between two fractions of an interval; renormalises the differences.
 
-        Parameters
-        ----------
-        schedule : schedule of the run; `trouble` is set to the reason of a result None, unless the system failed.
-        number : number of the point at the end of the interval.
-        begin, end : fractions of the interval.
+        `number` is that of the point at the end of the interval.  With a result None, `schedule.trouble` is set to the
+        reason, unless the system failed.
         """
 
     def is_strained(self, logs: np.ndarray) -> bool:
@@ -56,15 +53,7 @@ class Perturbation(Protocol):
 def exponents_of(
     schedule: RenormalisationSchedule, start: Callable[[], Perturbation], count: int, *, shown: bool
 ) -> Exponents:
-    """Lyapunov exponents of one run, without a verdict.
-
-    Parameters
-    ----------
-    schedule : the points of the run.
-    start : makes the small differences once the skipped points are passed.
-    count : number of exponents.
-    shown : whether a progress bar is shown.
-    """
+    """Lyapunov exponents of one run, without a verdict; `start` makes the differences after the skipped points."""
     system, growth, points = schedule.system, Growth(), [np.zeros((0, len(schedule.system.names)))]
     progress = ProgressBar(system.name, float(schedule.skip + schedule.count), shown=shown, of="periods")
     perturbation, begin = None, clock(system)
@@ -93,11 +82,8 @@ def growth_to_next_point(
 ) -> np.ndarray | None:
     """Logarithms (k,) of the growth of small differences up to the next point; None: the point was not reached.
 
-    Parameters
-    ----------
-    schedule : the points, and the number of renormalisations between two of them, which may increase.
-    perturbation : the small differences; None: the system is advanced alone.
-    number : number of the next point.
+    The schedule's number of renormalisations between two points may increase.  Without a perturbation the system is
+    advanced alone.
     """
     if perturbation is None:
         return np.zeros(0) if schedule.advance(schedule.system, number) else None
@@ -132,12 +118,7 @@ class TangentVectors:
         return bool(logs.max(initial=0.0) - logs.min(initial=0.0) > np.log(TOO_MUCH))
 
     def growth(self, schedule: RenormalisationSchedule, number: int, begin: float, end: float) -> np.ndarray | None:
-        """See `Perturbation.growth`; an interval with far too much growth is divided into halves.
-
-        Parameters
-        ----------
-        schedule, number, begin, end : see `Perturbation.growth`.
-        """
+        """See `Perturbation.growth`; an interval with far too much growth is divided into halves."""
         system, W, weights = schedule.system, self.W, self.weights
         saved = (system.snapshot(), W.copy()) if isinstance(system, ContinuousFlow) and schedule.is_flow else None
         reached = schedule.advance(system, number, end, W)
@@ -187,15 +168,7 @@ def lengths_of(W: np.ndarray, weights: np.ndarray) -> np.ndarray:
 
 
 def tangent_exponents(schedule: RenormalisationSchedule, count: int, seed: int, *, shown: bool) -> Exponents:
-    """Lyapunov exponents of one run with tangent vectors, without a verdict.
-
-    Parameters
-    ----------
-    schedule : the points of the run.
-    count : number of vectors.
-    seed : seed of their random directions.
-    shown : whether a progress bar is shown.
-    """
+    """Lyapunov exponents of one run with `count` tangent vectors in random directions, without a verdict."""
     system, weights = schedule.system, schedule.system.weights
     return exponents_of(
         schedule, lambda: TangentVectors(system.tangent_basis(count, seed), weights), count, shown=shown
@@ -218,15 +191,11 @@ def _recorded(
 
 
 def lasting_contacts(system: Dynamics, since: float) -> list[str]:
-    """A sentence on each contact that stayed closed since a given time.
+    """A sentence on each contact that stayed closed since a given time [s], the start of the measured growth.
 
     Laws with hysteresis damping depend on the approach speed of the last onset.  The run lacks the tangent of this
-    approach speed if the onset precedes the measured growth.  Contacts with other laws are not listed.
-
-    Parameters
-    ----------
-    system : a flow or a section of a flow; only a `MechanismFlow` has contacts.
-    since : start of the measured growth [s].
+    approach speed if the onset precedes the measured growth.  Contacts with other laws are not listed.  Only a
+    `MechanismFlow` has contacts.
     """
     flow = system.flow if isinstance(system, (StroboscopicMap, SectionMap)) else system
     if not isinstance(flow, MechanismFlow):

@@ -27,7 +27,6 @@ class RenormalisationSchedule:
 
     Parameters
     ----------
-    system : flow or map that is advanced.
     interval : time between two points [s]; of a map 1 iteration.
     skip : number of points before the small differences start.
     count : number of points after the skipped ones.
@@ -50,18 +49,10 @@ class RenormalisationSchedule:
         self.origin, self.records = self.system.time, self.system.records
 
     def advance(self, system: Dynamics, number: int, fraction: float = 1.0, tangents: np.ndarray | None = None) -> bool:
-        """Advance a system that stands between two points.
+        """Advance a system that stands between two points to a fraction of the interval before point `number` (>= 1).
 
-        Parameters
-        ----------
-        system : the system of the schedule or a copy.
-        number : number of the next point, from 1 on.
-        fraction : fraction of the interval before that point, at which the system stops.
-        tangents : tangent vectors (size, k), advanced in place.
-
-        Returns
-        -------
-        bool : whether the system reached the end.
+        The system is that of the schedule or a copy; tangent vectors (size, k) are advanced in place.  Returns whether
+        the end was reached.
         """
         if not self.is_flow:
             return system.advance(1, tangents)
@@ -81,18 +72,7 @@ def schedule_of(
     interval: float | None,
     period: float | None,
 ) -> RenormalisationSchedule:
-    """The schedule that the arguments of `lyapunov` or `benettin` describe.
-
-    Parameters
-    ----------
-    caller : name of the function, for messages.
-    system : flow or map.
-    skip, periods, duration, interval, period : see `lyapunov`.
-
-    Raises
-    ------
-    InputError : see `lyapunov`.
-    """
+    """Schedule by the arguments of `lyapunov` or `benettin`, which are checked."""
     label = f"{caller} {system.name!r}"
     if (periods is None) == (duration is None):
         text = f"{label}: periods is {periods!r} and duration is {duration!r}"
@@ -122,16 +102,8 @@ def refuse_idle_arguments(
 ) -> None:
     """Refuse arguments that would have no influence.
 
-    Parameters
-    ----------
-    caller : name of the function, for messages.
-    given : the argument `system` of that function.
-    system : flow or map made of `given`.
-    duration, interval, period : see `lyapunov`.
-
-    Raises
-    ------
-    InputError : an interval without a duration, a period of a map, a period with a duration.
+    These are an interval without a duration, a period of a map, and a period with a duration.  `given` is the argument
+    of which the system was made.
     """
     label = f"{caller} {system.name!r}"
     if interval is not None and duration is None:

@@ -32,13 +32,6 @@ def confirmed(first: Exponents, schedule: RenormalisationSchedule, seed: int, *,
     The second run uses a copy of the system.  Its start is near the final state of the first run, after the transient.
     If a contact was closed during the whole first run, the second run starts at the start state of the system and skips
     the whole transient.  Otherwise both runs would have the approach speed of the same onset.
-
-    Parameters
-    ----------
-    first : exponents of the first run.
-    schedule : schedule of the first run.
-    seed : seed of the random directions of the second run.
-    shown : whether a progress bar is shown.
     """
     reason, count = "", len(first.spectrum)
     lasting = bool(lasting_contacts(schedule.system, float(first.time[0])))

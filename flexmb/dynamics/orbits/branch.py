@@ -192,13 +192,9 @@ class Branch(arguments.Checked):
 
 
 def switched(branch: Branch, event: BranchPoint, step: float) -> PeriodicOrbit:
-    """The orbit a step away from an event, along the eigenvector of the multiplier -1 or +1.
+    """The orbit a step away from a flip or branch point, along the eigenvector of the multiplier -1 or +1.
 
-    Parameters
-    ----------
-    branch : the branch.
-    event : flip or branch point on it.
-    step : length of the step, over the size of the state.
+    The length of the step is over the size of the state.
     """
     factor, run = 2 if event.kind == FLIP else 1, event.shooting_run
     shooting_of_branch = branch.shooting
@@ -229,23 +225,11 @@ def switched(branch: Branch, event: BranchPoint, step: float) -> PeriodicOrbit:
 
 
 def size_of(shooting: Shooting, run: ShootingRun) -> float:
-    """Scale of the states of a run: their mean length, or 1 if all are 0.
-
-    Parameters
-    ----------
-    shooting : the shooting.
-    run : the motion over a period.
-    """
+    """Scale of the states of a run: their mean length, or 1 if all are 0."""
     length = float(np.mean([shooting.space.length(x) for x in run.starts]))
     return max(length, 1e-2 * shooting.scale) or 1.0
 
 
 def small_of(shooting: Shooting, width: float) -> float:
-    """Difference of the parameter for derivatives.
-
-    Parameters
-    ----------
-    shooting : the shooting.
-    width : range of the parameter.
-    """
+    """Difference of the parameter for derivatives, by the width of its range."""
     return (1e-6 if not shooting.is_flow else 1e-5) * width

@@ -120,7 +120,6 @@ class Continuation:
 
     Parameters
     ----------
-    shooting : the shooting.
     span : range of the parameter.
     bounds : first, largest and smallest step.
     tolerance : largest residual of an orbit.
@@ -136,13 +135,7 @@ class Continuation:
     extremes: int
 
     def run(self, orbit: PeriodicOrbit, most: int) -> Branch:
-        """Continue the branch until it leaves the range or no step succeeds.
-
-        Parameters
-        ----------
-        orbit : orbit at the begin.
-        most : largest number of orbits.
-        """
+        """Continue the branch until it leaves the range, no step succeeds, or it has `most` orbits."""
         period = orbit.period if self.shooting.autonomous else np.nan
         self.shooting.set_value(self.span[0])
         period = self.shooting.period if np.isnan(period) else period

@@ -37,13 +37,7 @@ class ContinuationPoint:
     iterations: int
 
     def test(self, name: str, old: ContinuationPoint) -> float:
-        """Value of a test function; for grazing its sign changes with the number of closures since an earlier point.
-
-        Parameters
-        ----------
-        name : name of the test function.
-        old : the earlier point.
-        """
+        """Value of a test function; for grazing its sign changes with the number of closures since an earlier point."""
         value = self.tests.get(name, np.nan)
         if not name.startswith(GRAZING):
             return value
@@ -53,13 +47,8 @@ class ContinuationPoint:
 def signed_volume(J: np.ndarray, u: np.ndarray, units: np.ndarray) -> float:
     """Sign of the determinant of J with the direction u as last row, times the smallest singular value.
 
-    It vanishes where branches cross.
-
-    Parameters
-    ----------
-    J : derivatives of gaps and phase by the unknowns.
-    u : direction of the branch.
-    units : scales (columns,) of the unknowns; gaps are scaled by the first one.
+    It vanishes where branches cross.  J holds derivatives of gaps and phase by the unknowns; `units` (columns,) are
+    scales of the unknowns, and the first one scales the gaps.
     """
     ahead = u / units
     whole = np.vstack([J * units / units[0], ahead / np.linalg.norm(ahead)])
@@ -74,13 +63,8 @@ def root(
 ) -> tuple[float, ContinuationPoint]:
     """Position and orbit between two points at which a test function vanishes, by bracketed secants (Illinois).
 
-    Without an orbit at a trial, as beyond the grazing of rigid surfaces, the root is sought before the trial.
-
-    Parameters
-    ----------
-    make : function that returns the orbit at a position, or None.
-    low, high : positions and orbits at both ends of the bracket.
-    test : the test function.
+    Without an orbit at a trial, as beyond the grazing of rigid surfaces, the root is sought before the trial.  `make`
+    returns the orbit at a position, or None; `low` and `high` are positions and orbits at the ends of the bracket.
     """
     (a, one), (b, other) = low, high
     fa, fb = test(one), test(other)

@@ -38,10 +38,7 @@ class StabilityLoss:
 def multipliers_of(monodromy: np.ndarray, *, autonomous: bool) -> tuple[np.ndarray, complex | None]:
     """Floquet multipliers, largest first, and the multiplier of a shift in time (None for a driven flow).
 
-    Parameters
-    ----------
-    monodromy : derivative (d, d) of the state after the period by the state before.
-    autonomous : whether no drive sets the clock.
+    The monodromy matrix (d, d) is the derivative of the state after the period by the state before.
     """
     multipliers = np.linalg.eigvals(monodromy).astype(np.complex128)
     multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
@@ -59,10 +56,7 @@ def is_real(multipliers: np.ndarray) -> np.ndarray:
 def nearest_loss(multipliers: np.ndarray, graze: float | None) -> StabilityLoss:
     """Loss of stability by the multiplier nearest to the unit circle, or by grazing if that is nearer.
 
-    Parameters
-    ----------
-    multipliers : Floquet multipliers (d,).
-    graze : least gap over its travel; None: no gap.
+    `graze` is the least gap over its travel; None: no gap.
     """
     if len(multipliers) == 0:
         return (
@@ -81,12 +75,7 @@ def nearest_loss(multipliers: np.ndarray, graze: float | None) -> StabilityLoss:
 
 
 def flip_test(multipliers: np.ndarray) -> float:
-    """Test function of flips: its sign changes where a real multiplier passes -1; near that the distance to -1.
-
-    Parameters
-    ----------
-    multipliers : Floquet multipliers (d,).
-    """
+    """Test function of flips: its sign changes where a real multiplier passes -1; near that the distance to -1."""
     if len(multipliers) == 0:
         return 1.0
     below = int(np.sum(is_real(multipliers) & (multipliers.real < -1.0)))
@@ -99,10 +88,6 @@ def torus_test(multipliers: np.ndarray) -> float:
     Near a change its size is the distance of the product to 1.  The product passes 1 if a pair crosses the unit circle.
     It also passes 1 at two real multipliers that are each other's inverse, which is no change of stability (Y. A.
     Kuznetsov, Elements of Applied Bifurcation Theory, 1995, section 10.2).
-
-    Parameters
-    ----------
-    multipliers : Floquet multipliers (d,).
     """
     n = len(multipliers)
     i, j = np.triu_indices(n, 1)

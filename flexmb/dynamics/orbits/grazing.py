@@ -23,18 +23,7 @@ PENETRATION = "penetration"
 
 
 def gap_signals(system: Dynamics, asked: str | None, label: str) -> dict[str, tuple[int, float]]:
-    """Number and sign of the signals that measure gaps (> 0: open), by name.
-
-    Parameters
-    ----------
-    system : flow or map; a mechanism has a gap in every contact.
-    asked : name of the signal of a gap; None: the contacts of a mechanism.
-    label : name of the caller, for messages.
-
-    Raises
-    ------
-    InputError : an unknown signal.
-    """
+    """Number and sign of the signals that measure gaps (> 0: open), by name; without `asked` those of all contacts."""
     if asked is not None:
         return {asked: (system.names.index(checks.one_of(label, "grazing", asked, system.names)), 1.0)}
     if not isinstance(system, MechanismFlow):
@@ -46,11 +35,7 @@ def gap_signals(system: Dynamics, asked: str | None, label: str) -> dict[str, tu
 def sampled(system: Dynamics, duration: float, count: int) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
     """Times (n,), signals (n, names) and states from the present state on; `count` + 1 of them, fewer after a failure.
 
-    Parameters
-    ----------
-    system : flow or map, which is advanced.
-    duration : duration [s, or iterations].
-    count : number of intervals; a map gives every iteration.
+    The duration is in seconds or iterations; a map gives every iteration.
     """
     flow = system.unit == "s"
     count = count if flow else round(duration)
@@ -74,14 +59,8 @@ def closest_approaches(
     """For each gap on an orbit: its turning point nearest to 0 [m], its travel [m], and the number of its closures.
 
     > 0: the surfaces just miss each other; < 0: they just touch.  Turning points are located between the samples.
-    Sharp
-    minima, as at rebounds of rigid surfaces, do not count; NaN: no turning point.
-
-    Parameters
-    ----------
-    system : flow or map, which is advanced.
-    gaps : number and sign of the signals of gaps, by name.
-    orbit : times, signals and states, see `sampled`.
+    Sharp minima, as at rebounds of rigid surfaces, do not count; NaN: no turning point.  The system is advanced;
+    `orbit` is a result of `sampled`.
     """
     times, values, states = orbit
     approaches = {}

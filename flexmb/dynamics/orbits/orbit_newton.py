@@ -52,13 +52,7 @@ class ArclengthPlane:
     small: float
 
     def row(self, shooting: Shooting, run: ShootingRun) -> tuple[np.ndarray, float, float, float]:
-        """Coefficients of y (M d,), of the period and of the parameter, and distance of a run from the plane.
-
-        Parameters
-        ----------
-        shooting : the shooting.
-        run : the motion over a period.
-        """
+        """Coefficients of y (M d,), of the period and of the parameter, and distance of a run from the plane."""
         x, t, p = self.lengths
         weighted = self.normal.starts * shooting.space.weights / x**2
         distance = np.array(
@@ -98,17 +92,10 @@ def correct(
     iterations: int,
     plane: ArclengthPlane | None = None,
 ) -> NewtonResult:
-    """Periodic orbit by Newton's method, from start values.
+    """Periodic orbit by Newton's method, from starts (M, size), a period and a parameter (NaN: no parameter).
 
-    Parameters
-    ----------
-    shooting : the shooting.
-    starts : start values (M, size) of the segments.
-    period : start value of the period.
-    value : start value of the parameter; NaN: no parameter.
-    tolerance : largest gap over the size of the states.
-    iterations : largest number of corrections.
-    plane : equation for an unknown parameter; None: the parameter is fixed.
+    The tolerance is the largest gap over the size of the states; `plane` is the equation for an unknown parameter, None
+    if it is fixed.
     """
     run = shooting.run(starts, period, value)
     if run is None:
@@ -145,13 +132,9 @@ def _relative_miss(shooting: Shooting, run: ShootingRun) -> float:
 
 
 def extended(shooting: Shooting, run: ShootingRun, small: float | None) -> np.ndarray | None:
-    """Matrix (rows, unknowns) of gaps and phase condition by y, period and parameter.
+    """Matrix (rows, unknowns) of gaps and phase condition by y, the period of autonomous flows, and the parameter.
 
-    Parameters
-    ----------
-    shooting : the shooting; the period is unknown for autonomous flows.
-    run : the motion over a period.
-    small : difference of the parameter for derivatives; None: the parameter is fixed.
+    `small` is the difference of the parameter for derivatives; None: the parameter is fixed.
     """
     J = run.matrix()
     rows, d = len(J), run.gaps.shape[1]
@@ -184,13 +167,7 @@ def _step(shooting: Shooting, run: ShootingRun, plane: ArclengthPlane | None) ->
 
 
 def solved(J: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Solution x of J x = right, of least length if J is singular; columns and rows are scaled first.
-
-    Parameters
-    ----------
-    J : matrix (rows, unknowns).
-    right : right side (rows,).
-    """
+    """Solution x of J x = right, of least length if J is singular; columns and rows are scaled first."""
     if J.size == 0:
         return np.zeros(J.shape[1])
     column_scales = np.linalg.norm(J, axis=0)

@@ -245,17 +245,7 @@ def _guessed(guess: Any, system: Dynamics) -> np.ndarray:
 
 
 def tolerance_of(system: Dynamics, asked: float | None) -> float:
-    """The tolerance that was given, or the default for the steps of the system.
-
-    Parameters
-    ----------
-    system : flow or map.
-    asked : tolerance; None: default.
-
-    Raises
-    ------
-    InputError : a tolerance that is not > 0.
-    """
+    """Tolerance as given, > 0, or the default for the steps of the system."""
     if asked is not None:
         return checks.positive(LABEL, "tolerance", asked)
     rough = isinstance(system, MechanismFlow) and isinstance(system.step, Adaptive)
@@ -279,13 +269,7 @@ def _search(
 
 
 def segments_needed(shooting: Shooting, run: ShootingRun | None) -> int:
-    """Number of segments in which differences grow by at most `AMPLIFIED`.
-
-    Parameters
-    ----------
-    shooting : the shooting.
-    run : the motion over a period in one segment; None after a failure.
-    """
+    """Number of segments in which differences grow by at most `AMPLIFIED`; `run` has one segment, None: it failed."""
     if run is None or run.gaps.size == 0:
         return 1
     growth = float(np.linalg.norm(run.monodromy, 2))
@@ -298,14 +282,7 @@ def segments_needed(shooting: Shooting, run: ShootingRun | None) -> int:
 
 
 def orbit_of(shooting: Shooting, result: NewtonResult, gaps: dict[str, tuple[int, float]]) -> PeriodicOrbit:
-    """Periodic orbit from the result of Newton's method.
-
-    Parameters
-    ----------
-    shooting : the shooting.
-    result : result of Newton's method.
-    gaps : number and sign of the signals of gaps, by name.
-    """
+    """Periodic orbit from the result of Newton's method."""
     run, system = result.last, shooting.system
     d = run.bases.shape[2] if run is not None else 0
     monodromy = run.monodromy if run is not None else np.zeros((0, 0))

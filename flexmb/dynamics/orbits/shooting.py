@@ -114,12 +114,7 @@ class Shooting:
         self.space = StateSpace(label, system, angles)
 
     def copy(self, times: int, segments: int) -> Shooting:
-        """Shooting with a copy of the system.
-
-        Parameters
-        ----------
-        times, segments : numbers of periods and of segments of the copy.
-        """
+        """Shooting over other numbers of periods and segments, with a copy of the system."""
         other = Shooting(
             self.label,
             self.system.copy(),
@@ -148,12 +143,7 @@ class Shooting:
         return checks.positive(self.label, "period", period, "s")
 
     def set_value(self, value: float) -> bool:
-        """Set the continuation parameter and the period of the drives; returns whether the system accepts the value.
-
-        Parameters
-        ----------
-        value : value of the parameter.
-        """
+        """Set the continuation parameter and the period of the drives; returns whether the system accepts the value."""
         if self.parameter is None:
             return True
         try:
@@ -177,13 +167,7 @@ class Shooting:
         return self.base * self.times
 
     def spread(self, state: np.ndarray, period: float) -> np.ndarray | None:
-        """Starts (segments, size) of all segments, on the motion from one state; None if the motion ends early.
-
-        Parameters
-        ----------
-        state : first start (size,).
-        period : length of the run.
-        """
+        """Starts (segments, size) of all segments, on the motion from one state (size,); None: it ends early."""
         starts = [state]
         for j in range(self.segments - 1):
             reached = self._go(starts[-1], j, period, None)
@@ -193,13 +177,9 @@ class Shooting:
         return np.array(starts)
 
     def run(self, starts: np.ndarray, period: float, value: float = np.nan) -> ShootingRun | None:
-        """The motion over a period from given starts; None after a failure (see `status`).
+        """The motion over a period from starts (M, size), projected onto the constraints; None: failed (see `status`).
 
-        Parameters
-        ----------
-        starts : starts (M, size) of the segments; each is projected onto the constraints.
-        period : length of the run.
-        value : value of the continuation parameter; NaN: unchanged.
+        The continuation parameter is set to `value`; NaN: unchanged.
         """
         M = self.segments
         segments: list[tuple[np.ndarray, ...]] = []
@@ -234,13 +214,7 @@ class Shooting:
         )
 
     def by_parameter(self, run: ShootingRun, small: float) -> np.ndarray:
-        """Derivatives (M, d) of the gaps by the parameter, by central differences; NaN after a failure.
-
-        Parameters
-        ----------
-        run : the motion over a period.
-        small : difference of the parameter.
-        """
+        """Derivatives (M, d) of the gaps by the parameter, by central differences; NaN after a failure."""
         M, space, shifted_ends = self.segments, self.space, []
         period = run.period
         for value in (run.value + small, run.value - small):
@@ -263,11 +237,6 @@ class Shooting:
         """Starts (M, size) of a run moved by y (M, d) in their bases.
 
         Rows that need not return are taken from the ends of the segments.
-
-        Parameters
-        ----------
-        run : the motion over a period.
-        y : displacements (M, d).
         """
         starts = np.asarray(run.starts + np.einsum("jsd,jd->js", run.bases, y))
         starts[:, self.space.free_rows] = np.roll(run.ends, 1, axis=0)[:, self.space.free_rows]

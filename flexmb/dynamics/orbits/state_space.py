@@ -45,12 +45,7 @@ class StateSpace:
             self.angle[system.names.index(checks.one_of(label, "angle", name, system.names))] = True
 
     def difference(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Difference one - other (size,) of two states, without whole turns of angles.
-
-        Parameters
-        ----------
-        one, other : the states (size,).
-        """
+        """Difference one - other (size,) of two states, without whole turns of angles."""
         d = one - other
         d[self.angle] -= TURN * np.round(d[self.angle] / TURN)
         return np.asarray(d)

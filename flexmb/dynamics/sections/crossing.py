@@ -45,7 +45,6 @@ class Height:
 
     Parameters
     ----------
-    flow : the flow.
     value : function that returns the present height.
     rate : function that returns the rate of the height [1/s]; None: the rate is costly, and two crossings in one step
         may
@@ -59,13 +58,7 @@ class Height:
     side: int
 
     def at(self, before: Any, duration: float) -> float:
-        """The height some time after a snapshot; the flow stays there.
-
-        Parameters
-        ----------
-        before : snapshot of the flow.
-        duration : time after the snapshot [s].
-        """
+        """Height a time [s] after a snapshot; the flow stays there."""
         self.flow.restore(before)
         self.flow.advance(duration)
         return self.value()
@@ -76,17 +69,10 @@ class Height:
 
 
 def stride(height: Height, limit: float, tangents: np.ndarray | None) -> Bracket | None:
-    """Advance the flow by one step; returns the bracket of a crossing in that step, or None.
+    """Advance the flow by one step, up to `limit` [s]; returns the bracket of a crossing in that step, or None.
 
     A step whose ends lie on the same side is examined if the cubic through heights and rates at both ends comes near
-    the
-    level.  After a failure the flow has the status.
-
-    Parameters
-    ----------
-    height : the height over the level.
-    limit : latest end of the step [s].
-    tangents : tangent vectors (size, k), advanced in place; or None.
+    the level.  After a failure the flow has the status.  Tangent vectors (size, k) are advanced in place.
     """
     flow, saved = height.flow, None if tangents is None else tangents.copy()
     before, start, old = flow.snapshot(), flow.time, height.value()
@@ -116,11 +102,6 @@ def locate(height: Height, bracket: Bracket) -> float:
     modification, and bisection every fourth time (M. Dowell, P. Jarratt, BIT 11 (1971) 168).  Each trial is a step of
     the
     flow from the snapshot, so the result is a point of the flow and not of an interpolation.
-
-    Parameters
-    ----------
-    height : the height over the level.
-    bracket : times before and after the crossing.
     """
     flow, before = height.flow, bracket.before
     flow.restore(before)
@@ -148,14 +129,9 @@ def locate(height: Height, bracket: Bracket) -> float:
 
 
 def carry(flow: ContinuousFlow, bracket: Bracket, duration: float, tangents: np.ndarray) -> None:
-    """Advance `tangents` from the snapshot of a bracket to the present state of the flow.
+    """Advance `tangents` (size, k) from the snapshot of a bracket to the present state of the flow, on the crossing.
 
-    Parameters
-    ----------
-    flow : the flow, which stands on the crossing.
-    bracket : the bracket of the crossing.
-    duration : time from the snapshot to the crossing [s].
-    tangents : tangent vectors (size, k); overwritten.
+    `duration` is the time from the snapshot to the crossing [s].
     """
     point = flow.snapshot()
     tangents[:] = bracket.tangents
@@ -165,12 +141,9 @@ def carry(flow: ContinuousFlow, bracket: Bracket, duration: float, tangents: np.
 
 
 def turning_point(f0: float, r0: float, f1: float, r1: float, size: float) -> float | None:
-    """Time of the minimum of a cubic in a step, if the minimum comes near the level; else None.
+    """Time of the minimum of a cubic in a step of `size` [s], if the minimum comes near the level; else None.
 
-    Parameters
-    ----------
-    f0, r0, f1, r1 : heights > 0 and rates at both ends of the step.
-    size : length of the step [s].
+    f0, f1 are heights > 0 at both ends of the step, r0, r1 their rates.
     """
     if not r0 < 0.0 < r1:
         return None

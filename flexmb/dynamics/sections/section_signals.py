@@ -45,18 +45,7 @@ class SectionSignals:
         exponent: float | None = None,
         error: float | None = None,
     ) -> Verdict:
-        """The verdict on section points.
-
-        Parameters
-        ----------
-        points : points (n, m) of all signals.
-        signals : names of the signals of the verdict; none: the signals `telling`.
-        exponent, error : largest exponent and its error; None: unknown.
-
-        Raises
-        ------
-        InputError : an unknown signal.
-        """
+        """Verdict on points (n, m) of all signals, by the given signals or, without any, by the signals `telling`."""
         known = [checks.one_of(f"verdict on {self.name!r}", "signal", name, self.names) for name in signals]
         columns = [self.names.index(name) for name in known] or list(self.telling)
         precision: dict[str, Any] = {"units": [self.units[k] for k in columns]}

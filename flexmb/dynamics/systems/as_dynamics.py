@@ -18,18 +18,7 @@ from flexmb.step.newmark.method import Newmark
 def dynamics_of(
     caller: str, system: Any, *, period: float | None = None, step: Step | None = None, method: Newmark | None = None
 ) -> Dynamics:
-    """`system` itself, or the flow of a mechanism.
-
-    Parameters
-    ----------
-    caller : name of the calling function, for messages.
-    system : a mechanism or a `Dynamics`.
-    period, step, method : see `MechanismFlow`; for a mechanism only.
-
-    Raises
-    ------
-    InputError : another kind of object; a step or a method for a `Dynamics`, which has its own.
-    """
+    """`system` itself, or the flow of a mechanism; a `Dynamics` with a step or a method (it has its own) is refused."""
     if isinstance(system, Mechanism):
         return MechanismFlow(system, step=step, method=method, period=period)
     if not isinstance(system, Dynamics):
@@ -42,18 +31,7 @@ def dynamics_of(
 
 
 def strobe_of(caller: str, system: Dynamics, period: float | None) -> Dynamics:
-    """Stroboscopic map of a flow; a map is returned as it is.
-
-    Parameters
-    ----------
-    caller : name of the calling function, for messages.
-    system : flow or map.
-    period : period [s]; None: the flow's own.
-
-    Raises
-    ------
-    InputError : a period for a map; a flow without a period.
-    """
+    """Stroboscopic map of a flow, by default with the flow's own period [s]; a map is returned as it is."""
     if isinstance(system, ContinuousFlow):
         return StroboscopicMap(system, period)
     if period is not None:
@@ -62,10 +40,5 @@ def strobe_of(caller: str, system: Dynamics, period: float | None) -> Dynamics:
 
 
 def clock(system: Dynamics) -> float:
-    """Time of a system, by which exponents count: seconds of a flow and of its sections, iterations of a map.
-
-    Parameters
-    ----------
-    system : flow or map.
-    """
+    """Time of a system, by which exponents count: seconds of a flow and of its sections, iterations of a map."""
     return system.flow.time if isinstance(system, (StroboscopicMap, SectionMap)) else system.time

@@ -183,16 +183,11 @@ class Dynamics(ABC):
 
 
 def orthonormalise(tangents: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Make the columns of `tangents` orthonormal in the weights, in place; returns their lengths (k,) before.
+    """Make columns of `tangents` (size, k) orthonormal in weights (size,), in place; returns their lengths (k,) before.
 
     The length of a column is that of its component orthogonal to the columns before it, so that the logarithms of the
     lengths add up to Lyapunov exponents (G. Benettin et al., Meccanica 15 (1980)).  Modified Gram-Schmidt, applied
     twice.  Entries without weight follow the others.  Columns may be so long that their squares overflow.
-
-    Parameters
-    ----------
-    tangents : vectors (size, k).
-    weights : weights (size,).
     """
     k = tangents.shape[1]
     with np.errstate(over="ignore", invalid="ignore"):  # the lengths show columns that are not finite

@@ -21,12 +21,7 @@ def state_weights(program: Program, period: float | None) -> np.ndarray:
     """Weights (size,) of the squares of a state (q, v, z, a, x) in its length.
 
     Angles are multiplied by the length of the mechanism, velocities by period / (2 pi).  Histories and accelerations
-    have the weight 0.
-
-    Parameters
-    ----------
-    program : the compiled mechanism.
-    period : period of the motion [s]; None: 1 s.
+    have the weight 0.  Without a period [s] it is 1 s.
     """
     metric, n_z = metric_of(program), program.tables.sizes.n_z
     n, time = program.n_q, (period or 1.0) / (2.0 * np.pi)
@@ -34,12 +29,7 @@ def state_weights(program: Program, period: float | None) -> np.ndarray:
 
 
 def bookkeeping_rows(program: Program) -> np.ndarray:
-    """Rows (m,) of a state that no force depends on: instants and speeds of onsets, extremes noted by contact laws.
-
-    Parameters
-    ----------
-    program : the compiled mechanism.
-    """
+    """Rows (m,) of a state that no force depends on: instants and speeds of onsets, extremes noted by contact laws."""
     rows = list[int]()
     for (common, _, end, _), law in zip(program.tables.contacts.z, program.normals, strict=True):
         extremes = len(HISTORY_WITH_EXTREMES) - len(HISTORY) if law.history() is HISTORY_WITH_EXTREMES else 0
@@ -51,12 +41,7 @@ def motion_signals(names: Sequence[str], n_q: int) -> tuple[int, ...]:
     """Numbers of the signals on which a verdict rests: positions, velocities, and positions of journals.
 
     Forces and accelerations are functions of positions, velocities and histories, and their spikes spoil every mean.
-    Sums of energies never return to their start.
-
-    Parameters
-    ----------
-    names : names of all signals; positions and velocities come first.
-    n_q : number of coordinates.
+    Sums of energies never return to their start.  Positions and velocities come first among all names.
     """
     return tuple(k for k, name in enumerate(names) if k < 2 * n_q or name.endswith(PLACES))
 
@@ -68,15 +53,9 @@ def signal_resolution(
 
     With error-controlled steps: a tenth of the error allowed in a step, because the steps fall differently in each
     period of a periodic motion.  With fixed steps: 1e-8 of the length of the mechanism and of its largest speed.  For
-    signals other than positions, velocities and positions of journals: 1e-6 of their largest values.
-
-    Parameters
-    ----------
-    program : the compiled mechanism.
-    names : names (m,) of the signals.
-    peak : largest magnitudes (m,) of the signals.
-    steps : allowed error of a position [m] and of a velocity as a fraction of the speed; None: fixed steps.
-    period : period of the motion [s]; None: 1 s.
+    signals other than positions, velocities and positions of journals: 1e-6 of their largest values.  Allowed errors
+    `steps` are those of a position [m] and of a velocity as a fraction of the speed; None: fixed steps. `peak` (m,) are
+    largest magnitudes of the signals.  Without a period [s] it is 1 s.
     """
     n, length = program.n_q, program.length
     angle = np.asarray(program.tables.kind) == 1

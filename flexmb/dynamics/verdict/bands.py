@@ -19,16 +19,11 @@ LEAST_WAY = 1.5
 
 
 def band_count(z: np.ndarray, least: int = 20) -> int:
-    """Number of bands that points visit in turn; 1: no bands.
+    """Number of bands that points (n, m) visit in turn, each with `least` points at least; 1: no bands.
 
     The smallest number at which the mean square about the means of the phases falls to half of the total, and lies
     within
     a fifth of the minimum over all numbers up to 32.
-
-    Parameters
-    ----------
-    z : points (n, m).
-    least : fewest points of a band.
     """
     longest = min(32, len(z) // least)
     total = float(z.var(axis=0).sum())
@@ -40,15 +35,11 @@ def band_count(z: np.ndarray, least: int = 20) -> int:
 
 
 def doublings(z: np.ndarray) -> int:
-    """Number of doublings of the bands of points, if they double as far as the record can show; else 0.
+    """Number of doublings of the bands of points (n, m), if they double as far as the record can show; else 0.
 
     At each doubling the mean square about the means of the 2, 4, 8, ... phases falls to a fourth or less.  It falls to
     about a tenth at an accumulation of period doublings, and soon stays constant on closed curves and in banded chaos.
     The record shows bands of 12 points each.
-
-    Parameters
-    ----------
-    z : points (n, m).
     """
     deepest = int(np.log2(max(len(z) // LEAST_IN_BAND, 1)))
     squares = [float((without_bands(z, 2**m) ** 2).sum()) for m in range(deepest + 1)]
@@ -57,13 +48,7 @@ def doublings(z: np.ndarray) -> int:
 
 
 def without_bands(z: np.ndarray, k: int) -> np.ndarray:
-    """Points less the mean of their phase of k.
-
-    Parameters
-    ----------
-    z : points (n, m).
-    k : number of bands.
-    """
+    """Points (n, m) less the mean of their phase of k."""
     deviations = z.copy()
     for phase in range(k):
         deviations[phase::k] -= z[phase::k].mean(axis=0)
@@ -83,10 +68,7 @@ def separation(z: np.ndarray, bands: int) -> float:
 
     Equation (9.9) of docs/theory/exponents.md.
 
-    Parameters
-    ----------
-    z : points (n, m) of unit spread.
-    bands : number of bands that the points visit in turn.
+    Points z (n, m) have unit spread and visit `bands` bands in turn.
     """
     count = len(z) - SUCCESSORS + 1
     points = np.concatenate([z[s : s + count] for s in range(SUCCESSORS)], axis=1)

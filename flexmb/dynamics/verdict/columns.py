@@ -42,16 +42,7 @@ class Columns:
 
 
 def points_of(points: Any, names: Sequence[str]) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Points as (n, m) float64, and the names of their signals.
-
-    Parameters
-    ----------
-    points, names : see `judge`.
-
-    Raises
-    ------
-    InputError : points that are no table of numbers, another number of names.
-    """
+    """Points as (n, m) float64, and the names of their signals; see `judge`."""
     labels = checks.sequence("judge", "names", names, "names of signals")
     values = real_numbers(points)
     if values is None:
@@ -72,18 +63,12 @@ def columns_of(
     floor: float,
     sizes: np.ndarray | None,
 ) -> Columns:
-    """Columns of the signals with information.
+    """Columns of the signals with information, of finite points (n, m) with names, units and sizes (m,).
 
-    Parameters
-    ----------
-    values : points (n, m), finite.
-    names : names (m,) of the signals.
-    units : units (m,); "rad" is an angle, taken modulo 2 pi.  None: a signal that grows by whole turns is an angle.
-    driven : names of signals that drives prescribe.
-    floor : round-off or integration error of a signal over its size.
-    sizes : sizes (m,) of the signals; None: the largest magnitude of each, and at least 1e-3 of the largest magnitude
-        of
-        the same unit.
+    The unit "rad" is an angle, taken modulo 2 pi; without units a signal that grows by whole turns is an angle.
+    `driven` are signals that drives prescribe; `floor` is the round-off or integration error of a signal over its size.
+    Without sizes they are the largest magnitude of each signal, and at least 1e-3 of the largest magnitude of the same
+    unit.
     """
     if sizes is None:
         sizes = _sizes(values, units)

@@ -42,12 +42,7 @@ def find_cycle(scaled: np.ndarray) -> Cycle | None:
     """The shortest cycle on which the last quarter of the points lies, else the last tenth; None: no cycle.
 
     All points of one phase lie within one tolerance, from the first to the last.  Points that creep round a closed
-    curve
-    in nearly k steps are therefore no cycle.
-
-    Parameters
-    ----------
-    scaled : points (n, m) over their tolerances.
+    curve in nearly k steps are therefore no cycle.  Points are (n, m), over their tolerances.
     """
     count = len(scaled)
     for divisor, returns in ((4, RETURNS), (10, TAIL)):
@@ -62,13 +57,7 @@ def find_cycle(scaled: np.ndarray) -> Cycle | None:
 
 
 def phase_spread(scaled: np.ndarray, k: int) -> float:
-    """Largest extent of the points of one phase of k, in tolerances, over the whole cycles of the record.
-
-    Parameters
-    ----------
-    scaled : points (n, m) over their tolerances.
-    k : number of points of a cycle.
-    """
+    """Largest extent of points (n, m) of one phase of k, over their tolerances, over the whole cycles of the record."""
     cycles = len(scaled) // k
     return float(np.ptp(scaled[len(scaled) - cycles * k :].reshape(cycles, k, -1), axis=0).max())
 
@@ -103,12 +92,7 @@ def find_approach(scaled: np.ndarray, spread: float) -> Approach | None:
     """The shortest cycle that points approach; None: no cycle.
 
     The steps over k shrink by at least a third from each third of the record to the next, and are below a fifth of the
-    spread of the points in the last third.
-
-    Parameters
-    ----------
-    scaled : points (n, m) over their tolerances.
-    spread : extent of the points, in tolerances.
+    spread of the points in the last third.  Points (n, m) and the extent `spread` are in tolerances.
     """
     count = len(scaled)
     for k in range(1, longest_cycle(count) + 1):

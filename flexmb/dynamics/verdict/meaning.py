@@ -23,14 +23,7 @@ MEANING = {
 
 
 def meaning_of(value: float, error: float, period: float) -> str:
-    """Meaning of an exponent in words.
-
-    Parameters
-    ----------
-    value : the exponent [1/s].
-    error : error of the exponent [1/s]; NaN: unknown.
-    period : time between two points [s].
-    """
+    """Meaning of an exponent [1/s] with an error (NaN: unknown), in words; `period` [s] lies between two points."""
     if not np.isfinite(value):
         return "none was found"
     if not np.isfinite(error):

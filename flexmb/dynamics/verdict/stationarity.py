@@ -38,16 +38,11 @@ class Drift:
 
 
 def find_drift(values: np.ndarray, tolerances: np.ndarray) -> Drift | None:
-    """The drift of points (n, m); None: no signal drifts.
+    """The drift of points (n, m) with tolerances (m,); None: no signal drifts.
 
     Either a signal is straight within its tolerance over the second half of the record, with or without a cycle on top.
     Or its means over parts of the record lie on a line, after the means of the bands are subtracted; then noise, closed
     curves and chaos may be on top.
-
-    Parameters
-    ----------
-    values : points (n, m).
-    tolerances : tolerances (m,) of the signals.
     """
     for column, tolerance in enumerate(tolerances):
         drift = _exact_drift(values[len(values) // 2 :, column] / tolerance)
@@ -90,13 +85,7 @@ def halves_differ(values: np.ndarray, tolerances: np.ndarray) -> tuple[float, fl
     """Distance of the halves of the record in deviations, and ratio of their deviations; the largest of all columns.
 
     For each column the smaller of two results counts: by mean and standard deviation, on which spikes weigh, and by
-    median
-    and quartiles, which jump between bands.
-
-    Parameters
-    ----------
-    values : points (n, m).
-    tolerances : differences (m,) that count as none.
+    median and quartiles, which jump between bands.  Differences within `tolerances` (m,) count as none.
     """
     first, last = values[: len(values) // 2], values[len(values) // 2 :]
     levels, ratios = [], []
@@ -126,12 +115,7 @@ def _quartiles(values: np.ndarray) -> np.ndarray:
 
 
 def swells(z: np.ndarray) -> float:
-    """Ratio of the deviations of the first and last quarter of points (n, m), if they grow or shrink all along; else 1.
-
-    Parameters
-    ----------
-    z : points (n, m).
-    """
+    """Ratio of the deviations of the first and last quarter of points (n, m) that grow or shrink all along; else 1."""
     deviations = np.stack([quarter.std(axis=0) for quarter in np.array_split(z, 4)])
     steps = np.diff(deviations, axis=0)
     trend = ((steps > 0.0).all(axis=0) | (steps < 0.0).all(axis=0)) & (deviations > 0.0).all(axis=0)
