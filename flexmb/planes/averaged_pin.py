@@ -55,14 +55,9 @@ def averaged_pin_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
 def averaged_pin(
     part: str, coordinates: tuple[Coordinate, ...], arms: np.ndarray, weights: np.ndarray
 ) -> ConstraintContribution:
-    """Constraint of a pin.
+    """Constraint of a pin, by the coordinates x, y, theta of the pin, then x, y of every node.
 
-    Parameters
-    ----------
-    part : name of the body.
-    coordinates : x, y, theta of the pin, then x, y of every node.
-    arms : (n, 2), nodes from the pin in the mesh [m].
-    weights : (n,), of the nodes; their sum is 1.
+    `arms` (n, 2) lead from the pin to its nodes in the mesh [m]; `weights` (n,) of the nodes sum up to 1.
     """
     mean = weights @ arms
     own = arms - mean

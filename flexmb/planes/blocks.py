@@ -73,14 +73,7 @@ def ruled(first: Array, last: Array, count: int) -> Array:
 
 
 def joined(grids: Sequence[Array], kind: str, name: str) -> PlaneMesh:
-    """One mesh of blocks given as grids of nodes (2 i + 1, 2 j + 1, 2), which meet in nodes at the same places.
-
-    Parameters
-    ----------
-    grids : nodes of the blocks [m].
-    kind : kind of the cells of the mesh.
-    name : name of the mesh in messages.
-    """
+    """One mesh of blocks given as grids of nodes (2 i + 1, 2 j + 1, 2) [m], which meet in nodes at the same places."""
     points = np.concatenate([grid.reshape(-1, 2) for grid in grids])
     starts = np.cumsum([0, *(grid.shape[0] * grid.shape[1] for grid in grids)])
     nodes = _merged(points)
@@ -142,11 +135,7 @@ def _as_kind(points: Array, cells: Indices, kind: str) -> Indices:
 def halved(points: Array, cells: Indices, kind: str) -> Indices:
     """Triangles of quadrilaterals, halved along their shorter diagonals: the first halves, then the second ones.
 
-    Parameters
-    ----------
-    points : (n, 2) nodes [m].
-    cells : (m, 4) or (m, 9) nodes of the quadrilaterals.
-    kind : "tri3", or "tri6" for those with nine nodes.
+    Nodes are (n, 2) [m], quadrilaterals (m, 4) for "tri3" or (m, 9) for "tri6".
     """
     corner = points[cells[:, :4]]
     diagonals = np.linalg.norm(corner[:, :2] - corner[:, 2:], axis=2)

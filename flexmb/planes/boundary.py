@@ -38,13 +38,7 @@ class Edges:
 
 
 def edges_of(cells: Indices, kind: str) -> Edges:
-    """All edges of cells of one kind.
-
-    Parameters
-    ----------
-    cells : (m, k) nodes of the cells.
-    kind : name of their kind.
-    """
+    """All edges of cells (m, k) of one kind."""
     local = np.array(KINDS[kind].edges)
     every = cells[:, local]  # (m, edges a cell, nodes an edge)
     owner = np.repeat(np.arange(len(cells)), len(local))
@@ -63,11 +57,8 @@ def edges_of(cells: Indices, kind: str) -> Edges:
 def loops_of(boundary: Indices) -> list[Indices]:
     """Closed loops of boundary edges: nodes in order, middles between their corners, the body on the left.
 
-    A node at which more than two boundary edges meet ends a loop early; `PlaneMesh` refuses such meshes.
-
-    Parameters
-    ----------
-    boundary : (b, 2) or (b, 3) nodes of the edges.
+    A node at which more than two boundary edges meet ends a loop early; `PlaneMesh` refuses such meshes.  The edges are
+    (b, 2) or (b, 3) nodes.
     """
     after = dict(zip(boundary[:, 0].tolist(), boundary.tolist(), strict=True))
     loops = []
@@ -82,24 +73,13 @@ def loops_of(boundary: Indices) -> list[Indices]:
 
 
 def area_inside(points: Array) -> float:
-    """Signed area of a polygon [m^2]; > 0 counter-clockwise.
-
-    Parameters
-    ----------
-    points : (n, 2) corners [m].
-    """
+    """Signed area of a polygon with corners (n, 2) [m], in m^2; > 0 counter-clockwise."""
     x, y = (points - points[0]).T
     return float(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)))
 
 
 def tributary_lengths(points: Array, edges: Indices) -> Array:
-    """(n,) integral of each node's shape function along boundary edges [m]; 0 for other nodes.
-
-    Parameters
-    ----------
-    points : (n, 2) nodes of the mesh [m].
-    edges : (b, 2) or (b, 3) nodes of the edges.
-    """
+    """(n,) integral of each node's shape function along boundary edges (b, 2) or (b, 3) [m]; 0 for other nodes."""
     lengths = np.zeros(len(points))
     values, slopes, weights = edge_rule(edges.shape[1])
     speed = np.linalg.norm(np.einsum("bka,kq->bqa", points[edges], slopes), axis=2)
@@ -110,9 +90,7 @@ def tributary_lengths(points: Array, edges: Indices) -> Array:
 def edge_rule(nodes: int) -> tuple[Array, Array, Array]:
     """Values (nodes, q) and slopes (nodes, q) of an edge's shape functions, and weights (q,), on 0 ... 1.
 
-    Parameters
-    ----------
-    nodes : 2, or 3 with the middle as the last one.
+    The edge has 2 nodes, or 3 with the middle as the last one.
     """
     x, weights = np.polynomial.legendre.leggauss(4)
     s, weights = 0.5 * (x + 1.0), 0.5 * weights

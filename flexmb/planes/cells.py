@@ -47,16 +47,7 @@ class Cells:
     def of(
         mesh: PlaneMesh, material: ByRegion[Material], thickness: ByRegion[float], state: str, formulation: float
     ) -> Cells:
-        """Cells of a mesh.
-
-        Parameters
-        ----------
-        mesh : the mesh.
-        material : material, or materials by region.
-        thickness : thickness across the plane [m], or thicknesses by region.
-        state : "stress" or "strain".
-        formulation : `COROTATED` or `TOTAL_LAGRANGE`.
-        """
+        """Cells of a mesh; thickness [m], state "stress" or "strain", formulation `COROTATED` or `TOTAL_LAGRANGE`."""
         matrices = cell_matrices(mesh, material, thickness, state)
         m, basis = len(mesh.cells), stiffness_basis(mesh)
         gradients = np.stack([np.moveaxis(field.grad, 0, -1) for field, *_ in basis.basis], axis=2)  # (m, q, k, 2)
@@ -85,16 +76,10 @@ def cell_contributions(
     damping: float,
     gravity: tuple[float, float],
 ) -> list[ElementContribution]:
-    """Contributions of all cells.
+    """Contributions of all cells, with a stiffness-proportional damping time [s] and gravity [m/s^2].
 
-    Parameters
-    ----------
-    part : name of the body.
-    cells : its cells.
-    nodes : names of the nodes of the mechanism by number, of all nodes that lie on no pin.
-    pins : pins by number of the mesh's nodes that lie on them.
-    damping : stiffness-proportional damping time [s].
-    gravity : [m/s^2].
+    `nodes` names the mechanism's nodes by number, of all nodes that lie on no pin; `pins` are the pins by number of the
+    mesh's nodes that lie on them.
     """
     width = cells.cells.shape[1]
     masses = cells.masses.reshape(len(cells.cells), -1)
@@ -120,13 +105,8 @@ def ties_of(
 ) -> tuple[tuple[Coordinate, ...], list[float], int]:
     """Coordinates of a cell, numbers of the ties of its nodes, and number of its pins.
 
-    Parameters
-    ----------
-    part : name of the body.
-    numbers : nodes of the cell.
-    points : (n, 2) places of all nodes [m].
-    nodes : names of the nodes of the mechanism by number, of all nodes that lie on no pin.
-    pins : pins by number of the mesh's nodes that lie on them.
+    `numbers` are nodes of the cell, `points` (n, 2) places of all nodes [m]; `nodes` and `pins` as of
+    `cell_contributions`.
     """
     on = list(dict.fromkeys(pins[k] for k in numbers if k in pins))
     coordinates = [(part, pin.node, axis) for pin in on for axis in (0, 1, 2)]

@@ -24,14 +24,7 @@ STRAIGHT = 1e-6
 
 
 def checked_fillets(label: str, fillet: float | Sequence[float], corners: int) -> Array:
-    """Radius of each corner [m], 0 for sharp ones.
-
-    Parameters
-    ----------
-    label : who asks, for messages.
-    fillet : one radius for all corners, or one for each [m].
-    corners : number of corners.
-    """
+    """Radius of each corner [m], 0 for sharp ones; `fillet` is one radius for all corners, or one for each [m]."""
     if isinstance(fillet, str) or np.ndim(fillet) == 0:
         return np.full(corners, checks.not_negative(label, "fillet", fillet, "m"))
     radii = [checks.not_negative(label, f"fillet[{i}]", radius, "m") for i, radius in enumerate(fillet)]  # type: ignore[arg-type]
@@ -44,23 +37,10 @@ def checked_fillets(label: str, fillet: float | Sequence[float], corners: int) -
 
 
 def rounded(label: str, corners: Array, radii: Array, size: float) -> tuple[Array, list[Indices]]:
-    """A polygon with arcs as fine polylines in place of its corners.
+    """A polygon with arcs as fine polylines in place of its corners, and the numbers of the points on each arc.
 
-    Parameters
-    ----------
-    label : who asks, for messages.
-    corners : (n, 2) corners, counter-clockwise [m].
-    radii : (n,) radius of each [m], 0 for a sharp one.
-    size : longest edge on the arcs [m].
-
-    Returns
-    -------
-    points : (p, 2) corners of the new polygon [m].
-    arcs : numbers of the points on each arc, its tangent points included.
-
-    Raises
-    ------
-    InputError : arcs that do not fit onto an edge.
+    Corners (n, 2) stand counter-clockwise, and radii (n,) of 0 are sharp corners [m]; edges on the arcs have `size` [m]
+    at most. The arcs' tangent points are among the points.  Arcs that do not fit onto an edge are refused.
     """
     after, before = np.roll(corners, -1, axis=0) - corners, corners - np.roll(corners, 1, axis=0)
     lengths = np.linalg.norm(after, axis=1)

@@ -83,19 +83,7 @@ class CellMatrices:
 def matrices(
     mesh: PlaneMesh, material: ByRegion[Material], thickness: ByRegion[float], state: str = STRESS
 ) -> PlaneMatrices:
-    """Sparse stiffness and consistent mass of a plane body.
-
-    Parameters
-    ----------
-    mesh : the mesh.
-    material : material, or materials by region.
-    thickness : thickness across the plane [m], or thicknesses by region.
-    state : "stress" or "strain".
-
-    Raises
-    ------
-    InputError : values out of range, an unknown state, regions that do not cover the mesh once.
-    """
+    """Sparse stiffness and consistent mass of a plane body of a thickness [m]; the state is "stress" or "strain"."""
     same, cross = _stiffness_blocks(mesh, material, thickness, state)
     blocks = np.empty((2, 2), dtype=object)
     blocks[0, 0], blocks[1, 1] = (assembled(mesh, local) for local in same)
@@ -129,11 +117,7 @@ def _interleaved(same: tuple[Array, Array], cross: Array) -> Array:
 def geometric_stiffness(mesh: PlaneMesh, stress: Array, thickness: ByRegion[float]) -> csr_array:
     """Sparse geometric stiffness (2n, 2n) [N/m] of stresses in the body, by the rotations that displacements have.
 
-    Parameters
-    ----------
-    mesh : the mesh.
-    stress : (m, q, 3) sx, sy, txy [Pa] at the points of `stress_at_quadrature`.
-    thickness : thickness across the plane [m], or thicknesses by region.
+    Stresses (m, q, 3) sx, sy, txy [Pa] are those at the points of `stress_at_quadrature`; the thickness is in m.
     """
     basis = stiffness_basis(mesh)
     expected = (*basis.dx.shape, 3)
@@ -164,12 +148,7 @@ def mass_basis(mesh: PlaneMesh) -> Basis:
 def stress_at_quadrature(mesh: PlaneMesh, material: ByRegion[Material], u: Array, state: str = STRESS) -> Array:
     """Stresses sx, sy, txy [Pa] of displacements, (m, q, 3) at the quadrature points of the cells.
 
-    Parameters
-    ----------
-    mesh : the mesh.
-    material : material, or materials by region.
-    u : (2n,) displacements x0, y0, x1, y1, ... [m].
-    state : "stress" or "strain".
+    Displacements u (2n,) are x0, y0, x1, y1, ... [m]; the state is "stress" or "strain".
     """
     basis = stiffness_basis(mesh)
     own = np.asarray(u, dtype=float).reshape(-1, 2)[mesh.cells]

@@ -130,10 +130,7 @@ class FullBody:
     def stress_signal(self, mesh: PlaneMesh, materials: np.ndarray) -> SignalContribution:
         """Signal of the largest von Mises stress, with its node.
 
-        Parameters
-        ----------
-        mesh : the mesh.
-        materials : (m, 4) d11, d12, d33 [Pa] of each cell, and sz over sx + sy.
+        `materials` (m, 4) are d11, d12, d33 [Pa] of each cell, and sz over sx + sy.
         """
         pins = [pin.name for pin in self.pins]
         coordinates = [c for name in pins for c in node_coordinates(self.part, name)]

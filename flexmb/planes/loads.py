@@ -24,14 +24,7 @@ Stress: TypeAlias = float | Callable[[Array], Any]
 
 
 def body_force(mesh: PlaneMesh, field: Field, thickness: ByRegion[float]) -> Array:
-    """Nodal forces (2n,) [N] of a force per volume, ordered x0, y0, x1, y1, ...
-
-    Parameters
-    ----------
-    mesh : the mesh.
-    field : force per volume [N/m^3].
-    thickness : thickness across the plane [m], or thicknesses by region.
-    """
+    """Nodal forces (2n,) [N] of a force per volume [N/m^3], ordered x0, y0, x1, y1, ...; the thickness is in m."""
     basis = mass_basis(mesh)
     places = np.moveaxis(np.asarray(basis.global_coordinates()), 0, -1)
     t = numbers_of_cells(mesh, "thickness", thickness, "m")[:, None]
@@ -43,15 +36,7 @@ def body_force(mesh: PlaneMesh, field: Field, thickness: ByRegion[float]) -> Arr
 
 
 def edge_load(mesh: PlaneMesh, name: str, traction: Field, thickness: ByRegion[float]) -> Array:
-    """Nodal forces (2n,) [N] of a force per area on the boundary edges of a set.
-
-    Parameters
-    ----------
-    mesh : the mesh.
-    name : name of the set.
-    traction : force per area [Pa].
-    thickness : thickness across the plane [m], or thicknesses by region.
-    """
+    """Nodal forces (2n,) [N] of a force per area [Pa] on the boundary edges of a set; the thickness is in m."""
     edges = loaded_edges(mesh, name, thickness)
     values, slopes, weights = edge_rule(edges.nodes.shape[1])
     lengths = np.linalg.norm(np.einsum("bka,kq->bqa", mesh.points[edges.nodes], slopes), axis=2)
@@ -78,18 +63,7 @@ class LoadedEdges:
 
 
 def loaded_edges(mesh: PlaneMesh, name: str, thickness: ByRegion[float]) -> LoadedEdges:
-    """Boundary edges of a set.
-
-    Parameters
-    ----------
-    mesh : the mesh.
-    name : name of the set.
-    thickness : thickness across the plane [m], or thicknesses by region.
-
-    Raises
-    ------
-    InputError : a set without an edge of the boundary.
-    """
+    """Boundary edges of a set, one at least; the thickness is in m."""
     numbers = mesh.edge_numbers(name)
     if not len(numbers):
         text = f"{mesh.label}: the set {name!r} holds no edge of the boundary, so nothing can press on it"
@@ -104,13 +78,8 @@ def edge_products(mesh: PlaneMesh, edges: LoadedEdges, stress: Stress) -> Array:
     """(b, k, k) integrals P of N_k p N_l' along each edge [N/m], for a stress p that follows the edge.
 
     A pressure p has the nodal forces P_kl J x_l at the places x_l, since J x' is the inner normal times the length; a
-    shear along the edge has P_kl x_l.  Equation (11.13) of docs/theory/plane_bodies.md.
-
-    Parameters
-    ----------
-    mesh : the mesh.
-    edges : the edges.
-    stress : number [Pa], or a function of points (p, 2) [m] that returns numbers (p,).
+    shear along the edge has P_kl x_l.  Equation (11.13) of docs/theory/plane_bodies.md.  The stress is a number [Pa],
+    or a function of points (p, 2) [m] that returns numbers (p,).
     """
     values, slopes, weights = edge_rule(edges.nodes.shape[1])
     given = real_values(stress(edges.places.reshape(-1, 2)) if callable(stress) else stress)
@@ -123,27 +92,15 @@ def edge_products(mesh: PlaneMesh, edges: LoadedEdges, stress: Stress) -> Array:
 
 
 def edge_pressure(mesh: PlaneMesh, name: str, pressure: Stress, thickness: ByRegion[float]) -> Array:
-    """Nodal forces (2n,) [N] of a pressure on the boundary edges of a set; > 0 pushes into the body.
-
-    Parameters
-    ----------
-    mesh : the mesh.
-    name : name of the set.
-    pressure : [Pa].
-    thickness : thickness across the plane [m], or thicknesses by region.
-    """
+    """Nodal forces (2n,) [N] of a pressure [Pa] on the boundary edges of a set; > 0 pushes into the body."""
     edges = loaded_edges(mesh, name, thickness)
     return on_edges(mesh, edges.nodes, edge_products(mesh, edges, pressure), 0.0).ravel()
 
 
 def on_edges(mesh: PlaneMesh, nodes: npt.NDArray[np.int64], normal: Array, along: Array | float) -> Array:
-    """Nodal forces (n, 2) [N] of stresses that follow edges, at the places of the mesh.
+    """Nodal forces (n, 2) [N] of stresses that follow edges of nodes (b, k), at the places of the mesh.
 
-    Parameters
-    ----------
-    mesh : the mesh.
-    nodes : (b, k) nodes of the edges.
-    normal, along : (b, k, k) products of the pressure and of the shear, or 0 [N/m].
+    `normal` and `along` are products (b, k, k) of the pressure and of the shear, or 0 [N/m].
     """
     x = mesh.points[nodes]
     inner = np.stack([-x[:, :, 1], x[:, :, 0]], axis=2)  # the body lies on the left of an edge
@@ -156,12 +113,7 @@ def on_edges(mesh: PlaneMesh, nodes: npt.NDArray[np.int64], normal: Array, along
 
 
 def real_values(given: Any) -> Array:
-    """Values of a user's function as real numbers; nan where they are none.
-
-    Parameters
-    ----------
-    given : numbers, or what a function returned in their place.
-    """
+    """Values of a user's function as real numbers; nan where they are none."""
     try:
         values = np.asarray(given)
     except ValueError:  # lists of different lengths

@@ -195,16 +195,9 @@ def cell_damping_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
 def damping_contributions(
     part: str, cells: Cells, nodes: Mapping[int, str], pins: Mapping[int, Pin], zeta: float, axis: tuple[str, str]
 ) -> list[ElementContribution]:
-    """Contributions of all cells.
+    """Contributions of all cells at a damping rate `zeta` [1/s]; `axis` are the names of the nodes A and B.
 
-    Parameters
-    ----------
-    part : name of the body.
-    cells : its cells.
-    nodes : names of the nodes of the mechanism by number, of all nodes that lie on no pin.
-    pins : pins by number of the mesh's nodes that lie on them.
-    zeta : damping rate [1/s].
-    axis : names of the nodes A and B.
+    `nodes` and `pins` as of `cells.cell_contributions`.
     """
     width, found = float(cells.cells.shape[1]), []
     ends = tuple(c for name in axis for c in node_coordinates(part, name)[:2])

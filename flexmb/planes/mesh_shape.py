@@ -11,15 +11,7 @@ from flexmb.planes.regions import STRAIN, ByRegion, cell_values, elasticity
 
 
 def mesh_shape(part: str, mesh: PlaneMesh, material: ByRegion[Material], state: str) -> MeshShape:
-    """The mesh of a body, without its carriers.
-
-    Parameters
-    ----------
-    part : name of the body.
-    mesh : its mesh in the reference configuration.
-    material : material, or materials by region.
-    state : "stress" or "strain".
-    """
+    """Mesh of a body in the reference configuration, without its carriers; the state is "stress" or "strain"."""
     rows, number = np.unique(cell_materials(mesh, material, state), axis=0, return_inverse=True)
     materials = [(d11, d12, d33, across) for d11, d12, d33, across in rows.tolist()]
     return MeshShape(

@@ -79,14 +79,7 @@ class LoadedMesh:
     direction: float
 
     def contributions(self, name: str, load: NodalLoad, history: Motion | None) -> list[Contribution]:
-        """Elements and signals of a load.
-
-        Parameters
-        ----------
-        name : name of the load.
-        load : its forces.
-        history : motion whose value multiplies it; None: constant.
-        """
+        """Elements and signals of a load, times the value of the motion `history`; None: constant."""
         kernel: Kernel = edge_force_kernel if load.edges else node_force_kernel
         parts = list(self._edges(load.edges) if load.edges else self._nodes(load))
         numbers, coordinates = [float(load.edges is not None)], list[Coordinate]()

@@ -133,17 +133,10 @@ def peak_stress_signal(
     kind: str,
     materials: np.ndarray,
 ) -> SignalContribution:
-    """The signals `von_mises` and `von_mises_node` of a body.
+    """The signals `von_mises` and `von_mises_node` of cells (m, k), by places `points` (nodes, 2) without stress [m].
 
-    Parameters
-    ----------
-    part : name of the body.
-    coordinates : coordinates of the kernel.
-    ties : (nodes, 4) first coordinate of each node, 1 on a pin, arm x, arm y.
-    points : (nodes, 2) places without stress [m].
-    cells : (m, k) numbers of the nodes.
-    kind : kind of the cells.
-    materials : (m, 4) d11, d12, d33 [Pa], and sz over sx + sy.
+    `ties` (nodes, 4) are first coordinate of each node, 1 on a pin, arm x, arm y; `materials` (m, 4) are d11, d12, d33
+    [Pa], and sz over sx + sy.
     """
     m, k = cells.shape
     areas, mean = areas_and_means(points, cells, kind)

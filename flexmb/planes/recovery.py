@@ -80,13 +80,8 @@ def nodal_stresses(
 ) -> np.ndarray:
     """Stresses (n, nodes, 4) sx, sy, txy in world axes and sz [Pa] at n instants.
 
-    Parameters
-    ----------
-    points : (nodes, 2) places without stress [m].
-    cells : (m, k) numbers of the nodes.
-    kind : kind of the cells.
-    materials : (m, 4) d11, d12, d33 [Pa] of each cell, and sz over sx + sy.
-    x : (n, nodes, 2) places [m].
+    `points` (nodes, 2) are places without stress, `x` (n, nodes, 2) places [m]; cells are (m, k), `materials` (m, 4)
+    d11, d12, d33 [Pa] of each cell, and sz over sx + sy.
     """
     (areas, mean), own = areas_and_means(points, cells, kind), gradients_at_nodes(points, cells, kind)
     whole = around_nodes(cells, areas, len(points))
@@ -101,12 +96,9 @@ def nodal_stresses(
 def linear_stresses(
     points: np.ndarray, cells: np.ndarray, kind: str, materials: np.ndarray, u: np.ndarray
 ) -> np.ndarray:
-    """Stresses (n, nodes, 4) sx, sy, txy, sz [Pa] of n small displacements, as `nodal_stresses` without rotations.
+    """Stresses (n, nodes, 4) sx, sy, txy, sz [Pa] of n small displacements u (n, nodes, 2) [m].
 
-    Parameters
-    ----------
-    points, cells, kind, materials : as of `nodal_stresses`.
-    u : (n, nodes, 2) displacements [m].
+    They are those of `nodal_stresses` without rotations.
     """
     areas, own = areas_and_means(points, cells, kind)[0], gradients_at_nodes(points, cells, kind)
     found = np.zeros((len(u), len(points), 4))

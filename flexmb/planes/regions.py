@@ -35,18 +35,7 @@ def by_region(owner: str, field: str, value: ByRegion[Value]) -> tuple[tuple[str
 
 
 def cell_values(mesh: PlaneMesh, field: str, value: ByRegion[Value]) -> list[tuple[Value, npt.NDArray[np.int64]]]:
-    """Values with the cells (m,) that have them; every cell has exactly one.
-
-    Parameters
-    ----------
-    mesh : the mesh.
-    field : name of the value, for messages.
-    value : one value, or values by region.
-
-    Raises
-    ------
-    InputError : an unknown region, cells in no or in two of the regions.
-    """
+    """Values with the cells (m,) that have them; every cell has exactly one, else the regions are refused."""
     pairs = by_region(mesh.label, field, value)
     if [name for name, _ in pairs] == [""]:
         return [(pairs[0][1], np.arange(len(mesh.cells)))]
@@ -80,10 +69,6 @@ def elasticity(mesh: PlaneMesh, material: ByRegion[Material], state: str) -> Arr
 
     sx = D11 ex + D12 ey, sy = D12 ex + D11 ey, txy = D33 gxy.
     Equations (11.1) and (11.2) of docs/theory/plane_bodies.md.
-
-    Raises
-    ------
-    InputError : an unknown state, no material.
     """
     checks.one_of(mesh.label, "state", state, (STRESS, STRAIN))
     values = np.empty((len(mesh.cells), 3))

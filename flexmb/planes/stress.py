@@ -25,16 +25,9 @@ Array = npt.NDArray[np.float64]
 def stress_operator(mesh: PlaneMesh, material: ByRegion[Material], state: str = STRESS) -> csr_array:
     """Sparse matrix (4n, 2n) [Pa/m] from displacements x0, y0, x1, ... to stresses sx, sy, txy, sz of every node.
 
-    Parameters
-    ----------
-    mesh : the mesh.
-    material : material, or materials by region; a node between two regions has the mean of both.
-    state : "stress" or "strain".
-
-    Notes
-    -----
-    Stresses at nodes of the boundary converge with one order less than those inside.  At sharp inner corners they grow
-    without limit as the mesh becomes finer.
+    A node between two regions has the mean of both materials; the state is "stress" or "strain".  Stresses at nodes of
+    the boundary converge with one order less than those inside.  At sharp inner corners they grow without limit as the
+    mesh becomes finer.
     """
     areas, _ = areas_and_means(mesh.points, mesh.cells, mesh.kind)
     shares = areas[:, None] / around_nodes(mesh.cells, areas, len(mesh.points))[mesh.cells]
@@ -52,9 +45,7 @@ def stress_operator(mesh: PlaneMesh, material: ByRegion[Material], state: str = 
 def principal(stress: Array) -> tuple[Array, Array, Array]:
     """Larger and smaller principal stress in the plane [Pa], and the direction of the larger one [rad].
 
-    Parameters
-    ----------
-    stress : (..., 3) or (..., 4) sx, sy, txy [Pa]; sz counts for nothing here.
+    Stresses are (..., 3) or (..., 4) sx, sy, txy [Pa]; sz counts for nothing here.
     """
     sx, sy, txy = np.moveaxis(np.asarray(stress, dtype=float), -1, 0)[:3]
     mean, radius = 0.5 * (sx + sy), np.hypot(0.5 * (sx - sy), txy)

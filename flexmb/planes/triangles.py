@@ -67,16 +67,9 @@ class Shape:
 
 
 def triangles(shape: Shape, size: float) -> tuple[Array, Indices, dict[str, Indices]]:
-    """Nodes (n, 2), triangles (m, 3), and the nodes of each hole.
+    """Nodes (n, 2), triangles (m, 3) with edges of about `size` [m], and the nodes of each hole.
 
-    Parameters
-    ----------
-    shape : the polygon with its holes.
-    size : length of a triangle's edge [m].
-
-    Raises
-    ------
-    InputError : parts of the boundary that are closer to each other than the triangles are long.
+    Parts of the boundary that are closer to each other than the triangles are long are refused.
     """
     extent = np.ptp(shape.corners, axis=0)
     require_few(float((extent[0] / size + 1.0) * (extent[1] / size + 1.0)))

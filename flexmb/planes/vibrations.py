@@ -29,19 +29,7 @@ def vibrations(
 ) -> tuple[Array, Array]:
     """Lowest natural frequencies (count,) [Hz] and shapes (2n, count), without motions as a rigid body.
 
-    Shapes have the modal mass 1 kg: phi^T M phi = 1.
-
-    Parameters
-    ----------
-    matrices : stiffness and mass of the body.
-    count : number of frequencies.
-    tie : pins; None: no pins.
-    held : names of pins that neither move nor turn.
-
-    Raises
-    ------
-    InputError : a pin that the tie does not have, more frequencies than displacements.
-    SolveError : eigenvalues that are not found.
+    Shapes have the modal mass 1 kg: phi^T M phi = 1.  Pins `held` neither move nor turn.
     """
     label = matrices.mesh.label
     count = checks.count(label, "count", count)

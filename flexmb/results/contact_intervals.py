@@ -270,12 +270,7 @@ TABLE_HEADS = {
 
 
 def select(log: ContactLog, solution: str, name: str | None) -> Episodes:
-    """The episodes of a joint or contact `name`, or of all (None), sorted by their starts.
-
-    Raises
-    ------
-    UnknownContactError : a name that is neither.
-    """
+    """The episodes of a joint or contact `name`, or of all (None), sorted by their starts."""
     joints = [contact.partition(".")[0] for contact in log.names]
     chosen = [k for k, contact in enumerate(log.names) if name in (None, contact, joints[k])]
     if name is not None and not chosen:

@@ -55,12 +55,7 @@ ENERGIES = {
 
 
 def long_name(signal: str) -> str:
-    """Long name of a signal: "velocity along x of rod node3" for "rod.node3.vx".
-
-    Parameters
-    ----------
-    signal : its full name.
-    """
+    """Long name of a signal: "velocity along x of rod node3" for "rod.node3.vx"."""
     owner, _, own = signal.rpartition(".")
     if owner == "energy" and own in ENERGIES:
         return ENERGIES[own]
@@ -69,12 +64,7 @@ def long_name(signal: str) -> str:
 
 
 def udunits(unit: str) -> str:
-    """Unit as UDUNITS reads it: "1" for a number without unit, "1/s" for "/s"; others are the same.
-
-    Parameters
-    ----------
-    unit : SI unit of a signal, such as "m/s2" or "N m".
-    """
+    """Unit as UDUNITS reads it: "1" for a number without unit, "1/s" for "/s"; others, such as "N m", are the same."""
     plain = unit.strip()
     return f"1{plain}" if plain.startswith("/") else plain or "1"
 
@@ -87,9 +77,7 @@ def flag_meanings(names: tuple[str, ...]) -> str:
 def global_attributes(model: Mapping[str, Any]) -> dict[str, str]:
     """Conventions, title, source, history and versions of a file that is written now.
 
-    Parameters
-    ----------
-    model : name of the mechanism, version of flexmb of the run, arguments of `flexmb run`.
+    `model` has the name of the mechanism, the version of flexmb of the run, and the arguments of `flexmb run`.
     """
     now = datetime.now(UTC).isoformat(timespec="seconds")
     command = model.get("command")

@@ -136,12 +136,7 @@ class Fatigue:
 
 
 def cycles_of(series: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Ranges, means and counts of the cycles of a signal by rainflow counting.
-
-    Parameters
-    ----------
-    series : (n,) the signal.
-    """
+    """Ranges, means and counts of the cycles of a signal (n,) by rainflow counting."""
     rainflow = checks.package("rainflow", "fatigue", "Counting cycles")
     rows = [cycle[:3] for cycle in rainflow.extract_cycles(np.asarray(series, dtype=float).tolist())]
     ranges, means, counts = np.array(rows, dtype=float).reshape(-1, 3).T

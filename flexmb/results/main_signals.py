@@ -21,12 +21,7 @@ GUIDES = ("Prismatic", "PrismaticClearance")
 
 
 def followed(mechanism: Mechanism) -> Body | None:
-    """The output body of a mechanism: the first slider, else the last body.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    """
+    """The output body of a mechanism: the first slider, else the last body."""
     for part in mechanism.parts:
         if isinstance(part, Prismatic) and part.second.name != GROUND.name:
             return mechanism.body(part.second.name)
@@ -36,9 +31,7 @@ def followed(mechanism: Mechanism) -> Body | None:
 def main_signals(sol: Solution) -> list[str]:
     """Names of the main signals: acceleration of the output body, and the signals with the largest peaks.
 
-    Parameters
-    ----------
-    sol : the solution; without a description of its mechanism there is no output body.
+    A solution without a description of its mechanism has no output body.
     """
     names = [name for name in _rates(sol.described().get("parts", [])) if name in sol]
     return list(dict.fromkeys([*names, *largest_signals(sol)]))[:MOST]
@@ -56,13 +49,7 @@ def _rates(parts: list[dict[str, Any]]) -> list[str]:
 
 
 def panels(sol: Solution, names: list[str] | None = None) -> list[list[str]]:
-    """Main signals by panel, one kind of signal per panel.
-
-    Parameters
-    ----------
-    sol : the solution.
-    names : signals in place of the main ones.
-    """
+    """Main signals by panel, one kind of signal per panel."""
     kinds: dict[tuple[str, str], list[str]] = {}
     for name in main_signals(sol) if names is None else names:
         kinds.setdefault((name.rpartition(".")[2], sol.units(name)), []).append(name)
@@ -70,12 +57,6 @@ def panels(sol: Solution, names: list[str] | None = None) -> list[list[str]]:
 
 
 def slides(mechanism: Mechanism, body: Body) -> Prismatic | None:
-    """Prismatic joint of a sliding body; None for another body.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    body : the body.
-    """
+    """Prismatic joint of a sliding body; None for another body."""
     guides = (p for p in mechanism.parts if isinstance(p, Prismatic) and p.second.name == body.name)
     return next(guides, None)

@@ -46,16 +46,8 @@ def save(sol: Solution, path: str | Path) -> Path:
     """Write `sol` to the file `path` and return it as a `Path`.
 
     Folders that are missing are made.  The file is written beside its place and then renamed, so that an interrupted
-    run leaves either the old file or the new one.
-
-    Parameters
-    ----------
-    sol : the record.
-    path : where to; an older file is replaced.
-
-    Raises
-    ------
-    InputError : a path that cannot be written; a `model` that cannot be written as JSON.
+    run leaves either the old file or the new one.  Errors: a path that cannot be written; a `model` that cannot be
+    written as JSON.
     """
     target, tables = Path(path), node_tables(sol.signals)
     dataset = _dataset(sol, tables)

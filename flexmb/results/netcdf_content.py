@@ -76,14 +76,7 @@ class NetcdfContent:
         return values.astype(bool) if kind in (b"bool", "bool") else values
 
     def column(self, name: str, n: int, attributes: Sequence[str]) -> tuple[np.ndarray, list[float]]:
-        """Variable that holds one signal (n,), and the values of some of its attributes.
-
-        Parameters
-        ----------
-        name : name of the variable.
-        n : its length.
-        attributes : names of the attributes.
-        """
+        """Variable that holds one signal (n,), and the values of some of its attributes."""
         dataset = self._dataset(name)
         values = self._values(dataset)
         if values.shape != (n,) or values.dtype != np.float64:

@@ -114,12 +114,7 @@ def variables(sol: Solution, tables: Iterable[NodeTable]) -> dict[str, xr.Variab
 
 
 def read(file: NetcdfContent, name: str, n: int) -> Iterator[tuple[str, Column]]:
-    """Names and columns of the signals of a table.
-
-    Raises
-    ------
-    ValueError : a variable that is no table of floats.
-    """
+    """Names and columns of the signals of a table; a variable that is no table of floats raises `ValueError`."""
     nodes, _, quantity = name.rpartition(".")
     values, numbers = file.array(name), file.array(nodes)
     if values.shape != (n, len(numbers)) or values.dtype != np.float64:

@@ -21,9 +21,7 @@ STRESSED = FlexibleBody | PlaneBody | Reduced
 def reference_points(body: STRESSED) -> np.ndarray:
     """Places (n, 2) of the nodes of a body in the reference configuration, by their numbers [m].
 
-    Parameters
-    ----------
-    body : the body; nodes of a plane body are those of its mesh, of reduced beams those of the mesh that shows them.
+    Nodes of a plane body are those of its mesh, of reduced beams those of the mesh that shows them.
     """
     if isinstance(body, FlexibleBody):
         return np.array([(node.x, node.y) for node in body.nodes()])
@@ -42,14 +40,7 @@ def mesh_points(body: Reduced) -> np.ndarray:
 
 
 def place_of_stress(sol: Solution, part: str, node: int) -> tuple[float, float] | None:
-    """Place of a node in the reference configuration [m]; None where the solution does not know it.
-
-    Parameters
-    ----------
-    sol : the solution.
-    part : name of the body.
-    node : number of the node.
-    """
+    """Place of a node in the reference configuration [m]; None where the solution does not know it."""
     if sol.mechanism is not None:
         body = sol.mechanism.find(part)
         return tuple(reference_points(body)[node].tolist()) if isinstance(body, STRESSED) else None

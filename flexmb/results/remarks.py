@@ -24,15 +24,9 @@ COLUMN = {name: k for k, (name, _) in enumerate(COLUMNS)}
 
 
 def contact_remarks(program: Program, z: np.ndarray, log: ContactLog, end: float, span: float) -> tuple[str, ...]:
-    """Remarks of all normal laws, each with the name of its joint and law.
+    """Remarks of all normal laws, each with the name of its joint and law, by histories z at the end of the run [s].
 
-    Parameters
-    ----------
-    program : the compiled mechanism.
-    z : histories at the end of the run.
-    log : rows of the contacts that the run wrote down.
-    end : time at the end of the run [s].
-    span : time without an onset after which a contact is called lasting [s].
+    `span` is the time without an onset after which a contact is called lasting [s].
     """
     found = []
     for c, law in enumerate(program.normals):
@@ -77,13 +71,7 @@ def _lasting(law: NormalLaw, history: Sequence[float], rows: np.ndarray, end: fl
 
 
 def damped_since_onset(law: NormalLaw, history: Sequence[float]) -> str:
-    """Sentence on the speed that scales the damping of a lasting contact; "" without hysteresis damping.
-
-    Parameters
-    ----------
-    law : its normal law.
-    history : of the law, now.
-    """
+    """Sentence on the speed that scales the damping of a lasting contact; "" without hysteresis damping."""
     if not _damps(law):
         return ""
     approach = history[APPROACH_PLACE]

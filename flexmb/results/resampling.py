@@ -21,11 +21,7 @@ def at_times(sol: Solution, times: np.ndarray) -> Solution:
 
     Coordinates follow cubic polynomials through both neighbouring rows, with the slopes there of the parabolas through
     three rows (Catmull and Rom).  Other signals are interpolated linearly; modes keep the value of the row before.
-
-    Parameters
-    ----------
-    sol : the solution, with one row at least.
-    times : (n,) instants [s], increasing.
+    `times` (n,) increase [s].
     """
     rows = np.flatnonzero(np.append(np.diff(sol.time) > 0.0, True))  # the last of rows of one time
     time = sol.time[rows]
@@ -55,14 +51,7 @@ def _slopes(values: np.ndarray, time: np.ndarray, rows: np.ndarray, k: np.ndarra
 
 
 def with_values(sol: Solution, time: np.ndarray, values: np.ndarray) -> Solution:
-    """Solution with other rows.
-
-    Parameters
-    ----------
-    sol : the solution.
-    time : (n,) instants [s].
-    values : (n, n_s) signals.
-    """
+    """Solution with other rows: instants (n,) [s] and signals (n, n_s)."""
     peaks = Peaks(np.abs(values).max(axis=0, initial=0.0), np.zeros(values.shape[1]))
     return replace(sol, time=time, values=values, peaks=peaks)
 
@@ -72,12 +61,7 @@ def magnified(sol: Solution, factor: float) -> Solution:
 
     The deformation of a body is the difference from its unstressed shape, which is laid through its joints (best fit);
     through its clamped end, if it has no other joint; and through all its nodes, if it has none.  So bodies stay
-    together at their joints.
-
-    Parameters
-    ----------
-    sol : the solution.
-    factor : factor of the deformation; 1: the solution itself.
+    together at their joints.  The factor 1 gives the solution itself.
     """
     if factor == 1.0:
         return sol
@@ -104,12 +88,7 @@ def _unstressed_bodies(sol: Solution) -> dict[str, tuple[list[str], np.ndarray, 
 
 
 def turning_nodes(mesh: MeshShape) -> list[int]:
-    """Numbers of the nodes of a body, of a reduced one of its pins alone.
-
-    Parameters
-    ----------
-    mesh : its mesh.
-    """
+    """Numbers of the nodes of a body, of a reduced one of its pins alone."""
     pins = [k for k, weight in enumerate(mesh.weights) if any(weight)] or [0]
     return pins if mesh.basis else list(range(len(mesh.nodes)))
 
@@ -126,9 +105,7 @@ def _beams(sol: Solution) -> dict[str, list[BeamShape]]:
 def unstressed(beams: Sequence[BeamShape]) -> dict[str, tuple[float, float, float]]:
     """Poses x, y, theta of the nodes of an unstressed body by name, in the frame of its first node.
 
-    Parameters
-    ----------
-    beams : elements of the body, connected with one another.
+    The elements of the body are connected with one another.
     """
     found, left = {beams[0].start: (0.0, 0.0, 0.0)}, list(beams)
     while left:
@@ -149,14 +126,7 @@ def unstressed(beams: Sequence[BeamShape]) -> dict[str, tuple[float, float, floa
 
 
 def body_joints(sol: Solution, part: str, nodes: list[str]) -> dict[int, bool]:
-    """Numbers of the nodes of a body that carry joints, and whether one of them holds the angle.
-
-    Parameters
-    ----------
-    sol : the solution.
-    part : name of the body.
-    nodes : names of its nodes.
-    """
+    """Numbers of the nodes of a body that carry joints, and whether one of them holds the angle."""
     found: dict[int, bool] = {}
     for shape in sol.shapes:
         if isinstance(shape, PointShape) and shape.other is not None:

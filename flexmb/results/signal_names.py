@@ -22,18 +22,9 @@ SAVED_KEY = "signals"
 def chosen_places(owner: str, program: Program, wanted: object) -> np.ndarray | None:
     """Places (n,) of the chosen signals, ascending, each once; None where that is all.
 
-    Integrals and rates of states of controls are chosen by their whole names alone.
-
-    Parameters
-    ----------
-    owner : who asks, for messages.
-    program : the compiled mechanism.
-    wanted : None for those of `Program.reported`; names of signals, and patterns in which * stands for any text:
-        "slider.x", "coupler.*", "*.force".
-
-    Raises
-    ------
-    InputError : no list of texts; a name that is no signal; a pattern that fits none.
+    Integrals and rates of states of controls are chosen by their whole names alone.  `wanted` is None for the signals
+    of `Program.reported`, or a list of names of signals, and patterns in which * stands for any text: "slider.x",
+    "coupler.*", "*.force".  A name that is no signal, and a pattern that fits none, are refused.
     """
     if wanted is None:
         return program.shown

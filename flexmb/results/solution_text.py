@@ -32,10 +32,6 @@ def largest_signals(sol: Solution) -> list[str]:
     These are torques, contact forces, deflections and stresses; without any of them forces and accelerations.  Of each
     kind the `MOST_OF_A_KIND` largest ones are told.  Signals whose peaks are round-off beside those of other signals
     are left out, such as the forces of contacts that never close.
-
-    Parameters
-    ----------
-    sol : the solution.
     """
     scales = _scales(sol)
     for endings in (MAIN_ENDINGS, OTHER_ENDINGS):
@@ -63,12 +59,7 @@ def _scales(sol: Solution) -> dict[str, float]:
 
 
 def solution_text(sol: Solution) -> str:
-    """Name and status; saved instants, signals, cost; main peaks and number of notes: three lines, five at most.
-
-    Parameters
-    ----------
-    sol : the solution.
-    """
+    """Name and status; saved instants, signals, cost; main peaks and number of notes: three lines, five at most."""
     parts = f"{counted(len(sol.names), 'signal')} of {counted(len(_by_part(sol)), 'part')}"
     lines = [cut(f"Solution of {sol.name!r}: {sol.status}", 3), f"  {_saved(sol)}; {parts}; {_cost(sol)}"]
     peaks = [f"{name} {_peak(sol, name)}" for name in _largest(sol)[:IN_TEXT]]
@@ -78,12 +69,7 @@ def solution_text(sol: Solution) -> str:
 
 
 def solution_html(sol: Solution) -> str:
-    """Table of the end of the run, the main peaks, notes, and the names of all signals on a click.
-
-    Parameters
-    ----------
-    sol : the solution.
-    """
+    """Table of the end of the run, the main peaks, notes, and the names of all signals on a click."""
     rows = [("saved", _saved(sol)), ("cost", str(sol.stats))]
     rows += [("contacts", listed(sol.contacts.names))] if sol.contacts.names else []
     peaks = [(name, *_peak_cells(sol, name)) for name in largest_signals(sol)[:IN_TABLE]]

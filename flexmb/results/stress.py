@@ -86,18 +86,7 @@ def stress(
 
 
 def moved_mechanism(sol: Solution, name: str, mechanism: Mechanism | None) -> Mechanism:
-    """The mechanism that moved, or the given one.
-
-    Parameters
-    ----------
-    sol : the solution.
-    name : name of the body that is asked for.
-    mechanism : the given one, for a solution that was read from a file.
-
-    Raises
-    ------
-    InputError : a solution that does not know its mechanism.
-    """
+    """The mechanism that moved, or the given one for a solution that was read from a file."""
     known = sol.mechanism if mechanism is None else mechanism
     if known is None:
         text = f"Solution of {sol.name!r}: it was read from a file and does not know the body {name!r}"
@@ -173,18 +162,7 @@ def _with_principal(whole: np.ndarray) -> dict[str, np.ndarray]:
 
 
 def chosen_places(label: str, places: Places, points: Wanted) -> np.ndarray:
-    """Numbers of the places at given nodes, or at the nodes nearest to given points.
-
-    Parameters
-    ----------
-    label : who asks, for messages.
-    places : the known places.
-    points : points (x, y) [m], numbers or names of nodes.
-
-    Raises
-    ------
-    InputError : a point that is none of these.
-    """
+    """Numbers of the places at given nodes (numbers or names), or nearest to given points (x, y) [m]."""
     found: list[int] = []
     for point in points:
         if isinstance(point, str) and point in places.names:

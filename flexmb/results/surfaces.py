@@ -98,13 +98,7 @@ class Surface:
 
 
 def moved_points(shape: MeshShape, poses: np.ndarray) -> np.ndarray:
-    """Places (n, m, 2) of all points of a mesh by the poses (n, nodes, 3) of its nodes.
-
-    Parameters
-    ----------
-    shape : the mesh.
-    poses : x, y, theta of the nodes in their order.
-    """
+    """Places (n, m, 2) of all points of a mesh by the poses (n, nodes, 3) x, y, theta of its nodes."""
     if shape.basis:
         return _reduced(shape, poses)
     carriers = np.array(shape.carriers, dtype=float)
@@ -126,10 +120,7 @@ def _reduced(shape: MeshShape, poses: np.ndarray) -> np.ndarray:
 def deformed(shape: MeshShape, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Deformations (n, nodes, 3) of a reduced body in its frame, and the angle (n,) of the frame [rad].
 
-    Parameters
-    ----------
-    shape : its mesh.
-    poses : (n, nodes, 3) x, y, theta of its nodes.
+    The poses (n, nodes, 3) of its nodes are x, y, theta.
     """
     reference = np.array(shape.poses)
     angle = poses[:, 0, 2] - reference[0, 2]
@@ -149,15 +140,10 @@ def deformed(shape: MeshShape, poses: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def shortened(d: np.ndarray, shortening: np.ndarray) -> np.ndarray:
-    """Deformation e = d + c(d) (n, coordinates) of a reduced body, with its shortening by bending.
+    """Deformation e = d + c(d) (n, coordinates) of a reduced body from d (n, nodes, 3), with its shortening by bending.
 
-    The translation of the first node is left out, which has no stress but its round-off.
-
-    Parameters
-    ----------
-    d : (n, nodes, 3) deformation of its nodes.
-    shortening : (k, n + 1, n) directions of the shortening, each above its matrix; (k, n, n) in older files: matrices
-        of the coordinates from the fourth one on.
+    The translation of the first node is left out, which has no stress but its round-off.  `shortening` (k, n + 1, n)
+    has directions, each above its matrix; (k, n, n) in older files: matrices of the coordinates from the fourth one on.
     """
     e: np.ndarray = (d - d[:, :1] * np.array([1.0, 1.0, 0.0])).reshape(len(d), -1)
     if not len(shortening):
@@ -177,15 +163,8 @@ def turned(stress: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 
 def few_shapes(moved: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]:
-    """Factors (n, k) and shapes (k, m), as few as possible, whose products sum up to displacements within a limit.
+    """Factors (n, k) and shapes (k, m), as few as possible, of displacements (n, m), the sum within a limit [m].
 
-    Parameters
-    ----------
-    moved : (n, m) displacements [m].
-    limit : largest error of the sums [m].
-
-    Notes
-    -----
     Proper orthogonal decomposition, by the eigenvectors of the products of instants or of displacements, of which there
     are fewer: a singular value decomposition takes ten times as long.
     """

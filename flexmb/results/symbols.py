@@ -51,13 +51,9 @@ class SymbolLine:
 
 
 def symbols(sol: Solution, instants: np.ndarray, size: float) -> list[SymbolLine]:
-    """Symbols of all shapes that are neither bodies nor points.
+    """Symbols of all shapes that are neither bodies nor points, at saved instants with numbers (n,).
 
-    Parameters
-    ----------
-    sol : the solution.
-    instants : (n,) numbers of saved instants.
-    size : size of the picture [m], by which widths and arrows are drawn.
+    Widths and arrows are drawn by the size of the picture [m].
     """
     found = []
     for shape in sol.shapes:

@@ -116,13 +116,8 @@ def buffer_may_overflow(flow, record):
 def close_round_off_gaps(program: Program, z: np.ndarray, flow: Flow) -> None:
     """Close the contacts whose gap at the start is round-off, with the histories of a gap of 0.
 
-    An onset in the first step would have an approach speed of round-off.
-
-    Parameters
-    ----------
-    program : the compiled mechanism.
-    z : (n_z,) histories that the start state was evaluated with.
-    flow : the start state; its histories are changed.
+    An onset in the first step would have an approach speed of round-off.  Histories z (n_z,) are those with which the
+    start state was evaluated; the histories of `flow` change.
     """
     K, laws = program.tables.contacts, program.kernels[Addresses._fields.index("normal")]
     for kernel, p, (begin, normal, end, _) in zip(

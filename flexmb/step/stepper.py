@@ -109,12 +109,7 @@ class Stepper:
         return {}
 
     def restore(self, restart: Mapping[str, Any]) -> None:
-        """Restore the arrays of `saved`.
-
-        Raises
-        ------
-        ValueError : the name of an array that is missing or of another size.
-        """
+        """Restore the arrays of `saved`; a `ValueError` has the name of an array that is missing or of another size."""
 
 
 def evaluate_state(program: Program, flow: Flow, work: Any) -> None:
