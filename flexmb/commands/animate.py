@@ -13,16 +13,7 @@ ALL = "all"
 
 
 def animate(options: argparse.Namespace) -> int:
-    """`flexmb animate`: write the film of a saved run, and print its path.
-
-    Parameters
-    ----------
-    options : options of the command line.
-
-    Raises
-    ------
-    FlexmbError : see `flexmb.animate`; a file that is no result; a text that is no number.
-    """
+    """`flexmb animate`: write the film of a saved run, and print its path."""
     from flexmb.pictures.films.film import animate as film  # noqa: PLC0415 - matplotlib when a picture is asked for
 
     seconds, fps = quantity(options.seconds, "s", "--seconds"), quantity(options.fps, "", "--fps")

@@ -54,19 +54,8 @@ LINES = 5
 def chaos(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     """`flexmb chaos`: exponents, verdict and estimates from signals, written to files and printed.
 
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    name : short name, for the folder.
-    options : options of the groups "chaos", "method" and "files" of the command line.
-
-    Returns
-    -------
-    int : 0 if the motion was computed to its end, else 1.
-
-    Raises
-    ------
-    FlexmbError : see `lyapunov`; no period, an unknown signal, a folder that cannot be written.
+    The folder has the short name; options are those of the groups "chaos", "method" and "files".  Returns 0 if the
+    motion was computed to its end, else 1.
     """
     from flexmb.commands import chaos_files  # noqa: PLC0415 - imports xarray
 
@@ -122,12 +111,7 @@ def _check_directions(flow: MechanismFlow, exponents: int) -> None:
 
 
 def table(study: Study) -> str:
-    """Table of all results of a study, with errors, units and meanings.
-
-    Parameters
-    ----------
-    study : the study.
-    """
+    """Table of all results of a study, with errors, units and meanings."""
     exponents, points = study.exponents, len(study.exponents.points)
     lines = [f"{exponents.name}: {exponents.verdict or 'no verdict'}"]
     lines += [f"  {exponents.verdict.reason}"] if exponents.verdict is not None else []

@@ -30,10 +30,6 @@ def datasets(study: Study) -> dict[str, xr.Dataset]:
     The root holds all signals once a period, exponents with errors (of the first run alone, and of both runs) and
     history, the exponents of the second run, and the verdict with its evidence.  "motion" holds the fine samples of the
     selected signals, "series" and "spectrum" the estimates from each signal.
-
-    Parameters
-    ----------
-    study : the study.
     """
     groups = {"": _root(study)}
     if study.motion.times.size:
@@ -149,17 +145,7 @@ def _spectra(findings: list[Findings]) -> xr.Dataset:
 
 
 def pictures(study: Study, folder: Path) -> list[Path]:
-    """Pictures of section, phase portrait, convergence of the exponents and spectra, as far as there are data.
-
-    Parameters
-    ----------
-    study : the study.
-    folder : folder of the pictures.
-
-    Returns
-    -------
-    list : paths of the pictures.
-    """
+    """Pictures of section, phase portrait, convergence of the exponents and spectra, as far as there are data."""
     from flexmb.pictures.curves.portrait import plot_exponents, plot_section  # noqa: PLC0415 - only when asked for
     from flexmb.pictures.curves.spectrum import plot_spectrum  # noqa: PLC0415
 

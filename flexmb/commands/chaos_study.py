@@ -127,14 +127,7 @@ class Study:
 
 
 def study_of(flow: MechanismFlow, signals: list[str], options: argparse.Namespace) -> Study:
-    """Study of a motion: exponents with a second run, and fine samples of further periods of the first run.
-
-    Parameters
-    ----------
-    flow : the motion.
-    signals : selected signals.
-    options : options of the command line.
-    """
+    """Study of a motion: exponents with a second run, and fine samples of further periods of the first run."""
     period = StroboscopicMap(flow).period
     shown = not options.quiet
     run_options = {"count": options.exponents, "confirm": not options.no_confirm, "progress": shown}
@@ -154,18 +147,10 @@ def study_of(flow: MechanismFlow, signals: list[str], options: argparse.Namespac
 
 
 def selected_signals(mechanism: Mechanism, flow: MechanismFlow, text: str | None) -> list[str]:
-    """Names of the signals to be analysed.
+    """Names of the signals to be analysed, in `text` separated by commas.
 
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    flow : its motion.
-    text : names separated by commas; None: the position of the first journal with clearance, else the position of the
-        slider along its guide, or the angle of the last body.
-
-    Raises
-    ------
-    InputError : an unknown name.
+    None: the position of the first journal with clearance, else the position of the slider along its guide, or the
+    angle of the last body.
     """
     if text:
         places = [flow.number_of("flexmb chaos: --signals", name.strip()) for name in text.split(",")]
@@ -182,13 +167,7 @@ def selected_signals(mechanism: Mechanism, flow: MechanismFlow, text: str | None
 
 
 def planes(names: Sequence[str], known: Sequence[str]) -> list[tuple[str, str | None]]:
-    """Pairs (x, y) of signals to be drawn; y is None for a signal without a partner.
-
-    Parameters
-    ----------
-    names : the selected signals.
-    known : all signals.
-    """
+    """Pairs (x, y) of the selected signals to be drawn; y is None for a signal without a partner."""
     pairs = {x: _beside(x) for x in known if _beside(x) in known}
     back = {y: x for x, y in pairs.items()}
     planes_found: dict[tuple[str, str | None], None] = {}
@@ -206,13 +185,7 @@ def _beside(name: str) -> str:
 def continued_motion(flow: MechanismFlow, period: float, periods: int, samples: int, *, shown: bool) -> Continued:
     """Fine samples from the present state on: times (k,) [s], signals (k, m), reason of an early end or "".
 
-    Parameters
-    ----------
-    flow : the flow; it stays at the end.
-    period : time between two section points [s].
-    periods : number of periods.
-    samples : number of samples a period.
-    shown : whether a progress bar is shown.
+    `period` is the time between two section points [s], with `samples` samples; the flow stays at the end.
     """
     if periods == 0 or not flow.ok:
         return np.zeros(0), np.zeros((0, len(flow.names))), ""
@@ -231,14 +204,7 @@ def continued_motion(flow: MechanismFlow, period: float, periods: int, samples: 
 
 
 def signal_findings(motion: Motion, name: str, *, dimension: bool, recurrent: bool) -> Findings:
-    """Estimates from one signal of a motion.
-
-    Parameters
-    ----------
-    motion : the motion.
-    name : name of the signal.
-    dimension, recurrent : whether correlation dimension and recurrence are computed.
-    """
+    """Estimates from one signal of a motion."""
     place = motion.names.index(name)
     unit, points, fine = motion.units[place], motion.points[:, place], motion.fine[:, place]
     label = name
@@ -261,22 +227,10 @@ def signal_findings(motion: Motion, name: str, *, dimension: bool, recurrent: bo
 
 
 def goes_round(unit: str, values: np.ndarray) -> bool:
-    """Whether a signal is an angle with a range above 2 pi.
-
-    Parameters
-    ----------
-    unit : unit of the signal.
-    values : values of the signal (n,).
-    """
+    """Whether a signal (n,) is an angle with a range above 2 pi."""
     return unit == "rad" and len(values) > 0 and bool(np.ptp(values) > 2.0 * HALF)
 
 
 def wrapped(unit: str, values: np.ndarray) -> np.ndarray:
-    """Values (n,) of a signal; a rotating angle is reduced to -pi ... pi.
-
-    Parameters
-    ----------
-    unit : unit of the signal.
-    values : its values (n,).
-    """
+    """Values (n,) of a signal; a rotating angle is reduced to -pi ... pi."""
     return (values + HALF) % (2.0 * HALF) - HALF if goes_round(unit, values) else values

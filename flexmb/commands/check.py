@@ -15,15 +15,7 @@ SOUND, WRONG = 0, 1
 def check(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     """`flexmb check`: print degrees of freedom, mass, natural frequencies and all findings.
 
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    name : short name, for files; there are none.
-    options : `step` and `json` of the command line.
-
-    Returns
-    -------
-    int : exit status: 0 without errors among the findings, else 1.
+    Returns 0 without errors among the findings, else 1.  `name` is for files, of which there are none.
     """
     report = examined(mechanism, None if options.step is None else quantity(options.step, "s", "--step"))
     print(report.to_json() if options.json else report)

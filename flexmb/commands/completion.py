@@ -35,12 +35,7 @@ class Words:
 
 
 def completion(options: argparse.Namespace) -> int:
-    """`flexmb completion`: print the script.
-
-    Parameters
-    ----------
-    options : `shell` of the command line.
-    """
+    """`flexmb completion`: print the script."""
     print(SCRIPTS[options.shell](list(words()), of_mechanisms()), end="")
     return 0
 

@@ -15,12 +15,7 @@ REPORT = "report.html"
 
 
 def require_packages(needed: Mapping[str, tuple[str, str]]) -> None:
-    """Refuse to start without the packages that the results need.
-
-    Raises
-    ------
-    MissingPackageError : a package that is not installed.
-    """
+    """Refuse to start without the packages that the results need."""
     for package, (purpose, other) in needed.items():
         if find_spec(package) is None:
             text = f"{purpose} need the package {package!r}, which is not installed. Install it: pip install {package}"
@@ -28,12 +23,7 @@ def require_packages(needed: Mapping[str, tuple[str, str]]) -> None:
 
 
 def require_folder(folder: Path) -> None:
-    """Create a folder, and refuse to start if it cannot be written.
-
-    Raises
-    ------
-    InputError : a folder that cannot be written.
-    """
+    """Create a folder, and refuse to start if it cannot be written."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):

@@ -78,13 +78,7 @@ if __name__ == "__main__":  # python @FILE@
 def new(options: argparse.Namespace) -> int:
     """`flexmb new`: write a model file, and print its name and the next commands.
 
-    Parameters
-    ----------
-    options : `file` and `force` of the command line.
-
-    Raises
-    ------
-    InputError : a name that is no name of a Python module, a file that exists or cannot be written.
+    Refused: a name that is no name of a Python module, a file that exists or cannot be written.
     """
     path = Path(options.file)
     path = path if path.suffix == ".py" else path.with_name(f"{path.name}.py")

@@ -11,16 +11,7 @@ from flexmb.results.netcdf import load
 
 
 def plot(options: argparse.Namespace) -> int:
-    """`flexmb plot`: draw signals of a saved run, and print the path of the picture.
-
-    Parameters
-    ----------
-    options : options of the command line.
-
-    Raises
-    ------
-    FlexmbError : see `flexmb.plot`; a file that is no result; a picture that cannot be written.
-    """
+    """`flexmb plot`: draw signals of a saved run, and print the path of the picture."""
     from flexmb.pictures.curves.plot import plot as picture_of  # noqa: PLC0415 - matplotlib when a picture is asked for
 
     panels = [names_of(text) for text in options.signals]
@@ -32,26 +23,12 @@ def plot(options: argparse.Namespace) -> int:
 
 
 def names_of(text: str | None) -> list[str]:
-    """Names in a text, separated by commas.
-
-    Parameters
-    ----------
-    text : typed text, or None.
-    """
+    """Names in a text, separated by commas."""
     return [name.strip() for name in (text or "").split(",") if name.strip()]
 
 
 def pixels(text: str | None) -> tuple[int, int] | None:
-    """Width and height in a text such as 600x400.
-
-    Parameters
-    ----------
-    text : typed text, or None.
-
-    Raises
-    ------
-    InputError : another text.
-    """
+    """Width and height in a text such as 600x400; None without a text."""
     if text is None:
         return None
     found = re.fullmatch(r"(\d+)x(\d+)", text)

@@ -50,12 +50,7 @@ def _mechanism(sol: Solution, name: str | None) -> Mechanism | None:
 
 
 def datasets_of(path: Path) -> dict[str, xr.Dataset]:
-    """Datasets of a file of `flexmb sweep` or `flexmb chaos` by group; {} for another file.
-
-    Raises
-    ------
-    FileFormatError : a damaged file.
-    """
+    """Datasets of a file of `flexmb sweep` or `flexmb chaos` by group; {} for another file."""
     try:
         with h5py.File(path, "r") as file:
             kind = file.attrs.get("kind", b"")

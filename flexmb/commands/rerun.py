@@ -70,13 +70,7 @@ class Comparison:
 def rerun(options: argparse.Namespace) -> int:
     """`flexmb rerun`: repeat the run of a file with its own arguments, and print the comparison.
 
-    Returns
-    -------
-    int : exit status: 0 if the runs agree, else 1.
-
-    Raises
-    ------
-    FlexmbError : a file that says not how it was made; see also `simulate`.
+    Returns 0 if the runs agree, else 1.
     """
     given = arguments_of(options.file, options.name)
     source = source_of(given)
@@ -90,12 +84,7 @@ def rerun(options: argparse.Namespace) -> int:
 
 
 def compare(one: Solution, other: Solution) -> Comparison:
-    """Differences of the saved signals of two runs.
-
-    Raises
-    ------
-    InputError : runs with different signals or instants.
-    """
+    """Differences of the saved signals of two runs, which must have the same signals and instants."""
     if one.signals != other.signals or not np.array_equal(one.time, other.time):
         raise InputError("rerun: the runs have other signals or instants; they are of other mechanisms or arguments.")
     ranges = np.maximum(np.ptp(one.values, axis=0), 1e-9 * np.abs(one.values).max(axis=0))

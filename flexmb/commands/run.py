@@ -44,16 +44,7 @@ WITH_NUMBER = ("generalised-alpha", "hht", "wbz")
 
 
 def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
-    """`flexmb run`: simulate a mechanism and write all files.
-
-    Returns
-    -------
-    int : 0 if the run reached its end, else 1.
-
-    Raises
-    ------
-    FlexmbError : see `simulate`; a folder that cannot be written; a missing package.
-    """
+    """`flexmb run`: simulate a mechanism and write all files; returns 0 if the run reached its end, else 1."""
     folder = Path(options.out or Path("out") / name)
     if not options.no_vtk:
         checks.count("run", "--frames", options.frames, 2)
@@ -101,12 +92,7 @@ def periods_of(mechanism: Mechanism) -> list[float]:
 
 
 def method_of(text: str) -> Newmark | RungeKutta4:
-    """Integration method from its name: "hht", or "hht:0.05" with a number.
-
-    Raises
-    ------
-    InputError : an unknown method, a number for a method without one.
-    """
+    """Integration method from its name: "hht", or "hht:0.05" with a number."""
     name, colon, number = text.partition(":")
     make = METHODS[checks.one_of("--method", "method", name, METHODS)]
     if not colon:
@@ -144,12 +130,7 @@ def _saved(text: str) -> int | float | str:
 
 
 def solver_of(options: argparse.Namespace) -> dict[str, Any]:
-    """Step and method as keywords; options without a value are omitted.
-
-    Raises
-    ------
-    InputError : a text that is not a number, a unit that is not a unit of time, an unknown method.
-    """
+    """Step and method as keywords; options without a value are omitted."""
     keywords: dict[str, Any] = {}
     if options.step is not None:
         keywords["step"] = FixedStep(quantity(options.step, "s", "--step"))
@@ -161,12 +142,7 @@ def solver_of(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def flow_options(options: argparse.Namespace) -> dict[str, Any]:
-    """Period, step and method of a flow as keywords; options without a value are omitted.
-
-    Raises
-    ------
-    InputError : see `solver_of`.
-    """
+    """Period, step and method of a flow as keywords; options without a value are omitted."""
     if options.period is None:
         return solver_of(options)
     return {"period": quantity(options.period, "s", "--period"), **solver_of(options)}

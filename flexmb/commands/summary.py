@@ -14,13 +14,7 @@ from flexmb.results.solution import Solution
 
 
 def table(mechanism: Mechanism, sol: Solution) -> str:
-    """Text of the summary of a run.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    sol : its solution.
-    """
+    """Text of the summary of a run."""
     rows = [*_run_rows(sol), *_path_rows(mechanism, sol), *_contact_rows(sol)]
     lines = [f"{name:<22s}{text}" for name, text in rows]
     peaks = [(name, sol.peak(name)) for name in main_signals(sol)]
@@ -77,12 +71,7 @@ def _contact_rows(sol: Solution) -> Iterator[tuple[str, str]]:
 
 
 def impacts(episodes: Episodes) -> str:
-    """Number of impacts, longest free flight, largest impulse of an impact.
-
-    Parameters
-    ----------
-    episodes : contact intervals.
-    """
+    """Number of impacts, longest free flight, largest impulse of an impact."""
     hits = episodes[episodes.mode == IMPACT]
     lasting = len(episodes) - len(hits)
     text = f"{len(hits)}"

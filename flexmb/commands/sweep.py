@@ -33,21 +33,9 @@ STEM = "bifurcation"
 
 
 def sweep(source: Source, makers: list[Option], options: argparse.Namespace) -> int:
-    """`flexmb sweep`: compute a diagram, write it and its pictures.
+    """`flexmb sweep`: compute a diagram, write it and its pictures; returns 0 if all points succeeded, else 1.
 
-    Parameters
-    ----------
-    source : source of the mechanism.
-    makers : options of the function of the mechanism.
-    options : options of the groups "sweep", "method" and "files" of the command line.
-
-    Returns
-    -------
-    int : 0 if all points succeeded, else 1.
-
-    Raises
-    ------
-    FlexmbError : see `bifurcation`; no range, or two ranges; a folder that cannot be written.
+    Options are those of the groups "sweep", "method" and "files"; `makers` are those of the function of the mechanism.
     """
     make, parameter, values, fixed = _varied(source, makers, options)
     folder = Path(options.out or Path("out") / source.name)
@@ -89,17 +77,7 @@ def sweep(source: Source, makers: list[Option], options: argparse.Namespace) -> 
 
 
 def values_of(text: str, option: Option) -> list[float]:
-    """Values of a typed range, whole numbers for a count.
-
-    Parameters
-    ----------
-    text : "FROM:TO:NUMBER" or "A,B,C", each with its unit.
-    option : option of the parameter.
-
-    Raises
-    ------
-    InputError : a text that is not a range, a value that is not a number, a unit of another quantity, no values.
-    """
+    """Values of a typed range "FROM:TO:NUMBER" or "A,B,C", each with its unit; whole numbers for a count."""
     if ":" not in text:
         return [option.value(part) for part in text.split(",")]
     parts = text.split(":")

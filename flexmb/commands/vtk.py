@@ -10,28 +10,13 @@ from flexmb.results.vtk import write_vtk
 
 
 def vtk(options: argparse.Namespace) -> int:
-    """`flexmb vtk`: write the VTK files of a saved run, and print the name of their list.
-
-    Parameters
-    ----------
-    options : `file`, `out` and `frames` of the command line.
-
-    Raises
-    ------
-    FlexmbError : a file that cannot be read, a wrong number of frames, a place that cannot be written.
-    """
+    """`flexmb vtk`: write the VTK files of a saved run, and print the name of their list."""
     print(write_vtk(load(options.file), place_of(options.file, options.out), frames=options.frames))
     return 0
 
 
 def place_of(file: Path, out: Path | None) -> Path:
-    """The .pvd file: beside the run, in the folder `out`, or `out` itself where it has an ending.
-
-    Parameters
-    ----------
-    file : file of the run.
-    out : typed place; None: beside the run.
-    """
+    """The .pvd file: beside the run, in the folder `out`, or `out` itself where it has an ending."""
     if out is None:
         return file.with_suffix(".pvd")
     return out / f"{file.stem}.pvd" if out.is_dir() or not out.suffix else out

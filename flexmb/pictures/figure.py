@@ -17,26 +17,15 @@ class Picture(Figure):
     """matplotlib's figure; saving it makes the folder of the file, drawing it finds fonts for all characters."""
 
     def draw(self, renderer: Any) -> None:
-        """Draw the figure.
-
-        Parameters
-        ----------
-        renderer : what draws it.
-        """
+        """Draw the figure."""
         make_drawable(text for text in self.findobj(Text) if isinstance(text, Text))
         super().draw(renderer)
 
     def savefig(self, fname: Any, **options: Any) -> None:
-        """Save the figure.
+        """Save the figure as a file, which is there as a whole or not at all, or into an open file.
 
-        Parameters
-        ----------
-        fname : path of the file, or an open file; a file is there as a whole or not at all.
-        options : options of `matplotlib.figure.Figure.savefig`.
-
-        Raises
-        ------
-        InputError : a path that cannot be written, an ending that is no kind of picture.
+        Options are those of `matplotlib.figure.Figure.savefig`.  A path that cannot be written and an ending that is no
+        kind of picture raise `InputError`.
         """
         if not isinstance(fname, (str, Path)):
             super().savefig(fname, **options)

@@ -15,12 +15,7 @@ EMPTY = "Last Resort"
 
 
 def make_drawable(texts: Iterable[Text]) -> None:
-    r"""Set the fonts of texts by their characters; characters without a font become escapes such as \u66f2.
-
-    Parameters
-    ----------
-    texts : texts of a figure.
-    """
+    r"""Set the fonts of texts by their characters; characters without a font become escapes such as \u66f2."""
     from matplotlib.font_manager import findfont
 
     for text in texts:

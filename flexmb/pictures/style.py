@@ -38,22 +38,12 @@ WIDTH = 1.1
 
 
 def curve(k: int) -> dict[str, Any]:
-    """Colour and line style of the curve number k of a panel.
-
-    Parameters
-    ----------
-    k : number of the curve, from 0.
-    """
+    """Colour and line style of the curve number k of a panel, from 0."""
     return {"color": COLOURS[k % len(COLOURS)], "linestyle": STYLES[k % len(STYLES)], "linewidth": WIDTH}
 
 
 def grid(ax: Axes) -> None:
-    """Pale grid behind the curves.
-
-    Parameters
-    ----------
-    ax : the axes.
-    """
+    """Pale grid behind the curves."""
     ax.grid(visible=True, color="0.9", linewidth=0.6)
     ax.set_axisbelow(True)
 
@@ -72,11 +62,6 @@ def prefixed(units: str, largest: float) -> tuple[int, str]:
     """Power of ten and unit with a prefix in which `largest` has one to three digits before the point.
 
     Metres and seconds get no prefix above 1; the power is 0 for a unit that takes none, such as "rad" or "m2".
-
-    Parameters
-    ----------
-    units : unit, such as "N m".
-    largest : largest number, in this unit.
     """
     takes = re.match(r"(m|s|N|Pa|J|W|Hz|A|V)(?![A-Za-z0-9^])", units)
     if takes is None or not 0.0 < largest < math.inf or LEAST <= largest < MOST:
@@ -90,15 +75,8 @@ def prefixed(units: str, largest: float) -> tuple[int, str]:
 def label_axis(axis: Axis, name: str, units: str, between: str = " ", equal: Axis | None = None) -> None:
     """Label and numbers of an axis on which everything is drawn: small and large numbers by a prefix of the unit.
 
-    Where the unit takes no prefix, a common power of ten stands at the end of the axis.
-
-    Parameters
-    ----------
-    axis : `ax.xaxis` or `ax.yaxis`.
-    name : name of the signal.
-    units : unit of the drawn numbers; "" for none.
-    between : text between name and unit.
-    equal : another axis of this unit that shall have the same prefix.
+    Where the unit takes no prefix, a common power of ten stands at the end of the axis.  `equal` is another axis of
+    this unit that gets the same prefix.
     """
     from matplotlib.ticker import FuncFormatter, ScalarFormatter
 
@@ -120,22 +98,10 @@ def unit_text(units: str) -> str:
 
 
 def words_of(field: str) -> str:
-    """Name of a field of beams or meshes in words.
-
-    Parameters
-    ----------
-    field : its name, such as "bending_moment".
-    """
+    """Name of a field of beams or meshes in words, as of "bending_moment"."""
     return "von Mises stress" if field == "von_mises" else field.replace("_", " ")
 
 
 def label_of(name: str, units: str, between: str = " ") -> str:
-    """Label of an axis: name, and unit in brackets.
-
-    Parameters
-    ----------
-    name : name of the signal.
-    units : unit; "" for none.
-    between : text between name and unit.
-    """
+    """Label of an axis: name, and unit in brackets; "" for no unit."""
     return between.join(text for text in (name, f"[{unit_text(units)}]" if units else "") if text)

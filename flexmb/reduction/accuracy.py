@@ -184,20 +184,9 @@ def accuracy(
     held: Sequence[str] | None = None,
     loads: Mapping[str, Load] | None = None,
 ) -> Accuracy:
-    """A reduced body beside the body with all its displacements.
+    """A reduced body beside the body with all its displacements, with `count` frequencies at most.
 
-    Parameters
-    ----------
-    found : basis.
-    element : matrices of the reduced body.
-    count : number of frequencies, at most.
-    held : names of the pins that neither move nor turn; None: all pins keep their places and may turn, a single one
-        may not.
-    loads : further loads by name.
-
-    Raises
-    ------
-    InputError : pins that the body has not, loads of another shape.
+    Pins `held` neither move nor turn; None: all pins keep their places and may turn, a single one may not.
     """
     model = found.model
     count = checks.count(model.label, "count", count)

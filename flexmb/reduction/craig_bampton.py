@@ -96,21 +96,14 @@ def basis(
     inertia: bool = False,
     loads: Array | None = None,
 ) -> Basis:
-    """Craig-Bampton basis of a body.
+    """Craig-Bampton basis of a body, with `modes` vibrations at least, all pins held.
 
-    Parameters
-    ----------
-    model : the body.
-    modes : least number of vibrations with all pins held; with the shapes of loads a multiple of three is kept.
-    up_to : all vibrations up to this frequency are kept [Hz]; None: `modes` of them.
-    by_pin : whether the frame of the body is that of its first pin.
-    inertia : whether the static shapes of the own inertia are kept.
-    loads : (N, L) forces whose static shapes are kept; None: none.
+    With the shapes of loads a multiple of three modes is kept; with `up_to` all vibrations up to this frequency [Hz].
+    `by_pin`: the frame of the body is that of its first pin; `inertia`: static shapes of the own inertia are kept;
+    `loads`: forces (N, L) whose static shapes are kept.
 
-    Raises
-    ------
-    InputError : a body whose inner displacements are not held by its pins; more modes than displacements; static
-        shapes that are no shapes of their own.
+    Refused: inner displacements that the pins do not hold; more modes than displacements; static shapes that are no
+    shapes of their own.
     """
     m, K, M = model.count, model.stiffness.tocsc(), model.mass_matrix()
     inner = K.shape[0] - m
@@ -182,13 +175,7 @@ def _refuse_shapes(model: ElasticModel) -> None:
 
 
 def require_room(model: ElasticModel, modes: int) -> None:
-    """Refuse more coordinates than the kernel can take.
-
-    Parameters
-    ----------
-    model : the body.
-    modes : number of its modes, at least.
-    """
+    """Refuse more coordinates than the kernel can take."""
     if model.count + modes > MOST:
         raise InputError(
             f"{model.label}: {model.count} coordinates of pins and {modes} or more modes are more than {MOST}. Keep "

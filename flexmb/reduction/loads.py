@@ -36,17 +36,9 @@ def load_contributions(
     *,
     stiffening: bool,
 ) -> list[Contribution]:
-    """Element and signals of a load.
+    """Element and signals of a load, times the value of the motion `history`; None: constant.
 
-    Parameters
-    ----------
-    name : name of the load.
-    load : its forces on the points of the model.
-    history : motion whose value multiplies it; None: constant.
-    coordinates : coordinates of the body.
-    found : basis of the body.
-    element : its matrices.
-    stiffening : whether the stress of the load with held pins stiffens or softens the body.
+    With `stiffening` the stress of the load with held pins stiffens or softens the body.
     """
     kind = EDGES if load.edges else FOLLOWER if load.follower else DEAD
     shapes = np.asarray(found.model.shape @ found.shapes)  # Psi at the points
@@ -69,17 +61,7 @@ def load_contributions(
 
 
 def checked_loads(body: MeshBody, given: object) -> tuple[MeshLoad, ...]:
-    """Loads whose static shapes a reduced body keeps.
-
-    Parameters
-    ----------
-    body : the reduced body.
-    given : value of `load_shapes`.
-
-    Raises
-    ------
-    InputError : no sequence of loads on the mesh of this body.
-    """
+    """Loads whose static shapes a reduced body keeps, a sequence of loads on the mesh of this body."""
     loads = checks.sequence(body.label, "load_shapes", given, "loads such as loads.EdgePressure")
     for load in loads:
         if not isinstance(load, MeshLoad):
@@ -93,13 +75,7 @@ def checked_loads(body: MeshBody, given: object) -> tuple[MeshLoad, ...]:
 
 
 def left_out(load: MeshLoad, body: Reduced) -> float:
-    """Share of the strain energy of a load, with all pins held, that the kept shapes of a reduced body leave out [1].
-
-    Parameters
-    ----------
-    load : the load.
-    body : the body.
-    """
+    """Share [1] of the strain energy of a load, all pins held, that the kept shapes of a reduced body leave out."""
     found, model, m = body.basis, body.model, body.basis.model.count
     force = np.asarray(model.shape.T @ load.on(load.plane_of(body)).forces.ravel())
     z, inner = found.static(force), found.shapes[:, m:]
@@ -119,13 +95,7 @@ def _quarter(rows: Array) -> Array:
 
 
 def edge_matrix(edges: FollowedEdges, size: int) -> sp.csr_matrix:
-    """A (size, size): nodal forces of a load that follows edges, by the places of the nodes.
-
-    Parameters
-    ----------
-    edges : the edges.
-    size : number of the displacements of all nodes.
-    """
+    """A (size, size): nodal forces of a load that follows edges, by the places of the nodes."""
     blocks = np.zeros((*edges.normal.shape, 2, 2))
     blocks[..., 0, 0] = blocks[..., 1, 1] = edges.along
     blocks[..., 0, 1], blocks[..., 1, 0] = -edges.normal, edges.normal

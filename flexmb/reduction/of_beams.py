@@ -189,13 +189,7 @@ class BeamModel:
 
 
 def model_of_beams(body: FlexibleBody, pins: Sequence[str]) -> ElasticModel:
-    """Elastic model of a body of beams.
-
-    Parameters
-    ----------
-    body : the body.
-    pins : names of its nodes where parts are attached.
-    """
+    """Elastic model of a body of beams with pins, the names of its nodes where parts are attached."""
     return BeamModel(body, pins).model()
 
 

@@ -21,13 +21,7 @@ Array = npt.NDArray[np.float64]
 
 
 def model_of_plane(body: PlaneBody, pins: Sequence[str]) -> ElasticModel:
-    """Elastic model of a plane body.
-
-    Parameters
-    ----------
-    body : the body.
-    pins : names of its pins where parts are attached; its other pins are left out.
-    """
+    """Elastic model of a plane body with pins where parts are attached; its other pins are left out."""
     kept = [interface for interface in body.interfaces if interface.name in pins]
     if not kept:
         raise InputError(f"{body.label}: none of its pins is left. Keep at least one.")

@@ -166,15 +166,7 @@ def peak_stress_kernel(p, t, q, v, a, least):
 def peak_stress_signal(
     part: str, coordinates: tuple[Coordinate, ...], element: tuple[float, ...], groups: tuple[float, ...]
 ) -> SignalContribution:
-    """The signals `von_mises` and `von_mises_node` of a body.
-
-    Parameters
-    ----------
-    part : name of the body.
-    coordinates : coordinates of the element.
-    element : parameters of the element.
-    groups : `group_parameters` of the stresses of the body.
-    """
+    """The signals `von_mises` and `von_mises_node` of a body, by its `group_parameters`."""
     p = (*element, *groups)
     return SignalContribution(part, "von_mises", "Pa", peak_stress_kernel, coordinates, p, place="von_mises_node")
 
@@ -182,9 +174,7 @@ def peak_stress_signal(
 def group_parameters(stresses: np.ndarray) -> tuple[float, ...]:
     """Parameters of the search: stresses by groups and blocks of nodes.
 
-    Parameters
-    ----------
-    stresses : (nodes, 4, n) sx, sy, txy, sz in the axes of the body, by its coordinates [Pa/m, Pa/rad].
+    Stresses (nodes, 4, n) are sx, sy, txy, sz in the axes of the body, by its coordinates [Pa/m, Pa/rad].
     """
     parts = 1 + int(np.flatnonzero(stresses.any(axis=(0, 2)))[-1])
     metric, root = _metric(stresses)
@@ -230,10 +220,7 @@ def groups_of(metric: np.ndarray) -> np.ndarray:
     """Numbers (groups, LANES) of the nodes of groups, of similar matrices; the last group repeats its last node.
 
     Nodes are halved at right angles to the direction in which their matrices differ most, until LANES are left.
-
-    Parameters
-    ----------
-    metric : (nodes, ...) a matrix of each node.
+    `metric` (nodes, ...) is a matrix of each node.
     """
     flat, left, found = metric.reshape(len(metric), -1), [np.arange(len(metric))], []
     while left:

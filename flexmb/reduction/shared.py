@@ -39,13 +39,7 @@ class Kept(Generic[Value]):
         self._lock = Lock()  # sweeps may run in threads
 
     def of(self, key: Hashable, make: Callable[[], Value]) -> Value:
-        """The value of a key, computed by `make` when it is not kept.
-
-        Parameters
-        ----------
-        key : all that the value depends on.
-        make : computes the value.
-        """
+        """Value of a key, which is all that the value depends on; computed by `make` when it is not kept."""
         with self._lock:
             if key in self._values:
                 self._values.move_to_end(key)
@@ -66,13 +60,7 @@ GROUPS: Kept[tuple[float, ...]] = Kept()
 
 
 def key_of(body: FlexibleBody | PlaneBody, pins: Sequence[str]) -> Hashable:
-    """All that the elastic model of a body depends on, but its label, damping and place.
-
-    Parameters
-    ----------
-    body : the body.
-    pins : names of its nodes where parts are attached.
-    """
+    """All that the elastic model of a body with pins depends on, but its label, damping and place."""
     if isinstance(body, PlaneBody):
         kinds = tuple((interface.name, interface.kind) for interface in body.interfaces if interface.name in pins)
         return body.mesh, body.thickness, body.material, body.state, kinds
@@ -82,14 +70,7 @@ def key_of(body: FlexibleBody | PlaneBody, pins: Sequence[str]) -> Hashable:
 
 
 def shared_model(body: FlexibleBody | PlaneBody, pins: Sequence[str], key: Hashable) -> ElasticModel:
-    """Elastic model of a body.
-
-    Parameters
-    ----------
-    body : the body.
-    pins : names of its nodes where parts are attached.
-    key : its `key_of`.
-    """
+    """Elastic model of a body, with pins where parts are attached and its `key_of`."""
     if isinstance(body, PlaneBody):
         found = MODELS.of(key, lambda: model_of_plane(body, pins))
         found = replace(found, origin=body.origin, direction=body.direction)
@@ -108,14 +89,9 @@ def shared_basis(
     inertia: bool,
     forces: tuple[bytes, ...] = (),
 ) -> Basis:
-    """Craig-Bampton basis of a body.
+    """Craig-Bampton basis of a body with its `key_of`; modes as of `craig_bampton.basis`.
 
-    Parameters
-    ----------
-    model : the body.
-    key : its `key_of`.
-    modes, up_to, by_pin, inertia : as of `craig_bampton.basis`.
-    forces : (2 S) forces on the points of the model of each load whose static shape is kept, as bytes [N].
+    `forces` are the forces (2 S) on the points of the model of each load whose static shape is kept, as bytes [N].
     """
     options = (modes, up_to, by_pin, inertia, forces)
 
@@ -137,14 +113,7 @@ def shared_element(
     ratios: float | tuple[float, ...],
     mass_damping: float,
 ) -> Superelement:
-    """Matrices of a reduced body.
-
-    Parameters
-    ----------
-    found : its basis.
-    key : all that the basis depends on.
-    damping, stiffening, ratios, mass_damping : as of `superelement.superelement`.
-    """
+    """Matrices of a reduced body, as of `superelement.superelement`; the key is all that the basis depends on."""
     options = (damping, stiffening, ratios, mass_damping)
 
     def make() -> Superelement:
@@ -154,13 +123,7 @@ def shared_element(
 
 
 def shared_groups(found: Basis, key: Hashable) -> tuple[float, ...]:
-    """Parameters of the search for the largest stress of a body.
-
-    Parameters
-    ----------
-    found : its basis.
-    key : all that the basis depends on.
-    """
+    """Parameters of the search for the largest stress of a body; the key is all that the basis depends on."""
     stresses = found.model.stresses
     if stresses is None:
         raise ValueError(f"{found.model.label} has no stresses")

@@ -72,11 +72,8 @@ class Superelement:
     def load_head(self, kind: float, angle: float, *, stiffens: bool) -> tuple[float, ...]:
         """Parameters before the poses, of a load (`flexmb.reduction.load_kernels`).
 
-        Parameters
-        ----------
-        kind : kind of the load.
-        angle : angle of the axes in which its forces are given [rad].
-        stiffens : whether its geometric stiffness is among the parameters.
+        `angle` is that of the axes in which its forces are given [rad]; `stiffens`: its geometric stiffness is among
+        the parameters.
         """
         head = [0.0] * HEAD
         head[COUNT], head[BY_PIN], head[KIND], head[ANGLE] = 3.0 * len(self.nodes), float(self.by_pin), kind, angle
@@ -99,17 +96,9 @@ def superelement(
 ) -> Superelement:
     """Matrices of a reduced body.
 
-    Parameters
-    ----------
-    found : its basis.
-    damping : stiffness-proportional damping time [s].
-    stiffening : whether bending is stiffened by forces of the pins and by rotation.
-    ratios : damping ratios of the vibrations of the free body, from the lowest; one number: of all.
-    mass_damping : mass-proportional damping rate [1/s].
-
-    Raises
-    ------
-    InputError : more coordinates than the kernel can take.
+    `damping` is a stiffness-proportional time [s], `mass_damping` a mass-proportional rate [1/s]; `ratios` are damping
+    ratios of the vibrations of the free body, from the lowest, one number those of all.  With `stiffening` bending is
+    stiffened by forces of the pins and by rotation.  More coordinates than the kernel can take are refused.
     """
     n = found.shapes.shape[1]
     require_room(found.model, n - found.model.count)
@@ -220,13 +209,7 @@ def _directions(found: Basis, shortening: Array) -> Array:
 
 
 def stiffness_under(found: Basis, force: Array) -> Array:
-    """Geometric stiffness (n, n) of forces (N,) with all pins held, without that of the kept static shapes.
-
-    Parameters
-    ----------
-    found : basis of the body.
-    force : forces on the displacements of the model [N].
-    """
+    """Geometric stiffness (n, n) of forces (N,) [N] with all pins held, without that of the kept static shapes."""
     z, m = found.static(force), found.model.count
     if found.loaded:
         inner = found.shapes[:, m:]

@@ -67,10 +67,6 @@ def options_of(maker: Maker) -> list[Option]:
 
     Units are read from the numpydoc docstring, in brackets: "length : length of the rod [m]".  Other parameters, such
     as laws or materials, have no option.
-
-    Parameters
-    ----------
-    maker : the function.
     """
     described = parameters(maker)
     options = []
@@ -83,18 +79,7 @@ def options_of(maker: Maker) -> list[Option]:
 
 
 def add_options(parser: argparse.ArgumentParser, maker: Maker, title: str) -> list[Option]:
-    """Add the options of a function to a parser.
-
-    Parameters
-    ----------
-    parser : the parser.
-    maker : the function.
-    title : title of the group of options.
-
-    Returns
-    -------
-    list : the options.
-    """
+    """Add the options of a function to a parser, in a group with a title; returns them."""
     options = options_of(maker)
     group = parser.add_argument_group(title)
     for option in options:
@@ -108,13 +93,7 @@ def add_options(parser: argparse.ArgumentParser, maker: Maker, title: str) -> li
 
 
 def keywords_of(arguments: argparse.Namespace, options: list[Option]) -> dict[str, Any]:
-    """Keywords of the function from the typed options.
-
-    Parameters
-    ----------
-    arguments : parsed arguments.
-    options : options of the function.
-    """
+    """Keywords of the function from the typed options."""
     given = vars(arguments)
     keywords = {}
     for option in options:
@@ -125,12 +104,7 @@ def keywords_of(arguments: argparse.Namespace, options: list[Option]) -> dict[st
 
 
 def shown_default(option: Option) -> str:
-    """Default of an option, as a text for its help.
-
-    Parameters
-    ----------
-    option : the option.
-    """
+    """Default of an option, as a text for its help."""
     if option.is_required:
         return " (must be given)"
     if option.kind == "flag" or option.default is None:

@@ -40,12 +40,9 @@ class Layout(argparse.HelpFormatter):
 
 
 def parser_of(source: Source | None, wanted: str) -> tuple[argparse.ArgumentParser, list[Option]]:
-    """Parser of all commands, and the options of a mechanism, which are added to one command.
+    """Parser of all commands, and the options of a mechanism, which are added to the command `wanted`.
 
-    Parameters
-    ----------
-    source : source of the mechanism; None: no options of a mechanism.
-    wanted : name of the command that gets them.
+    Without a source there are no options of a mechanism.
     """
     parser = argparse.ArgumentParser(
         prog="flexmb",
@@ -73,12 +70,7 @@ def parser_of(source: Source | None, wanted: str) -> tuple[argparse.ArgumentPars
 
 
 def source_of(given: Sequence[str]) -> Source | None:
-    """Source of the mechanism among the arguments, which is needed first: its parameters become options.
-
-    Parameters
-    ----------
-    given : arguments after `flexmb`.
-    """
+    """Source of the mechanism among the arguments, which is needed first: its parameters become options."""
     named = {command.name for command in COMMANDS if command.begins_with_mechanism}
     if len(given) < 2 or given[0] not in named or given[1].startswith("-"):
         return None

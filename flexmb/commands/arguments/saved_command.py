@@ -13,17 +13,9 @@ COMMAND = "command"
 
 
 def arguments_of(path: Path, given: str | None) -> list[str]:
-    """Arguments of `flexmb run` that repeat a saved run.
+    """Arguments of `flexmb run` that repeat a saved run of the mechanism `given`, a name or FILE.py.
 
-    Parameters
-    ----------
-    path : file of the run.
-    given : name of the mechanism, or FILE.py; None: the ready mechanism named in the file.
-
-    Raises
-    ------
-    FileFormatError : a file without arguments of `flexmb run`.
-    InputError : a run of a user's file without `given`.
+    None: the ready mechanism named in the file; a run of a user's file is refused without `given`.
     """
     command = load(path).model.get(COMMAND)
     if not isinstance(command, list) or len(command) < 2 or command[0] != "run":
@@ -35,12 +27,7 @@ def arguments_of(path: Path, given: str | None) -> list[str]:
 
 
 def without_output(arguments: Sequence[str]) -> list[str]:
-    """Arguments of `flexmb run` without output options.
-
-    Parameters
-    ----------
-    arguments : the arguments.
-    """
+    """Arguments of `flexmb run` without output options."""
     kept: list[str] = []
     skip = False
     for text in arguments:

@@ -29,18 +29,7 @@ TRUTH = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no":
 
 
 def changed(mechanism: Mechanism, texts: Sequence[str]) -> Mechanism:
-    """The mechanism with fields of parts changed.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    texts : changes as they are typed: "crank.mass=200g", "B.normal.restitution=0.8", "gravity=0,-9.81".
-
-    Raises
-    ------
-    InputError, ModelError : a text without a value, no such part or field (with the nearest name), a field that is no
-        number, text or truth value, a value that the part refuses.
-    """
+    """The mechanism with changed fields: "crank.mass=200g", "B.normal.restitution=0.8", "gravity=0,-9.81"."""
     changes = {}
     for text in texts:
         path, equals, value = text.partition("=")
@@ -53,15 +42,7 @@ def changed(mechanism: Mechanism, texts: Sequence[str]) -> Mechanism:
 def field_option(mechanism: Mechanism, path: str, flag: str) -> Option:
     """The field of a part as an option, with the kind and the unit in the docstring of its class.
 
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    path : "PART.FIELD", "PART.FIELD.FIELD", or "gravity".
-    flag : name of the option that names the field, for messages.
-
-    Raises
-    ------
-    InputError, ModelError : no such part or field, with the nearest name; a field that cannot be typed.
+    The path is "PART.FIELD", "PART.FIELD.FIELD", or "gravity"; `flag` is the option that names the field, for messages.
     """
     if path == "gravity":
         return GRAVITY

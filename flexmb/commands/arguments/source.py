@@ -46,25 +46,11 @@ class Source:
     file: Path | None = None
 
     def with_changes(self, texts: Sequence[str]) -> Source:
-        """The source with changed fields of parts.
-
-        Parameters
-        ----------
-        texts : changes as they are typed, "PART.FIELD=VALUE".
-        """
+        """The source with changed fields of parts, typed as "PART.FIELD=VALUE"."""
         return replace(self, make=Changed(self.make, tuple(texts))) if texts else self
 
     def mechanism(self, keywords: dict[str, Any]) -> Mechanism:
-        """Mechanism of the function with given arguments.
-
-        Parameters
-        ----------
-        keywords : arguments of the function.
-
-        Raises
-        ------
-        InputError : missing arguments, a function that returns another object.
-        """
+        """Mechanism of the function with given arguments."""
         try:
             inspect.signature(self.make).bind(**keywords)
         except TypeError as error:
@@ -122,15 +108,9 @@ def returns_mechanism(make: Callable[..., Any]) -> bool:
 
 
 def find(text: str) -> Source:
-    """Source of a mechanism from a text of the command line.
+    """Source of a mechanism from a text: "nine-bar", "FILE.py", or "FILE.py:NAME".
 
-    Parameters
-    ----------
-    text : "nine-bar", "FILE.py", or "FILE.py:NAME" with the name of a Mechanism or of a function that returns one.
-
-    Raises
-    ------
-    InputError : an unknown mechanism, file or name in the file.
+    The name is that of a Mechanism or of a function that returns one.
     """
     path, colon, name = text.rpartition(":") if ".py:" in text else (text, "", "")
     if path.endswith(".py"):

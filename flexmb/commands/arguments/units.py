@@ -73,28 +73,12 @@ def known_unit(text: str) -> str | None:
 
 
 def noun(unit: str) -> str:
-    """Quantity and unit of a parameter, for messages: "a length in m".
-
-    Parameters
-    ----------
-    unit : SI unit.
-    """
+    """Quantity and unit of a parameter in SI, for messages: "a length in m"."""
     return f"{NOUNS.get(unit, 'a number')} in {unit}" if unit else NOUNS[""]
 
 
 def quantity(text: str, unit: str, name: str) -> float:
-    """Number of a typed text in an SI unit.
-
-    Parameters
-    ----------
-    text : typed text, e.g. "0.5mm", "2pi", "1.5*pi", "pi/2", "3000rpm", "-5deg".
-    unit : SI unit of the parameter, a key of `UNITS`.
-    name : name of the parameter, for messages.
-
-    Raises
-    ------
-    InputError : a text that is not a number, an unknown unit, a unit of another quantity, pi with a parameter that is
-        not an angle, a number that is too large.
+    """Number of a typed text ("0.5mm", "2pi", "1.5*pi", "pi/2", "3000rpm", "-5deg") in an SI unit of `UNITS`.
 
     Examples
     --------

@@ -94,12 +94,7 @@ def entry_of(verdict: str) -> str:
 
 
 def default_signal(diagram: xr.Dataset) -> str:
-    """Default signal of a picture: eccentricity of a joint with clearance, else the first variable signal.
-
-    Parameters
-    ----------
-    diagram : result of `bifurcation`.
-    """
+    """Default signal of a picture: eccentricity of a joint with clearance, else the first variable signal."""
     names = [str(name) for name, column in diagram.data_vars.items() if column.dims[-1] == "period"]
     moving = [name for name in names if not name.endswith(".theta") and np.ptp(diagram[name].fillna(0.0).values) > 0.0]
     eccentric = [name for name in names if name.endswith(".ex")]

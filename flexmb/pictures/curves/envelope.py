@@ -22,14 +22,7 @@ DENSE = 0.5
 
 
 def is_dense(time: np.ndarray, values: np.ndarray, columns: int = COLUMNS) -> bool:
-    """Whether a curve of a signal would be a solid block, at least in a fifth of the picture.
-
-    Parameters
-    ----------
-    time : (n,) instants [s].
-    values : (n,) signal.
-    columns : number of columns of the picture.
-    """
+    """Whether a curve of a signal (n,) at instants (n,) [s] is a solid block, at least in a fifth of the picture."""
     if len(time) < columns or not time[-1] > time[0]:
         return False
     change = np.diff(values)
@@ -44,13 +37,8 @@ def envelope(time: np.ndarray, values: np.ndarray, columns: int = COLUMNS) -> tu
     """Middles of the columns, and the least and the largest value in each.
 
     Every value lies in the band: the last value of a column also counts in the next one, as its line does.  Columns
-    without values are left out.
-
-    Parameters
-    ----------
-    time : (n,) instants [s], increasing.
-    values : (n,) signal.
-    columns : number of columns, evenly over the time.
+    without values are left out.  The signal (n,) belongs to increasing instants (n,) [s]; columns lie evenly over the
+    time.
     """
     place = _column(time, columns)
     starts = np.flatnonzero(np.append(True, np.diff(place) > 0))
@@ -70,14 +58,8 @@ def _column(time: np.ndarray, columns: int) -> np.ndarray:
 def draw_signal(ax: Axes, time: np.ndarray, values: np.ndarray, k: int, label: str, **style: Any) -> None:
     """Draw a signal over time: a line, or the band of its envelope where single lines would be a solid block.
 
-    Parameters
-    ----------
-    ax : the axes.
-    time : (n,) instants [s].
-    values : (n,) signal.
-    k : number of the curve in its panel, which gives colour and line style.
-    label : text in the legend.
-    **style : further keywords of matplotlib for a line.
+    The signal (n,) belongs to instants (n,) [s]; its number k in the panel gives colour and line style.  Further
+    keywords are those of matplotlib for a line.
     """
     from matplotlib.colors import to_rgba
 

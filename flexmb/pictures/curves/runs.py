@@ -106,13 +106,7 @@ def plot_energies(sol: Solution, *, title: str | None = None) -> Figure:
 
 
 def panels_of_time(count: int, title: str) -> tuple[Figure, Sequence[Axes]]:
-    """Figure with panels above one another that share the time.
-
-    Parameters
-    ----------
-    count : number of panels.
-    title : title of the figure.
-    """
+    """Figure with panels above one another that share the time."""
     from flexmb.pictures.figure import Picture
 
     figure = Picture(figsize=(WIDTH, FRAME + PANEL * max(count, 2)), layout="constrained")

@@ -109,17 +109,9 @@ def _count(frames: float) -> int:
 
 
 def instants(sol: Solution, times: tuple[float, float] | None, count: int) -> np.ndarray:
-    """Instants (count,) of the frames [s].
+    """Instants (count,) of the frames [s], from `times` or, if None, from the saved rows.
 
-    Parameters
-    ----------
-    sol : the solution.
-    times : begin and end [s]; None: those of the saved rows.
-    count : number of frames.
-
-    Raises
-    ------
-    InputError : no rows, no shapes, times outside the run or in the wrong order.
+    Refused: no rows, no shapes, times outside the run or in the wrong order.
     """
     if not len(sol.time):
         raise InputError("animate: the solution has no saved instants. Save some, e.g. by simulate(..., save=...).")
@@ -138,17 +130,7 @@ def instants(sol: Solution, times: tuple[float, float] | None, count: int) -> np
 
 
 def traced_points(sol: Solution, traces: bool | Sequence[str] | None) -> dict[str, Place]:
-    """Points whose paths are drawn, by name: body, node, and place in its frame.
-
-    Parameters
-    ----------
-    sol : the solution.
-    traces : see `animate`.
-
-    Raises
-    ------
-    InputError : a name that is neither a marker nor a body nor a node.
-    """
+    """Points whose paths are drawn, by name: body, node, and place in its frame; see `animate`."""
     if traces is None:
         names = [name for name, shape in _markers(sol).items() if shape.kind == TRACE]
     elif isinstance(traces, bool):
@@ -173,18 +155,7 @@ def known_point(label: str, sol: Solution, argument: str, name: str) -> Place:
 
 
 def joints_with_forces(label: str, sol: Solution, forces: bool | Sequence[str]) -> tuple[str, ...]:
-    """Names of the joints whose forces are drawn.
-
-    Parameters
-    ----------
-    label : name of the caller, for messages.
-    sol : the solution.
-    forces : see `animate`.
-
-    Raises
-    ------
-    InputError : a name that is no joint with forces.
-    """
+    """Names of the joints whose forces are drawn; see `animate`."""
     drawn = [s.part for s in sol.shapes if isinstance(s, PointShape) and f"{s.part}.fx" in sol]
     if isinstance(forces, bool):
         return tuple(drawn) if forces else ()

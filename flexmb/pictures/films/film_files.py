@@ -43,10 +43,7 @@ def write_gif(path: Path, film: Film, fps: float) -> None:
 def write_mp4(path: Path, film: Film, fps: float) -> None:
     """Write a film as an MP4 file (H.264), with even numbers of pixels.
 
-    Raises
-    ------
-    MissingPackageError : no package imageio-ffmpeg.
-    OSError : a film that ffmpeg could not write whole, for which it raises no error of its own.
+    A film that ffmpeg could not write whole raises `OSError`, since ffmpeg raises no error of its own.
     """
     ffmpeg = checks.package("imageio_ffmpeg", "film", "An .mp4 film")
     wide, high = film.size

@@ -217,10 +217,7 @@ def _colouring(scene: Scene, field: str) -> Colouring:
 def field_of(scene: Scene, colour: str | None) -> tuple[str, str] | None:
     """Field and unit by which a scene is coloured; None where it has no such bodies.
 
-    Parameters
-    ----------
-    scene : the drawing.
-    colour : key of `FIELDS`, `STRESS`, or None.
+    The colour is a key of `FIELDS`, `STRESS`, or None.
     """
     if colour == STRESS:
         return (STRESS, "Pa") if any(mesh.has_stress for mesh in scene.surfaces) else None
@@ -228,23 +225,12 @@ def field_of(scene: Scene, colour: str | None) -> tuple[str, str] | None:
 
 
 def stress_limit(scene: Scene) -> float:
-    """Largest von Mises stress of the meshes of a scene [Pa].
-
-    Parameters
-    ----------
-    scene : the drawing.
-    """
+    """Largest von Mises stress of the meshes of a scene [Pa]."""
     return max((float(mesh.von_mises.max(initial=0.0)) for mesh in scene.surfaces), default=0.0) or 1.0
 
 
 def field_limit(scene: Scene, field: str) -> float:
-    """Value at the ends of the colours of a field.
-
-    Parameters
-    ----------
-    scene : the drawing.
-    field : name of the field of the beams.
-    """
+    """Value at the ends of the colours of a field."""
     values = np.concatenate([np.abs(line.fields[field]).ravel() for line in scene.lines if line.is_beam])
     return float(np.percentile(values, SHARE)) or float(values.max()) or 1.0
 

@@ -62,16 +62,10 @@ class Glb:
         colours: np.ndarray | None = None,
         shapes: Sequence[np.ndarray] = (),
     ) -> int:
-        """Number of a new mesh of triangles.
+        """Number of a new mesh of triangles `faces` (m, 3) on positions (n, 3) [m] with unit normals (n, 3).
 
-        Parameters
-        ----------
-        name : name of the mesh.
-        positions, normals : (n, 3) points [m] and unit vectors.
-        faces : (m, 3) numbers of points.
-        material : number of the material.
-        colours : (n, 3) linear colours of the points, which multiply that of the material; None: that of the material.
-        shapes : displacements (n, 3) [m] that `deform` adds up (morph targets).
+        Linear colours (n, 3) of the points multiply that of the material; None: that of the material.  `shapes` are
+        displacements (n, 3) [m] that `deform` adds up (morph targets).
         """
         attributes = {
             "POSITION": self._accessor(positions, ARRAY_BUFFER, limits=True),
@@ -101,15 +95,9 @@ class Glb:
     def move(
         self, node: int, time: np.ndarray, places: np.ndarray, angles: np.ndarray, scales: np.ndarray | None
     ) -> None:
-        """Move a node in the plane.
+        """Move a node in the plane: instants (n,) [s], places (n, 2) [m], angles (n,) about z [rad].
 
-        Parameters
-        ----------
-        node : its number.
-        time : (n,) instants [s].
-        places : (n, 2) places [m].
-        angles : (n,) angles about z [rad].
-        scales : (n, 3) factors of the size; None: the size stays.
+        `scales` (n, 3) are factors of the size; None: the size stays.
         """
         zero = np.zeros(len(time))
         turns = np.stack([zero, zero, np.sin(0.5 * angles), np.cos(0.5 * angles)], axis=-1)
@@ -123,14 +111,7 @@ class Glb:
                 self._channel(node, path, time, values)
 
     def deform(self, node: int, time: np.ndarray, weights: np.ndarray) -> None:
-        """Deform the mesh of a node by factors (n, k) of its shapes.
-
-        Parameters
-        ----------
-        node : its number.
-        time : (n,) instants [s].
-        weights : the factors at these instants.
-        """
+        """Deform the mesh of a node by factors (n, k) of its shapes at instants (n,) [s]."""
         self.document["nodes"][node][WEIGHTS] = np.asarray(weights[0], dtype=np.float32).tolist()
         if len(time) > 1:
             self._channel(node, WEIGHTS, time, weights.reshape(-1, 1))

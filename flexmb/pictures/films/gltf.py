@@ -206,16 +206,10 @@ class Export:
 def deformation_of(
     points: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Motion of points as a rigid body, and their deformation in it as a sum of few shapes.
+    """Motion of points (n, m, 2) [m] as a rigid body, and their deformation in it as a sum of few shapes.
 
-    Parameters
-    ----------
-    points : (n, m, 2) places [m].
-
-    Returns
-    -------
-    tuple : centres (n, 2) [m], angles (n,) [rad], points (m, 2) at the first instant about their centre, shapes
-        (k, m, 2) and their factors (n, k), whose sum misses the deformation by SEEN of the size at most.
+    Returned are centres (n, 2) [m], angles (n,) [rad], points (m, 2) at the first instant about their centre, shapes
+    (k, m, 2) and their factors (n, k), whose sum misses the deformation by SEEN of the size at most.
     """
     centres = points.mean(axis=1)
     own, first = points - centres[:, None], points[0] - centres[0]

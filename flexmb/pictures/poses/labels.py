@@ -45,15 +45,8 @@ def place_names(
     """Names beside their points; the layout of the figure is settled by this call.
 
     Each name takes the cheapest of some hundred places around its point: the nearest one that is free of other names,
-    of points, and, if possible, of lines.
-
-    Parameters
-    ----------
-    ax : the axes.
-    points : points [data] and their names.
-    lines : polylines (m, 2) that are better not hidden [data].
-    keep_free : further points that names shall not hide [data].
-    feet : points that stand on a triangle, which names shall not hide either [data].
+    of points, and, if possible, of lines.  Points, polylines (m, 2) that are better not hidden, further points to be
+    kept free, and the feet of triangles are places in data.
     """
     figure = ax.figure.get_figure(root=True)
     if figure is None:
@@ -86,12 +79,7 @@ def place_names(
 
 
 def boxes(names: Sequence[Annotation]) -> list[Bbox]:
-    """Boxes of names on the canvas [pixel].
-
-    Parameters
-    ----------
-    names : the names.
-    """
+    """Boxes of names on the canvas [pixel]."""
     from matplotlib.text import Text
 
     return [Text.get_window_extent(name) for name in names]

@@ -233,10 +233,6 @@ def with_arms(scene: Scene) -> list[Line]:
     """Lines of a scene; a body without extent that carries curves of contacts is no dot.
 
     Instead, a line joins its centre with each closed curve that lies beside it, such as the pin of a Geneva drive.
-
-    Parameters
-    ----------
-    scene : the drawing.
     """
     found = []
     for line in scene.lines:
@@ -265,23 +261,12 @@ def _encloses(curve: np.ndarray, point: np.ndarray) -> bool:
 
 
 def body_colours(scene: Scene) -> dict[str, str]:
-    """Colours of the bodies by name.
-
-    Parameters
-    ----------
-    scene : the drawing.
-    """
+    """Colours of the bodies by name."""
     return {part: COLOURS[k % len(COLOURS)] for k, part in enumerate(scene.parts)}
 
 
 def edges(line: Line, least: float) -> tuple[np.ndarray, np.ndarray]:
-    """Both edges (n, m, 2) of a beam in its depth.
-
-    Parameters
-    ----------
-    line : axis of the beam.
-    least : least half depth that is drawn [m].
-    """
+    """Both edges (n, m, 2) of a beam in its depth, drawn with the half depth `least` [m] at least."""
     along = np.gradient(line.points, axis=1)
     along /= np.maximum(np.hypot(along[..., 0], along[..., 1]), 1e-300)[..., None]
     normal = np.stack([-along[..., 1], along[..., 0]], axis=-1)

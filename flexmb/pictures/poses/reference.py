@@ -31,16 +31,8 @@ def plot_mechanism(
 ) -> Figure:
     """Picture of the reference configuration of a mechanism; see `Mechanism.plot`.
 
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    path : file of the picture; None: no file.
-    lengths : whether lengths of straight links are written beside them.
-    size : width and height [inch]; None: from the size of the mechanism.
-
-    Raises
-    ------
-    InputError : a mechanism without bodies, a path that cannot be written.
+    Lengths of straight links can be written beside them; `size` is width and height [inch], None: from the size of the
+    mechanism.
     """
     from flexmb.pictures.figure import Picture
 
@@ -61,12 +53,7 @@ def plot_mechanism(
 
 
 def reference_solution(mechanism: Mechanism) -> Solution:
-    """Solution with one row, the reference configuration, for drawings.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    """
+    """Solution with one row, the reference configuration, for drawings."""
     signals, values = [], []
     for part, node in mechanism.nodes():
         stem = f"{part}.{node.name}" if node.name else part

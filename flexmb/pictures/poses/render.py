@@ -115,19 +115,7 @@ def _with_trace(indices: np.ndarray) -> np.ndarray:
 
 
 def figure_size(label: str, box: Box, columns: int, rows: int, size: tuple[float, float] | None) -> tuple[float, float]:
-    """Width and height of a figure of some panels [inch].
-
-    Parameters
-    ----------
-    label : name of the caller, for messages.
-    box : limits of x and y.
-    columns, rows : numbers of panels.
-    size : width and height; None: from the limits.
-
-    Raises
-    ------
-    InputError : a size that is not positive.
-    """
+    """Width and height of a figure of some panels [inch], as given, or from the limits of x and y."""
     if size is not None:
         wide, high = checks.point(label, "size", size, "inch")
         return checks.between(label, "size[0]", wide, *SIZES, "inch"), checks.between(
@@ -155,15 +143,7 @@ def _label(ax: Axes, *, left: bool, below: bool) -> None:
 
 
 def joint_names(ax: Axes, scene: Scene, now: int, others: Sequence[tuple[np.ndarray, str]] = ()) -> list[Annotation]:
-    """Names of the joints beside them; coincident joints share a name.
-
-    Parameters
-    ----------
-    ax : the axes.
-    scene : the drawing.
-    now : number of the instant.
-    others : further points and texts.
-    """
+    """Names of the joints beside them; coincident joints share a name."""
     groups: list[tuple[np.ndarray, list[str]]] = []
     for mark in (m for m in scene.marks if m.kind != "journal"):
         at = mark.points[now]
@@ -182,13 +162,7 @@ def joint_names(ax: Axes, scene: Scene, now: int, others: Sequence[tuple[np.ndar
 
 
 def legend(figure: Figure, scene: Scene) -> None:
-    """Legend of bodies and joints with clearance, below the panels.
-
-    Parameters
-    ----------
-    figure : the figure.
-    scene : the drawing.
-    """
+    """Legend of bodies and joints with clearance, below the panels."""
     from matplotlib.lines import Line2D
 
     colours = body_colours(scene)

@@ -74,16 +74,10 @@ def scene_of(
     forces: Sequence[str] = (),
     true: Solution | None = None,
 ) -> Scene:
-    """Scene of some rows of a solution.
+    """Scene of saved rows with numbers (n,) of a solution; `box`: limits of the axes, None: room for all poses.
 
-    Parameters
-    ----------
-    sol : the solution.
-    rows : (n,) numbers of saved instants.
-    box : limits of the axes; None: room for all poses of the run.
-    paths : paths of points by name, with their instants; None: those of the markers with a trace.
-    forces : names of joints whose forces are drawn.
-    true : solution of the section forces and stresses, where the deformation of `sol` is magnified; None: `sol`.
+    `paths` are paths of points by name, with their instants; None: those of the markers with a trace.  Section forces
+    and stresses are those of `true` where the deformation of `sol` is magnified.
     """
     traced = {name: (path, sol.time) for name, path in drawing.traces(sol).items()} if paths is None else paths
     limits = box_of_run(sol, list(traced.values())) if box is None else box
@@ -104,13 +98,7 @@ LEAST_SIZE, LONE_POINT = 1e-9, 0.1
 
 
 def box_of_run(sol: Solution, paths: Sequence[tuple[np.ndarray, np.ndarray]] = ()) -> Box:
-    """Limits of x and y that hold all poses of a run, some hundred of them in long runs.
-
-    Parameters
-    ----------
-    sol : the solution.
-    paths : paths that shall be seen, too.
-    """
+    """Limits of x and y that hold all poses of a run, some hundred of them in long runs."""
     every = np.unique(np.linspace(0, len(sol.time) - 1, min(len(sol.time), BOX_POSES)).round().astype(int))
     lines, marks = drawing.lines(sol, every, PER_ELEMENT), drawing.marks(sol, every)
     points = [line.points for line in lines] + [m.points for m in marks] + [path for path, _ in paths]
@@ -120,12 +108,7 @@ def box_of_run(sol: Solution, paths: Sequence[tuple[np.ndarray, np.ndarray]] = (
 
 
 def box_around(points: list[np.ndarray]) -> Box:
-    """Limits of x and y around all points, with a margin.
-
-    Parameters
-    ----------
-    points : arrays (..., 2) of points [m].
-    """
+    """Limits of x and y around all points (..., 2) [m], with a margin."""
     flat = np.concatenate([p.reshape(-1, 2) for p in points])
     low, high = flat.min(axis=0), flat.max(axis=0)
     size = float(max(*(high - low)))
@@ -138,14 +121,7 @@ def box_around(points: list[np.ndarray]) -> Box:
 
 
 def box_about(sol: Solution, row: int, centre: np.ndarray) -> Box:
-    """Limits of x and y around a point, as wide as the bodies need in any direction at one instant.
-
-    Parameters
-    ----------
-    sol : the solution.
-    row : number of the instant.
-    centre : (2,) the point [m].
-    """
+    """Limits of x and y around a point (2,) [m], as wide as the bodies need in any direction at one instant."""
     points = np.concatenate([line.points[0] for line in drawing.lines(sol, np.array([row]), PER_ELEMENT)])
     reach = float(np.hypot(*(points - centre).T).max())
     return box_around([centre + reach * np.array([[-1.0, -1.0], [1.0, 1.0]])])
@@ -154,18 +130,10 @@ def box_about(sol: Solution, row: int, centre: np.ndarray) -> Box:
 def joint_forces(
     sol: Solution, rows: np.ndarray, marks: Sequence[Mark], joints: Sequence[str], size: float
 ) -> list[SymbolLine]:
-    """Arrows of the forces of joints on their second bodies.
+    """Arrows of the forces of joints on their second bodies, at saved instants with numbers (n,).
 
     Their lengths are proportional to the forces up to the 98th percentile of all of them, which has the length of a
-    load's arrow; larger forces, those of impacts, have the same length.
-
-    Parameters
-    ----------
-    sol : the solution.
-    rows : (n,) numbers of saved instants.
-    marks : the joints at these instants.
-    joints : names of the joints.
-    size : size of the picture [m].
+    load's arrow; larger forces, those of impacts, have the same length.  The size of the picture is in m.
     """
     places = {mark.part: mark.points for mark in marks if mark.kind != "journal"}
     vectors = {name: np.stack([sol.array(f"{name}.fx"), sol.array(f"{name}.fy")], axis=-1)[rows] for name in joints}
