@@ -39,13 +39,9 @@ def tangents(start: Point, end: Point, turn: float, places: Sequence[float]) -> 
 
 
 def points(start: Point, end: Point, turn: float, places: Sequence[float]) -> list[Point]:
-    """Points of an arc at fractions of its length.
+    """Points of an arc between its ends [m], at fractions of its length, 0 at the start and 1 at the end.
 
-    Parameters
-    ----------
-    start, end : ends [m].
-    turn : by which the arc turns from start to end [rad], between -2 pi and 2 pi.
-    places : fractions of the length, 0 at the start and 1 at the end.
+    From start to end the arc turns by `turn` [rad], between -2 pi and 2 pi.
     """
     (x, y), (dx, dy) = start, (end[0] - start[0], end[1] - start[1])
     if not turn:
@@ -61,11 +57,8 @@ def points(start: Point, end: Point, turn: float, places: Sequence[float]) -> li
 def unstressed_elements(lengths: np.ndarray, bow: np.ndarray, turn: float) -> np.ndarray:
     """l0, u10 and u20 (n, 3) of the elements of an arc: free length [m] and free rotations against the chord [rad].
 
-    Parameters
-    ----------
-    lengths : (n,) lengths of the elements along the arc [m].
-    bow : (n, 3) shortening of their chords; see `flexmb.beams.shear`.
-    turn : by which all elements together turn [rad].
+    `lengths` (n,) of the elements lie along the arc [m], `bow` (n, 3) is the shortening of their chords, see
+    `flexmb.beams.shear`; all elements together turn by `turn` [rad].
     """
     half = 0.5 * turn * lengths / lengths.sum()
     chords = lengths * np.sinc(half / math.pi)

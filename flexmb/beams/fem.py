@@ -133,26 +133,16 @@ def beam_matrices(
     """Matrices of every element of one beam.
 
     The section is evaluated at s = (x - x_first) / (x_last - x_first) in every quadrature point, so tapered beams and
-    graded meshes need no further code.  Exact for linearly tapered dimensions (see `QUADRATURE_ORDER`).
-    Without `shear` not for thick beams: length over height should exceed about 10.
+    graded meshes need no further code.  Exact for linearly tapered dimensions (see `QUADRATURE_ORDER`).  Without
+    `shear` not for thick beams: length over height should exceed about 10.  Stations (n + 1,) increase [m].
 
-    Parameters
-    ----------
-    stations : (n + 1,) positions of the nodes along the beam [m], increasing.
-    section : cross-section along the whole beam.
-    material : its material.
-    rotary_inertia : add the inertia of the rotation of sections (Rayleigh beam): True for rho I, or a number [kg m].
-    shear : shear deformation (Timoshenko beam): True for the shear factor of the section, or the factor [1].
+    `rotary_inertia` of the rotation of sections (Rayleigh beam): True for rho I, or a number [kg m]; `shear`
+    deformation (Timoshenko beam): True for the shear factor of the section, or the factor [1].
 
-    Returns
-    -------
-    BeamMatrices
-        Lengths, stiffness and mass of each element, rigidities at its ends.
-
-    Raises
-    ------
-    InputError : stations that do not increase, no section or material, a section that is not positive; shear of a
-        section that does not know its shear factor.
+    Notes
+    -----
+    Source of the weak forms: R. D. Cook, D. S. Malkus, M. E. Plesha, R. J. Witt, Concepts and Applications of Finite
+    Element Analysis, 4th ed., Wiley 2002, sections 2.3 and 11.3.
 
     Examples
     --------
@@ -163,11 +153,6 @@ def beam_matrices(
     (2, 4, 4)
     >>> round(matrices.mass_moments()[0], 6)  # 7801 kg/m^3 x 0.01 m x 0.02 m x 0.3 m
     0.46806
-
-    Notes
-    -----
-    Source of the weak forms: R. D. Cook, D. S. Malkus, M. E. Plesha, R. J. Witt, Concepts and Applications of Finite
-    Element Analysis, 4th ed., Wiley 2002, sections 2.3 and 11.3.
     """
     return assembled([BeamData(_checked_stations(stations), section, material, rotary_inertia, shear)])[0]
 

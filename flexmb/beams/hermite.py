@@ -57,11 +57,7 @@ def deformation(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape) -
 def element_shape(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape, xi: np.ndarray) -> np.ndarray:
     """Points of the deformed axis, (n, m, 2) [m]; the points at xi = 0 and xi = 1 are the nodes, to the last bit.
 
-    Parameters
-    ----------
-    pose_start, pose_end : x, y, theta of the end nodes, (n, 3) or (3,) [m, rad].
-    beam : the element.
-    xi : (m,) fractions of the length, 0 at the start and 1 at the end.
+    Poses are x, y, theta of the end nodes, (n, 3) or (3,) [m, rad]; xi (m,) are fractions of the length.
     """
     start, end = np.atleast_2d(pose_start)[:, None, :2], np.atleast_2d(pose_end)[:, None, :2]
     d = deformation(pose_start, pose_end, beam)

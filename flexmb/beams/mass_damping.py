@@ -206,15 +206,11 @@ def mass_damping_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
 def damping_parameters(
     zeta: float, angle: float, axial: np.ndarray, bending: np.ndarray, lumps: Sequence[tuple[float, float]]
 ) -> tuple[float, ...]:
-    """p of an element.
+    """Parameters p of an element at a damping rate zeta1 [1/s].
 
-    Parameters
-    ----------
-    zeta : damping rate zeta1 [1/s].
-    angle : direction of the element against the line from A to B in the reference configuration [rad].
-    axial : (2, 2) mass in the order u1, u2 [kg].
-    bending : (4, 4) mass in the order w1, theta1, w2, theta2 [kg, kg m, kg m^2].
-    lumps : mass [kg] and moment of inertia [kg m^2] on each of the two nodes.
+    `angle` [rad] is the direction of the element against the line from A to B in the reference configuration; `axial`
+    (2, 2) is the mass in the order u1, u2 [kg], `bending` (4, 4) in the order w1, theta1, w2, theta2 [kg, kg m, kg
+    m^2]; `lumps` are mass [kg] and moment of inertia [kg m^2] on each of the two nodes.
     """
     m, turn = np.zeros((6, 6)), np.eye(6)
     m[np.ix_((0, 3), (0, 3))] = axial

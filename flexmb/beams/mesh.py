@@ -97,24 +97,11 @@ class LineMesh:
 
 
 def read_lines(path: str | PathLike[str], tag: str | None = None) -> LineMesh:
-    """The lines of a mesh file in any format of meshio.
+    """The lines of a mesh file [m] in any format of meshio, with points, edges and tags in the order of the file.
 
-    Cells of other kinds are left out; every node must belong to a line or be a single point (vertex cell).
-
-    Parameters
-    ----------
-    path : the file; lengths in metres; in 3-D all z must be equal.
-    tag : name of the integer cell data that hold the tags; None: the first of `TAG_NAMES` that the file has.
-
-    Returns
-    -------
-    LineMesh
-        Points, edges and tags in the order of the file.
-
-    Raises
-    ------
-    FileFormatError : no such file, not a mesh, no lines, not plane, tags missing or not integers.
-    InputError : loose nodes, lines of zero length, lines given twice, nodes at the same place.
+    Cells of other kinds are left out; every node must belong to a line or be a single point (vertex cell).  In 3-D all
+    z must be equal.  `tag` is the name of the integer cell data that hold the tags; None: the first of `TAG_NAMES` that
+    the file has.  Loose nodes, lines of zero length or given twice, and nodes at the same place are refused.
     """
     file = Path(path)
     mesh = read_file(file)
@@ -130,9 +117,7 @@ def read_lines(path: str | PathLike[str], tag: str | None = None) -> LineMesh:
 def chain(mesh: LineMesh) -> Indices:
     """Node indices, in order, of a mesh that is one straight open chain; its first line gives the direction.
 
-    Raises
-    ------
-    InputError : a branch, a closed or divided chain, lines out of line.
+    A branch, a closed or divided chain, and lines out of line are refused.
     """
     lines = _lines_at(mesh)
     branches = [node for node, at in enumerate(lines) if len(at) > 2]
@@ -153,11 +138,8 @@ def chain(mesh: LineMesh) -> Indices:
 def members(mesh: LineMesh) -> list[Indices]:
     """The straight beams of a frame: node indices from corner, end, branch or change of tag to the next one.
 
-    The first line of a beam in the file gives its direction, and the order of the beams.
-
-    Raises
-    ------
-    InputError : a gently curved line, which is no straight beam.
+    The first line of a beam in the file gives its direction, and the order of the beams.  A gently curved line is no
+    straight beam and is refused.
     """
     lines = _lines_at(mesh)
     stops = {node for node, at in enumerate(lines) if _is_stop(mesh, node, at)}

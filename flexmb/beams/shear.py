@@ -54,12 +54,8 @@ def without_shear(stiffness: Array, mass: Array, rotary: Array) -> Bending:
 def with_shear(lengths: Array, axial: Array, cubics: Bending, flexibility: Array) -> Bending:
     """Matrices with the shear angle condensed.
 
-    Parameters
-    ----------
-    lengths : (n,) [m].
-    axial : (n,) axial stiffness ka [N/m].
-    cubics : matrices without shear.
-    flexibility : (n,) int ds/(ks G A) [m/N]; 0: rigid in shear.
+    Lengths (n,) [m], axial stiffness ka (n,) [N/m], flexibility (n,) int ds/(ks G A) [m/N], 0: rigid in shear; `cubics`
+    are without shear.
     """
     ends = cubics.stiffness[:, 1::2, 1::2]
     rigid = flexibility == 0.0

@@ -35,18 +35,11 @@ class BeamElements:
     def strains(self, x: np.ndarray, y: np.ndarray, theta: np.ndarray) -> np.ndarray:
         """Largest strain (instants, n) of the outer fibres of each element, axial and bending strain added.
 
-        Equation (2.12) of docs/theory/beam.md.
+        Equation (2.12) of docs/theory/beam.md.  Poses x, y, theta of the nodes are (instants, n + 1) [m, rad].
 
-        Parameters
-        ----------
-        x, y, theta : (instants, n + 1) poses of the nodes [m, rad].
-
-        Notes
-        -----
-        With the chord of an element, the shortening of the chord by bending, and the cubic shape of the corotational
-        element: curvatures at the ends are (4 u1 + 2 u2)/L and (2 u1 + 4 u2)/L, where u1, u2 are the rotations of the
-        axis less those of the unstressed element.
-        Source: as of `flexmb.beams.corotational`.
+        The strains are those with the chord of an element, the shortening of the chord by bending, and the cubic shape
+        of the corotational element: curvatures at the ends are (4 u1 + 2 u2)/L and (2 u1 + 4 u2)/L, where u1, u2 are
+        the rotations of the axis less those of the unstressed element.  Source: as of `flexmb.beams.corotational`.
         """
         dx, dy, L = np.diff(x, axis=1), np.diff(y, axis=1), self.lengths
         chord = np.arctan2(dy, dx)
@@ -69,14 +62,9 @@ def wrapped(angle: np.ndarray) -> np.ndarray:
 
 
 def outer_fibres(section: Section, stations: np.ndarray) -> np.ndarray:
-    """Distance of the outer fibre from the centroid at stations along a beam [m].
+    """Distance of the outer fibre from the centroid [m] at stations (n + 1,) along a beam, fractions of its length.
 
     0 where a section does not know its outer fibre: strains are then those of the axis.
-
-    Parameters
-    ----------
-    section : the section.
-    stations : (n + 1,) fractions of the length.
     """
     try:
         fibres = np.asarray(section.outer_fibre_at(stations))

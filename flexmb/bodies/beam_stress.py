@@ -15,12 +15,7 @@ from flexmb.model.contributions import Node, SignalContribution, node_coordinate
 
 
 def knows_stress(section: Section) -> bool:
-    """Whether a section knows its outer fibre.
-
-    Parameters
-    ----------
-    section : the section.
-    """
+    """Whether a section knows its outer fibre."""
     try:
         section.outer_fibre_at(0.5)
     except InputError:
@@ -29,21 +24,14 @@ def knows_stress(section: Section) -> bool:
 
 
 def number_of(node: str) -> int:
-    """Number of a node of a body of beams: 3 of "node3".
-
-    Parameters
-    ----------
-    node : its name.
-    """
+    """Number of a node of a body of beams: 3 of "node3"."""
     return int(node.removeprefix("node"))
 
 
 def section_factors(beam: Beam) -> np.ndarray:
     """(2, n) stress over axial force, 1/A [1/m^2], and over bending moment, c/I [1/m^3], at the nodes of a beam.
 
-    Parameters
-    ----------
-    beam : the beam, with a section that knows its outer fibre.
+    The section knows its outer fibre.
     """
     places, section = np.array(beam.places), beam.section
     fibre = np.asarray(section.outer_fibre_at(places)) / np.asarray(section.second_moment_at(places))
@@ -51,14 +39,7 @@ def section_factors(beam: Beam) -> np.ndarray:
 
 
 def beam_stress_signal(part: str, beams: Sequence[Beam], nodes: Mapping[str, Node]) -> SignalContribution:
-    """The signals `von_mises` and `von_mises_node` of a body of beams.
-
-    Parameters
-    ----------
-    part : name of the body.
-    beams : its beams, with sections that know their outer fibres.
-    nodes : its nodes by name.
-    """
+    """The signals `von_mises` and `von_mises_node` of a body of beams, whose sections know their outer fibres."""
     place = {name: 3.0 * k for k, name in enumerate(nodes)}
     coordinates = tuple(c for name in nodes for c in node_coordinates(part, name))
     rows = [row for beam in beams for row in _rows(beam, dict(nodes), place)]

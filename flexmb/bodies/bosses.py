@@ -48,12 +48,9 @@ class Bosses:
 def fit_bosses(label: str, beam: RigidProperties, wanted: RigidProperties, corners: list[Point]) -> Bosses:
     """Bosses that turn the mass properties of the bare `beam` into the `wanted` ones.
 
-    Unknowns are one mass a corner, one moment of inertia common to all corners and, with three corners or more, a
-    mass at their mean; none may be negative.  Among several solutions the one of least norm is taken.
-
-    Raises
-    ------
-    InputError : the wanted values cannot be reached by adding mass at these places; the message says by how much.
+    Unknowns are one mass a corner, one moment of inertia common to all corners and, with three corners or more, a mass
+    at their mean; none may be negative.  Among several solutions the one of least norm is taken.  Wanted values that
+    cannot be reached by adding mass at these places are refused with the difference.
     """
     points = np.array(corners)
     places = [*points, points.mean(axis=0)] if len(corners) > 2 else list(points)

@@ -250,13 +250,7 @@ def chord_directions(beam: Beam) -> list[float]:
 
 
 def beam_elements(beam: Beam, nodes: Mapping[str, Node]) -> BeamElements:
-    """Elements of a beam, for strains.
-
-    Parameters
-    ----------
-    beam : the beam.
-    nodes : nodes of its body by name.
-    """
+    """Elements of a beam, for strains."""
     offsets, stations, data = np.array(_offsets(beam, nodes)), np.array(beam.stations), matrices(beam)
     outer = outer_fibres(beam.section, stations / stations[-1])
     outer = np.maximum(outer[:-1], outer[1:])

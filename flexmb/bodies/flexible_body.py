@@ -127,12 +127,7 @@ class FlexibleBody(Body):
 
     @cached_property
     def _bosses(self) -> Bosses:
-        """Masses and moments of inertia at the corners, which give the body its declared mass properties.
-
-        Raises
-        ------
-        InputError : mass properties that bosses cannot make.
-        """
+        """Masses and moments of inertia at the corners, which give the body its declared mass properties."""
         if self.mass is None and self.inertia is None:
             return Bosses((0.0,) * len(self.corners), 0.0, 0.0)
         own = RigidProperties.of(self._mass_parts())
@@ -226,11 +221,7 @@ def beam_of_mesh(
 ) -> tuple[Elements, Section]:
     """Inner nodes as fractions of the length, and the section, of a straight beam whose mesh lines have these `tags`.
 
-    stations : (n,) arc lengths of the nodes [m].
-
-    Raises
-    ------
-    InputError : a tag without a section, or several sections.
+    stations : (n,) arc lengths of the nodes [m].  A tag without a section, and several sections, are refused.
     """
     missing = sorted(tags - set(sections))
     if missing:

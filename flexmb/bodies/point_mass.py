@@ -132,14 +132,7 @@ class PointMass(Body):
 
 
 def turns(mechanism: Mechanism, contribution: Any, place: int) -> bool:
-    """Whether a contribution acts on one of its coordinates in the reference configuration.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    contribution : element, constraint or contact.
-    place : number of the coordinate among those of the contribution.
-    """
+    """Whether a contribution acts on its coordinate with the number `place` in the reference configuration."""
     q, p = _pose_of(mechanism, contribution), np.array(contribution.p, dtype=float)
     n = len(q)
     if isinstance(contribution, ConstraintContribution):

@@ -23,12 +23,7 @@ TOLERANCE_LENGTH = 1e-3
 
 
 def carrier(mechanism: Mechanism, part: str, owner: str) -> Node:
-    """Node of the rigid body or ground that carries a curve.
-
-    Raises
-    ------
-    ModelError : a flexible body.
-    """
+    """Node of the rigid body or ground that carries a curve; a flexible body is refused."""
     body = mechanism.body(part, owner)
     nodes = body.nodes()
     if len(nodes) != 1:
@@ -40,12 +35,7 @@ def carrier(mechanism: Mechanism, part: str, owner: str) -> Node:
 
 
 def carriers(mechanism: Mechanism, pair: Any) -> tuple[tuple[Node, Node], tuple[Coordinate, ...]]:
-    """Nodes of both bodies of a pair, which carry its curves, and their coordinates x, y, theta.
-
-    Raises
-    ------
-    ModelError : a flexible body.
-    """
+    """Nodes of both rigid bodies of a pair, which carry its curves, and their coordinates x, y, theta."""
     first, second = (carrier(mechanism, part.name, pair.label) for part in (pair.first, pair.second))
     own = node_coordinates(pair.first.name, first.name)
     return (first, second), (*own, *node_coordinates(pair.second.name, second.name))

@@ -95,12 +95,7 @@ asked: set[str] = set()
 
 
 def start(*functions: Any) -> None:
-    """Compile functions in a second process, if that saves time.
-
-    Parameters
-    ----------
-    functions : compiled functions of the package whose arguments are annotated.
-    """
+    """Compile functions with annotated arguments in a second process, if that saves time."""
     names = [f"{one.__module__}.{one.__qualname__}" for one in functions]
     new = [name for name in names if name not in asked]
     asked.update(new)
@@ -136,12 +131,7 @@ def finished(function: Any) -> Iterator[None]:
 
 
 def argument_types(function: Any) -> tuple[Any, ...]:
-    """numba's types of the arguments of a function, from their annotations.
-
-    Raises
-    ------
-    KeyError : an argument without annotation; its message is the name.
-    """
+    """numba's types of the arguments of a function, by their annotations; `KeyError` names an argument without one."""
     hints = get_type_hints(function, include_extras=True)
     return tuple(type_of_hint(hints[name]) for name in signature(function).parameters)
 

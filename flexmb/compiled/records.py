@@ -259,12 +259,7 @@ class Record:
         return {name: x.numbers() if isinstance(x, Record) else x.copy() for name, x in found.items()}
 
     def restore(self, saved: Mapping[str, np.ndarray]) -> None:
-        """Restore the arrays and numbers of `saved`.
-
-        Raises
-        ------
-        ValueError : an array is missing or has another shape, a number is beyond its limits; its message is the name.
-        """
+        """Restore the arrays and numbers of `saved`; a `ValueError` has the name of a missing or misfit one."""
         for name in self._fields:
             target = getattr(self, name)
             given = fitting(saved, name, target.numbers() if isinstance(target, Record) else target)
@@ -281,10 +276,8 @@ class Record:
     def set_numbers(self, values: np.ndarray) -> None:
         """Give the fields that are numbers the `values` that `numbers` returned.
 
-        Raises
-        ------
-        ValueError : a number beyond its limits, or no whole one; its message is the name.  Compiled code, which takes
-            such numbers for indices, is not asked whether they fit.
+        A `ValueError` has the name of a number beyond its limits or no whole one: compiled code, which takes such
+        numbers for indices, is not asked whether they fit.
         """
         names = [name for name, (kind, _) in self._places.items() if kind in NUMBERS.values()]
         for name, value in zip(names, values.tolist(), strict=True):

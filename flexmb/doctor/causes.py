@@ -18,12 +18,8 @@ MOST_CAUSES = 3
 def causes_of_failure(mechanism: Mechanism, closed: Program) -> tuple[Finding, ...]:
     """Findings that can end a run: motions that are not finite or jump, laws that pull or drive, loops that lock.
 
-    Kernels of the user are compared with their contracts, since wrong tangents keep Newton from converging.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    closed : its program with ideal joints for contacts and elastic joints.
+    Kernels of the user are compared with their contracts, since wrong tangents keep Newton from converging.  `closed`
+    has ideal joints for contacts and elastic joints.
     """
     findings = [*motion_findings(mechanism), *law_findings(mechanism)]
     known = {name for finding in findings for name in finding.parts}

@@ -26,10 +26,6 @@ def cheap_findings(mechanism: Mechanism) -> list[Finding]:
     """Findings on users' laws and motions, on tables, linear cells, and on implausible speeds and angles.
 
     flexmb's own laws are known to keep their signs.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
     """
     findings = implausible_findings(mechanism)
     for part in mechanism.parts:

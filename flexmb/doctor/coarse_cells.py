@@ -20,12 +20,7 @@ TRIANGLES = {"tri3": ((0, 1, 2),), "quad4": ((0, 1, 2), (0, 2, 3))}
 
 
 def coarse_cells(mechanism: Mechanism) -> Iterator[Finding]:
-    """Findings on meshes of linear cells that make a body much too stiff in bending.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    """
+    """Findings on meshes of linear cells that make a body much too stiff in bending."""
     for part in mechanism.bodies:
         body = part.body if isinstance(part, Reduced) else part
         excess = bending_excess(body) if isinstance(body, PlaneBody) else 0.0
@@ -42,10 +37,6 @@ def bending_excess(body: PlaneBody) -> float:
     The strain energy of u = -x y, v = x^2/2 at the nodes, x along the body, less that of this field itself, is the
     energy of the strains that linear cells add; over the energy of bending of a bar of the same area whose height is
     twice the area over the length of the boundary.
-
-    Parameters
-    ----------
-    body : the body.
     """
     mesh = body.mesh
     if mesh.kind not in TRIANGLES:

@@ -66,13 +66,7 @@ def dimension_findings(mechanism: Mechanism) -> list[Finding]:
 
 
 def size_of(mechanism: Mechanism, body: Body | None = None) -> float:
-    """Largest extent of nodes and joints, of the mechanism or of one body [m].
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    body : one of its bodies; None: all.
-    """
+    """Largest extent of nodes and joints, of the mechanism or of one body [m]."""
     bodies = mechanism.bodies if body is None else (body,)
     points = [(node.x, node.y) for one in bodies for node in _full(one).nodes()]
     points += [point for one in bodies if isinstance(one, Bar) for point in (one.start, one.end)]

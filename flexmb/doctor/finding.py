@@ -99,14 +99,6 @@ class Finding:
 
 
 def found(code: str, parts: Sequence[str], text: str, remedy: str = "", **numbers: float) -> Finding:
-    """A finding with the severity of its code.
-
-    Parameters
-    ----------
-    code : one of `CODES`.
-    parts : names of the parts concerned.
-    text, remedy : sentences.
-    numbers : numbers of the text.
-    """
+    """A finding with the severity of its code, one of `CODES`; `numbers` are those of the text."""
     plain = {name: float(value) for name, value in numbers.items()}
     return Finding(code, tuple(parts), text, remedy, CODES[code][0], plain)

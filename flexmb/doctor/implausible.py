@@ -31,12 +31,7 @@ STANDARD_GRAVITY = 9.80665
 
 
 def implausible_findings(mechanism: Mechanism) -> list[Finding]:
-    """Findings on speeds, angles and gravity as declared.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    """
+    """Findings on speeds, angles and gravity as declared."""
     findings = []
     if mechanism.gravity[1] > abs(mechanism.gravity[0]):
         text = (

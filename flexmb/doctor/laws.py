@@ -51,13 +51,7 @@ def law_findings(mechanism: Mechanism) -> list[Finding]:
 
 
 def contacts_of(part: Part, mechanism: Mechanism) -> list[ContactContribution]:
-    """Contacts of a part; one of each normal law.
-
-    Parameters
-    ----------
-    part : the part.
-    mechanism : the mechanism.
-    """
+    """Contacts of a part; one of each normal law."""
     if not any(isinstance(value, NormalLaw) for value in vars(part).values()):
         return []
     contacts = [c for c in part.contributions(mechanism) if isinstance(c, ContactContribution)]
@@ -65,14 +59,7 @@ def contacts_of(part: Part, mechanism: Mechanism) -> list[ContactContribution]:
 
 
 def normal_sign(name: str, law: NormalLaw, gap: float) -> list[Finding]:
-    """Findings on a normal law that pushes at a distance or pulls in contact.
-
-    Parameters
-    ----------
-    name : the joint.
-    law : its normal law.
-    gap : size of the gaps that are tried [m].
-    """
+    """Findings on a normal law that pushes at a distance or pulls in contact, at gaps of the size `gap` [m]."""
     p, h = np.array(law.parameters(), dtype=float), 1e-5
     for depth in DEPTHS:
         for rate in SPEEDS:
@@ -94,13 +81,7 @@ def _pulls(name: str, text: str) -> Finding:
 
 
 def friction_sign(name: str, law: FrictionLaw) -> list[Finding]:
-    """Findings on a friction law whose force drives its surfaces.
-
-    Parameters
-    ----------
-    name : the joint.
-    law : its friction law.
-    """
+    """Findings on a friction law whose force drives its surfaces."""
     p, h = np.array(law.parameters(), dtype=float), 1e-5
     for load in LOADS:
         for slip in FAST_SLIPS:
@@ -120,12 +101,8 @@ def kernel_findings(mechanism: Mechanism, known: Container[str] = ()) -> list[Fi
     """Findings on users' kernels that break their contracts.
 
     Derivatives are compared with differences, compiled with plain Python, forces of two bodies with each other.
-    flexmb's own kernels are left to its tests: with extreme numbers differences fail by round-off alone.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    known : parts with a finding, which are left out.
+    flexmb's own kernels are left to its tests: with extreme numbers differences fail by round-off alone.  Parts in
+    `known` have a finding and are left out.
     """
     findings: list[Finding] = []
     bare = Mechanism(mechanism.name, mechanism.parts)

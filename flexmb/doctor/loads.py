@@ -41,13 +41,7 @@ TRIES = 60
 
 
 def load_findings(mechanism: Mechanism, free: int) -> list[Finding]:
-    """Findings on a mechanism under its loads.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    free : number of motions that no drive prescribes; statics are computed where there are none.
-    """
+    """Findings on a mechanism under its loads; statics are computed if drives prescribe all motions (`free` is 0)."""
     findings = _soft_contacts(mechanism)
     bodies = [body for body in mechanism.bodies if isinstance(body, FlexibleBody | PlaneBody | Reduced)]
     loaded = any(mechanism.gravity) or any(isinstance(part, (Force, Torque)) for part in mechanism.parts)

@@ -53,13 +53,7 @@ ALIGNED = 0.02
 
 
 def open_loops(closed: Program, error: AssemblyError) -> list[Finding]:
-    """Findings on loops that cannot close in the reference configuration.
-
-    Parameters
-    ----------
-    closed : the mechanism with ideal joints.
-    error : the error of the attempt.
-    """
+    """Findings on loops that cannot close in the reference configuration."""
     q, gaps = nearest_pose(closed)
     names = tuple(gaps)
     text = f"A loop cannot close: {', '.join(f'{name!r} stays open by {gap:.4g}' for name, gap in gaps.items())}"
@@ -100,13 +94,7 @@ def nearest_pose(closed: Program) -> tuple[np.ndarray, dict[str, float]]:
 
 
 def other_branch(closed: Program, q: np.ndarray) -> list[Finding]:
-    """Findings on loops that are assembled on another branch than the one drawn.
-
-    Parameters
-    ----------
-    closed : the mechanism with ideal joints.
-    q : (n_q,) closed pose at t = 0.
-    """
+    """Findings on loops that are assembled on another branch than the one drawn, by the closed pose (n_q,) at t = 0."""
     if orientation(closed, np.array(closed.reference.q), 0.0) * orientation(closed, q, 0.0) >= 0.0:
         return []
     begin = ", ".join(
@@ -122,14 +110,7 @@ def other_branch(closed: Program, q: np.ndarray) -> list[Finding]:
 
 
 def locking_drives(mechanism: Mechanism, closed: Program, q: np.ndarray) -> list[Finding]:
-    """Findings on loops that open, or whose branches cross, while the drives move.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    closed : the same with ideal joints.
-    q : (n_q,) closed pose at t = 0.
-    """
+    """Findings on loops that open, or whose branches cross, while the drives move from the closed pose (n_q,) on."""
     if not closed.drives:
         return []
     bodies = [body.name for body in mechanism.bodies if isinstance(body, FlexibleBody)]
@@ -244,13 +225,9 @@ def weakest_parts(closed: Program, G: Any) -> tuple[str, ...]:
 
 
 def aligned_joints(mechanism: Mechanism, closed: Program, pose: np.ndarray, weak: tuple[str, ...]) -> tuple[str, ...]:
-    """Three weak joints of two neighbouring links on one line; () without such joints.
+    """Three weak joints of two neighbouring links on one line in a locked pose (n_q,); () without such joints.
 
-    Parameters
-    ----------
-    mechanism, closed : the mechanism, and its program with ideal joints.
-    pose : (n_q,) where it locks.
-    weak : names of the parts whose equations nearly depend on one another.
+    `weak` are the parts whose equations nearly depend on one another.
     """
     joints = [part for part in mechanism.parts if isinstance(part, Joint) and part.name in weak]
     points = {joint.name: _point(mechanism, closed, pose, joint) for joint in joints}

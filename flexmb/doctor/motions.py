@@ -52,13 +52,7 @@ def motion_findings(mechanism: Mechanism) -> list[Finding]:
 
 
 def wrong_rates(name: str, motion: Motion) -> list[Finding]:
-    """Findings on rates that are not the derivatives of their values, on jumps, and on values that are not finite.
-
-    Parameters
-    ----------
-    name : part that owns the motion.
-    motion : the motion.
-    """
+    """Findings on rates that are not the derivatives of their values, on jumps, and on values that are not finite."""
     breaks = tuple(motion.breaks(1e3))
     span = motion.period or max([SPAN_WITHOUT_PERIOD, *(1.2 * t for t in breaks)])
     p = np.array(motion.parameters(), dtype=float)
@@ -78,13 +72,7 @@ def wrong_rates(name: str, motion: Motion) -> list[Finding]:
 
 
 def values_of(kernel: Kernel, *arguments: Any) -> np.ndarray:
-    """Numbers that a kernel returns, in plain Python; NaN where it raises an exception.
-
-    Parameters
-    ----------
-    kernel : a kernel that returns one number or three.
-    arguments : its arguments.
-    """
+    """Numbers that a kernel returns, in plain Python; NaN where it raises an exception."""
     try:
         with np.errstate(all="ignore"):
             return np.atleast_1d(np.array(kernel(*arguments), dtype=float))
@@ -93,12 +81,7 @@ def values_of(kernel: Kernel, *arguments: Any) -> np.ndarray:
 
 
 def reason_of(kernel: Kernel, *arguments: Any) -> str:
-    """Words on a kernel whose numbers are not finite: the error that it raises, or that it is not finite.
-
-    Parameters
-    ----------
-    kernel, arguments : as of `values_of`.
-    """
+    """Words on a kernel whose numbers are not finite: the error that it raises, or that it is not finite."""
     try:
         with np.errstate(all="ignore"):
             np.array(kernel(*arguments), dtype=float)

@@ -23,14 +23,7 @@ LISTED_MOTIONS = 6
 
 
 def redundancies(program: Program, closed: Program, q: np.ndarray) -> list[Finding]:
-    """Redundant joints, drives too many, and singular poses, at a closed pose.
-
-    Parameters
-    ----------
-    program : the mechanism.
-    closed : the same with clearance joints as ideal ones.
-    q : (n_q,) the pose.
-    """
+    """Redundant joints, drives too many, and singular poses, at a closed pose (n_q,)."""
     found = redundancy(program, q)
     if found is None:
         return _hidden(program, closed, q)
@@ -91,12 +84,9 @@ def _hidden(program: Program, closed: Program, q: np.ndarray) -> list[Finding]:
 
 
 def free_motions(closed: Program, q: np.ndarray) -> list[Finding]:
-    """The motions that neither joints nor drives prescribe, named by coordinates that can be chosen freely.
+    """Motions that neither joints nor drives prescribe, named by coordinates that can be chosen freely.
 
-    Parameters
-    ----------
-    closed : the mechanism with clearance joints as ideal ones, flexible bodies counted as rigid.
-    q : (n_q,) a closed pose.
+    In `closed` clearance joints are ideal ones, and flexible bodies count as rigid; the pose (n_q,) is closed.
     """
     names = free_coordinates(closed, q)
     if not names:

@@ -44,14 +44,8 @@ def stability_findings(mechanism: Mechanism, ideal: Program, q: np.ndarray, bare
     """Finding on a small motion that runs away from the reference configuration.
 
     Where an equilibrium under the loads lies beside the reference configuration, its modes decide; else, and where
-    bodies are declared with velocities, those without the loads, since what begins to move is not meant to rest.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    ideal : its program with ideal joints for clearance joints.
-    q : (n_q,) closed pose.
-    bare : modes without loads; None where there are none.
+    bodies are declared with velocities, those without the loads, since what begins to move is not meant to rest.  The
+    pose (n_q,) is closed; `bare` modes are None where there are none.
     """
     moves = np.nan_to_num(ideal.reference.v).any()  # NaN where no velocity is declared
     pose, loads = None if moves else equilibrium_beside(ideal, q), "Without loads"
@@ -79,12 +73,6 @@ def loop_findings(mechanism: Mechanism, program: Program, q: np.ndarray) -> list
 
     From the eigenvalues of mechanism and control laws together, at rest in the reference configuration; without the
     stiffness of gravity in it.  Sampled laws are left out.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    program : its program, with the states of the control laws.
-    q : (n_q,) closed pose of the bodies.
     """
     if not program.controls or program.n_q > MOST_CONTROLLED or program.names.contacts:
         return []
@@ -107,13 +95,7 @@ def loop_findings(mechanism: Mechanism, program: Program, q: np.ndarray) -> list
 
 
 def equilibrium_beside(program: Program, q: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-    """Coordinates and multipliers of an equilibrium beside a pose, stable or not; None where there is none.
-
-    Parameters
-    ----------
-    program : program of the mechanism with its loads.
-    q : (n_q,) the pose.
-    """
+    """Coordinates and multipliers of an equilibrium beside a pose (n_q,), stable or not; None where there is none."""
     if program.n_q > MOST_COORDINATES:
         return None
     system, start, size = StateEvaluation(program), q, np.where(program.tables.kind == 1, 1.0, program.length)

@@ -35,15 +35,9 @@ PART_OF_PERIOD = 0.05
 
 
 def step_findings(mechanism: Mechanism, ideal: Program, closed: Program, q: np.ndarray, h: float) -> list[Finding]:
-    """Findings on a fixed step that is too long for contacts, or for vibrations with which a run begins.
+    """Findings on a fixed step h [s] that is too long for contacts, or for vibrations with which a run begins.
 
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    ideal : its program with ideal joints for clearance joints.
-    closed : the program in which start velocities are found.
-    q : (n_q,) closed pose.
-    h : size of the steps [s].
+    `ideal` has ideal joints for clearance joints; in `closed` start velocities are found.
     """
     findings = list(_short_contacts(mechanism, h))
     if ideal.n_q > MOST_COORDINATES:

@@ -37,13 +37,6 @@ def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) 
     Strides of implicit Euler for eta D dq/ds + r(q) + G^T lam = 0, g(q) = 0, with a smaller eta after each success.
     Every stride decreases the potential, so that the motion ends in a stable equilibrium; Newton's method would find
     the nearest stationary point.
-
-    Parameters
-    ----------
-    program : the mechanism.
-    system : evaluation of the program.
-    q : (n_q,) the start pose.
-    spin : rotation of the frame of the equilibrium.
     """
     n, length = program.n_q, program.length
     size = np.where(program.tables.kind == 1, 1.0, length)

@@ -240,13 +240,11 @@ def largest_of_pencil(
 ) -> tuple[np.ndarray, np.ndarray]:
     """The largest eigenvalues > 0 and the largest < 0 of A x = w M x, with their multiplicity, and vectors.
 
-    Parameters
-    ----------
-    A : (n, n) symmetric.
-    M : (n, n) symmetric, positive on the space of the x, for which x^T M x = 1.
-    solve : M^-1 on that space.
-    count : number of eigenvalues of each sign that suffices; there are less if the others are clustered at 0.
-    beyond : number of eigenvalues between a w and infinity, of the sign of w; None where it is not known.
+    A and M (n, n) are symmetric, M is positive on the space of the x, for which x^T M x = 1; `solve` is M^-1 on that
+    space.
+
+    `count` eigenvalues of each sign suffice; there are less if the others are clustered at 0.  `beyond` gives the
+    number of eigenvalues between a w and infinity, of the sign of w; None where it is not known.
     """
     values, X = _outermost(A, M, solve, np.zeros((M.shape[0], 0)), count, "LM")
     for sign, end in ((1.0, "LA"), (-1.0, "SA")):

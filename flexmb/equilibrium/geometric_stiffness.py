@@ -42,13 +42,8 @@ def geometric_stiffness(
 ) -> sp.csc_matrix:
     """Stiffness (n_q, n_q) by the stresses and multipliers that grow along a path, at the rate of its parameter s.
 
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    system : evaluation of its program; a contact that carries at s = 0 adds the stiffness of its growing force alone.
-    q : (n_q,) coordinates at s = 0.
-    lam : (n_c,) multipliers at s = 0.
-    path : (n_q + n_c,) rates of coordinates and multipliers.
+    `q` (n_q,) and `lam` (n_c,) belong to s = 0, `path` (n_q + n_c,) are rates of coordinates and multipliers.  A
+    contact that carries at s = 0 adds the stiffness of its growing force alone.
     """
     by_contacts = contact_stiffness(system.at(q, lam=lam, weights=(1.0, 0.0, 0.0)), path[: system.program.n_q])
     if len(system.program.names.contacts):

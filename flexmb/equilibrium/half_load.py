@@ -83,12 +83,7 @@ class LoadPath:
         return None
 
     def solve_held(self, K: Any, G: Any, b: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """x (n_q,) and multipliers y (n_c,) of K x + G^T y = b, G x = c.
-
-        Raises
-        ------
-        RuntimeError : a singular matrix.
-        """
+        """x (n_q,) and multipliers y (n_c,) of K x + G^T y = b, G x = c; `RuntimeError` for a singular matrix."""
         scale = abs(K).max()
         A = sp.block_array([[K / scale, G.T], [G, None]]).tocsc()
         found = solver(A, self.program.symbolic.order)(np.append(b / scale, c))

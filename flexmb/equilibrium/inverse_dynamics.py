@@ -57,22 +57,12 @@ class DrivenMotion:
         return html.page(head, sizes, html.table(peaks, heads), html.texts(self.notes) if self.notes else "", folded)
 
     def position(self, name: str) -> np.ndarray:
-        """(n,) a coordinate [m, rad].
-
-        Parameters
-        ----------
-        name : the coordinate, e.g. "slider.x".
-        """
+        """(n,) a coordinate [m, rad], such as "slider.x"."""
         place = resolve(name, self.aliases)
         return self.q[:, self.names.index(checks.one_of("DrivenMotion", "coordinate", place, self.names))]
 
     def torque(self, drive: str) -> np.ndarray:
-        """(n,) torque of a drive on the second body of its joint [N m], or force [N].
-
-        Parameters
-        ----------
-        drive : name of the drive.
-        """
+        """(n,) torque of a drive on the second body of its joint [N m], or force [N]."""
         return self.forces[checks.one_of("DrivenMotion", "drive", drive, self.forces)][:, 2]
 
 

@@ -15,11 +15,7 @@ STIFFNESS_ASYMMETRY = 1e-9
 def is_stable(program: Program, K: sp.csc_matrix, G: sp.csr_matrix) -> bool | None:
     """Whether x^T K x > 0 for all motions x with G x = 0; None for an asymmetric K or pivots near zero.
 
-    Parameters
-    ----------
-    program : the mechanism.
-    K : (n_q, n_q) tangent stiffness, multipliers included.
-    G : (n_c, n_q) constraints.
+    K (n_q, n_q) is the tangent stiffness, multipliers included, G (n_c, n_q) are the constraints.
     """
     sizes = sp.diags_array(1.0 / np.where(program.tables.kind == 1, program.length, 1.0))
     K = (sizes @ K @ sizes).tocsc()

@@ -112,12 +112,7 @@ def static_equilibrium(
 def at_rest(
     mechanism: Mechanism, program: Program, system: StateEvaluation, load_steps: int, full: Spin
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """Coordinates (n_q,), multipliers (n_c,) and Newton iterations of an equilibrium from the reference configuration.
-
-    Raises
-    ------
-    SolveError : see `static_equilibrium`.
-    """
+    """Coordinates (n_q,), multipliers (n_c,) and Newton iterations of an equilibrium, from the reference pose on."""
     q = np.array(program.reference.q)
     free = unresisted(program, system, q)
     if free:

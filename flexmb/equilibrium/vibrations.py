@@ -79,12 +79,7 @@ class Vibrations(NamedTuple):
 
 
 def vibrations_of(program: Program, states: Sequence[State], dt: float) -> list[Vibrations]:
-    """Vibrations at some states, one group for each set of closed contacts.
-
-    Raises
-    ------
-    SolveError, KernelError : modes that cannot be computed.
-    """
+    """Vibrations at some states, one group for each set of closed contacts."""
     system, n_b = StateEvaluation(program), program.tables.sizes.n_b
     sizes = np.where(np.asarray(program.tables.kind)[:n_b] == 1, 1.0, program.length)
     known: dict[bytes, tuple[np.ndarray, LinearModes]] = {}
@@ -127,12 +122,7 @@ def _at(system: StateEvaluation, state: State, dt: float = 0.0, **more: Any) -> 
 
 
 def linear_modes(system: StateEvaluation, state: State, lam: np.ndarray) -> LinearModes:
-    """Modes with a positive stiffness about a state; of large models the lowest ones.
-
-    Raises
-    ------
-    SolveError, KernelError : modes that cannot be computed.
-    """
+    """Modes with a positive stiffness about a state; of large models the lowest ones."""
     n_b, none = system.program.tables.sizes.n_b, np.zeros(0)
     if n_b > DENSE:
         elastic = _at(system, state, weights=(1.0, 0.0, 0.0)).block()
@@ -190,15 +180,6 @@ def loop_modes(program: Program, state: State) -> LoopModes:
     """Modes of mechanism and controllers together that vibrate in the states of controllers, and their amplitudes.
 
     The rates of the state, along a left eigenvector w, are s eta where it vibrates freely with the amplitude eta.
-
-    Parameters
-    ----------
-    program : the compiled mechanism.
-    state : a state of a run.
-
-    Raises
-    ------
-    SolveError, KernelError : modes that cannot be computed.
     """
     system, n, n_b = StateEvaluation(program), program.n_q, program.tables.sizes.n_b
     v = np.where(np.arange(n) < n_b, 0.0, state.v)

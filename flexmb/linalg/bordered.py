@@ -29,12 +29,9 @@ DENSE_PIVOTS = 1500
 
 
 def solver(A: sp.csc_matrix, order: np.ndarray) -> Solve:
-    """Solver of A x = b, x and b (n,) or (n, k); `RuntimeError` for a singular A.
+    """Solver of A x = b, x and b (n,) or (n, k); `RuntimeError` for a singular A (n, n), of symmetric pattern.
 
-    Parameters
-    ----------
-    A : (n, n) matrix with a symmetric pattern.
-    order : order of elimination of the first of its unknowns; the rest follow.
+    `order` is the order of elimination of the first unknowns; the rest follow.
     """
     order = np.append(order, np.arange(len(order), A.shape[0]))
     turned = A[order][:, order].tocsc()
@@ -51,11 +48,7 @@ def solver(A: sp.csc_matrix, order: np.ndarray) -> Solve:
 def is_regular(K: Any, G: Any, order: np.ndarray) -> bool:
     """Whether beyond doubt no motion x but 0 has K x = 0 and G x = 0, and no row of G depends on the others.
 
-    Parameters
-    ----------
-    K : (n, n) matrix, symmetric or nearly so.
-    G : (m, n) constraints.
-    order : order of elimination of the n + m unknowns.
+    K (n, n) is symmetric or nearly so, G (m, n) are constraints; `order` is that of the n + m unknowns.
     """
     scale, rows = _scaled(K, G)
     A = sp.block_array([[scale @ K @ scale, rows.T], [rows, None]]).tocsc()
@@ -70,16 +63,10 @@ def is_regular(K: Any, G: Any, order: np.ndarray) -> bool:
 def negative_eigenvalues(K: Any, G: Any, order: np.ndarray) -> int | None:
     """Number of negative eigenvalues of a symmetric K on the motions x with G x = 0; None where a pivot is zero.
 
-    Parameters
-    ----------
-    K : (n, n) matrix.
-    G : (m, n) constraints; redundant rows may be among them.
-    order : order of elimination of the n + m unknowns.
+    K is (n, n), G (m, n), redundant rows may be among them; `order` is the order of elimination of the n + m unknowns.
 
-    Notes
-    -----
-    A = [[K + w G^T G, G^T], [G, -c 1]] = L D L^T has m negative pivots, and one more for each negative eigenvalue of
-    K + (w + 1/c) G^T G (Sylvester's law of inertia), all scaled to 1.  w G^T G holds each body from the beginning, so
+    A = [[K + w G^T G, G^T], [G, -c 1]] = L D L^T has m negative pivots, and one more for each negative eigenvalue of K
+    + (w + 1/c) G^T G (Sylvester's law of inertia), all scaled to 1.  w G^T G holds each body from the beginning, so
     that pivots of what a constraint holds later are no round-off.  Where a pivot is zero nonetheless, the eigenvalues
     of a small A are counted instead.
     """

@@ -10,17 +10,10 @@ from flexmb.linalg.pivoting import GOOD_RESIDUAL, ROUND_OFF, SCALING_ROUNDS, SIN
 
 
 def solve_dense(A: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """X with A x = b, scaled, refined once and held against the same limits as `PivotingSolver` has.
+    """x (n,) with A (n, n) x = b, scaled, refined once and held against the same limits as `PivotingSolver` has.
 
-    Parameters
-    ----------
-    A : (n, n) matrix.
-    b : (n,) right-hand side.
-
-    Raises
-    ------
-    SolveError : an entry that is not finite; a matrix that is singular, or so near to it that x does not fulfil the
-        equations.
+    A `SolveError` tells an entry that is not finite; a matrix that is singular, or so near to it that x does not fulfil
+    the equations.
     """
     n = len(b)
     if not np.isfinite(A).all():
@@ -46,9 +39,7 @@ def solve_dense(A: np.ndarray, b: np.ndarray) -> np.ndarray:
 def scales(size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Factors of rows and of columns that bring the largest entry of each near 1 (Ruiz, see `PivotingSolver`).
 
-    Parameters
-    ----------
-    size : (n, n) absolute values.
+    `size` (n, n) are absolute values.
     """
     r, c = np.ones(len(size)), np.ones(len(size))
     for _ in range(SCALING_ROUNDS):

@@ -33,13 +33,9 @@ def scaled_rows(factors: np.ndarray, A: Any) -> Any:
 
 
 def bordered_solution(S: Any, A: Any, b: np.ndarray) -> np.ndarray | None:
-    """x with [[S, A^T], [A, 0]] x = b, None where the matrix is singular to the last digit.
+    """x with [[S, A^T], [A, 0]] x = b (n + m,), None where the matrix is singular to the last digit.
 
-    Parameters
-    ----------
-    S : (n, n) matrix, symmetric or not.
-    A : (m, n) matrix.
-    b : (n + m,) right-hand side.
+    S (n, n) is symmetric or not, A is (m, n).
     """
     if isinstance(S, np.ndarray) and isinstance(A, np.ndarray):
         m, n = A.shape

@@ -29,12 +29,9 @@ ITERATIONS = 4
 def null_vector(B: sp.sparray) -> np.ndarray | None:
     """A vector x (n,) of length 1 with B x = 0 but for round-off, or None.
 
-    Few columns take a singular value decomposition, many an inverse iteration with the sparse factors of
-    [[w 1, B], [B^T, 0]], whose eigenvalues near zero are -s^2/w for singular values s much smaller than the weight w.
-
-    Parameters
-    ----------
-    B : (m, n) matrix, its rows of comparable size.
+    Few columns take a singular value decomposition, many an inverse iteration with the sparse factors of [[w 1, B],
+    [B^T, 0]], whose eigenvalues near zero are -s^2/w for singular values s much smaller than the weight w.  The rows of
+    B (m, n) have comparable size.
     """
     m, n = B.shape
     vector: np.ndarray
@@ -62,11 +59,8 @@ def null_vector(B: sp.sparray) -> np.ndarray | None:
 def null_vectors(B: sp.sparray) -> np.ndarray:
     """Orthonormal vectors x (n, k) with B x = 0 but for round-off, all there are.
 
-    Inverse iterations as in `null_vector`, with more and more vectors until one of them does not vanish.
-
-    Parameters
-    ----------
-    B : (m, n) matrix, its rows of comparable size.
+    Inverse iterations as in `null_vector`, with more and more vectors until one of them does not vanish.  The rows of B
+    (m, n) have comparable size.
     """
     m, n = B.shape
     size = largest_singular_value(B)

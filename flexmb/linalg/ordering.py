@@ -22,29 +22,13 @@ def elimination_order(
 
     Minimum degree on blocks, counted in unknowns, ties by number of the block; then a postorder of the elimination
     tree, which changes no fill and brings together what the numeric kernel touches together.  The diagonal of a
-    constraint is zero until the coordinates in its row are gone, so its block waits for all blocks it shares an
-    edge with.  More than LARGE_GRAPH blocks are ordered by multiple minimum degree, each constraint next after the last
-    of the blocks that it waits for.
+    constraint is zero until the coordinates in its row are gone, so its block waits for all blocks it shares an edge
+    with.  More than LARGE_GRAPH blocks are ordered by multiple minimum degree, each constraint next after the last of
+    the blocks that it waits for.  The result (n,) has the unknowns eliminated first at the front.
 
-    Parameters
-    ----------
-    blocks : sequence of sequences of int
-        Numbers of the unknowns in each block: the three coordinates of a node, the rows of one joint.  Every unknown
-        0 .. n-1 stands in exactly one block.
-    edges : sequence of sequences of int
-        Blocks that an element or a joint couples, all with all.
-    last : sequence of bool
-        True for the blocks of constraints.
-
-    Returns
-    -------
-    (n,) int64 array
-        Numbers of the unknowns, first eliminated first.
-
-    Raises
-    ------
-    InputError
-        An unknown missing or in two blocks, an edge to a block that is not there, `last` of another length.
+    `blocks` are numbers of the unknowns in each block: the three coordinates of a node, the rows of one joint; every
+    unknown 0 .. n-1 stands in exactly one.  `edges` are blocks that an element or a joint couples, all with all; `last`
+    is true for the blocks of constraints.
 
     Notes
     -----

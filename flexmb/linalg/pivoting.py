@@ -108,12 +108,7 @@ class PivotingSolver:
 
 
 def is_fulfilled(residual: float, size: float, far: float) -> bool:
-    """Whether scaled equations A x = b are fulfilled but for round-off.
-
-    Parameters
-    ----------
-    residual, size, far : largest entries of b - A x, of b and of x.
-    """
+    """Whether scaled equations are fulfilled but for round-off, by the largest entries of b - A x, of b and of x."""
     # a fine mesh answers a small load by a large x; what is left then is the round-off of the product A x
     round_off = ROUND_OFF * far if far / SINGULAR_GROWTH <= size else 0.0
     return residual <= max(GOOD_RESIDUAL * size, round_off)

@@ -127,10 +127,6 @@ def norm_of_inverse(inverse: Any) -> float:
     """Estimate of the 1-norm of an inverse, by `onenormest` and by one vector that has a part of every other one.
 
     The vectors of `onenormest` are of 1 and -1: they may miss what two equal rows map to round-off.
-
-    Parameters
-    ----------
-    inverse : linear operator of scipy.
     """
     from scipy.sparse.linalg import onenormest  # noqa: PLC0415 - see `_of_sparse`
 

@@ -102,22 +102,10 @@ class Symbolic:
         return found
 
     def positions(self, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
-        """Positions of the entries (row, col) of A in the array of values.
+        """Positions of the entries (row, col) of A in the array of values, in the shape of `rows` and `cols`.
 
-        Parameters
-        ----------
-        rows, cols : int arrays of one shape
-            Numbers of unknowns; where one of the two is negative (a fixed coordinate) the dummy slot is meant.
-
-        Returns
-        -------
-        int64 array
-            Positions, in the shape of `rows`.
-
-        Raises
-        ------
-        InputError
-            An entry outside the pattern, or an unknown that is not there.
+        Where one of the two is negative (a fixed coordinate) the dummy slot is meant.  An entry outside the pattern, or
+        an unknown that is not there, is refused.
         """
         i, j = np.broadcast_arrays(np.asarray(rows, dtype=np.int64), np.asarray(cols, dtype=np.int64))
         _check_range("Symbolic.positions", self.n, i, j)
@@ -141,27 +129,11 @@ class Symbolic:
 
 
 def symbolic(n: int, rows: np.ndarray, cols: np.ndarray, order: np.ndarray) -> Symbolic:
-    """Pattern of the factors of A, and where each update goes.
+    """Pattern of the factors of A with n unknowns, and where each update goes.
 
-    Parameters
-    ----------
-    n : int
-        Number of unknowns.
-    rows, cols : int arrays of one shape
-        Structural nonzeros of A, in any order and as often as you like.  Transposed and diagonal entries are added,
-        pairs with a negative number (fixed coordinates) left out.
-    order : (n,) int array
-        Unknowns in the order of their elimination, from `elimination_order`.
-
-    Returns
-    -------
-    Symbolic
-        Its cost is linear in the number of entries of L and U, apart from sorting.
-
-    Raises
-    ------
-    InputError
-        `order` is no permutation, or an entry lies outside A.
+    `rows` and `cols` are structural nonzeros of A, in any order and as often as you like.  Transposed and diagonal
+    entries are added, pairs with a negative number (fixed coordinates) left out.  `order` (n,) is from
+    `elimination_order`.  The cost is linear in the number of entries of L and U, apart from sorting.
 
     Notes
     -----

@@ -285,16 +285,7 @@ def signal_contributions(
     *,
     use_of_factor: str = "",
 ) -> list[SignalContribution]:
-    """Signals of one kernel, whose last parameter is the number of the signal.
-
-    Parameters
-    ----------
-    part : name of the part.
-    kernel : the kernel.
-    signals : names and units.
-    coordinates, p : coordinates, and the parameters before the number.
-    use_of_factor : see `SignalContribution`.
-    """
+    """Signals, names with units, of one kernel, whose last parameter is the number of the signal, behind p."""
     return [
         SignalContribution(part, name, unit, kernel, coordinates, (*p, float(k)), use_of_factor=use_of_factor)
         for k, (name, unit) in enumerate(signals)

@@ -65,17 +65,8 @@ class Controller(Part):
 def refuse_controllers(mechanism: Mechanism, analysis: str, reason: str, *, with_memory: bool = False) -> None:
     """Refuse an analysis of a mechanism with controllers.
 
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    analysis : first words of the message.
-    reason : reason in words.
-    with_memory : refuse controllers with states of their own and sampled ones alone; the outputs of others are
-        functions of the motion.
-
-    Raises
-    ------
-    ModelError : the mechanism has controllers.
+    With `with_memory` only controllers with states of their own and sampled ones are refused: the outputs of others are
+    functions of the motion.  The message begins with `analysis`.
     """
     controllers = getattr(mechanism, "controllers", ())  # the compiler refuses what is no mechanism
     if with_memory:

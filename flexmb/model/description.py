@@ -20,17 +20,11 @@ LISTED_VALUES = 8
 
 
 def described(mechanism: Mechanism) -> dict[str, Any]:
-    """Plain values that describe a mechanism, for JSON.
+    """Plain values that describe a mechanism, for JSON: "gravity" [m/s^2] and "parts".
 
-    Parameters
-    ----------
-    mechanism : the mechanism.
-
-    Returns
-    -------
-    dict : "gravity" [m/s^2] and "parts": for each part its "name", its "class", the kind "body" or "part", its "mass"
-        [kg] (bodies alone), and "fields": [value, unit] by the name of the field, without fields that are None.
-        Values are numbers, texts, lists of these, or for laws, materials and sections such fields again, with "class".
+    Each part has its "name", its "class", the kind "body" or "part", its "mass" [kg] (bodies alone), and "fields":
+    [value, unit] by the name of the field, without fields that are None.  Values are numbers, texts, lists of these, or
+    for laws, materials and sections such fields again, with "class".
     """
     return {"gravity": list(mechanism.gravity), "parts": [_part(part) for part in mechanism.parts]}
 
@@ -59,12 +53,7 @@ def units_of_fields(kind: type) -> dict[str, str]:
 
 
 def plain(value: Any) -> Any:
-    """A value as numbers, texts and lists of these; records become dictionaries of their fields.
-
-    Parameters
-    ----------
-    value : field of a part.
-    """
+    """A value as numbers, texts and lists of these; records become dictionaries of their fields."""
     if isinstance(value, np.generic):
         value = value.item()
     if value is None or isinstance(value, bool | int | float | str):

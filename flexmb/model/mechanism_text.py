@@ -17,12 +17,7 @@ LISTED_PARTS = 12
 
 
 def mechanism_text(mechanism: Mechanism) -> str:
-    """Name, numbers and names of parts, gravity, in three lines.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    """
+    """Name, numbers and names of parts, gravity, in three lines."""
     bodies = [part for part in mechanism.parts if isinstance(part, Body)]
     others = [part for part in mechanism.parts if not isinstance(part, Body)]
     lines = [f"Mechanism {mechanism.name!r}: {_numbers(mechanism)}; {_gravity(mechanism)}"]
@@ -31,12 +26,7 @@ def mechanism_text(mechanism: Mechanism) -> str:
 
 
 def mechanism_html(mechanism: Mechanism) -> str:
-    """Table of all parts with their classes, connections and given fields.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    """
+    """Table of all parts with their classes, connections and given fields."""
     head = ("part", "class", "connects", "given")
     rows = html.table([_row(part) for part in mechanism.parts], head)
     return html.page(f"Mechanism {mechanism.name!r}", f"{_numbers(mechanism)}; {_gravity(mechanism)}", rows)

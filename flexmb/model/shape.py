@@ -277,12 +277,7 @@ KINDS: dict[str, type[Shape]] = {
 
 
 def nodes_of(shape: Shape) -> list[tuple[str, str]]:
-    """Bodies and nodes with which a shape moves.
-
-    Parameters
-    ----------
-    shape : the shape.
-    """
+    """Bodies and nodes with which a shape moves."""
     if isinstance(shape, BeamShape):
         return [(shape.part, shape.start), (shape.part, shape.end)]
     if isinstance(shape, MeshShape):

@@ -27,11 +27,8 @@ RETURNED = {"energy": 3, "account": 3, "normal": 3, "friction": 3, "motion": 3, 
 def call_each_kernel(contributions: Contributions, number: Numbering) -> None:
     """Call every kernel once with the parameters of its part in the reference configuration.
 
-    A call that was good is not repeated in this process: a kernel is a pure function, so it would be good again.
-
-    Raises
-    ------
-    KernelError : wrong unpacking or indexing, or results that are not finite; names part, kernel and remedy.
+    A call that was good is not repeated in this process: a kernel is a pure function, so it would be good again.  A
+    `KernelError` on wrong unpacking or indexing, or results that are not finite, names part, kernel and remedy.
     """
     pose = [*number.pose().tolist(), 0.0, 0.0, 0.0]
     seen: set[tuple[Any, ...]] = set()

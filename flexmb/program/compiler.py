@@ -58,12 +58,7 @@ def compile(
 
 
 def compile_with_start(mechanism: Mechanism) -> tuple[Program, Program]:
-    """Program of a mechanism, and the program of its start values, from one reading of the parts.
-
-    Raises
-    ------
-    ModelError, InputError, KernelError : see `compile`.
-    """
+    """Program of a mechanism, and the program of its start values, from one reading of the parts."""
     with _without_collector():
         contributions, number, shapes = _contributions(mechanism), Numbering(mechanism), LateShapes(mechanism.shapes)
         program = _compiled(mechanism, chosen_contributions(contributions, closed=False, start=False), number, shapes)

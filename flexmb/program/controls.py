@@ -107,9 +107,7 @@ class WiredControl:
 def wired(contributions: Contributions, number: Numbering, aliases: Mapping[str, str]) -> Contributions:
     """Contributions whose controls are wired, in the order of evaluation.
 
-    Raises
-    ------
-    ModelError : an input that does not exist, that is no function of the state, or that closes a loop.
+    An input must exist, be a function of the state, and close no loop.
     """
     if not contributions.controls:
         return contributions
@@ -234,12 +232,7 @@ class _Finder:
 
 
 def _ordered(controls: tuple[ControlContribution, ...], finder: _Finder) -> list[ControlContribution]:
-    """Controls in the order of evaluation: sampled ones first, then each after the controls whose outputs it reads.
-
-    Raises
-    ------
-    ModelError : controls that read one another's outputs in a circle.
-    """
+    """Controls in the order of evaluation: sampled ones first, then each after the controls whose outputs it reads."""
     found = [control for control in controls if control.sample is not None]
     left = [control for control in controls if control.sample is None]
     while left:
@@ -267,12 +260,7 @@ def _read_outputs(control: ControlContribution, finder: _Finder) -> Iterator[tup
 def samplers(
     controls: Sequence[ControlContribution], wired_controls: Sequence[Any], z: np.ndarray, names: Names
 ) -> tuple[Sampler, ...]:
-    """Controls that act at instants.
-
-    Raises
-    ------
-    ModelError : an input that is no signal.
-    """
+    """Controls that act at instants."""
     place = {control.part: int(z[k, BEGIN]) for k, control in enumerate(wired_controls)}
     found = []
     for control in controls:

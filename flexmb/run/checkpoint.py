@@ -74,16 +74,7 @@ class Checkpoints:
     def resume(self, run: Run, label: str, *, redundant: bool) -> None:
         """Let a run go on from the file.
 
-        Parameters
-        ----------
-        run : a run that has not begun.
-        label : first words of errors.
-        redundant : whether joints may be redundant.
-
-        Raises
-        ------
-        FileFormatError : no such file, or a damaged one.
-        InputError : a checkpoint of another run, or of another mechanism.
+        Refused: no such file, a damaged one, a checkpoint of another run or of another mechanism.
         """
         try:
             sol = load(self.path)

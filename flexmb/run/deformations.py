@@ -26,11 +26,6 @@ def deformations(mechanism: Mechanism, seen: Seen) -> Iterator[tuple[Reduced, np
     """Each reduced body, instants (t,), and its deformations (t, n) in its frame, the first pin at 0.
 
     Instants are those of the poses that a run keeps.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    seen : what is seen of the run.
     """
     module: Any = sys.modules.get("flexmb.reduction.reduced")  # no body is a reduced one before it is imported
     for body in mechanism.bodies if module is not None else ():
@@ -46,13 +41,7 @@ def deformations(mechanism: Mechanism, seen: Seen) -> Iterator[tuple[Reduced, np
 
 
 def large_deformations(mechanism: Mechanism, seen: Seen) -> Iterator[tuple[bool, str]]:
-    """A sentence on each reduced body that deforms by much of its size, and whether the run cannot be right.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    seen : what is seen of the run.
-    """
+    """A sentence on each reduced body that deforms by much of its size, and whether the run cannot be right."""
     for body, time, d in deformations(mechanism, seen):
         shares = _shares(body, d)
         large = np.flatnonzero(np.append(shares, np.inf) > LARGE_SHARE)[0] if seen.failed else 0

@@ -36,12 +36,7 @@ TRIED_STEPS = 4000
 
 
 def kernel_that_failed(run: Run) -> FailedKernel | None:
-    """The kernel that raised or was not finite in the refused step of a run, or at its last state.
-
-    Parameters
-    ----------
-    run : a run whose last step was not accepted.
-    """
+    """The kernel that raised or was not finite in the refused step of a run, or at its last state."""
     flow, trial, h = run.flow, run.trial, max(float(run.flow.clock.step_size), float(run.record.report.rejected_size))
     t, z = float(flow.clock.t), flow.z
 
@@ -57,16 +52,7 @@ def kernel_that_failed(run: Run) -> FailedKernel | None:
 
 @contextmanager
 def naming_kernels(run: Run) -> Iterator[None]:
-    """Turn an exception of a user's kernel into a `KernelError` with part, kernel, time and arguments.
-
-    Parameters
-    ----------
-    run : the run that calls the kernels.
-
-    Raises
-    ------
-    KernelError : a kernel raised an exception.
-    """
+    """Turn an exception of a user's kernel into a `KernelError` with part, kernel, time and arguments."""
     try:
         yield
     except FlexmbError:
@@ -83,17 +69,8 @@ def explanation(
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Sentences on the causes of a failed run, which its status shows, and notes on its refused step.
 
-    Parameters
-    ----------
-    run : the run.
-    mechanism : the mechanism.
-    closed : its program with ideal joints for contacts and elastic joints.
-    faults : sentences on faults that were seen in the results.
-
-    Returns
-    -------
-    tuple : sentences; the faults alone for a run that reached its end or was stopped from outside.
-    tuple : notes.
+    `closed` is the program with ideal joints for contacts and elastic joints; `faults` are sentences on faults that
+    were seen in the results, which alone a run has that reached its end or was stopped from outside.
     """
     if run.code in (RUNNING, DONE) or run.note:
         return faults, ()

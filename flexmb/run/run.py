@@ -145,14 +145,7 @@ class Run:
         return self.code in (RUNNING, DONE) and not self.note
 
     def resume(self, restart: Mapping[str, np.ndarray], label: str, *, redundant: bool = False) -> None:
-        """Take the final state of another run of the same model.
-
-        Parameters
-        ----------
-        restart : arrays by name.
-        label : what errors begin with.
-        redundant : whether joints may be redundant.
-        """
+        """Take the final state of another run of the same model."""
         if not isinstance(restart, Mapping):
             text = f"{label}: restart is {restart!r}"
             raise InputError(f"{text}; it must be `restart` of a solution of the same mechanism.")

@@ -33,10 +33,6 @@ def save_grid(label: str, save: Any, period: float | None, begin: float, end: fl
     """Saved instants from `begin` to `end` [s] for the argument `save` of `simulate`, of a run that starts at `begun`.
 
     A number of instants counts from `begin`, so that a run that is restarted goes on with the instants of the first.
-
-    Raises
-    ------
-    InputError : another kind of value; an interval or times beyond the span; times that do not increase.
     """
     none = np.zeros(0)
     if isinstance(save, str) and save == "steps":

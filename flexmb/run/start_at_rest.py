@@ -36,18 +36,8 @@ def start_at_rest(
 ) -> tuple[Start, np.ndarray]:
     """Start values of a run in an equilibrium, and the histories (n_z,) of its contacts, which last already.
 
-    Parameters
-    ----------
-    label : first words of errors.
-    mechanism : the mechanism.
-    program : the compiled mechanism.
-    closed : the program with ideal joints for contacts.
-    start : an equilibrium of the mechanism, or "equilibrium".
-
-    Raises
-    ------
-    InputError : another object, an equilibrium of another model, or a steady rotation that the drives do not share.
-    SolveError : no equilibrium; see `static_equilibrium`.
+    `start` is an equilibrium of this mechanism, or "equilibrium"; its steady rotation is one that the drives share.
+    `closed` is the program with ideal joints for contacts.
     """
     from flexmb.equilibrium.carrying import carries
     from flexmb.equilibrium.same_model import refuse_other_forces, refuse_other_names

@@ -140,15 +140,8 @@ class StopConditions:
     def watch(self, run: Run, *, faults_alone: bool = False, fresh: bool = False) -> None:
         """Let the compiled loop of a run watch the conditions from its present state on.
 
-        Parameters
-        ----------
-        run : the run.
-        faults_alone : whether only faults are watched.
-        fresh : whether the run begins anew, and does not go on from a stop.
-
-        Raises
-        ------
-        InputError : a condition that is met already.
+        With `faults_alone` only faults are watched; `fresh`: the run begins anew, and does not go on from a stop.  A
+        condition that is met already is refused.
         """
         count = sum(one.is_fault for one in self.conditions) if faults_alone else len(self.conditions)
         for k, one in enumerate(self.conditions[:count]):
@@ -242,15 +235,9 @@ class Snapshot:
 def end_at_crossing(run: Run, watch: StopConditions, begun: Snapshot | None, end: float, interval: float) -> int:
     """End a run at the instant at which a condition was met in its last step; DONE, or the code of another ending.
 
-    The last block is run again up to the step before, then steps of other sizes are tried from there.
-
-    Parameters
-    ----------
-    run : the run, one step beyond the crossing.
-    watch : its stop conditions.
-    begun : its state at the start of the last block; None where only faults are watched.
-    end : end of the steps of this block [s].
-    interval : time between saved instants [s].
+    The last block is run again up to the step before, then steps of other sizes are tried from there.  `begun` is the
+    state at the start of that block, None where only faults are watched; `end` is the end of its steps [s], `interval`
+    the time between saved instants [s].
     """
     number = int(run.record.count.condition) - 1
     if begun is None or watch.fault(number):
@@ -299,13 +286,9 @@ def take(run: Run, end: float, saving: float, steps: int) -> int:
 
 
 def crossing_time(excess: Callable[[float], float], low: float, high: float, below: float) -> float:
-    """Time at which a function turns positive, by regula falsi (Illinois) within bisection, to round-off.
+    """Time [s] at which a function turns positive, by regula falsi (Illinois) within bisection, to round-off.
 
-    Parameters
-    ----------
-    excess : the function; nan is taken as positive.
-    low, high : times where it is not positive, and where it is [s].
-    below : its value at `low`.
+    It is not positive at `low`, where its value is `below`, and positive at `high` [s]; nan is taken as positive.
     """
     above, side = excess(high), 0
     for _ in range(MOST_TRIALS):

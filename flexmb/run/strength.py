@@ -21,14 +21,7 @@ LEAST = 1e-6
 
 
 def strength_remarks(mechanism: Mechanism, signals: Signals, peaks: Peaks) -> Iterator[str]:
-    """A sentence on each body that looks for its largest stress and whose yield stress is known.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    signals : names of all signals.
-    peaks : their peaks.
-    """
+    """A sentence on each body that looks for its largest stress and whose yield stress is known."""
     for body in mechanism.bodies:
         place = signals.places.get(f"{body.name}.von_mises")
         if place is not None:
@@ -63,12 +56,7 @@ def source_of(body: STRESSED) -> FlexibleBody | PlaneBody:
 
 
 def materials_of(source: FlexibleBody | PlaneBody) -> list[Material]:
-    """Materials of a body with all its nodes.
-
-    Parameters
-    ----------
-    source : the body.
-    """
+    """Materials of a body with all its nodes."""
     if isinstance(source, FlexibleBody):
         return [source.material]
     from flexmb.planes.regions import by_region
@@ -77,11 +65,6 @@ def materials_of(source: FlexibleBody | PlaneBody) -> list[Material]:
 
 
 def yield_stresses(body: STRESSED) -> set[float]:
-    """Different yield stresses of the materials of a body [Pa]; empty where one is unknown.
-
-    Parameters
-    ----------
-    body : the body.
-    """
+    """Different yield stresses of the materials of a body [Pa]; empty where one is unknown."""
     known = {material.yield_stress for material in materials_of(source_of(body))}
     return {limit for limit in known if limit is not None} if None not in known else set()

@@ -234,13 +234,7 @@ def _strains_of_meshes(mechanism: Mechanism, motion: WatchedMotion) -> Iterator[
 
 
 def strain_of(body: FlexibleBody, motion: WatchedMotion) -> tuple[float, float]:
-    """Largest strain of a body at the poses of a motion, and when [s].
-
-    Parameters
-    ----------
-    body : the body.
-    motion : the motion of a run.
-    """
+    """Largest strain of a body at the poses of a motion, and when [s]."""
     nodes = {node.name: node for node in body.nodes()}
     largest, when = 0.0, 0.0
     for beam in body.beams:

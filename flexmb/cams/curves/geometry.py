@@ -27,10 +27,8 @@ CROSSING_BLOCK = 256
 def hermite_spans(starts: np.ndarray, ends: np.ndarray, steps: np.ndarray) -> np.ndarray:
     """Spans (n, 2, 8) of a curve in the coordinates (x, y) by derivatives at both ends of each.
 
-    Parameters
-    ----------
-    starts, ends : (4, 2, n) values and three derivatives of x and y by the parameter at both ends.
-    steps : (n,) change of the parameter over each span.
+    `starts` and `ends` (4, 2, n) are values and three derivatives of x and y by the parameter; `steps` (n,) are changes
+    of the parameter over each span.
     """
     factors = steps[None, :] ** np.arange(4)[:, None]
     data = np.concatenate([starts * factors[:, None, :], ends * factors[:, None, :]])
@@ -82,10 +80,7 @@ def crossing(points: np.ndarray) -> tuple[float, float] | None:
 def meeting(one: np.ndarray, two: np.ndarray, tolerance: float) -> tuple[float, float] | None:
     """A point where two closed polygons (n, 2), (m, 2) cross one another, or None.
 
-    Parameters
-    ----------
-    one, two : the polygons.
-    tolerance : distance from the ends of their sides within which they only touch [m].
+    Within the tolerance [m] from the ends of their sides they only touch.
     """
     d, e = np.roll(one, -1, axis=0) - one, np.roll(two, -1, axis=0) - two
     between = two[None, :, :] - one[:, None, :]

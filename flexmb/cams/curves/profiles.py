@@ -220,12 +220,7 @@ def _parallel(centre: Callable[[Jet, Jet], Pair], radius: float) -> Callable[[Je
 def _profile(name: str, lift: Lift, curve: Any, at: tuple[float, float]) -> ClosedCurve:
     """The profile with as many spans as ACCURACY needs, or `InputError` for undercut.
 
-    Parameters
-    ----------
-    name : name of the function, for messages.
-    lift : the lift law.
-    curve : x, y and a number > 0 by the jets of cam angle and lift.
-    at : axis of the cam [m].
+    The curve gives x, y and a number > 0 by the jets of cam angle and lift; `at` is the axis of the cam [m].
     """
     if not isinstance(lift, Lift):
         raise InputError(f"{name}: lift is {lift!r}; it must be a Lift.")

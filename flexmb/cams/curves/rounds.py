@@ -31,12 +31,7 @@ class RoundArc:
 
 
 def rounds(outline: Outline) -> list[list[RoundArc]]:
-    """Rounds along an outline; one whose pieces are all convex arcs is a single round.
-
-    Parameters
-    ----------
-    outline : the outline.
-    """
+    """Rounds along an outline; one whose pieces are all convex arcs is a single round."""
     pieces = _pieces(outline)
     breaks = [k for k, piece in enumerate(pieces) if not isinstance(piece, RoundArc)]
     if not breaks:
