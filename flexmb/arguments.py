@@ -139,15 +139,7 @@ def require_arguments(label: str, function: Callable[..., Any], given: Iterable[
 def refuse_call(label: str, function: Callable[..., Any], given: tuple[Any, ...], keywords: Mapping[str, Any]) -> None:
     """Refuse a call whose arguments do not fit: too many without names, unknown names, missing ones, in this order.
 
-    Parameters
-    ----------
-    label : who is called, for messages.
-    function : function or class; its docstring tells the meaning of missing arguments.
-    given, keywords : arguments without names and with names.
-
-    Raises
-    ------
-    ArgumentError : arguments that do not fit.
+    The docstring of the function or class tells the meaning of missing arguments.
     """
     found = signature(function).parameters.values()
     placed = [one.name for one in found if one.kind is Parameter.POSITIONAL_OR_KEYWORD]

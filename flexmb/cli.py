@@ -20,16 +20,10 @@ OK, NOT_FINISHED, REFUSED, FAULT, INTERRUPTED = 0, 1, 2, 3, 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line.
+    """Run the command line, of the typed arguments or those given in their place.
 
-    Parameters
-    ----------
-    arguments : arguments after `flexmb`; None: the typed arguments.
-
-    Returns
-    -------
-    int : exit status: 0 done, 1 the run did not reach its end or `check` found errors, 2 refused, 3 a fault, 130
-        interrupted from the keyboard.
+    Exit status: 0 done, 1 the run did not reach its end or `check` found errors, 2 refused, 3 a fault, 130 interrupted
+    from the keyboard.
     """
     given = with_negative_numbers(sys.argv[1:] if arguments is None else arguments)
     if isinstance(sys.stdout, io.TextIOWrapper):
@@ -54,12 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def explained(error: Exception) -> tuple[int, str]:
-    """Exit status and message of an error, without traceback.
-
-    Parameters
-    ----------
-    error : the error.
-    """
+    """Exit status and message of an error, without traceback."""
     if isinstance(error, FlexmbError):
         return REFUSED, str(error)
     if isinstance(error, ModuleNotFoundError) and error.name:
@@ -84,12 +73,7 @@ def reader_is_gone() -> bool:
 
 
 def with_negative_numbers(arguments: Sequence[str]) -> list[str]:
-    """Arguments with negative numbers joined to their options: --speed -2pi becomes --speed=-2pi.
-
-    Parameters
-    ----------
-    arguments : the arguments.
-    """
+    """Arguments with negative numbers joined to their options: --speed -2pi becomes --speed=-2pi."""
     joined: list[str] = []
     for text in arguments:
         if joined and re.match(r"-[.\d]|-pi", text) and joined[-1].startswith("--") and "=" not in joined[-1]:

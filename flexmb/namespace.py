@@ -21,17 +21,9 @@ _IMPORT = re.compile(r"^from (\S+) import (\w+) as \2$", re.MULTILINE)
 def lazy_names(module: str, file: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """`__getattr__`, `__dir__` and `__all__` of a module whose public names stand in the stub beside it.
 
-    Parameters
-    ----------
-    module, file
-        `__name__` and `__file__` of the module. Each line of the stub is `from package.module import name as name`;
-        `name` may be a module itself.
-
-    Returns
-    -------
-    tuple
-        Function that imports a name when it is first used, function that lists the names, and their list.
-
+    They are a function that imports a name when it is first used, one that lists the names, and their list; `module`
+    and `file` are the module's `__name__` and `__file__`.  Each line of the stub is `from package.module import name as
+    name`; `name` may be a module itself.
     """
     stub = Path(file).with_suffix(".pyi").read_text(encoding="utf-8")
     homes = {name: home for home, name in _IMPORT.findall(stub)}

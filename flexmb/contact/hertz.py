@@ -14,18 +14,9 @@ def hertz_stiffness(first: Material, second: Material, bearing_radius: float, jo
 
     Equation (5.6) of docs/theory/contact.md.
 
-    Parameters
-    ----------
-    first, second : materials of bearing and journal.
-    bearing_radius, journal_radius : R1 > R2 > 0 [m]; R1 = math.inf for a plane.
+    R1 > R2 > 0 are the radii of bearing and journal [m], R1 = math.inf for a plane.  Not for a close fit: the radii
+    must differ by more than the contact is wide.
 
-    Raises
-    ------
-    InputError : radii that are not > 0, a journal that does not fit into the bearing.
-
-    Notes
-    -----
-    Not for a close fit: the radii must differ by more than the contact is wide.
     Source: Chen, Jiang, Deng, Wang, Nonlinear Dynamics (2018), equation (4) with the sign of the hollow radius mended.
     """
     compliance = first.compliance + second.compliance

@@ -21,14 +21,7 @@ def angles_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
 
 
 def angle_of(mechanism: Mechanism, part: str, owner: str) -> tuple[Coordinate, float]:
-    """Angle of the main node of a body, and its value in the reference configuration [rad].
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    part : name of the body.
-    owner : label of the part that asks, for messages.
-    """
+    """Angle of the main node of a body, and its value in the reference configuration [rad]."""
     body = mechanism.body(part, owner)
     return (body.name, body.main, 2), body.node(body.main).theta
 
@@ -36,14 +29,9 @@ def angle_of(mechanism: Mechanism, part: str, owner: str) -> tuple[Coordinate, f
 def angles_contribution(
     name: str, factors: Mapping[Coordinate, float], angles: Mapping[Coordinate, float], reactions: tuple[Reaction, ...]
 ) -> ConstraintContribution:
-    """The equation sum of factor times angle = its value in the reference configuration.
+    """The equation sum of factor times angle = its value in the reference configuration [rad].
 
-    Parameters
-    ----------
-    name : name of the part.
-    factors : factors of the angles, in metres where the multiplier is to be a force.
-    angles : the same angles in the reference configuration [rad].
-    reactions : reported multiplier.
+    Factors are in metres where the multiplier is to be a force.
     """
     value = sum(factor * angles[coordinate] for coordinate, factor in factors.items())
     p = (*factors.values(), value)

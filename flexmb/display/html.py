@@ -19,13 +19,7 @@ MOST_ROWS = 60
 
 
 def page(title: str, subtitle: str = "", *blocks: str) -> str:
-    """HTML of an object.
-
-    Parameters
-    ----------
-    title, subtitle : plain texts.
-    *blocks : HTML below them, from `table`, `texts` and `folded`.
-    """
+    """HTML of an object: plain texts as title and subtitle, below them HTML from `table`, `texts` and `folded`."""
     head = f"<div><b>{escape(title)}</b>"
     if subtitle:
         head += f' <span style="{FAINT}">{escape(subtitle)}</span>'
@@ -33,13 +27,7 @@ def page(title: str, subtitle: str = "", *blocks: str) -> str:
 
 
 def table(rows: Iterable[Sequence[object]], head: Sequence[str] = ()) -> str:
-    """HTML of a table; empty without rows.
-
-    Parameters
-    ----------
-    rows : cells, shown as plain texts.
-    head : heads of the columns.
-    """
+    """HTML of a table; empty without rows."""
     cells = [[escape(str(cell)) for cell in row] for row in rows]
     if not cells:
         return ""
@@ -64,11 +52,5 @@ def texts(lines: Iterable[str]) -> str:
 
 
 def folded(summary: str, content: str) -> str:
-    """HTML of a block that opens on a click; empty without content.
-
-    Parameters
-    ----------
-    summary : plain text that is always visible.
-    content : HTML that is hidden at first.
-    """
+    """HTML of a block that opens on a click; empty without content."""
     return f"<details><summary>{escape(summary)}</summary>{content}</details>" if content else ""

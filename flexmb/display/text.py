@@ -28,13 +28,7 @@ def number_text(value: float) -> str:
 
 
 def value_text(value: Any, *, nested: bool = True) -> str:
-    """Short text of a field of a record.
-
-    Parameters
-    ----------
-    value : the field.
-    nested : whether the fields of records in it are shown; else their classes alone.
-    """
+    """Short text of a field of a record; without `nested`, records in it show their classes alone."""
     if isinstance(value, Inside):
         return value.text_inside(nested=nested)
     if isinstance(value, tuple | list):
@@ -75,12 +69,7 @@ def _list_text(texts: Sequence[str], ends: str) -> str:
 
 
 def given_fields(record: Any) -> dict[str, Any]:
-    """Fields of a record that differ from their defaults, by name; without hidden ones.
-
-    Parameters
-    ----------
-    record : a dataclass instance.
-    """
+    """Fields of a record that differ from their defaults, by name; without hidden ones."""
     shown = (field for field in fields(record) if field.repr and field.init)
     values = {field.name: (field, getattr(record, field.name)) for field in shown}
     return {name: value for name, (field, value) in values.items() if not _is_default(field, value)}
@@ -123,11 +112,7 @@ def _entry(name: str, value: Any, *, nested: bool) -> str:
 def cut(text: str, lines: int = 1, indent: str = "  ") -> str:
     """A text wrapped to lines of 110 characters, the last of which ends with "..." where there is more.
 
-    Parameters
-    ----------
-    text : the text.
-    lines : largest number of lines.
-    indent : first characters of all lines but the first one.
+    `indent` are the first characters of all lines but the first one.
     """
     whole = textwrap.wrap(
         text, WIDTH, subsequent_indent=indent, max_lines=lines, placeholder=" ...", break_on_hyphens=False
@@ -148,12 +133,6 @@ def quoted(names: Iterable[str], most: int = 8) -> str:
 
 
 def counted(number: int, noun: str) -> str:
-    """A number with its noun: "1 joint", "2 joints", "3 bodies".
-
-    Parameters
-    ----------
-    number : the number.
-    noun : the noun in the singular.
-    """
+    """A number with its noun: "1 joint", "2 joints", "3 bodies"."""
     plural = f"{noun[:-1]}ies" if noun.endswith("y") else f"{noun}s"
     return f"{number} {noun if number == 1 else plural}"

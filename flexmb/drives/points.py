@@ -7,13 +7,7 @@ from flexmb.errors import InputError
 
 
 def checked_points(owner: str, times: object, values: object, least: int) -> tuple[tuple[float, ...], ...]:
-    """Times [s] and values as tuples of floats.
-
-    Raises
-    ------
-    InputError : fewer than `least` points, not equally many of both, times that do not increase, values that are not
-        finite.
-    """
+    """Times [s] and values as tuples of floats: `least` points at least, increasing times, finite values."""
     given = [checks.sequence(owner, name, x, "numbers") for name, x in (("times", times), ("values", values))]
     instants = tuple(checks.number(owner, f"times[{i}]", t, "s") for i, t in enumerate(given[0]))
     numbers = tuple(checks.number(owner, f"values[{i}]", v) for i, v in enumerate(given[1]))

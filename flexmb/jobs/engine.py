@@ -28,16 +28,9 @@ Chain = Generator[Job, Outcome, None]
 def drive(chains: Iterable[Chain], executor: Executor | None, owner: str, pending: int = PENDING) -> None:
     """Run all chains to their ends; chains keep their results themselves.
 
-    Parameters
-    ----------
-    chains : what is to be done; taken as there is room for them.
-    executor : where; None: in this process, one after the other.
-    owner : who asks, for messages.
-    pending : most jobs that are with the executor at the same time.
-
-    Raises
-    ------
-    WorkerError : workers that died or cannot be reached.
+    Chains are taken as there is room for them, with at most `pending` jobs with the executor at the same time; without
+    an executor they run in this process, one after the other.  A `WorkerError` tells workers that died or cannot be
+    reached.
     """
     if executor is None:
         for chain in chains:
@@ -73,10 +66,6 @@ def require_picklable(owner: str, executor: Executor | None, what: Any, name: st
     """Refuse objects that cannot be sent to the processes of the executor, before anything starts.
 
     Threads need nothing; Dask sends functions by value.
-
-    Raises
-    ------
-    InputError : says how to write the function.
     """
     if executor is None or isinstance(executor, ThreadPoolExecutor):
         return

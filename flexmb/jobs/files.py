@@ -43,11 +43,8 @@ def whole_file(path: Path, label: str = "") -> Iterator[Path]:
     """A file beside `path`, with the same ending, which takes its place at the end of the block.
 
     All files of flexmb are written by it: an interrupted write, or a full disk, leaves the old file.  Missing folders
-    are made, links are followed, and the content is on the disk when the block ends.
-
-    Raises
-    ------
-    InputError : a path that cannot be written, a full disk, an ending or a name that no writer takes.
+    are made, links are followed, and the content is on the disk when the block ends.  A path that cannot be written, a
+    full disk, and an ending or a name that no writer takes raise `InputError`.
     """
     part = path
     try:
@@ -102,13 +99,7 @@ def write_sealed(path: Path, content: bytes, label: str = "") -> Path:
 
 
 def read_sealed(path: Path) -> bytes:
-    """The content of a file of `write_sealed`; a file without a checksum is taken if nothing stands behind its data.
-
-    Raises
-    ------
-    FileFormatError : a damaged file.
-    OSError : a file that cannot be read.
-    """
+    """The content of a file of `write_sealed`; a file without a checksum is taken if nothing stands behind its data."""
     content = path.read_bytes()
     end = len(content) - DIGEST - len(SEAL)
     if content[max(end, 0) :].startswith(SEAL):
@@ -130,12 +121,7 @@ def _end_of_hdf5(content: bytes) -> int:
 
 
 def refuse_other_files(file: Any, datasets: bool = True) -> None:
-    """Refuse an HDF5 file that leads to other files: whoever made it would read local files by the reader's hands.
-
-    Raises
-    ------
-    ValueError : a link that is not a plain one; data in another file.
-    """
+    """Refuse an HDF5 file that leads to other files: whoever made it would read local files by the reader's hands."""
     import h5py
 
     def foreign(name: bytes, link: Any) -> bytes | None:  # an error raised here would not come through HDF5
@@ -160,12 +146,7 @@ STORED_WITHIN = range(3)
 
 
 def load_netcdf(path: Path, groups: Iterable[str] = ("",)) -> dict[str, xr.Dataset]:
-    """Datasets of a file of `write_netcdf` by the name of their group; groups that it has not are left out.
-
-    Raises
-    ------
-    FileFormatError : a file that cannot be read, and one whose data lie in other files.
-    """
+    """Datasets of a file of `write_netcdf` by the name of their group; groups that it has not are left out."""
     import h5py
     import xarray as xr
 

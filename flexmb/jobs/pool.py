@@ -21,12 +21,8 @@ def worker_pool(count: int, prepare: Callable[..., Any], *arguments: Any) -> Ite
 
     Ctrl-C ends the workers at once, and so does the end of the process that started them.  They are started anew, not
     forked: a fork takes over locks of threads that it does not have.  A process costs some two seconds, for imports and
-    for compiled code from the cache, and all of them start side by side.
-
-    Parameters
-    ----------
-    count : number of processes.
-    prepare : called with `arguments` in each process before its first job; it can be sent to other processes.
+    for compiled code from the cache, and all of them start side by side.  `prepare` can be sent to other processes;
+    each calls it with the arguments before its first job.
     """
     before = {name: os.environ.get(name) for name in ONE_THREAD}
     os.environ.update(dict.fromkeys(ONE_THREAD, "1"))

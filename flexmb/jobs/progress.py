@@ -97,13 +97,9 @@ class WorkBar(ProgressBar):
         return max(self.total - self.n, 0.0) * ratio / self.workers
 
     def more(self, work: float, wall: float | None, *, whole: bool) -> None:
-        """Count a finished job or a part of one.
+        """Count a finished job, or a part of one, by its estimated processor time [s] and its time by the clock [s].
 
-        Parameters
-        ----------
-        work : its estimated processor time [s].
-        wall : its time by the clock in its process [s]; None: it was not computed now, or not to its end.
-        whole : whether a job ended with it.
+        `wall` is None where it was not computed now, or not to its end; `whole`: a job ended with it.
         """
         self.finished += whole
         if wall is not None:
@@ -117,12 +113,7 @@ class WorkBar(ProgressBar):
 
 
 def clock(seconds: float) -> str:
-    """A time in words: "40 s", "3 min", "2 h 5 min".
-
-    Parameters
-    ----------
-    seconds : the time [s].
-    """
+    """A time [s] in words: "40 s", "3 min", "2 h 5 min"."""
     if seconds < 100.0:
         return f"{seconds:.0f} s"
     minutes = round(seconds / 60.0)

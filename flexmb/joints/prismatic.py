@@ -88,11 +88,7 @@ def travel_contributions(
 ) -> tuple[SignalContribution, SignalContribution]:
     """Signals travel [m] and speed [m/s] of a point of the second body along a line of the first.
 
-    Parameters
-    ----------
-    part : name of the joint.
-    coordinates : the six coordinates of both nodes.
-    p : direction of the line and both points in the frames of their nodes.
+    `coordinates` are the six of both nodes, `p` the direction of the line and both points in the frames of their nodes.
     """
     return (
         SignalContribution(part, "travel", "m", travel_signal, coordinates, p),
@@ -195,12 +191,7 @@ class Prismatic(Guide):
 
 
 def joint_with_coordinate(mechanism: Mechanism, label: str, name: Part | str) -> Revolute | Prismatic:
-    """The joint of that name, which has an angle or a travel.
-
-    Raises
-    ------
-    ModelError : no such joint, or one without angle and travel.
-    """
+    """The joint of that name, which has an angle or a travel; others are refused."""
     if name not in mechanism.names:
         joints = [part.name for part in mechanism.parts if isinstance(part, Joint)]
         text = f"{label} refers to joint {name!r}, but mechanism {mechanism.name!r} has no such part"

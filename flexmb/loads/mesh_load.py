@@ -123,10 +123,7 @@ class MeshLoad(Part):
 def in_mesh_axes(plane: PlaneBody, field: Field) -> Field:
     """A field of vectors of the reference configuration, in the axes of the mesh.
 
-    Parameters
-    ----------
-    plane : the body.
-    field : (x, y), or a function of points (p, 2) of the reference configuration that returns (p, 2).
+    The field is (x, y), or a function of points (p, 2) of the reference configuration that returns (p, 2).
     """
     if not callable(field):
         return planar.to_frame((0.0, 0.0), plane.direction, (field[0], field[1]))

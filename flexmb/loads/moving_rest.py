@@ -43,15 +43,7 @@ def couple_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
 def rest_at_start(label: str, name: str, rest: Any) -> float:
     """Rest length [m] or rest angle [rad] at t = 0 of a number or a motion.
 
-    Parameters
-    ----------
-    label : class and name of the spring.
-    name : name of the argument.
-    rest : the argument.
-
-    Raises
-    ------
-    InputError : neither a number nor a motion, or a motion without a finite value at t = 0.
+    A motion without a finite value at t = 0 is refused.
     """
     if not isinstance(rest, Motion):
         return float(rest)
@@ -62,15 +54,7 @@ def rest_at_start(label: str, name: str, rest: Any) -> float:
 
 
 def check_rest(label: str, name: str, rest: object, unit: str) -> None:
-    """Refuse a rest length or rest angle that is neither a number nor a motion.
-
-    Parameters
-    ----------
-    label : class and name of the spring.
-    name : name of the argument.
-    rest : the argument.
-    unit : unit of the argument.
-    """
+    """Refuse a rest length or rest angle that is neither a number nor a motion."""
     if isinstance(rest, Motion) or (isinstance(rest, Real) and not isinstance(rest, bool)):
         return
     raise InputError(
@@ -90,15 +74,8 @@ def moving_end(
 ) -> list[ElementContribution]:
     """Loads -k rest(t) and k rest(0), which make a spring with the rest length rest(0) one whose rest length moves.
 
-    Parameters
-    ----------
-    part : name of the spring.
-    kernel : kernel of a force of constant size, whose first parameter is the force.
-    coordinates : coordinates of the kernel.
-    stiffness : k of the spring.
-    rest : motion of the rest length or angle; a number: nothing moves.
-    start : its value at t = 0.
-    more : further parameters of the kernel.
+    k is `stiffness`; `kernel` is that of a force of constant size, which is its first parameter, followed by `more`.
+    With a number for `rest` nothing moves; `start` is its value at t = 0.
     """
     if not isinstance(rest, Motion) or stiffness == 0.0:
         return []

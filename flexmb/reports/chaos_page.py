@@ -30,16 +30,9 @@ LINKS = {"section": "Section", "exponents": "Exponents", "evidence": "Evidence",
 def write_chaos(groups: Mapping[str, xr.Dataset], path: Path, signals: Sequence[str] | None, title: str | None) -> Path:
     """Write the page of a study of a motion; see `flexmb.report`.
 
-    Parameters
-    ----------
-    groups : datasets of `flexmb chaos` by the name of their group: "" and, where there are fine samples, "motion".
-    path : the file.
-    signals : names of signals; None: those with fine samples, then others.
-    title : title; None: name of the mechanism.
-
-    Raises
-    ------
-    InputError : a study without section points, an unknown signal, a path that cannot be written.
+    `groups` are datasets of `flexmb chaos` by the name of their group: "" and, where there are fine samples, "motion".
+    Without `signals` those with fine samples come first, then others; the title is by default the name of the
+    mechanism.
     """
     root, motion = groups[""], groups.get("motion")
     if not root.sizes.get("period", 0):

@@ -22,13 +22,7 @@ MOST_EPISODES = 300
 
 
 def clearance_of(sol: Solution, joint: str) -> float | None:
-    """Radius of the circle in which the centre of a journal moves freely [m]; None for a joint of another form.
-
-    Parameters
-    ----------
-    sol : the solution.
-    joint : name of the joint.
-    """
+    """Radius of the circle in which the centre of a journal moves freely [m]; None for a joint of another form."""
     names = [f"{joint}.{signal}" for signal in ("ex", "ey", "penetration")]
     if not len(sol.time) or not all(name in sol for name in names):
         return None
@@ -47,13 +41,7 @@ def joints_with_contacts(sol: Solution) -> list[str]:
 
 
 def clearance_data(sol: Solution, frames: np.ndarray) -> list[dict[str, Any]]:
-    """Journals for the scripts: clearance, values at the frames, and the path over all saved instants.
-
-    Parameters
-    ----------
-    sol : the solution.
-    frames : numbers of the saved instants that are frames.
-    """
+    """Journals for the scripts: clearance, values at the frames, and the path over all saved instants."""
     every = np.unique(np.linspace(0, len(sol.time) - 1, MOST_POINTS).round().astype(int))
     found = []
     for joint in joints_with_contacts(sol):

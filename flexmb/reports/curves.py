@@ -44,15 +44,8 @@ def frame_instants(sol: Solution, frames: int) -> np.ndarray:
 def chosen_names(sol: Solution, signals: Any) -> list[str]:
     """Names of the signals on the page, the main ones first.
 
-    Parameters
-    ----------
-    sol : the solution.
-    signals : names and patterns in which * stands for any text; None: the main signals, energies, signals of joints and
-        loads, motions of bodies, `MOST_CURVES` of them.
-
-    Raises
-    ------
-    InputError : a text in place of a list, a name that is no signal, too many signals.
+    `signals` are names and patterns in which * stands for any text; None: the main signals, energies, signals of joints
+    and loads, motions of bodies, `MOST_CURVES` of them.
     """
     if signals is None:
         plain = [name for name in sol.names if name.count(".") < NODE_DOTS]
@@ -86,12 +79,6 @@ def curves(sol: Solution, names: list[str], frames: np.ndarray) -> dict[str, Any
 
     A curve with more rows than `ROWS_PER_FRAME` for each frame becomes an envelope: for each of as many equal shares of
     the rows as there are frames, the smallest and the largest value, in the order in which they occur.
-
-    Parameters
-    ----------
-    sol : the solution.
-    names : names of the signals.
-    frames : numbers of the saved instants that are frames.
     """
     values = np.stack([sol.array(name) for name in names], axis=1) if names else np.zeros((len(sol.time), 0))
     first = panels(sol, None if set(main_signals(sol)) <= set(names) else names) or [names[:1]]
@@ -111,11 +98,7 @@ def curves(sol: Solution, names: list[str], frames: np.ndarray) -> dict[str, Any
 def envelope(time: np.ndarray, values: np.ndarray, buckets: int) -> tuple[np.ndarray, np.ndarray]:
     """Smallest and largest values (2 b, m) of b shares of the rows, and times (2 b,) [s] within these shares.
 
-    Parameters
-    ----------
-    time : (n,) times [s].
-    values : (n, m) columns; numbers that are not finite are left out.
-    buckets : number b of shares, at most n / 2.
+    Times are (n,) [s], values (n, m); numbers that are not finite are left out.  b is n / 2 at most.
     """
     edges = np.linspace(0, len(time), buckets + 1).astype(int)
     times, narrow = np.empty(2 * buckets), np.empty((2 * buckets, values.shape[1]))

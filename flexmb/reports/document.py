@@ -28,15 +28,7 @@ def asset(name: str) -> str:
 
 
 def document(title: str, body: Markup, scripts: tuple[str, ...], data: dict[str, Any]) -> str:
-    """Text of a page.
-
-    Parameters
-    ----------
-    title : title of the page.
-    body : content of the page.
-    scripts : files of its scripts, after the common ones.
-    data : plain values for the scripts.
-    """
+    """Text of a page, with scripts after the common ones, and plain values for them."""
     style = "\n".join(asset(name) for name in STYLES)
     program = "\n".join(['"use strict";(function () {', *(asset(name) for name in (*COMMON, *scripts)), "})();"])
     codes = [asset(LIBRARY), program] if "plots.js" in scripts else [program]
@@ -98,18 +90,6 @@ def write_page(
     scripts: tuple[str, ...],
     data: dict[str, Any],
 ) -> Path:
-    """Write a page, whole or not at all.
-
-    Parameters
-    ----------
-    path : the file.
-    heading, key_numbers, links : see `plain_head`.
-    main : element with all sections.
-    scripts, data : see `document`.
-
-    Raises
-    ------
-    InputError : a path that cannot be written.
-    """
+    """Write a page, whole or not at all; its parts as of `plain_head` and `document`."""
     body = joined([plain_head(heading, key_numbers, links), main])
     return write_text(path, document(f"{heading} - flexmb", body, scripts, data), "report")

@@ -40,13 +40,7 @@ class FlexiblePart:
 
 
 def flexible_parts(sol: Solution, instants: np.ndarray) -> list[FlexiblePart]:
-    """All flexible parts of a solution at chosen saved instants.
-
-    Parameters
-    ----------
-    sol : the solution, with the poses of all its nodes.
-    instants : (n,) numbers of saved instants.
-    """
+    """All flexible parts of a solution, with the poses of all its nodes, at saved instants with numbers (n,)."""
     beams: dict[str, list[BeamShape]] = {}
     for shape in sol.shapes:
         if isinstance(shape, BeamShape):
@@ -87,10 +81,7 @@ def _flexible_part(
 def rigid_motion(reference: np.ndarray, poses: np.ndarray) -> np.ndarray:
     """Rigid motion (n, 3) that takes nodes to their poses by least squares; the angle of one node is its theta.
 
-    Parameters
-    ----------
-    reference : (m, 3) x, y, theta of the nodes in the moved frame [m, rad].
-    poses : (n, m, 3) x, y, theta of the nodes [m, rad].
+    `reference` (m, 3) are x, y, theta of the nodes in the moved frame, `poses` (n, m, 3) those of the nodes [m, rad].
     """
     centre, middle = reference[:, :2].mean(axis=0), poses[:, :, :2].mean(axis=1)
     if len(reference) == 1:

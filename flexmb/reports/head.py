@@ -8,14 +8,7 @@ from flexmb.reports.markup import Markup, tag
 
 
 def plain_head(heading: str, key_numbers: Markup, links: Mapping[str, str]) -> Markup:
-    """Head of a page: title, switch of the theme, first numbers, links to the sections.
-
-    Parameters
-    ----------
-    heading : title.
-    key_numbers : state and first numbers.
-    links : texts of the links by anchor.
-    """
+    """Head of a page: title, switch of the theme, first numbers, links to the sections by anchor."""
     switch = tag("button", "Theme: system", type="button", id="theme", class_="quiet")
     anchors = [tag("a", text, href=f"#{anchor}") for anchor, text in links.items()]
     return tag(

@@ -21,14 +21,10 @@ VOID = frozenset({"input", "meta", "br"})
 
 
 def tag(name: str, *content: Content, **attributes: str | bool | None) -> Markup:
-    """An element.
+    """An element with pieces inside it, of which plain text is escaped, and attributes by name.
 
-    Parameters
-    ----------
-    name : name of the element.
-    content : pieces inside it; plain text is escaped.
-    attributes : attributes by name; "_" stands for "-" and a "_" at the end is left out.  None and False: no such
-        attribute, True: an attribute without a value.
+    "_" stands for "-", and a "_" at the end is left out.  None and False: no such attribute, True: an attribute without
+    a value.
     """
     written = ""
     for key, value in attributes.items():
@@ -57,12 +53,7 @@ def table(
 ) -> Markup:
     """A table with a caption, in a box that scrolls sideways where the page is narrow.
 
-    Parameters
-    ----------
-    caption : caption.
-    heads : heads of the columns.
-    rows : cells of each row; the first cell is the head of its row.
-    numbers : places of the columns with numbers.
+      The first cell of a row is its head; `numbers` are places of the columns with numbers.
     """
     classes = ["number" if k in numbers else None for k in range(len(heads))]
     head = tag("tr", *(tag("th", text, scope="col", class_=c) for text, c in zip(heads, classes, strict=True)))

@@ -44,23 +44,13 @@ class MeshPart:
     motion: np.ndarray
 
     def in_frame(self, points: np.ndarray) -> np.ndarray:
-        """Places (n, m, 2) in the frame of the rigid motion.
-
-        Parameters
-        ----------
-        points : (n, m, 2) places [m].
-        """
+        """Places (n, m, 2) [m] in the frame of the rigid motion."""
         c, s = np.cos(self.motion[:, 2, None]), np.sin(self.motion[:, 2, None])
         dx, dy = (points[..., k] - self.motion[:, k, None] for k in (0, 1))
         return np.stack([c * dx + s * dy, c * dy - s * dx], axis=-1)
 
     def node(self, name: str) -> tuple[np.ndarray, np.ndarray]:
-        """Undeformed pose (3,) of a node, and its displacements (n, 3), in the frame [m, rad].
-
-        Parameters
-        ----------
-        name : its name.
-        """
+        """Undeformed pose (3,) of a node, and its displacements (n, 3), in the frame [m, rad]."""
         k = self.shape.nodes.index(name)
         pose, reference = self.surface.poses[:, k], np.array(self.shape.poses[k])
         turned = pose[:, 2] - self.motion[:, 2] - reference[2]
@@ -69,13 +59,7 @@ class MeshPart:
         return reference, np.column_stack([moved, turned])
 
     def packed(self, frame: int, most: int) -> dict[str, Any]:
-        """Data of the page.
-
-        Parameters
-        ----------
-        frame : number of the frame of the rigid motion.
-        most : number of points with a stress, about.
-        """
+        """Data of the page, with about `most` points with a stress; `frame` is the number of the motion's frame."""
         kept, triangles, loops = coarse(self.surface, most)
         own, reference = self.in_frame(self.surface.points[:, kept]), np.array(self.shape.points)[kept]
         moved = (own - reference).transpose(0, 2, 1).reshape(len(own), -1)
@@ -97,13 +81,7 @@ class MeshPart:
 
 
 def mesh_parts(sol: Solution, instants: np.ndarray) -> list[MeshPart]:
-    """All bodies with meshes at chosen saved instants.
-
-    Parameters
-    ----------
-    sol : the solution, with the poses of all their nodes.
-    instants : (n,) numbers of saved instants.
-    """
+    """All bodies with meshes at saved instants with numbers (n,); the solution has the poses of all their nodes."""
     return [_mesh_part(sol, shape, instants) for shape in sol.shapes if isinstance(shape, MeshShape)]
 
 
@@ -132,11 +110,6 @@ def coarse(surface: Surface, most: int) -> tuple[np.ndarray, np.ndarray, list[np
 
     Squares of one size lie over the mesh; one point of each stands for the others, one of the outline where there is
     one.  Triangles whose corners fall together are left out.
-
-    Parameters
-    ----------
-    surface : the mesh.
-    most : number of points of the triangles, at most.
     """
     points, triangles = np.array(surface.shape.points), surface.triangles
     loops = [np.array(loop)[:: -(-len(loop) // LOOP_POINTS)] for loop in surface.shape.loops]

@@ -24,13 +24,7 @@ LEFT_OUT = frozenset({"first", "second", "body", "mass", "outline", "class"})
 
 
 def model_section(sol: Solution, description: Mapping[str, Any]) -> Markup:
-    """Section of all parts.
-
-    Parameters
-    ----------
-    sol : the solution.
-    description : parts in plain values, see `flexmb.model.description`; empty: unknown.
-    """
+    """Section of all parts, in plain values (see `flexmb.model.description`); empty: unknown."""
     parts = description.get("parts", [])
     if not parts:
         names = ", ".join(dict.fromkeys(name.partition(".")[0] for name in sol.names)) or "no part"
@@ -69,12 +63,7 @@ def _ends(fields: Mapping[str, Any]) -> str:
 
 
 def values_text(fields: Mapping[str, Any]) -> str:
-    """Values of a part or law in one line; zeros and switches that are off are left out.
-
-    Parameters
-    ----------
-    fields : [value, unit] by the name of the field.
-    """
+    """Values of a part or law in one line, from [value, unit] by field; zeros and disabled switches are left out."""
     return "; ".join(_values(fields))
 
 
@@ -101,12 +90,7 @@ def _plain(value: Any) -> str:
 
 
 def check_section(report: Report | str) -> Markup:
-    """Section of the examination of the mechanism.
-
-    Parameters
-    ----------
-    report : result of `check`, or the reason why there is none.
-    """
+    """Section of the examination of the mechanism, a result of `check`, or the reason why there is none."""
     if isinstance(report, str):
         return section("Examination", tag("p", report), anchor="check")
     counts = [(sum(f.severity == severity for f in report.findings), severity) for severity in SEVERITIES]

@@ -21,13 +21,9 @@ FLOAT = 4
 
 
 def quantised(values: np.ndarray, steps: int, *, common: bool = False) -> dict[str, Any]:
-    """Columns as whole numbers; the error is at most half a step of the range of a column.
+    """Columns (n, m) of finite numbers as whole ones; the error is at most half a step of the range of a column.
 
-    Parameters
-    ----------
-    values : (n, m) finite numbers.
-    steps : `COARSE`, `MIDDLE` or `FINE`.
-    common : whether all columns have one range.
+    `steps` are `COARSE`, `MIDDLE` or `FINE`; `common`: all columns have one range.
     """
     n, m = values.shape
     low, high = (values.min(axis=0), values.max(axis=0)) if n else (np.zeros(m), np.zeros(m))

@@ -22,14 +22,7 @@ KEYS = "Keys: Space plays, arrows step (Shift: ten frames), Home and End, + and 
 
 
 def player(sol: Solution, heading: str, *, fields: Sequence[str]) -> Markup:
-    """Picture, time slider and controls.
-
-    Parameters
-    ----------
-    sol : the solution.
-    heading : title of the page.
-    fields : fields by which bodies can be coloured, as `reports.scene.fields_of` finds them.
-    """
+    """Picture, time slider and controls; fields are those of `reports.scene.fields_of`."""
     names = parts(sol)
     listed = ", ".join(names[:30]) + (", ..." if len(names) > 30 else "")
     text = f"Moving picture of {heading}: {listed}. Plots and tables hold the same in numbers."

@@ -39,12 +39,7 @@ LINKS = {
 def write_run(
     sol: Solution, path: Path, mechanism: Mechanism | None, frames: int, signals: Any, title: str | None
 ) -> Path:
-    """Write the page of a run; see `flexmb.report`.
-
-    Raises
-    ------
-    InputError : a solution without saved instants, an unknown signal, a path that cannot be written.
-    """
+    """Write the page of a run; see `flexmb.report`."""
     if not len(sol.time):
         raise InputError("report: the solution has no saved instants. Save some, e.g. by simulate(..., save=...).")
     names, instants = chosen_names(sol, signals), frame_instants(sol, frames)

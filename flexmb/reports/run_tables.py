@@ -32,13 +32,7 @@ CAPTION = "Energies [J] at the first and the last saved instant, and their large
 
 
 def peaks_table(sol: Solution, names: list[str]) -> Markup:
-    """Largest absolute values of signals over all accepted steps.
-
-    Parameters
-    ----------
-    sol : the solution.
-    names : names of the signals.
-    """
+    """Largest absolute values of signals over all accepted steps."""
     rows: list[list[Content]] = []
     for name in names:
         peak = sol.peak(name)
@@ -90,13 +84,7 @@ def statistics_section(sol: Solution) -> Markup:
 
 
 def settings_section(sol: Solution, frames: int) -> Markup:
-    """Section of settings, versions and the command of a run.
-
-    Parameters
-    ----------
-    sol : the solution.
-    frames : number of frames on the page.
-    """
+    """Section of settings, versions and the command of a run."""
     model = dict(sol.model)
     command = model.pop("command", None)
     saved = f"{len(sol.time)} instants, {sol.time[0]:.6g} to {sol.time[-1]:.6g} s; {frames} of them are frames here"

@@ -82,17 +82,9 @@ class Nodes:
 
 
 def scene(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> dict[str, Any]:
-    """Mechanism at chosen saved instants, for the page.
+    """Mechanism at saved instants with numbers (n,), for the page; stresses need the mechanism that moved.
 
-    Parameters
-    ----------
-    sol : the solution.
-    mechanism : the mechanism that moved, for stresses; None: unknown.
-    instants : (n,) numbers of saved instants.
-
-    Raises
-    ------
-    InputError : a solution without the poses of its nodes.
+    A solution without the poses of its nodes is refused.
     """
     drawing.require_nodes(sol)
     nodes = Nodes(sol, instants)
@@ -112,12 +104,7 @@ def scene(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> d
 
 
 def fields_of(drawn: Mapping[str, Any]) -> list[str]:
-    """Fields by which the bodies of a page can be coloured: "moment", "axial", "stress".
-
-    Parameters
-    ----------
-    drawn : what `scene` returns.
-    """
+    """Fields by which the bodies of a result of `scene` can be coloured: "moment", "axial", "stress"."""
     found = [field for field in ("moment", "axial", "stress") if field in drawn]
     of_meshes = any("stress" in mesh for mesh in drawn["meshes"])
     return [*found, "stress"] if of_meshes and "stress" not in found else found

@@ -16,17 +16,8 @@ from flexmb.results.solution import Solution
 def stresses(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> np.ndarray | None:
     """Largest stress (n, m) of the outer fibres of each beam element, axial and bending stress added, >= 0 [Pa].
 
-    None where the mechanism is unknown, or a section does not know its outer fibre.
-
-    Parameters
-    ----------
-    sol : the solution.
-    mechanism : the mechanism that moved.
-    instants : (n,) numbers of saved instants.
-
-    Notes
-    -----
-    Young's modulus times the strain of `flexmb.beams.stress`, without damping; elements in the order of the shapes.
+    None where the mechanism is unknown, or a section does not know its outer fibre.  The stress is Young's modulus
+    times the strain of `flexmb.beams.stress`, without damping; elements stand in the order of the shapes.
     """
     shapes = [shape for shape in sol.shapes if isinstance(shape, BeamShape)]
     found: dict[tuple[str, str, str], np.ndarray] = {}

@@ -31,12 +31,7 @@ ZOOM = "Drag pans, + and - zoom, 0 or a double click fits."
 
 
 def write_sweep(diagram: xr.Dataset, path: Path, signals: Sequence[str] | None, title: str | None) -> Path:
-    """Write the page of a bifurcation diagram; see `flexmb.report`.
-
-    Raises
-    ------
-    InputError : a diagram without finished points, an unknown signal, a path that cannot be written.
-    """
+    """Write the page of a bifurcation diagram; see `flexmb.report`."""
     names = _signals(diagram, signals)
     rows = _rows(diagram, path)
     if not rows:
@@ -60,13 +55,7 @@ LINKS = {"section": "Diagram", "values": "Values", "settings": "Settings"}
 
 
 def point_file(parameter: str, value: float) -> str:
-    """Name of the report of the run at a value, beside the page of the diagram: "speed-6.28.html".
-
-    Parameters
-    ----------
-    parameter : name of the parameter.
-    value : its value, which is written with six digits.
-    """
+    """Name of the report of the run at a value, beside the page of the diagram, with six digits: "speed-6.28.html"."""
     return f"{parameter}-{value:.6g}.html"
 
 

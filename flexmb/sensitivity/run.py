@@ -146,12 +146,7 @@ def project_differences(program: Program, flow: Any, most: float, T: Tangents) -
 
 
 def complete_differences(program: Program, flow: Any, T: Tangents, work: Work, *, histories: bool) -> None:
-    """Set the accelerations, and `histories`, that follow from T.q, T.v, T.z in the present state, for a first step.
-
-    Raises
-    ------
-    SolveError : the accelerations are not unique.
-    """
+    """Set the accelerations, and `histories`, that follow from T.q, T.v, T.z in the present state, for a first step."""
     n, t, tables = program.n_q, float(flow.clock.t), program.tables
     T.X[:], T.Y[:] = 0.0, 0.0
     now = (flow.q, flow.v, flow.a, flow.lam, flow.z)

@@ -122,12 +122,9 @@ def _information(a: np.ndarray, b: np.ndarray, bins: int) -> float:
 
 
 def first_minimum(information: np.ndarray, least: int = 1) -> int | None:
-    """Lag of the first minimum, below the values at the two lags on either side; None without a minimum.
+    """Lag >= `least` of the first minimum, below the values at the two lags on either side; None without a minimum.
 
-    Parameters
-    ----------
-    information : mutual information at lags 0, 1, ...
-    least : smallest lag.
+    The mutual information belongs to lags 0, 1, ...
     """
     for lag in range(least, len(information) - 1):
         neighbours = information[max(lag - 2, 0) : lag + 3]

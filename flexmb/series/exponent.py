@@ -99,17 +99,8 @@ def estimate(
 ) -> SeriesExponent:
     """The exponent from the slopes in two embedding dimensions: the common part of all methods.
 
-    Parameters
-    ----------
-    method : name of the method.
-    slope : function slope(points, window, theiler, period) of standardised vectors.
-    signal : samples (n,).
-    interval : see `spacing`.
-    options : delay, dimension, theiler of the methods.
-
-    Raises
-    ------
-    InputError : a signal that is too short or not finite, times that are not evenly spaced.
+    `slope(points, window, theiler, period)` takes standardised vectors, the signal has samples (n,), `interval` is as
+    of `spacing`, `options` are delay, dimension, theiler of the methods.
     """
     x = samples(method, signal, LEAST)
     step, unit = spacing(method, interval, len(x))
@@ -170,15 +161,8 @@ def straight_part(curves: Curves, points: np.ndarray, window: int, theiler: int,
     The straight part begins one step after the time that a vector covers (`window`): nearest neighbours are selected by
     their distance, and noise parts them at once.  It ends where the error of the slope is smallest, at the latest
     `MARGIN` below the distance of arbitrary points.  The error is the scatter over parts of the record and half the
-    difference of the slopes of its halves.  The straight part has at least 4 values and a rise of `LEAST_RISE`.
-
-    Parameters
-    ----------
-    curves : divergence curves of a method.
-    points : vectors (n, m).
-    window : time that a vector covers [samples].
-    theiler : smallest distance in time of neighbours [samples].
-    period : mean period [samples].
+    difference of the slopes of its halves.  The straight part has at least 4 values and a rise of `LEAST_RISE`.  Points
+    are vectors (n, m); window, `theiler` (smallest distance in time of neighbours) and mean period are in samples.
     """
     shift = 0 if period < FLOW else int(np.ceil(period / 8.0))
     ceiling = typical_log_distance(points, shift=shift) - MARGIN

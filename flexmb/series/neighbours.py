@@ -16,16 +16,8 @@ def spread(count: int, most: int) -> np.ndarray:
 def nearest(points: np.ndarray, refs: np.ndarray, theiler: int, least: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
     """Nearest neighbour of each reference point, outside a window of time (J. Theiler, Phys. Rev. A 34 (1986) 2427).
 
-    Parameters
-    ----------
-    points : points (n, m).
-    refs : indices (r,) of the reference points.
-    theiler : smallest distance in time of neighbours [samples].
-    least : smallest distance of neighbours.
-
-    Returns
-    -------
-    Indices (r,) of the neighbours, -1 without a neighbour, and their distances (r,).
+    Returned are indices (r,) of the neighbours of points[refs], -1 without a neighbour, and their distances (r,),
+    `least` at least.  Points are (n, m), `theiler` is the smallest distance in time of neighbours [samples].
     """
     from scipy.spatial import cKDTree
 
@@ -50,13 +42,9 @@ def nearest(points: np.ndarray, refs: np.ndarray, theiler: int, least: float = 0
 
 
 def typical_log_distance(points: np.ndarray, *, stride: int = 1, shift: int = 0) -> float:
-    """Mean logarithm of the distance of two arbitrary points.
+    """Mean logarithm of the distance of two arbitrary points of (n, m); see `distances` for `shift`.
 
-    Parameters
-    ----------
-    points : points (n, m).
-    stride : the distance in time is a multiple of this [samples].
-    shift : see `distances`.
+    The distance in time is a multiple of `stride` [samples].
     """
     rng, count = np.random.default_rng(1), len(points)
     i, j = rng.integers(0, count, 5000), rng.integers(0, count, 5000)
@@ -71,13 +59,7 @@ def distances(points: np.ndarray, i: np.ndarray, j: np.ndarray, shift: int) -> n
 
     Two samples of one orbit differ along the orbit by up to a sampling interval.  This constant difference would hide
     the growth of the distance.  Therefore the nearest sample within `shift` of j is taken, and the component of its
-    distance across the orbit.
-
-    Parameters
-    ----------
-    points : points (n, m).
-    i, j : indices (k,).
-    shift : half width of the search along the orbit [samples].
+    distance across the orbit.  Points are (n, m); `shift` is the half width of the search along the orbit [samples].
     """
     if shift == 0:
         return np.asarray(np.linalg.norm(points[j] - points[i], axis=1))

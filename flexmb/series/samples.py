@@ -17,18 +17,7 @@ ROUND_OFF = 1e-12
 
 
 def samples(owner: str, signal: Any, least: int) -> np.ndarray:
-    """`signal` as finite float64 values (n,).
-
-    Parameters
-    ----------
-    owner : name of the caller, for messages.
-    signal : the argument of a user.
-    least : smallest number of samples.
-
-    Raises
-    ------
-    InputError : another shape, too few samples, samples that are not finite or too large.
-    """
+    """`signal` as finite float64 values (n,), `least` of them at least, and not too large."""
     x = real_numbers(signal)
     if x is None:
         raise InputError(f"{owner}: the signal is no list of numbers.")
@@ -45,12 +34,7 @@ def samples(owner: str, signal: Any, least: int) -> np.ndarray:
 
 
 def real_numbers(value: Any) -> np.ndarray | None:
-    """`value` as a new float64 array; None if it holds other objects, such as complex numbers.
-
-    Parameters
-    ----------
-    value : the argument of a user.
-    """
+    """`value` as a new float64 array; None if it holds other objects, such as complex numbers."""
     try:
         return None if np.iscomplexobj(value) else np.array(value, dtype=np.float64)
     except (TypeError, ValueError):
@@ -58,17 +42,7 @@ def real_numbers(value: Any) -> np.ndarray | None:
 
 
 def refuse_extremes(what: str, x: np.ndarray) -> None:
-    """Refuse numbers whose squares overflow or underflow.
-
-    Parameters
-    ----------
-    what : name of the numbers, for messages.
-    x : the numbers (n,).
-
-    Raises
-    ------
-    InputError : numbers that are too large or too small.
-    """
+    """Refuse numbers (n,) whose squares overflow or underflow."""
     largest = float(np.abs(x).max(initial=0.0))
     if largest > LARGEST or 0.0 < largest < 1.0 / LARGEST:
         raise InputError(f"{what} has a magnitude of {largest:.3g}, whose square is no number. Give another unit.")
@@ -77,15 +51,7 @@ def refuse_extremes(what: str, x: np.ndarray) -> None:
 def spacing(owner: str, interval: Any, count: int) -> tuple[float, str]:
     """Distance of two samples, and unit of a rate.
 
-    Parameters
-    ----------
-    owner : name of the caller, for messages.
-    interval : distance [s], times (count,) [s], or None for iterations.
-    count : number of samples.
-
-    Raises
-    ------
-    InputError : a distance that is not positive, times of another number or not evenly spaced.
+    `interval` is a distance > 0 [s], evenly spaced times (count,) [s], or None for iterations.
     """
     if interval is None:
         return 1.0, "1/iteration"
@@ -107,22 +73,12 @@ def spacing(owner: str, interval: Any, count: int) -> tuple[float, str]:
 
 
 def is_constant(x: np.ndarray) -> bool:
-    """Whether the samples (n,) differ by no more than round-off.
-
-    Parameters
-    ----------
-    x : samples (n,).
-    """
+    """Whether the samples (n,) differ by no more than round-off."""
     return bool(np.ptp(x) <= ROUND_OFF * np.abs(x).max())
 
 
 def standardised(x: np.ndarray) -> np.ndarray:
-    """The samples less their mean, over their standard deviation.
-
-    Parameters
-    ----------
-    x : samples (n,).
-    """
+    """Samples (n,) less their mean, over their standard deviation."""
     centred = x - x.mean()
     return np.asarray(centred / centred.std())
 
@@ -131,10 +87,6 @@ def mean_period(x: np.ndarray) -> float:
     """Number of samples in a mean period, at least 2: inverse of the mean frequency, weighted by the power.
 
     Source: M. T. Rosenstein, J. J. Collins and C. J. De Luca, Physica D 65 (1993) 117.
-
-    Parameters
-    ----------
-    x : samples (n,).
     """
     window = np.hanning(len(x))
     power = np.abs(np.fft.rfft((x - x.mean()) * window)) ** 2

@@ -103,26 +103,14 @@ def _result(phi: np.ndarray, angles: np.ndarray, step: int, record: str) -> Zero
 
 
 def kind_of(value: float) -> str:
-    """Kind of a signal: 'regular', 'chaotic' or 'undecided'.
-
-    Parameters
-    ----------
-    value : median K.
-    """
+    """Kind of a signal by its median K: 'regular', 'chaotic' or 'undecided'."""
     if value < REGULAR:
         return "regular"
     return "chaotic" if value > CHAOTIC else "undecided"
 
 
 def growth_correlations(phi: np.ndarray, angles: np.ndarray, ratio: int = 10) -> np.ndarray:
-    """K_c (k,) of a signal, from lags up to n / `ratio`.
-
-    Parameters
-    ----------
-    phi : signal (n,).
-    angles : angles c (k,) [rad/sample].
-    ratio : length of the record over the largest lag.
-    """
+    """K_c (k,) of a signal (n,) for angles c (k,) [rad/sample], from lags up to n / `ratio`."""
     lags = np.arange(1, len(phi) // ratio + 1)
     return np.array([_correlation(lags, _displacement(phi, c, lags)) for c in angles])
 

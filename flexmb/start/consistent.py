@@ -60,19 +60,11 @@ def consistent_start(
 ) -> Start:
     """Start values of a mechanism: clearance joints centred, bodies without a declared field unstressed and rigid.
 
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    program : the compiled mechanism.
-    t : time [s].
-    redundant : whether joints may be redundant in every pose; the multipliers are then those of least norm.
-    closed : the mechanism compiled with `start=True`; None: compiled here.
+    The time is in s.  Joints that are `redundant` in every pose have the multipliers of least norm; `closed` is the
+    mechanism compiled with `start=True`.
 
-    Raises
-    ------
-    AssemblyError : loops that cannot close; joints that are not independent; a singular pose; declared velocities that
-        the joints forbid.
-    SolveError : a coordinate without mass.
+    An `AssemblyError` tells loops that cannot close, joints that are not independent, a singular pose, or declared
+    velocities that the joints forbid; a `SolveError` a coordinate without mass.
     """
     closed = compile_mechanism(mechanism, start=True) if closed is None else closed
     q, _ = close_loops(closed, {}, t=t)
@@ -98,12 +90,7 @@ def with_states(program: Program, q: np.ndarray, v: np.ndarray) -> tuple[np.ndar
 
 
 def settled_states(system: StateEvaluation, q: np.ndarray, v: np.ndarray, t: float) -> np.ndarray:
-    """Velocities (n_q,) in which the rates of some states of controls are 0, by Newton's method.
-
-    Raises
-    ------
-    SolveError : states without such values.
-    """
+    """Velocities (n_q,) in which the rates of some states of controls are 0, by Newton's method."""
     v, dofs = v.copy(), np.array(system.program.settled)
     for _ in range(MOST_ITERATIONS):
         rate = system.at(q, v, t=t, weights=(0.0, 1.0, 0.0)).force[dofs]

@@ -20,21 +20,10 @@ SHARE = 0.1
 
 
 def check_massless(mechanism: Mechanism, program: Program, q: np.ndarray) -> None:
-    """Refuse massless links that can move without moving a mass; nothing is computed without massless links.
+    """Refuse massless links that can move without moving a mass, at a closed pose (n_q,).
 
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    program : the compiled mechanism.
-    q : (n_q,) closed pose.
-
-    Raises
-    ------
-    ModelError : such a link, by its name.
-
-    Notes
-    -----
-    Flexible bodies count as rigid: a link that only bends them moves their mass.
+    Nothing is computed without massless links.  Flexible bodies count as rigid: a link that only bends them moves their
+    mass.
     """
     massless = [k for k, body in enumerate(mechanism.bodies) if body.is_massless]
     if not massless:

@@ -24,10 +24,6 @@ def projected(program: Program, q: np.ndarray, v: np.ndarray, t: float) -> tuple
 
     Whole turns of the drives are removed first, so that a state of one period may be the start of another.  Angles
     count by the size of the mechanism.
-
-    Raises
-    ------
-    AssemblyError : no positions near q close the joints.
     """
     system, metric = StateEvaluation(program), metric_of(program)
     q = without_whole_turns(program, system, np.array(q, dtype=np.float64), t)

@@ -45,14 +45,7 @@ class Redundancy(NamedTuple):
 
 
 def redundancy(program: Program, q: np.ndarray, system: StateEvaluation | None = None) -> Redundancy | None:
-    """Redundant equations at a pose; None where all are independent.
-
-    Parameters
-    ----------
-    program : the mechanism.
-    q : (n_q,) the pose.
-    system : evaluation of the program; None: a new one.
-    """
+    """Redundant equations at a pose (n_q,); None where all are independent."""
     system = system or StateEvaluation(program)
     G = system.at(q).blocks[1]
     every = len(row_rank(G).redundant)
@@ -72,11 +65,7 @@ def redundancy(program: Program, q: np.ndarray, system: StateEvaluation | None =
 def dependent_parts(program: Program, G: Any, rows: np.ndarray | None = None) -> tuple[str, ...]:
     """Names of the parts whose equations depend on one another, in the order of the rows.
 
-    Parameters
-    ----------
-    program : the mechanism.
-    G : (rows, coordinates) constraint Jacobian, or some of its rows.
-    rows : numbers of these rows; None: all.
+    G (rows, coordinates) is the constraint Jacobian, or some of its rows with the numbers `rows`.
     """
     numbers = dependent_rows(G) if rows is None else rows[list(dependent_rows(G))]
     return tuple(dict.fromkeys(program.names.rows[k].partition("[")[0] for k in numbers))
@@ -85,24 +74,16 @@ def dependent_parts(program: Program, G: Any, rows: np.ndarray | None = None) ->
 def shaken_pose(program: Program, q: np.ndarray) -> np.ndarray:
     """A pose without any symmetry near q, in which joints are open: rows that depend there always do.
 
-    Parameters
-    ----------
-    program : the mechanism.
-    q : a pose, of the bodies alone or with the states of controls.
+    q is a pose of the bodies alone or with the states of controls.
     """
     sizes = np.where(np.asarray(program.tables.kind)[: len(q)] == 1, 1.0, program.length)
     return np.asarray(q + POSE_SHIFT * np.sin(1.0 + 7.3 * np.arange(len(q))) * sizes)
 
 
 def redundant_rows(program: Program, closed: Program, q: np.ndarray, t: float) -> int:
-    """Number of rows that are redundant both at q and at a neighbouring pose; 0 for a singular pose.
+    """Number of rows that are redundant both at a pose q (n_q,) and at a neighbouring one; 0 for a singular pose.
 
-    Parameters
-    ----------
-    program : the mechanism.
-    closed : the same with clearance joints as ideal ones.
-    q : (n_q,) an assembled pose.
-    t : time [s].
+    q is an assembled pose at t [s].
     """
     extra = len(row_rank(StateEvaluation(program).at(q, t=t).blocks[1]).redundant)
     if extra == 0:
@@ -140,11 +121,7 @@ def least_norm(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Accelerations (n_q,), and the multipliers (n_c,) of least norm that produce them.
 
-    z : history (n_z,) at this state, None: that at the start
-
-    Raises
-    ------
-    SolveError : a coordinate without mass that no joint moves.
+    z : history (n_z,) at this state, None: that at the start  A coordinate without mass that no joint moves is refused.
     """
     system = StateEvaluation(program).at(q, v, t=t, z=z, weights=(0.0, 0.0, 1.0))
     M, G = system.blocks
@@ -162,14 +139,8 @@ def looks_dependent(program: Program, work: Work, q: np.ndarray, redundant: int)
     """Whether independent constraint rows look redundant, because some inertia is very small.
 
     The pivots depend on the directions of the bodies, so that three rotations of the mechanism are tested; a rotation
-    at which a kernel refuses its arguments is left out.
-
-    Parameters
-    ----------
-    program : the mechanism.
-    work : workspace of the program, which is overwritten.
-    q : (n_q,) pose at the start.
-    redundant : number of constraint rows that are redundant in every pose.
+    at which a kernel refuses its arguments is left out.  The workspace is overwritten; `redundant` rows are so in every
+    pose, q (n_q,) is the pose at the start.
     """
     system, angles = StateEvaluation(program, work), np.asarray(program.tables.kind) == 1
     for turn in (0.0, 0.7, 2.3):

@@ -41,27 +41,14 @@ class Poses(Record):
 
 
 def new_poses(program: Program, histories: int | None = None) -> Poses:
-    """An empty table.
-
-    Parameters
-    ----------
-    program : the model whose signals are kept.
-    histories : number of histories; None: those of `program`.
-    """
+    """An empty table of poses with the signals of a model, and its histories or another number of them."""
     n_y, n_z = program.tables.sizes.n_y, program.tables.sizes.n_z if histories is None else histories
     rows = max(LEAST_POSES, min(MOST_POSES, POSE_NUMBERS // (n_y + n_z))) // 2 * 2 + 1
     return Poses(PoseNumbers(0, 1, 0, 0.0), times=rows, sizes=rows, values=(rows, n_y), z=(rows, n_z))
 
 
 def keep_first(poses: Poses, t: float, signals: np.ndarray, z: np.ndarray) -> None:
-    """Keep the pose at which a run begins.
-
-    Parameters
-    ----------
-    poses : the table.
-    t : the instant [s].
-    signals, z : all signals (n_y,), histories (n_z,).
-    """
+    """Keep the pose at which a run begins, t [s], with all signals (n_y,) and histories (n_z,)."""
     poses.times[0], poses.sizes[0], poses.values[0], poses.z[0] = t, 0.0, signals, z
     poses.number.set_numbers(np.array([1, 1, 1, 0.0]))
 
@@ -69,10 +56,7 @@ def keep_first(poses: Poses, t: float, signals: np.ndarray, z: np.ndarray) -> No
 def kept_poses(poses: Poses, t: float, signals: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, ...]:
     """Instants, signals, histories, sizes of steps of all poses in order, and which are even; the present one is last.
 
-    Parameters
-    ----------
-    poses : the table.
-    t, signals, z : the present instant [s], all signals (n_y,), histories (n_z,).
+    The present instant t [s] has all signals (n_y,) and histories z (n_z,).
     """
     count, strained = poses.number.count, poses.number.strain > 0.0
     rows = np.array([*range(count), *([len(poses.times) - 1] if strained else [])])

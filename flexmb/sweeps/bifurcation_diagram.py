@@ -269,12 +269,7 @@ def _check(family: Family, direction: str, chunks: int, count: int) -> None:
 
 
 def first_of(family: Family, values: Sequence[float]) -> Dynamics:
-    """The system at the first value that gives one.
-
-    Raises
-    ------
-    FlexmbError : the error at the last value, if no value gives a system.
-    """
+    """The system at the first value that gives one; if none does, the error at the last value is raised."""
     for value in values:
         with Attempt() as attempt:
             flow = family.at(value)

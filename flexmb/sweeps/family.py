@@ -75,12 +75,7 @@ class Family:
         return system
 
     def period_of(self, flow: Dynamics, value: float) -> float:
-        """Time between two section points [unit of the system]; 1 for maps.
-
-        Raises
-        ------
-        InputError : a flow without a period.
-        """
+        """Time between two section points [unit of the system]; 1 for maps."""
         if flow.unit != "s":
             return 1.0
         declared = self._declared(value)
@@ -126,17 +121,10 @@ class SectionSettings:
 def section_point(family: Family, section: SectionSettings, value: float, carried: np.ndarray | None) -> Outcome:
     """Section points, verdict and exponent for one value of the parameter.
 
-    Parameters
-    ----------
-    family : the systems.
-    section : settings of the section.
-    value : value of the parameter.
-    carried : start state from a neighbouring value; None: start state of the system.
+    The motion starts at the state `carried` from a neighbouring value; None: start state of the system.
 
-    Returns
-    -------
-    Outcome : `points` (keep, signals); `seam`: whether a carried state could not be used; `state` after the last point;
-        `drive_period`, `verdict`, `exponent`, `exponent_error`.  The outcome of a failure has no points.
+    The outcome has `points` (keep, signals); `seam`: whether a carried state could not be used; `state` after the last
+    point; `drive_period`, `verdict`, `exponent`, `exponent_error`.  The outcome of a failure has no points.
     """
     flow = family.at(value)
     if stopped := stopped_runs():  # of the function that makes the system
@@ -161,12 +149,7 @@ def section_point(family: Family, section: SectionSettings, value: float, carrie
 
 
 def columns_of(flow: Dynamics, signals: tuple[str, ...], label: str) -> list[int]:
-    """Numbers of the chosen signals among the signals of a system.
-
-    Raises
-    ------
-    InputError : an unknown signal.
-    """
+    """Numbers of the chosen signals among the signals of a system."""
     names = list(flow.names)
     return [names.index(checks.one_of(label, "signal", name, names)) for name in signals]
 

@@ -60,16 +60,9 @@ class Points:
 
 
 def points_of(label: str, over: Any) -> Points:
-    """Points of a grid or of a list of designs.
+    """Points of a grid {"a": values, "b": values}, all combinations, or of a list of designs {"a": value, "b": value}.
 
-    Parameters
-    ----------
-    label : name of the caller, for messages.
-    over : {"a": values, "b": values} for all combinations, or a list of {"a": value, "b": value}.
-
-    Raises
-    ------
-    InputError : another kind of object, no points, designs with different parameters, a reserved name.
+    All designs have the same parameters.
     """
     values: dict[str, Sequence[Any]]
     if isinstance(over, Mapping):

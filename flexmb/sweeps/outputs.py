@@ -20,12 +20,7 @@ OUTCOME = ("ok", STATUS)
 
 
 def called(function: Any, arguments: Mapping[str, Any]) -> Outcome:
-    """Outcome of one call, with its results as {name: (dims or None, array)}; runs in the workers.
-
-    Raises
-    ------
-    InputError : an empty mapping; a result that is not a number, array or text; an inadmissible name.
-    """
+    """Outcome of one call, with its results as {name: (dims or None, array)}; runs in the workers."""
     results = function(**arguments)
     named = dict(results) if isinstance(results, Mapping) else {ALONE: results}
     ok, status = _judged(named)
@@ -50,12 +45,7 @@ def _judged(named: dict[Any, Any]) -> tuple[bool, str]:
 def columns_of(
     results: Mapping[str, Any], dims: Mapping[str, Sequence[str]], known_lengths: Mapping[str, int]
 ) -> list[Column]:
-    """Columns for the results of a call.
-
-    Raises
-    ------
-    InputError : a name or a dimension in use, dims of another number, a dimension of two lengths.
-    """
+    """Columns for the results of a call."""
     lengths, columns = dict(known_lengths), []
     for name, (own_dims, array) in results.items():
         if name in lengths or name in OUTCOME:
@@ -76,12 +66,7 @@ def columns_of(
 
 
 def fitting(results: Mapping[str, Any], columns: Mapping[str, Column]) -> dict[str, Any]:
-    """Values of results for the columns of the first successful point.
-
-    Raises
-    ------
-    InputError : results with other names, shapes or kinds.
-    """
+    """Values of results for the columns of the first successful point; other names, shapes or kinds are refused."""
     if set(results) != set(columns):
         text = f"The function returned {', '.join(sorted(results))}"
         raise InputError(

@@ -133,12 +133,9 @@ class _Call:
 
 
 def failed_kernel(program: Program, instants: Sequence[Instant]) -> FailedKernel | None:
-    """The first kernel that fails at one of several states; None if all are good, or the model is too large.
+    """The first kernel that fails at one of several states, the likeliest first.
 
-    Parameters
-    ----------
-    program : the compiled mechanism.
-    instants : states, the likeliest first.
+    None: all are good, or the model is too large.
     """
     for instant in instants:
         with np.errstate(all="ignore"):

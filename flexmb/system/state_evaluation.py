@@ -62,10 +62,6 @@ class StateEvaluation:
         """Evaluate at a state (n_q,); `weights`: factors of stiffness, damping and mass in the matrix.
 
         The last three entries of arrays with n_q + 3 entries are the motion of the ground, else at rest.
-
-        Raises
-        ------
-        KernelError : a kernel of a part raises an exception at this state.
         """
         n, m = self.program.n_q, self.program.n_c
         state = _padded(q, n), _padded(v, n), _padded(a, n)
@@ -151,18 +147,9 @@ class StateEvaluation:
         return A[:n, :n].tocsc(), A[n:, :n]
 
     def solve(self, b: np.ndarray, purpose: str, accuracy: float = 0.0) -> np.ndarray:
-        """Solve with the present matrix, with pivoting.
+        """Solve with the present matrix, with pivoting, for a right-hand side (n,).
 
-        Parameters
-        ----------
-        b : (n,) right-hand side.
-        purpose : what it is for, for messages.
-        accuracy : error of the solution that suffices, relative to its largest entry; 0: round-off.
-
-        Raises
-        ------
-        SolveError : a singular matrix.
-        KernelError : a kernel that is not finite at this state.
+        `accuracy` is the error of the solution that suffices, relative to its largest entry; 0: round-off.
         """
         try:
             if self.small:

@@ -103,13 +103,7 @@ class Bench:
         return Report(self.owner, tuple(Check(n, len(e), max(e, default=0.0), s) for n, e, s in checks))
 
     def note(self, name: str, error: float = 0.0) -> None:
-        """Record a passed check.
-
-        Parameters
-        ----------
-        name : kernel and checked property.
-        error : relative error.
-        """
+        """Record a passed check: kernel and checked property, and its relative error."""
         self.errors.setdefault(name, []).append(float(error))
 
     def scales(self, coordinates: Sequence[Coordinate]) -> np.ndarray:
@@ -122,10 +116,7 @@ class Bench:
     def states(self, coordinates: Sequence[Coordinate], wanted: str) -> Iterator[State]:
         """Random states of each magnitude; every second one is in motion, and some have h = 0.
 
-        Parameters
-        ----------
-        coordinates : coordinates of the piece.
-        wanted : names of the inputs, separated by blanks.
+        `wanted` are names of the inputs, separated by blanks.
         """
         q, scale = self.pose[self.number.dofs(coordinates)], self.scales(coordinates)
         for k in range(3 * len(MAGNITUDES)):
@@ -149,22 +140,11 @@ class Bench:
         scale: Any,
         **sizes: Any,
     ) -> None:
-        """Compare a derivative with differences of a function.
+        """Compare a derivative of the kernel with differences of a function at x.
 
-        Parameters
-        ----------
-        tested : the kernel.
-        formula : formula of the derivative, which begins with its name.
-        state : state of the kernel.
-        value : derivative by the kernel.
-        function : the function to be differentiated.
-        x, scale : point of differentiation, and scale of the differences.
-        **sizes : `rows`, `columns`: weights that give all entries one unit; `floor`: smallest size of a row; `noise`:
-            round-off of the function beyond that of its own size.
-
-        Raises
-        ------
-        KernelError : a derivative that differs.
+        The formula begins with the name of the derivative; `scale` is that of the differences.  `sizes` are `rows`,
+        `columns`: weights that give all entries one unit; `floor`: smallest size of a row; `noise`: round-off of the
+        function beyond that of its own size.
         """
         expected, uncertain = gradient(function, x, scale, sizes.get("noise", 0.0))
         value = np.asarray(value, dtype=float)
@@ -205,20 +185,7 @@ class Bench:
             raise tested.fault(text, state)
 
     def balanced(self, tested: TestedKernel, quantity: str, state: State, terms: Sequence[float], rule: str) -> None:
-        """Check that the sum of terms vanishes.
-
-        Parameters
-        ----------
-        tested : the kernel.
-        quantity : name of the terms, for messages.
-        state : state of the kernel.
-        terms : the terms.
-        rule : required property, for messages.
-
-        Raises
-        ------
-        KernelError : terms that are out of balance.
-        """
+        """Check that the sum of terms vanishes."""
         imbalance, size = float(np.sum(terms)), float(np.abs(terms).sum())
         if abs(imbalance) > BALANCE * size:
             text = f"{quantity} are out of balance by {imbalance:.6g}, where their sizes add up to {size:.6g}"
@@ -226,19 +193,9 @@ class Bench:
         self.note(f"{tested.kernel.name}: {quantity} in balance", abs(imbalance) / size if size else 0.0)
 
     def turned(self, tested: TestedKernel, name: str, state: State, after: Any, before: Any, size: float) -> None:
-        """Compare results in a rotated and shifted frame with the rotated results.
+        """Compare results `after` in a rotated and shifted frame with the rotated results `before` of the old one.
 
-        Parameters
-        ----------
-        tested : the kernel.
-        name : name of the result, for messages.
-        state : state of the kernel.
-        after, before : result in the new frame, rotated result of the old frame.
-        size : magnitude to which the error is related.
-
-        Raises
-        ------
-        KernelError : results that differ.
+        The error is related to the magnitude `size`.
         """
         error = np.abs(np.asarray(after) - before) / max(size, 1e-300)
         wrong = error > TURNED
@@ -249,12 +206,7 @@ class Bench:
         self.note(f"{tested.kernel.name}: turned and shifted", np.max(error, initial=0.0))
 
     def rotation(self, scale: float) -> tuple[np.ndarray, np.ndarray]:
-        """A random rotation of two nodes (6, 6), and the shift and turn (6,) after it.
-
-        Parameters
-        ----------
-        scale : largest shift [m].
-        """
+        """A random rotation of two nodes (6, 6), and the shift of at most `scale` [m] and turn (6,) after it."""
         angle = float(self.random.uniform(-3.0, 3.0))
         c, s = math.cos(angle), math.sin(angle)
         turn = np.kron(np.eye(2), np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]))

@@ -13,13 +13,7 @@ from flexmb.testing.tested_kernel import State, TestedKernel
 
 
 def check_constraint(bench: Bench, contribution: ConstraintContribution) -> None:
-    """Compare G, g_t and H with differences, and gamma with the rate of G v + g_t on the constraint manifold.
-
-    Parameters
-    ----------
-    bench : test bench.
-    piece : the constraint.
-    """
+    """Compare G, g_t and H with differences, and gamma with the rate of G v + g_t on the constraint manifold."""
     n, m = len(contribution.coordinates), contribution.rows
     shapes = {"g": (m,), "G": (m, n), "g_t": (m,), "gamma": (m,), "H": (n, n)}
     tested = TestedKernel(bench.owner, contribution.kernel, contribution.p, **shapes)
@@ -49,15 +43,7 @@ def check_constraint(bench: Bench, contribution: ConstraintContribution) -> None
 
 
 def check_gamma(bench: Bench, tested: TestedKernel, state: State, scale: np.ndarray) -> None:
-    """Compare gamma with the negative rate of G v + g_t at constant v: G a = gamma holds if d(G v + g_t)/dt = 0.
-
-    Parameters
-    ----------
-    bench : test bench.
-    tested : kernel of the constraint.
-    state : state on the constraint manifold.
-    scale : scales of the coordinates.
-    """
+    """Compare gamma with the negative rate of G v + g_t at constant v: G a = gamma holds if d(G v + g_t)/dt = 0."""
     v = state["v"]
 
     def rate(s: float) -> np.ndarray:
@@ -70,13 +56,7 @@ def check_gamma(bench: Bench, tested: TestedKernel, state: State, scale: np.ndar
 
 
 def on_manifold(tested: TestedKernel, state: State) -> State:
-    """The state projected onto g = 0 and G v + g_t = 0, for which gamma is defined.
-
-    Parameters
-    ----------
-    tested : kernel of the constraint.
-    state : a state near the manifold.
-    """
+    """The state projected onto g = 0 and G v + g_t = 0, for which gamma is defined."""
     state = dict(state)
     for _ in range(30):
         out = tested(state)
@@ -88,13 +68,7 @@ def on_manifold(tested: TestedKernel, state: State) -> State:
 
 
 def check_motion(bench: Bench, motion: Motion) -> None:
-    """Compare s_dot and s_ddot with differences that end at the breaks of the motion.
-
-    Parameters
-    ----------
-    bench : test bench.
-    motion : prescribed motion.
-    """
+    """Compare s_dot and s_ddot with differences that end at the breaks of the motion."""
     tested = TestedKernel(f"{bench.owner}, {type(motion).__name__}", motion.kernel, motion.parameters())
     span = motion.period or 2.0
     breaks = np.array(motion.breaks(2.0 * span))
@@ -116,16 +90,7 @@ def check_motion(bench: Bench, motion: Motion) -> None:
 
 
 def check_breaks(bench: Bench, motion: Motion, tested: TestedKernel, breaks: np.ndarray, t_end: float) -> None:
-    """Check the declared breaks: instants within the time span, and no jump of value and rate in a smooth motion.
-
-    Parameters
-    ----------
-    bench : test bench.
-    motion : prescribed motion.
-    tested : kernel of the motion.
-    breaks : declared breaks [s].
-    t_end : end of the time span [s].
-    """
+    """Check the declared breaks [s]: instants up to `t_end` [s], and no jump of value and rate in a smooth motion."""
     for t in breaks:
         state = {"t": float(t)}
         if not 0.0 < t <= t_end:

@@ -34,30 +34,14 @@ ROUND_OFF = 1e-12
 
 
 def check_contact(bench: Bench, contribution: ContactContribution) -> None:
-    """Check gap kernel, normal law and friction law of a contact.
-
-    Parameters
-    ----------
-    bench : test bench.
-    piece : the contact.
-    """
+    """Check gap kernel, normal law and friction law of a contact."""
     size = check_gap(bench, contribution)
     check_normal(bench, contribution.normal, size)
     check_friction(bench, contribution.friction)
 
 
 def check_gap(bench: Bench, contribution: ContactContribution) -> float:
-    """Check a gap kernel with open and closed gaps.
-
-    Parameters
-    ----------
-    bench : test bench.
-    piece : the contact.
-
-    Returns
-    -------
-    float : size of the gap in the reference configuration [m].
-    """
+    """Check a gap kernel with open and closed gaps; returns the size of the gap in the reference configuration [m]."""
     tested = TestedKernel(bench.owner, contribution.gap, contribution.p, out=(GAP_SIZE,))
     q = bench.pose[bench.number.dofs(contribution.coordinates)]
     scale = bench.scales(contribution.coordinates)
@@ -80,16 +64,9 @@ def check_gap(bench: Bench, contribution: ContactContribution) -> float:
 def check_gap_at(
     bench: Bench, tested: TestedKernel, state: State, scale: np.ndarray, size: float, period: float = 0.0
 ) -> None:
-    """Check derivatives, contact point and frame at one state.
+    """Check derivatives, contact point and frame at one state; `size` is that of the gap [m].
 
-    Parameters
-    ----------
-    bench : test bench.
-    tested : gap kernel.
-    state : the state.
-    scale : scales of the coordinates.
-    size : size of the gap [m].
-    period : by which the gap may jump in another frame [m].
+    In another frame the gap may jump by `period` [m].
     """
     out = tested.checked_call(state)["out"]
     where = "contact" if out[GAP] < 0.0 else "free flight"
@@ -129,12 +106,7 @@ def check_gap_at(
 
 
 def rows(out: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """J_n and J_t from normal and arms: gap rate and slip by the velocities of the nodes.
-
-    Parameters
-    ----------
-    out : outputs of the gap kernel.
-    """
+    """J_n and J_t from normal and arms: gap rate and slip by the velocities of the nodes."""
     n = out[NORMAL_X:ARM1_X]
     t = np.array([-n[1], n[0]])
 
@@ -150,14 +122,7 @@ def check_frame(
 ) -> None:
     """Check that gap, gap rate and slip do not depend on the frame, and that normal and arms turn with it.
 
-    Parameters
-    ----------
-    bench : test bench.
-    tested : gap kernel.
-    state : the state.
-    out : outputs at the state.
-    scale : scales of the coordinates.
-    period : by which the gap may jump [m].
+    The gap may jump by `period` [m].
     """
     turn, shift = bench.rotation(float(scale.max()))
     moved = {"q": turn @ state["q"] + shift, "v": turn @ state["v"]}
@@ -177,14 +142,7 @@ def check_frame(
 
 
 def check_normal(bench: Bench, law: NormalLaw, size: float) -> None:
-    """Check a normal law in free flight, at the onset and in lasting contact.
-
-    Parameters
-    ----------
-    bench : test bench.
-    law : the law.
-    size : size of the gap [m].
-    """
+    """Check a normal law in free flight, at the onset and in lasting contact, at gaps of `size` [m]."""
     tested = law_kernel(bench, law)
     for h in STEPS * ROUNDS:
         z = np.array(law.history(), dtype=float)
@@ -204,14 +162,7 @@ def check_normal(bench: Bench, law: NormalLaw, size: float) -> None:
 
 
 def check_normal_at(bench: Bench, tested: TestedKernel, state: State) -> None:
-    """Check derivatives and sign of a normal law at one state.
-
-    Parameters
-    ----------
-    bench : test bench.
-    tested : kernel of the law.
-    state : the state.
-    """
+    """Check derivatives and sign of a normal law at one state."""
     out = tested.checked_call(state)
     N = float(out["N"])
     bench.note(f"{tested.kernel.name}: compiled = Python, finite, repeatable, {'open' if N == 0.0 else 'closed'}")
@@ -225,13 +176,7 @@ def check_normal_at(bench: Bench, tested: TestedKernel, state: State) -> None:
 
 
 def check_friction(bench: Bench, law: FrictionLaw) -> None:
-    """Check a friction law at slow and fast slip, with histories of earlier slip.
-
-    Parameters
-    ----------
-    bench : test bench.
-    law : the law.
-    """
+    """Check a friction law at slow and fast slip, with histories of earlier slip."""
     tested = law_kernel(bench, law)
     for h in STEPS * ROUNDS:
         z = np.array(law.history(), dtype=float)
@@ -253,35 +198,16 @@ def check_friction(bench: Bench, law: FrictionLaw) -> None:
 
 
 def law_kernel(bench: Bench, law: Law) -> TestedKernel:
-    """Kernel of a law, to be tested.
-
-    Parameters
-    ----------
-    bench : test bench.
-    law : the law.
-    """
+    """Kernel of a law, to be tested."""
     owner = f"{bench.owner}, {type(law).__name__}"
     return TestedKernel(owner, law.kernel, law.parameters(), z_new=(len(law.history()),))
 
 
 def of(tested: TestedKernel, state: State, output: str, name: str) -> Callable[[float], float]:
-    """Output of a kernel as a function of one input.
-
-    Parameters
-    ----------
-    tested : the kernel.
-    state : values of the other inputs.
-    output, name : names of output and input.
-    """
+    """Output of a kernel as a function of one input."""
     return lambda x: float(tested({**state, name: x})[output])
 
 
 def log_uniform(bench: Bench, low: float, high: float) -> float:
-    """A random number, log-uniform between `low` and `high`.
-
-    Parameters
-    ----------
-    bench : test bench with the random generator.
-    low, high : limits.
-    """
+    """A random number, log-uniform between `low` and `high`."""
     return float(np.exp(bench.random.uniform(np.log(low), np.log(high))))

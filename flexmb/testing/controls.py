@@ -37,15 +37,6 @@ def check_control(bench: Bench, contribution: ControlContribution) -> None:
     """Check calls of a control law with random inputs: compiled = Python, repeatable, inputs unchanged.
 
     Inputs at which the law is not finite are left out, since the mechanism may never have them.
-
-    Parameters
-    ----------
-    bench : test bench.
-    contribution : the control.
-
-    Raises
-    ------
-    KernelError : a broken contract; a law that is never finite.
     """
     tested = tested_law(bench, contribution)
     name, finite = f"{contribution.kernel.name}: compiled = Python, repeatable, inputs unchanged", 0
@@ -64,13 +55,7 @@ def check_control(bench: Bench, contribution: ControlContribution) -> None:
 
 
 def tested_law(bench: Bench, contribution: ControlContribution) -> TestedKernel:
-    """The law of a control under test.
-
-    Parameters
-    ----------
-    bench : test bench.
-    contribution : the control.
-    """
+    """The law of a control under test."""
     sizes = {"dx": (len(contribution.states),), "y": (len(contribution.outputs),)}
     return TestedKernel(bench.owner, contribution.kernel, contribution.p, **sizes)
 
@@ -79,17 +64,7 @@ def check_control_tangents(bench: Bench, program: Program, contribution: Control
     """Compare the tangents of loads and states of a control with differences of the forces of the mechanism.
 
     A state of the mechanism at which the outputs depend on nothing (a saturated controller) tells nothing of tangents;
-    so there must be others.
-
-    Parameters
-    ----------
-    bench : test bench.
-    program : the compiled mechanism.
-    contribution : the control; a sampled one has no tangents.
-
-    Raises
-    ------
-    KernelError : tangents that differ; a controller that is saturated at every state that is tried.
+    so there must be others.  A sampled control has no tangents.
     """
     c, C = program.controls.index(contribution.part), program.tables.controls
     columns = np.asarray(C.dofs[C.dof[c] : C.dof[c + 1]]).astype(np.int64)

@@ -17,17 +17,10 @@ def slope(function: Callable[[float], Any], x: float, scale: float, noise: Any =
     """df/dx and its uncertainty, entry by entry, from central differences with steps that shrink from scale / 8.
 
     Each halving of the step is extrapolated (errors in h^2, h^4, ...).  The result is the value that differs least from
-    its neighbours, so the step suits the function, and the uncertainty is large at a kink and with round-off.
+    its neighbours, so the step suits the function, and the uncertainty is large at a kink and with round-off.  The
+    function of one number gives an array of any shape, and may change over the length `scale` > 0; `noise` is the
+    round-off of its values beyond that of their own size.
 
-    Parameters
-    ----------
-    function : function of one number, with an array of any shape.
-    x : point of differentiation.
-    scale : length over which the function may change, > 0.
-    noise : round-off of the values beyond that of their own size.
-
-    Notes
-    -----
     Source: C. J. F. Ridders, Accurate computation of F'(x) and F'(x)F''(x), Advances in Engineering Software 4 (1982)
     75-76.
     """
@@ -57,14 +50,7 @@ def slope(function: Callable[[float], Any], x: float, scale: float, noise: Any =
 
 
 def gradient(function: Callable[[Any], Any], x: Any, scale: Any, noise: Any = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Derivatives by the entries of x and their uncertainties, with the entries of x as last dimension.
-
-    Parameters
-    ----------
-    function : function of a number or an array.
-    x : point of differentiation.
-    scale, noise : see `slope`.
-    """
+    """Derivatives by the entries of x and their uncertainties, with the entries of x as last dimension."""
     if np.ndim(x) == 0:
         return slope(function, float(x), float(scale), noise)
 

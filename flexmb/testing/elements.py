@@ -20,11 +20,7 @@ REACTION = "action must equal reaction; a load from outside on two bodies is one
 def check_element(bench: Bench, contribution: ElementContribution, weightless: ElementContribution) -> None:
     """Check an element: tangents, energies, balance, dependence on the frame, other kernels.
 
-    Parameters
-    ----------
-    bench : test bench.
-    piece : the element.
-    weightless : the same element without gravity.
+    `weightless` is the same element without gravity.
     """
     n, m = len(contribution.coordinates), len(contribution.history)
     shapes = {"r": (n,), "K": (n, n), "C": (n, n), "M": (n, n), "z_new": (m,)}
@@ -48,16 +44,7 @@ def check_element(bench: Bench, contribution: ElementContribution, weightless: E
 def check_other_kernels(
     bench: Bench, contribution: ElementContribution, tested: TestedKernel, state: State, out: Values
 ) -> None:
-    """Compare force, tangent and energy-evaluation kernel with the element and energy kernels.
-
-    Parameters
-    ----------
-    bench : test bench.
-    piece : the element.
-    tested : element kernel.
-    state : the state.
-    out : outputs at the state.
-    """
+    """Compare force, tangent and energy-evaluation kernel with the element and energy kernels."""
     n, history = tested.shapes["r"], {"z_new": tested.shapes["z_new"]}
     weights = dict(zip(("kq", "kv", "ka"), bench.random.uniform(0.5, 2.0, 3).tolist(), strict=True))
     y = bench.random.uniform(-1.0, 1.0, n)
@@ -82,14 +69,7 @@ def check_other_kernels(
 
 
 def round_off_sizes(tested: TestedKernel, state: State, out: Values) -> dict[str, float]:
-    """Magnitudes of forces and energies to which round-off is related: coordinates have a round-off of their own.
-
-    Parameters
-    ----------
-    tested : element kernel.
-    state : the state.
-    out : outputs at the state.
-    """
+    """Magnitudes of forces and energies to which round-off is related: coordinates have a round-off of their own."""
     q, v = (float(np.abs(state[name]).max(initial=1.0)) for name in "qv")
     stiffness = float(np.abs(out["K"]).max())
     still = np.zeros_like(state["v"])
@@ -100,16 +80,7 @@ def round_off_sizes(tested: TestedKernel, state: State, out: Values) -> dict[str
 
 
 def check_tangents(bench: Bench, tested: TestedKernel, state: State, out: Values, scale: np.ndarray) -> None:
-    """Compare K, C and M with differences of r.
-
-    Parameters
-    ----------
-    bench : test bench.
-    tested : element kernel.
-    state : the state.
-    out : outputs at the state.
-    scale : scales of the coordinates.
-    """
+    """Compare K, C and M with differences of r."""
     size = float(np.abs(out["r"] * scale).max())
     sizes = {"rows": scale, "columns": scale, "floor": TOLERANCE * size}
     for output, name in (("K", "q"), ("C", "v"), ("M", "a")):
@@ -130,17 +101,7 @@ def check_tangents(bench: Bench, tested: TestedKernel, state: State, out: Values
 def check_energy(
     bench: Bench, kernel: Kernel, tested: TestedKernel, state: State, out: Values, scale: np.ndarray
 ) -> None:
-    """Compare the force at rest with the potential, and the power of the forces with the rate of all energies.
-
-    Parameters
-    ----------
-    bench : test bench.
-    kernel : energy kernel.
-    tested : element kernel.
-    state : the state.
-    out : outputs at the state.
-    scale : scales of the coordinates.
-    """
+    """Compare the force at rest with the potential, and the power of the forces with the rate of all energies."""
     energy = TestedKernel(bench.owner, kernel, tested.p)
     short = {name: state[name] for name in ("t", "q", "v")}
     damping = float(energy.checked_call(short, round_off_sizes(tested, state, out))["damping"])
@@ -169,15 +130,7 @@ def check_energy(
 
 
 def check_reaction(bench: Bench, coordinates: Sequence[Coordinate], tested: TestedKernel, state: State) -> None:
-    """Check that forces and moments between two moving bodies balance, without inertia.
-
-    Parameters
-    ----------
-    bench : test bench.
-    coordinates : coordinates of the element.
-    tested : element kernel without gravity.
-    state : the state.
-    """
+    """Check that forces and moments between two moving bodies balance, by an element without gravity and inertia."""
     parts = {part for part, _, _ in coordinates}
     if len(parts) != 2 or GROUND.name in parts:
         return
@@ -203,16 +156,7 @@ def check_reaction(bench: Bench, coordinates: Sequence[Coordinate], tested: Test
 def check_frame(
     bench: Bench, coordinates: Sequence[Coordinate], tested: TestedKernel, state: State, scale: np.ndarray
 ) -> None:
-    """Check that the forces of an element with two nodes turn with the frame.
-
-    Parameters
-    ----------
-    bench : test bench.
-    coordinates : coordinates of the element.
-    tested : element kernel without gravity.
-    state : the state.
-    scale : scales of the coordinates.
-    """
+    """Check that the forces of an element with two nodes turn with the frame, without gravity."""
     if [axis for _, _, axis in coordinates] != [0, 1, 2, 0, 1, 2]:
         return
     turn, shift = bench.rotation(scale[0])

@@ -80,14 +80,7 @@ def check_part(mechanism: Mechanism, part_name: str, *, seed: int = 0) -> Report
 
 
 def check_piece(bench: Bench, contribution: Contribution, weightless: Any) -> None:
-    """Check one piece of a part.
-
-    Parameters
-    ----------
-    bench : test bench.
-    piece : the piece.
-    weightless : the same piece without gravity.
-    """
+    """Check one piece of a part; `weightless` is the same piece without gravity."""
     if isinstance(contribution, ElementContribution):
         check_element(bench, contribution, weightless)
         if contribution.factor is not None:
@@ -110,15 +103,7 @@ def check_piece(bench: Bench, contribution: Contribution, weightless: Any) -> No
 
 
 def check_pickles(bench: Bench, mechanism: Mechanism, part_name: str, program: Program) -> None:
-    """Check that part, mechanism and program can be sent to another process with the same results.
-
-    Parameters
-    ----------
-    bench : test bench.
-    mechanism : the mechanism.
-    part_name : name of the part.
-    program : compiled mechanism.
-    """
+    """Check that part, mechanism and program can be sent to another process with the same results."""
     part = mechanism.find(part_name)
     copies = {}
     for word, thing in (("part", part), ("mechanism", mechanism), ("program", program)):

@@ -50,15 +50,9 @@ class TestedKernel:
     def checked_call(self, state: State, sizes: dict[str, float] | None = None) -> Values:
         """Outputs at a state, after the checks of a single call.
 
-        Parameters
-        ----------
-        state : inputs by name.
-        sizes : magnitudes of outputs to which round-off is related, by name; other outputs: their own size.
-
-        Raises
-        ------
-        KernelError : a call that fails or changes its inputs, values that are not finite, a second call or a compiled
-            function with another result.
+        Round-off is related to `sizes` of outputs by name; other outputs: their own size.  A `KernelError` tells a call
+        that fails or changes its inputs, values that are not finite, a second call or a compiled function with another
+        result.
         """
         first, second = self._python(state), self._python(state)
         for name, value in first.items():
@@ -79,13 +73,7 @@ class TestedKernel:
         return compiled
 
     def fault(self, text: str, state: State) -> KernelError:
-        """The error to be raised, with the state.
-
-        Parameters
-        ----------
-        text : description of the error.
-        state : inputs by name.
-        """
+        """The error to be raised, with the state."""
         with np.printoptions(precision=5, linewidth=10**6):
             listed = ", ".join(f"{name} = {np.asarray(x)}" for name, x in state.items())
         return KernelError(f"{self.label}: {text}. State: {listed}.")
@@ -96,19 +84,7 @@ class TestedKernel:
             raise self.fault(f"{entry(name, bad)} is {at(value, bad)}; it must be finite at every state", state)
 
     def same(self, state: State, expected: Values, sizes: dict[str, float], other: str) -> None:
-        """Check that the outputs agree with the outputs of another kernel up to round-off.
-
-        Parameters
-        ----------
-        state : inputs by name.
-        expected : outputs of the other kernel.
-        sizes : magnitudes to which round-off is related.
-        other : name of the other kernel, for messages.
-
-        Raises
-        ------
-        KernelError : see `checked_call`; outputs that differ.
-        """
+        """Check that the outputs agree with those of another kernel up to round-off, related to `sizes`."""
         values = self.checked_call(state, sizes)
         for name, value in expected.items():
             where = np.abs(values[name] - value) > SAME * self._size(name, expected, state, sizes)
@@ -153,13 +129,7 @@ class TestedKernel:
 
 
 def entry(name: str, where: Any) -> str:
-    """Name of the first marked entry, such as 'K[0, 1]'.
-
-    Parameters
-    ----------
-    name : name of the array.
-    where : marks of the entries.
-    """
+    """Name of the first marked entry, such as 'K[0, 1]'."""
     if np.ndim(where) == 0 or np.size(where) == 1:
         return name
     index = ", ".join(str(k) for k in np.argwhere(where)[0])
@@ -167,11 +137,5 @@ def entry(name: str, where: Any) -> str:
 
 
 def at(values: Any, where: Any) -> float:
-    """Value of the first marked entry.
-
-    Parameters
-    ----------
-    values : the array.
-    where : marks of the entries.
-    """
+    """Value of the first marked entry."""
     return float(np.atleast_1d(values)[np.atleast_1d(where)][0])
