@@ -37,12 +37,7 @@ PACKAGE_PARENT = Path(__file__).resolve().parents[2]
 
 
 class SecondProcess:
-    """A process that compiles functions one after the other and names each on its standard output.
-
-    Parameters
-    ----------
-    names : full names of the functions.
-    """
+    """A process that compiles functions, given by their full names, and names each on its standard output."""
 
     def __init__(self, names: list[str]) -> None:
         self.began, self.left = time.perf_counter(), list(names)

@@ -98,7 +98,6 @@ class SealedCache(FunctionCache):
 
     Parameters
     ----------
-    function : the Python function.
     content : digest of all values that are frozen into its code, besides its sources.
     """
 
@@ -127,10 +126,6 @@ class CodeCache(_Cache):
 
     Nothing is looked up before the first call, and numba's tables of types and functions, which take long to fill, are
     left alone where nothing has to be compiled.
-
-    Parameters
-    ----------
-    function : the Python function.
     """
 
     def __init__(self, function: Any) -> None:

@@ -66,10 +66,6 @@ def made_with() -> dict[str, str]:
 class Shipped:
     """Machine code of an installation.
 
-    Parameters
-    ----------
-    folder : where index and code are.
-
     Raises
     ------
     ValueError : the files are not there, cannot be read or do not fit; the message says why.
@@ -139,12 +135,7 @@ def _refuse(why: str) -> None:
 
 
 class Shipment:
-    """Collector of compiled code for an installation.
-
-    Parameters
-    ----------
-    cpu : name of the processor for which it is compiled.
-    """
+    """Collector of code that is compiled for a processor (`cpu`), for an installation."""
 
     def __init__(self, cpu: str) -> None:
         self.cpu = cpu

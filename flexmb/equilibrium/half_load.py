@@ -52,7 +52,6 @@ class LoadPath:
     Parameters
     ----------
     program : the structure without loads.
-    system : its evaluation.
     start : (n_q,) coordinates and (n_c,) multipliers without loads.
     force : (n_q,) residual of the loads at factor 1 there.
     stiffness : (n_q, n_q) their stiffness there; to first order they are force + stiffness (q - q0).

@@ -38,8 +38,7 @@ class KeptFactors(PivotingSolver):
 
     Parameters
     ----------
-    symbolic : Symbolic
-        Pattern in whose layout the values come.
+    symbolic : pattern in whose layout the values come.
 
     Notes
     -----

@@ -24,7 +24,7 @@ def elimination_order(
     tree, which changes no fill and brings together what the numeric kernel touches together.  The diagonal of a
     constraint is zero until the coordinates in its row are gone, so its block waits for all blocks it shares an edge
     with.  More than LARGE_GRAPH blocks are ordered by multiple minimum degree, each constraint next after the last of
-    the blocks that it waits for.  The result (n,) has the unknowns eliminated first at the front.
+    the blocks that it waits for.  The result (n,), int64, has the unknowns eliminated first at the front.
 
     `blocks` are numbers of the unknowns in each block: the three coordinates of a node, the rows of one joint; every
     unknown 0 .. n-1 stands in exactly one.  `edges` are blocks that an element or a joint couples, all with all; `last`

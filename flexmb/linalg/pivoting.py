@@ -24,8 +24,7 @@ class PivotingSolver:
 
     Parameters
     ----------
-    symbolic : Symbolic
-        Pattern in whose layout the values come.
+    symbolic : pattern in whose layout the values come.
 
     Notes
     -----

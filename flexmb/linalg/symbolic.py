@@ -23,26 +23,18 @@ class Symbolic:
     Panel s eliminates the places ``starts[s] .. starts[s+1]`` of the order, w of them; below it stand the u places
     ``rows[row_ptr[s] : row_ptr[s+1]]``.  Its values begin at ``value_ptr[s]``: w rows of U, each w + u long, then the
     transposed panel of L, w rows of length u.  One dummy slot follows the last value: it swallows the contributions
-    of fixed coordinates.
+    of fixed coordinates.  All arrays are int64.
 
     Parameters
     ----------
-    n : int
-        Number of unknowns.
-    order : (n,) int64 array
-        Unknown at each place.
-    starts : (n_panels + 1,) int64 array
-        First place of each panel.
-    row_ptr : (n_panels + 1,) int64 array
-        Where its rows begin in `rows`.
-    rows : int64 array
-        Places below each panel, ascending.
-    value_ptr : (n_panels + 1,) int64 array
-        Where its values begin.
-    target_ptr : (n_panels + 1,) int64 array
-        Where its updates begin in `targets`.
-    a_rows, a_cols : int64 arrays
-        Structural nonzeros of A, numbers of unknowns, column by column.
+    n : number of unknowns.
+    order : (n,) unknown at each place.
+    starts : (n_panels + 1,) first place of each panel.
+    row_ptr : (n_panels + 1,) where its rows begin in `rows`.
+    rows : places below each panel, ascending.
+    value_ptr : (n_panels + 1,) where its values begin.
+    target_ptr : (n_panels + 1,) where its updates begin in `targets`.
+    a_rows, a_cols : structural nonzeros of A, numbers of unknowns, column by column.
     """
 
     n: int

@@ -20,7 +20,6 @@ class RigidShape:
 
     Parameters
     ----------
-    part : name of the part.
     node : name of its node; empty for the one node of a rigid body.
     lines : polylines, each a tuple of points (x, y) in the frame of the node [m].
     """
@@ -38,7 +37,6 @@ class BeamShape:
 
     Parameters
     ----------
-    part : name of the part.
     start, end : names of the nodes.
     length : length of the unstressed element [m].
     start_angle, end_angle : direction of the axis less theta of the node, in the unstressed element [rad].
@@ -87,7 +85,6 @@ class MeshShape:
 
     Parameters
     ----------
-    part : name of the part.
     kind : kind of the cells: "tri3", "tri6", "quad4" or "quad9".
     points : (n) places in the reference configuration [m].
     cells : (m) numbers of the points of each cell, corners first.
@@ -126,7 +123,6 @@ class PointShape:
 
     Parameters
     ----------
-    part : name of the part.
     kind : what it is: "revolute", "prismatic", "fixed", "clearance", ...
     body, node : the node that carries the point; the body "ground" stands still at the origin.
     offset : the point in the frame of the node [m].
@@ -149,7 +145,6 @@ class LineShape:
 
     Parameters
     ----------
-    part : name of the part.
     kind : "spring", "damper", "rod" or "cable".
     first, second : both points.
     """
@@ -166,7 +161,6 @@ class ArrowShape:
 
     Parameters
     ----------
-    part : name of the part.
     at : the point.
     direction : direction of the arrow, in the frame of the node or in world axes.
     turns : whether the direction turns with the node.
@@ -184,7 +178,6 @@ class CircleShape:
 
     Parameters
     ----------
-    part : name of the part.
     at : the centre.
     radius : radius [m].
     """
@@ -200,7 +193,6 @@ class BeltShape:
 
     Parameters
     ----------
-    part : name of the part.
     first, second : centres of the wheels.
     radii : radii of the belt's middle line on both wheels [m].
     crossed : whether the strands cross.
@@ -219,12 +211,7 @@ Shapes = Sequence[Shape]
 
 
 class LateShapes(Sequence[Shape]):
-    """Shapes computed at first use; equal to the tuple of the shapes, and pickled as that tuple.
-
-    Parameters
-    ----------
-    find : returns them.
-    """
+    """Shapes computed at first use; equal to the tuple of the shapes, and pickled as that tuple."""
 
     def __init__(self, find: Callable[[], Shapes]) -> None:
         self._find: Callable[[], Shapes] | None = find

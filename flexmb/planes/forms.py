@@ -38,7 +38,6 @@ class PlaneMatrices:
 
     Attributes
     ----------
-    mesh : the mesh.
     stiffness : (2n, 2n) sparse [N/m], displacements ordered x0, y0, x1, y1, ...
     scalar_mass : (n, n) sparse [kg], for x and for y; the mass matrix is that times the unit matrix of two.
     """

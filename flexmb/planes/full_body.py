@@ -54,9 +54,7 @@ class FullBody:
 
     Parameters
     ----------
-    part : name of the body.
     cells : cells, in the axes of the mesh.
-    pins : its pins.
     origin : the mesh's origin in the world [m].
     angle : direction of the mesh's x-axis in the world [rad].
     damping : stiffness-proportional damping time [s].

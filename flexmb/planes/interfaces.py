@@ -38,7 +38,6 @@ class Interface:
 
     Parameters
     ----------
-    name : name of the pin.
     nodes : node numbers of the set.
     point : place of the pin in the axes of the mesh [m].
     kind : "rigid" or "averaged".

@@ -63,7 +63,6 @@ class LoadedMesh:
 
     Parameters
     ----------
-    part : name of the body.
     points : (n, 2) nodes in the axes of the mesh [m].
     names : names of the nodes of the mechanism by number, of all nodes that lie on no rigid pin.
     pins : rigid pins by number of the mesh's nodes that lie on them.

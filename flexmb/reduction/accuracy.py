@@ -116,14 +116,7 @@ class Accuracy:
 
 
 class Comparison:
-    """The full and the reduced body with some displacements of pins held.
-
-    Parameters
-    ----------
-    found : basis.
-    element : matrices of the reduced body.
-    held : displacements of pins that are 0.
-    """
+    """The full and the reduced body with some displacements of pins held; those are 0."""
 
     def __init__(self, found: Basis, element: Superelement, held: Sequence[int]) -> None:
         self.model, self.found = found.model, found

@@ -54,7 +54,6 @@ class Element(NamedTuple):
     start : first end [m].
     chord : length of the chord [m].
     free : rotations (u1, u2) of its ends against the chord [rad]; 0 where it is straight.
-    beam : its beam.
     data : matrices of the beam.
     k : number of the element.
     """

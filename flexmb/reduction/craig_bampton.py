@@ -55,7 +55,6 @@ class Basis:
 
     Parameters
     ----------
-    model : the body.
     nodes : pins, the node of static shapes of inertia, if there is one, then a node for every three vibrations.
     shapes : (N, n) displacements of the model by those of the nodes.
     held : frequencies with all pins held of the kept vibrations, and of the next one, if there is one [Hz].

@@ -36,7 +36,6 @@ class BeamModel:
 
     Parameters
     ----------
-    body : the body.
     pins : names of its nodes where parts are attached.
     """
 

@@ -25,7 +25,6 @@ class FlexiblePart:
 
     Parameters
     ----------
-    part : name of the part.
     nodes : names of its nodes.
     reference : (m, 3) x, y, theta of the nodes of the unstressed part, in the frame of the rigid motion [m, rad].
     motion : (n, 3) x, y, theta of the rigid motion [m, rad].

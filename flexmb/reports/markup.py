@@ -53,7 +53,7 @@ def table(
 ) -> Markup:
     """A table with a caption, in a box that scrolls sideways where the page is narrow.
 
-      The first cell of a row is its head; `numbers` are places of the columns with numbers.
+    The first cell of a row is its head; `numbers` are places of the columns with numbers.
     """
     classes = ["number" if k in numbers else None for k in range(len(heads))]
     head = tag("tr", *(tag("th", text, scope="col", class_=c) for text, c in zip(heads, classes, strict=True)))

@@ -22,13 +22,7 @@ STANDING = -1
 
 
 class Nodes:
-    """Nodes of all shapes with the frames that carry them, at n instants.
-
-    Parameters
-    ----------
-    sol : the solution.
-    instants : (n,) numbers of saved instants.
-    """
+    """Nodes of all shapes with the frames that carry them, at n saved instants, given by their numbers."""
 
     def __init__(self, sol: Solution, instants: np.ndarray) -> None:
         self.sol, self.instants = sol, instants

@@ -24,10 +24,6 @@ class NetcdfContent:
 
     Arrays that are stored in one piece share the memory of the bytes; so only names and places are read at first.
 
-    Parameters
-    ----------
-    content : bytes of the file.
-
     Raises
     ------
     OSError : bytes that are no HDF5 file.

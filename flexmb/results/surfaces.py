@@ -30,7 +30,6 @@ class Surface:
 
     Parameters
     ----------
-    part : name of the body.
     shape : its mesh.
     points : (n, m, 2) drawn places, of which a deformation may be magnified [m].
     poses : (n, nodes, 3) x, y, theta of the nodes, from which stresses are found [m, rad].

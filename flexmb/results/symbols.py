@@ -38,7 +38,6 @@ class SymbolLine:
 
     Parameters
     ----------
-    part : name of the part.
     kind : one of `KINDS`.
     points : (n, m, 2) [m].
     body : the body that a circle turns with; "" for other symbols.

@@ -53,10 +53,6 @@ def least_step(t: float) -> float:
 class Chords:
     """Longest steps that follow the drives, the histories of loads and the inputs of controllers of a run.
 
-    Parameters
-    ----------
-    run : the run.
-
     Raises
     ------
     InputError : a fixed step that sees another motion than that of a drive or load.

@@ -108,7 +108,6 @@ class StopConditions:
 
     Parameters
     ----------
-    label : first words of errors.
     names : names of the program whose signals are watched.
     stop : a condition, or several; None for none.
     faults : conditions of runs that are not ok.
@@ -201,12 +200,7 @@ def watched_places(condition: Condition, names: Names) -> list[int]:
 
 
 class Snapshot:
-    """State of a run between two blocks of steps, to which the run can return.
-
-    Parameters
-    ----------
-    run : the run, whose buffers are empty.
-    """
+    """State of a run with empty buffers between two blocks of steps, to which the run can return."""
 
     FIELDS = ("peak", "peak_time", "signals", "last_signals", "last_lam", "last_z", "held_rows", "lows")
 

@@ -25,13 +25,7 @@ STATE_DIFFERENCE = 1e-5
 
 
 class CarryingStepper(NewmarkStepper):
-    """Steps of the Newmark family, with small differences of the state if `tangents` is set.
-
-    Parameters
-    ----------
-    program : the compiled mechanism.
-    method : a method of the Newmark family.
-    """
+    """Steps of the Newmark family, with small differences of the state if `tangents` is set."""
 
     tangents: Tangents | None = None
     _address: Any = None

@@ -18,10 +18,6 @@ class RigidMotion:
 
     States of controls, which stand behind the coordinates of the bodies, have no part in these motions.  Poses may hold
     them or not.
-
-    Parameters
-    ----------
-    program : the compiled mechanism.
     """
 
     def __init__(self, program: Program) -> None:

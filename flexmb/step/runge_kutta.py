@@ -53,12 +53,7 @@ class RungeKutta4(Method):
 
 
 class RungeKuttaStepper(Stepper):
-    """Steps of the Runge-Kutta method; the balance of energies is of second order, hence coarser than the motion.
-
-    Parameters
-    ----------
-    program : the compiled mechanism.
-    """
+    """Steps of the Runge-Kutta method; the balance of energies is of second order, hence coarser than the motion."""
 
     residual_limit = RESIDUAL_LIMIT_RUNGE_KUTTA
 

@@ -31,10 +31,6 @@ class Stepper:
     A new method is a subclass of `Method` and a subclass of `Stepper`, whose `advance` calls the compiled loop of the
     method.  A `Run` calls its stepper for all that differs between methods.
 
-    Parameters
-    ----------
-    program : the compiled mechanism.
-
     Attributes
     ----------
     program : the model whose equations are stepped.

@@ -81,8 +81,6 @@ class FailedKernel:
 
     Parameters
     ----------
-    part : name of the part.
-    kernel : name of the kernel.
     reason : the exception, or the kind of result.
     arguments : arguments by the name of the parameter.
     """

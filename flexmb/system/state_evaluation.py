@@ -29,13 +29,7 @@ LARGE_UNKNOWNS = 1000
 
 
 class StateEvaluation:
-    """Evaluation of a program at one state; returned arrays are copies.
-
-    Parameters
-    ----------
-    program : the compiled mechanism.
-    work : workspace of the program, which is overwritten; None: a new one.
-    """
+    """Evaluation of a program at one state, in a workspace that is overwritten; returned arrays are copies."""
 
     def __init__(self, program: Program, work: Work | None = None) -> None:
         self.program = program

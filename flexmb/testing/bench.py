@@ -79,14 +79,7 @@ class Report:
 
 
 class Bench:
-    """Test bench for the kernels of one part.
-
-    Parameters
-    ----------
-    mechanism : the mechanism.
-    part : a part of the mechanism.
-    seed : seed of the random states.
-    """
+    """Test bench for the kernels of one part; `seed` is that of the random states."""
 
     def __init__(self, mechanism: Mechanism, part: Part, seed: int) -> None:
         self.owner = f"Part {part.name!r} ({type(part).__name__})"

@@ -23,7 +23,6 @@ class ContinuationPoint:
 
     Parameters
     ----------
-    point : the orbit.
     ahead : direction of the branch.
     tests : values of the test functions, whose signs change at events.
     touches : number of closures of each gap.

@@ -80,7 +80,6 @@ class Shooting:
 
     Parameters
     ----------
-    label : begin of messages.
     system : flow or map, whose state the shooting changes.
     period, times, autonomous, segments, tangent, angles : see `periodic_orbit`.
     """

@@ -23,8 +23,6 @@ class StateSpace:
 
     Parameters
     ----------
-    label : name of the caller, for messages.
-    system : flow or map.
     angles : names of state entries that count modulo 2 pi.
     """
 

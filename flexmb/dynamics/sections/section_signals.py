@@ -19,7 +19,6 @@ class SectionSignals:
 
     Parameters
     ----------
-    name : name of the system.
     names, units : names and units (m,) of the signals.
     telling : numbers of the signals on which a verdict rests.
     resolution : differences (m,) of the signals that errors of the integration can make; None: 1e-6 of their sizes.

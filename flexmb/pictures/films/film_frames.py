@@ -48,7 +48,6 @@ class Film:
 
     Parameters
     ----------
-    sol : the solution.
     times : (n,) instants [s].
     magnify : factor of the deformation.
     colour : key of `FIELDS`, `STRESS`, or None.

@@ -24,12 +24,7 @@ ARRAY_BUFFER, ELEMENT_BUFFER = 34962, 34963
 
 
 class Glb:
-    """A glTF document that grows by meshes, nodes and motions.
-
-    Parameters
-    ----------
-    generator : name of the program.
-    """
+    """A glTF document that grows by meshes, nodes and motions."""
 
     def __init__(self, generator: str) -> None:
         self._data = bytearray()

@@ -87,7 +87,6 @@ class Export:
 
     Parameters
     ----------
-    sol : the solution.
     rows : (n,) numbers of rows, increasing.
     true : solution of the stresses, where the deformation of `sol` is magnified.
     """

@@ -94,7 +94,6 @@ class Window:
 
     Parameters
     ----------
-    scene : the drawing.
     colour : key of `FIELDS`, `STRESS`, or None.
     off_screen : whether there is no window.
     centres : (n, 2) points that the view moves with [m]; None: it stands still.

@@ -66,8 +66,6 @@ class Pose:
 
     Parameters
     ----------
-    ax : the axes.
-    scene : the drawing.
     now : number of the instant that is shown first.
     colouring : colours of beams; None: each body has its own colour.
     """

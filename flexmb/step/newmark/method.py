@@ -140,13 +140,7 @@ class Newmark(Method):
 
 
 class NewmarkStepper(Stepper):
-    """Implicit steps of the Newmark family.
-
-    Parameters
-    ----------
-    program : the compiled mechanism.
-    method : its numbers.
-    """
+    """Implicit steps of the Newmark family."""
 
     def __init__(self, program: Program, method: Newmark) -> None:
         super().__init__(program)

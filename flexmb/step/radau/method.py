@@ -113,12 +113,7 @@ class RadauIIA(Method):
 
 
 class RadauStepper(Stepper):
-    """Steps of Radau's method.
-
-    Parameters
-    ----------
-    program : the compiled mechanism.
-    """
+    """Steps of Radau's method."""
 
     def __init__(self, program: Program) -> None:
         super().__init__(program)
