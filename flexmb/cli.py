@@ -20,7 +20,7 @@ OK, NOT_FINISHED, REFUSED, FAULT, INTERRUPTED = 0, 1, 2, 3, 130
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line, of the typed arguments or those given in their place.
+    """Run the command line, of typed or given arguments.
 
     Exit status: 0 done, 1 the run did not reach its end or `check` found errors, 2 refused, 3 a fault, 130 interrupted
     from the keyboard.

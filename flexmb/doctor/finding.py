@@ -99,6 +99,6 @@ class Finding:
 
 
 def found(code: str, parts: Sequence[str], text: str, remedy: str = "", **numbers: float) -> Finding:
-    """A finding with the severity of its code, one of `CODES`; `numbers` are those of the text."""
+    """A finding with the severity of its code, one of `CODES`; `numbers` stand in its text."""
     plain = {name: float(value) for name, value in numbers.items()}
     return Finding(code, tuple(parts), text, remedy, CODES[code][0], plain)

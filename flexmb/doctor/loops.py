@@ -110,7 +110,7 @@ def other_branch(closed: Program, q: np.ndarray) -> list[Finding]:
 
 
 def locking_drives(mechanism: Mechanism, closed: Program, q: np.ndarray) -> list[Finding]:
-    """Findings on loops that open, or whose branches cross, while the drives move from the closed pose (n_q,) on."""
+    """Findings on loops that open, or whose branches cross, while drives move from the closed pose (n_q,) at t = 0."""
     if not closed.drives:
         return []
     bodies = [body.name for body in mechanism.bodies if isinstance(body, FlexibleBody)]

@@ -69,7 +69,7 @@ def stability_findings(mechanism: Mechanism, ideal: Program, q: np.ndarray, bare
 
 
 def loop_findings(mechanism: Mechanism, program: Program, q: np.ndarray) -> list[Finding]:
-    """Finding on control loops that act at all times and let a small motion grow.
+    """Finding on control loops that act at all times and let a small motion about the pose (n_q,) grow.
 
     From the eigenvalues of mechanism and control laws together, at rest in the reference configuration; without the
     stiffness of gravity in it.  Sampled laws are left out.

@@ -37,7 +37,7 @@ PART_OF_PERIOD = 0.05
 def step_findings(mechanism: Mechanism, ideal: Program, closed: Program, q: np.ndarray, h: float) -> list[Finding]:
     """Findings on a fixed step h [s] that is too long for contacts, or for vibrations with which a run begins.
 
-    `ideal` has ideal joints for clearance joints; in `closed` start velocities are found.
+    `ideal` has ideal joints for clearance joints; in `closed` start velocities are found; the pose (n_q,) is closed.
     """
     findings = list(_short_contacts(mechanism, h))
     if ideal.n_q > MOST_COORDINATES:

@@ -24,7 +24,10 @@ LARGEST_RATIO = 1e15
 
 
 def stiffness_findings(mechanism: Mechanism, program: Program, q: np.ndarray, bare: Modes | None) -> list[Finding]:
-    """Findings on stiffnesses so large that their round-off is felt beside the loads or slow vibrations."""
+    """Findings on stiffnesses so large that their round-off is felt beside the loads or slow vibrations.
+
+    The pose is q (n_q,); without loads there may be no modes `bare`.
+    """
     n, kind = program.tables.sizes.n_b, np.asarray(program.tables.kind)
     stiffness = np.where(kind[:n] == 1, 0.0, _diagonal(program, q)[:n])
     worst = int(np.argmax(stiffness))
@@ -49,7 +52,7 @@ def stiffness_findings(mechanism: Mechanism, program: Program, q: np.ndarray, ba
 
 
 def resolved_modes(program: Program, q: np.ndarray, bare: Modes) -> list[int]:
-    """Numbers of the elastic modes whose energy is more than that of the round-off of their shapes."""
+    """Numbers of the elastic modes at a pose (n_q,) with more energy than the round-off of their shapes."""
     sizes, stiffest = np.abs(bare.shapes).max(axis=0, initial=0.0), _diagonal(program, q).max()
     least = stiffest * (ROUND_OFF * sizes) ** 2
     energy = np.abs(bare.eigenvalues) ** 2

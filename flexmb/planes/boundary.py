@@ -79,7 +79,7 @@ def area_inside(points: Array) -> float:
 
 
 def tributary_lengths(points: Array, edges: Indices) -> Array:
-    """(n,) integral of each node's shape function along boundary edges (b, 2) or (b, 3) [m]; 0 for other nodes."""
+    """(n,) integral [m] of the nodes' shape functions along boundary edges (b, 2) or (b, 3); points (n, 2) [m]."""
     lengths = np.zeros(len(points))
     values, slopes, weights = edge_rule(edges.shape[1])
     speed = np.linalg.norm(np.einsum("bka,kq->bqa", points[edges], slopes), axis=2)

@@ -40,7 +40,8 @@ def rounded(label: str, corners: Array, radii: Array, size: float) -> tuple[Arra
     """A polygon with arcs as fine polylines in place of its corners, and the numbers of the points on each arc.
 
     Corners (n, 2) stand counter-clockwise, and radii (n,) of 0 are sharp corners [m]; edges on the arcs have `size` [m]
-    at most. The arcs' tangent points are among the points.  Arcs that do not fit onto an edge are refused.
+    at most.  The new corners (p, 2) [m] include the tangent points of arcs.  Arcs that do not fit onto an edge are
+    refused.
     """
     after, before = np.roll(corners, -1, axis=0) - corners, corners - np.roll(corners, 1, axis=0)
     lengths = np.linalg.norm(after, axis=1)

@@ -92,7 +92,7 @@ def edge_products(mesh: PlaneMesh, edges: LoadedEdges, stress: Stress) -> Array:
 
 
 def edge_pressure(mesh: PlaneMesh, name: str, pressure: Stress, thickness: ByRegion[float]) -> Array:
-    """Nodal forces (2n,) [N] of a pressure [Pa] on the boundary edges of a set; > 0 pushes into the body."""
+    """Nodal forces (2n,) [N] of a pressure [Pa] on the edges of a set, by thickness [m]; > 0 pushes into the body."""
     edges = loaded_edges(mesh, name, thickness)
     return on_edges(mesh, edges.nodes, edge_products(mesh, edges, pressure), 0.0).ravel()
 

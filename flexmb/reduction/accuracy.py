@@ -116,7 +116,7 @@ class Accuracy:
 
 
 class Comparison:
-    """The full and the reduced body with some displacements of pins held; those are 0."""
+    """The full and the reduced body with some displacements of pins held at 0."""
 
     def __init__(self, found: Basis, element: Superelement, held: Sequence[int]) -> None:
         self.model, self.found = found.model, found

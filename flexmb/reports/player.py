@@ -22,7 +22,7 @@ KEYS = "Keys: Space plays, arrows step (Shift: ten frames), Home and End, + and 
 
 
 def player(sol: Solution, heading: str, *, fields: Sequence[str]) -> Markup:
-    """Picture, time slider and controls; fields are those of `reports.scene.fields_of`."""
+    """Picture, time slider and controls; fields as of `reports.scene.fields_of`."""
     names = parts(sol)
     listed = ", ".join(names[:30]) + (", ..." if len(names) > 30 else "")
     text = f"Moving picture of {heading}: {listed}. Plots and tables hold the same in numbers."

@@ -84,7 +84,7 @@ def standardised(x: np.ndarray) -> np.ndarray:
 
 
 def mean_period(x: np.ndarray) -> float:
-    """Number of samples in a mean period, at least 2: inverse of the mean frequency, weighted by the power.
+    """Number of samples of (n,) in a mean period, at least 2: inverse of the mean frequency, weighted by the power.
 
     Source: M. T. Rosenstein, J. J. Collins and C. J. De Luca, Physica D 65 (1993) 117.
     """

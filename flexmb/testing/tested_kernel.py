@@ -84,7 +84,7 @@ class TestedKernel:
             raise self.fault(f"{entry(name, bad)} is {at(value, bad)}; it must be finite at every state", state)
 
     def same(self, state: State, expected: Values, sizes: dict[str, float], other: str) -> None:
-        """Check that the outputs agree with those of another kernel up to round-off, related to `sizes`."""
+        """Check that the outputs agree with outputs of another kernel up to round-off, related to `sizes`."""
         values = self.checked_call(state, sizes)
         for name, value in expected.items():
             where = np.abs(values[name] - value) > SAME * self._size(name, expected, state, sizes)

@@ -54,7 +54,7 @@ def is_real(multipliers: np.ndarray) -> np.ndarray:
 
 
 def nearest_loss(multipliers: np.ndarray, graze: float | None) -> StabilityLoss:
-    """Loss of stability by the multiplier nearest to the unit circle, or by grazing if that is nearer.
+    """Loss of stability by the multiplier (of d) nearest to the unit circle, or by grazing if that is nearer.
 
     `graze` is the least gap over its travel; None: no gap.
     """

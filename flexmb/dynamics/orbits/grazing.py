@@ -23,7 +23,7 @@ PENETRATION = "penetration"
 
 
 def gap_signals(system: Dynamics, asked: str | None, label: str) -> dict[str, tuple[int, float]]:
-    """Number and sign of the signals that measure gaps (> 0: open), by name; without `asked` those of all contacts."""
+    """Number and sign of the signals that measure gaps (> 0: open), by name; None: signals of all contacts."""
     if asked is not None:
         return {asked: (system.names.index(checks.one_of(label, "grazing", asked, system.names)), 1.0)}
     if not isinstance(system, MechanismFlow):

@@ -167,7 +167,7 @@ def _step(shooting: Shooting, run: ShootingRun, plane: ArclengthPlane | None) ->
 
 
 def solved(J: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Solution x of J x = right, of least length if J is singular; columns and rows are scaled first."""
+    """Solution of J x = right, of least length for a singular J (rows, unknowns); columns and rows are scaled first."""
     if J.size == 0:
         return np.zeros(J.shape[1])
     column_scales = np.linalg.norm(J, axis=0)

@@ -44,7 +44,10 @@ class SectionSignals:
         exponent: float | None = None,
         error: float | None = None,
     ) -> Verdict:
-        """Verdict on points (n, m) of all signals, by the given signals or, without any, by the signals `telling`."""
+        """Verdict on points (n, m) of all signals, by the given signals or, without any, by the signals `telling`.
+
+        The largest exponent and its error are None where they are unknown.
+        """
         known = [checks.one_of(f"verdict on {self.name!r}", "signal", name, self.names) for name in signals]
         columns = [self.names.index(name) for name in known] or list(self.telling)
         precision: dict[str, Any] = {"units": [self.units[k] for k in columns]}

@@ -54,8 +54,8 @@ def signal_resolution(
     With error-controlled steps: a tenth of the error allowed in a step, because the steps fall differently in each
     period of a periodic motion.  With fixed steps: 1e-8 of the length of the mechanism and of its largest speed.  For
     signals other than positions, velocities and positions of journals: 1e-6 of their largest values.  Allowed errors
-    `steps` are those of a position [m] and of a velocity as a fraction of the speed; None: fixed steps. `peak` (m,) are
-    largest magnitudes of the signals.  Without a period [s] it is 1 s.
+    `steps` are those of a position [m] and of a velocity as a fraction of the speed; None: fixed steps.  `peak` (m,)
+    has the largest magnitudes of the signals.  Without a period [s] it is 1 s.
     """
     n, length = program.n_q, program.length
     angle = np.asarray(program.tables.kind) == 1

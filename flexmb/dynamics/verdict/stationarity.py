@@ -82,7 +82,7 @@ def _mean_drift(column: np.ndarray) -> float:
 
 
 def halves_differ(values: np.ndarray, tolerances: np.ndarray) -> tuple[float, float]:
-    """Distance of the halves of the record in deviations, and ratio of their deviations; the largest of all columns.
+    """Distance of the halves of points (n, m) in deviations, and ratio of their deviations; the largest of all columns.
 
     For each column the smaller of two results counts: by mean and standard deviation, on which spikes weigh, and by
     median and quartiles, which jump between bands.  Differences within `tolerances` (m,) count as none.
