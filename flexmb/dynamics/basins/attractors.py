@@ -74,8 +74,7 @@ def _track(system: Dynamics, start: np.ndarray, rules: Rules) -> Track:
     """Observe one motion until it repeats itself, ends, or reaches the largest number of periods.
 
     It is judged every `settle` periods.  A repetition counts if it is still there at the next judgement, because
-    motions
-    near an unstable orbit seem to repeat themselves for a while.
+    motions near an unstable orbit seem to repeat themselves for a while.
     """
     nothing = start[None, :][:0]
     try:

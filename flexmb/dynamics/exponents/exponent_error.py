@@ -53,8 +53,7 @@ def block_error(logs: np.ndarray, times: np.ndarray) -> float:
 
     Twenty blocks of equal numbers of entries (fewer blocks, of two entries, in short records).  The deviations of their
     sums from the mean rate are nearly independent.  A correlation r > 0 between neighbouring blocks increases the
-    variance
-    by (1 + r) / (1 - r), the factor for correlations that decay as r^k.
+    variance by (1 + r) / (1 - r), the factor for correlations that decay as r^k.
 
     Equation (9.5) of docs/theory/exponents.md.
     """
@@ -89,8 +88,7 @@ def outgrown(value: float, span: float) -> float:
     """Excess of an exponent over the largest one that agrees with a stay of `span` on a cycle; 0: the exponent agrees.
 
     Every period of the motion adds round-off, which grows to the size of the motion, by a factor 1/eps, within `span`
-    at
-    the soonest.  An exponent above log(1/eps) / span therefore contradicts the motion.
+    at the soonest.  An exponent above log(1/eps) / span therefore contradicts the motion.
 
     Equation (9.7) of docs/theory/exponents.md.
     """

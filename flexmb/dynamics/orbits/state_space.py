@@ -17,9 +17,8 @@ class StateSpace:
 
     Positions and velocities must return, angles of bodies up to whole turns; entries without weight follow from them.
     Histories of friction and of elements must return as well, in their own units (deflections of bristles).  Histories
-    of
-    normal contacts need not: they hold times of onsets, and values that positions and velocities determine.  They are
-    passed on from the end of one run to the start of the next run (`free_rows`).
+    of normal contacts need not: they hold times of onsets, and values that positions and velocities determine.  They
+    are passed on from the end of one run to the start of the next run (`free_rows`).
 
     Parameters
     ----------

@@ -100,8 +100,7 @@ def locate(height: Height, bracket: Bracket) -> float:
 
     The crossing is the first time after it that the clock of the flow can represent.  Regula falsi with the Illinois
     modification, and bisection every fourth time (M. Dowell, P. Jarratt, BIT 11 (1971) 168).  Each trial is a step of
-    the
-    flow from the snapshot, so the result is a point of the flow and not of an interpolation.
+    the flow from the snapshot, so the result is a point of the flow and not of an interpolation.
     """
     flow, before = height.flow, bracket.before
     flow.restore(before)

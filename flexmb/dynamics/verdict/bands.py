@@ -22,8 +22,7 @@ def band_count(z: np.ndarray, least: int = 20) -> int:
     """Number of bands that points (n, m) visit in turn, each with `least` points at least; 1: no bands.
 
     The smallest number at which the mean square about the means of the phases falls to half of the total, and lies
-    within
-    a fifth of the minimum over all numbers up to 32.
+    within a fifth of the minimum over all numbers up to 32.
     """
     longest = min(32, len(z) // least)
     total = float(z.var(axis=0).sum())
@@ -59,12 +58,9 @@ def separation(z: np.ndarray, bands: int) -> float:
     """Growth of the distance of neighbours: 0 if neighbours stay together, 1 if they become arbitrary points.
 
     The mean logarithm of the distance of neighbours, from its start value to that of arbitrary points, after up to a
-    fifth
-    of the record, at most 60 steps.  Neighbours are vectors of successive points, more than three steps apart.
-    Arbitrary
-    points belong to one band, unless neighbours are then hardly nearer.  NaN: neighbours are hardly nearer than
-    arbitrary
-    points, or part within one step (noise, or too few points for so many dimensions).
+    fifth of the record, at most 60 steps.  Neighbours are vectors of successive points, more than three steps apart.
+    Arbitrary points belong to one band, unless neighbours are then hardly nearer.  NaN: neighbours are hardly nearer
+    than arbitrary points, or part within one step (noise, or too few points for so many dimensions).
 
     Equation (9.9) of docs/theory/exponents.md.
 
