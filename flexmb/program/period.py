@@ -12,7 +12,7 @@ from flexmb.program.program import Program
 
 
 def common_period(program: Program) -> float:
-    """The shortest time after which all drives are where they were [s]; refused without a small common multiple."""
+    """The shortest time after which all drives are where they were [s]; refused where there is none."""
     known = [p for p in program.periods if p is not None]
     if not known:
         raise InputError(f"Mechanism {program.name!r} has no periodic drive; give t_end= instead of periods=.")

@@ -27,12 +27,10 @@ def error_of(logs: np.ndarray, times: np.ndarray) -> float:
 
     - the error of block averages (`block_error`): fluctuations of a stationary motion;
     - the difference between the last half and the whole record, if it exceeds twice the error of the blocks: vectors
-    that
-      still turn, or a motion that still changes;
+      that still turn, or a motion that still changes;
     - round-off: 4 + sqrt(n) units of each logarithm, added up;
     - the exponent itself, if neighbours part over the last half by no more than the third power of time (a factor of
-    6):
-      log(t) / t is above zero in any finite record.
+      6): log(t) / t is above zero in any finite record.
 
     `logs` are logarithms of growth, `times` the durations of the growth.
     """

@@ -47,8 +47,7 @@ class Height:
     ----------
     value : function that returns the present height.
     rate : function that returns the rate of the height [1/s]; None: the rate is costly, and two crossings in one step
-        may
-        be missed.
+        may be missed.
     side : UP or DOWN.
     """
 
