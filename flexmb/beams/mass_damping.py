@@ -209,8 +209,8 @@ def damping_parameters(
     """Parameters p of an element at a damping rate zeta1 [1/s].
 
     `angle` [rad] is the direction of the element against the line from A to B in the reference configuration; `axial`
-    (2, 2) is the mass in the order u1, u2 [kg], `bending` (4, 4) in the order w1, theta1, w2, theta2 [kg, kg m, kg
-    m^2]; `lumps` are mass [kg] and moment of inertia [kg m^2] on each of the two nodes.
+    (2, 2) is the mass in the order u1, u2 [kg], `bending` (4, 4) in the order w1, theta1, w2, theta2 [kg, kg m,
+    kg m^2]; `lumps` are mass [kg] and moment of inertia [kg m^2] on each of the two nodes.
     """
     m, turn = np.zeros((6, 6)), np.eye(6)
     m[np.ix_((0, 3), (0, 3))] = axial

@@ -65,8 +65,8 @@ def negative_eigenvalues(K: Any, G: Any, order: np.ndarray) -> int | None:
 
     K is (n, n), G (m, n), redundant rows may be among them; `order` is the order of elimination of the n + m unknowns.
 
-    A = [[K + w G^T G, G^T], [G, -c 1]] = L D L^T has m negative pivots, and one more for each negative eigenvalue of K
-    + (w + 1/c) G^T G (Sylvester's law of inertia), all scaled to 1.  w G^T G holds each body from the beginning, so
+    A = [[K + w G^T G, G^T], [G, -c 1]] = L D L^T has m negative pivots, and one more for each negative eigenvalue of
+    K + (w + 1/c) G^T G (Sylvester's law of inertia), all scaled to 1.  w G^T G holds each body from the beginning, so
     that pivots of what a constraint holds later are no round-off.  Where a pivot is zero nonetheless, the eigenvalues
     of a small A are counted instead.
     """
