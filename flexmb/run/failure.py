@@ -70,7 +70,7 @@ def explanation(
     """Sentences on the causes of a failed run, which its status shows, and notes on its refused step.
 
     `closed` is the program with ideal joints for contacts and elastic joints; `faults` are sentences on faults that
-    were seen in the results, which alone a run has that reached its end or was stopped from outside.
+    were seen in the results.  A run that reached its end or was stopped from outside has these sentences alone.
     """
     if run.code in (RUNNING, DONE) or run.note:
         return faults, ()

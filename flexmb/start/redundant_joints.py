@@ -121,7 +121,8 @@ def least_norm(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Accelerations (n_q,), and the multipliers (n_c,) of least norm that produce them.
 
-    z : history (n_z,) at this state, None: that at the start  A coordinate without mass that no joint moves is refused.
+    z is the history (n_z,) at this state; None: that at the start.  A coordinate without mass that no joint moves is
+    refused.
     """
     system = StateEvaluation(program).at(q, v, t=t, z=z, weights=(0.0, 0.0, 1.0))
     M, G = system.blocks
