@@ -444,7 +444,6 @@ planes.fillets.FEWEST_ON_ARC | edges | nothing | least edges of a fillet
 planes.fillets.SAME_PLACE | 1 | longest edge | ends of two fillets at one place
 planes.fillets.STRAIGHT | rad | nothing | corner that is none
 planes.triangles.STRETCHED | 1 | two sides | triangle that is flat on an arc
-mechanisms.nine_bar_plates.WIDEST_HOLE | 1 | eye | widest hole of a link
 planes.interfaces.NO_ARM | 1 | size of the mesh | nodes at the point of a pin
 planes.plane_body.SAME_LENGTH | 1 | length | distance of pins that fits the mesh, point of a joint that is a pin
 planes.vibrations.SHIFT | 1 | longitudinal wave squared | shift of the eigenvalues

@@ -23,7 +23,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 LITERATURE = ROOT / "tests" / "literature"
-sys.path[:0] = [str(Path(__file__).resolve().parent), str(LITERATURE)]
+sys.path[:0] = [str(Path(__file__).resolve().parent), str(LITERATURE), str(ROOT / "tests"), str(ROOT / "examples")]
 
 import validation_page as page  # noqa: E402
 from record import Case, Curve, Figure, Problem, Value  # noqa: E402

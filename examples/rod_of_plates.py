@@ -5,7 +5,6 @@ first frequency of an Euler-Bernoulli beam on two supports is pi h / (2 l^2) sqr
 """
 
 import math
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,28 +12,51 @@ from matplotlib.figure import Figure
 
 import flexmb as fm
 
-DATA = fm.mechanisms.SimeonData()
-TURN = 2.0 * math.pi / DATA.speed
-HALF = 0.5 * DATA.side
+CRANK, ROD, SIDE = 0.15, 0.30, 0.008  # lengths, side of the rod's section [m]
+YOUNG, DENSITY = 2e11, 7870.0
+SPEED = 150.0  # rad/s
+TURN = 2.0 * math.pi / SPEED
+HALF = 0.5 * SIDE
+
+
+def slider_crank(rod) -> fm.Mechanism:
+    """The mechanism of B. Simeon (Mathematical Modelling of Systems 2 (1996) 1-18), all on a line; no gravity."""
+    O, A, B = (0.0, 0.0), (CRANK, 0.0), (CRANK + ROD, 0.0)
+    crank = fm.RigidLink("crank", O, A, mass=0.36, inertia=0.002727 - 0.36 * (CRANK / 2.0) ** 2)
+    slider = fm.RigidBody("slider", B, mass=0.075552, inertia=0.075552e-4)
+    joints = [
+        fm.Revolute("O", fm.GROUND, crank, at=O),
+        fm.Revolute("A", crank, rod, at=A),
+        fm.Revolute("B", rod, slider, at=B),
+        fm.Prismatic("guide", fm.GROUND, slider, at=B, along=(1.0, 0.0)),
+    ]
+    motor = fm.Drive("motor", "O", fm.ConstantSpeed(SPEED))
+    return fm.Mechanism("Simeon's slider-crank", [crank, rod, slider, *joints, motor])
+
+
+def rod_of_beams(elements=8, **options):
+    section, steel = fm.Rectangle(width=SIDE, height=SIDE), fm.Material(YOUNG, DENSITY)
+    ends = (CRANK, 0.0), (CRANK + ROD, 0.0)
+    return fm.FlexibleLink("rod", *ends, section=section, material=steel, elements=elements, **options)
+
+
+def rod_of_cells(cells):
+    steel = fm.Material(YOUNG, DENSITY, poisson=0.3)
+    place = {"at": (CRANK, -HALF), "pins": ("left", "right")}
+    return fm.PlaneBody("rod", fm.meshes.rectangle(ROD, SIDE, *cells), thickness=SIDE, material=steel, **place)
 
 
 def mechanism(kind, modes=0, elements=8, cells=(20, 2)):
     """The slider-crank with a rod of "beams" or of a "mesh", reduced to so many modes where these are given."""
-    whole = fm.mechanisms.simeon(elements=elements, stretched=False, waving=False)
-    rod = replace(whole.find("rod"), stress=True, velocity=None)
-    if kind == "mesh":
-        rectangle = fm.meshes.rectangle(DATA.rod, DATA.side, *cells)
-        steel = fm.Material(DATA.young, DATA.density, poisson=0.3)
-        ends = {"at": (DATA.crank, -HALF), "pins": ("left", "right")}
-        rod = fm.PlaneBody("rod", rectangle, thickness=DATA.side, material=steel, **ends)
-    return whole.with_part(fm.Reduced(rod, modes=modes) if modes else rod)
+    rod = rod_of_cells(cells) if kind == "mesh" else rod_of_beams(elements, stress=True)
+    return slider_crank(fm.Reduced(rod, modes=modes) if modes else rod)
 
 
 def deflection(sol):
     """Of the rod's middle from the chord between its ends [m], the mean of both fibres."""
-    x = DATA.crank + 0.5 * DATA.rod
+    x = CRANK + 0.5 * ROD
     middle = sol.positions("rod", [(x, HALF), (x, -HALF)]).mean("place")
-    ax, ay = (DATA.crank * turned(sol.array("crank.theta")) for turned in (np.cos, np.sin))
+    ax, ay = (CRANK * turned(sol.array("crank.theta")) for turned in (np.cos, np.sin))
     bx, by = sol.array("slider.x") - ax, -ay
     return (bx * (middle["y"].values - ay) - by * (middle["x"].values - ax)) / np.hypot(bx, by)
 
@@ -48,7 +70,7 @@ KINDS = {
 
 
 def main():
-    exact = math.pi * DATA.side / (2.0 * DATA.rod**2) * math.sqrt(DATA.young / (12.0 * DATA.density))
+    exact = math.pi * SIDE / (2.0 * ROD**2) * math.sqrt(YOUNG / (12.0 * DENSITY))
     figure = Figure(figsize=(7.0, 3.6), layout="constrained")
     axes = figure.subplots()
     for label, (kind, modes) in KINDS.items():

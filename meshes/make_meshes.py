@@ -5,10 +5,13 @@ Format: gmsh 2.2, ASCII, lengths in metres; gmsh and ParaView open it.
 NAME.msh        lines; the physical tag names the section: 1 = 25 mm x 12 mm, 2 = 25 mm x 6 mm.  A link lies along +x
                 from (0, 0); the panel is the triangle A, B, C with A at (0, 0), B along +x, C below
                 as in the mechanism.
-NAME_plane.msh  cells of second order (`flexmb.mechanisms.nine_bar_plates`) whose holes are physical curves: "start" and
-                "end" of a link, "A", "B" and "C" of the panel.
+NAME_plane.msh  cells of second order, which lie in the same way, and whose holes are physical curves: "start" and "end"
+                of a link, "A", "B" and "C" of the panel.  Links have two eyes of the bars' depth and a shank of that
+                width; the radius of their holes makes their mass that of the mechanism.  The panel is the triangle of
+                its hinges with a rim of half the bars' depth; its thickness makes its mass that of the mechanism.
 
-`flexmb run nine-bar --mesh meshes` takes the lines, `flexmb.mechanisms.nine_bar_plates` tells how the cells lie.
+`flexmb run nine-bar --mesh meshes` takes the lines.  Cranks and rocker 6 as plates lack the inertia on the axis in the
+frame that the beams have there; it does not matter where a drive turns them steadily.
 
 It prints mass and moment of inertia about the centre of mass of each plane mesh beside those of the mechanism.
 """
@@ -18,14 +21,17 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from itertools import pairwise
-from math import sqrt
+from math import atan2, pi, sqrt
 from pathlib import Path
 
 import meshio
 import numpy as np
 
-from flexmb.mechanisms import NineBarData, nine_bar, nine_bar_plates
+import flexmb as fm
+from flexmb.mechanisms import NineBarData, nine_bar
 from flexmb.planes.mesh import PlaneMesh
+
+DATA = NineBarData()
 
 LINKS = {
     "crank1": (0.045, 1),
@@ -41,6 +47,20 @@ PANEL_AB, PANEL_AC, PANEL_BC = 0.229, 0.304, 0.315
 """Sides of panel 7 [m]."""
 
 SECTIONS = {1: "25x12 mm", 2: "25x6 mm"}
+
+HINGES = {
+    "crank1": ("O1", "P1"),
+    "link2": ("P1", "B2"),
+    "link3": ("P4", "B3"),
+    "crank4": ("O4", "P4"),
+    "rocker6": ("O6", "A"),
+    "panel7": ("A", "B2"),
+    "link8": ("C", "S"),
+}
+"""Joints at the origin of each mesh of cells, and on its x-axis."""
+
+PANEL_HOLE = 0.0025
+"""Radius of the holes of panel 7 [m]."""
 
 
 def panel_corners() -> list[tuple[float, float]]:
@@ -80,13 +100,59 @@ def write_plane(path: Path, mesh: PlaneMesh) -> None:
     found.write(path, file_format="gmsh22", binary=False, float_fmt=".12g")
 
 
+def nine_bar_plates(mechanism: fm.Mechanism, size: float) -> dict[str, fm.PlaneBody]:
+    """Links and panel of the mechanism `nine_bar` as plates of the same names, in the same places."""
+    plates = {}
+    for name, joints in HINGES.items():
+        start, ahead = (mechanism.find(joint).at for joint in joints)
+        angle = atan2(ahead[1] - start[1], ahead[0] - start[0])
+        mesh, thickness = plane_mesh(name, size), thickness_of(name)
+        plates[name] = fm.PlaneBody(
+            name, mesh, at=start, angle=angle, thickness=thickness, material=DATA.material, damping=DATA.damping
+        )
+    return plates
+
+
+def plane_mesh(name: str, size: float) -> PlaneMesh:
+    """Mesh of a plate with its first hinge at (0, 0) and the next one on the x-axis."""
+    if name == "panel7":
+        return panel_mesh(size)
+    length, _ = LINKS[name]
+    eye, mass = 0.5 * DATA.depth, getattr(DATA, f"mass{name[-1]}")
+    full = length * DATA.depth + pi * eye**2  # without holes
+    hole = sqrt((full - mass / (DATA.density * thickness_of(name))) / (2.0 * pi))
+    return fm.meshes.link_with_eyes(length, eye, hole, DATA.depth, size)
+
+
+def thickness_of(name: str) -> float:
+    """Thickness of a plate [m]: that of the bar, or for panel 7 the one with its mass."""
+    if name != "panel7":
+        return DATA.thickness3 if name == "link3" else DATA.thickness
+    corners, rim = np.array(panel_corners()), 0.5 * DATA.depth
+    triangle = 0.5 * abs(corners[1, 0] * corners[2, 1])
+    area = triangle + (PANEL_AB + PANEL_AC + PANEL_BC) * rim + pi * (rim**2 - 3.0 * PANEL_HOLE**2)
+    return float(DATA.mass7 / (DATA.density * area))
+
+
+def panel_mesh(size: float) -> PlaneMesh:
+    """The triangle with a round rim and three holes."""
+    hinges, rim = np.array(panel_corners()), 0.5 * DATA.depth
+    ahead = np.roll(hinges, -1, axis=0) - hinges
+    ahead /= np.linalg.norm(ahead, axis=1)[:, None]
+    outwards = np.stack([-ahead[:, 1], ahead[:, 0]], axis=1)
+    both = outwards + np.roll(outwards, 1, axis=0)
+    corners = hinges + 2.0 * rim * both / (both**2).sum(axis=1)[:, None]
+    holes = {name: (tuple(hinge), PANEL_HOLE) for name, hinge in zip("ABC", hinges.tolist(), strict=True)}
+    return fm.meshes.plate_with_holes(corners.tolist(), holes, 2.0 * size, fillet=rim)
+
+
 def write_planes(folder: Path, size: float) -> list[Path]:
     """The plane meshes; prints what they come to beside the bodies of the mechanism."""
     mechanism, files = nine_bar(), []
     print("body      nodes  mass [kg] (mechanism)   inertia [kg m^2] (mechanism)")
-    for name, plate in nine_bar_plates(mechanism, size=size).items():
+    for name, plate in nine_bar_plates(mechanism, size).items():
         own, rigid = plate.properties(), mechanism.find(name)
-        inertia = NineBarData().inertia7 if name == "panel7" else NineBarData().own_inertia(int(name[-1]))
+        inertia = DATA.inertia7 if name == "panel7" else DATA.own_inertia(int(name[-1]))
         numbers = f"{own.mass:.4f} ({rigid.total_mass():.3f})         {own.inertia:.4e} ({inertia:.4e})"
         print(f"{name:8}  {len(plate.mesh.points):5d}  {numbers}")
         files.append(folder / f"{name}_plane.msh")

@@ -127,7 +127,8 @@ def runs() -> list[Callable[[], Any]]:
     import flexmb as fm
 
     ideal, crank = fm.mechanisms.slider_crank(), fm.mechanisms.slider_crank(clearance=5e-4)
-    worn, rod = fm.mechanisms.nine_bar(clearance=5e-4, flexible=True), fm.mechanisms.spinning_beam()
+    worn = fm.mechanisms.nine_bar(clearance=5e-4, flexible=True)
+    rod = runpy.run_path(str(ROOT / "examples" / "spin_up.py"))["spinning_beam"]()
     lugre = fm.mechanisms.slider_crank(clearance=5e-4, friction=fm.friction.LuGre(static=0.12, kinetic=0.1))
     short = {"t_end": 1e-5, "step": 1e-6}
     parts = runpy.run_path(str(ROOT / "tests" / "parts" / "test_check_part.py"))["BUILT_IN"]

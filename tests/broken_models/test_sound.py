@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from andrews import andrews
 from broken import (
     STEEL_BAR,
     O,
@@ -20,6 +21,8 @@ from broken import (
     upright,
     worn,
 )
+from published import free_rod, n_four_bar, simeon
+from spin_up import spinning_beam
 
 import flexmb as fm
 
@@ -81,12 +84,12 @@ SOUND = {
     "four-bar": (M.four_bar, set()),
     "four-bar, flexible": (lambda: M.four_bar(flexible=True), set()),
     "four-bar, clearance": (lambda: M.four_bar(clearance=1e-4), set()),
-    "Andrews": (M.andrews, set()),
-    "Simeon": (M.simeon, set()),
-    "spinning beam": (M.spinning_beam, set()),
-    "free rod": (M.free_rod, set()),
-    "two four-bars": (lambda: M.n_four_bar(2), set()),
-    "forty four-bars": (lambda: M.n_four_bar(40), set()),
+    "Andrews": (andrews, set()),
+    "Simeon": (simeon, set()),
+    "spinning beam": (spinning_beam, set()),
+    "free rod": (free_rod, set()),
+    "two four-bars": (lambda: n_four_bar(2), set()),
+    "forty four-bars": (lambda: n_four_bar(40), set()),
     "own slider-crank": (slider_crank, set()),
     "own slider-crank, slow": (lambda: slider_crank(motion=fm.drives.CycloidalRamp(6.28, 1.0)), set()),
     "own slider-crank, swinging": (lambda: slider_crank(motion=fm.drives.Harmonic(0.5, 10.0)), set()),

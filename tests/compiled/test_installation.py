@@ -49,7 +49,7 @@ found = {
     "tangent": carried(),
     "sweep": fm.sweep(peak, {"clearance": np.array([1e-4, 2e-4])})["value"].values,
     "statics": fm.static_equilibrium(fm.Mechanism("strut", strut)).q,
-    "modes": fm.modes(fm.mechanisms.spinning_beam()).frequencies,
+    "modes": fm.modes(fm.Mechanism("strut", strut)).frequencies,
     "explicit": fm.simulate(fm.mechanisms.slider_crank(), **short, method=fm.RungeKutta4()).values,
 }
 fm.buckling(fm.Mechanism("strut", strut))

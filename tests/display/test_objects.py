@@ -7,6 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from published import simeon
+from spin_up import spinning_beam
 
 import flexmb as fm
 from flexmb import mechanisms
@@ -20,8 +22,8 @@ READY = [
     mechanisms.nine_bar(clearance=5e-4, flexible=True),
     mechanisms.slider_crank(clearance=1e-4),
     mechanisms.four_bar(),
-    mechanisms.simeon(),
-    mechanisms.spinning_beam(),
+    simeon(),
+    spinning_beam(),
 ]
 LONGEST_LINE = 110
 

@@ -1,16 +1,16 @@
 """Andrews' squeezing mechanism: seven rigid bodies in three loops, whirled by a motor of constant torque.
 
-Model: `flexmb.mechanisms.andrews`, from rigid bodies, revolute joints, a spring and a torque; its numbers are those of
+Model: examples/andrews.py, from rigid bodies, revolute joints, a spring and a torque; its numbers are those of
 E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, Springer 1996, section VII.7.
 """
 
 import time
 
 import numpy as np
+from andrews import ANGLES, andrews, andrews_angles
 from record import Curve, Problem, Value
 
 import flexmb as fm
-from flexmb.mechanisms.andrews import ANGLES
 
 PROBLEM = Problem(
     title="Andrews' squeezing mechanism",
@@ -49,7 +49,7 @@ STEPS = {
 
 
 def solved(method, steps, end=END, save=1):
-    sol = fm.simulate(fm.mechanisms.andrews(), t_end=end, step=end / steps, save=save, method=METHODS[method])
+    sol = fm.simulate(andrews(), t_end=end, step=end / steps, save=save, method=METHODS[method])
     assert sol.ok, sol.status
     return sol
 
@@ -57,16 +57,16 @@ def solved(method, steps, end=END, save=1):
 @PROBLEM.case("Runge-Kutta 4, 3000 steps")
 def angles_and_rates():
     sol = solved("Runge-Kutta 4", 3000)
-    rows = zip(ANGLES, fm.mechanisms.andrews_angles(sol)[:, -1], PUBLISHED, strict=True)
+    rows = zip(ANGLES, andrews_angles(sol)[:, -1], PUBLISHED, strict=True)
     yield from (Value(f"{name} [rad]", reference, ours, 1e-8, scale=1.0) for name, ours, reference in rows)
-    rows = zip(ANGLES, fm.mechanisms.andrews_angles(sol, rates=True)[:, -1], RATES, strict=True)
+    rows = zip(ANGLES, andrews_angles(sol, rates=True)[:, -1], RATES, strict=True)
     # an angle at 1140 rad/s that is good to 1e-9 rad, and the motor's 14222 rad/s^2: 1e-9 s is 1e-5 rad/s
     yield from (Value(f"{name}' [rad/s]", reference, ours, 1e-6, scale=1.0) for name, ours, reference in rows)
 
 
 @PROBLEM.case("start")
 def start():
-    sol = fm.simulate(fm.mechanisms.andrews(), t_end=1e-7, step=1e-7, save="steps", method=fm.RungeKutta4())
+    sol = fm.simulate(andrews(), t_end=1e-7, step=1e-7, save="steps", method=fm.RungeKutta4())
     beta, Theta = sol.array("K1.alpha")[0], sol.array("K2.alpha")[0] - sol.array("K1.alpha")[0]
     yield Value("beta'' [rad/s^2]", 14222.4439199541, beta, 1e-12)
     yield Value("Theta'' [rad/s^2]", -10666.8329399656, Theta, 1e-12)
@@ -75,14 +75,14 @@ def start():
 @PROBLEM.case("0.05 s, five turns")
 def five_turns():
     sol = solved("Runge-Kutta 4", 8000, end=0.05, save="steps")
-    beta = fm.mechanisms.andrews_angles(sol)[0]
+    beta = andrews_angles(sol)[0]
     for t, reference in BETA.items():
         ours = beta[round(t / 0.05 * 8000)]
         yield Value(f"beta at {t} s [rad]", reference, ours, 1e-8, scale=1.0)
 
 
 def error(sol):
-    return float(np.abs(fm.mechanisms.andrews_angles(sol)[:, -1] - PUBLISHED).max())
+    return float(np.abs(andrews_angles(sol)[:, -1] - PUBLISHED).max())
 
 
 @PROBLEM.convergence(
@@ -103,7 +103,7 @@ def convergence():
 def adaptive():
     """The local error is of third order in the step, the global one of second: their ratio is the order 2/3."""
     accepted = (1e-10, 1e-11, 1e-12, 1e-13)
-    runs = [fm.simulate(fm.mechanisms.andrews(), t_end=END, step=fm.Adaptive(atol=e), save=1) for e in accepted]
+    runs = [fm.simulate(andrews(), t_end=END, step=fm.Adaptive(atol=e), save=1) for e in accepted]
     yield Curve("adaptive", accepted, [error(sol) for sol in runs], 2.0 / 3.0)
 
 

@@ -5,6 +5,7 @@ and the constraint matrix loses N of its rows.
 """
 
 import numpy as np
+from published import n_four_bar
 from record import Problem, Value
 from scipy.special import ellipj, ellipk
 
@@ -94,7 +95,7 @@ def upright(windows, times):
 
 
 def row(windows, step, method):
-    sol = ran(fm.mechanisms.n_four_bar(windows), step, method)
+    sol = ran(n_four_bar(windows), step, method)
     angle = sol.array("rocker0.theta")
     return sol, np.cos(angle), np.sin(angle)
 

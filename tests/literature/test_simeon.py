@@ -18,13 +18,13 @@ How the two models differ in what is compared:
 from functools import lru_cache
 
 import numpy as np
+from published import simeon
 from record import Curve, Problem, Value
+from rod_of_plates import ROD
 
 import flexmb as fm
-from flexmb.mechanisms.simeon import SimeonData, simeon
 
 STEP, T_END = 1e-5, 0.1
-DATA = SimeonData()
 
 PROBLEM = Problem(
     title="Flexible slider-crank of Simeon",
@@ -47,7 +47,7 @@ PROBLEM = Problem(
 @lru_cache(maxsize=8)
 def run(elements, stretched=True, waving=True, step=STEP, t_end=T_END):
     """A run with every step saved."""
-    mech = simeon(DATA, elements=elements, stretched=stretched, waving=waving)
+    mech = simeon(elements, stretched, waving)
     sol = fm.simulate(mech, t_end=t_end, step=step, save="steps")
     assert sol.ok, sol.status
     return sol
@@ -119,7 +119,7 @@ def elements():
     best, *found = (run(n, waving=False, t_end=0.04).array("rod.deflection") for n in (64, *counts))
     errors = [np.abs(w - best).max() for w in found]
     # axial vibrations, which a finer chain resolves differently, leave 1e-8 m: a little less than the fourth order
-    return [Curve("w of the middle", [DATA.rod / n for n in counts], errors, 4.0, slack=0.4)]
+    return [Curve("w of the middle", [ROD / n for n in counts], errors, 4.0, slack=0.4)]
 
 
 @PROBLEM.convergence(

@@ -11,11 +11,13 @@ from functools import lru_cache
 
 import numpy as np
 from record import Curve, Problem, Value
+from spin_up import SIMO, SpinningBeamData, spinning_beam
 
 import flexmb as fm
-from flexmb.mechanisms.spinning_beam import WU_HAUG, SpinningBeamData, spinning_beam
 
-SIMO = SpinningBeamData()
+WU_HAUG = SpinningBeamData(
+    length=8.0, young=6.895e10, density=2766.67, area=7.2986e-5, second_moment=8.2189e-9, speed=4.0
+)
 T_END, STEP = 20.0, 2.5e-3
 INSTANTS = (2.5, 5.0, 7.5, 10.0, 12.5)
 
@@ -41,7 +43,7 @@ PROBLEM = Problem(
 @lru_cache(maxsize=16)
 def tip(data, elements, step=STEP):
     """Time [s], u1 and u2 [m] of the tip."""
-    sol = fm.simulate(spinning_beam(data, elements=elements), t_end=T_END, step=step, save="steps")
+    sol = fm.simulate(spinning_beam(data, elements), t_end=T_END, step=step, save="steps")
     assert sol.ok, sol.status
     x, y, angle = sol.array("beam.end.x"), sol.array("beam.end.y"), sol.array("hub.angle")
     c, s = np.cos(angle), np.sin(angle)

@@ -1,4 +1,4 @@
-"""Plane bodies in the shapes of the nine-bar mechanism: mass and inertia, files, a run, bad input."""
+"""Plane bodies in the shapes of the nine-bar mechanism, from meshes/make_meshes.py: mass and inertia, files, a run."""
 
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -7,15 +7,22 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.errors import InputError
-from flexmb.mechanisms import NineBarData, nine_bar, nine_bar_plates
+from flexmb.mechanisms import nine_bar
 
 MESHES = Path(__file__).parents[2] / "meshes"
 
 
 @pytest.fixture(scope="module")
-def plates():
-    return nine_bar_plates(nine_bar(flexible=True))
+def make_meshes():
+    spec = spec_from_file_location("make_meshes", MESHES / "make_meshes.py")
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def plates(make_meshes):
+    return make_meshes.nine_bar_plates(nine_bar(flexible=True), 0.0125)
 
 
 @pytest.mark.parametrize("name", ["crank1", "link2", "link3", "crank4", "rocker6", "panel7", "link8"])
@@ -29,11 +36,8 @@ def test_masses_are_those_of_the_beams_and_inertias_where_no_shaft_has_a_part(pl
         assert own.inertia < beam.inertia
 
 
-def test_stored_meshes_are_those_of_the_plates(plates, tmp_path, capsys):
-    spec = spec_from_file_location("make_meshes", MESHES / "make_meshes.py")
-    module = module_from_spec(spec)
-    spec.loader.exec_module(module)
-    written = module.write_planes(tmp_path, 0.0125)
+def test_stored_meshes_are_those_of_the_plates(make_meshes, plates, tmp_path, capsys):
+    written = make_meshes.write_planes(tmp_path, 0.0125)
     assert [file.name for file in written] == [f"{name}_plane.msh" for name in plates]
     assert len(capsys.readouterr().out.splitlines()) == 8
     for file, plate in zip(written, plates.values(), strict=True):
@@ -55,11 +59,3 @@ def test_nine_bar_with_a_reduced_plate_as_panel_and_clearance_runs(plates):
         lengths = np.linalg.norm(at[pair[0]] - at[pair[1]], axis=0)
         np.testing.assert_allclose(lengths, side, rtol=1e-4)
         assert np.ptp(lengths) > 0.0  # the plate is elastic
-
-
-def test_a_mass_that_no_plate_has_is_refused():
-    data = NineBarData(mass2=0.9)
-    with pytest.raises(InputError, match=r"mass2 is 0.9 kg; no holes give .* without holes it has 0.8089 kg"):
-        nine_bar_plates(nine_bar(data=data), data)
-    with pytest.raises(InputError, match="give a mechanism of nine_bar"):
-        nine_bar_plates(fm)

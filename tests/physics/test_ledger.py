@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from spin_up import spinning_beam
 
 import flexmb as fm
 from flexmb.mechanisms import nine_bar
@@ -324,6 +325,5 @@ def test_a_fast_rotor_hides_no_error_of_its_neighbour(further):
 
 def test_a_spinning_beam_is_judged_by_its_own_energy():
     """Alone, what it keeps is what counts: nothing else moves, and a little of it is lost."""
-    beam = fm.mechanisms.spinning_beam()
-    sol = fm.simulate(beam, t_end=0.05)
+    sol = fm.simulate(spinning_beam(), t_end=0.05)
     assert sol.ok, sol.status

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from andrews import andrews, andrews_angles
 from scipy.optimize import brentq
 
 import flexmb as fm
@@ -70,9 +71,9 @@ def test_joints_stay_closed_in_positions_and_velocities():
 
 
 def test_published_digits_of_andrews_mechanism():
-    sol = fm.simulate(fm.mechanisms.andrews(), t_end=0.03, method=RADAU, step=fm.Adaptive(rtol=1e-9), save=1)
+    sol = fm.simulate(andrews(), t_end=0.03, method=RADAU, step=fm.Adaptive(rtol=1e-9), save=1)
     assert sol.ok, sol.status
-    assert np.abs(fm.mechanisms.andrews_angles(sol)[:, -1] - ANDREWS).max() < 1e-8
+    assert np.abs(andrews_angles(sol)[:, -1] - ANDREWS).max() < 1e-8
     assert sol.stats.steps < 2000
 
 

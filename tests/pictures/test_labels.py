@@ -8,6 +8,8 @@ from pathlib import Path
 import matplotlib.image
 import numpy as np
 import pytest
+from andrews import andrews
+from published import n_four_bar
 
 import flexmb as fm
 from flexmb.errors import InputError
@@ -27,8 +29,8 @@ def ready():
         "slider_crank": make.slider_crank(clearance=1e-4, flexible=True),
         "nine_bar": make.nine_bar(clearance=5e-4),
         "nine_bar_flexible": make.nine_bar(clearance=5e-4, flexible=True),
-        "n_four_bar": make.n_four_bar(),
-        "andrews": make.andrews(),
+        "n_four_bar": n_four_bar(),
+        "andrews": andrews(),
     }
 
 

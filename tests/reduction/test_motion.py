@@ -4,9 +4,9 @@ import math
 
 import numpy as np
 import pytest
+from spin_up import spinning_beam
 
 import flexmb as fm
-from flexmb.mechanisms import spinning_beam
 
 STEEL = fm.Material(young=2.1e11, density=7850.0, poisson=0.3)
 SOFT = fm.Material(young=2e9, density=1000.0, poisson=0.3)

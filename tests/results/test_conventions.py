@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from andrews import andrews
 
 import flexmb as fm
 from flexmb.results.contact_intervals import ContactLog
@@ -39,9 +40,9 @@ def test_every_variable_has_units_and_a_long_name(path, group):
             assert UDUNITS.fullmatch(variable.attrs["units"]), (name, variable.attrs["units"])
 
 
-@pytest.mark.parametrize("make", ["slider_crank", "four_bar", "andrews"])
+@pytest.mark.parametrize("make", [fm.mechanisms.slider_crank, fm.mechanisms.four_bar, andrews])
 def test_units_of_signals_are_read_by_udunits(make):
-    signals = fm.compile(getattr(fm.mechanisms, make)()).names.signals
+    signals = fm.compile(make()).names.signals
     for unit in set(signals.units):
         assert UDUNITS.fullmatch(udunits(unit)), unit
 
