@@ -23,13 +23,11 @@ from flexmb.model.contributions import (
     node_coordinates,
 )
 from flexmb.model.part import Body
-from flexmb.model.shape import RigidShape, Shapes
+from flexmb.model.shape import Point, RigidShape, Shapes
 from flexmb.places import ARM1_X, ARM1_Y, ARM2_X, ARM2_Y, NORMAL_X, NORMAL_Y
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
-
-Point = tuple[float, float]
 
 SAME_POINT = 1e-9
 """Distance from the particle, relative to its distance from the origin (1 m at least), that counts as 0."""
