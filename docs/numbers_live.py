@@ -5,8 +5,8 @@ functions the names of the listed constants, and listed literals, become calls o
 array of this module.  The machine code knows that array by the name of a symbol, so it may be cached between processes;
 the cache is one for these sources and this list alone.
 
-A place is a string: "step.contact_events.ONSET_TOLERANCE" for a constant,
-"step.newmark.error_control.accept_or_reject#0.9" for a literal inside a function (of a class:
+A place is a string: "engine.step.contact_events.ONSET_TOLERANCE" for a constant,
+"engine.newmark.error_control.accept_or_reject#0.9" for a literal inside a function (of a class:
 "run.run.Run._limits#0.01"), wherever it stands in it.
 """
 

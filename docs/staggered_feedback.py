@@ -11,10 +11,10 @@ import numpy as np
 import scipy.linalg as la
 
 import flexmb as fm
-from flexmb.equilibrium.free_motions import null_space
+from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.mechanisms import nine_bar
-from flexmb.start.rigid_motion import RigidMotion
-from flexmb.system.state_evaluation import StateEvaluation
+from flexmb.statics.eigen import null_space
+from flexmb.statics.start.assemble import RigidMotion
 
 STEPS = (1e-4, 4e-5, 1e-5, 1e-6, 0.0)  # s
 RATIOS = (0.5, 0.9, 0.98, 0.995)

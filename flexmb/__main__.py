@@ -2,7 +2,7 @@
 
 import sys
 
-from flexmb.cli import main
+from flexmb.cli.command_line import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -60,15 +60,14 @@ from numba.core.errors import NumbaError
 from numba.extending import intrinsic
 from numba.np import arrayobj
 
-from flexmb.compiled.code_cache import CodeCache, SealedCache
-from flexmb.compiled.digest import Parts, digest, parts_of
-from flexmb.compiled.notice import notice
-from flexmb.compiled.pieces import whole
-from flexmb.compiled.pointers import KernelPointer
-from flexmb.compiled.shipped import ours
-from flexmb.compiled.views import MATRIX
-from flexmb.derivatives.forward import differentiated
-from flexmb.derivatives.source import Source, returned_numbers, text_of
+from flexmb.engine.compiled.arrays import MATRIX
+from flexmb.engine.compiled.code_cache import CodeCache, SealedCache
+from flexmb.engine.compiled.digest import Parts, digest, parts_of
+from flexmb.engine.compiled.notice import notice
+from flexmb.engine.compiled.pieces import KernelPointer, whole
+from flexmb.engine.compiled.shipped import ours
+from flexmb.engine.derivatives.forward import differentiated
+from flexmb.engine.derivatives.source import Source, returned_numbers, text_of
 from flexmb.errors import KernelError
 
 __all__ = [
@@ -173,7 +172,7 @@ class Kernel:
     Notes
     -----
     A normal or friction law may return its force alone; it is then differentiated by the rules of calculus, from its
-    source text, exact to round-off (`flexmb.derivatives`).
+    source text, exact to round-off (`flexmb.engine.derivatives`).
     """
 
     def __init__(self, function: Callable[..., Any], contract: Contract, text: str | None = None) -> None:

@@ -1,7 +1,7 @@
 """Names of places in the output of gap and joint-friction kernels, and parameters packed by place.
 
 A name is an integer constant, so `out[SLIP]` costs what `out[2]` does.  Places of numbers that one file knows are named
-there, columns of tables in `flexmb.program.tables`, those of results in `flexmb.system.work`.
+there, columns of tables in `flexmb.program.program`, those of results in `flexmb.engine.system.work`.
 """
 
 from collections.abc import Mapping

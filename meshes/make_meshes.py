@@ -28,8 +28,8 @@ import meshio
 import numpy as np
 
 import flexmb as fm
+from flexmb.elastic.meshes.mesh import PlaneMesh
 from flexmb.mechanisms import NineBarData, nine_bar
-from flexmb.planes.mesh import PlaneMesh
 
 DATA = NineBarData()
 

@@ -9,9 +9,7 @@ import numpy as np
 
 from flexmb.model.shape import BeamShape, PointShape, RigidShape
 from flexmb.model.signal import Signal
-from flexmb.results.peaks import Peaks
-from flexmb.results.solution import Solution
-from flexmb.results.stats import Stats
+from flexmb.results.solution import Peaks, Solution, Stats
 
 RADIUS, SPEED, BEND, LENGTH = 0.1, 2.0 * np.pi, 0.5, 1.0
 EI, EA = 1.7, 4.0e3

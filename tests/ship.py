@@ -1,6 +1,6 @@
 """Compile for a portable processor what an installation shall bring along: `python tests/ship.py FOLDER`.
 
-FOLDER then holds an index and a file of machine code (`flexmb/compiled/shipped.py`); `make wheel` packs them.  Compiled
+FOLDER then holds an index and a file of machine code (`flexmb/engine/compiled/shipped.py`); `make wheel` packs them.  Compiled
 is what is called by all kernels of the package, by a mechanism with each of its parts, and by short runs that use every
 loop.  Without FOLDER the same is compiled for this machine, into the user's cache.  With `--list` the names of the
 functions are printed; with `--wheel DIST` a wheel that carries them is built.
@@ -79,7 +79,7 @@ def python(*arguments: str) -> None:
 
 def ship(cpu: str, folder: Path) -> tuple[list[str], int]:
     """Compile everything and write it; names of the functions, and bytes."""
-    from flexmb.compiled.shipped import Shipment, shipment
+    from flexmb.engine.compiled.shipped import Shipment, shipment
 
     shipment.append(Shipment(cpu))
     compile_all()
@@ -94,9 +94,9 @@ def compile_all() -> None:
 
 def compile_here() -> None:
     """Compile all for this machine: kernels and two of the loops in processes of their own, which share the cache."""
-    from flexmb.compiled import ahead
-    from flexmb.step.radau.method import advance_radau
-    from flexmb.step.runge_kutta import advance_explicit
+    from flexmb.engine.compiled import ahead
+    from flexmb.engine.radau.method import advance_radau
+    from flexmb.engine.step.runge_kutta import advance_explicit
 
     ahead.start(advance_radau, advance_explicit)
     with subprocess.Popen([sys.executable, __file__, "--kernels"]) as second:

@@ -5,7 +5,7 @@ import pytest
 from nine_bar_study.nine_bar.staggered.method import Staggered
 
 import flexmb as fm
-from flexmb.run.saved_rows import SavedRows
+from flexmb.run.saving import SavedRows
 
 STEEL = fm.Material(young=2.1e11, density=7800.0)
 

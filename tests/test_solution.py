@@ -12,9 +12,7 @@ from flexmb.errors import InputError
 from flexmb.model import shape
 from flexmb.model.signal import Signal
 from flexmb.results.drawing import nearest_instants
-from flexmb.results.peaks import Peaks
-from flexmb.results.solution import UnknownSignalError
-from flexmb.results.stats import Stats
+from flexmb.results.solution import Peaks, Stats, UnknownSignalError
 
 handmade = runpy.run_path(str(Path(__file__).with_name("handmade.py")))
 solution = handmade["solution"]

@@ -9,9 +9,9 @@ from typing import Any
 from nine_bar_study.drawing import Observable, Quantity
 
 from flexmb import checks
+from flexmb.engine.newmark.method import Newmark
+from flexmb.engine.step.step_size import RTOL, Adaptive, FixedStep
 from flexmb.model.mechanism import Mechanism
-from flexmb.step.newmark.method import Newmark
-from flexmb.step.step_size import RTOL, Adaptive, FixedStep
 
 MODELS = ("ideal", "rigid", "flexible")
 """Models of a case: rigid links without clearance, rigid links with clearance, beams with clearance."""

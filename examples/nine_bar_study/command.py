@@ -16,10 +16,10 @@ from nine_bar_study.study import OWNER, Study, runs_of, studies, study_of
 from nine_bar_study.times import note_call, times
 
 from flexmb import checks
-from flexmb.commands.files import require_folder, require_packages
+from flexmb.cli.run import require_folder, require_packages
+from flexmb.dynamics.jobs.executors import cores
+from flexmb.dynamics.jobs.files import write_text
 from flexmb.errors import FlexmbError
-from flexmb.jobs.files import write_text
-from flexmb.jobs.pool import cores
 
 NINE_BAR = "nine-bar"
 RUNS = {"full": "runs", "quick": "runs-quick"}

@@ -15,12 +15,10 @@ from nine_bar_study.run import StudyRun
 from nine_bar_study.store import Cost, Kept, keep
 from nine_bar_study.study import OWNER
 
+from flexmb.dynamics.jobs.executors import PENDING, Attempt, Chain, Job, Outcome, drive, failure, worker_pool
+from flexmb.dynamics.jobs.files import append_line, lines_of
+from flexmb.dynamics.jobs.progress import WorkBar
 from flexmb.errors import WorkerError
-from flexmb.jobs.attempt import Attempt, Outcome, failure
-from flexmb.jobs.engine import PENDING, Chain, Job, drive
-from flexmb.jobs.files import append_line, lines_of
-from flexmb.jobs.pool import worker_pool
-from flexmb.jobs.progress import WorkBar
 from flexmb.run.simulate import simulate
 
 FRESH = "Delete it, or compute it anew with --fresh."

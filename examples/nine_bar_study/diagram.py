@@ -15,8 +15,8 @@ from nine_bar_study.exponent import TANGENT
 from nine_bar_study.run import StudyError, StudyRun
 
 from flexmb import checks
-from flexmb.jobs.engine import PENDING
-from flexmb.sweeps.bifurcation_diagram import bifurcation
+from flexmb.dynamics.jobs.executors import PENDING
+from flexmb.dynamics.sweeps.bifurcation import bifurcation
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 from nine_bar_study.item import StudyFigure, StudyPage
 from nine_bar_study.store import Kept
 
-from flexmb.jobs.attempt import Attempt, failure
-from flexmb.jobs.files import whole_file, write_netcdf, write_text
-from flexmb.jobs.progress import ProgressBar
+from flexmb.dynamics.jobs.executors import Attempt, failure
+from flexmb.dynamics.jobs.files import whole_file, write_netcdf, write_text
+from flexmb.dynamics.jobs.progress import ProgressBar
 from flexmb.version import installed_version
 
 if TYPE_CHECKING:

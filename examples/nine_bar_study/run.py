@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from flexmb.compiled.digest import digest
+from flexmb.engine.compiled.digest import digest
 from flexmb.errors import FlexmbError
 from flexmb.version import installed_version
 

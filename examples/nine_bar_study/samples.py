@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flexmb.series.embedding import embed
+from flexmb.dynamics.series.embedding import embed
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 from nine_bar_study.run import StudyRun
 
+from flexmb.dynamics.jobs.files import load_netcdf, write_netcdf
 from flexmb.errors import FileFormatError
-from flexmb.jobs.files import load_netcdf, write_netcdf
 
 if TYPE_CHECKING:
     import xarray as xr

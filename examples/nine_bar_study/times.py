@@ -9,8 +9,8 @@ from nine_bar_study.item import StudyFigure, StudyPage
 from nine_bar_study.markdown import table
 from nine_bar_study.store import Cost, Kept
 
-from flexmb.jobs.files import append_line, lines_of
-from flexmb.jobs.progress import clock
+from flexmb.dynamics.jobs.files import append_line, lines_of
+from flexmb.dynamics.jobs.progress import clock
 
 EXPLANATION = """\
 Times in seconds. The time by the clock of a run is that in its own process; of a diagram it is the sum over its values,

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from flexmb.beams.section import Section
-from flexmb.bodies.flexible import Elements
-from flexmb.bodies.flexible_link import FlexibleLink
-from flexmb.joints.revolute import Fixed
-from flexmb.loads.force import Force
-from flexmb.loads.torque import Torque
-from flexmb.model.material import Material
+from flexmb.elastic.beams.section import Section
+from flexmb.model.law import Material
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND
+from flexmb.parts.bodies.flexible import Elements
+from flexmb.parts.bodies.flexible_links import FlexibleLink
+from flexmb.parts.joints.revolute import Fixed
+from flexmb.parts.loads.force import Force, Torque
 
 
 def cantilever(

@@ -5,15 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from flexmb import checks
-from flexmb.contact.friction.frictionless import Frictionless
-from flexmb.contact.friction.modified_coulomb import ModifiedCoulomb
-from flexmb.drives.constant_speed import ConstantSpeed
-from flexmb.drives.ramp import Ramp
 from flexmb.errors import InputError
-from flexmb.joints.revolute import Revolute
-from flexmb.joints.revolute_clearance import RevoluteClearance
 from flexmb.model.law import FrictionLaw, Motion, NormalLaw
 from flexmb.model.part import Body, Joint
+from flexmb.parts.contact.friction import Frictionless, ModifiedCoulomb
+from flexmb.parts.drives.motions import ConstantSpeed, Ramp
+from flexmb.parts.joints.revolute import Revolute
+from flexmb.parts.joints.revolute_clearance import RevoluteClearance
 
 Point = tuple[float, float]
 Friction = str | FrictionLaw | None

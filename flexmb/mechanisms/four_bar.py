@@ -7,19 +7,19 @@ from dataclasses import dataclass, fields
 from functools import partial
 
 from flexmb import arguments, checks
-from flexmb.beams.section import Rectangle
-from flexmb.bodies.flexible_link import FlexibleLink
-from flexmb.bodies.rigid_link import RigidLink
-from flexmb.contact.friction.modified_coulomb import ModifiedCoulomb
-from flexmb.contact.normal.hysteresis_laws import LankaraniNikravesh
-from flexmb.drives.drive import Drive
+from flexmb.elastic.beams.section import Rectangle
 from flexmb.errors import InputError
-from flexmb.joints.revolute import Revolute
 from flexmb.mechanisms.choices import Friction, check_flag, crank_motion, friction_law, pin
 from flexmb.mechanisms.geometry import LEFT, Point, at_angle, corner
-from flexmb.model.material import Material
+from flexmb.model.law import Material
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Body
+from flexmb.parts.bodies.flexible_links import FlexibleLink
+from flexmb.parts.bodies.rigid import RigidLink
+from flexmb.parts.contact.friction import ModifiedCoulomb
+from flexmb.parts.contact.hysteresis_laws import LankaraniNikravesh
+from flexmb.parts.drives.drive import Drive
+from flexmb.parts.joints.revolute import Revolute
 
 NAME = "four-bar"
 

@@ -9,19 +9,17 @@ from pathlib import Path
 from typing import Any
 
 from flexmb import arguments, checks, planar
-from flexmb.bodies.flexible_frame import FlexibleFrame
-from flexmb.bodies.flexible_link import FlexibleLink
-from flexmb.bodies.rigid_body import RigidBody
-from flexmb.bodies.rigid_link import RigidLink
-from flexmb.drives.drive import Drive
 from flexmb.errors import InputError
-from flexmb.joints.prismatic import Prismatic
-from flexmb.joints.revolute import Revolute
 from flexmb.mechanisms.choices import Friction, angles, check_flag, crank_motion, friction_law, pin
 from flexmb.mechanisms.geometry import Point, box
 from flexmb.mechanisms.nine_bar_data import NineBarData, NineBarPose
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Body, Joint
+from flexmb.parts.bodies.flexible_links import FlexibleFrame, FlexibleLink
+from flexmb.parts.bodies.rigid import RigidBody, RigidLink
+from flexmb.parts.drives.drive import Drive
+from flexmb.parts.joints.prismatic import Prismatic
+from flexmb.parts.joints.revolute import Revolute
 
 NAME = "nine-bar"
 LINKS = {1: "crank1", 2: "link2", 3: "link3", 4: "crank4", 6: "rocker6", 8: "link8"}

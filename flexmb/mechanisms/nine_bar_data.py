@@ -6,13 +6,13 @@ import math
 from dataclasses import dataclass, fields
 
 from flexmb import checks
-from flexmb.beams.section import Rectangle
-from flexmb.contact.friction.modified_coulomb import ModifiedCoulomb
-from flexmb.contact.normal.hysteresis_laws import LankaraniNikravesh
-from flexmb.contact.onset import LARGEST, LEAST_APPROACH, ONSET
+from flexmb.elastic.beams.section import Rectangle
 from flexmb.errors import InputError
 from flexmb.mechanisms.geometry import LEFT, RIGHT, Point, at_angle, corner, on_line
-from flexmb.model.material import Material
+from flexmb.model.law import Material
+from flexmb.parts.contact.friction import ModifiedCoulomb
+from flexmb.parts.contact.hysteresis_laws import LankaraniNikravesh
+from flexmb.parts.contact.onset import LARGEST, LEAST_APPROACH, ONSET
 
 POINTS = ("pivot1", "pivot4", "pivot6")
 MAY_BE_ANYTHING = ("slider_line", "gravity")

@@ -6,21 +6,20 @@ import math
 from dataclasses import dataclass, fields
 
 from flexmb import arguments, checks
-from flexmb.beams.section import Rectangle
-from flexmb.bodies.flexible_link import FlexibleLink
-from flexmb.bodies.rigid_body import RigidBody
-from flexmb.bodies.rigid_link import RigidLink
-from flexmb.contact.friction.modified_coulomb import ModifiedCoulomb
-from flexmb.contact.normal.hysteresis_laws import LankaraniNikravesh
-from flexmb.drives.drive import Drive
+from flexmb.elastic.beams.section import Rectangle
 from flexmb.errors import InputError
-from flexmb.joints.prismatic import Prismatic
-from flexmb.joints.revolute import Revolute
 from flexmb.mechanisms.choices import Friction, check_flag, crank_motion, friction_law, pin
 from flexmb.mechanisms.geometry import at_angle, box, on_line
-from flexmb.model.material import Material
+from flexmb.model.law import Material
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Body
+from flexmb.parts.bodies.flexible_links import FlexibleLink
+from flexmb.parts.bodies.rigid import RigidBody, RigidLink
+from flexmb.parts.contact.friction import ModifiedCoulomb
+from flexmb.parts.contact.hysteresis_laws import LankaraniNikravesh
+from flexmb.parts.drives.drive import Drive
+from flexmb.parts.joints.prismatic import Prismatic
+from flexmb.parts.joints.revolute import Revolute
 
 NAME = "slider-crank"
 SLIDER_SIZE = (0.030, 0.020)

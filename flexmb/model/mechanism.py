@@ -1,4 +1,4 @@
-"""Declaration of a mechanism: named parts and gravity."""
+"""Declaration of a mechanism: named parts and gravity; its text, its description in plain values."""
 
 from __future__ import annotations
 
@@ -6,11 +6,16 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass, replace
 from difflib import get_close_matches
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from flexmb import arguments, checks
+from flexmb import display as html
+from flexmb.display import counted, cut, given_fields, listed, number_text, value_text
+from flexmb.docstrings import parameters, units
 from flexmb.errors import FlexmbError, InputError, ModelError
 from flexmb.model.contributions import (
     ConstraintContribution,
@@ -21,14 +26,120 @@ from flexmb.model.contributions import (
     ElementContribution,
     Node,
 )
-from flexmb.model.controller import Controller
-from flexmb.model.mechanism_text import mechanism_html, mechanism_text
-from flexmb.model.part import GROUND, Body, Joint, Part, declared_state, name_of
+from flexmb.model.part import GROUND, Body, Controller, Joint, Part, declared_state, name_of
 from flexmb.model.shape import Shapes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+# Text and HTML table of a mechanism
+
+LISTED_PARTS = 12
+"""Number of parts at most in a line."""
+
+
+def mechanism_text(mechanism: Mechanism) -> str:
+    """Name, numbers and names of parts, gravity, in three lines."""
+    bodies = [part for part in mechanism.parts if isinstance(part, Body)]
+    others = [part for part in mechanism.parts if not isinstance(part, Body)]
+    lines = [f"Mechanism {mechanism.name!r}: {_numbers(mechanism)}; {_gravity(mechanism)}"]
+    lines += [cut(f"  {noun}  {_names(parts)}") for noun, parts in (("bodies", bodies), ("others", others)) if parts]
+    return "\n".join(lines)
+
+
+def mechanism_html(mechanism: Mechanism) -> str:
+    """Table of all parts with their classes, connections and given fields."""
+    head = ("part", "class", "connects", "given")
+    rows = html.table([_row(part) for part in mechanism.parts], head)
+    return html.page(f"Mechanism {mechanism.name!r}", f"{_numbers(mechanism)}; {_gravity(mechanism)}", rows)
+
+
+def _numbers(mechanism: Mechanism) -> str:
+    joints = sum(isinstance(part, Joint) for part in mechanism.parts)
+    bodies = len(mechanism.bodies)
+    rest = len(mechanism.parts) - bodies - joints
+    texts = [counted(bodies, "body"), counted(joints, "joint")]
+    return ", ".join([*texts, *([counted(rest, "other part")] if rest else [])])
+
+
+def _gravity(mechanism: Mechanism) -> str:
+    gx, gy = mechanism.gravity
+    return f"gravity ({number_text(gx)}, {number_text(gy)}) m/s^2" if gx or gy else "no gravity"
+
+
+def _names(parts: Sequence[Part]) -> str:
+    """Names with classes, parts of one class together."""
+    kinds: dict[str, list[str]] = {}
+    for part in parts[:LISTED_PARTS]:
+        kinds.setdefault(type(part).__name__, []).append(part.name)
+    shown = ", ".join(f"{listed(names, LISTED_PARTS)} ({kind})" for kind, names in kinds.items())
+    return f"{shown} and {len(parts) - LISTED_PARTS} more" if len(parts) > LISTED_PARTS else shown
+
+
+def _row(part: Part) -> tuple[str, str, str, str]:
+    given = given_fields(part)
+    rest = {name: value for name, value in given.items() if name != "name" and not isinstance(value, Part)}
+    fields = ", ".join(f"{name}={value_text(value, nested=False)}" for name, value in rest.items())
+    return part.name, type(part).__name__, ", ".join(part.references()), fields
+
+
+# Description of a mechanism in plain values: parts with their classes, numbers and units
+
+LISTED_VALUES = 8
+"""Number of values of a sequence at most; a longer one is described by its length."""
+
+
+def described(mechanism: Mechanism) -> dict[str, Any]:
+    """Plain values that describe a mechanism, for JSON: "gravity" [m/s^2] and "parts".
+
+    Each part has its "name", its "class", the kind "body" or "part", its "mass" [kg] (bodies alone), and "fields":
+    [value, unit] by the name of the field, without fields that are None.  Values are numbers, texts, lists of these, or
+    for laws, materials and sections such fields again, with "class".
+    """
+    return {"gravity": list(mechanism.gravity), "parts": [_part(part) for part in mechanism.parts]}
+
+
+def _part(part: Part) -> dict[str, Any]:
+    found: dict[str, Any] = {"name": part.name, "class": type(part).__name__, "kind": "part"}
+    if isinstance(part, Body):
+        found |= {"kind": "body", "mass": plain(part.total_mass())}
+    return {**found, "fields": _fields(part)}
+
+
+def _fields(owner: Any) -> dict[str, list[Any]]:
+    """Values and units of the declared fields of a record, without its name and without fields that are None."""
+    kind: Any = type(owner)
+    known = units_of_fields(kind)
+    names = (field.name for field in fields(owner) if field.init and field.name != "name")
+    values = {name: getattr(owner, name) for name in names}
+    return {name: [plain(value), known.get(name, "")] for name, value in values.items() if value is not None}
+
+
+@cache
+def units_of_fields(kind: type) -> dict[str, str]:
+    """Units of the fields of a class in its docstring, by name."""
+    found = {name: next(iter(units(text)), "") for name, text in parameters(kind).items()}
+    return {name: unit for name, unit in found.items() if unit}
+
+
+def plain(value: Any) -> Any:
+    """A value as numbers, texts and lists of these; records become dictionaries of their fields."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if isinstance(value, Part):
+        return value.name
+    if is_dataclass(value) and not isinstance(value, type):
+        return {"class": type(value).__name__, "fields": _fields(value)}
+    if isinstance(value, tuple | list | np.ndarray | Mapping):
+        short = len(value) <= LISTED_VALUES and not isinstance(value, Mapping)
+        return [plain(item) for item in value] if short else f"{len(value)} values"
+    name = getattr(value, "__name__", type(value).__name__)
+    return str(name)
+
+
+# Declaration of a mechanism: named parts and gravity
 
 RESERVED = {GROUND.name: "the ground, which is there already: fm.GROUND", "energy": "the signals of the energies"}
 """Names that no part may have, with their owners."""
@@ -340,7 +451,7 @@ class Mechanism(metaclass=arguments.CheckedType):
         ------
         InputError : a mechanism without bodies, a path that cannot be written.
         """
-        from flexmb.pictures.poses.reference import plot_mechanism  # noqa: PLC0415 - matplotlib when a picture is asked for
+        from flexmb.show.pictures.scene import plot_mechanism  # noqa: PLC0415 - matplotlib when a picture is asked for
 
         return plot_mechanism(self, path, lengths=lengths, size=size)
 

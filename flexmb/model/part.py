@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+
+import numpy as np
 
 from flexmb import arguments, checks, kernels
-from flexmb.display.shown import Shown
+from flexmb.display import Shown
 from flexmb.errors import InputError, ModelError
 from flexmb.model.contributions import (
     AXES,
     Attachment,
     ConstraintContribution,
     Contribution,
+    ControlContribution,
     Coordinate,
     ElementContribution,
     Node,
@@ -23,11 +26,12 @@ from flexmb.model.contributions import (
 )
 from flexmb.model.law import number_fields, require_kernel
 from flexmb.model.shape import PointShape, Shapes
+from flexmb.model.signal import Signals
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
-    from flexmb.model.watched_motion import WatchedMotion
 
+# Bases of parts, the named items of a mechanism
 
 Triple = tuple[float, float, float]
 
@@ -324,3 +328,115 @@ class Joint(Part):
         """The joint as a point of the first body."""
         first, second = self.ends(mechanism)
         return (PointShape(self.name, self.kind, *first.place, other=second.place),)
+
+
+# Motion of a run as its parts are asked about it: peaks over all steps, and poses of some steps
+
+
+class WatchedMotion(NamedTuple):
+    """Motion of a run, whatever of it was saved.
+
+    Parameters
+    ----------
+    signals : names of all signals.
+    times : (n,) instants of some accepted steps, the first and the most strained one among them [s].
+    values : (n, n_y) all signals there.
+    peaks : (n_y,) largest absolute values of all signals over all steps, and (n_y,) when [s].
+    lows : least value and its instant [s] of the signals of `Part.pushes`, by name.
+    """
+
+    signals: Signals
+    times: np.ndarray
+    values: np.ndarray
+    peaks: tuple[np.ndarray, np.ndarray]
+    lows: Mapping[str, tuple[float, float]]
+
+    def rows(self, *names: str) -> np.ndarray:
+        """Values (n, k) of signals by their full names at the instants."""
+        return self.values[:, [self.signals.places[name] for name in names]]
+
+    def pose(self, body: str, node: str) -> np.ndarray:
+        """x, y, theta (n, 3) of a node [m, rad]; zeros for the ground."""
+        if body == GROUND.name:
+            return np.zeros((len(self.times), 3))
+        stem = f"{body}.{node}" if node else body
+        return self.rows(*(f"{stem}.{axis}" for axis in ("x", "y", "theta")))
+
+    def point(self, place: tuple[str, str, tuple[float, float]]) -> np.ndarray:
+        """Positions (n, 2) of a point of a body [m]: body, node, offset in the frame of the node."""
+        body, node, (a, b) = place
+        x, y, theta = self.pose(body, node).T
+        c, s = np.cos(theta), np.sin(theta)
+        return np.column_stack([x + a * c - b * s, y + a * s + b * c])
+
+    def peak(self, name: str) -> tuple[float, float]:
+        """Largest absolute value of a signal over all steps, and when [s]."""
+        place = self.signals.places[name]
+        return float(self.peaks[0][place]), float(self.peaks[1][place])
+
+
+# Base of controllers: parts with inputs, states of their own, and outputs that are factors of loads
+
+
+@dataclass(frozen=True)
+class Controller(Part):
+    """Base of parts that compute the factors of loads from signals.
+
+    Parameters
+    ----------
+    name : name of the controller.
+    """
+
+    @abstractmethod
+    def control(self) -> ControlContribution:
+        """Law, inputs, states and outputs."""
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:  # noqa: ARG002 - the same in all
+        """One control law."""
+        return [self.control()]
+
+    def followed(self, end: float) -> tuple[str, float, float] | None:  # noqa: ARG002 - of controllers with a target
+        """Signal that the controller holds near a target, and the range of the target until `end` [s]; None: none."""
+        return None
+
+    def references(self) -> tuple[str, ...]:
+        """Names of the controlled loads."""
+        return self.control().loads
+
+    def validate(self, mechanism: Mechanism) -> None:
+        """Refuse loads that cannot be controlled, or that have another controller in `mechanism`."""
+        for name in self.control().loads:
+            load = mechanism.find(name)
+            found = [] if isinstance(load, Controller) else list(load.contributions(mechanism))
+            forces = [one for one in found if not isinstance(one, SignalContribution)]
+            element = forces[0] if len(forces) == 1 and isinstance(forces[0], ElementContribution) else None
+            if element is None or element.energy is not None:
+                text = f"{self.label}: {load.label} cannot be controlled"
+                remedy = "give a Force or a Torque, whose value per unit of the output it holds"
+                raise ModelError(f"{text}; {remedy}, or a load on the mesh of a Reduced body.")
+            if element.factor is not None:
+                text = f"{self.label}: {load.label} has a history, and would be multiplied twice"
+                raise ModelError(f"{text}. Leave the history out, and let the control law depend on time.")
+        for other in mechanism.controllers:
+            twice = set(self.control().loads) & set(other.control().loads)
+            if other.name < self.name and twice:  # told once
+                text = f"{self.label} and {other.label} both control {sorted(twice)[0]!r}"
+                raise ModelError(f"{text}. Give each a load of its own; forces on one body add up.")
+
+
+def refuse_controllers(mechanism: Mechanism, analysis: str, reason: str, *, with_memory: bool = False) -> None:
+    """Refuse an analysis of a mechanism with controllers.
+
+    With `with_memory` only controllers with states of their own and sampled ones are refused: the outputs of others are
+    functions of the motion.  The message begins with `analysis`.
+    """
+    controllers = getattr(mechanism, "controllers", ())  # the compiler refuses what is no mechanism
+    if with_memory:
+        controllers = [part for part in controllers if part.control().states or part.control().is_sampled]
+    if controllers:
+        listed = ", ".join(part.label for part in controllers)
+        loads = ", ".join(repr(name) for part in controllers for name in part.control().loads)
+        text = f"{analysis}: {reason}; {mechanism.label} has {listed}"
+        raise ModelError(
+            f"{text}. Remove it with without_part(...), then the loads {loads or '-'} have their full values."
+        )

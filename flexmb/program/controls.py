@@ -15,9 +15,18 @@ from flexmb.model.law import Motion
 from flexmb.model.part import GROUND
 from flexmb.model.signal import Signals, hint, resolved
 from flexmb.program.numbering import Numbering, state_coordinates
-from flexmb.program.program import Names, Sampler
+from flexmb.program.program import (
+    BEGIN,
+    COORDINATE,
+    MEASURED,
+    MOTION_SPEED,
+    MOTION_VALUE,
+    OUTPUT,
+    VELOCITY,
+    Names,
+    Sampler,
+)
 from flexmb.program.signals import COORDINATE_SIGNALS, kernel_signals, layout
-from flexmb.program.tables import BEGIN, COORDINATE, MEASURED, MOTION_SPEED, MOTION_VALUE, OUTPUT, VELOCITY
 
 
 @signal_kernel

@@ -14,8 +14,7 @@ from flexmb.kernels import Kernel
 from flexmb.model.contributions import USES_OF_FACTOR, ConstraintContribution, Contributions, Coordinate, Reaction
 from flexmb.model.law import Motion
 from flexmb.program.numbering import Lists, Numbering
-from flexmb.program.signals import force_signals
-from flexmb.program.tables import (
+from flexmb.program.program import (
     CONTACT_COMMON,
     FIRST_OUTPUT,
     MEASURED,
@@ -28,6 +27,7 @@ from flexmb.program.tables import (
     Elements,
     Measured,
 )
+from flexmb.program.signals import force_signals
 
 Bounds = tuple[int, int]
 

@@ -16,17 +16,16 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.engine.linalg.ordering import elimination_order
+from flexmb.engine.linalg.symbolic import Symbolic, symbolic
 from flexmb.kernels import Kernel
-from flexmb.linalg.ordering import elimination_order
-from flexmb.linalg.symbolic import Symbolic, symbolic
 from flexmb.model.contributions import Contributions
 from flexmb.model.law import Law
 from flexmb.model.signal import Signals
 from flexmb.program.numbering import Numbering, blocks_and_edges
 from flexmb.program.packing import KINDS, Packer, motion_of_each_row
-from flexmb.program.program import freeze
+from flexmb.program.program import CONTACT_COMMON, Sizes, Tables, freeze
 from flexmb.program.signals import layout
-from flexmb.program.tables import CONTACT_COMMON, Sizes, Tables
 
 REMEMBERED_STRUCTURES = 16
 """Number of remembered structures; a mechanism has two, one in motion and one for its start."""

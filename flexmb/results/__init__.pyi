@@ -2,7 +2,7 @@
 
 from flexmb.results.contact_intervals import Episode as Episode
 from flexmb.results.contact_intervals import Episodes as Episodes
-from flexmb.results.fatigue import Fatigue as Fatigue
-from flexmb.results.fatigue import WoehlerLine as WoehlerLine
-from flexmb.results.momentum import Momentum as Momentum
+from flexmb.results.positions import Momentum as Momentum
 from flexmb.results.solution import Solution as Solution
+from flexmb.results.stress import Fatigue as Fatigue
+from flexmb.results.stress import WoehlerLine as WoehlerLine

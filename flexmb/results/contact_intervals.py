@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from flexmb import checks
-from flexmb.display import html
-from flexmb.display.shown import Shown
+from flexmb import display as html
+from flexmb.display import Shown
 from flexmb.errors import InputError
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ COLUMNS = (
     ("dissipated_contact", "J"),
     ("dissipated_friction", "J"),
 )
-"""Names and units of the columns, in the order of the loop (`step/contact_log.py`)."""
+"""Names and units of the columns, in the order of the loop (`engine/step/contact_log.py`)."""
 
 UNITS = {**dict(COLUMNS), "duration": "s", "flight": "s", "restitution": ""}
 

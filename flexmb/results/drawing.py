@@ -1,16 +1,203 @@
-"""Drawing of a solution at chosen instants: lines and points in the plane, for files and pictures."""
+"""Drawing of a solution at chosen instants: lines, points, symbols, meshes of plane bodies."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from flexmb.beams import hermite
+from flexmb.elastic.beams import shapes as hermite
+from flexmb.elastic.planes.stress import linear_stresses, nodal_stresses, von_mises
+from flexmb.elastic.reduced.kernel import FIRST
 from flexmb.errors import InputError
-from flexmb.model.shape import TRACE, BeamShape, MeshShape, Place, PointShape, RigidShape, nodes_of
+from flexmb.model.shape import (
+    DAMPER,
+    SPRING,
+    TRACE,
+    ArrowShape,
+    BeamShape,
+    BeltShape,
+    CircleShape,
+    LineShape,
+    MeshShape,
+    Place,
+    Point,
+    PointShape,
+    RigidShape,
+    nodes_of,
+)
 from flexmb.results.solution import Solution
-from flexmb.results.surfaces import Surface, moved_points
+
+# Meshes of plane bodies at chosen instants: places of their points, stresses, outlines
+
+CORNERS = {"tri3": 3, "tri6": 3, "quad4": 4, "quad9": 4}
+"""Number of corners of a cell, by kind."""
+
+
+PIECES = {
+    "tri3": ((0, 1, 2),),
+    "tri6": ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)),
+    "quad4": ((0, 1, 2), (0, 2, 3)),
+    "quad9": ((0, 4, 8), (0, 8, 7), (4, 1, 5), (4, 5, 8), (8, 5, 2), (8, 2, 6), (7, 8, 6), (7, 6, 3)),
+}
+"""Triangles between the points of a cell, by kind."""
+
+
+@dataclass(frozen=True)
+class Surface:
+    """The mesh of a body at n instants.
+
+    Parameters
+    ----------
+    shape : its mesh.
+    points : (n, m, 2) drawn places, of which a deformation may be magnified [m].
+    poses : (n, nodes, 3) x, y, theta of the nodes, from which stresses are found [m, rad].
+    """
+
+    part: str
+    shape: MeshShape
+    points: np.ndarray
+    poses: np.ndarray
+
+    @property
+    def cells(self) -> np.ndarray:
+        """(k, nodes) numbers of the points of each cell."""
+        return np.array(self.shape.cells, dtype=np.int64)
+
+    @property
+    def rims(self) -> np.ndarray:
+        """(k, points) numbers of the points around each cell, in order."""
+        cells, corners = self.cells, CORNERS[self.shape.kind]
+        if cells.shape[1] == corners:
+            return cells
+        around: np.ndarray = np.stack([cells[:, :corners], cells[:, corners : 2 * corners]], axis=2)
+        return around.reshape(len(cells), -1)
+
+    @property
+    def triangles(self) -> np.ndarray:
+        """(k, 3) numbers of the points of triangles, some of them to a cell."""
+        return self.cells[:, PIECES[self.shape.kind]].reshape(-1, 3)
+
+    @cached_property
+    def stress(self) -> np.ndarray:
+        """(n, m, 4) stresses sx, sy, txy at the points in world axes, and sz [Pa]; 0 without materials."""
+        shape = self.shape
+        if not shape.materials:
+            return np.zeros((*self.points.shape[:2], 4))
+        number = shape.material_of or (0,) * len(shape.cells)
+        mesh = np.array(shape.points), self.cells, shape.kind, np.array(shape.materials)[list(number)]
+        if not shape.basis:
+            return nodal_stresses(*mesh, moved_points(shape, self.poses))
+        shapes = np.array(shape.basis).T.reshape(-1, len(shape.points), 2)
+        own = np.einsum("ti,ims->tms", self._shortened, linear_stresses(*mesh, shapes), optimize=True)
+        return turned(own, deformed(shape, self.poses)[1])
+
+    @cached_property
+    def von_mises(self) -> np.ndarray:
+        """(n, m) von Mises stress at the points [Pa]; of reduced beams the normal stress in the outer fibres."""
+        if self.shape.fibres:
+            normal: np.ndarray = np.abs(self._shortened @ np.array(self.shape.fibres).T)
+            return normal
+        return von_mises(self.stress)
+
+    @property
+    def has_stress(self) -> bool:
+        """Whether the stress is known."""
+        return bool(self.shape.materials or self.shape.fibres)
+
+    @property
+    def _shortened(self) -> np.ndarray:
+        """(n, coordinates) deformation of a reduced body with its shortening by bending, e of equation (12.11)."""
+        return shortened(deformed(self.shape, self.poses)[0], np.array(self.shape.shortening))
+
+    def outlines(self) -> list[np.ndarray]:
+        """Closed lines (n, points + 1, 2) of the outline and of all holes."""
+        return [self.points[:, [*loop, loop[0]]] for loop in self.shape.loops]
+
+
+def moved_points(shape: MeshShape, poses: np.ndarray) -> np.ndarray:
+    """Places (n, m, 2) of all points of a mesh by the poses (n, nodes, 3) x, y, theta of its nodes."""
+    if shape.basis:
+        return _reduced(shape, poses)
+    carriers = np.array(shape.carriers, dtype=float)
+    node, (x, y) = carriers[:, 0].astype(np.int64), carriers[:, 1:].T
+    pose = poses[:, node]
+    c, s = np.cos(pose[..., 2]), np.sin(pose[..., 2])
+    return np.stack([pose[..., 0] + c * x - s * y, pose[..., 1] + s * x + c * y], axis=-1)
+
+
+def _reduced(shape: MeshShape, poses: np.ndarray) -> np.ndarray:
+    """Places of a reduced body: the frame carries the reference configuration and the displacements in it."""
+    d, angle = deformed(shape, poses)
+    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    own = np.array(shape.points) + (d.reshape(len(d), -1) @ np.array(shape.basis).T).reshape(len(d), -1, 2)
+    x, y = own[..., 0], own[..., 1]
+    return np.stack([c * x - s * y, s * x + c * y], axis=-1)
+
+
+def deformed(shape: MeshShape, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Deformations (n, nodes, 3) of a reduced body in its frame, and the angle (n,) of the frame [rad].
+
+    The poses (n, nodes, 3) of its nodes are x, y, theta.
+    """
+    reference = np.array(shape.poses)
+    angle = poses[:, 0, 2] - reference[0, 2]
+    if shape.weights:
+        weights = np.array(shape.weights)
+        along = (weights * poses[..., :2]).sum(axis=(1, 2))
+        across = (weights[:, 0] * poses[..., 1] - weights[:, 1] * poses[..., 0]).sum(axis=1)
+        angle = np.arctan2(across, along)
+        turns = poses[:, 0, 2] - reference[0, 2] - angle
+        angle = angle + 2.0 * np.pi * np.round(turns / (2.0 * np.pi))
+    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    d = np.empty_like(poses)
+    d[..., 0] = c * poses[..., 0] + s * poses[..., 1] - reference[:, 0]
+    d[..., 1] = c * poses[..., 1] - s * poses[..., 0] - reference[:, 1]
+    d[..., 2] = poses[..., 2] - angle[:, None] - reference[:, 2]
+    return d, angle
+
+
+def shortened(d: np.ndarray, shortening: np.ndarray) -> np.ndarray:
+    """Deformation e = d + c(d) (n, coordinates) of a reduced body from d (n, nodes, 3), with its shortening by bending.
+
+    The translation of the first node is left out, which has no stress but its round-off.  `shortening` (k, n + 1, n)
+    has directions, each above its matrix; (k, n, n) in older files: matrices of the coordinates from the fourth one on.
+    """
+    e: np.ndarray = (d - d[:, :1] * np.array([1.0, 1.0, 0.0])).reshape(len(d), -1)
+    if not len(shortening):
+        return e
+    matrices, n = shortening[:, -e.shape[1] :], e.shape[1]
+    along = shortening[:, 0] if shortening.shape[1] > n else np.eye(n)[FIRST : FIRST + len(shortening)]
+    e += 0.5 * np.einsum("ti,kij,tj->tk", e, matrices, e, optimize=True) @ along
+    return e
+
+
+def turned(stress: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Stresses (n, m, 4) sx, sy, txy, sz in axes from which their own ones are turned by angles (n,) [rad]."""
+    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    sx, sy, t, sz = np.moveaxis(stress, -1, 0)
+    xx, yy = c * c * sx + s * s * sy - 2.0 * c * s * t, s * s * sx + c * c * sy + 2.0 * c * s * t
+    return np.stack([xx, yy, c * s * (sx - sy) + (c * c - s * s) * t, sz], axis=-1)
+
+
+def few_shapes(moved: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]:
+    """Factors (n, k) and shapes (k, m), as few as possible, of displacements (n, m), the sum within a limit [m].
+
+    Proper orthogonal decomposition, by the eigenvectors of the products of instants or of displacements, of which there
+    are fewer: a singular value decomposition takes ten times as long.
+    """
+    wide = len(moved) <= moved.shape[1]
+    vectors = np.linalg.eigh(moved @ moved.T if wide else moved.T @ moved)[1][:, ::-1]
+    factors, shapes = (vectors, vectors.T @ moved) if wide else (moved @ vectors, vectors.T)
+    count, rest = 0, moved.copy()
+    while count < len(shapes) and np.abs(rest).max(initial=0.0) > limit:
+        rest -= np.outer(factors[:, count], shapes[count])
+        count += 1
+    return factors[:, :count], shapes[:count]
+
+
+# Drawing of a solution at chosen instants: lines and points in the plane, for files and pictures
 
 GROUND = "ground"
 
@@ -174,3 +361,148 @@ def _beam(sol: Solution, beam: BeamShape, instants: np.ndarray, xi: np.ndarray) 
     }
     depth = beam.depth[0] + xi * (beam.depth[1] - beam.depth[0])
     return Line(beam.part, hermite.element_shape(begin, end, beam, xi), fields, depth)
+
+
+# Symbols of springs, dampers, rods, cables, guides, belts, forces and pitch circles, as polylines at instants
+
+COILS = 6
+"""Number of teeth of the zig-zag of a spring."""
+
+WIDTH = 0.02
+"""Half width of a spring or damper, over the size of the picture."""
+
+ARROW, HEAD = 0.14, 0.035
+"""Length of an arrow and of its head, over the size of the picture."""
+
+CIRCLE_POINTS = 73
+"""Number of points of a circle."""
+
+ARC_POINTS = 37
+"""Number of points of the arc of a belt on a wheel."""
+
+OVERHANG = 0.06
+"""Length of a guide beyond the travel, over the size of the picture."""
+
+KINDS = ("spring", "damper", "rod", "cable", "force", "pitch circle", "belt", "guide")
+"""Kinds of symbols."""
+
+
+@dataclass(frozen=True)
+class SymbolLine:
+    """A polyline of a symbol at n instants.
+
+    Parameters
+    ----------
+    kind : one of `KINDS`.
+    points : (n, m, 2) [m].
+    body : the body that a circle turns with; "" for other symbols.
+    """
+
+    part: str
+    kind: str
+    points: np.ndarray
+    body: str = ""
+
+
+def symbols(sol: Solution, instants: np.ndarray, size: float) -> list[SymbolLine]:
+    """Symbols of all shapes that are neither bodies nor points, at saved instants with numbers (n,).
+
+    Widths and arrows are drawn by the size of the picture [m].
+    """
+    found = []
+    for shape in sol.shapes:
+        if isinstance(shape, LineShape):
+            first, second = (_point(sol, place, instants) for place in (shape.first, shape.second))
+            found.append(SymbolLine(shape.part, shape.kind, _between(first, second, shape.kind, WIDTH * size)))
+        elif isinstance(shape, ArrowShape):
+            found.append(SymbolLine(shape.part, "force", _arrow(sol, shape, instants, size)))
+        elif isinstance(shape, CircleShape):
+            found.append(SymbolLine(shape.part, "pitch circle", _circle(sol, shape, instants), shape.at[0]))
+        elif isinstance(shape, BeltShape):
+            found.append(SymbolLine(shape.part, "belt", _belt(sol, shape, instants)))
+        elif isinstance(shape, PointShape) and shape.along and shape.other and _is_saved(sol, shape.other):
+            line = _guide(sol, shape, shape.other, shape.along, instants, OVERHANG * size)
+            found.append(SymbolLine(shape.part, "guide", line))
+    return found
+
+
+def _point(sol: Solution, place: Place, instants: np.ndarray) -> np.ndarray:
+    """A point (n, 2) of a body at the instants."""
+    return path(sol, place, instants)
+
+
+def _between(first: np.ndarray, second: np.ndarray, kind: str, width: float) -> np.ndarray:
+    """Polyline (n, m, 2) from one point to another: zig-zag, dashpot, or straight."""
+    if kind == SPRING:
+        along = np.array([0.0, 0.15, *np.linspace(0.15, 0.85, 2 * COILS + 1)[1:-1:2], 0.85, 1.0])
+        across = np.array([0.0, 0.0, *((-1.0) ** np.arange(COILS)), 0.0, 0.0])
+    elif kind == DAMPER:  # rod and piston, then the cup and its rod
+        along = np.array([0.0, 0.5, 0.5, 0.5, 0.5, 0.35, 0.65, 0.65, 0.35, 0.65, 0.65, 1.0])
+        across = np.array([0.0, 0.0, 0.7, -0.7, -1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 0.0, 0.0])
+    else:
+        along, across = np.array([0.0, 1.0]), np.zeros(2)
+    way = second - first
+    length = np.hypot(way[:, 0], way[:, 1])
+    unit = way / np.where(length > 0.0, length, 1.0)[:, None]
+    normal = np.stack([-unit[:, 1], unit[:, 0]], axis=-1)
+    return np.asarray(first[:, None] + along[:, None] * way[:, None] + width * across[:, None] * normal[:, None])
+
+
+def _arrow(sol: Solution, arrow: ArrowShape, instants: np.ndarray, size: float) -> np.ndarray:
+    """Shaft and head (n, 5, 2) of an arrow that ends in its point."""
+    tip, angle = _point(sol, arrow.at, instants), np.zeros(len(instants))
+    if arrow.turns:
+        angle = pose(sol, arrow.at[0], arrow.at[1], instants)[:, 2]
+    angle = angle + np.arctan2(arrow.direction[1], arrow.direction[0])
+    u = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    n = np.stack([-u[:, 1], u[:, 0]], axis=-1)
+    back, side = HEAD * size, 0.4 * HEAD * size
+    return np.stack([tip - ARROW * size * u, tip, tip - back * u + side * n, tip, tip - back * u - side * n], axis=1)
+
+
+def _circle(sol: Solution, circle: CircleShape, instants: np.ndarray) -> np.ndarray:
+    """Circle (n, m, 2) from its centre, along a spoke, and around."""
+    body, node, (x, y) = circle.at
+    angles = np.linspace(0.0, 2.0 * np.pi, CIRCLE_POINTS)
+    rim = np.stack([x + circle.radius * np.cos(angles), y + circle.radius * np.sin(angles)], axis=-1)
+    return carried(pose(sol, body, node, instants), np.vstack([[[x, y]], rim]))
+
+
+def _guide(
+    sol: Solution, shape: PointShape, guide: Place, along: Point, instants: np.ndarray, over: float
+) -> np.ndarray:
+    """Straight line (n, 2, 2) along which a point slides: its travel in the whole run, and more at both ends."""
+    every = np.arange(len(sol.time))
+    begin = _point(sol, guide, every)
+    angle = pose(sol, guide[0], guide[1], every)[:, 2] + np.arctan2(along[1], along[0])
+    unit = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    travel = np.sum((_point(sol, (shape.body, shape.node, shape.offset), every) - begin) * unit, axis=-1)
+    ends = np.array([travel.min() - over, travel.max() + over])
+    return np.asarray(begin[instants, None] + ends[:, None] * unit[instants, None])
+
+
+def _is_saved(sol: Solution, place: Place) -> bool:
+    """Whether the run saved the pose of the body of a point."""
+    body, node, _ = place
+    return body == GROUND or (f"{body}.{node}.theta" if node else f"{body}.theta") in sol
+
+
+def _belt(sol: Solution, belt: BeltShape, instants: np.ndarray) -> np.ndarray:
+    """Closed line (n, m, 2) of a belt: around the first wheel, a strand, around the second wheel, a strand."""
+    first, second = (_point(sol, place, instants) for place in (belt.first, belt.second))
+    way = second - first
+    distance = np.maximum(np.hypot(way[:, 0], way[:, 1]), 1e-300)
+    r1, r2 = belt.radii
+    slope = np.clip((r1 + r2 if belt.crossed else r1 - r2) / distance, -1.0, 1.0)
+    half = np.arccos(slope)  # between the line of centres and the radius to the upper point of contact
+    angle, turn = np.arctan2(way[:, 1], way[:, 0])[:, None], np.linspace(0.0, 1.0, ARC_POINTS)
+    around = angle + half[:, None] + (2.0 * np.pi - 2.0 * half)[:, None] * turn
+    if belt.crossed:  # the second wheel turns against the first one
+        back = angle + np.pi - half[:, None] - (2.0 * np.pi - 2.0 * half)[:, None] * turn
+    else:
+        back = angle - half[:, None] + 2.0 * half[:, None] * turn
+    arcs = [
+        centre[:, None] + radius * np.stack([np.cos(a), np.sin(a)], axis=-1)
+        for centre, radius, a in ((first, r1, around), (second, r2, back))
+    ]
+    return np.concatenate([*arcs, arcs[0][:, :1]], axis=1)

@@ -1,4 +1,7 @@
-"""A solution as a netCDF file: one variable a signal, the rest as JSON, groups for the final state and for episodes.
+"""A solution as a netCDF file: one variable a signal, the rest as JSON, groups for restart and contacts.
+
+A variable for each of 15,000 signals would take minutes to write and to open.  `plate.node12.vx` is the column of the
+node 12 in `plate.node.vx`, whose dimension is the coordinate `plate.node`, the numbers of the nodes.
 
 Signals of bodies with many nodes share variables over time and nodes (`netcdf_nodes`).
 The variables can be read by any netCDF reader.  `load` restores the record bit for bit.  It reads the file once,
@@ -9,28 +12,237 @@ from __future__ import annotations
 
 import io
 import json
-from dataclasses import asdict
+import math
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, NamedTuple, Self, cast
 
 import numpy as np
 
 from flexmb.arguments import checked
+from flexmb.dynamics.jobs.files import (
+    READ_ERRORS,
+    is_stored_within,
+    netcdf_image,
+    read_sealed,
+    refuse_other_files,
+    write_sealed,
+)
 from flexmb.errors import FileFormatError, InputError
-from flexmb.jobs.files import READ_ERRORS, netcdf_image, read_sealed, write_sealed
 from flexmb.model import shape
 from flexmb.model.signal import Signal, Signals
 from flexmb.results.contact_intervals import COLUMNS, MODES, ContactLog
-from flexmb.results.conventions import flag_meanings, global_attributes, long_name, udunits
-from flexmb.results.late_values import LateValues
-from flexmb.results.netcdf_content import NetcdfContent
-from flexmb.results.netcdf_nodes import PEAK, PEAK_TIME, Column, NodeTable, node_tables, read, variables
-from flexmb.results.peaks import Peaks
-from flexmb.results.solution import Solution
-from flexmb.results.stats import Stats
+from flexmb.results.naming import LateValues, flag_meanings, global_attributes, long_name, udunits
+from flexmb.results.solution import Peaks, Solution, Stats
 
 if TYPE_CHECKING:
     import xarray as xr
+
+# Signals of bodies with many nodes in a netCDF file: one variable a body and quantity, over time and nodes
+
+MOST_SINGLE = 100
+"""Largest number of nodes of a body whose signals have a variable each."""
+
+NUMBERED = re.compile(r"(?P<body>.+\.node)(?P<number>\d+)\.(?P<quantity>[^.]+)")
+"""Name of a signal of a numbered node."""
+
+PEAK, PEAK_TIME = "peak", "peak_time"
+"""Last words of the names of variables, and names of attributes: largest absolute values, and their times."""
+
+
+class Column(NamedTuple):
+    """A signal: values (n,), largest absolute value, its time."""
+
+    values: np.ndarray
+    peak: float
+    time: float
+
+
+@dataclass(frozen=True)
+class NodeTable:
+    """One quantity at many nodes of a body.
+
+    Parameters
+    ----------
+    dimension : name of the dimension of the nodes, "plate.node".
+    quantity : last word of the names of the signals, "vx".
+    units : SI unit.
+    numbers : (m,) numbers of the nodes.
+    places : (m,) places of the signals among all signals.
+    """
+
+    dimension: str
+    quantity: str
+    units: str
+    numbers: tuple[int, ...]
+    places: tuple[int, ...]
+
+    @property
+    def name(self) -> str:
+        """Name of the variable."""
+        return f"{self.dimension}.{self.quantity}"
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the signals (m,)."""
+        return tuple(f"{self.dimension}{number}.{self.quantity}" for number in self.numbers)
+
+
+def node_tables(signals: Signals) -> list[NodeTable]:
+    """Tables of all bodies with more than `MOST_SINGLE` nodes.
+
+    The tables of a body have the same nodes; a signal that is saved at other ones, as `signals=` may choose, is left
+    out, and so has its own variable.
+    """
+    found: dict[tuple[str, str, str], list[tuple[int, int]]] = {}
+    for place, (name, units) in enumerate(zip(signals.names, signals.units, strict=True)):
+        if match := NUMBERED.fullmatch(name):
+            key = match["body"], match["quantity"], units
+            if str(int(match["number"])) == match["number"]:
+                found.setdefault(key, []).append((int(match["number"]), place))
+    nodes: dict[str, tuple[int, ...]] = {}
+    tables: dict[str, NodeTable] = {}
+    for (body, quantity, units), rows in found.items():
+        numbers, places = tuple(n for n, _ in rows), tuple(k for _, k in rows)
+        table = NodeTable(body, quantity, units, numbers, places)
+        if len(numbers) > MOST_SINGLE and nodes.setdefault(body, numbers) == numbers:
+            tables.setdefault(table.name, table)
+    return [table for table in tables.values() if not {table.name, table.dimension} & signals.places.keys()]
+
+
+def variables(sol: Solution, tables: Iterable[NodeTable]) -> dict[str, xr.Variable]:
+    """Variables of tables: values over time and nodes, peaks and their times over nodes, numbers of the nodes."""
+    import xarray as xr
+
+    found = {}
+    for table in tables:
+        nodes, places, unit = table.dimension, list(table.places), udunits(table.units)
+        text = {"long_name": f"numbers of the nodes of {nodes.rpartition('.')[0]}"}
+        found[nodes] = xr.Variable(nodes, np.array(table.numbers, dtype=np.int64), text)
+        name = long_name(table.name)
+        values = np.stack([sol.array(signal) for signal in table.names], axis=1)
+        found[table.name] = xr.Variable(("time", nodes), values, {"units": unit, "long_name": name})
+        for word, peaks, units, meaning in (
+            (PEAK, sol.peaks.values, unit, "largest absolute value"),
+            (PEAK_TIME, sol.peaks.times, "s", "time of the largest absolute value"),
+        ):
+            attrs = {"units": units, "long_name": f"{meaning}, {name}"}
+            found[f"{table.name}.{word}"] = xr.Variable(nodes, peaks[places], attrs)
+    return found
+
+
+def read(file: NetcdfContent, name: str, n: int) -> Iterator[tuple[str, Column]]:
+    """Names and columns of the signals of a table; a variable that is no table of floats raises `ValueError`."""
+    nodes, _, quantity = name.rpartition(".")
+    values, numbers = file.array(name), file.array(nodes)
+    if values.shape != (n, len(numbers)) or values.dtype != np.float64:
+        text = f"{name!r} has shape {values.shape} and type {values.dtype}"
+        raise ValueError(f"{text}; it must be {n} x {len(numbers)} floats")
+    peaks, times = (file.array(f"{name}.{word}").tolist() for word in (PEAK, PEAK_TIME))
+    for number, column, peak, time in zip(numbers.tolist(), values.T, peaks, times, strict=True):
+        yield f"{nodes}{number}.{quantity}", Column(column, peak, time)
+
+
+# Variables and attributes of a netCDF file in memory
+
+LARGEST_GROWTH = 50
+"""Size of the data of a file over the size of the file, at most; flexmb does not compress."""
+
+NO_VARIABLE = b"This is a netCDF dimension but not a netCDF variable"
+"""First words of the attribute NAME of a dimension without values, by the netCDF-4 format."""
+
+
+class NetcdfContent:
+    """Variables and attributes of a netCDF file whose bytes are in memory.
+
+    Arrays that are stored in one piece share the memory of the bytes; so only names and places are read at first.
+
+    Raises
+    ------
+    OSError : bytes that are no HDF5 file.
+    ValueError : variables that would fill the memory, though the file is small; data in other files.
+    """
+
+    def __init__(self, content: bytes) -> None:
+        import h5py
+
+        self.content, self.copied = content, 0
+        self.hdf: Any = h5py
+        self.file: Any = h5py.File(io.BytesIO(content), "r")
+        self.shifted = self.file.userblock_size > 0
+        refuse_other_files(self.file, datasets=False)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.file.close()
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.file
+
+    def names(self, group: str) -> list[str]:
+        """Names of the variables of a `group` in the order in which they were written; none without such a group."""
+        found = self.file.get(group, {})
+        return [name for name in found if not bytes(found[name].attrs.get("NAME", b"")).startswith(NO_VARIABLE)]
+
+    def number(self, name: str) -> float | None:
+        """Global attribute `name` as a number; None without such an attribute."""
+        value = self.file.attrs.get(name)
+        return None if value is None else float(np.asarray(value).ravel()[0])
+
+    def text(self, name: str) -> str:
+        """Variable `name`, which holds a text."""
+        self._refuse_outer(self.file[name].id)
+        return str(self.file[name].asstr()[()])
+
+    def array(self, name: str) -> np.ndarray:
+        """Variable `name`."""
+        values = self._values(self._dataset(name))
+        kind = self.file[name].attrs.get("dtype")  # truth values, which netCDF does not have
+        return values.astype(bool) if kind in (b"bool", "bool") else values
+
+    def column(self, name: str, n: int, attributes: Sequence[str]) -> tuple[np.ndarray, list[float]]:
+        """Variable that holds one signal (n,), and the values of some of its attributes."""
+        dataset = self._dataset(name)
+        values = self._values(dataset)
+        if values.shape != (n,) or values.dtype != np.float64:
+            raise ValueError(f"{name!r} has shape {values.shape} and type {values.dtype}; it must be {n} floats")
+        numbers = np.empty((len(attributes), 1))
+        for row, attribute in zip(numbers, attributes, strict=True):
+            self.hdf.h5a.open(dataset, attribute.encode()).read(row)
+        return values, numbers[:, 0].tolist()
+
+    def _dataset(self, name: str) -> Any:
+        return self.hdf.h5d.open(self.file.id, name.encode())
+
+    def _refuse_outer(self, dataset: Any) -> None:
+        """Refuse a variable whose values lie in another file."""
+        if not is_stored_within(dataset):
+            raise ValueError(f"{self.hdf.h5i.get_name(dataset).decode()!r} leads to another file, which is not read")
+
+    def _values(self, dataset: Any) -> np.ndarray:
+        """Values of a variable; a view of the bytes where they are stored in one piece."""
+        kind, shape, place = dataset.dtype, dataset.shape, dataset.get_offset()
+        size = math.prod(shape) * kind.itemsize
+        if place is not None and not self.shifted and dataset.get_storage_size() == size:
+            return np.frombuffer(self.content, kind, math.prod(shape), place).reshape(shape)
+        self._refuse_outer(dataset)
+        self.copied += size
+        if self.copied > LARGEST_GROWTH * len(self.content):
+            text = f"it declares {self.copied} bytes of data"
+            raise ValueError(f"{text}, more than {LARGEST_GROWTH} times its own size")
+        values = np.empty(shape, kind)
+        dataset.read(self.hdf.h5s.ALL, self.hdf.h5s.ALL, values)
+        return values
+
+
+# A solution as a netCDF file: one variable a signal, the rest as JSON, groups for the final state and for episodes
 
 SINGLE, FORMAT = 1, 2
 """Versions of the layout: all signals have variables of their own; some share variables.  Newer ones are refused."""

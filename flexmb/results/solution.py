@@ -1,24 +1,21 @@
-"""The record of a run: named signals over time, status, statistics, final state."""
+"""The record of a run: named signals over time, status, statistics, final state; its text and HTML."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
 
+from flexmb import display as html
+from flexmb.display import counted, cut, listed, number_text
 from flexmb.errors import InputError, SolveError
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.model.signal import Signals, hint, resolved
 from flexmb.results.contact_intervals import ContactLog, Episodes, select
-from flexmb.results.conventions import long_name
-from flexmb.results.late_values import LateField, LateValues
-from flexmb.results.peaks import Peak, PeakOfStress, Peaks
-from flexmb.results.signal_names import SAVED_KEY, matching
-from flexmb.results.solution_text import solution_html, solution_text
-from flexmb.results.stats import Stats
+from flexmb.results.naming import SAVED_KEY, LateField, LateValues, long_name, matching
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -26,7 +23,233 @@ if TYPE_CHECKING:
 
     from flexmb.model.mechanism import Mechanism
     from flexmb.model.part import Part
-    from flexmb.results.fatigue import Fatigue, WoehlerLine
+    from flexmb.results.stress import Fatigue, WoehlerLine
+
+# Statistics of a run: steps, iterations, time
+
+
+@dataclass(frozen=True, slots=True)
+class Stats:
+    """Statistics of a run.
+
+    Parameters
+    ----------
+    steps : accepted steps.
+    rejected : steps tried again with a smaller size.
+    newton_iterations : iterations of all steps, the rejected ones included.
+    evaluations : evaluations of the equations of motion.
+    factorisations : factorisations of the iteration matrix.
+    smallest_step, largest_step : among the accepted steps [s].
+    wall_time : time that passed on the clock, without that of compilations [s].
+    """
+
+    steps: int = 0
+    rejected: int = 0
+    newton_iterations: int = 0
+    evaluations: int = 0
+    factorisations: int = 0
+    smallest_step: float = 0.0
+    largest_step: float = 0.0
+    wall_time: float = 0.0
+
+    def __str__(self) -> str:
+        """One line."""
+        return (
+            f"{self.steps} steps of {self.smallest_step:.3g} to {self.largest_step:.3g} s ({self.rejected} rejected), "
+            f"{self.newton_iterations} Newton iterations, {self.evaluations} evaluations, "
+            f"{self.factorisations} factorisations, {self.wall_time:.3g} s on the clock"
+        )
+
+
+# Largest absolute values of signals over all accepted steps
+
+
+class Peak(NamedTuple):
+    """The largest absolute value of a signal over all accepted steps.
+
+    Parameters
+    ----------
+    value : the largest absolute value, in the unit of the signal.
+    time : when it was reached [s].
+    """
+
+    value: float
+    time: float
+
+    def __repr__(self) -> str:
+        return f"Peak(value={number_text(self.value)}, time={number_text(self.time)})"
+
+    @property
+    def node(self) -> int | None:
+        """Number of the node where a stress was largest, of a mesh that in the mesh; None of other signals."""
+        return None
+
+    @property
+    def place(self) -> tuple[float, float] | None:
+        """Place of this node in the reference configuration [m]; None of other signals."""
+        return None
+
+
+class PeakOfStress(Peak):
+    """The peak of a stress, with its place.
+
+    Parameters
+    ----------
+    peak : value and time.
+    node : number of the node.
+    place : its place in the reference configuration [m]; None of beams and reduced bodies of a file.
+    """
+
+    def __new__(cls, peak: Peak, node: int, place: tuple[float, float] | None) -> PeakOfStress:
+        """The peak with its place."""
+        own = super().__new__(cls, *peak)
+        own.__dict__["at"] = (node, place)
+        return own
+
+    @property
+    def node(self) -> int:
+        """Number of the node where the stress was largest."""
+        return int(self.__dict__["at"][0])
+
+    @property
+    def place(self) -> tuple[float, float] | None:
+        """Place of this node in the reference configuration [m]; None of beams and reduced bodies of a file."""
+        found: tuple[float, float] | None = self.__dict__["at"][1]
+        return found
+
+
+class Peaks(NamedTuple):
+    """Largest absolute values of all signals over all accepted steps.
+
+    Parameters
+    ----------
+    values : (n_s,) largest absolute values, each in the unit of its signal.
+    times : (n_s,) when they were reached [s].
+    """
+
+    values: np.ndarray
+    times: np.ndarray
+
+
+# Text and HTML of a solution: end of the run, saved instants, main peaks, notes, cost
+
+MAIN_ENDINGS = ("torque", "normal_force", "deflection", "von_mises")
+"""Endings of the main signals: of drives, of contacts, of flexible links, of all bodies that deform."""
+
+OTHER_ENDINGS = ("force", "ax", "ay", "alpha")
+"""Endings of the signals that stand for the main ones where there are none."""
+
+MOST_OF_A_KIND = 6
+"""Largest number of main signals with one ending."""
+
+ROUND_OFF = 1e-10
+"""Peak over the largest one of its unit, up to which it is round-off."""
+
+IN_TEXT, IN_TABLE = 3, 16
+"""Number of peaks at most in a text and in a table."""
+
+
+def largest_signals(sol: Solution) -> list[str]:
+    """Names of the signals with the largest peaks.
+
+    These are torques, contact forces, deflections and stresses; without any of them forces and accelerations.  Of each
+    kind the `MOST_OF_A_KIND` largest ones are told.  Signals whose peaks are round-off beside those of other signals
+    are left out, such as the forces of contacts that never close.
+    """
+    scales = _scales(sol)
+    for endings in (MAIN_ENDINGS, OTHER_ENDINGS):
+        told: list[str] = []
+        for ending in endings:
+            peaks = {name: sol.peak(name).value for name in sol.names if name.endswith(f".{ending}")}
+            seen = [name for name, peak in peaks.items() if not peak <= ROUND_OFF * scales[sol.units(name)]]  # NaN is
+            kept = sorted(seen, key=lambda name: -peaks[name])[:MOST_OF_A_KIND]
+            told += [name for name in seen if name in kept]
+        if told:
+            return told
+    return []
+
+
+def _scales(sol: Solution) -> dict[str, float]:
+    """Largest peak by unit; for moments at least the largest energy, for forces this energy over the largest length."""
+    found: dict[str, float] = {}
+    for unit, value in zip(sol.signals.units, sol.peaks.values, strict=True):
+        found[unit] = max(found.get(unit, 0.0), float(value))  # a NaN is passed over
+    energy, length = found.get("J", 0.0), found.get("m", 0.0)
+    return found | {
+        "N m": max(found.get("N m", 0.0), energy),
+        "N": max(found.get("N", 0.0), energy / length if length > 0.0 else 0.0),
+    }
+
+
+def solution_text(sol: Solution) -> str:
+    """Name and status; saved instants, signals, cost; main peaks and number of notes: three lines, five at most."""
+    parts = f"{counted(len(sol.names), 'signal')} of {counted(len(_by_part(sol)), 'part')}"
+    lines = [cut(f"Solution of {sol.name!r}: {sol.status}", 3), f"  {_saved(sol)}; {parts}; {_cost(sol)}"]
+    peaks = [f"{name} {_peak(sol, name)}" for name in _largest(sol)[:IN_TEXT]]
+    last = ["largest " + ", ".join(peaks)] if peaks else []
+    last += [counted(len(sol.notes), "note") + " in sol.notes"] if sol.notes else []
+    return "\n".join([*lines, *([cut(f"  {'; '.join(last)}")] if last else [])])
+
+
+def solution_html(sol: Solution) -> str:
+    """Table of the end of the run, the main peaks, notes, and the names of all signals on a click."""
+    rows = [("saved", _saved(sol)), ("cost", str(sol.stats))]
+    rows += [("contacts", listed(sol.contacts.names))] if sol.contacts.names else []
+    peaks = [(name, *_peak_cells(sol, name)) for name in largest_signals(sol)[:IN_TABLE]]
+    signals = html.table([(owner, ", ".join(names)) for owner, names in _by_part(sol).items()])
+    return html.page(
+        f"Solution of {sol.name!r}",
+        sol.status,
+        html.table(rows),
+        html.table(peaks, ("signal", "largest absolute value", "unit", "at t [s]")),
+        html.folded(counted(len(sol.notes), "note"), html.texts(sol.notes)) if sol.notes else "",
+        html.folded(_signals(sol), signals),
+    )
+
+
+def _largest(sol: Solution) -> list[str]:
+    """The main signals, one of each kind before others."""
+    kinds: dict[str, int] = {}
+    order = []
+    for name in largest_signals(sol):
+        ending = name.rpartition(".")[2]
+        kinds[ending] = kinds.get(ending, 0) + 1
+        order.append((kinds[ending], name))
+    return [name for _, name in sorted(order, key=lambda entry: entry[0])]
+
+
+def _peak(sol: Solution, name: str) -> str:
+    return f"{sol.peak(name).value:.4g} {sol.units(name)}".rstrip()
+
+
+def _peak_cells(sol: Solution, name: str) -> tuple[str, str, str]:
+    value, time = sol.peak(name)
+    return f"{value:.6g}", sol.units(name), f"{time:.6g}"
+
+
+def _saved(sol: Solution) -> str:
+    span = f", {sol.time[0]:.6g} to {sol.time[-1]:.6g} s" if len(sol.time) else ""
+    return f"{counted(len(sol.time), 'instant')}{span}"
+
+
+def _signals(sol: Solution) -> str:
+    return f"{counted(len(sol.names), 'signal')} of {listed(_by_part(sol), 5) or 'no part'}"
+
+
+def _by_part(sol: Solution) -> dict[str, list[str]]:
+    """Names of signals within their part, by the name of the part."""
+    found: dict[str, list[str]] = {}
+    for name in sol.names:
+        part, _, own = name.partition(".")
+        found.setdefault(part, []).append(own)
+    return found
+
+
+def _cost(sol: Solution) -> str:
+    return f"{counted(sol.stats.steps, 'step')} in {sol.stats.wall_time:.3g} s on the clock"
+
+
+# The record of a run: named signals over time, status, statistics, final state
 
 
 class UnknownSignalError(InputError, KeyError):
@@ -61,7 +284,7 @@ class Solution:
     notes : remarks on the run, e.g. of contact laws that left their validity, in sentences.
     model : name of the mechanism, version of flexmb, and what else belongs to the record and can be written as JSON.
     mechanism : the mechanism that moved; None in a solution that was read from a file or came from another process.
-    description : parts of the mechanism in plain values (`flexmb.model.description`), where `mechanism` is None.
+    description : parts of the mechanism in plain values (`flexmb.model.mechanism`), where `mechanism` is None.
 
     Raises
     ------
@@ -180,7 +403,7 @@ class Solution:
         if at is None:
             return peak
         part, node = self.signals.names[k].partition(".")[0], round(float(self.peaks.values[at]))
-        from flexmb.results.reference_points import place_of_stress
+        from flexmb.results.stress import place_of_stress
 
         return PeakOfStress(peak, node, place_of_stress(self, part, node))
 
@@ -270,7 +493,7 @@ class Solution:
         InputError : as for `stress`; without a point, a body that does not look for its largest stress.
         MissingPackageError : the package that counts is missing.
         """
-        from flexmb.results.fatigue import fatigue
+        from flexmb.results.stress import fatigue
 
         return fatigue(self, body, woehler, point=point, mechanism=mechanism)
 
@@ -325,7 +548,7 @@ class Solution:
         """Parts of the mechanism in plain values; empty for a solution that knows none."""
         if self.mechanism is None:
             return dict(self.description)
-        from flexmb.model.description import described
+        from flexmb.model.mechanism import described
 
         return described(self.mechanism)
 

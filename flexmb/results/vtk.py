@@ -13,16 +13,14 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from flexmb import arguments, checks
+from flexmb.dynamics.jobs.files import unwritable
 from flexmb.errors import InputError
-from flexmb.jobs.files import unwritable
 
 if TYPE_CHECKING:
     import meshio
 
-    from flexmb.results.drawing import Line, Mark
+    from flexmb.results.drawing import Line, Mark, Surface, SymbolLine
     from flexmb.results.solution import Solution
-    from flexmb.results.surfaces import Surface
-    from flexmb.results.symbols import SymbolLine
 
 MOST_FRAMES = 200
 FIELDS = ("axial_force", "bending_moment", "shear_force", "curvature", "bending_stiffness")
@@ -73,7 +71,7 @@ def write_vtk(sol: Solution, path: str | Path, frames: int | None = None, *, poi
     are lines as in pictures; joints are vertices; plane bodies are their deformed meshes.  Point data: displacement
     (since the first frame, with the rigid motion), deformation (against the unstressed body laid through its joints, as
     `magnify` has it in pictures: a mechanism warped by it stays together), axial_force, bending_moment, shear_force,
-    curvature and bending_stiffness of beams (see `flexmb.beams.hermite` for the signs), normal_force of contacts, and
+    curvature and bending_stiffness of beams (see `flexmb.elastic.beams.shapes` for the signs), normal_force of contacts, and
     stress_x, stress_y, stress_xy in world axes and von_mises of plane bodies; 0 where it does not apply.  Cell data:
     part and kind, numbers whose names stand in names.json in the folder of the frames.  Paths of markers with `trace`
     are part 1 of every frame, in one file with the time as point data.  Older frames of the same name are replaced.
@@ -131,7 +129,7 @@ def _chosen(sol: Solution, frames: int | None) -> np.ndarray:
 def _content(sol: Solution, instants: np.ndarray, points_per_element: int) -> Frames:
     """Points, cells and data of all frames."""
     from flexmb.results import drawing
-    from flexmb.results.resampling import magnified, with_values
+    from flexmb.results.positions import magnified, with_values
 
     shown = with_values(sol, sol.time[instants], sol.values[instants])
     bodies, signs, marks, meshes = _drawn(shown, points_per_element)
@@ -164,7 +162,7 @@ def _content(sol: Solution, instants: np.ndarray, points_per_element: int) -> Fr
 def _drawn(sol: Solution, points_per_element: int) -> tuple[list[Line], list[SymbolLine], list[Mark], list[Surface]]:
     """Lines of bodies, symbols, joints and meshes at all saved instants."""
     from flexmb.results import drawing
-    from flexmb.results.symbols import symbols
+    from flexmb.results.drawing import symbols
 
     instants = np.arange(len(sol.time))
     bodies, marks = drawing.lines(sol, instants, points_per_element), drawing.marks(sol, instants)

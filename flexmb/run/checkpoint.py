@@ -1,4 +1,4 @@
-"""Checkpoints of a run: all that a run needs to go on as if it had never been interrupted, in one file."""
+"""Checkpoints and restarts of a run: all that it needs to go on as if it had never been interrupted."""
 
 from __future__ import annotations
 
@@ -13,15 +13,55 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.compiled.records import fitting
+from flexmb.engine.compiled.records import fitting
 from flexmb.errors import FileFormatError, InputError
+from flexmb.program.program import Program
 from flexmb.results.contact_intervals import COLUMNS
 from flexmb.results.netcdf import load
-from flexmb.results.peaks import Peaks
-from flexmb.results.solution import Solution
+from flexmb.results.solution import Peaks, Solution
 
 if TYPE_CHECKING:
     from flexmb.run.run import Run
+
+# Restart of a run: the state of one mechanism is refused by another one
+
+MODEL = "model"
+"""Name of the fingerprint of the program in a restart."""
+
+DIFFERENCES = (
+    "names or kernels of its parts differ",
+    "the same parts have other numbers (masses, lengths, clearances, gravity, ...)",
+    "the same parts are wired otherwise (bodies that they act on, inputs and instants of controllers, ...), or "
+    "numbers differ that their functions take from outside",
+)
+"""What differs, by the row of the fingerprint."""
+
+
+def refuse_broken_clock(clock: np.ndarray, label: str) -> None:
+    """Refuse a restart whose numbers are not finite, or that saves later than it stands: it would never end."""
+    t, _, save_start = clock[:3]
+    if not np.isfinite(clock).all() or save_start > t:
+        text = f"{label}: restart is damaged: its clock holds {clock.tolist()}"
+        raise InputError(f"{text}, not finite or with a begin of saving after the present. Use an undamaged one.")
+
+
+def refuse_other_model(program: Program, restart: Mapping[str, np.ndarray], label: str) -> None:
+    """Refuse the restart of a mechanism of equal size with other parts or numbers."""
+    given, own = restart.get(MODEL), program.fingerprint
+    if given is None:
+        return
+    here = own[: max(len(given), 2) if np.ndim(given) else 0]  # files of former versions have no wiring
+    if np.array_equal(given, here):
+        return
+    same = np.shape(given) == here.shape
+    other = next(text for k, text in enumerate(DIFFERENCES) if not (same and np.array_equal(given[k], here[k])))
+    raise InputError(
+        f"{label}: restart is of another mechanism: {other}. Use `restart` of a solution of this mechanism; "
+        "its energies and contacts would not fit another one."
+    )
+
+
+# Checkpoints of a run: all that a run needs to go on as if it had never been interrupted, in one file
 
 EVERY = 30.0
 """Time between two checkpoints [s on the clock]."""

@@ -1,50 +1,181 @@
-"""Run of a program: arrays of the compiled loop, advanced in blocks for progress bar, Ctrl-C and saving."""
+"""Run of a program: limits of its steps, arrays of the compiled loop, advanced in blocks for bar, Ctrl-C and saving."""
 
 from __future__ import annotations
 
+import math
+import signal
 import time
-from collections.abc import Callable, Mapping
-from typing import Any
+from bisect import bisect
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import pairwise
+from types import FrameType, TracebackType
+from typing import Any, Self
 
 import numpy as np
 
-from flexmb.compiled.notice import notice
-from flexmb.compiled.records import fitting
-from flexmb.energy.balance import check_balance_at_end, idle_energy, start_balance
+from flexmb.dynamics.jobs.executors import is_in_job
+from flexmb.dynamics.jobs.progress import ProgressBar
+from flexmb.engine.compiled.notice import notice
+from flexmb.engine.compiled.records import fitting
+from flexmb.engine.energy import check_balance_at_end, idle_energy, start_balance
+from flexmb.engine.linalg import lu
+from flexmb.engine.linalg.rank import row_rank
+from flexmb.engine.state.flow import new_flow
+from flexmb.engine.state.record import BUFFER_FULL, CONDITION_MET, DONE, NEVER, RUNNING, Options
+from flexmb.engine.state.trial import new_trial, rigid_coordinates
+from flexmb.engine.step.contact_log import close_round_off_gaps, running_episodes, start_episodes, take_episodes
+from flexmb.engine.step.method import Method
+from flexmb.engine.step.step_size import FLIGHT_WEIGHT, Adaptive, FixedStep
+from flexmb.engine.system.state_evaluation import StateEvaluation
+from flexmb.engine.system.work import workspace
 from flexmb.errors import InputError, KernelError, SolveError
-from flexmb.jobs.attempt import is_in_job
-from flexmb.jobs.progress import ProgressBar
-from flexmb.linalg import lu
-from flexmb.linalg.rank import row_rank
+from flexmb.findings.failure import naming_kernels
+from flexmb.model.law import CHORDS_OF_A_SINE, Motion
 from flexmb.model.mechanism import Mechanism
-from flexmb.program.period import just_before
+from flexmb.program.compiler import just_before
 from flexmb.program.program import Program
 from flexmb.results.contact_intervals import ContactLog
-from flexmb.results.peaks import Peaks
-from flexmb.results.solution import Solution
-from flexmb.results.stats import Stats
+from flexmb.results.solution import Peaks, Solution, Stats
 from flexmb.results.status import sentence, without_advice
-from flexmb.run.failure import naming_kernels
-from flexmb.run.interruption import KEYBOARD, Interruption
-from flexmb.run.peaks import add_peaks, begin_watch, no_peaks, watch_lows
-from flexmb.run.restart import MODEL, refuse_broken_clock, refuse_other_model
+from flexmb.run.checkpoint import MODEL, refuse_broken_clock, refuse_other_model
 from flexmb.run.sampling import act
-from flexmb.run.save_grid import SAME_INSTANT, saves_end, start_saving
-from flexmb.run.saved_rows import SavedRows
-from flexmb.run.step_limits import Chords, least_step, step_limits
+from flexmb.run.saving import (
+    SAME_INSTANT,
+    SavedRows,
+    add_peaks,
+    begin_watch,
+    no_peaks,
+    saves_end,
+    start_saving,
+    watch_lows,
+)
 from flexmb.run.stopping import Snapshot, StopConditions, end_at_crossing
-from flexmb.start.consistent import Start, accelerations
-from flexmb.start.redundant_joints import least_norm, looks_dependent
-from flexmb.state.flow import new_flow
-from flexmb.state.options import NEVER, Options
-from flexmb.state.record import BUFFER_FULL, CONDITION_MET, DONE, RUNNING
-from flexmb.state.trial import new_trial
-from flexmb.step.contact_log import close_round_off_gaps, running_episodes, start_episodes, take_episodes
-from flexmb.step.method import Method
-from flexmb.step.step_size import Adaptive, FixedStep
-from flexmb.system.state_evaluation import StateEvaluation
-from flexmb.system.work import workspace
+from flexmb.statics.start.consistent import Start, accelerations
+from flexmb.statics.start.redundant_joints import least_norm, looks_dependent
 from flexmb.version import installed_version
+
+# Signals that end a run: they wait until a block of steps is finished, so that no saved instant is lost or doubled
+
+KEYBOARD, TERMINATION = signal.SIGINT, signal.SIGTERM
+
+
+class Interruption:
+    """A context in which signals, given by their numbers, are only noted; the second one of a kind acts at once.
+
+    Outside the main thread of Python, signals act as ever.
+    """
+
+    def __init__(self, signals: Sequence[signal.Signals]) -> None:
+        self.signals = signals
+        self.before: dict[signal.Signals, Any] = {}
+        self.asked: int | None = None
+
+    def __enter__(self) -> Self:
+        try:
+            self.before = {number: signal.signal(number, self._note) for number in self.signals}
+        except ValueError:  # not in the main thread
+            self.before = {}
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        for number, handler in self.before.items():
+            signal.signal(number, handler)
+        if kind is None:
+            self.act()  # a signal that came after the last block
+
+    def _note(self, number: int, frame: FrameType | None) -> None:  # noqa: ARG002 - given by the system
+        if self.asked == number:
+            raise KeyboardInterrupt
+        self.asked = number
+
+    def act(self) -> None:
+        """Raise `KeyboardInterrupt` if a signal came, with a text on a signal that is not of the keyboard."""
+        number, self.asked = self.asked, None
+        if number is not None:
+            raise KeyboardInterrupt("" if number == KEYBOARD else f"Ended by {signal.Signals(number).name}")
+
+
+# Limits of the steps of a run, from mechanism, method and span
+
+LEAST_STEP = 16.0
+"""Smallest step by default over the round-off of the time."""
+
+LEAST_SEEN, LEAST_CLEAR = 2.0, 8.0
+"""Fixed steps in a cycle up to which these show another motion, and below which it is told."""
+
+
+def step_limits(run: Run) -> tuple[float, float, float, tuple[float, ...]]:
+    """Largest and smallest step [s], accepted error of a step [m], and the numbers of `StepControl`.
+
+    The least speed crosses the mechanism in 100 runs or periods; with clearance, 100 clearances if these are less,
+    so that the steps resolve a contact that comes to rest.
+    """
+    if isinstance(run.step, FixedStep):
+        return run.step.size, run.step.size, NEVER, (1.0, 1.0, 1.0, 1.0)
+    span = run.t_end if run.period is None else min(run.period, run.t_end)
+    clearance, length, rtol = run.program.least_clearance, run.program.length, run.step.rtol
+    steps = run.method.fewest_steps(contacts=clearance is not None)
+    largest = run.step.max or span / steps
+    flight, loose = (FLIGHT_WEIGHT, 2.0) if rigid_coordinates(run.program).all() else (1.0, 4.0)
+    part = 1e-3 * length if clearance is None else loose * min(clearance, 1e-2 * length)
+    way = length if clearance is None else min(length, 1e2 * clearance)
+    bounds = (rtol, 1e-2 / steps * way / largest, run.step.steps_of_an_impact, flight)
+    return largest, run.step.min or min(1e-9 * largest, least_step(run.t_end)), run.step.atol or rtol * part, bounds
+
+
+def least_step(t: float) -> float:
+    """Smallest step by which the time t [s] can be advanced [s]."""
+    return LEAST_STEP * float(np.spacing(t))
+
+
+class Chords:
+    """Longest steps that follow the drives, the histories of loads and the inputs of controllers of a run.
+
+    Raises
+    ------
+    InputError : a fixed step that sees another motion than that of a drive or load.
+    """
+
+    def __init__(self, run: Run) -> None:
+        self.pieces: list[tuple[Motion, list[float], list[float]]] = []
+        for motion in run.program.motions:
+            inside = sorted(t for t in motion.breaks(run.t_end) if 0.0 < t < run.t_end)
+            edges = [0.0, *inside, run.t_end]
+            chords = [motion.longest_chord(*ends) for ends in pairwise(edges)]
+            if min(chords) < math.inf:
+                self.pieces.append((motion, edges[1:-1], chords))
+        self.remarks = tuple(self._coarse(run.program.name, run.step.size)) if isinstance(run.step, FixedStep) else ()
+
+    def longest(self, t: float) -> float:
+        """Longest step about the instant t [s]; inf: any."""
+        return min((chords[bisect(edges, t)] for _, edges, chords in self.pieces), default=math.inf)
+
+    def _coarse(self, name: str, h: float) -> Iterator[str]:
+        """Remarks on a fixed step h [s] that hardly sees a motion."""
+        for motion, _, chords in self.pieces:
+            cycle = CHORDS_OF_A_SINE * min(chords)
+            if h <= cycle / LEAST_CLEAR * (1.0 - 1e-9):
+                continue
+            what = type(motion).__name__
+            text = f"fixed step of {h:.3g} s is {h / cycle:.2g} cycles of {what}, whose shortest lasts {cycle:.3g} s"
+            remedy = f"Take steps of {min(chords):.2g} s, or Adaptive()."
+            if h * LEAST_SEEN >= cycle * (1.0 - 1e-9):
+                raise InputError(f"simulate {name!r}: a {text}: the steps see another motion. {remedy}")
+            yield f"A {text}: few steps see the motion. {remedy}"
+
+
+def passed_contacts(run: Run) -> tuple[str, ...]:
+    """Sentences on contacts that fixed steps have passed without seeing whether these close."""
+    names, passed = run.program.names.contacts, run.record.passed
+    return tuple(
+        f"At t = {t:.6g} s a fixed step went by the contact {name!r}, which was closed then, or at a gap that the ends "
+        "of the step do not tell. Take smaller steps, or Adaptive()."
+        for name, t in zip(names, passed, strict=True)
+        if t != 0.0
+    )
+
+
+# Run of a program: arrays of the compiled loop, advanced in blocks for progress bar, Ctrl-C and saving
 
 BUFFER_ROWS, LEAST_BUFFER_ROWS, BUFFER_NUMBERS = 512, 16, 1 << 23
 """Number of saved instants in the buffer of the loop, at most and at least; numbers in the buffer (64 MB)."""

@@ -11,33 +11,29 @@ from typing import Any
 import numpy as np
 
 from flexmb import arguments, checks
-from flexmb.compiled import ahead
-from flexmb.compiled.notice import notice
-from flexmb.equilibrium.found import Equilibrium
+from flexmb.dynamics.jobs.executors import tell_stopped
+from flexmb.engine.compiled import ahead
+from flexmb.engine.compiled.notice import notice
+from flexmb.engine.newmark.method import Newmark
+from flexmb.engine.step.method import Method
+from flexmb.engine.step.step_size import Adaptive, FixedStep
 from flexmb.errors import InputError
-from flexmb.jobs.attempt import tell_stopped
+from flexmb.findings.failure import explanation
+from flexmb.findings.vibrations import vibration_remarks
+from flexmb.findings.watch import Seen, impossible_penetrations, watched
 from flexmb.model.mechanism import Mechanism
-from flexmb.program.compiler import compile_with_start
-from flexmb.program.period import common_period
+from flexmb.program.compiler import common_period, compile_with_start
 from flexmb.program.program import Program
-from flexmb.results.remarks import contact_remarks
-from flexmb.results.signal_names import SAVED_KEY, chosen_places
+from flexmb.results.naming import SAVED_KEY, chosen_places
 from flexmb.results.solution import Solution
+from flexmb.results.status import contact_remarks
 from flexmb.run.checkpoint import EVERY, Checkpoints, digest, plain_values
-from flexmb.run.failure import explanation
-from flexmb.run.interruption import KEYBOARD, TERMINATION, Interruption
-from flexmb.run.lost_control import lost_control
-from flexmb.run.peaks import reset_peaks
-from flexmb.run.run import Run
-from flexmb.run.save_grid import SaveGrid, save_grid, shown_save
+from flexmb.run.run import KEYBOARD, TERMINATION, Interruption, Run, passed_contacts
+from flexmb.run.sampling import lost_control
+from flexmb.run.saving import SaveGrid, reset_peaks, save_grid, shown_save
 from flexmb.run.start_at_rest import of_start, start_at_rest
-from flexmb.run.step_limits import passed_contacts
 from flexmb.run.stopping import Condition, StopConditions
-from flexmb.run.vibrations import vibration_remarks
-from flexmb.run.watch import Seen, impossible_penetrations, watched
-from flexmb.step.method import Method
-from flexmb.step.newmark.method import Newmark
-from flexmb.step.step_size import Adaptive, FixedStep
+from flexmb.statics.found import Equilibrium
 
 Step = FixedStep | Adaptive | float
 
@@ -283,7 +279,7 @@ def chosen_step(step: Any) -> FixedStep | Adaptive:
 def check_method(label: str, method: Any) -> None:
     """Refuse an object of another kind than a method."""
     if not isinstance(method, Method):
-        known = "Newmark(...), RadauIIA(), RungeKutta4() or a method of your own (step/method.py)"
+        known = "Newmark(...), RadauIIA(), RungeKutta4() or a method of your own (engine/step/method.py)"
         raise InputError(f"{label}: method is {method!r}; it must be {known}.")
 
 

@@ -6,14 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.equilibrium.found import Equilibrium
+from flexmb.engine.step.contact_log import LASTING_PHASE
+from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
-from flexmb.program.program import Program
-from flexmb.program.tables import COMMON_Z, FRICTION_Z, NORMAL_Z, PHASE
-from flexmb.start.consistent import Start, accelerations, rigid_velocities, yielding_joints
-from flexmb.step.contact_log import LASTING_PHASE
-from flexmb.system.state_evaluation import StateEvaluation
+from flexmb.program.program import COMMON_Z, FRICTION_Z, NORMAL_Z, PHASE, Program
+from flexmb.statics.found import Equilibrium
+from flexmb.statics.start.consistent import Start, accelerations, rigid_velocities, yielding_joints
 
 EQUILIBRIUM = "equilibrium"
 """Word for the static equilibrium of the mechanism itself."""
@@ -39,10 +38,8 @@ def start_at_rest(
     `start` is an equilibrium of this mechanism, or "equilibrium"; its steady rotation is one that the drives share.
     `closed` is the program with ideal joints for contacts.
     """
-    from flexmb.equilibrium.carrying import carries
-    from flexmb.equilibrium.same_model import refuse_other_forces, refuse_other_names
-    from flexmb.equilibrium.statics import static_equilibrium
-    from flexmb.equilibrium.steady_rotation import Spin
+    from flexmb.statics.equilibrium import carries, refuse_other_forces, refuse_other_names, static_equilibrium
+    from flexmb.statics.steady_rotation import Spin
 
     if not isinstance(start, Equilibrium) and start != EQUILIBRIUM:
         raise InputError(

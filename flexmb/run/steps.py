@@ -8,13 +8,16 @@ from typing import Any
 import numpy as np
 
 from flexmb import arguments, checks
-from flexmb.compiled import ahead
+from flexmb.engine.compiled import ahead
+from flexmb.engine.newmark.method import Newmark
+from flexmb.engine.state.record import DONE
+from flexmb.engine.step.method import Method
+from flexmb.engine.step.step_size import FixedStep
 from flexmb.errors import InputError, SolveError
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.signal import hint, resolved
 from flexmb.program.compiler import compile_with_start
-from flexmb.results.solution import UnknownSignalError
-from flexmb.results.stats import Stats
+from flexmb.results.solution import Stats, UnknownSignalError
 from flexmb.run.run import Run
 from flexmb.run.simulate import (
     REDUNDANT,
@@ -26,10 +29,6 @@ from flexmb.run.simulate import (
     chosen_step,
     period_or_none,
 )
-from flexmb.state.record import DONE
-from flexmb.step.method import Method
-from flexmb.step.newmark.method import Newmark
-from flexmb.step.step_size import FixedStep
 
 
 class StepState(Mapping[str, float]):

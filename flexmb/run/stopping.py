@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import arguments, checks
+from flexmb.engine.state.record import BUFFER_FULL, DIRECTION, DONE, LEVEL, NEVER, RUNNING
 from flexmb.errors import InputError
 from flexmb.model.signal import hint, resolved
 from flexmb.program.program import Names
-from flexmb.state.options import NEVER
-from flexmb.state.record import BUFFER_FULL, DIRECTION, DONE, LEVEL, RUNNING
 
 if TYPE_CHECKING:
     from flexmb.run.run import Run

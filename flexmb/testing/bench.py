@@ -1,20 +1,217 @@
-"""Test bench for the kernels of a part: random states, comparisons, and the report of the comparisons."""
+"""Test bench for the kernels of a part: random states, differences with their errors, reports."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import numpy as np
 
+from flexmb.errors import KernelError
+from flexmb.kernels import Kernel
 from flexmb.model.contributions import Coordinate
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part
 from flexmb.program.numbering import Numbering
-from flexmb.testing.differences import gradient
-from flexmb.testing.tested_kernel import State, TestedKernel, at, entry
+
+# Numerical derivatives with an estimate of their error
+
+STEPS, ORDERS = 22, 5
+"""Number of step sizes, and largest number of extrapolations."""
+ROUND_OFF = float(np.finfo(float).eps)
+"""Relative round-off of a float."""
+
+
+def slope(function: Callable[[float], Any], x: float, scale: float, noise: Any = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """df/dx and its uncertainty, entry by entry, from central differences with steps that shrink from scale / 8.
+
+    Each halving of the step is extrapolated (errors in h^2, h^4, ...).  The result is the value that differs least from
+    its neighbours, so the step suits the function, and the uncertainty is large at a kink and with round-off.  The
+    function of one number gives an array of any shape, and may change over the length `scale` > 0; `noise` is the
+    round-off of its values beyond that of their own size.
+
+    Source: C. J. F. Ridders, Accurate computation of F'(x) and F'(x)F''(x), Advances in Engineering Software 4 (1982)
+    75-76.
+    """
+    best: Any = None
+    uncertain: Any = np.inf
+    before: list[np.ndarray] = []
+    last: Any = np.inf
+    for k in range(STEPS):
+        h = scale / 8.0 / 2.0**k
+        upper, lower = np.asarray(function(x + h)), np.asarray(function(x - h))
+        span = (x + h) - (x - h)
+        row = [(upper - lower) / span]
+        for order, older in enumerate(before[:ORDERS], 1):
+            factor = 4.0**order
+            row.append((factor * row[-1] - older) / (factor - 1.0))
+        if k > 0:
+            change = np.maximum(np.abs(row[-1] - row[-2]), np.abs(row[-1] - before[-1]))
+            change = np.where(np.isfinite(change), change, np.inf)
+            blur = (2.0 * ROUND_OFF * np.maximum(np.abs(upper), np.abs(lower)) + noise) / span
+            doubt = np.maximum(change, 0.01 * last) + blur  # two values may agree by accident, hardly three
+            better = doubt < uncertain
+            best = row[-1] if best is None else np.where(better, row[-1], best)
+            uncertain = np.where(better, doubt, uncertain)
+            last = change
+        before = row
+    return best, uncertain
+
+
+def gradient(function: Callable[[Any], Any], x: Any, scale: Any, noise: Any = 0.0) -> tuple[np.ndarray, np.ndarray]:
+    """Derivatives by the entries of x and their uncertainties, with the entries of x as last dimension."""
+    if np.ndim(x) == 0:
+        return slope(function, float(x), float(scale), noise)
+
+    def along(j: int) -> Callable[[float], Any]:
+        def moved(s: float) -> Any:
+            y = np.array(x)
+            y[j] = s
+            return function(y)
+
+        return moved
+
+    steps = np.broadcast_to(scale, np.shape(x))
+    columns = [slope(along(j), float(x[j]), float(s), noise) for j, s in enumerate(steps)]
+    return np.stack([c for c, _ in columns], axis=-1), np.stack([u for _, u in columns], axis=-1)
+
+
+# A kernel under test, with checks of every call
+
+RESULTS = {
+    "energy": ("strain", "gravity", "damping"),
+    "account": ("strain", "gravity", "damping"),
+    "normal": ("N", "dN_dgap", "dN_drate"),
+    "friction": ("T", "dT_dslip", "dT_dN"),
+    "motion": ("s", "s_dot", "s_ddot"),
+    "signal": ("value",),
+    "extremum": ("value", "place"),
+}
+"""Names of returned numbers by contract; other kernels write to arrays."""
+
+SAME = 1e-11
+"""Largest difference of compiled and plain Python function, over the largest entry."""
+
+State = dict[str, Any]
+Values = dict[str, np.ndarray]
+
+
+class TestedKernel:
+    """A kernel with the parameters of a part.
+
+    Parameters
+    ----------
+    owner : part and class, for messages.
+    kernel, p : kernel and parameters.
+    **shapes : shapes of the output arrays by name.
+    """
+
+    def __init__(self, owner: str, kernel: Kernel, p: Sequence[float] | np.ndarray, **shapes: tuple[int, ...]) -> None:
+        self.kernel, self.shapes = kernel, shapes
+        self.p = np.array(p, dtype=float)
+        self.label = f"{owner}: {kernel.contract.name} kernel {kernel.name!r}"
+
+    def __call__(self, state: State) -> Values:
+        """Outputs of the compiled function by name, at a `state`."""
+        return self._outputs(self.kernel.dispatcher, state)
+
+    def checked_call(self, state: State, sizes: dict[str, float] | None = None) -> Values:
+        """Outputs at a state, after the checks of a single call.
+
+        Round-off is related to `sizes` of outputs by name; other outputs: their own size.  A `KernelError` tells a call
+        that fails or changes its inputs, values that are not finite, a second call or a compiled function with another
+        result.
+        """
+        first, second = self._python(state), self._python(state)
+        for name, value in first.items():
+            self._finite(name, value, state)
+        for name, value in first.items():
+            where = value != second[name]
+            if np.any(where):
+                both = f"{at(value, where):.17g} and then {at(second[name], where):.17g}"
+                text = f"{entry(name, where)} is {both} for the same input"
+                raise self.fault(f"{text}; a kernel may remember nothing but z", state)
+        compiled = self(state)
+        for name, value in first.items():
+            self._finite(name, compiled[name], state)
+            where = np.abs(compiled[name] - value) > SAME * self._size(name, first, state, sizes or {})
+            if np.any(where):
+                both = f"{at(compiled[name], where):.12g} compiled and {at(value, where):.12g} in plain Python"
+                raise self.fault(f"{entry(name, where)} is {both}", state)
+        return compiled
+
+    def fault(self, text: str, state: State) -> KernelError:
+        """The error to be raised, with the state."""
+        with np.printoptions(precision=5, linewidth=10**6):
+            listed = ", ".join(f"{name} = {np.asarray(x)}" for name, x in state.items())
+        return KernelError(f"{self.label}: {text}. State: {listed}.")
+
+    def _finite(self, name: str, value: np.ndarray, state: State) -> None:
+        bad = ~np.isfinite(value)
+        if np.any(bad):
+            raise self.fault(f"{entry(name, bad)} is {at(value, bad)}; it must be finite at every state", state)
+
+    def same(self, state: State, expected: Values, sizes: dict[str, float], other: str) -> None:
+        """Check that the outputs agree with outputs of another kernel up to round-off, related to `sizes`."""
+        values = self.checked_call(state, sizes)
+        for name, value in expected.items():
+            where = np.abs(values[name] - value) > SAME * self._size(name, expected, state, sizes)
+            if np.any(where):
+                both = f"{at(values[name], where):.12g}, where {other!r} gives {at(value, where):.12g}"
+                raise self.fault(f"{entry(name, where)} is {both}; both must say the same", state)
+
+    @staticmethod
+    def _size(name: str, values: Values, state: State, sizes: dict[str, float]) -> float:
+        """Magnitude to which round-off is related: a force is a difference of terms as large as K q."""
+        size = float(np.abs(values[name]).max(initial=0.0)) + sizes.get(name, 0.0)
+        if name in sizes:
+            return size
+        for output, matrix in (("r", "K"), ("g", "G")):
+            if name == output:
+                size += float(np.abs(values[matrix]).max(initial=0.0) * np.abs(state["q"]).max(initial=1.0))
+        if name in ("strain", "gravity"):
+            size += float(np.abs(values["strain"]) + np.abs(values["gravity"]))
+        return size
+
+    def _python(self, state: State) -> Values:
+        """Outputs of the plain Python function, given copies of the inputs."""
+        mine = {name: x.copy() if isinstance(x, np.ndarray) else x for name, x in state.items()}
+        mine["p"] = self.p.copy()
+        try:
+            with np.errstate(all="ignore"):
+                outputs = self._outputs(self.kernel.python, mine)
+        except (ArithmeticError, ValueError, IndexError, TypeError) as error:
+            raise self.fault(f"fails in plain Python with {type(error).__name__} ({error})", state) from error
+        for name, x in {**state, "p": self.p}.items():
+            if not np.array_equal(mine[name], x):
+                raise self.fault(f"changes its input {name}; write to the outputs only", state)
+        return outputs
+
+    def _outputs(self, function: Callable[..., Any], state: State) -> Values:
+        outputs = {name: np.zeros(shape) for name, shape in self.shapes.items()}
+        given = {"p": self.p, "least": -1.0, **state, **outputs}  # an extremum is wanted, however small
+        result = function(*(given[name] for name in self.kernel.contract.parameters))
+        names = RESULTS.get(self.kernel.contract.name, ())
+        numbers = np.atleast_1d(np.array(result, dtype=float)) if names else ()
+        return {**outputs, **dict(zip(names, numbers, strict=True))}
+
+
+def entry(name: str, where: Any) -> str:
+    """Name of the first marked entry, such as 'K[0, 1]'."""
+    if np.ndim(where) == 0 or np.size(where) == 1:
+        return name
+    index = ", ".join(str(k) for k in np.argwhere(where)[0])
+    return f"{name}[{index}]"
+
+
+def at(values: Any, where: Any) -> float:
+    """Value of the first marked entry."""
+    return float(np.atleast_1d(values)[np.atleast_1d(where)][0])
+
+
+# Test bench for the kernels of a part: random states, comparisons, and the report of the comparisons
 
 TOLERANCE = 1e-6
 """Largest relative error of a derivative, over the largest entry of its row."""

@@ -7,9 +7,8 @@ import numpy as np
 from flexmb.kernels import JOINT_FRICTION_SIZE
 from flexmb.model.contributions import ConstraintContribution, JointFriction
 from flexmb.model.law import Motion
-from flexmb.testing.bench import Bench
+from flexmb.testing.bench import Bench, State, TestedKernel
 from flexmb.testing.contacts import check_friction
-from flexmb.testing.tested_kernel import State, TestedKernel
 
 
 def check_constraint(bench: Bench, contribution: ConstraintContribution) -> None:

@@ -22,8 +22,7 @@ from flexmb.places import (
     NORMAL_X_Q,
     SLIP,
 )
-from flexmb.testing.bench import Bench
-from flexmb.testing.tested_kernel import State, TestedKernel
+from flexmb.testing.bench import Bench, State, TestedKernel
 
 STEPS = (0.0, 1e-5, 1e-3)
 """Time steps h [s] of the states."""

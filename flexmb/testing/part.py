@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import KernelError
 from flexmb.model.contributions import (
     AngleContribution,
@@ -21,13 +22,10 @@ from flexmb.model.contributions import (
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
-from flexmb.system.state_evaluation import StateEvaluation
-from flexmb.testing.bench import Bench, Report
+from flexmb.testing.bench import Bench, Report, TestedKernel
 from flexmb.testing.constraints import check_constraint, check_joint_friction, check_motion
 from flexmb.testing.contacts import check_contact
-from flexmb.testing.controls import check_control, check_control_tangents
-from flexmb.testing.elements import check_element
-from flexmb.testing.tested_kernel import TestedKernel
+from flexmb.testing.elements import check_control, check_control_tangents, check_element
 
 MOST_PIECES = 6
 """Largest number of pieces of one kernel to be checked: the elements of a beam repeat each other."""

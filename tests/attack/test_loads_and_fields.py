@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.commands import run as run_module
+from flexmb.cli import run as run_module
 
 STEEL = fm.Material(young=207e9, density=7850.0, poisson=0.3)
 

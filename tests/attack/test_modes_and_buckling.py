@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.equilibrium import buckling
+from flexmb.statics import buckling
 
 STEEL = fm.Material(young=207e9, density=7850.0, poisson=0.3)
 ROUND = fm.Circle(0.01)

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.beams import hermite
 from flexmb.bodies import smooth_turns
+from flexmb.elastic.beams import shapes as hermite
 from flexmb.errors import InputError
 from flexmb.model.shape import from_json, to_json
-from flexmb.results.resampling import unstressed
+from flexmb.results.positions import unstressed
 
 MATERIAL = fm.Material(young=2.1e11, density=7850.0, poisson=0.3)
 SECTION = fm.Rectangle(width=0.1, height=0.02)
@@ -109,7 +109,7 @@ def test_strains_of_a_bent_arc():
     load = 40.0
     moment = fm.Torque("M", link, load, at=link.end)
     clamp = fm.Fixed("clamp", fm.GROUND, link, at=link.start)
-    from flexmb.doctor.loads import largest_strain
+    from flexmb.findings.loads import largest_strain
 
     found = fm.static_equilibrium(fm.Mechanism("bent", [link, clamp, moment]))
     assert largest_strain(link, found) == pytest.approx(0.01 * load / (2.1e11 * 0.1 * 0.02**3 / 12.0), rel=1e-4)

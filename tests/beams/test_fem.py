@@ -10,10 +10,10 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 from scipy.special import iv, jv
 
-from flexmb.beams.fem import BeamMatrices, beam_matrices
-from flexmb.beams.section import Circle, GeneralSection, Rectangle, Section, Tapered, Tube
+from flexmb.elastic.beams.fem import BeamMatrices, beam_matrices
+from flexmb.elastic.beams.section import Circle, GeneralSection, Rectangle, Section, Tapered, Tube
 from flexmb.errors import InputError
-from flexmb.model.material import STEEL, Material
+from flexmb.model.law import STEEL, Material
 
 UNIT = GeneralSection(area=1.0, second_moment=1.0)
 UNIT_MATERIAL = Material(young=1.0, density=1.0)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from skfem import CellBasis, ElementLineHermite, MeshLine
 
-from flexmb.beams import hermite
-from flexmb.beams.chord import (
+from flexmb.elastic.beams import shapes as hermite
+from flexmb.elastic.beams.corotational import (
     AXIAL,
     B11,
     B12,
@@ -22,8 +22,8 @@ from flexmb.beams.chord import (
     OFFSET1,
     OFFSET2,
     PARAMETERS,
+    beam_kernel,
 )
-from flexmb.beams.corotational import beam_kernel
 from flexmb.model.shape import BeamShape
 
 L, EA, EI = 0.8, 3.0e5, 2.5

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.beams.corotational import beam_energy, beam_force, beam_kernel
+from flexmb.elastic.beams.corotational import beam_energy, beam_force, beam_kernel
 
 TURN = 2 * Fraction("3.14159265358979323846264338327950288419716939937510582097")  # 2 pi to 56 digits
 STEEL = fm.Material(young=2.0e11, density=7850.0)

@@ -9,10 +9,10 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import flexmb as fm
-from flexmb.beams.mass_damping import mass_damping_kernel
+from flexmb.elastic.beams.mass_damping import mass_damping_kernel
+from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.run.run import Run
-from flexmb.start.consistent import Start, accelerations
-from flexmb.system.state_evaluation import StateEvaluation
+from flexmb.statics.start.consistent import Start, accelerations
 
 LENGTH, WIDTH, HEIGHT, YOUNG, DENSITY = 0.8, 0.02, 0.008, 2.0e11, 7850.0
 SECTION, STEEL = fm.Rectangle(width=WIDTH, height=HEIGHT), fm.Material(young=YOUNG, density=DENSITY)

@@ -12,14 +12,14 @@ import meshio
 import numpy as np
 import pytest
 
-from flexmb.beams import mesh as mesh_module
-from flexmb.beams import section
-from flexmb.beams.fem import beam_matrices
-from flexmb.beams.mesh import LineMesh, chain, members, read_lines
-from flexmb.beams.section import Rectangle
+from flexmb.elastic.beams import mesh as mesh_module
+from flexmb.elastic.beams import section
+from flexmb.elastic.beams.fem import beam_matrices
+from flexmb.elastic.beams.mesh import LineMesh, chain, members, read_lines
+from flexmb.elastic.beams.section import Rectangle
 from flexmb.errors import FileFormatError, InputError
-from flexmb.model import material
-from flexmb.model.material import STEEL
+from flexmb.model import law as material
+from flexmb.model.law import STEEL
 
 MESHES = Path(__file__).parents[2] / "meshes"
 LENGTHS = {"crank1": 0.045, "link2": 0.326, "link3": 0.497, "crank4": 0.095, "rocker6": 0.230, "link8": 0.336}
@@ -345,4 +345,4 @@ def test_sections_materials_and_meshes_load_no_finite_element_package(module):
     names |= {node.module for node in top if isinstance(node, ast.ImportFrom)}
     assert "flexmb" in names
     assert not {name.split(".")[0] for name in names} & {"skfem", "meshio"}
-    assert "flexmb.beams.fem" not in names
+    assert "flexmb.elastic.beams.fem" not in names

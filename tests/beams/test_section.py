@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from flexmb.beams.section import Circle, GeneralSection, Rectangle, Section, Tapered, Tube
+from flexmb.elastic.beams.section import Circle, GeneralSection, Rectangle, Section, Tapered, Tube
 from flexmb.errors import InputError
-from flexmb.model.material import STEEL, Material
+from flexmb.model.law import STEEL, Material
 
 SMALL_TUBE, LARGE_TUBE = Tube(outer=0.02, inner=0.01), Tube(outer=0.03, inner=0.025)
 GENERAL = GeneralSection(area=2e-4, second_moment=3e-9, outer_fibre=0.01)

@@ -9,10 +9,10 @@ import pytest
 from scipy.integrate import quad
 
 import flexmb as fm
-from flexmb.beams import hermite
-from flexmb.beams.fem import beam_matrices
-from flexmb.bodies.flexible import matrices
+from flexmb.elastic.beams import shapes as hermite
+from flexmb.elastic.beams.fem import beam_matrices
 from flexmb.errors import InputError
+from flexmb.parts.bodies.flexible import matrices
 
 MATERIAL = fm.Material(young=2.1e11, density=7850.0, poisson=0.3)
 G = 2.1e11 / 2.6

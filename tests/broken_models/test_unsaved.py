@@ -7,7 +7,7 @@ import pytest
 from broken import SOFT, YIELDING, O, beam, worn
 
 import flexmb as fm
-from flexmb.planes.mesh import PlaneMesh
+from flexmb.elastic.meshes.mesh import PlaneMesh
 
 OMEGA, X = 192.0, 0.01
 STEEL = fm.Material(2e11, 7800.0, 0.3)

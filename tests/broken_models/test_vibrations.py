@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import flexmb as fm
+from flexmb.findings.vibrations import loss_of
 from flexmb.mechanisms.slider_crank import SliderCrankData
-from flexmb.run.dispersion import loss_of
 
 O = (0.0, 0.0)
 

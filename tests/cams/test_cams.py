@@ -8,8 +8,8 @@ import pytest
 from scipy.spatial import cKDTree
 
 import flexmb as fm
-from flexmb.cams.curves.geometry import sampled
 from flexmb.errors import InputError, ModelError
+from flexmb.parts.cams.spans import sampled
 from flexmb.testing import check_part
 
 E, R = 0.01, 0.03

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.cams.curves.geometry import sampled
 from flexmb.errors import InputError
+from flexmb.parts.cams.spans import sampled
 
 TURN = np.linspace(0.0, 2.0 * math.pi, 181)[:-1]
 STATIONS = ((0.0, 0.0), (1.2, 0.01), (1.6, 0.01), (2.8, 0.0))

@@ -7,10 +7,9 @@ import pytest
 import xarray as xr
 
 import flexmb as fm
-from flexmb.cli import main
-from flexmb.commands.chaos_files import _widened
-from flexmb.commands.chaos_study import Motion, goes_round, planes, wrapped
-from flexmb.dynamics.verdict.meaning import meaning_of
+from flexmb.cli.chaos_study import Motion, _widened, goes_round, planes, wrapped
+from flexmb.cli.command_line import main
+from flexmb.dynamics.verdict import meaning_of
 
 MODEL = """
 import math
@@ -111,7 +110,7 @@ def test_a_chaotic_motion(model, capsys):
 
 def test_too_few_points_are_inconclusive_and_say_so(model, capsys, monkeypatch):
     """An exponent within three times its error asks for 100 points."""
-    monkeypatch.setattr("flexmb.dynamics.verdict.verdict.CLEARLY", 100.0)
+    monkeypatch.setattr("flexmb.dynamics.verdict.CLEARLY", 100.0)
     assert main(["chaos", model, *COMMON, "--push", "1.5", "--keep", "60", "--series", "0", "--no-plots"]) == 0
     out = capsys.readouterr().out
     assert out.startswith("pendulum: inconclusive\n")

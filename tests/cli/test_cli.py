@@ -8,8 +8,8 @@ import sys
 import numpy as np
 import pytest
 
-from flexmb.cli import main, with_negative_numbers
-from flexmb.commands import run as run_module
+from flexmb.cli import run as run_module
+from flexmb.cli.command_line import main, with_negative_numbers
 from flexmb.results.netcdf import load
 
 SHORT = ["--t-end", "2ms", "--step", "20us", "--save", "20", "--quiet"]
@@ -269,7 +269,7 @@ def test_a_run_that_does_not_finish(tmp_path, capsys, monkeypatch):
 
 
 def test_keyboard_leaves_what_was_computed(tmp_path, capsys, monkeypatch):
-    from flexmb.step.newmark.method import NewmarkStepper
+    from flexmb.engine.newmark.method import NewmarkStepper
 
     block, calls = NewmarkStepper.advance, []
 
@@ -290,7 +290,7 @@ def test_keyboard_leaves_what_was_computed(tmp_path, capsys, monkeypatch):
 
 
 def test_keyboard_before_the_first_saved_instant(tmp_path, capsys, monkeypatch):
-    from flexmb.step.newmark.method import NewmarkStepper
+    from flexmb.engine.newmark.method import NewmarkStepper
 
     calls = []
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from flexmb.cli import main
+from flexmb.cli.command_line import main
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 NUMBER = r"([-+]?\d+\.?\d*(?:e[-+]?\d+)?)"

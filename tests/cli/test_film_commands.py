@@ -7,7 +7,7 @@ import matplotlib.image
 import pytest
 from PIL import Image
 
-from flexmb.cli import main
+from flexmb.cli.command_line import main
 
 solution = runpy.run_path(str(Path(__file__).parents[1] / "handmade.py"))["solution"]
 

@@ -13,10 +13,10 @@ import termios
 
 import pytest
 
-from flexmb.cli import explained, main
-from flexmb.commands.arguments.index import COMMANDS
-from flexmb.commands.arguments.parser import parser_of, source_of
-from flexmb.jobs import progress
+from flexmb.cli.arguments.index import COMMANDS
+from flexmb.cli.arguments.parser import parser_of, source_of
+from flexmb.cli.command_line import explained, main
+from flexmb.dynamics.jobs import progress
 
 EXAMPLES = [(command, line) for command in COMMANDS for line in command.examples]
 
@@ -138,7 +138,7 @@ def test_a_fault_without_traceback_and_with_it(monkeypatch, capsys):
     def fails(options):
         raise RuntimeError("three")
 
-    monkeypatch.setattr("flexmb.commands.arguments.source.list_mechanisms", fails)
+    monkeypatch.setattr("flexmb.cli.arguments.source.list_mechanisms", fails)
     assert main(["list"]) == 3
     assert capsys.readouterr().err.startswith("flexmb: RuntimeError: three")
     with pytest.raises(RuntimeError):
@@ -168,7 +168,7 @@ def test_progress_of_long_jobs_in_a_file_begins_at_once(capsys):
 
 def test_a_sweep_has_points_enough_for_the_word_chaotic_by_default():
     """Without an exponent `judge` needs 100 points; the command kept 50."""
-    from flexmb.dynamics.verdict.verdict import LEAST_APERIODIC
+    from flexmb.dynamics.verdict import LEAST_APERIODIC
 
     given = ["sweep", "slider-crank", "--speed", "150:200:2"]
     parser, _ = parser_of(source_of(given), "sweep")
@@ -177,7 +177,7 @@ def test_a_sweep_has_points_enough_for_the_word_chaotic_by_default():
 
 def test_progress_on_a_terminal_is_a_bar():
     code = (
-        "from flexmb.jobs.progress import ProgressBar\n"
+        "from flexmb.dynamics.jobs.progress import ProgressBar\n"
         "with ProgressBar('run', 2.0, shown=True, of='s of motion') as bar:\n    bar.update(2.0)"
     )
     here, there = pty.openpty()

@@ -5,8 +5,8 @@ import inspect
 
 import pytest
 
-from flexmb.commands.arguments.mechanism_options import add_options, keywords_of, options_of
-from flexmb.commands.arguments.source import find, ready
+from flexmb.cli.arguments.options import add_options, keywords_of, options_of
+from flexmb.cli.arguments.source import find, ready
 from flexmb.errors import InputError
 from flexmb.mechanisms import nine_bar
 

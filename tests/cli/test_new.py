@@ -5,8 +5,8 @@ import re
 import pytest
 
 import flexmb as fm
-from flexmb.cli import main
-from flexmb.commands.arguments.source import find
+from flexmb.cli.arguments.source import find
+from flexmb.cli.command_line import main
 
 RUN = ["--periods", "0.02", "--step", "0.1ms", "--save", "50", "--no-vtk", "--no-plots", "--quiet"]
 

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from flexmb.cli import main
+from flexmb.cli.command_line import main
 
 
 def test_a_reader_that_has_enough(root):

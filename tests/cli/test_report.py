@@ -3,7 +3,7 @@
 import pytest
 from pages import Page
 
-from flexmb.cli import main
+from flexmb.cli.command_line import main
 
 RUN = "run slider-crank --speed 2pi --t-end 10ms --save 20 --no-vtk --no-plots --quiet --out".split()
 MODEL = """

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.cli import main
-from flexmb.commands.rerun import compare
+from flexmb.cli.command_line import main
+from flexmb.cli.saved import compare
 
 RUN = "run slider-crank --speed 600rpm --clearance 0.1mm --t-end 20ms --save 50 --no-plots --no-vtk --quiet".split()
 

@@ -7,8 +7,8 @@ import pytest
 import xarray as xr
 
 import flexmb as fm
-from flexmb.cli import main
-from flexmb.commands.arguments.settings import changed
+from flexmb.cli.arguments.source import changed
+from flexmb.cli.command_line import main
 
 WORN = fm.mechanisms.slider_crank(clearance=1e-4)
 RUN = ["--t-end", "1ms", "--step", "20us", "--save", "20", "--no-vtk", "--no-plots", "--quiet"]

@@ -5,9 +5,9 @@ import pytest
 import xarray as xr
 
 import flexmb as fm
-from flexmb.cli import main
-from flexmb.commands.arguments.mechanism_options import Option
-from flexmb.commands.sweep import values_of
+from flexmb.cli.arguments.options import Option
+from flexmb.cli.command_line import main
+from flexmb.cli.sweep import values_of
 
 MODEL = """
 import flexmb as fm

@@ -8,10 +8,10 @@ import sys
 import pytest
 
 import flexmb as fm
-from flexmb.compiled import ahead
-from flexmb.step.newmark.loop import advance
-from flexmb.step.radau.method import advance_radau
-from flexmb.step.runge_kutta import advance_explicit
+from flexmb.engine.compiled import ahead
+from flexmb.engine.newmark.method import advance
+from flexmb.engine.radau.method import advance_radau
+from flexmb.engine.step.runge_kutta import advance_explicit
 
 LOOPS = {
     advance: {},
@@ -65,7 +65,7 @@ def empty(monkeypatch):
     monkeypatch.setattr(ahead, "asked", set())
     monkeypatch.setattr(ahead, "cores", lambda: 2)
     monkeypatch.setattr(ahead, "SecondProcess", lambda names: started.append(names) or names)
-    for name in (ahead.FIRST, "flexmb.step.newmark.loop.advance"):
+    for name in (ahead.FIRST, "flexmb.engine.newmark.method.advance"):
         monkeypatch.setattr(ahead.caches[name], "there", lambda: False)
     return started
 
@@ -73,10 +73,10 @@ def empty(monkeypatch):
 def test_the_loop_is_compiled_in_a_second_process(empty):
     ahead.start(advance)
     ahead.start(advance)
-    assert empty == [["flexmb.step.newmark.loop.advance"]]
+    assert empty == [["flexmb.engine.newmark.method.advance"]]
 
 
-@pytest.mark.parametrize("place", [ahead.FIRST, "flexmb.step.newmark.loop.advance"])
+@pytest.mark.parametrize("place", [ahead.FIRST, "flexmb.engine.newmark.method.advance"])
 def test_not_where_it_is_compiled_already(empty, monkeypatch, place):
     monkeypatch.setattr(ahead.caches[place], "there", lambda: True)
     ahead.start(advance)
@@ -105,7 +105,7 @@ def test_not_in_an_application_that_embeds_python(empty, monkeypatch):
 def test_a_first_run_reads_its_loop_from_the_cache(tmp_path):
     code = (
         "import flexmb as fm\n"
-        "from flexmb.step.newmark.loop import advance\n"
+        "from flexmb.engine.newmark.method import advance\n"
         "sol = fm.simulate(fm.mechanisms.slider_crank(), t_end=1e-3)\n"
         "print(sol.ok, sum(advance.stats.cache_hits.values()), sum(advance.stats.cache_misses.values()))"
     )

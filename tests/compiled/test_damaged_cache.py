@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 from numba.core import config
 
-from flexmb.compiled import code_cache, notice
-from flexmb.compiled.pieces import whole
+from flexmb.engine.compiled import code_cache, notice
+from flexmb.engine.compiled.pieces import whole
 from flexmb.kernels import MOTION, Kernel
 
 resource = pytest.importorskip("resource")  # not on every platform

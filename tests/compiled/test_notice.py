@@ -7,10 +7,10 @@ from types import FunctionType, SimpleNamespace
 
 import pytest
 
-from flexmb.compiled import notice
-from flexmb.compiled.costs import FIRST_STAGE, STAGES
+from flexmb.engine.compiled import notice
+from flexmb.engine.compiled.notice import FIRST_STAGE, STAGES
 
-EVALUATE, ADVANCE = "flexmb.system.evaluate.evaluate", "flexmb.step.newmark.loop.advance"
+EVALUATE, ADVANCE = "flexmb.engine.system.evaluate.evaluate", "flexmb.engine.newmark.method.advance"
 
 
 class Screen(io.StringIO):
@@ -82,7 +82,7 @@ def test_functions_without_a_module_are_none_of_ours(screen):
 
 def test_the_next_stage_ends_the_one_before(screen):
     told = notice.Notice()
-    compiled(told, "flexmb.joints.revolute.coincide", ADVANCE)
+    compiled(told, "flexmb.parts.joints.revolute.coincide", ADVANCE)
     told.close()
     begun, done, then, end = screen.getvalue().splitlines()
     assert FIRST_STAGE in begun
@@ -102,7 +102,7 @@ def test_the_end_is_said_without_being_asked_for(screen, monkeypatch):
 
 def test_a_kernel_belongs_to_the_stage_that_is_to_come(screen):
     told = notice.Notice()
-    compiled(told, "flexmb.drives.ramp.ramp_kernel", EVALUATE)
+    compiled(told, "flexmb.parts.drives.motions.ramp_kernel", EVALUATE)
     assert screen.getvalue().count("\n") == 1
 
 
@@ -110,7 +110,7 @@ def test_what_is_kept_does_not_count(screen):
     kept = SimpleNamespace(there=lambda: True)
     notice.caches.update(dict.fromkeys(STAGES[FIRST_STAGE], kept))
     told = notice.Notice()
-    compiled(told, "flexmb.drives.ramp.ramp_kernel")
+    compiled(told, "flexmb.parts.drives.motions.ramp_kernel")
     assert screen.getvalue() == ""
     name = max(STAGES[FIRST_STAGE], key=STAGES[FIRST_STAGE].get)
     del notice.caches[name]
@@ -127,7 +127,7 @@ def test_what_a_stage_took_is_the_pace_of_the_next(screen, monkeypatch):
     clock = [0.0]
     monkeypatch.setattr(notice.time, "perf_counter", lambda: clock[0])
     told = notice.Notice()
-    compiled(told, "flexmb.drives.ramp.ramp_kernel")
+    compiled(told, "flexmb.parts.drives.motions.ramp_kernel")
     clock[0] = 2.0 * sum(STAGES[FIRST_STAGE].values())
     compiled(told, EVALUATE, ADVANCE)
     assert f"about {2.0 * STAGES[stage_of(ADVANCE)][ADVANCE]:.0f} s" in screen.getvalue()

@@ -9,13 +9,13 @@ import numba
 import numpy as np
 import pytest
 
-from flexmb.compiled import pieces
+from flexmb.engine.compiled import pieces
 
 ROOT = Path(__file__).resolve().parents[2]
 
 LAYERS = """
 import numpy as np
-from flexmb.compiled.pieces import whole
+from flexmb.engine.compiled.pieces import whole
 
 make = whole(error_model="numpy", _nrt=False)
 

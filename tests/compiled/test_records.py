@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 from numba.core.errors import NumbaError
 
-from flexmb.compiled.record_type import copy_numbers
-from flexmb.compiled.records import Flags, Integers, Matrix, Record, Vector
+from flexmb.engine.compiled.records import Flags, Integers, Matrix, Record, Vector, copy_numbers
 from flexmb.kernels import compiled
 
 

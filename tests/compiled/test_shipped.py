@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from numba.core import event
 
-from flexmb.compiled import code_cache, notice, shipped
-from flexmb.compiled.code_cache import CodeCache
-from flexmb.compiled.shipped import CODE, INDEX, Shipment, Shipped
-from flexmb.drives.constant_speed import constant_speed_kernel
+from flexmb.engine.compiled import code_cache, notice, shipped
+from flexmb.engine.compiled.code_cache import CodeCache
+from flexmb.engine.compiled.shipped import CODE, INDEX, Shipment, Shipped
 from flexmb.kernels import Kernel, drive_kernel
+from flexmb.parts.drives.motions import constant_speed_kernel
 
 SPEED = constant_speed_kernel.function
 

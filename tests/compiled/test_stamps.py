@@ -6,7 +6,7 @@ from types import ModuleType
 
 import pytest
 
-from flexmb.compiled import stamps
+from flexmb.engine.compiled import code_cache as stamps
 
 
 @pytest.fixture
@@ -67,19 +67,26 @@ def test_circles_end(modules):
 
 def test_installed_packages_are_left_out():
     assert stamps._source("numpy") == ("", frozenset())
-    assert stamps._source("flexmb.compiled.stamps")[0]
+    assert stamps._source("flexmb.engine.compiled.code_cache")[0]
 
 
 def test_the_loop_depends_on_laws_of_its_arithmetic_not_on_pictures():
 
-    found, todo = set(), ["flexmb.step.newmark.loop"]
+    found, todo = set(), ["flexmb.engine.newmark.method"]
     while todo:
         name = todo.pop()
         if name not in found:
             found.add(name)
             todo += stamps._source(name)[1]
-    assert {"flexmb.linalg.lu", "flexmb.energy.balance", "flexmb.system.contacts", "flexmb.state.flow"} <= found
-    assert not {"flexmb.pictures.curves.plot", "flexmb.results.netcdf", "flexmb.sweeps.parameter_sweep"} & found
+    assert {
+        "flexmb.engine.linalg.lu",
+        "flexmb.engine.energy",
+        "flexmb.engine.system.contacts",
+        "flexmb.engine.state.flow",
+    } <= found
+    assert (
+        not {"flexmb.show.pictures.signals", "flexmb.results.netcdf", "flexmb.dynamics.sweeps.parameter_sweep"} & found
+    )
 
 
 def test_a_callee_in_another_file_is_compiled_anew(tmp_path):

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 import flexmb as fm
-from flexmb.contact.onset import HISTORY, approach_speed
-from flexmb.contact.restitution import delivered_restitution, exact_chi
 from flexmb.errors import InputError, RestitutionWarning
+from flexmb.parts.contact.onset import HISTORY, approach_speed
+from flexmb.parts.contact.restitution import delivered_restitution, exact_chi
 
 drops = runpy.run_path(str(Path(__file__).with_name("drops.py")))
 thrown, returned, stiffness = drops["thrown"], drops["returned"], drops["stiffness"]

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import flexmb as fm
-from flexmb.commands import summary
+from flexmb.cli import run as summary
 
 thrown = runpy.run_path(str(Path(__file__).with_name("drops.py")))["thrown"]
 

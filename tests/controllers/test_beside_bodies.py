@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.results.momentum import momentum
+from flexmb.results.positions import momentum
 
 
 def servo(**more):

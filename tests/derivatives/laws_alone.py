@@ -7,7 +7,7 @@ import numba
 import numpy as np
 
 import flexmb as fm
-from flexmb.contact.onset import approach_speed
+from flexmb.parts.contact.onset import approach_speed
 
 OFFSET = 0.25
 

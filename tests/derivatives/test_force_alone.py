@@ -14,12 +14,12 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import flexmb as fm
-from flexmb.contact.friction.modified_coulomb import modified_coulomb_kernel
-from flexmb.contact.normal.hysteresis import hysteresis_kernel
-from flexmb.derivatives import rules
-from flexmb.derivatives.forward import differentiated
-from flexmb.derivatives.source import source_of
+from flexmb.engine.derivatives import expressions as rules
+from flexmb.engine.derivatives.forward import differentiated
+from flexmb.engine.derivatives.source import source_of
 from flexmb.errors import KernelError
+from flexmb.parts.contact.friction import modified_coulomb_kernel
+from flexmb.parts.contact.hysteresis import hysteresis_kernel
 
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))  # where a user's own module would lie

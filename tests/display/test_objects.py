@@ -11,11 +11,11 @@ from published import simeon
 from spin_up import spinning_beam
 
 import flexmb as fm
+from flexmb import display as text
 from flexmb import mechanisms
-from flexmb.display import text
 from flexmb.model.signal import Signal
 from flexmb.results.contact_intervals import Episode
-from flexmb.results.peaks import Peak, Peaks
+from flexmb.results.solution import Peak, Peaks
 
 handmade = runpy.run_path(str(Path(__file__).parents[1] / "handmade.py"))
 READY = [

@@ -92,12 +92,12 @@ def test_no_number_is_listed_twice(modules):
 
 def test_names_and_literals_in_functions_become_calls(modules):
     live = modules[1]
-    places = [live.Place("linalg.lu.HELD_PIVOT", 3), live.Place("linalg.lu.weigh#0.5", 4)]
+    places = [live.Place("engine.linalg.lu.HELD_PIVOT", 3), live.Place("engine.linalg.lu.weigh#0.5", 4)]
     source = (
         "HELD_PIVOT = 1e-8\nTWICE = 2.0 * HELD_PIVOT\ndef weigh(x, y=HELD_PIVOT):\n    return x * HELD_PIVOT + 0.5\n"
     )
-    tree, met = live.rewritten("flexmb.linalg.lu", source, places)
-    assert met == {"linalg.lu.HELD_PIVOT", "linalg.lu.weigh#0.5"}
+    tree, met = live.rewritten("flexmb.engine.linalg.lu", source, places)
+    assert met == {"engine.linalg.lu.HELD_PIVOT", "engine.linalg.lu.weigh#0.5"}
     text = ast.unparse(tree)
     assert "TWICE = 2.0 * HELD_PIVOT" in text
     assert "y=HELD_PIVOT" in text
@@ -106,16 +106,16 @@ def test_names_and_literals_in_functions_become_calls(modules):
 
 def test_other_modules_read_the_same_number(modules):
     live = modules[1]
-    source = "from flexmb.linalg.lu import HELD_PIVOT as LEAST\ndef f(x):\n    return x > LEAST\n"
-    tree, _ = live.rewritten("flexmb.step.some", source, [live.Place("linalg.lu.HELD_PIVOT", 7)])
+    source = "from flexmb.engine.linalg.lu import HELD_PIVOT as LEAST\ndef f(x):\n    return x > LEAST\n"
+    tree, _ = live.rewritten("flexmb.engine.step.some", source, [live.Place("engine.linalg.lu.HELD_PIVOT", 7)])
     assert "x > _live_read(7)" in ast.unparse(tree)
 
 
 def test_a_count_stays_a_count(modules):
     live = modules[1]
     source = "CONTACT_TRIALS = 8\ndef f():\n    return CONTACT_TRIALS\n"
-    places = [live.Place("step.newmark.error_control.CONTACT_TRIALS", 0)]
-    tree, _ = live.rewritten("flexmb.step.newmark.error_control", source, places)
+    places = [live.Place("engine.newmark.error_control.CONTACT_TRIALS", 0)]
+    tree, _ = live.rewritten("flexmb.engine.newmark.error_control", source, places)
     assert "_live_read_whole(0)" in ast.unparse(tree)
 
 

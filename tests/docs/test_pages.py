@@ -14,7 +14,7 @@ from public_names import NAMESPACES, PUBLIC
 
 import flexmb as fm
 from flexmb.arguments import Checked
-from flexmb.cli import main
+from flexmb.cli.command_line import main
 
 ROOT = Path(__file__).resolve().parents[2]
 OWN_TEST = {"own_constraint.md"}

@@ -8,8 +8,7 @@ import pytest
 import systems
 
 import flexmb as fm
-from flexmb.dynamics.exponents.renormalisation import TangentVectors, growth_to_next_point
-from flexmb.dynamics.exponents.schedule import RenormalisationSchedule
+from flexmb.dynamics.exponents.renormalisation import RenormalisationSchedule, TangentVectors, growth_to_next_point
 from flexmb.dynamics.systems.dynamics import orthonormalise
 from flexmb.errors import InputError
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flexmb.dynamics.basins.basin import basin
-from flexmb.dynamics.systems.map import Map
+from flexmb.dynamics.basins import basin
+from flexmb.dynamics.systems.given import Map
 from flexmb.errors import InputError
 
 flows = runpy.run_path(str(Path(__file__).parent / "flows.py"))

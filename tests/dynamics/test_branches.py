@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from flexmb.dynamics.orbits.continuation import follow
 from flexmb.dynamics.orbits.periodic_orbit import periodic_orbit
-from flexmb.dynamics.systems.map import Map
+from flexmb.dynamics.systems.given import Map
 from flexmb.errors import InputError
 
 here = Path(__file__).parent

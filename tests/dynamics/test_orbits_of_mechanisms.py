@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.dynamics.basins.basin import basin
+from flexmb.dynamics.basins import basin
 from flexmb.dynamics.orbits.continuation import follow
 from flexmb.dynamics.orbits.periodic_orbit import periodic_orbit
-from flexmb.dynamics.orbits.state_space import StateSpace
+from flexmb.dynamics.orbits.shooting import StateSpace
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 
 K, D, M, F, W = 100.0, 0.8, 1.0, 3.0, 8.0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from flexmb.dynamics.orbits.periodic_orbit import periodic_orbit
-from flexmb.dynamics.systems.map import Map
+from flexmb.dynamics.systems.given import Map
 from flexmb.errors import InputError
 
 flows = runpy.run_path(str(Path(__file__).parent / "flows.py"))

@@ -11,9 +11,9 @@ import pytest
 import flexmb as fm
 from flexmb.dynamics.systems.dynamics import orthonormalise
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
+from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
 from flexmb.mechanisms.nine_bar import nine_bar
-from flexmb.system.state_evaluation import StateEvaluation
 
 models = runpy.run_path(str(Path(__file__).with_name("tangent_models.py")))
 pendulum, thrown, fixed, started = (models[k] for k in ("pendulum", "thrown", "fixed", "started"))

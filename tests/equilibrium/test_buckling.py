@@ -7,8 +7,8 @@ import pytest
 from scipy.special import jv
 
 import flexmb as fm
-from flexmb.equilibrium import buckling as module
 from flexmb.errors import InputError, SolveError
+from flexmb.statics import buckling as module
 
 LENGTH, EI = 2.0, 3.0
 MATERIAL = fm.Material(young=1e9, density=1000.0)

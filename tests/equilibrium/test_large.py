@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.equilibrium import buckling as buckling_module
-from flexmb.equilibrium import eigen
+from flexmb.statics import buckling as buckling_module
+from flexmb.statics import eigen
 
 STEEL = fm.Material(young=2.07e11, density=7850.0)
 SECTION = fm.Rectangle(width=0.01, height=0.01)

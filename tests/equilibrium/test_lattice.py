@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.bodies.point_mass import PointMass
-from flexmb.linalg.kept_factors import KeptFactors
-from flexmb.loads.spring_damper import SpringDamper
-from flexmb.system import state_evaluation
+from flexmb.engine.linalg.kept_factors import KeptFactors
+from flexmb.engine.system import state_evaluation
+from flexmb.parts.bodies.point_mass import PointMass
+from flexmb.parts.loads.springs import SpringDamper
 
 PITCH, MASS, STIFFNESS, G = 0.1, 0.01, 1e4, 9.81
 

@@ -7,8 +7,8 @@ import pytest
 from scipy.optimize import brentq
 
 import flexmb as fm
-from flexmb.equilibrium import eigen
 from flexmb.errors import InputError
+from flexmb.statics import eigen
 
 STEEL = fm.Material(young=2.0e11, density=7850.0)
 FLAT = fm.Rectangle(width=0.02, height=0.008)
@@ -44,7 +44,7 @@ def test_three_rigid_motions_of_a_free_beam(solver):
 
 def test_shapes_are_orthonormal_in_the_mass(solver):
     """Rigid ones included; the mass matrix is taken from the kinetic energy of the program itself."""
-    from flexmb.system.state_evaluation import StateEvaluation
+    from flexmb.engine.system.state_evaluation import StateEvaluation
 
     program = fm.compile(fm.Mechanism("free", [rod()]))
     M = StateEvaluation(program).mass(program.reference.q)

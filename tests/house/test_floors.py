@@ -59,7 +59,7 @@ TOP = "flexmb/__init__.py"
 
 
 def unit_of(path: str) -> str:
-    """The file or folder under flexmb/ to which `path` belongs: 'contact' for flexmb/contact/normal/hertz.py."""
+    """The file or folder under flexmb/ to which `path` belongs: 'contact' for flexmb/parts/contact/hysteresis.py."""
     return PurePosixPath(path).parts[1].removesuffix(".py")
 
 
@@ -120,18 +120,18 @@ def test_every_import_goes_down(package_sources):
         ("flexmb/model/node.py", "from flexmb.errors import InputError"),
         ("flexmb/model/node.py", "from .part import Part"),
         ("flexmb/checks.py", "from flexmb.errors import InputError"),
-        ("flexmb/contact/normal/hertz.py", "from flexmb.contact.gap import gap"),
-        ("flexmb/contact/normal/hertz.py", "from ...model.law import Law"),
-        ("flexmb/bodies/flexible.py", "from flexmb.beams.section import Section"),
-        ("flexmb/step/newmark/method.py", "from flexmb.start import consistent"),
-        ("flexmb/step/stepper.py", "if TYPE_CHECKING:\n    from flexmb.run.run import Run"),
-        ("flexmb/cli.py", "from flexmb.commands.run import run"),
-        ("flexmb/commands/arguments/source.py", "from flexmb import mechanisms"),
-        ("flexmb/__init__.py", "from flexmb.pictures.curves.plot import plot"),
-        ("flexmb/pictures/curves/plot.py", "import matplotlib"),
+        ("flexmb/parts/contact/hysteresis.py", "from flexmb.contact.gap import gap"),
+        ("flexmb/parts/contact/hysteresis.py", "from ...model.law import Law"),
+        ("flexmb/parts/bodies/flexible.py", "from flexmb.elastic.beams.section import Section"),
+        ("flexmb/engine/newmark/method.py", "from flexmb.statics.start import consistent"),
+        ("flexmb/engine/step/method.py", "if TYPE_CHECKING:\n    from flexmb.run.run import Run"),
+        ("flexmb/cli/command_line.py", "from flexmb.cli.run import run"),
+        ("flexmb/cli/arguments/source.py", "from flexmb import mechanisms"),
+        ("flexmb/__init__.py", "from flexmb.show.pictures.signals import plot"),
+        ("flexmb/show/pictures/signals.py", "import matplotlib"),
         (
             "flexmb/model/mechanism.py",
-            "def plot(self):\n    from flexmb.pictures.poses import reference",
+            "def plot(self):\n    from flexmb.show.pictures import reference",
         ),
     ],
 )
@@ -142,21 +142,21 @@ def test_allowed_imports(path, code):
 @pytest.mark.parametrize(
     ("path", "code", "floors"),
     [
-        ("flexmb/model/node.py", "from flexmb.start.assemble import assemble", ("floor 1", "floor 5")),
+        ("flexmb/model/node.py", "from flexmb.statics.start.assemble import assemble", ("floor 1", "floor 5")),
         ("flexmb/errors.py", "from flexmb import checks, pictures", ("floor 0", "floor 12")),
         (
             "flexmb/model/mechanism.py",
-            "from flexmb.pictures.poses.reference import plot_mechanism",
+            "from flexmb.show.pictures.scene import plot_mechanism",
             ("floor 1", "floor 12"),
         ),
-        ("flexmb/beams/fem.py", "from flexmb.bodies.link import Link", ("floor 2", "floor 2")),
-        ("flexmb/beams/fem.py", "from ..system import forces", ("floor 2", "floor 4")),
-        ("flexmb/start/assemble.py", "import flexmb.step.newmark.method", ("floor 5", "floor 7")),
-        ("flexmb/step/stepper.py", "from flexmb.run.run import Run", ("floor 7", "floor 9")),
-        ("flexmb/results/vtk.py", "def f():\n    from flexmb.pictures.curves import plot", ("floor 8", "floor 12")),
+        ("flexmb/elastic/beams/fem.py", "from flexmb.bodies.link import Link", ("floor 2", "floor 2")),
+        ("flexmb/elastic/beams/fem.py", "from ..system import forces", ("floor 2", "floor 4")),
+        ("flexmb/statics/start/assemble.py", "import flexmb.engine.newmark.method", ("floor 5", "floor 7")),
+        ("flexmb/engine/step/method.py", "from flexmb.run.run import Run", ("floor 7", "floor 9")),
+        ("flexmb/results/vtk.py", "def f():\n    from flexmb.show.pictures import plot", ("floor 8", "floor 12")),
         ("flexmb/testing.py", "from flexmb.results.vtk import write_vtk", ("floor 5", "floor 8")),
-        ("flexmb/system/forces.py", "import flexmb as fm", ("floor 4", "top")),
-        ("flexmb/system/forces.py", "from flexmb import Mechanism", ("floor 4", "top")),
+        ("flexmb/engine/system/forces.py", "import flexmb as fm", ("floor 4", "top")),
+        ("flexmb/engine/system/forces.py", "from flexmb import Mechanism", ("floor 4", "top")),
         ("flexmb/helpers.py", "import math", ("no floor",)),
     ],
 )

@@ -15,9 +15,9 @@ MOST_NAMES_AT_THE_TOP = 85
 FAR = {
     "": "flexmb",
     "chaos": "flexmb",
-    "friction": "flexmb.contact.friction",
-    "meshes": "flexmb.planes",
-    "plots": "flexmb.pictures",
+    "friction": "flexmb.friction",
+    "meshes": "flexmb.elastic.planes",
+    "plots": "flexmb.show.pictures",
 }
 """Package of which a namespace lists names, where it is not the one of the same name."""
 

@@ -7,16 +7,15 @@ from collections.abc import Iterator
 import pytest
 from nine_bar_study.nine_bar.staggered.elastic import Elastic
 
-from flexmb.compiled.records import Record
-from flexmb.program.tables import Addresses, Tables
-from flexmb.sensitivity.linearise import Tangents
-from flexmb.state.flow import Flow
-from flexmb.state.options import Options
-from flexmb.state.record import RunRecord
-from flexmb.state.trial import Trial
-from flexmb.step.radau.collocation import Collocation
-from flexmb.step.runge_kutta import Stages
-from flexmb.system.work import Work
+from flexmb.engine.compiled.records import Record
+from flexmb.engine.radau.collocation import Collocation
+from flexmb.engine.sensitivity.linearise import Tangents
+from flexmb.engine.state.flow import Flow
+from flexmb.engine.state.record import Options, RunRecord
+from flexmb.engine.state.trial import Trial
+from flexmb.engine.step.runge_kutta import Stages
+from flexmb.engine.system.work import Work
+from flexmb.program.program import Addresses, Tables
 
 ARGUMENTS = {
     "tables": Tables, "address": Addresses, "options": Options, "flow": Flow, "trial": Trial, "work": Work,

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import flexmb as fm
-from flexmb.system.state_evaluation import StateEvaluation
+from flexmb.engine.system.state_evaluation import StateEvaluation
 
 MU, RADIUS, G = 0.2, 0.02, 9.81
 COULOMB = fm.ModifiedCoulomb(MU, v0=0.0, v1=1e-5)

@@ -7,13 +7,12 @@ import pytest
 import scipy.sparse as sp
 
 import flexmb as fm
+from flexmb.engine.linalg.dense import bordered_solution, plain, scaled_rows, solve_dense, stacked
+from flexmb.engine.linalg.rank import row_rank
+from flexmb.engine.system import state_evaluation as system
 from flexmb.errors import AssemblyError, ModelError, SolveError
-from flexmb.linalg.dense import solve_dense
-from flexmb.linalg.dense_or_sparse import bordered_solution, plain, scaled_rows, stacked
-from flexmb.linalg.rank import row_rank
-from flexmb.start import rigid_motion as rigid
-from flexmb.start.consistent import consistent_start, degrees_of_freedom
-from flexmb.system import state_evaluation as system
+from flexmb.statics.start import assemble as rigid
+from flexmb.statics.start.consistent import consistent_start, degrees_of_freedom
 
 
 def thrown():

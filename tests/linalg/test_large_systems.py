@@ -5,13 +5,13 @@ import pytest
 import scipy.linalg as la
 import scipy.sparse as sp
 
+from flexmb.engine.linalg import ordering
+from flexmb.engine.linalg.dense import PivotingSolver
+from flexmb.engine.linalg.kept_factors import KeptFactors
+from flexmb.engine.linalg.large import is_regular, negative_eigenvalues, solver
+from flexmb.engine.linalg.ordering import elimination_order
+from flexmb.engine.linalg.symbolic import symbolic
 from flexmb.errors import SolveError
-from flexmb.linalg import ordering
-from flexmb.linalg.bordered import is_regular, negative_eigenvalues, solver
-from flexmb.linalg.kept_factors import KeptFactors
-from flexmb.linalg.ordering import elimination_order
-from flexmb.linalg.pivoting import PivotingSolver
-from flexmb.linalg.symbolic import symbolic
 
 
 class Grid:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from flexmb.linalg.null_vector import DENSE_COLUMNS, null_vector
+from flexmb.engine.linalg.large import DENSE_COLUMNS, null_vector
 
 
 def chain(n, ends):

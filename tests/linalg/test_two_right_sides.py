@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from flexmb.linalg.lu import LOST_PIVOT, factor, tables
-from flexmb.linalg.substitute import solve, solve_two
-from flexmb.linalg.symbolic import symbolic
+from flexmb.engine.linalg.lu import LOST_PIVOT, factor, solve, solve_two, tables
+from flexmb.engine.linalg.symbolic import symbolic
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 4, 5, 17])

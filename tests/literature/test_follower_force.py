@@ -2,7 +2,7 @@
 
 Column: a cantilever under a thrust P that stays tangential to its tip.  It has no other equilibrium than the straight
 one, whatever P; it is lost to flutter where two frequencies of the loaded column meet, at P L^2/(EI) = 20.05.  The
-matrices K, M of the compressed column come from `flexmb.system.state_evaluation.StateEvaluation`; K is not symmetric.
+matrices K, M of the compressed column come from `flexmb.engine.system.state_evaluation.StateEvaluation`; K is not symmetric.
 
 Cantilever: a force P that stays normal to the tip.  The elastica EI theta'' = -P cos(theta_L - theta) in the arc
 length is a pendulum equation whose values at the tip are known (theta = theta_L, theta' = 0), so it is integrated from
@@ -18,7 +18,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import flexmb as fm
-from flexmb.system.state_evaluation import StateEvaluation
+from flexmb.engine.system.state_evaluation import StateEvaluation
 
 LENGTH = 1.0  # [m]
 BAR = fm.Rectangle(width=0.01, height=0.0003)  # so slender that its shortening is below 2e-7 of the length

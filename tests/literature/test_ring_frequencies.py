@@ -5,9 +5,9 @@ from functools import lru_cache
 from record import Curve, Problem, Value
 
 import flexmb as fm
-from flexmb.planes.forms import matrices
-from flexmb.planes.interfaces import Interface, tie
-from flexmb.planes.vibrations import vibrations
+from flexmb.elastic.planes.forms import matrices
+from flexmb.elastic.planes.pins import Interface, tie
+from flexmb.elastic.planes.plane_body import vibrations
 
 INNER, OUTER = 0.05, 0.2
 STEEL = fm.Material(young=2.1e11, density=7850.0, poisson=0.3)

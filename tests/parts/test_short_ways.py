@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import flexmb as fm
+from flexmb.engine.system.evaluate import evaluate, evaluate_accepted
+from flexmb.engine.system.work import workspace
 from flexmb.errors import KernelError
 from flexmb.model.contributions import ElementContribution
-from flexmb.system.evaluate import evaluate, evaluate_accepted
-from flexmb.system.work import workspace
 from flexmb.testing import check_part
 
 O, A, B, C = (0.0, 0.0), (0.1, 0.17), (0.5, 0.1), (0.7, -0.1)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.beams.corotational import beam_energy, beam_kernel
-from flexmb.system.state_evaluation import StateEvaluation
+from flexmb.elastic.beams.corotational import beam_energy, beam_kernel
+from flexmb.engine.system.state_evaluation import StateEvaluation
 
 LENGTH, TURNS = 1.3, 1000
 UNIFORM = fm.Rectangle(width=0.02, height=0.03)

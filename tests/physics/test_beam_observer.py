@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.system.state_evaluation import StateEvaluation
+from flexmb.engine.system.state_evaluation import StateEvaluation
 
 BEND, SPIN, FLIGHT = 0.4, 10.0, 1000.0  # [rad], [rad/s], [m/s]
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.system.state_evaluation import StateEvaluation
+from flexmb.engine.system.state_evaluation import StateEvaluation
 
 LENGTH, WIDTH, HEIGHT, YOUNG = 2.0, 0.02, 0.01, 2.0e11
 EA, EI = YOUNG * WIDTH * HEIGHT, YOUNG * WIDTH * HEIGHT**3 / 12.0

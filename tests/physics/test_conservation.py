@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import flexmb as fm
+from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.run.run import Run
-from flexmb.start.consistent import Start, accelerations, consistent_start
-from flexmb.system.state_evaluation import StateEvaluation
+from flexmb.statics.start.consistent import Start, accelerations, consistent_start
 
 SECTION, SOFT = fm.Rectangle(width=0.02, height=0.02), fm.Material(young=2e9, density=7850.0)
 SPIN, VX, VY, LENGTH, NODES = 10.0, 3.0, -2.0, 1.0, 5

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 import flexmb as fm
 from flexmb.run import run as run_module
 from flexmb.run.run import Run
-from flexmb.start.consistent import Start
+from flexmb.statics.start.consistent import Start
 
 FIRST_CONTACT, CLOSING_SPEED = 2.27286e-4, 4.385783
 """Free flight of the worn slider-crank up to its first contact, whatever the contact law [s, m/s]."""

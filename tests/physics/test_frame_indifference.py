@@ -9,8 +9,8 @@ import pytest
 from public_names import PUBLIC
 
 import flexmb as fm
+from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.model.part import Joint
-from flexmb.system.state_evaluation import StateEvaluation
 
 NORMAL = fm.contact.ExactRestitution(stiffness=1e7, restitution=0.6)
 ROUGH = fm.friction.SmoothCoulomb(0.3, v0=1e-2)

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import flexmb as fm
+from flexmb.engine.newmark.implicit_step import implicit_step
+from flexmb.engine.newmark.method import advance
+from flexmb.engine.state.record import RUNNING
+from flexmb.engine.system.evaluate import evaluate, evaluate_accepted
 from flexmb.run.run import Run
-from flexmb.start.consistent import consistent_start
-from flexmb.state.record import RUNNING
-from flexmb.step.newmark.implicit_step import implicit_step
-from flexmb.step.newmark.loop import advance
-from flexmb.system.evaluate import evaluate, evaluate_accepted
+from flexmb.statics.start.consistent import consistent_start
 
 MID_IMPACT = 2.45e-4  # [s]; the first contact of the model lasts from 2.27e-4 s to about 2.8e-4 s
 

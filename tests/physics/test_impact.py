@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 import flexmb as fm
 from flexmb.run.run import Run
-from flexmb.start.consistent import Start
+from flexmb.statics.start.consistent import Start
 
 RING, BALL, SPEED, STIFFNESS, PLAY = 2.0, 0.5, 1.5, 1e9, 1e-3
 REDUCED = RING * BALL / (RING + BALL)

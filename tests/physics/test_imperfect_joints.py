@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import flexmb as fm
-from flexmb.system.state_evaluation import StateEvaluation
+from flexmb.engine.system.state_evaluation import StateEvaluation
 
 G = 9.81
 PLAY, BEARING = 1e-3, 0.011

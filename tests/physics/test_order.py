@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import flexmb as fm
+from flexmb.engine.newmark.method import advance
 from flexmb.run.run import Run
-from flexmb.start.consistent import consistent_start
-from flexmb.step.newmark.loop import advance
+from flexmb.statics.start.consistent import consistent_start
 
 double = runpy.run_path(str(Path(__file__).with_name("double_pendulum.py")))
 pendulum, textbook_motion = double["pendulum"], double["motion"]

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.state.flow import Predictor
-from flexmb.step.newmark.predictor import lagrange_weights
+from flexmb.engine.newmark.predictor import lagrange_weights
+from flexmb.engine.state.flow import Predictor
 
 
 @pytest.mark.parametrize("order", [0, 1, 2, 3])

@@ -8,8 +8,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import flexmb as fm
+from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
-from flexmb.system.state_evaluation import StateEvaluation
 
 SOFT = fm.Material(young=2e8, density=2000.0, poisson=0.3)
 STEEL = fm.Material(young=2.1e11, density=7850.0, poisson=0.3)

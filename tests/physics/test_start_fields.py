@@ -8,7 +8,7 @@ import pytest
 
 import flexmb as fm
 from flexmb.errors import AssemblyError, InputError
-from flexmb.start.consistent import consistent_start
+from flexmb.statics.start.consistent import consistent_start
 
 YOUNG, DENSITY, SIDE, LENGTH, N = 2e9, 1000.0, 0.02, 1.2, 4
 AREA, SECOND = SIDE**2, SIDE**4 / 12.0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.system.state_evaluation import StateEvaluation
+from flexmb.engine.system.state_evaluation import StateEvaluation
 
 
 @pytest.mark.parametrize("place", [0.02, 0.5])

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flexmb.pictures.curves.envelope import COLUMNS, draw_signal, envelope, is_dense
+from flexmb.show.pictures.signals import COLUMNS, draw_signal, envelope, is_dense
 
 TIME = np.linspace(0.0, 1.0, 20001)
 

@@ -14,8 +14,7 @@ from PIL import Image
 import flexmb as fm
 from flexmb.errors import InputError, MissingPackageError
 from flexmb.model.shape import PointShape
-from flexmb.pictures.films.film import instants, joints_with_forces, traced_points
-from flexmb.pictures.films.film_frames import Film
+from flexmb.show.pictures.films import Film, instants, joints_with_forces, traced_points
 
 ROOT = Path(__file__).parents[2]
 handmade = runpy.run_path(str(ROOT / "tests" / "handmade.py"))

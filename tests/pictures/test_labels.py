@@ -13,10 +13,8 @@ from published import n_four_bar
 
 import flexmb as fm
 from flexmb.errors import InputError
-from flexmb.pictures.poses.labels import boxes, place_names
-from flexmb.pictures.poses.pose import with_arms
-from flexmb.pictures.poses.reference import reference_solution
-from flexmb.pictures.poses.scene import scene_of
+from flexmb.show.pictures.pose import boxes, place_names, with_arms
+from flexmb.show.pictures.scene import reference_solution, scene_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -6,16 +6,21 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from flexmb.dynamics.basins.basin import basin
+from flexmb.dynamics.basins import basin
 from flexmb.dynamics.exponents.exponents import Exponents
 from flexmb.dynamics.orbits.continuation import follow
 from flexmb.dynamics.orbits.periodic_orbit import periodic_orbit
-from flexmb.dynamics.sections.section_signals import SectionSignals
-from flexmb.dynamics.systems.map import Map
+from flexmb.dynamics.sections.points import SectionSignals
+from flexmb.dynamics.systems.given import Map
 from flexmb.errors import InputError
-from flexmb.pictures.curves.bifurcation import plot_bifurcation
-from flexmb.pictures.curves.orbits import plot_basin, plot_branch
-from flexmb.pictures.curves.portrait import plot_exponents, plot_phase, plot_section
+from flexmb.show.pictures.diagrams import (
+    plot_basin,
+    plot_bifurcation,
+    plot_branch,
+    plot_exponents,
+    plot_phase,
+    plot_section,
+)
 
 
 @pytest.fixture(scope="module")

@@ -15,12 +15,12 @@ import flexmb as fm
 from flexmb.errors import FileFormatError, InputError
 from flexmb.model.shape import RigidShape
 from flexmb.model.signal import Signal
-from flexmb.pictures.curves.plot import plot
-from flexmb.pictures.poses.render import render
-from flexmb.pictures.poses.screenshot import screenshot_vtk
-from flexmb.pictures.style import prefixed, unit_text
-from flexmb.results.peaks import Peaks
+from flexmb.results.solution import Peaks
 from flexmb.results.vtk import write_vtk
+from flexmb.show.pictures.scene import render
+from flexmb.show.pictures.signals import plot
+from flexmb.show.pictures.style import prefixed, unit_text
+from flexmb.show.pictures.window import screenshot_vtk
 
 handmade = runpy.run_path(str(Path(__file__).parents[1] / "handmade.py"))
 solution = handmade["solution"]
@@ -48,7 +48,7 @@ def test_names_in_any_script_are_drawn_or_escaped(sol):
 def test_a_font_of_the_machine_is_found():
     from matplotlib import font_manager
 
-    from flexmb.pictures import glyphs
+    from flexmb.show.pictures import style as glyphs
 
     fonts = {font.name: font.fname for font in font_manager.fontManager.ttflist}
     glyphs._family.cache_clear()
@@ -121,7 +121,7 @@ def test_pictures_leave_pyplot_alone():
     # in a process of its own: other tests may have brought pyplot in
     code = (
         "import runpy, sys; sol = runpy.run_path(sys.argv[1])['solution'](n=5);"
-        "from flexmb.pictures.curves.plot import plot; from flexmb.pictures.poses.render import render;"
+        "from flexmb.show.pictures.signals import plot; from flexmb.show.pictures.scene import render;"
         "plot(sol, 'crank.x').canvas.draw(); render(sol).canvas.draw();"
         "assert 'matplotlib.pyplot' not in sys.modules"
     )
@@ -245,7 +245,7 @@ def test_screenshot(tmp_path):
     pvd = write_vtk(solution(), tmp_path / "a.pvd", frames=5)
     # VTK ends the whole process where it finds no way to draw, so it is tried in one of its own
     code = (
-        "import sys; from flexmb.pictures.poses.screenshot import screenshot_vtk;"
+        "import sys; from flexmb.show.pictures.window import screenshot_vtk;"
         "screenshot_vtk(sys.argv[1], sys.argv[2], time=0.25)"
     )
     target = tmp_path / "out" / "a.png"

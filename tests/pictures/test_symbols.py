@@ -5,8 +5,8 @@ import pytest
 
 import flexmb as fm
 from flexmb.model.shape import from_json, to_json
-from flexmb.pictures.poses.render import render
-from flexmb.results.symbols import symbols
+from flexmb.results.drawing import symbols
+from flexmb.show.pictures.scene import render
 
 O, Q = (0.0, 0.0), (0.09, 0.0)
 

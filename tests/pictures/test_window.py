@@ -9,9 +9,9 @@ import pytest
 
 import flexmb as fm
 from flexmb.errors import InputError
-from flexmb.pictures.films.film_frames import field_limit
-from flexmb.pictures.films.window import Window
-from flexmb.pictures.poses.scene import scene_of
+from flexmb.show.pictures.films import field_limit
+from flexmb.show.pictures.scene import scene_of
+from flexmb.show.pictures.window import Window
 
 pyvista = pytest.importorskip("pyvista")
 

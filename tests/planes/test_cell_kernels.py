@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.planes.cell_kernels import cell_energy, cell_force, cell_kernel
-from flexmb.planes.cell_numbers import COROTATED, TOTAL_LAGRANGE
-from flexmb.planes.cells import Cells, Pin, cell_contributions
-from flexmb.planes.forms import matrices
-from flexmb.planes.mesh import PlaneMesh
+from flexmb.elastic.meshes.mesh import PlaneMesh
+from flexmb.elastic.planes.cells import Cells, Pin, cell_contributions, cell_energy, cell_force, cell_kernel
+from flexmb.elastic.planes.elements import COROTATED, TOTAL_LAGRANGE
+from flexmb.elastic.planes.forms import matrices
 
 SOFT = fm.Material(young=2e5, density=2000.0, poisson=0.3)
 CORNERS = {"tri3": [(0, 0), (1, 0), (0, 1)], "quad4": [(0, 0), (1, 0), (1, 1), (0, 1)]}

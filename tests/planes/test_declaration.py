@@ -9,8 +9,8 @@ import pytest
 from scipy.sparse.linalg import spsolve
 
 import flexmb as fm
-from flexmb.doctor.dimensions import dimension_findings
 from flexmb.errors import InputError
+from flexmb.findings.dimensions import dimension_findings
 
 STEEL = fm.Material(young=2.1e11, density=7850.0, poisson=0.3)
 A, B = (0.3, -0.1), (0.3 + 0.12 * math.cos(2.0), -0.1 + 0.12 * math.sin(2.0))

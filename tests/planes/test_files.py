@@ -6,12 +6,12 @@ import meshio
 import numpy as np
 import pytest
 
+from flexmb.elastic.meshes.files import read
+from flexmb.elastic.meshes.outlines import link_with_eyes
+from flexmb.elastic.planes.forms import matrices
+from flexmb.elastic.planes.plane_body import vibrations
 from flexmb.errors import FileFormatError, InputError
-from flexmb.model.material import Material
-from flexmb.planes.files import read
-from flexmb.planes.forms import matrices
-from flexmb.planes.outlines import link_with_eyes
-from flexmb.planes.vibrations import vibrations
+from flexmb.model.law import Material
 
 FILES = Path(__file__).parent / "files"
 STEEL = Material(young=2.1e11, density=7850.0, poisson=0.3)

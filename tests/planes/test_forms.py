@@ -9,14 +9,19 @@ from scipy.sparse.linalg import spsolve
 from skfem import Basis, BilinearForm, ElementVector
 from skfem.helpers import ddot, dot, sym_grad, trace
 
+from flexmb.elastic.meshes.fillings import joined, ruled, sampled, segment
+from flexmb.elastic.meshes.mesh import PlaneMesh, elasticity
+from flexmb.elastic.meshes.outlines import link_with_eyes, rectangle, ring
+from flexmb.elastic.planes.forms import (
+    cell_matrices,
+    geometric_stiffness,
+    matrices,
+    stiffness_basis,
+    stress_at_quadrature,
+)
+from flexmb.elastic.planes.loads import body_force, edge_load, edge_pressure
 from flexmb.errors import InputError
-from flexmb.model.material import Material
-from flexmb.planes.blocks import joined, ruled, sampled, segment
-from flexmb.planes.forms import cell_matrices, geometric_stiffness, matrices, stiffness_basis, stress_at_quadrature
-from flexmb.planes.loads import body_force, edge_load, edge_pressure
-from flexmb.planes.mesh import PlaneMesh
-from flexmb.planes.outlines import link_with_eyes, rectangle, ring
-from flexmb.planes.regions import elasticity
+from flexmb.model.law import Material
 
 KINDS = ("tri3", "tri6", "quad4", "quad9")
 STEEL = Material(young=2.1e11, density=7850.0, poisson=0.3)
@@ -332,9 +337,9 @@ def test_two_hundred_thousand_nodes_are_assembled_in_seconds(kind):
     """Measured 4 s and 8 s with 0.9 GB in all; the matrices alone take 110 MB and 160 MB."""
     code = f"""
 import resource, time
-from flexmb.model.material import STEEL
-from flexmb.planes.forms import matrices
-from flexmb.planes.outlines import link_with_eyes
+from flexmb.model.law import STEEL
+from flexmb.elastic.planes.forms import matrices
+from flexmb.elastic.meshes.outlines import link_with_eyes
 mesh = link_with_eyes(0.12, 0.02, 0.01, 0.02, 0.00029, {kind!r})
 begin = time.perf_counter()
 matrices(mesh, STEEL, 0.01)

@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 import flexmb as fm
+from flexmb.elastic.planes import plane_body as full_body
+from flexmb.elastic.planes.stress import stress_operator, von_mises
 from flexmb.model.shape import MeshShape, from_json, to_json
-from flexmb.planes import full_body
-from flexmb.planes.recovery import von_mises
-from flexmb.planes.stress import stress_operator
 from flexmb.results import drawing
-from flexmb.results.momentum import momentum
+from flexmb.results.positions import momentum
 
 STEEL = fm.Material(young=207e9, density=7850.0, poisson=0.3)
 LENGTH, SIDE = 0.12, 0.02

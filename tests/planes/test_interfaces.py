@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
 
+from flexmb.elastic.meshes.mesh import PlaneMesh
+from flexmb.elastic.meshes.outlines import link_with_eyes, rectangle, ring
+from flexmb.elastic.planes.forms import matrices
+from flexmb.elastic.planes.pins import Interface, tie
 from flexmb.errors import InputError
-from flexmb.model.material import Material
-from flexmb.planes.forms import matrices
-from flexmb.planes.interfaces import Interface, tie
-from flexmb.planes.mesh import PlaneMesh
-from flexmb.planes.outlines import link_with_eyes, rectangle, ring
+from flexmb.model.law import Material
 
 STEEL = Material(young=2.1e11, density=7850.0, poisson=0.3)
 KINDS = ("rigid", "averaged")

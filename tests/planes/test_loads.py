@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.equilibrium.statics import load_growth
+from flexmb.elastic.reduced.superelement import left_out
 from flexmb.errors import InputError, ModelError, SolveError
 from flexmb.model.contributions import ElementContribution
-from flexmb.reduction.loads import left_out
+from flexmb.statics.equilibrium import load_growth
 
 STEEL = fm.Material(young=2.1e11, density=7850.0, poisson=0.3)
 RADIUS, DEPTH, THICKNESS = 0.5, 0.01, 0.01

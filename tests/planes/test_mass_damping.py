@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.results.momentum import momentum
+from flexmb.results.positions import momentum
 
 LENGTH, RATE, TIME = 0.12, 60.0, 2e-6
 SOFT = fm.Material(young=2e9, density=2000.0, poisson=0.3)

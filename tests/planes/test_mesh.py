@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import flexmb as fm
+from flexmb.elastic.meshes.mesh import PlaneMesh
+from flexmb.elastic.meshes.outlines import link_with_eyes, rectangle, ring
 from flexmb.errors import InputError
-from flexmb.planes.mesh import PlaneMesh
-from flexmb.planes.outlines import link_with_eyes, rectangle, ring
 
 SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
 TWO = [*SQUARE, (2, 0), (2, 1)]

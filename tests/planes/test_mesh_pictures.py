@@ -12,15 +12,13 @@ from pages import soft_engine
 import flexmb as fm
 from flexmb.errors import InputError
 from flexmb.model.shape import MeshShape
-from flexmb.pictures.films.film import animate
-from flexmb.pictures.films.film_frames import Film
-from flexmb.pictures.films.window import Window
-from flexmb.pictures.poses.render import render
-from flexmb.pictures.poses.scene import scene_of
 from flexmb.results import drawing
-from flexmb.results.resampling import magnified
-from flexmb.results.surfaces import moved_points
+from flexmb.results.drawing import moved_points
+from flexmb.results.positions import magnified
 from flexmb.results.vtk import CELLS, write_vtk
+from flexmb.show.pictures.films import Film, animate
+from flexmb.show.pictures.scene import render, scene_of
+from flexmb.show.pictures.window import Window
 
 File = runpy.run_path(str(Path(__file__).parents[1] / "pictures" / "test_gltf.py"))["File"]
 KINDS = ("tri3", "tri6", "quad4", "quad9")

@@ -5,11 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from flexmb.elastic.meshes.cell_kinds import jacobians
+from flexmb.elastic.meshes.mesh import PlaneMesh
+from flexmb.elastic.meshes.outlines import crank_web, link_with_eyes, plate_with_holes, rectangle, ring
 from flexmb.errors import InputError
-from flexmb.planes.cell_kinds import jacobians
-from flexmb.planes.mesh import PlaneMesh
-from flexmb.planes.outlines import crank_web, link_with_eyes, rectangle, ring
-from flexmb.planes.plates import plate_with_holes
 
 KINDS = ("tri3", "tri6", "quad4", "quad9")
 

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
 
+from flexmb.elastic.meshes.cell_kinds import jacobians
+from flexmb.elastic.meshes.mesh import PlaneMesh
+from flexmb.elastic.meshes.outlines import plate_with_holes
+from flexmb.elastic.planes.forms import matrices
+from flexmb.elastic.planes.loads import edge_load
+from flexmb.elastic.planes.stress import stress_operator
 from flexmb.errors import InputError
-from flexmb.model.material import Material
-from flexmb.planes.cell_kinds import jacobians
-from flexmb.planes.forms import matrices
-from flexmb.planes.loads import edge_load
-from flexmb.planes.mesh import PlaneMesh
-from flexmb.planes.plates import plate_with_holes
-from flexmb.planes.stress import stress_operator
+from flexmb.model.law import Material
 
 ROCKER = [(-0.02, -0.02), (0.25, -0.02), (0.16, 0.2), (0.1, 0.2)]
 HOLES = {"A": ((0.01, 0.005), 0.01), "B": ((0.22, 0.0), 0.01), "C": ((0.13, 0.18), 0.012)}

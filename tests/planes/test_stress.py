@@ -4,14 +4,12 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
 
-from flexmb.model.material import Material
-from flexmb.planes.forms import matrices
-from flexmb.planes.loads import body_force, edge_pressure
-from flexmb.planes.mesh import PlaneMesh
-from flexmb.planes.mesh_shape import cell_materials
-from flexmb.planes.outlines import rectangle, ring
-from flexmb.planes.recovery import nodal_stresses, von_mises
-from flexmb.planes.stress import principal, stress_operator
+from flexmb.elastic.meshes.mesh import PlaneMesh
+from flexmb.elastic.meshes.outlines import rectangle, ring
+from flexmb.elastic.planes.forms import matrices
+from flexmb.elastic.planes.loads import body_force, edge_pressure
+from flexmb.elastic.planes.stress import cell_materials, nodal_stresses, principal, stress_operator, von_mises
+from flexmb.model.law import Material
 
 STEEL = Material(young=2.1e11, density=7850.0, poisson=0.3)
 

@@ -7,12 +7,12 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import jv, jvp, yv, yvp
 
+from flexmb.elastic.meshes.outlines import link_with_eyes, rectangle, ring
+from flexmb.elastic.planes.forms import PlaneMatrices, matrices
+from flexmb.elastic.planes.pins import Interface, Tie, tie
+from flexmb.elastic.planes.plane_body import vibrations
 from flexmb.errors import InputError
-from flexmb.model.material import Material
-from flexmb.planes.forms import PlaneMatrices, matrices
-from flexmb.planes.interfaces import Interface, Tie, tie
-from flexmb.planes.outlines import link_with_eyes, rectangle, ring
-from flexmb.planes.vibrations import vibrations
+from flexmb.model.law import Material
 
 E, NU, RHO, INNER, OUTER = 2.1e11, 0.3, 7850.0, 0.05, 0.2
 STEEL = Material(young=E, density=RHO, poisson=NU)

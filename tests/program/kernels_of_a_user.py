@@ -46,10 +46,10 @@ def motion(program):
     """Signals of a short run of a compiled mechanism, (n, n_y), started as `simulate` starts it."""
     import numpy as np
 
+    from flexmb.engine.newmark.method import Newmark
+    from flexmb.engine.step.step_size import FixedStep
     from flexmb.run.run import Run
-    from flexmb.start.consistent import Start, accelerations
-    from flexmb.step.newmark.method import Newmark
-    from flexmb.step.step_size import FixedStep
+    from flexmb.statics.start.consistent import Start, accelerations
 
     run = Run(program, Newmark.generalised_alpha(), FixedStep(2e-4), 0.02, None)
     q, v = program.reference.q, np.zeros(program.n_q)

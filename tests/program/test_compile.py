@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.compiled.records import Record
+from flexmb.engine.compiled.records import Record
 
 HERE = Path(__file__).parent
 
@@ -113,7 +113,7 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 import numpy as np
 import flexmb as fm
-from flexmb.compiled.records import Record
+from flexmb.engine.compiled.records import Record
 import kernels_of_a_user as user
 
 @fm.element_kernel
@@ -193,7 +193,7 @@ def test_second_process_compiles_nothing(tmp_path):
 
 COUNT = """
 import flexmb as fm, kernels_of_a_user as u
-from flexmb.step.newmark.loop import advance
+from flexmb.engine.newmark.method import advance
 u.motion(fm.compile(u.pendulum()))
 link = fm.RigidLink("a", (0.0, 0.0), (0.2, 0.0), mass=0.5, inertia=2e-3)
 u.motion(fm.compile(fm.Mechanism("b", [link, fm.Revolute("O", fm.GROUND, link, at=(0.0, 0.0))])))

@@ -10,14 +10,14 @@ import pytest
 import scipy.sparse as sp
 
 import flexmb as fm
-from flexmb.beams import fem
-from flexmb.beams.fem import BeamData, assembled, beam_matrices
-from flexmb.bodies import flexible
-from flexmb.linalg.rank import row_rank
+from flexmb.elastic.beams import fem
+from flexmb.elastic.beams.fem import BeamData, assembled, beam_matrices
+from flexmb.engine.linalg.rank import row_rank
+from flexmb.engine.system import state_evaluation
+from flexmb.parts.bodies import flexible
 from flexmb.program.compiler import compile_with_start
-from flexmb.start.assemble import least_shift
-from flexmb.start.consistent import consistent_start
-from flexmb.system import state_evaluation
+from flexmb.statics.start.assemble import least_shift
+from flexmb.statics.start.consistent import consistent_start
 
 STEEL = fm.Material(young=2.1e11, density=7800.0)
 ALUMINIUM = fm.Material(young=7e10, density=2700.0)

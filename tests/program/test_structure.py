@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.compiled.records import Record
+from flexmb.engine.compiled.records import Record
 from flexmb.errors import KernelError
 from flexmb.model.contributions import ElementContribution
-from flexmb.program import check_kernels as smoke
+from flexmb.program import compiler as smoke
 from flexmb.program import structure
 from flexmb.program.compiler import chosen_contributions, compile_with_start
 from flexmb.program.numbering import Numbering

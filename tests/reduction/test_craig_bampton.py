@@ -5,9 +5,9 @@ import pytest
 from scipy.linalg import eigh
 
 import flexmb as fm
+from flexmb.elastic.reduced import superelement
+from flexmb.elastic.reduced.bases import rigid_motions
 from flexmb.errors import InputError
-from flexmb.reduction import superelement
-from flexmb.reduction.craig_bampton import rigid_motions
 
 STEEL = fm.Material(young=2.1e11, density=7850.0, poisson=0.3)
 

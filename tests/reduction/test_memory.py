@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.reduction.of_planes import model_of_plane
+from flexmb.elastic.reduced.models import model_of_plane
 
 STEEL = fm.Material(young=2.07e11, density=7850.0, poisson=0.3)
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.reduction.peak_stress import LANES, groups_of, peak_stress_kernel
-from flexmb.results.surfaces import Surface
+from flexmb.elastic.reduced.peak_stress import LANES, groups_of, peak_stress_kernel
+from flexmb.results.drawing import Surface
 
 STEEL = fm.Material(young=2.1e11, density=7850.0, poisson=0.3)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.reduction import shared
+from flexmb.elastic.reduced import reduced as shared
 
 STEEL = fm.Material(young=2.1e11, density=7850.0, poisson=0.3)
 

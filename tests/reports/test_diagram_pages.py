@@ -8,11 +8,11 @@ import xarray as xr
 from pages import Page, unpacked
 
 import flexmb as fm
-from flexmb.cli import main
+from flexmb.cli.command_line import main
+from flexmb.dynamics.jobs.files import write_netcdf
 from flexmb.errors import InputError
-from flexmb.jobs.files import write_netcdf
-from flexmb.reports.chaos_page import write_chaos
-from flexmb.reports.sweep_page import point_file
+from flexmb.show.reports.chaos_page import write_chaos
+from flexmb.show.reports.sweep_page import point_file
 
 RATES = [2.8, 3.2, 3.5, 3.9]
 

@@ -5,9 +5,9 @@ import pytest
 from pages import Page, soft_engine, unpacked
 
 import flexmb as fm
-from flexmb.reports.meshes import MOST_POINTS, coarse
 from flexmb.results import drawing
-from flexmb.results.resampling import magnified
+from flexmb.results.positions import magnified
+from flexmb.show.reports.scene import MOST_POINTS, coarse
 
 
 @pytest.fixture(scope="module")

@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 
 import flexmb as fm
+from flexmb.dynamics.jobs import files
 from flexmb.errors import FileFormatError, InputError
-from flexmb.jobs import files
 from flexmb.run import run as run_module
 from flexmb.run.checkpoint import Checkpoints
-from flexmb.run.interruption import Interruption
+from flexmb.run.run import Interruption
 
 WORN = {"clearance": 5e-4}
 LONG = {"periods": 1, "save": 200}

@@ -12,7 +12,7 @@ from andrews import andrews
 
 import flexmb as fm
 from flexmb.results.contact_intervals import ContactLog
-from flexmb.results.conventions import long_name, udunits
+from flexmb.results.naming import long_name, udunits
 from flexmb.results.netcdf import load
 
 handmade = runpy.run_path(str(Path(__file__).parents[1] / "handmade.py"))

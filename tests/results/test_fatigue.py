@@ -8,7 +8,7 @@ import pytest
 import flexmb as fm
 from flexmb.errors import InputError
 from flexmb.results import WoehlerLine
-from flexmb.results.fatigue import cycles_of
+from flexmb.results.stress import cycles_of
 
 pytest.importorskip("rainflow")
 

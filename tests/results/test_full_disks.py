@@ -13,10 +13,10 @@ import pytest
 from damage import crank, damaged, servo
 
 import flexmb as fm
-from flexmb.cli import main
-from flexmb.compiled import ahead
+from flexmb.cli.command_line import main
+from flexmb.dynamics.jobs.files import whole_file
+from flexmb.engine.compiled import ahead
 from flexmb.errors import FileFormatError, FlexmbError, InputError
-from flexmb.jobs.files import whole_file
 from flexmb.run.checkpoint import Checkpoints
 
 

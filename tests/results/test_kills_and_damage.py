@@ -13,8 +13,8 @@ import pytest
 from damage import crank, damaged, servo
 
 import flexmb as fm
+from flexmb.dynamics.jobs import files
 from flexmb.errors import FileFormatError, FlexmbError
-from flexmb.jobs import files
 from flexmb.run import run as run_module
 
 FEW_OR_MANY = [10, pytest.param(200, marks=pytest.mark.slow)]

@@ -3,8 +3,8 @@
 import pytest
 
 import flexmb as fm
-from flexmb.results.main_signals import main_signals
-from flexmb.results.solution_text import MOST_OF_A_KIND
+from flexmb.results.solution import MOST_OF_A_KIND
+from flexmb.results.status import main_signals
 
 LAW = fm.KelvinVoigt(stiffness=1e5, damping=10.0, ramp=1e-5)
 

@@ -17,9 +17,9 @@ from flexmb.errors import FileFormatError, InputError
 from flexmb.model.shape import RigidShape
 from flexmb.model.signal import Signal
 from flexmb.results.contact_intervals import ContactLog
-from flexmb.results.conventions import udunits
+from flexmb.results.naming import udunits
 from flexmb.results.netcdf import load
-from flexmb.results.stats import Stats
+from flexmb.results.solution import Stats
 
 handmade = runpy.run_path(str(Path(__file__).parents[1] / "handmade.py"))
 solution = handmade["solution"]
@@ -271,7 +271,7 @@ def test_damaged_bytes_of_a_file_without_checksum(tmp_path):
 
 
 def test_signals_stay_in_the_bytes_of_the_file_until_they_are_used(tmp_path, monkeypatch):
-    from flexmb.results.late_values import LateValues
+    from flexmb.results.naming import LateValues
 
     sol = solution()
     path = sol.to_netcdf(tmp_path / "a.nc")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.results.resampling import at_times, magnified
+from flexmb.results.positions import at_times, magnified
 
 solution = runpy.run_path(str(Path(__file__).parents[1] / "handmade.py"))["solution"]
 

@@ -128,7 +128,7 @@ def test_what_cannot_be_saved(save, words):
 
 
 def test_the_command_takes_an_interval_with_its_unit(tmp_path):
-    from flexmb.cli import main
+    from flexmb.cli.command_line import main
 
     common = ["run", "slider-crank", "--t-end", "5ms", "--out", str(tmp_path), "--no-plots", "--no-report", "--quiet"]
     assert main([*common, "--save", "1ms"]) == 0

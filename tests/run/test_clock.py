@@ -3,8 +3,8 @@
 import time
 
 import flexmb as fm
-from flexmb.compiled.notice import notice
-from flexmb.step.newmark.method import NewmarkStepper
+from flexmb.engine.compiled.notice import notice
+from flexmb.engine.newmark.method import NewmarkStepper
 
 
 def test_the_clock_of_a_run_stands_while_something_is_compiled(monkeypatch):

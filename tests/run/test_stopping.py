@@ -7,9 +7,9 @@ import pytest
 
 import flexmb as fm
 from flexmb.errors import InputError
+from flexmb.findings.watch import impossible_penetrations
 from flexmb.mechanisms import slider_crank
 from flexmb.run.stopping import StopConditions
-from flexmb.run.watch import impossible_penetrations
 
 G = 9.81
 

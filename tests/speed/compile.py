@@ -3,7 +3,7 @@
     python tests/speed/compile.py                  # this checkout
     python tests/speed/compile.py --beside FOLDER  # another checkout beside it, in turns
     python tests/speed/compile.py --shipped FOLDER # an installation that carries compiled code (`make wheel`)
-    python tests/speed/compile.py --costs          # flexmb/compiled/costs.py anew, printed
+    python tests/speed/compile.py --costs          # flexmb/engine/compiled/notice.py anew, printed
 
 With --keep it becomes a part of docs/performance.md.  Every row is a process of its own.
 Seconds are processor time, since other work on the machine counts less there.
@@ -50,7 +50,7 @@ class Clock(event.Listener):
             self.found.append((f"{f.__module__}.{f.__qualname__}", time.process_time() - self.began))
 clock = Clock()
 event.register("numba:compile", clock)
-from flexmb.compiled import costs, notice
+from flexmb.engine.compiled import costs, notice
 import flexmb as fm
 crank = fm.mechanisms.slider_crank(clearance=5e-4)
 fm.mechanisms.nine_bar, fm.simulate
@@ -101,7 +101,7 @@ def main() -> None:
     parser.add_argument("--beside", type=Path, help="another checkout")
     parser.add_argument("--shipped", type=Path, help="a folder with an installation that carries compiled code")
     parser.add_argument("--keep", action="store_true", help="write it to docs/performance.json and docs/performance.md")
-    parser.add_argument("--costs", action="store_true", help="print what stands in flexmb/compiled/costs.py")
+    parser.add_argument("--costs", action="store_true", help="print what stands in flexmb/engine/compiled/notice.py")
     options = parser.parse_args()
     if options.costs:
         with tempfile.TemporaryDirectory() as cache:

@@ -10,9 +10,9 @@ from time import perf_counter
 import numba
 import numpy as np
 
-from flexmb.linalg.lu import LOST_PIVOT, factor, solve, tables
-from flexmb.linalg.ordering import elimination_order
-from flexmb.linalg.symbolic import symbolic
+from flexmb.engine.linalg.lu import LOST_PIVOT, factor, solve, tables
+from flexmb.engine.linalg.ordering import elimination_order
+from flexmb.engine.linalg.symbolic import symbolic
 
 # (links, elements a link): n = 3 links (elements + 1) + 2 links
 CASES = {"3 rigid": (3, 0), "9 x 4": (9, 4), "9 x 40": (9, 40), "400 x 9": (400, 9)}

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 import flexmb as fm
-from flexmb.contact.onset import HISTORY, approach_speed
-from flexmb.planes.mesh import PlaneMesh
+from flexmb.elastic.meshes.mesh import PlaneMesh
+from flexmb.parts.contact.onset import HISTORY, approach_speed
 
 CRANK, CRANK_MASS, CRANK_INERTIA = 0.05, 0.30, 1.0e-5  # m, kg, kg m^2 about the centre of mass
 ROD, ROD_MASS, ROD_INERTIA = 0.12, 0.21, 2.5e-4

@@ -16,7 +16,7 @@ import numpy as np
 from peer import OUT, System
 
 import flexmb as fm
-from flexmb.start.consistent import consistent_start
+from flexmb.statics.start.consistent import consistent_start
 
 SHEAR_FACTOR = 5.0 / 6.0
 LINKS = ("crank1", "link2", "link3", "crank4", "rocker6", "link8")

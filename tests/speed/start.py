@@ -18,7 +18,7 @@ from duel import keep
 
 import flexmb as fm
 from flexmb.program.compiler import compile_with_start
-from flexmb.start.consistent import consistent_start
+from flexmb.statics.start.consistent import consistent_start
 
 ELEMENTS = 4
 STEP = 1e-4  # s

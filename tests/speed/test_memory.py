@@ -9,9 +9,9 @@ import pytest
 from numba.core.runtime import _nrt_python, rtsys
 
 import flexmb as fm
+from flexmb.engine.newmark.method import advance
 from flexmb.run.run import Run
-from flexmb.start.consistent import consistent_start
-from flexmb.step.newmark.loop import advance
+from flexmb.statics.start.consistent import consistent_start
 
 REPEATS = 5
 NOISE = 256

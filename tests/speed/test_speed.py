@@ -19,7 +19,7 @@ from models import GRAVITY, ForceAlone, chain, worn
 
 import flexmb as fm
 from flexmb.run.run import Run
-from flexmb.start.consistent import consistent_start
+from flexmb.statics.start.consistent import consistent_start
 
 REPEATS = 7
 TABLE: list[tuple[str, float, float, str]] = []

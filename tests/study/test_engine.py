@@ -23,10 +23,10 @@ from nine_bar_study.store import Cost, Kept, keep
 from nine_bar_study.study import Study, runs_of, shown_numbers, studies, study_of
 from study_runs import figure, page, ramp
 
+from flexmb.dynamics.jobs.files import append_line, lines_of
+from flexmb.dynamics.jobs.progress import WorkBar, clock
+from flexmb.engine.step.step_size import Adaptive
 from flexmb.errors import InputError
-from flexmb.jobs.files import append_line, lines_of
-from flexmb.jobs.progress import WorkBar, clock
-from flexmb.step.step_size import Adaptive
 
 
 @pytest.fixture

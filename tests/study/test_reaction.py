@@ -69,7 +69,7 @@ def nine_bar_reaction():
 
 
 def test_a_third_speed_gives_the_same_parts(nine_bar_reaction):
-    from flexmb.equilibrium.inverse_dynamics import inverse_dynamics
+    from flexmb.statics.inverse_dynamics import inverse_dynamics
 
     static, dynamic = nine_bar_reaction
     speed = 2.5 * math.pi

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from nine_bar_study.samples import growth_by_distance, surrogate, without_periodic_part
 
-from flexmb.series.wolf import wolf
+from flexmb.dynamics.series.exponent import wolf
 
 EXPONENT = 0.906
 PERIODS, SAMPLES = 200, 25

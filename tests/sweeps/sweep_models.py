@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import flexmb as fm
-from flexmb.dynamics.systems.map import Map
+from flexmb.dynamics.systems.given import Map
 
 OMEGA, DAMPING = 1.2, 0.1
 

@@ -17,8 +17,8 @@ import xarray as xr
 from sweep_models import bistable, content, logistic, logistic_map, mortal_map, results, slow_map, slow_results
 
 import flexmb as fm
-from flexmb.dynamics.systems.map import Map
-from flexmb.sweeps.store import SEAL, _sealed
+from flexmb.dynamics.sweeps.store import SEAL, _sealed
+from flexmb.dynamics.systems.given import Map
 
 VALUES = np.linspace(2.8, 3.9, 23)  # 3.3 fails
 CARRIED = {"skip": 60, "keep": 20, "direction": "both", "chunks": 3}
@@ -341,7 +341,7 @@ def test_a_pool_that_was_shut_down():
 
 def test_digests_do_not_depend_on_the_process():
     code = (
-        "from flexmb.sweeps.fingerprint import digest\n"
+        "from flexmb.dynamics.sweeps.store import digest\n"
         "from flexmb.dynamics.systems.mechanism_flow import MechanismFlow\n"
         "import sweep_models as m, flexmb as fm\n"
         "print(digest(MechanismFlow(m.bistable(), period=6.0)), digest(m.results), digest({'b': {1, 2}, 'a': 'x'}),"

@@ -11,7 +11,7 @@ import threading
 import pytest
 
 import flexmb as fm
-from flexmb.compiled.digest import digest
+from flexmb.engine.compiled.digest import digest
 
 CHANGES = {
     "global number": ("GAIN = 2.0\ndef f(a):\n    return GAIN * a\n", "GAIN = 2.0", "GAIN = 3.0"),

@@ -13,11 +13,10 @@ from scipy.integrate import solve_ivp
 from sweep_models import DAMPING, OMEGA, Well, bistable, leaves, logistic, logistic_map, results, uneven
 
 import flexmb as fm
-from flexmb.dynamics.systems.map import Map
+from flexmb.dynamics.jobs.executors import Job, attempted, drive
+from flexmb.dynamics.sweeps.bifurcation import Family, SectionSettings, section_point
+from flexmb.dynamics.systems.given import Map
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
-from flexmb.jobs.attempt import attempted
-from flexmb.jobs.engine import Job, drive
-from flexmb.sweeps.family import Family, SectionSettings, section_point
 
 PERIOD = 2.0 * np.pi / OMEGA
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import flexmb as fm
+from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.program.compiler import compile as compile_mechanism
-from flexmb.system.state_evaluation import StateEvaluation
 
 
 def mechanism():

@@ -4,14 +4,15 @@ import numpy as np
 import pytest
 
 from flexmb import places
-from flexmb.beams import chord, mass_damping
-from flexmb.beams.fem import beam_matrices
-from flexmb.beams.section import Rectangle
+from flexmb.elastic.beams import corotational as chord
+from flexmb.elastic.beams import mass_damping
+from flexmb.elastic.beams.fem import beam_matrices
+from flexmb.elastic.beams.section import Rectangle
+from flexmb.engine.state import flow
+from flexmb.engine.system import outputs
 from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE
-from flexmb.model.material import Material
+from flexmb.model.law import Material
 from flexmb.program.signals import CONTACT_PENETRATION, CONTACT_SIGNALS
-from flexmb.state import flow
-from flexmb.system import outputs
 
 
 def test_what_a_gap_kernel_writes_is_as_long_as_its_places():

@@ -16,7 +16,8 @@ from nine_bar_study.effort import Effort
 from nine_bar_study.item import StudyFigure
 from nine_bar_study.run import Results, StudyRun
 
-from flexmb.pictures.curves.bifurcation import COLOURS, entry_of
+from flexmb.show.pictures.diagrams import VERDICT_COLOURS as COLOURS
+from flexmb.show.pictures.diagrams import entry_of
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -21,8 +21,7 @@ from nine_bar_study.item import StudyFigure
 from nine_bar_study.run import StudyRun
 from nine_bar_study.samples import SAMPLES, by_period
 
-from flexmb.series.exponent import SeriesExponent
-from flexmb.series.wolf import wolf
+from flexmb.dynamics.series.exponent import SeriesExponent, wolf
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -4,10 +4,10 @@ import math
 from dataclasses import dataclass
 
 from flexmb import checks
-from flexmb.contact.friction.creep import load_ratio as checked_ratio
-from flexmb.contact.friction.creep import static_not_below_kinetic
 from flexmb.kernels import friction_law
 from flexmb.model.law import FrictionLaw
+from flexmb.parts.contact.friction import load_ratio as checked_ratio
+from flexmb.parts.contact.friction import static_not_below_kinetic
 
 (DEFLECTION,) = range(1)
 """Index of the bristle deflection in the history."""

@@ -10,7 +10,7 @@ import numpy as np
 from nine_bar_study.case import Case
 from nine_bar_study.run import StudyRun
 
-from flexmb.equilibrium.inverse_dynamics import inverse_dynamics
+from flexmb.statics.inverse_dynamics import inverse_dynamics
 
 if TYPE_CHECKING:
     import xarray as xr

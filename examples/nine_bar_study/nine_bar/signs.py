@@ -15,7 +15,7 @@ from nine_bar_study.samples import (
     without_periodic_part,
 )
 
-from flexmb.series.wolf import wolf
+from flexmb.dynamics.series.exponent import wolf
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -12,9 +12,9 @@ from typing import Any
 from nine_bar_study.case import Case
 from nine_bar_study.nine_bar.staggered.method import Staggered
 
-from flexmb.contact.onset import LARGEST
 from flexmb.errors import FlexmbError, RestitutionWarning
 from flexmb.mechanisms.nine_bar_data import NineBarData
+from flexmb.parts.contact.onset import LARGEST
 
 DATA = NineBarData()
 QUARTER = 0.5 * math.pi

@@ -1,1 +1,4 @@
-"""Lyapunov exponents from tangent vectors or from two trajectories, with their errors."""
+"""Lyapunov exponents from tangent vectors or from two trajectories, with their errors.
+
+In: a flow or map. Out: records with values, errors, history, verdict.
+"""

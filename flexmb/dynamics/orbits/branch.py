@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import arguments, checks
-from flexmb.dynamics.orbits.floquet import BRANCH, FLIP, is_real
 from flexmb.dynamics.orbits.orbit_newton import ArclengthPlane, Direction, NewtonResult, correct
-from flexmb.dynamics.orbits.periodic_orbit import PeriodicOrbit, orbit_of
+from flexmb.dynamics.orbits.periodic_orbit import BRANCH, FLIP, PeriodicOrbit, is_real, orbit_of
 from flexmb.dynamics.orbits.shooting import Shooting, ShootingRun
 from flexmb.errors import InputError
 

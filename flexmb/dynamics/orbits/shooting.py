@@ -1,21 +1,93 @@
-"""Multiple shooting: the motion over a period in segments, its gaps, and their derivatives by the start values.
+"""Multiple shooting: the motion over a period in segments, its gaps, their derivatives; grazing of contacts.
 
 Equation (9.12) of docs/theory/exponents.md.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from flexmb import checks
-from flexmb.dynamics.orbits.state_space import StateSpace
-from flexmb.dynamics.systems.continuous_flow import ContinuousFlow
-from flexmb.dynamics.systems.dynamics import Dynamics, orthonormalise
+from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics, orthonormalise
+from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.errors import AssemblyError, InputError, ModelError, SolveError
+
+# State space of periodic orbits: differences of states, their lengths, and the entries that must return
+
+TURN = 2.0 * np.pi
+
+
+class StateSpace:
+    """Differences of states, their lengths, and the entries of a state that must return on a periodic orbit.
+
+    Positions and velocities must return, angles of bodies up to whole turns; entries without weight follow from them.
+    Histories of friction and of elements must return as well, in their own units (deflections of bristles).  Histories
+    of normal contacts need not: they hold times of onsets, and values that positions and velocities determine.  They
+    are passed on from the end of one run to the start of the next run (`free_rows`).
+
+    Parameters
+    ----------
+    angles : names of state entries that count modulo 2 pi.
+    """
+
+    def __init__(self, label: str, system: Dynamics, angles: tuple[str, ...] = ()) -> None:
+        self.weights, size = system.weights.copy(), system.size
+        self.angle, self.free_rows = np.zeros(size, dtype=bool), np.zeros(size, dtype=bool)
+        self.history_rows = np.zeros(0, dtype=np.int64)
+        if isinstance(system, MechanismFlow):
+            n, n_z = system.program.n_q, system.program.tables.sizes.n_z
+            self.angle[:n] = np.asarray(system.program.tables.kind) == 1
+            self.history_rows = 2 * n + history_rows_of(system)
+            self.free_rows[2 * n : 2 * n + n_z] = True
+            self.free_rows[self.history_rows] = False
+            self.weights[self.history_rows] = 1.0
+        for name in angles:
+            if len(system.names) != size:
+                raise InputError(f"{label}: angles are named, but {system.name!r} has no names for its state.")
+            self.angle[system.names.index(checks.one_of(label, "angle", name, system.names))] = True
+
+    def difference(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+        """Difference one - other (size,) of two states, without whole turns of angles."""
+        d = one - other
+        d[self.angle] -= TURN * np.round(d[self.angle] / TURN)
+        return np.asarray(d)
+
+    def length(self, d: np.ndarray) -> float:
+        """Length of a difference `d` (size,) in the weights."""
+        return float(np.sqrt(self.weights @ (d * d)))
+
+    def basis(self, system: Dynamics) -> np.ndarray:
+        """Basis (size, d) of the differences that the present state of a `system` allows, orthonormal."""
+        d = system.dimension
+        if d == 0:
+            W = np.zeros((system.size, 0))
+        elif d == system.size:
+            W = system.on_manifold(np.eye(d))
+            orthonormalise(W, self.weights)
+        else:
+            W = system.tangent_basis(d)
+        if len(self.history_rows) == 0:
+            return W
+        Z = np.zeros((system.size, len(self.history_rows)))
+        Z[self.history_rows, np.arange(len(self.history_rows))] = 1.0
+        W = np.ascontiguousarray(np.hstack([W, system.on_manifold(Z)]))
+        orthonormalise(W, self.weights)
+        return W
+
+
+def history_rows_of(system: MechanismFlow) -> np.ndarray:
+    """Indices of the histories of friction and of elements among all histories of a `system`."""
+    tables = system.program.tables
+    pairs = [*np.asarray(tables.elements.z), *np.asarray(tables.constraints.joint_friction_z)]
+    pairs += [row[2:4] for row in np.asarray(tables.contacts.z)]
+    return np.array(sorted({i for begin, end in pairs for i in range(int(begin), int(end))}), dtype=np.int64)
+
+
+# Multiple shooting: the motion over a period in segments, its gaps, and their derivatives by the start values
 
 TANGENTS = ("carried", "differences")
 
@@ -327,3 +399,95 @@ class Shooting:
             self.status = self.system.status
             return None
         return self.system.state()
+
+
+# Grazing: signals sampled over an orbit, and the turning points of gaps nearest to contact
+
+SAMPLES = 200
+"""Default number of samples in a period."""
+
+FINER = 32
+"""Number of samples in each of the two refinements of a minimum."""
+
+SHARP = 0.3
+"""Ratio of the rises beside a minimum in both refinements above which the minimum is an impact."""
+
+PENETRATION = "penetration"
+
+
+def gap_signals(system: Dynamics, asked: str | None, label: str) -> dict[str, tuple[int, float]]:
+    """Number and sign of the signals that measure gaps (> 0: open), by name; None: signals of all contacts."""
+    if asked is not None:
+        return {asked: (system.names.index(checks.one_of(label, "grazing", asked, system.names)), 1.0)}
+    if not isinstance(system, MechanismFlow):
+        return {}
+    wanted = [f"{contact}.{PENETRATION}" for contact in system.program.names.contacts]
+    return {name: (system.names.index(name), -1.0) for name in wanted if name in system.names}
+
+
+def sampled(system: Dynamics, duration: float, count: int) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
+    """Times (n,), signals (n, names) and states from the present state on; `count` + 1 of them, fewer after a failure.
+
+    The duration is in seconds or iterations; a map gives every iteration.
+    """
+    flow = system.unit == "s"
+    count = count if flow else round(duration)
+    begin = system.time
+    times, values, states = [begin], [system.observe()], [system.state()]
+    for k in range(count):
+        ahead = begin + duration * (k + 1) / count - system.time
+        if not system.advance(ahead if flow else 1):
+            break
+        times.append(begin + duration * (k + 1) / count)
+        values.append(system.observe())
+        states.append(system.state())
+    return np.array(times), np.array(values), states
+
+
+def closest_approaches(
+    system: Dynamics,
+    gaps: dict[str, tuple[int, float]],
+    orbit: tuple[np.ndarray, np.ndarray, Sequence[np.ndarray]],
+) -> dict[str, tuple[float, float, int]]:
+    """For each gap on an orbit: its turning point nearest to 0 [m], its travel [m], and the number of its closures.
+
+    > 0: the surfaces just miss each other; < 0: they just touch.  Turning points are located between the samples.
+    Sharp minima, as at rebounds of rigid surfaces, do not count; NaN: no turning point.  The system is advanced;
+    `orbit` is a result of `sampled`.
+    """
+    times, values, states = orbit
+    approaches = {}
+    for name, (place, sign) in gaps.items():
+        gap = sign * values[:, place]
+        nearest, closures = np.nan, 0
+        for k in range(1, len(gap)):
+            next_value = gap[k + 1] if k + 1 < len(gap) else gap[1]  # the orbit is closed
+            if not (gap[k] <= gap[k - 1] and gap[k] < next_value):
+                continue
+            rise = max(gap[k - 1], next_value) - gap[k]
+            if not np.isnan(nearest) and abs(gap[k]) - rise > abs(nearest):
+                closures += int(gap[k] < 0.0)
+                continue  # no smaller turning point is possible here
+            least = _turning_point(system, (times[k - 1], 2.0 * times[k] - times[k - 1]), states[k - 1], place, sign)
+            closures += int(not least > 0.0)  # a sharp one is an impact
+            if not np.isnan(least) and (np.isnan(nearest) or abs(least) < abs(nearest)):
+                nearest = least
+        approaches[name] = (float(nearest), float(np.ptp(gap)), closures)
+    return approaches
+
+
+def _turning_point(system: Dynamics, span: tuple[float, float], state: np.ndarray, place: int, sign: float) -> float:
+    """Smallest gap in a short time span from a state; NaN for a sharp minimum."""
+    slopes, least = [], np.nan
+    for _ in range(2):
+        system.reset(state, time=span[0])
+        times, values, states = sampled(system, span[1] - span[0], FINER)
+        if len(times) <= FINER:
+            return np.nan
+        gap = sign * values[:, place]
+        k = min(max(int(gap.argmin()), 1), FINER - 1)
+        least = float(gap[k])
+        slopes.append(max(gap[k - 1], gap[k + 1]) - least)
+        state, span = states[k - 1], (times[k - 1], times[k + 1])
+    # spans shrink by FINER/2: the rise beside a smooth minimum shrinks by the square of this, beside an edge by FINER/2
+    return np.nan if slopes[1] > SHARP * slopes[0] / (FINER / 2.0) else least

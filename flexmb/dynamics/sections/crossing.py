@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.dynamics.systems.continuous_flow import ContinuousFlow
+from flexmb.dynamics.systems.dynamics import ContinuousFlow
 
 ROUNDS = 200
 """Largest number of trials of a search for a crossing."""

@@ -1,1 +1,4 @@
-"""Systems: flows and maps, of mechanisms and of equations."""
+"""Systems: flows and maps, of mechanisms and of equations.
+
+In: functions of a user, or a mechanism. Out: a present state that is advanced, alone or with tangents.
+"""

@@ -9,9 +9,8 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.dynamics.sections.crossing import UP, Height, carry, locate, stride
-from flexmb.dynamics.systems.continuous_flow import ContinuousFlow
-from flexmb.dynamics.systems.given import central_differences, state_of
-from flexmb.dynamics.systems.ode import ODE
+from flexmb.dynamics.systems.dynamics import ContinuousFlow
+from flexmb.dynamics.systems.given import ODE, central_differences, state_of
 from flexmb.errors import InputError
 
 PILE = 1e-12

@@ -1,37 +1,96 @@
-"""A mechanism as a flow: its time steps, with tangent vectors, from any state."""
+"""A mechanism as a flow: its time steps, with tangent vectors, from any state; its scales."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from flexmb import checks
-from flexmb.compiled import ahead
-from flexmb.dynamics.systems.continuous_flow import ContinuousFlow
-from flexmb.dynamics.systems.dynamics import orthonormalise
-from flexmb.dynamics.systems.mechanism_scales import (
-    bookkeeping_rows,
-    motion_signals,
-    signal_resolution,
-    state_weights,
-)
+from flexmb.dynamics.sections.maps import SectionMap, StroboscopicMap
+from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics, orthonormalise
+from flexmb.engine.compiled import ahead
+from flexmb.engine.linalg.rank import row_rank
+from flexmb.engine.newmark.method import Newmark
+from flexmb.engine.sensitivity.tangent_step import CarryingRun
+from flexmb.engine.state.record import DONE, RUNNING
+from flexmb.engine.step.method import Method
+from flexmb.engine.step.step_size import Adaptive, FixedStep
+from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
-from flexmb.linalg.rank import row_rank
-from flexmb.model.controller import refuse_controllers
 from flexmb.model.mechanism import Mechanism
-from flexmb.program.compiler import compile_with_start
-from flexmb.program.period import clash
+from flexmb.model.part import refuse_controllers
+from flexmb.parts.contact.onset import HISTORY
+from flexmb.parts.contact.validity import HISTORY_WITH_EXTREMES
+from flexmb.program.compiler import clash, compile_with_start
+from flexmb.program.program import Program
 from flexmb.run.simulate import Step, period_or_none
-from flexmb.sensitivity.run import CarryingRun
-from flexmb.start.consistent import Start, accelerations, consistent_start
-from flexmb.start.projection import projected
-from flexmb.state.record import DONE, RUNNING
-from flexmb.step.method import Method
-from flexmb.step.newmark.method import Newmark
-from flexmb.step.step_size import Adaptive, FixedStep
-from flexmb.system.state_evaluation import StateEvaluation
+from flexmb.statics.start.consistent import Start, accelerations, consistent_start
+from flexmb.statics.start.projection import metric_of, projected
+
+# Scales of a mechanism's state and signals: weights, resolution, bookkeeping histories, signals of the motion
+
+PLACES = (".ex", ".ey")
+"""Endings of the signals that give the position of a journal in its bearing."""
+ONSET = 1
+"""Index of the instant of the onset among the histories that every contact has."""
+
+
+def state_weights(program: Program, period: float | None) -> np.ndarray:
+    """Weights (size,) of the squares of a state (q, v, z, a, x) in its length.
+
+    Angles are multiplied by the length of the mechanism, velocities by period / (2 pi).  Histories and accelerations
+    have the weight 0.  Without a period [s] it is 1 s.
+    """
+    metric, n_z = metric_of(program), program.tables.sizes.n_z
+    n, time = program.n_q, (period or 1.0) / (2.0 * np.pi)
+    return np.concatenate([metric, time**2 * metric, np.zeros(n_z + 2 * n)])
+
+
+def bookkeeping_rows(program: Program) -> np.ndarray:
+    """Rows (m,) of a state that no force depends on: instants and speeds of onsets, extremes noted by contact laws."""
+    rows = list[int]()
+    for (common, _, end, _), law in zip(program.tables.contacts.z, program.normals, strict=True):
+        extremes = len(HISTORY_WITH_EXTREMES) - len(HISTORY) if law.history() is HISTORY_WITH_EXTREMES else 0
+        rows += [int(common) + ONSET, *range(int(end) - extremes, int(end))]
+    return 2 * program.n_q + np.array(rows, dtype=np.int64)
+
+
+def motion_signals(names: Sequence[str], n_q: int) -> tuple[int, ...]:
+    """Numbers of the signals on which a verdict rests: positions, velocities, and positions of journals.
+
+    Forces and accelerations are functions of positions, velocities and histories, and their spikes spoil every mean.
+    Sums of energies never return to their start.  Positions and velocities come first among all names.
+    """
+    return tuple(k for k, name in enumerate(names) if k < 2 * n_q or name.endswith(PLACES))
+
+
+def signal_resolution(
+    program: Program, names: Sequence[str], peak: np.ndarray, steps: tuple[float, float] | None, period: float | None
+) -> np.ndarray:
+    """Differences (m,) of the signals that errors of the integration can make [units of the signals].
+
+    With error-controlled steps: a tenth of the error allowed in a step, because the steps fall differently in each
+    period of a periodic motion.  With fixed steps: 1e-8 of the length of the mechanism and of its largest speed.  For
+    signals other than positions, velocities and positions of journals: 1e-6 of their largest values.  Allowed errors
+    `steps` are those of a position [m] and of a velocity as a fraction of the speed; None: fixed steps.  `peak` (m,)
+    has the largest magnitudes of the signals.  Without a period [s] it is 1 s.
+    """
+    n, length = program.n_q, program.length
+    angle = np.asarray(program.tables.kind) == 1
+    scale = np.where(angle, 1.0 / length, 1.0)
+    speed = max(float((peak[n : 2 * n] / scale).max(initial=0.0)), length / (period or 1.0))
+    position, velocity = 1e-8 * length, 1e-8 * speed
+    if steps is not None:
+        position, velocity = 0.1 * steps[0], 0.1 * steps[1] * speed
+    resolution = np.maximum(1e-6 * peak, 1e-300)
+    resolution[:n], resolution[n : 2 * n] = position * scale, velocity * scale
+    resolution[[k for k, name in enumerate(names) if name.endswith(PLACES)]] = position
+    return resolution
+
+
+# A mechanism as a flow: its time steps, with tangent vectors, from any state
 
 INSTANT = 1e-3
 """Time span of the differences in time from which rates are taken, as a multiple of the largest step."""
@@ -392,3 +451,35 @@ class MechanismFlow(ContinuousFlow):
     def _begin(self, start: Start, z: np.ndarray | None, time: float) -> None:
         self.run.begin(start, z=z, time=time)
         self.run.flow.clock.save_start = -1.0
+
+
+# Conversion of arguments: a mechanism or a `Dynamics` becomes a flow or a map
+
+
+def dynamics_of(
+    caller: str, system: Any, *, period: float | None = None, step: Step | None = None, method: Newmark | None = None
+) -> Dynamics:
+    """`system` itself, or the flow of a mechanism; a `Dynamics` with a step or a method (it has its own) is refused."""
+    if isinstance(system, Mechanism):
+        return MechanismFlow(system, step=step, method=method, period=period)
+    if not isinstance(system, Dynamics):
+        text = f"{caller}: system is {system!r}"
+        raise InputError(f"{text}; it must be a Mechanism, or a flow or map as ODE, Map, StroboscopicMap.")
+    if step is not None or method is not None:
+        text = f"{caller} {system.name!r}: step= and method= belong to a mechanism"
+        raise InputError(f"{text}; this system has its own. Give them where the system is built.")
+    return system
+
+
+def strobe_of(caller: str, system: Dynamics, period: float | None) -> Dynamics:
+    """Stroboscopic map of a flow, by default with the flow's own period [s]; a map is returned as it is."""
+    if isinstance(system, ContinuousFlow):
+        return StroboscopicMap(system, period)
+    if period is not None:
+        raise InputError(f"{caller} {system.name!r}: period= belongs to a flow; this is a map. Leave it out.")
+    return system
+
+
+def clock(system: Dynamics) -> float:
+    """Time of a system, by which exponents count: seconds of a flow and of its sections, iterations of a map."""
+    return system.flow.time if isinstance(system, (StroboscopicMap, SectionMap)) else system.time

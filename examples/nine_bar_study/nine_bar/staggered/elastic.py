@@ -11,15 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb.compiled.records import Integers, IntegerTable, Matrix, Places, Record, Vector
-from flexmb.linalg import lu
+from flexmb.engine.compiled.records import Integers, IntegerTable, Matrix, Places, Record, Vector
+from flexmb.engine.linalg import lu
+from flexmb.engine.system.state_evaluation import StateEvaluation
+from flexmb.engine.system.work import Work, workspace
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body
 from flexmb.program.compiler import compile as compile_mechanism
-from flexmb.program.program import Program
-from flexmb.program.tables import Addresses, Tables
-from flexmb.system.state_evaluation import StateEvaluation
-from flexmb.system.work import Work, workspace
+from flexmb.program.program import Addresses, Program, Tables
 
 if TYPE_CHECKING:
     from nine_bar_study.nine_bar.staggered.method import Staggered
@@ -260,7 +259,7 @@ def _places(program: Program, rows: np.ndarray, columns: np.ndarray) -> np.ndarr
 
 def _free_motions(program: Program, twin: Program, model: Model) -> np.ndarray:
     """Rigid motions (k, n_t) without velocity in the joints of `program`, in the reference configuration."""
-    from flexmb.equilibrium.free_motions import ROW_ROUND_OFF, null_space  # a slow import of scipy
+    from flexmb.statics.eigen import ROW_ROUND_OFF, null_space
 
     nodes = np.arange(len(model.body))
     centre = np.asarray(twin.reference.q).reshape(-1, 3)[model.body]

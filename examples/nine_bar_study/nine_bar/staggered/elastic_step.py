@@ -15,16 +15,15 @@ import math
 
 from nine_bar_study.nine_bar.staggered.rigid_motions import COS, SIN, take_out_motions
 
-from flexmb.compiled.views import part_of
+from flexmb.engine.compiled.arrays import part_of
+from flexmb.engine.linalg.lu import LOST_PIVOT, factor, solve, solve_two
+from flexmb.engine.state.record import NOT_FINITE, RUNNING
+from flexmb.engine.system.constraints import add_constraints
+from flexmb.engine.system.contacts import jacobians
+from flexmb.engine.system.elements import call_element, call_force, gather_state, load_factor
 from flexmb.kernels import compiled
-from flexmb.linalg.lu import LOST_PIVOT, factor
-from flexmb.linalg.substitute import solve, solve_two
 from flexmb.places import FRICTION_FORCE, NORMAL, NORMAL_FORCE, TANGENTIAL
-from flexmb.program.tables import BEGIN, END
-from flexmb.state.record import NOT_FINITE, RUNNING
-from flexmb.system.constraints import add_constraints
-from flexmb.system.contacts import jacobians
-from flexmb.system.elements import call_element, call_force, gather_state, load_factor
+from flexmb.program.program import BEGIN, END
 
 ELASTIC_SINGULAR, TOO_FAR = 30, 31
 """Codes of endings: a lost pivot of the elastic equations; displacements above `Settings.far`."""

@@ -8,10 +8,9 @@ import math
 from nine_bar_study.nine_bar.staggered.elastic_step import carry, elastic_step, hand_back
 from nine_bar_study.nine_bar.staggered.saved_instants import save_interpolated
 
-from flexmb.energy.balance import DAMPING, LOAD, RESIDUAL, STRAIN
-from flexmb.kernels import compiled, copy
-from flexmb.state.record import BUFFER_FULL, CONDITION_MET, DONE, NOT_EVALUATED, NOT_FINITE, RUNNING
-from flexmb.step.acceptance import (
+from flexmb.engine.energy import DAMPING, LOAD, RESIDUAL, STRAIN
+from flexmb.engine.state.record import BUFFER_FULL, CONDITION_MET, DONE, NOT_EVALUATED, NOT_FINITE, RUNNING
+from flexmb.engine.step.acceptance import (
     adopt_trial,
     complete_evaluation,
     condition_met,
@@ -19,12 +18,13 @@ from flexmb.step.acceptance import (
     next_step_size,
     update_energies,
     update_peaks,
+    watch_step,
 )
-from flexmb.step.contact_log import buffer_may_overflow
-from flexmb.step.poses import watch_step
-from flexmb.step.runge_kutta import runge_kutta_step
-from flexmb.system.elements import evaluate_energies
-from flexmb.system.outputs import write_outputs
+from flexmb.engine.step.contact_log import buffer_may_overflow
+from flexmb.engine.step.runge_kutta import runge_kutta_step
+from flexmb.engine.system.elements import evaluate_energies
+from flexmb.engine.system.outputs import write_outputs
+from flexmb.kernels import compiled, copy
 
 
 @compiled

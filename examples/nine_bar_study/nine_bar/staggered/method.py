@@ -14,19 +14,17 @@ from nine_bar_study.nine_bar.staggered.rigid_counterpart import rigid_twin
 from nine_bar_study.nine_bar.staggered.saved_instants import save_interpolated
 
 from flexmb import checks
-from flexmb.energy.balance import RESIDUAL_LIMIT_RUNGE_KUTTA
+from flexmb.engine.energy import RESIDUAL_LIMIT_RUNGE_KUTTA
+from flexmb.engine.state.record import RUNNING, Options
+from flexmb.engine.step.method import Method, Stepper, evaluate_state, store_powers
+from flexmb.engine.step.runge_kutta import new_stages
+from flexmb.engine.system.evaluate import evaluate_accepted
 from flexmb.errors import AssemblyError, InputError, ModelError
-from flexmb.model.controller import refuse_controllers
 from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import refuse_controllers
 from flexmb.program.compiler import compile_with_start
 from flexmb.program.program import Program
-from flexmb.start.consistent import Start, consistent_start
-from flexmb.state.options import Options
-from flexmb.state.record import RUNNING
-from flexmb.step.method import Method
-from flexmb.step.runge_kutta import new_stages
-from flexmb.step.stepper import Stepper, evaluate_state, store_powers
-from flexmb.system.evaluate import evaluate_accepted
+from flexmb.statics.start.consistent import Start, consistent_start
 
 if TYPE_CHECKING:
     from flexmb.run.run import Run

@@ -6,13 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from flexmb.bodies.flexible_frame import FlexibleFrame
-from flexmb.bodies.flexible_link import FlexibleLink
-from flexmb.bodies.rigid_body import RigidBody
-from flexmb.bodies.rigid_link import RigidLink
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Joint, Part
+from flexmb.parts.bodies.flexible_links import FlexibleFrame, FlexibleLink
+from flexmb.parts.bodies.rigid import RigidBody, RigidLink
 
 Flexible = FlexibleLink | FlexibleFrame
 

@@ -8,7 +8,7 @@ The displacements lose their component along z = B w in the metric of the mass, 
 import math
 
 from flexmb.kernels import compiled
-from flexmb.program.tables import BEGIN, END
+from flexmb.program.program import BEGIN, END
 
 COS, SIN = range(2)
 """Columns of `Scratch.cs`."""

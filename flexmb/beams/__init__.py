@@ -1,1 +1,0 @@
-"""Beams: sections, materials, element matrices from weak forms, line meshes, the corotational element."""

@@ -1,0 +1,270 @@
+"""Source of a mechanism, and fields of parts set on the command line."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import inspect
+import sys
+import traceback
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, is_dataclass, replace
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from flexmb import checks, mechanisms
+from flexmb.cli.arguments.options import Option, options_of, shown_default
+from flexmb.cli.arguments.units import UNITS
+from flexmb.errors import USER_ERRORS, FlexmbError, InputError
+from flexmb.model.mechanism import Mechanism, require_field
+from flexmb.model.part import Part
+
+# Fields of parts set on the command line: --set PART.FIELD=VALUE
+
+
+class Field(Option):
+    """A field of a part as an option; `name` is that of the option and the path of the field."""
+
+    @property
+    def flag(self) -> str:
+        """The option and the field as they are typed: "--set B.bearing_radius"."""
+        return f"--{self.name}"
+
+
+GRAVITY = Field("set gravity", "numbers", None, "m/s^2", "")
+TRUTH = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no": False, "off": False, "0": False}
+
+
+def changed(mechanism: Mechanism, texts: Sequence[str]) -> Mechanism:
+    """The mechanism with changed fields: "crank.mass=200g", "B.normal.restitution=0.8", "gravity=0,-9.81"."""
+    changes = {}
+    for text in texts:
+        path, equals, value = text.partition("=")
+        if not equals or not value:
+            raise InputError(f"--set: {text!r} has no value; give PART.FIELD=VALUE, e.g. crank.mass=200g.")
+        changes[path] = _value(field_option(mechanism, path, "set"), value)
+    return mechanism.with_(changes) if isinstance(mechanism, Mechanism) and changes else mechanism
+
+
+def field_option(mechanism: Mechanism, path: str, flag: str) -> Option:
+    """The field of a part as an option, with the kind and the unit in the docstring of its class.
+
+    The path is "PART.FIELD", "PART.FIELD.FIELD", or "gravity"; `flag` is the option that names the field, for messages.
+    """
+    if path == "gravity":
+        return GRAVITY
+    name, _, rest = path.partition(".")
+    label = f"--{flag}: {path!r}"
+    if not rest:
+        raise InputError(f"{label} names no field; give PART.FIELD. Parts: {', '.join(mechanism.names)}.")
+    owner: Any = mechanism.find(name)
+    *inner, last = rest.split(".")
+    for field in inner:
+        owner = getattr(owner, require_field(label, field, owner))
+        if not is_dataclass(owner):
+            raise InputError(f"{label}: {field!r} has no fields of its own.")
+    value = getattr(owner, require_field(label, last, owner))
+    found = next((option for option in options_of(type(owner)) if option.name == last), None)
+    if found is None or isinstance(value, Part) or is_dataclass(value):
+        text = f"{label}: {last!r} is {type(value).__name__}, which cannot be typed"
+        raise InputError(f"{text}. Change it in a file of your own with mech.with_ or mech.with_part.")
+    return Field(f"{flag} {path}", found.kind, found.default, found.unit, found.help)
+
+
+def _value(option: Option, text: str) -> Any:
+    if option.kind == "number" and not option.unit:
+        return _of_either_unit(option, text)
+    if option.kind != "flag":
+        return option.value(text.strip("()[]") if option.kind == "numbers" else text)
+    return TRUTH[checks.one_of(option.flag, "value", text.lower(), TRUTH)]
+
+
+def _of_either_unit(option: Option, text: str) -> Any:
+    """Number of a field whose unit depends on another one: "rad/s for an angle, m/s for a travel"."""
+    words = f" {option.help.replace(',', ' ')} "
+    units = [unit for unit in UNITS if unit and f" {unit} " in words]
+    for unit in units:
+        with suppress(InputError):
+            return replace(option, unit=unit).value(text)
+    return option.value(text)
+
+
+# Source of a mechanism: a ready one by its name, or FILE.py[:NAME]
+
+NAMES = ("mech", "mechanism")
+"""Default names of a mechanism in a file."""
+
+
+def _no_parameters(mechanism: Mechanism) -> Callable[[], Mechanism]:
+    def make() -> Mechanism:
+        return mechanism
+
+    return make
+
+
+@dataclass(frozen=True)
+class Source:
+    """A function that returns a mechanism, and a short name for files.
+
+    Parameters
+    ----------
+    name : name of the ready mechanism, or of the file without its ending.
+    make : the function; its parameters become options.
+    file : file of the mechanism; None for a ready one.
+    """
+
+    name: str
+    make: Callable[..., Any]
+    file: Path | None = None
+
+    def with_changes(self, texts: Sequence[str]) -> Source:
+        """The source with changed fields of parts, typed as "PART.FIELD=VALUE"."""
+        return replace(self, make=Changed(self.make, tuple(texts))) if texts else self
+
+    def mechanism(self, keywords: dict[str, Any]) -> Mechanism:
+        """Mechanism of the function with given arguments."""
+        try:
+            inspect.signature(self.make).bind(**keywords)
+        except TypeError as error:
+            text = f"{self.name}: the function cannot be called with what was typed: {error}."
+            raise InputError(
+                f"{text} Give its parameters defaults, or annotate them float, int, bool or str."
+            ) from error
+        try:
+            mechanism = self.make(**keywords)
+        except FlexmbError:
+            raise
+        except USER_ERRORS as error:
+            if self.file is None:
+                raise
+            raise InputError(f"{self.file}, {_told(error, self.file)}") from error
+        if not isinstance(mechanism, Mechanism):
+            raise InputError(
+                f"{self.name}: the function returned {type(mechanism).__name__}; it must return a Mechanism."
+            )
+        return mechanism
+
+
+@dataclass(frozen=True)
+class Changed:
+    """Function that returns a mechanism with changed fields; it takes the arguments of another one.
+
+    Parameters
+    ----------
+    make : the other function.
+    texts : changes as they are typed, "PART.FIELD=VALUE".
+    """
+
+    make: Callable[..., Any]
+    texts: tuple[str, ...]
+
+    def __call__(self, **keywords: Any) -> Mechanism:
+        """The changed mechanism of the other function's `keywords`."""
+        return changed(self.make(**keywords), self.texts)
+
+    @property
+    def __signature__(self) -> inspect.Signature:
+        return inspect.signature(self.make)
+
+
+def ready() -> dict[str, Callable[..., Any]]:
+    """Ready mechanisms by the name on the command line: functions that return a mechanism."""
+    public = {name: getattr(mechanisms, name) for name in mechanisms.__all__}
+    makers = {name: make for name, make in public.items() if inspect.isfunction(make)}
+    return {name.replace("_", "-"): make for name, make in makers.items() if returns_mechanism(make)}
+
+
+def returns_mechanism(make: Callable[..., Any]) -> bool:
+    """Whether the annotated result of a function `make` is a Mechanism."""
+    return inspect.signature(make).return_annotation in (Mechanism, Mechanism.__name__)
+
+
+def find(text: str) -> Source:
+    """Source of a mechanism from a text: "nine-bar", "FILE.py", or "FILE.py:NAME".
+
+    The name is that of a Mechanism or of a function that returns one.
+    """
+    path, colon, name = text.rpartition(":") if ".py:" in text else (text, "", "")
+    if path.endswith(".py"):
+        return _from_file(Path(path), name if colon else None)
+    makers = ready()
+    plain = text.replace("_", "-")
+    if plain in makers:
+        return Source(plain, makers[plain])
+    hint = checks.did_you_mean(plain, makers)
+    raise InputError(f"{text!r} is no mechanism and no file ending in .py. {hint}")
+
+
+def _from_file(path: Path, name: str | None) -> Source:
+    module = _load(path)
+    names = [name] if name is not None else [n for n in NAMES if n in vars(module)]
+    usable = [n for n, value in vars(module).items() if _is_source(value, module)]
+    if not names:
+        alone = [n for n in usable if isinstance(vars(module)[n], Mechanism)]
+        names = alone if len(alone) == 1 else []
+    if not names or not _is_source(vars(module).get(names[0]), module):
+        wanted = f"no mechanism {name!r}" if name else "no mechanism `mech`"
+        offer = f"It has: {', '.join(usable)}." if usable else "Write mech = fm.Mechanism(...) in it."
+        raise InputError(f"{path}: the file has {wanted}. {offer} Choose with {path}:NAME.")
+    value = vars(module)[names[0]]
+    make = _no_parameters(value) if isinstance(value, Mechanism) else value
+    return Source(path.stem if name is None else f"{path.stem}-{name}", make, path)
+
+
+def _is_source(value: Any, module: ModuleType) -> bool:
+    own = inspect.isfunction(value) and value.__module__ == module.__name__
+    return own or isinstance(value, Mechanism)
+
+
+def _load(path: Path) -> ModuleType:
+    """Module of a file; the block `if __name__ == "__main__"` is not executed."""
+    if not path.is_file():
+        raise InputError(f"{path}: there is no such file. Check the path, or see `flexmb list` for ready mechanisms.")
+    spec = importlib.util.spec_from_file_location(f"flexmb_model_{path.stem}", path)
+    if spec is None or spec.loader is None:
+        raise InputError(f"{path}: Python cannot load this file.")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # dataclasses and pickle find the module of a class by name
+    folder = str(path.resolve().parent)
+    if folder not in sys.path:
+        sys.path.insert(0, folder)  # as for a script: files beside it can be imported
+    try:
+        spec.loader.exec_module(module)
+    except (SyntaxError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: not a Python file: {error}.") from error
+    except SystemExit as error:
+        text = f"{path}, line {_line_in(path, error)}: the file ends Python (sys.exit({error.code!r})) while it is read"
+        raise InputError(f'{text}. Put what a script does under `if __name__ == "__main__":`.') from error
+    except ModuleNotFoundError:
+        raise  # told with the command that installs the package
+    except FlexmbError as error:
+        raise InputError(f"{path}, line {_line_in(path, error)}: {error}") from error
+    except USER_ERRORS as error:
+        raise InputError(f"{path}, {_told(error, path)}") from error
+    return module
+
+
+def _told(error: BaseException, path: Path) -> str:
+    """Line, class and text of an error in a user's file."""
+    text = str(error).rstrip(".")
+    return f"line {_line_in(path, error)}: {type(error).__name__}: {text}. --debug shows the traceback."
+
+
+def _line_in(path: Path, error: BaseException) -> int:
+    """Last line of a file in the traceback of an error."""
+    frames = traceback.extract_tb(error.__traceback__)
+    return next((frame.lineno or 0 for frame in reversed(frames) if Path(frame.filename) == path.resolve()), 0)
+
+
+def list_mechanisms(options: argparse.Namespace) -> int:
+    """`flexmb list`: print every ready mechanism with its `options`."""
+    for name, make in ready().items():
+        print(f"{name}: {(inspect.getdoc(make) or '').splitlines()[0]}")
+        for option in options_of(make):
+            print(f"    {option.flag:<18s}{option.help}{shown_default(option)}")
+        print()
+    print("Run one of them:      flexmb run NAME [options]")
+    print("or a mechanism of your own:  flexmb new NAME, flexmb run NAME.py")
+    return 0

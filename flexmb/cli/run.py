@@ -1,0 +1,299 @@
+"""`flexmb run`: simulate a mechanism, write its files, print a summary."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.cli.arguments.options import COMMAND, without_output
+from flexmb.cli.arguments.units import quantity
+from flexmb.dynamics.jobs.files import unwritable
+from flexmb.engine.newmark.method import Newmark
+from flexmb.engine.step.runge_kutta import RungeKutta4
+from flexmb.engine.step.step_size import Adaptive, FixedStep
+from flexmb.errors import FlexmbError, InputError, MissingPackageError
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import GROUND
+from flexmb.program.compiler import compile as compile_mechanism
+from flexmb.results.contact_intervals import IMPACT, Episodes
+from flexmb.results.netcdf import load
+from flexmb.results.solution import Solution
+from flexmb.results.status import followed, main_signals, panels, slides
+from flexmb.results.vtk import write_vtk
+from flexmb.run.checkpoint import removed_after
+from flexmb.run.simulate import simulate
+
+# Files of a command: required packages, writable folders
+
+REPORT = "report.html"
+"""Name of the page of a run; the pages of diagrams and studies of a motion have the names of their files."""
+
+
+def require_packages(needed: Mapping[str, tuple[str, str]]) -> None:
+    """Refuse to start without the packages that the results need."""
+    for package, (purpose, other) in needed.items():
+        if find_spec(package) is None:
+            text = f"{purpose} need the package {package!r}, which is not installed. Install it: pip install {package}"
+            raise MissingPackageError(f"{text},{other}." if other else f"{text}.")
+
+
+def require_folder(folder: Path) -> None:
+    """Create a folder, and refuse to start if it cannot be written."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except (OSError, ValueError) as error:
+        raise unwritable(folder, error, "--out") from error
+
+
+# Summary of a run: status, cost, stroke, peaks of the main signals, balance of energies
+
+
+def table(mechanism: Mechanism, sol: Solution) -> str:
+    """Text of the summary of a run."""
+    rows = [*_run_rows(sol), *_path_rows(mechanism, sol), *_contact_rows(sol)]
+    lines = [f"{name:<22s}{text}" for name, text in rows]
+    peaks = [(name, sol.peak(name)) for name in main_signals(sol)]
+    if peaks:
+        lines += ["", f"{'largest absolute value':<34s}{'of all steps':>14s}          at t [s]"]
+        lines += [f"  {name:<32s}{p.value:>14.6g} {sol.units(name):<8s}{p.time:>9.6g}" for name, p in peaks]
+    return "\n".join(lines)
+
+
+def _run_rows(sol: Solution) -> Iterator[tuple[str, str]]:
+    stats = sol.stats
+    yield "mechanism", sol.name
+    yield "status", sol.status
+    yield (
+        "steps",
+        (
+            f"{stats.steps} of {stats.smallest_step:.3g} to {stats.largest_step:.3g} s, {stats.rejected} rejected, "
+            f"{stats.newton_iterations} Newton iterations"
+        ),
+    )
+    yield "wall time", f"{stats.wall_time:.3g} s"
+    if len(sol.time):
+        yield "saved", f"{len(sol.time)} instants from {sol.time[0]:.6g} to {sol.time[-1]:.6g} s"
+    if "energy.residual" in sol and "energy.turned_over" in sol:
+        residual, turned = sol.peak("energy.residual").value, sol.peak("energy.turned_over").value
+        share = f" ({residual / turned:.2g} of the energy turned over)" if turned > 0.0 else ""
+        yield "energy residual", f"{residual:.3g} J{share}"
+    yield from (("note", text) for text in sol.notes)
+
+
+def _path_rows(mechanism: Mechanism, sol: Solution) -> Iterator[tuple[str, str]]:
+    """Stroke of a slider along its guide, or swing of the last body, over the saved instants."""
+    body = followed(mechanism)
+    if body is None or not len(sol.time):
+        return
+    guide = slides(mechanism, body)
+    if guide is not None and guide.first.name == GROUND.name:
+        along = np.array(guide.along) / np.hypot(*guide.along)
+        travel = along[0] * sol.array(f"{body.name}.x") + along[1] * sol.array(f"{body.name}.y")
+        yield f"stroke of {body.name}", f"{np.ptp(travel):.6g} m"
+    else:
+        yield f"swing of {body.name}", f"{np.ptp(sol.array(f'{body.name}.theta')):.6g} rad"
+
+
+def _contact_rows(sol: Solution) -> Iterator[tuple[str, str]]:
+    """Rows of each contact: share of saved instants in contact, largest penetration, impacts."""
+    for name in (n.rpartition(".")[0] for n in sol.names if n.endswith(".penetration")):
+        depth = sol.array(f"{name}.penetration")
+        if len(depth):
+            share, deepest = 100.0 * np.mean(depth > 0.0), sol.peak(f"{name}.penetration").value
+            yield f"contact in {name}", f"{share:.3g} % of the saved instants; deepest {max(deepest, 0.0):.3g} m"
+    for name in sol.contacts.names:
+        yield f"impacts in {name}", impacts(sol.episodes(name))
+
+
+def impacts(episodes: Episodes) -> str:
+    """Number of impacts, longest free flight, largest impulse of an impact."""
+    hits = episodes[episodes.mode == IMPACT]
+    lasting = len(episodes) - len(hits)
+    text = f"{len(hits)}"
+    if lasting:
+        text += f" and {lasting} continuous contact{'' if lasting == 1 else 's'}"
+    if len(hits):
+        text += f", largest impulse {hits.impulse.max():.3g} N s"
+    flights = episodes.flight[np.isfinite(episodes.flight)]
+    if len(flights):
+        text += f", longest flight {flights.max():.3g} s"
+    return text
+
+
+# `flexmb run`: simulate a mechanism, write its files, print a summary
+
+PERIODS = 2.0
+"""Default length of a run, in periods."""
+
+METHODS: dict[str, Callable[..., Newmark | RungeKutta4]] = {
+    "generalised-alpha": Newmark.generalised_alpha,
+    "hht": Newmark.hht,
+    "wbz": Newmark.wbz,
+    "trapezoidal": Newmark.trapezoidal,
+    "runge-kutta": RungeKutta4,
+}
+WITH_NUMBER = ("generalised-alpha", "hht", "wbz")
+"""Methods that take a number."""
+
+
+def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
+    """`flexmb run`: simulate a mechanism and write all files; returns 0 if the run reached its end, else 1."""
+    folder = Path(options.out or Path("out") / name)
+    if not options.no_vtk:
+        checks.count("run", "--frames", options.frames, 2)
+    require_packages(_needed(options))
+    keywords = keywords_of_run(mechanism, options)
+    require_folder(folder)
+    keywords |= _checkpoints(folder / f"{name}.checkpoint.nc", options)
+    with removed_after() as checkpoints:
+        sol = simulate(mechanism, progress=not options.quiet, **keywords)
+        sol = replace(sol, model={**sol.model, COMMAND: without_output(options.arguments)})
+        written = [sol.to_netcdf(folder / f"{name}.nc")]  # before the pictures, which can be drawn again
+    lost = _write_rest(mechanism, sol, folder, name, options, written)
+    print(table(mechanism, sol))
+    print("\nwritten:", *(f"  {path}" for path in written), sep="\n")
+    for text in filter(None, [*(one.failure for one in checkpoints), lost]):
+        print(f"flexmb: {text}", file=sys.stderr)
+    if not sol.ok:
+        print(f"flexmb: {sol.status}", file=sys.stderr)
+    return 0 if sol.ok and not lost else 1
+
+
+def keywords_of_run(mechanism: Mechanism, options: argparse.Namespace) -> dict[str, Any]:
+    """Keywords of `simulate` for times, steps, method and restart."""
+    keywords = {**_times(mechanism, options), **solver_of(options)}
+    if options.restart is not None:
+        keywords["restart"] = load(options.restart).restart
+    return keywords
+
+
+def _checkpoints(path: Path, options: argparse.Namespace) -> dict[str, Any]:
+    """Keywords of `simulate` for checkpoints; prints a note on an existing or missing checkpoint."""
+    every = quantity(options.checkpoint, "s", "--checkpoint")
+    if path.is_file() and not options.resume and not options.quiet:
+        print(
+            f"flexmb: {path} is of an interrupted run, which --resume continues; this run starts anew.", file=sys.stderr
+        )
+    if options.resume and not path.is_file() and not options.quiet:
+        print(f"flexmb: there is no {path}; the run starts at the beginning.", file=sys.stderr)
+    return {"checkpoint": path, "checkpoint_every": every, "resume": options.resume}
+
+
+def periods_of(mechanism: Mechanism) -> list[float]:
+    """Periods of all periodic drives and clamps [s]."""
+    return [period for period in compile_mechanism(mechanism).periods if period is not None]
+
+
+def method_of(text: str) -> Newmark | RungeKutta4:
+    """Integration method from its name: "hht", or "hht:0.05" with a number."""
+    name, colon, number = text.partition(":")
+    make = METHODS[checks.one_of("--method", "method", name, METHODS)]
+    if not colon:
+        return make()
+    if name not in WITH_NUMBER:
+        raise InputError(f"--method: {name!r} takes no number; write --method {name}.")
+    return make(quantity(number, "", f"--method {name}:"))
+
+
+def _times(mechanism: Mechanism, options: argparse.Namespace) -> dict[str, Any]:
+    """End of the run and begin of saving, as keywords of `simulate`."""
+    keywords: dict[str, Any] = {}
+    if options.t_end is not None:
+        keywords["t_end"] = quantity(options.t_end, "s", "--t-end")
+    elif options.periods is not None:
+        keywords["periods"] = quantity(options.periods, "", "--periods")
+    elif periods_of(mechanism):
+        keywords["periods"] = PERIODS
+    else:
+        raise InputError(f"Mechanism {mechanism.name!r} has no periodic drive. Say how long it shall run: --t-end 1s.")
+    if options.save_from_period is not None:
+        keywords["save_from_period"] = quantity(options.save_from_period, "", "--save-from-period")
+    if options.save is not None:
+        keywords["save"] = _saved(options.save)
+    return keywords
+
+
+def _saved(text: str) -> int | float | str:
+    """Value of `--save`: a number of instants, a time with its unit, or "steps"."""
+    if text == "steps":
+        return text
+    if text.rstrip()[-1:].isalpha():
+        return quantity(text, "s", "--save")
+    return checks.count("flexmb run", "--save", quantity(text, "", "--save"), hint="An interval has a unit: 1ms.")
+
+
+def solver_of(options: argparse.Namespace) -> dict[str, Any]:
+    """Step and method as keywords; options without a value are omitted."""
+    keywords: dict[str, Any] = {}
+    if options.step is not None:
+        keywords["step"] = FixedStep(quantity(options.step, "s", "--step"))
+    elif options.rtol is not None:
+        keywords["step"] = Adaptive(rtol=quantity(options.rtol, "", "--rtol"))
+    if options.method is not None:
+        keywords["method"] = method_of(options.method)
+    return keywords
+
+
+def flow_options(options: argparse.Namespace) -> dict[str, Any]:
+    """Period, step and method of a flow as keywords; options without a value are omitted."""
+    if options.period is None:
+        return solver_of(options)
+    return {"period": quantity(options.period, "s", "--period"), **solver_of(options)}
+
+
+def _needed(options: argparse.Namespace) -> dict[str, tuple[str, str]]:
+    """Purpose and advice by required package."""
+    needed = {"h5netcdf": ("results", ""), "h5py": ("results", "")}
+    if not options.no_plots:
+        needed["matplotlib"] = ("pictures", " or leave them out with --no-plots")
+    if not options.no_vtk:
+        needed["meshio"] = ("VTK files", " or leave them out with --no-vtk")
+    return needed
+
+
+def _write_rest(
+    mechanism: Mechanism, sol: Solution, folder: Path, name: str, options: argparse.Namespace, written: list[Path]
+) -> str:
+    """Write VTK files and pictures, and add them to `written`; returns the reason of missing files, or ""."""
+    from flexmb.show.pictures.scene import render  # noqa: PLC0415
+    from flexmb.show.pictures.signals import plot  # noqa: PLC0415
+    from flexmb.show.reports.report import report  # noqa: PLC0415 - only when asked for
+
+    if len(sol.time) < 2:
+        return "nothing was saved, so there are no pictures and no VTK files. Run longer, or save earlier."
+    shown = panels(sol)
+    writers: list[tuple[str, Callable[[Path], object]]] = []
+    if not options.no_vtk:
+        writers.append((f"{name}.pvd", lambda path: write_vtk(sol, path, frames=options.frames)))
+    if not options.no_plots and shown:
+        writers.append(("signals.png", lambda path: plot(sol, shown).savefig(path, dpi=150)))
+    if not options.no_plots:
+        writers.append(("mechanism.png", lambda path: render(sol, four_instants(mechanism, sol), path=path)))
+    if not options.no_report:
+        writers.append((REPORT, lambda path: report(sol, path, mechanism=mechanism)))
+    missing = []
+    for file, write in writers:
+        try:
+            write(folder / file)
+            written.append(folder / file)
+        except (FlexmbError, OSError) as error:
+            missing.append(f"{file} ({error})")  # the run itself is on disk already
+    return f"some files are missing: {'; '.join(missing)}" if missing else ""
+
+
+def four_instants(mechanism: Mechanism, sol: Solution) -> np.ndarray:
+    """Four instants, evenly spread over the last period of the slowest drive."""
+    first, last = float(sol.time[0]), float(sol.time[-1])
+    longest = max(periods_of(mechanism), default=last - first)
+    return np.linspace(max(first, last - longest), last, 5)[:4]

@@ -1,0 +1,20 @@
+"""Public names of `flexmb.contact`: normal laws."""
+
+from flexmb.parts.contact.cylinder_laws import ESDU78035 as ESDU78035
+from flexmb.parts.contact.cylinder_laws import DubowskyFreudenstein as DubowskyFreudenstein
+from flexmb.parts.contact.cylinder_laws import Goldsmith as Goldsmith
+from flexmb.parts.contact.cylinder_laws import Johnson as Johnson
+from flexmb.parts.contact.cylinder_laws import Radzimovsky as Radzimovsky
+from flexmb.parts.contact.hysteresis import Hertz as Hertz
+from flexmb.parts.contact.hysteresis import HysteresisLaw as HysteresisLaw
+from flexmb.parts.contact.hysteresis_laws import CarvalhoMartins as CarvalhoMartins
+from flexmb.parts.contact.hysteresis_laws import ExactRestitution as ExactRestitution
+from flexmb.parts.contact.hysteresis_laws import Flores as Flores
+from flexmb.parts.contact.hysteresis_laws import Gonthier as Gonthier
+from flexmb.parts.contact.hysteresis_laws import HerbertMcWhannell as HerbertMcWhannell
+from flexmb.parts.contact.hysteresis_laws import HuGuo as HuGuo
+from flexmb.parts.contact.hysteresis_laws import HuntCrossley as HuntCrossley
+from flexmb.parts.contact.hysteresis_laws import LankaraniNikravesh as LankaraniNikravesh
+from flexmb.parts.contact.hysteresis_laws import LeeWang as LeeWang
+from flexmb.parts.contact.hysteresis_laws import ZhiyingQishao as ZhiyingQishao
+from flexmb.parts.contact.kelvin_voigt import KelvinVoigt as KelvinVoigt

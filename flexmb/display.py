@@ -1,0 +1,219 @@
+"""Short texts and HTML tables of objects."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import MISSING, Field, fields, is_dataclass
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from flexmb.docstrings import parameters, units
+
+# Short texts of values and of records
+
+WIDTH = 110
+"""Largest length of a line."""
+
+LINES = 3
+"""Largest number of lines of a record."""
+
+LISTED = 6
+"""Largest number of values of a list that is shown; a longer one is shown by its length."""
+
+LONGEST_LIST = 60
+"""Largest length of a list that is shown."""
+
+
+def number_text(value: float) -> str:
+    """A number with 8 digits at most: "0.3" for 0.30000000000000004, "104.71976" for 1000 revolutions a minute."""
+    return f"{value:.8g}"
+
+
+def value_text(value: Any, *, nested: bool = True) -> str:
+    """Short text of a field of a record; without `nested`, records in it show their classes alone."""
+    if isinstance(value, Inside):
+        return value.text_inside(nested=nested)
+    if isinstance(value, tuple | list):
+        return _list_text([value_text(item, nested=nested) for item in value], "()")
+    if isinstance(value, Mapping):
+        return _list_text([f"{key}: {value_text(item, nested=nested)}" for key, item in value.items()], "{}")
+    if is_dataclass(value) and not isinstance(value, type) and not nested:
+        return f"{type(value).__name__}(...)"
+    return _plain_text(value)
+
+
+def _plain_text(value: Any) -> str:
+    """Short text of a value that holds no other ones."""
+    if isinstance(value, float | np.floating):
+        return number_text(float(value))
+    if isinstance(value, np.ndarray):
+        return f"array of shape {value.shape}"
+    return str(getattr(value, "__name__", None) or repr(value))
+
+
+class Inside:
+    """Base of records whose text inside of another record differs from their own."""
+
+    def text_inside(self, *, nested: bool) -> str:
+        """Text of the record as a field of another one.
+
+        Parameters
+        ----------
+        nested : whether its fields are shown.
+        """
+        return " ".join(repr(self).split()) if nested else f"{type(self).__name__}(...)"
+
+
+def _list_text(texts: Sequence[str], ends: str) -> str:
+    """Texts with commas between brackets; their number where they are too many or too long."""
+    text = f"{ends[0]}{', '.join(texts)}{',' if len(texts) == 1 and ends == '()' else ''}{ends[1]}"
+    return text if len(texts) <= LISTED and len(text) <= LONGEST_LIST else f"({len(texts)} values)"
+
+
+def given_fields(record: Any) -> dict[str, Any]:
+    """Fields of a record that differ from their defaults, by name; without hidden ones."""
+    shown = (field for field in fields(record) if field.repr and field.init)
+    values = {field.name: (field, getattr(record, field.name)) for field in shown}
+    return {name: value for name, (field, value) in values.items() if not _is_default(field, value)}
+
+
+def _is_default(field: Field[Any], value: Any) -> bool:
+    if field.default_factory is not MISSING:
+        default = field.default_factory()
+    elif field.default is not MISSING:
+        default = field.default
+    else:
+        return False
+    if value is default:
+        return True
+    arrays = isinstance(value, np.ndarray) or isinstance(default, np.ndarray)
+    return bool(np.array_equal(value, default) if arrays else value == default)
+
+
+def record_text(record: Any) -> str:
+    """Class, name and fields that differ from their defaults, in three lines at most.
+
+    Parameters
+    ----------
+    record : a dataclass instance.
+    """
+    given, text = given_fields(record), ""
+    for nested in (True, False):
+        entries = [_entry(name, value, nested=nested) for name, value in given.items()]
+        text = f"{type(record).__name__}({', '.join(entries)})"
+        if len(wrapped := cut(text, 2 * LINES, indent="    ").splitlines()) <= LINES:
+            return "\n".join(wrapped)
+    return cut(text, LINES, indent="    ")
+
+
+def _entry(name: str, value: Any, *, nested: bool) -> str:
+    text = value_text(value, nested=nested)
+    return text if name == "name" else f"{name}={text}"
+
+
+def cut(text: str, lines: int = 1, indent: str = "  ") -> str:
+    """A text wrapped to lines of 110 characters, the last of which ends with "..." where there is more.
+
+    `indent` are the first characters of all lines but the first one.
+    """
+    whole = textwrap.wrap(
+        text, WIDTH, subsequent_indent=indent, max_lines=lines, placeholder=" ...", break_on_hyphens=False
+    )
+    return "\n".join(whole)
+
+
+def listed(names: Iterable[str], most: int = 10) -> str:
+    """Names with commas; the first ones alone, and the number of the others, where there are more than `most`."""
+    known = list(names)
+    more = f" and {len(known) - most} more" if len(known) > most else ""
+    return ", ".join(known[:most]) + more
+
+
+def quoted(names: Iterable[str], most: int = 8) -> str:
+    """Names in quotes, with commas; as of `listed` where there are more than `most`."""
+    return listed(map(repr, names), most)
+
+
+def counted(number: int, noun: str) -> str:
+    """A number with its noun: "1 joint", "2 joints", "3 bodies"."""
+    plural = f"{noun[:-1]}ies" if noun.endswith("y") else f"{noun}s"
+    return f"{number} {noun if number == 1 else plural}"
+
+
+# HTML of objects for notebooks: small tables, escaped, without colours of their own
+
+CELL = "text-align: left; padding: 0.1em 0.8em 0.1em 0"
+SHORT = f"{CELL}; white-space: nowrap"
+TABLE = "border-collapse: collapse; color: inherit"
+FAINT = "opacity: 0.7"
+"""Styles; lines and texts have the colour of the page, so they suit light and dark ones."""
+
+SHORT_TEXT = 24
+"""Length of a text that is not wrapped."""
+
+MOST_ROWS = 60
+"""Largest number of rows of a table."""
+
+
+def page(title: str, subtitle: str = "", *blocks: str) -> str:
+    """HTML of an object: plain texts as title and subtitle, below them HTML from `table`, `texts` and `folded`."""
+    head = f"<div><b>{escape(title)}</b>"
+    if subtitle:
+        head += f' <span style="{FAINT}">{escape(subtitle)}</span>'
+    return f"{head}</div>{''.join(blocks)}"
+
+
+def table(rows: Iterable[Sequence[object]], head: Sequence[str] = ()) -> str:
+    """HTML of a table; empty without rows."""
+    cells = [[escape(str(cell)) for cell in row] for row in rows]
+    if not cells:
+        return ""
+    more = len(cells) - MOST_ROWS
+    lines = [_row("td", row) for row in cells[:MOST_ROWS]]
+    if more > 0:
+        lines.append(_row("td", [f"... {more} more"]))
+    top = f"<thead>{_row('th', [escape(text) for text in head])}</thead>" if head else ""
+    return f'<table style="{TABLE}">{top}<tbody>{"".join(lines)}</tbody></table>'
+
+
+def _row(kind: str, cells: Sequence[str]) -> str:
+    styles = (SHORT if len(cell) <= SHORT_TEXT else CELL for cell in cells)
+    shown = (f'<{kind} style="{style}">{cell}</{kind}>' for style, cell in zip(styles, cells, strict=True))
+    return f"<tr>{''.join(shown)}</tr>"
+
+
+def texts(lines: Iterable[str]) -> str:
+    """HTML of plain sentences, each as an entry of a list; empty without any."""
+    entries = "".join(f"<li>{escape(line)}</li>" for line in lines)
+    return f"<ul>{entries}</ul>" if entries else ""
+
+
+def folded(summary: str, content: str) -> str:
+    """HTML of a block that opens on a click; empty without content."""
+    return f"<details><summary>{escape(summary)}</summary>{content}</details>" if content else ""
+
+
+# Records that show themselves by the fields that were given
+
+
+class Shown(Inside):
+    """Base of frozen records: `repr` shows the fields that differ from their defaults, notebooks a table with units."""
+
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        super().__init_subclass__(**keywords)
+        if "__repr__" not in vars(cls):
+            cls.__repr__ = record_text  # type: ignore[method-assign] # the decorator `dataclass` would make one
+
+    def _repr_html_(self) -> str:
+        """HTML for notebooks."""
+        described, given = parameters(type(self)), given_fields(self)
+        name = given.pop("name", None)
+        rows = [(field, value_text(value), _unit(described.get(field, ""))) for field, value in given.items()]
+        return page(type(self).__name__, "" if name is None else str(name), table(rows))
+
+
+def _unit(text: str) -> str:
+    return next(iter(units(text)), "")

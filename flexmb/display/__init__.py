@@ -1,1 +1,0 @@
-"""Display of objects: short texts, and HTML tables for notebooks."""

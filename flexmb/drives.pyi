@@ -1,0 +1,11 @@
+"""Public names of `flexmb.drives`: drives, and the motions that they prescribe."""
+
+from flexmb.parts.drives.drive import Drive as Drive
+from flexmb.parts.drives.motions import ConstantSpeed as ConstantSpeed
+from flexmb.parts.drives.motions import CycloidalRamp as CycloidalRamp
+from flexmb.parts.drives.motions import Harmonic as Harmonic
+from flexmb.parts.drives.motions import Polynomial as Polynomial
+from flexmb.parts.drives.motions import Ramp as Ramp
+from flexmb.parts.drives.tables import PiecewiseLinear as PiecewiseLinear
+from flexmb.parts.drives.tables import Pulse as Pulse
+from flexmb.parts.drives.tables import Table as Table

@@ -1,1 +1,0 @@
-"""Basins of attraction of flows and maps, over a grid of start values."""

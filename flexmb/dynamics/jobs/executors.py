@@ -1,0 +1,280 @@
+"""Jobs on any executor: calls that may fail, chains that wait for one another, the one pool of workers."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import pickle
+import re
+import signal
+import threading
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Any, NamedTuple, Self
+
+from flexmb.errors import InputError, WorkerError
+
+# Calls that may fail: results or error of a point, in a form that can be sent and stored
+
+ADDRESS = re.compile(r" at 0x[0-9a-fA-F]+")
+"""Pattern of an address in memory, which differs from run to run and must not enter a store."""
+
+DONE = "done"
+"""Status of a point that succeeded."""
+
+_STOPPED: ContextVar[list[str] | None] = ContextVar("stopped runs of the present job", default=None)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Result of one point.
+
+    Parameters
+    ----------
+    values : results by name; {} after a failure.
+    status : end of the computation, in a sentence; never "".
+    ok : whether the point succeeded.
+    """
+
+    values: Mapping[str, Any]
+    status: str = DONE
+    ok: bool = True
+
+
+class Attempt:
+    """A block whose exception is kept and not raised, because a failed point must not end a sweep.
+
+    KeyboardInterrupt (Ctrl-C) is raised.  A call of `sys.exit` in a user's function counts as a failure.
+
+    Attributes
+    ----------
+    error : the exception, or None.
+    """
+
+    def __init__(self) -> None:
+        self.error: BaseException | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> bool:
+        caught = kind is not None and issubclass(kind, (Exception, SystemExit))
+        self.error = error if caught else None
+        return caught
+
+
+def is_in_job() -> bool:
+    """Presence of a job around the caller; Ctrl-C ends the whole job then, and not only a run in it."""
+    return _STOPPED.get() is not None
+
+
+def tell_stopped(run: str, status: str) -> None:
+    """Note the name and status of a run that did not reach its end, for the job around it."""
+    if (runs := _STOPPED.get()) is not None:
+        runs.append(f"{run}: {ADDRESS.sub('', status)}")
+
+
+def stopped_runs() -> str:
+    """The first run of the present job that did not reach its end, and the number of others; "" if all did."""
+    runs = _STOPPED.get() or []
+    others = f" (and {len(runs) - 1} more)" if len(runs) > 1 else ""
+    return f"A run did not reach its end{others}: {runs[0]}" if runs else ""
+
+
+def attempted(function: Callable[..., Outcome], *arguments: Any) -> Outcome:
+    """Outcome of a function, or of its failure; runs in the workers.
+
+    Runs that do not reach their ends are noted during the call, see `stopped_runs`.
+    """
+    outcome, noted = None, _STOPPED.set([])
+    try:
+        with Attempt() as attempt:
+            outcome = function(*arguments)
+    finally:
+        _STOPPED.reset(noted)
+    return failure(attempt.error) if outcome is None else outcome
+
+
+def failure(error: BaseException | None) -> Outcome:
+    """Outcome of a point whose function raised `error`: class and message."""
+    text = ADDRESS.sub("", " ".join(str(error).split()))
+    return Outcome({}, f"{type(error).__name__}: {text}" if text else type(error).__name__, ok=False)
+
+
+# The one pool of worker processes of this machine
+
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+"""Variables that keep the linear algebra of a worker from taking the cores of the others."""
+
+
+@contextmanager
+def worker_pool(count: int, prepare: Callable[..., Any], *arguments: Any) -> Iterator[ProcessPoolExecutor]:
+    """`count` fresh processes, each with one thread of linear algebra.
+
+    Ctrl-C ends the workers at once, and so does the end of the process that started them.  They are started anew, not
+    forked: a fork takes over locks of threads that it does not have.  A process costs some two seconds, for imports and
+    for compiled code from the cache, and all of them start side by side.  `prepare` can be sent to other processes;
+    each calls it with the arguments before its first job.
+    """
+    before = {name: os.environ.get(name) for name in ONE_THREAD}
+    os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
+    fresh = multiprocessing.get_context("spawn")
+    try:
+        with ProcessPoolExecutor(count, mp_context=fresh, initializer=_begin, initargs=(prepare, arguments)) as pool:
+            try:
+                yield pool
+            except KeyboardInterrupt:
+                for child in multiprocessing.active_children():
+                    child.terminate()  # or the end of the pool would wait for their jobs
+                raise
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def cores() -> int:
+    """Number of processor cores that this process may use."""
+    allowed = getattr(os, "sched_getaffinity", None)  # not on every system
+    return len(allowed(0)) if allowed is not None else os.cpu_count() or 1
+
+
+def _begin(prepare: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
+    signal.signal(signal.SIGINT, _leave)
+    threading.Thread(target=_leave_with_parent, daemon=True).start()
+    prepare(*arguments)
+
+
+def _leave(number: int, frame: Any) -> None:
+    os._exit(130)
+
+
+def _leave_with_parent() -> None:
+    """End this process with its parent: a worker of a killed parent would wait for its next job for ever."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+# Jobs on any executor: so many at a time, chains of jobs that wait for one another, and workers that die
+
+PENDING = 256
+"""Jobs that are with the executor at the same time: enough for a pool on one machine, and no burden to a scheduler."""
+
+
+class Job(NamedTuple):
+    """A call to be made by a worker; the function returns an `Outcome`."""
+
+    function: Callable[..., Outcome]
+    arguments: tuple[Any, ...]
+
+
+Chain = Generator[Job, Outcome, None]
+"""Jobs one after the other: each is yielded when the outcome of the one before has been sent."""
+
+
+def drive(chains: Iterable[Chain], executor: Executor | None, owner: str, pending: int = PENDING) -> None:
+    """Run all chains to their ends; chains keep their results themselves.
+
+    Chains are taken as there is room for them, with at most `pending` jobs with the executor at the same time; without
+    an executor they run in this process, one after the other.  A `WorkerError` tells workers that died or cannot be
+    reached.
+    """
+    if executor is None:
+        for chain in chains:
+            job = next(chain, None)
+            while job is not None:
+                job = _after(chain, attempted(job.function, *job.arguments))
+        return
+    ahead, running = iter(chains), dict[Future[Outcome], Chain]()
+    try:
+        while True:
+            while len(running) < pending and (following := next(ahead, None)) is not None:
+                _submit(executor, next(following, None), following, running, owner)
+            if not running:
+                return
+            finished, _ = wait(running, return_when=FIRST_COMPLETED)
+            for future in sorted(finished, key=_is_lost):  # what was found is kept before what was lost is told
+                chain = running.pop(future)
+                _submit(executor, _after(chain, _outcome(future, owner)), chain, running, owner)
+    finally:
+        for future in running:
+            future.cancel()
+
+
+def require_executor(owner: str, executor: Any) -> None:
+    """Refuse an object of another kind than an executor of concurrent.futures."""
+    if executor is None or isinstance(executor, Executor):
+        return
+    text = f"{owner}: executor is {type(executor).__name__}; it must be None or an executor of concurrent.futures"
+    raise InputError(f"{text}, e.g. ProcessPoolExecutor(2). A Dask client gives one by client.get_executor().")
+
+
+def require_picklable(owner: str, executor: Executor | None, what: Any, name: str) -> None:
+    """Refuse objects that cannot be sent to the processes of the executor, before anything starts.
+
+    Threads need nothing; Dask sends functions by value.
+    """
+    if executor is None or isinstance(executor, ThreadPoolExecutor):
+        return
+    if type(executor).__module__.partition(".")[0] == "distributed":
+        return
+    try:
+        pickle.dumps(what)
+    except (pickle.PicklingError, AttributeError, TypeError, RecursionError) as error:
+        text = f"{owner}: {name} cannot be sent to other processes ({error}). Use a function at the top of a module"
+        raise InputError(
+            f"{text}, not a lambda and not one inside another function; what it depends on goes into fixed=."
+        ) from error
+
+
+def _after(chain: Chain, outcome: Outcome) -> Job | None:
+    """The next job of a chain, None at its end."""
+    try:
+        return chain.send(outcome)
+    except StopIteration:
+        return None
+
+
+def _submit(
+    executor: Executor, job: Job | None, chain: Chain, running: dict[Future[Outcome], Chain], owner: str
+) -> None:
+    if job is None:
+        return
+    try:
+        running[executor.submit(attempted, job.function, *job.arguments)] = chain
+    except RuntimeError as error:  # a broken pool, or one that was shut down
+        raise _lost(owner, error) from error
+
+
+def _is_lost(future: Future[Outcome]) -> bool:
+    return future.cancelled() or future.exception() is not None
+
+
+def _outcome(future: Future[Outcome], owner: str) -> Outcome:
+    """Outcome of a worker's job.  Failures of a point are outcomes, so an exception means that the worker failed."""
+    error = None if future.cancelled() else future.exception()
+    if isinstance(error, KeyboardInterrupt):
+        raise error
+    if future.cancelled() or error is not None:
+        raise _lost(owner, error) from error
+    return future.result()
+
+
+def _lost(owner: str, error: BaseException | None) -> WorkerError:
+    what = "it was cancelled" if error is None else f"{type(error).__name__}: {' '.join(str(error).split())}"
+    return WorkerError(
+        f"{owner}: a worker was lost ({what.rstrip('.')}). What is finished stands in the store, if one was given: "
+        "start workers anew and call it again with resume=True. Workers die when memory runs out, and at once when "
+        "they cannot import the function: put it into a module, and what starts workers under "
+        "`if __name__ == '__main__':`."
+    )

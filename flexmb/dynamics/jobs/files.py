@@ -1,0 +1,191 @@
+"""Files that are there as a whole or not at all, and logs whose lines survive a kill."""
+
+from __future__ import annotations
+
+import errno
+import io
+import json
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from hashlib import blake2b
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from flexmb.errors import FileFormatError, FlexmbError, InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SEAL, DIGEST = b"flexmb-blake2b:", 16
+"""First bytes of the checksum behind a file, and number of its further bytes."""
+
+
+READ_ERRORS = (OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError)
+"""Errors of readers on damaged files; all have been seen."""
+
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""Numbers of the errors of disks that are full, and of files that may not grow."""
+
+
+def unwritable(path: Path, error: Exception, label: str = "") -> InputError:
+    """The error of a path that cannot be written, with advice; `label`: name of the caller."""
+    reason, number = (error.strerror, error.errno) if isinstance(error, OSError) else (None, None)
+    text = f"{label}{': ' if label else ''}{str(path)!r} cannot be written ({reason or error})."
+    if number in NO_ROOM:
+        return InputError(f"{text} Free some space, or give a path on another disk.")
+    return InputError(f"{text} Give a file in a writable folder.")
+
+
+@contextmanager
+def whole_file(path: Path, label: str = "") -> Iterator[Path]:
+    """A file beside `path`, with the same ending, which takes its place at the end of the block.
+
+    All files of flexmb are written by it: an interrupted write, or a full disk, leaves the old file.  Missing folders
+    are made, links are followed, and the content is on the disk when the block ends.  A path that cannot be written, a
+    full disk, and an ending or a name that no writer takes raise `InputError`.
+    """
+    part = path
+    try:
+        target = Path(os.path.realpath(path))
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if target.exists() and not (target.is_file() or target.is_dir()):
+            yield target  # a pipe or a device
+            return
+        part = target.with_name(f".{target.stem}.part{target.suffix}")
+        part.unlink(missing_ok=True)
+        yield part
+        with part.open("rb") as file:
+            os.fsync(file.fileno())
+        part.replace(target)
+    except FlexmbError:
+        raise
+    except (OSError, ValueError) as error:  # ValueError: letters that the system has not, an unknown kind of pictures
+        raise unwritable(path, error, label) from error
+    finally:
+        if part != path:
+            with suppress(OSError, ValueError):
+                part.unlink(missing_ok=True)
+
+
+def write_netcdf(path: Path, groups: Mapping[str, xr.Dataset]) -> Path:
+    """Write datasets as the groups of one file, whole or not at all."""
+    return write_sealed(path, netcdf_image(groups))
+
+
+def netcdf_image(groups: Mapping[str, xr.Dataset], encodings: Mapping[str, Mapping[str, Any]] | None = None) -> bytes:
+    """The bytes of a netCDF file.
+
+    The file is made in memory: the HDF5 library does not survive a disk that is full.
+    """
+    image = io.BytesIO()
+    for k, (name, dataset) in enumerate(groups.items()):
+        encoding = dict((encodings or {}).get(name, {}))
+        mode: Any = "a" if k else "w"
+        dataset.to_netcdf(image, engine="h5netcdf", group=name or None, mode=mode, encoding=encoding)
+    return image.getvalue()
+
+
+def write_sealed(path: Path, content: bytes, label: str = "") -> Path:
+    """Write bytes with their checksum behind them, whole or not at all; they are on the disk when this returns.
+
+    Readers of netCDF ignore the checksum.
+    """
+    with whole_file(path, label) as part, part.open("wb") as file:
+        file.write(content)
+        file.write(SEAL + blake2b(content, digest_size=DIGEST).digest())
+    return path
+
+
+def read_sealed(path: Path) -> bytes:
+    """The content of a file of `write_sealed`; a file without a checksum is taken if nothing stands behind its data."""
+    content = path.read_bytes()
+    end = len(content) - DIGEST - len(SEAL)
+    if content[max(end, 0) :].startswith(SEAL):
+        whole = blake2b(memoryview(content)[:end], digest_size=DIGEST).digest() == content[-DIGEST:]
+    else:
+        whole = len(content) <= _end_of_hdf5(content)
+    if not whole:
+        text = f"{str(path)!r}: damaged; its content does not agree with its checksum."
+        raise FileFormatError(f"{text} Run it again.")
+    return content
+
+
+def _end_of_hdf5(content: bytes) -> int:
+    """End of the data of an HDF5 file as its first block tells it; the length of another file."""
+    begin = {b"\0": 40, b"\1": 44, b"\2": 28, b"\3": 28}.get(content[8:9])  # by the version of the block
+    if begin is None or not content.startswith(b"\x89HDF\r\n\x1a\n"):
+        return len(content)
+    return int.from_bytes(content[begin : begin + 8], "little")
+
+
+def refuse_other_files(file: Any, datasets: bool = True) -> None:
+    """Refuse an HDF5 file that leads to other files: whoever made it would read local files by the reader's hands."""
+    import h5py
+
+    def foreign(name: bytes, link: Any) -> bytes | None:  # an error raised here would not come through HDF5
+        if link.type != h5py.h5l.TYPE_HARD:
+            return name
+        one = h5py.h5o.open(file.id, name) if datasets else None
+        return name if isinstance(one, h5py.h5d.DatasetID) and not is_stored_within(one) else None
+
+    found = file.id.links.visit(foreign, info=True)
+    if found is not None:
+        raise ValueError(f"{found.decode(errors='replace')!r} leads to another file, which is not read")
+
+
+def is_stored_within(dataset: Any) -> bool:
+    """Whether the values of a data set of h5py lie in its file."""
+    made = dataset.get_create_plist()
+    return not made.get_external_count() and made.get_layout() in STORED_WITHIN
+
+
+STORED_WITHIN = range(3)
+"""Layouts of HDF5 whose data lie in the file: compact, contiguous, chunked."""
+
+
+def load_netcdf(path: Path, groups: Iterable[str] = ("",)) -> dict[str, xr.Dataset]:
+    """Datasets of a file of `write_netcdf` by the name of their group; groups that it has not are left out."""
+    import h5py
+    import xarray as xr
+
+    try:
+        content = read_sealed(path)
+        with h5py.File(io.BytesIO(content), "r") as file:
+            refuse_other_files(file)
+            present = [name for name in groups if not name or name in file]
+        return {name: xr.load_dataset(io.BytesIO(content), engine="h5netcdf", group=name or None) for name in present}
+    except READ_ERRORS as error:
+        raise FileFormatError(f"{str(path)!r}: cannot be read ({error}). Make it anew.") from error
+
+
+def write_text(path: Path, text: str, label: str = "") -> Path:
+    """Write a text file, whole or not at all; `label`: name of the caller, for messages."""
+    with whole_file(path, label) as part:
+        part.write_text(text, encoding="utf-8", errors="backslashreplace")  # bytes of a command line may be no text
+    return path
+
+
+def append_line(path: Path, **values: Any) -> None:
+    """Add a line of named numbers to a log; a line is written at once."""
+    line = json.dumps(values) + "\n"
+    with path.open("a+b") as log:
+        if log.seek(0, os.SEEK_END):
+            log.seek(-1, os.SEEK_END)
+            line = (
+                line if log.read() == b"\n" else "\n" + line
+            )  # a line that a kill cut short must not swallow this one
+        log.write(line.encode())
+
+
+def lines_of(path: Path) -> list[dict[str, Any]]:
+    """The lines of a log, none where there is no log; lines that a kill cut short are left out."""
+    found = []
+    for line in path.read_text(encoding="utf-8", errors="replace").splitlines() if path.is_file() else []:
+        try:
+            entry = json.loads(line)
+        except json.JSONDecodeError:
+            continue
+        if isinstance(entry, dict):
+            found.append(entry)
+    return found

@@ -1,0 +1,510 @@
+"""The largest exponent from one signal, by the methods of Kantz, Rosenstein and Wolf."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from flexmb import arguments, checks
+from flexmb.dynamics.series.embedding import (
+    Embedding,
+    distances,
+    embed,
+    embedding,
+    nearest,
+    spread,
+    typical_log_distance,
+)
+from flexmb.dynamics.series.samples import is_constant, mean_period, samples, spacing, standardised
+
+# The largest exponent from one signal: record, and fit of the straight part of a divergence curve
+
+LEAST = 500
+"""Smallest number of samples for an exponent."""
+
+PERIODS = 20
+"""Smallest number of mean periods for an exponent."""
+
+BLOCKS = 8
+"""Number of parts of the record whose slopes give the error of the mean."""
+
+MARGIN = 1.5
+"""Smallest distance of the straight part from saturation: of mean logarithms of distances, to arbitrary points."""
+
+LEAST_RISE = 1.0
+"""Smallest rise of the straight part, as a logarithm."""
+
+
+@dataclass(frozen=True, eq=False)
+class SeriesExponent(arguments.Checked):
+    """The largest exponent of a system, estimated from one of its signals.
+
+    Parameters
+    ----------
+    value : exponent [unit]; NaN without a value, for the reason in `status`.
+    error : half width of the error band [unit]: twice the scatter over parts of the record and over the halves of the
+        straight part, the change with one dimension more, and 5 % for the finite distance of neighbours.
+    units : "1/s" or "1/iteration".
+    ok : whether there is a value; False for constant, periodic, quasi-periodic and random signals.
+    status : result in a sentence.
+    method : "wolf", "rosenstein" or "kantz".
+    embedding : delay and dimension of the embedding; None for a constant or too short signal.
+    theiler : smallest distance in time of neighbours [samples].
+    region : first and last time of the straight part [s or iterations]; NaN without a straight part.
+    time : times of the curve (k,) [s or iterations].
+    curve : mean logarithm of the distance of neighbours (k,), in standard deviations of the signal; for "wolf" the
+        running estimate [unit].
+    """
+
+    formerly = (("unit", "units"),)
+    value: float
+    error: float
+    units: str
+    ok: bool
+    status: str
+    method: str
+    embedding: Embedding | None = field(repr=False)
+    theiler: int
+    region: tuple[float, float]
+    time: np.ndarray = field(repr=False)
+    curve: np.ndarray = field(repr=False)
+
+
+@dataclass(frozen=True)
+class Slope:
+    """Slope in one embedding dimension.
+
+    Parameters
+    ----------
+    value, error : slope and error [1/sample].
+    why_not : reason for no value; "" with a value.
+    region : begin and end of the straight part [samples].
+    steps, curve : divergence curve: times (k,) [samples] and mean logarithms of distances (k,).
+    """
+
+    value: float
+    error: float
+    why_not: str
+    region: tuple[float, float] = (np.nan, np.nan)
+    steps: np.ndarray = field(default_factory=lambda: np.empty(0))
+    curve: np.ndarray = field(default_factory=lambda: np.empty(0))
+
+
+Curves = Callable[[np.ndarray, int, np.ndarray, int], np.ndarray]
+"""Function (points (n, m), theiler, steps (k,), shift) -> curves (blocks, k) of the mean logarithm of the distance."""
+
+FINITE = 0.05
+"""Error of the slope by finite distances, over the value; observed with signals of Lorenz and Rossler."""
+
+FLOW = 8.0
+"""Number of samples in a mean period above which a signal belongs to a flow, below to a map."""
+
+
+def estimate(
+    method: str, slope: Callable[..., Slope], signal: Any, interval: Any, options: dict[str, int | None]
+) -> SeriesExponent:
+    """The exponent from the slopes in two embedding dimensions: the common part of all methods.
+
+    `slope(points, window, theiler, period)` takes standardised vectors, the signal has samples (n,), `interval` is as
+    of `spacing`, `options` are delay, dimension, theiler of the methods.
+    """
+    x = samples(method, signal, LEAST)
+    step, unit = spacing(method, interval, len(x))
+    if is_constant(x):
+        return _none(method, unit, None, 0, "The signal is constant: no neighbours part.")
+    periods = len(x) / mean_period(x)
+    if periods < PERIODS:
+        text = f"The record holds {periods:.1f} mean periods; at least {PERIODS} are needed."
+        return _none(method, unit, None, 0, text)
+    embedded = embedding(x, delay=options["delay"], dimension=options["dimension"])
+    theiler = options["theiler"]
+    w = max(int(np.ceil(embedded.mean_period)), embedded.window) if theiler is None else theiler
+    w = checks.count(method, "theiler", w, 0)
+    x, slopes = standardised(x), []
+    for m in (embedded.dimension, embedded.dimension + 1):
+        slopes.append(slope(embed(x, embedded.delay, m), (m - 1) * embedded.delay, w, embedded.mean_period))
+        if slopes[-1].why_not:
+            return _none(method, unit, embedded, w, slopes[-1].why_not, slopes[-1], step)
+    return _agreed(method, unit, embedded, w, slopes, step)
+
+
+def _agreed(method: str, unit: str, embedded: Embedding, w: int, slopes: list[Slope], step: float) -> SeriesExponent:
+    """The record of two slopes, with a value if the exponent exceeds its error."""
+    a, b = slopes
+    contributions = (2.0 * max(a.error, b.error), a.value - b.value, FINITE * a.value)
+    value, error = a.value / step, float(np.linalg.norm(contributions)) / step
+    if value <= error:
+        text = f"The growth of {value:.3g} {unit} does not exceed its error of {error:.2g} {unit}."
+        return _none(method, unit, embedded, w, text, a, step)
+    text = f"{value:.4g} +- {error:.2g} {unit}, seen in {embedded.dimension} and {embedded.dimension + 1} dimensions"
+    text += "." if embedded.ok else f"; the embedding is doubtful: {embedded.status}"
+    region = (a.region[0] * step, a.region[1] * step)
+    curve = _scaled(method, a, step)
+    return SeriesExponent(value, error, unit, True, text, method, embedded, w, region, a.steps * step, curve)
+
+
+def _none(
+    method: str, unit: str, embedded: Embedding | None, w: int, why: str, slope: Slope | None = None, step: float = 1.0
+) -> SeriesExponent:
+    recorded = Slope(np.nan, np.nan, why) if slope is None else slope
+    times, curve = recorded.steps * step, _scaled(method, recorded, step)
+    return SeriesExponent(np.nan, np.nan, unit, False, why, method, embedded, w, (np.nan, np.nan), times, curve)
+
+
+def _scaled(method: str, slope: Slope, step: float) -> np.ndarray:
+    """The curve; for "wolf" the running estimate in the unit of the exponent."""
+    return slope.curve / step if method == "wolf" else slope.curve
+
+
+def block_means(logs: np.ndarray) -> np.ndarray:
+    """Curves (BLOCKS, k) of the means over blocks of points; logs (k, n), a column a point."""
+    return np.stack([block.mean(axis=1) for block in np.array_split(logs, BLOCKS, axis=1)])
+
+
+def straight_part(curves: Curves, points: np.ndarray, window: int, theiler: int, period: float) -> Slope:
+    """Slope of the straight part of a divergence curve.
+
+    The straight part begins one step after the time that a vector covers (`window`): nearest neighbours are selected by
+    their distance, and noise parts them at once.  It ends where the error of the slope is smallest, at the latest
+    `MARGIN` below the distance of arbitrary points.  The error is the scatter over parts of the record and half the
+    difference of the slopes of its halves.  The straight part has at least 4 values and a rise of `LEAST_RISE`.  Points
+    are vectors (n, m); window, `theiler` (smallest distance in time of neighbours) and mean period are in samples.
+    """
+    shift = 0 if period < FLOW else int(np.ceil(period / 8.0))
+    ceiling = typical_log_distance(points, shift=shift) - MARGIN
+    longest = len(points) // 4
+    reach = int(min(longest, window + 8 * max(period, 4.0)))
+    while True:
+        stride = max(1, reach // 150)
+        steps = np.arange(0, reach + 1, stride)
+        blocks = curves(points, theiler, steps, shift)
+        if blocks.shape[0] < BLOCKS:
+            return Slope(np.nan, np.nan, "Too few points have a neighbour that is not the same point again.")
+        mean = blocks.mean(axis=0)
+        begin = int(np.searchsorted(steps, window + 1))
+        above = np.flatnonzero(mean[begin:] > ceiling)
+        if len(above) or reach >= longest:
+            break
+        reach = min(longest, 2 * reach)
+    end = begin + int(above[0]) if len(above) else len(steps)
+    return _fit(steps, blocks, begin, end)
+
+
+def _fit(steps: np.ndarray, blocks: np.ndarray, begin: int, latest: int) -> Slope:
+    """Slope and error of the mean of curves (blocks, k) over their straightest part from `begin` on."""
+    mean = blocks.mean(axis=0)
+    if latest - begin < 4:
+        text = "No straight part: neighbours are as far apart as arbitrary points at once (noise, or too few samples)."
+        return Slope(np.nan, np.nan, text, steps=steps, curve=mean)
+    ends = np.unique(np.linspace(begin + 4, latest, 40).astype(int))
+    fits = [(end, *_slope_and_error(steps, blocks, begin, end)) for end in ends]
+    rises = [value * (steps[end - 1] - steps[begin]) for end, value, _ in fits]
+    if max(rises) < LEAST_RISE:
+        text = f"No straight part: the distance of neighbours changes by a factor {np.exp(max(rises)):.2g} only, not e."
+        return Slope(np.nan, np.nan, text, steps=steps, curve=mean)
+    end, value, error = min((f for f, rise in zip(fits, rises, strict=True) if rise >= LEAST_RISE), key=lambda f: f[2])
+    return Slope(value, error, "", (float(steps[begin]), float(steps[end - 1])), steps, mean)
+
+
+def _slope_and_error(steps: np.ndarray, blocks: np.ndarray, begin: int, end: int) -> tuple[float, float]:
+    """Slope of the mean of curves (blocks, k) over steps[begin:end], and error of the slope."""
+    mean, inside, middle = blocks.mean(axis=0), slice(begin, end), (begin + end) // 2
+    block_slopes = np.array([_slope(steps[inside], block[inside]) for block in blocks])
+    first, second = (
+        _slope(steps[begin : middle + 1], mean[begin : middle + 1]),
+        _slope(steps[middle - 1 : end], mean[middle - 1 : end]),
+    )
+    error = np.hypot(block_slopes.std(ddof=1) / np.sqrt(len(block_slopes)), 0.5 * (second - first))
+    return _slope(steps[inside], mean[inside]), float(error)
+
+
+def _slope(t: np.ndarray, y: np.ndarray) -> float:
+    d = t - t.mean()
+    return float(d @ y / (d @ d))
+
+
+# The largest exponent from several neighbours of each point, by the method of Kantz
+
+KANTZ_REFERENCES = 600
+"""Largest number of points whose neighbours are observed."""
+
+NEIGHBOURS = 8
+"""Number of neighbours of a point."""
+
+
+def kantz(
+    signal: Any,
+    interval: Any = None,
+    *,
+    delay: int | None = None,
+    dimension: int | None = None,
+    theiler: int | None = None,
+) -> SeriesExponent:
+    """Largest exponent: slope of <ln (mean distance of the neighbours of a point)> over time.
+
+    The mean over the 8 nearest neighbours of each of 600 points, one neighbour of each passage of the orbit, stands
+    inside the logarithm.  The slope lies above the exponent if stretching varies along the orbit (Lorenz's x, y).
+    The error therefore contains twice the difference to the slope with the mean outside the logarithm.  Straight part
+    and signals without a value: see `rosenstein`.  The source uses the neighbours within a radius; a fixed number of
+    neighbours also serves sparse regions.
+
+    Parameters
+    ----------
+    signal, interval, delay, dimension, theiler : see `rosenstein`.
+
+    Raises
+    ------
+    InputError : a signal that is too short or not finite, times that are not evenly spaced.
+
+    Notes
+    -----
+    Source: H. Kantz, Phys. Lett. A 185 (1994) 77.  Cost: 3 s for 1e4 samples.
+    """
+    options = {"delay": delay, "dimension": dimension, "theiler": theiler}
+    return estimate("kantz", _kantz_slope, signal, interval, options)
+
+
+def _kantz_slope(points: np.ndarray, window: int, theiler: int, period: float) -> Slope:
+    """Slope with the mean inside the logarithm; its error includes the difference to the mean outside."""
+    inner = straight_part(partial(_kantz_curves, True), points, window, theiler, period)
+    if inner.why_not:
+        return inner
+    outer = straight_part(partial(_kantz_curves, False), points, window, theiler, period)
+    difference = 0.0 if outer.why_not else inner.value - outer.value
+    return replace(inner, error=float(np.hypot(inner.error, difference)))
+
+
+def _kantz_curves(inside: bool, points: np.ndarray, theiler: int, steps: np.ndarray, shift: int) -> np.ndarray:
+    """Curves (blocks, k) of the mean logarithm of the mean distance (inside), or of the mean of the mean logarithms."""
+    count = len(points) - int(steps[-1])
+    refs = spread(count, KANTZ_REFERENCES)
+    neighbours = _neighbours(points[:count], refs, theiler, shift)
+    complete = (neighbours >= 0).all(axis=1)
+    i, j = np.repeat(refs[complete], NEIGHBOURS), neighbours[complete].ravel()
+    if complete.sum() < 10 * BLOCKS:
+        return np.empty((0, len(steps)))
+    logs = np.empty((len(steps), int(complete.sum())))
+    for row, step in zip(logs, steps, strict=True):
+        distance = distances(points, i + step, j + step, shift).reshape(-1, NEIGHBOURS)
+        if inside:
+            row[:] = np.log(np.maximum(distance.mean(axis=1), 1e-12))
+        else:
+            row[:] = np.log(np.maximum(distance, 1e-12)).mean(axis=1)
+    return block_means(logs)
+
+
+def _neighbours(points: np.ndarray, refs: np.ndarray, theiler: int, shift: int) -> np.ndarray:
+    """Nearest neighbours (r, NEIGHBOURS) of `points[refs]`, one of each passage of the orbit; -1: too few."""
+    from scipy.spatial import cKDTree
+
+    neighbours = np.full((len(refs), NEIGHBOURS), -1)
+    candidates = min(len(points), 2 * theiler + 1 + 2 * NEIGHBOURS * (2 * shift + 1))
+    _, nearby = cKDTree(points).query(points[refs], k=candidates)
+    for row, i, js in zip(neighbours, refs, nearby, strict=True):
+        count = 0
+        for j in js[np.abs(js - i) > theiler]:
+            if count == 0 or np.abs(row[:count] - j).min() > shift:
+                row[count] = j
+                count += 1
+            if count == NEIGHBOURS:
+                break
+    return neighbours
+
+
+# The largest exponent from nearest neighbours, by the method of Rosenstein
+
+ROSENSTEIN_REFERENCES = 2000
+"""Largest number of points whose neighbours are observed; they are evenly spread over the record."""
+
+
+def rosenstein(
+    signal: Any,
+    interval: Any = None,
+    *,
+    delay: int | None = None,
+    dimension: int | None = None,
+    theiler: int | None = None,
+) -> SeriesExponent:
+    """Largest exponent: slope of <ln |distance of nearest neighbours|> over time.
+
+    The straight part begins one step after the time that a vector covers.  It ends where the error of its slope is
+    smallest, at the latest where the mean logarithm is 1.5 below that of arbitrary points.  There is no value without
+    4 points and a rise by a factor e, or if the slope does not exceed its error, as for periodic, quasi-periodic and
+    random signals.
+
+    For a flow (8 samples or more in a mean period) the distance is measured to the orbit of the neighbour instead of
+    the neighbour, because two samples differ along the orbit by a constant up to a sampling interval.  For Rossler's x
+    the estimate is then 0.071 instead of 0.046 (exact: 0.0714).
+
+    The method is not suited to zero or negative exponents, nor to signals whose noise exceeds the distance of nearest
+    neighbours.  It needs some 10^d to 30^d samples for an attractor of dimension d, and 20 mean periods.
+
+    Parameters
+    ----------
+    signal : samples (n,), at least 500.
+    interval : time between samples [s], or their times (n,) [s]; None: iterations of a map.
+    delay : delay of the embedding [samples]; None: from `embedding`.
+    dimension : dimension of the embedding; None: from `embedding`.
+    theiler : smallest distance in time of neighbours [samples]; None: a mean period, and the window of a vector.
+
+    Raises
+    ------
+    InputError : a signal that is too short or not finite, times that are not evenly spaced.
+
+    Notes
+    -----
+    Source: M. T. Rosenstein, J. J. Collins and C. J. De Luca, Physica D 65 (1993) 117.
+    Cost: 0.1 s for 1e4 samples of a map, 1 s of a flow.
+
+    Examples
+    --------
+    >>> import flexmb as fm
+    >>> x = [0.3]
+    >>> for _ in range(4999):
+    ...     x.append(4.0 * x[-1] * (1.0 - x[-1]))
+    >>> abs(fm.chaos.rosenstein(x).value - 0.6931) < 0.03
+    True
+    """
+    options = {"delay": delay, "dimension": dimension, "theiler": theiler}
+    return estimate("rosenstein", partial(straight_part, _rosenstein_curves), signal, interval, options)
+
+
+def _rosenstein_curves(points: np.ndarray, theiler: int, steps: np.ndarray, shift: int) -> np.ndarray:
+    """Curves (blocks, k) of the mean logarithm of the distance, from points (n, m)."""
+    count = len(points) - int(steps[-1])
+    refs = spread(count, ROSENSTEIN_REFERENCES)
+    neighbours, _ = nearest(points[:count], refs, theiler, least=1e-12)
+    refs, neighbours = refs[neighbours >= 0], neighbours[neighbours >= 0]
+    if len(refs) < 10 * BLOCKS:
+        return np.empty((0, len(steps)))
+    logs = np.empty((len(steps), len(refs)))
+    for row, step in zip(logs, steps, strict=True):
+        row[:] = distances(points, refs + step, neighbours + step, shift)
+    logs = np.log(np.maximum(logs, 1e-12))
+    return block_means(logs)
+
+
+# The largest exponent from one orbit and a neighbour that is replaced regularly, by the method of Wolf
+
+CANDIDATES = 60
+"""Largest number of neighbours among which a replacement is sought."""
+
+BIAS = 0.05
+"""Error by the choice of replacements, over the value; it is added to the errors that all methods have."""
+
+LASTING = 0.7
+"""Smallest ratio of the rates over the double and the single time; noise gives a half."""
+
+SMALLEST = 1e-4
+"""Smallest distance of a pair, in standard deviations; smaller distances are noise."""
+
+
+def wolf(
+    signal: Any,
+    interval: Any = None,
+    *,
+    delay: int | None = None,
+    dimension: int | None = None,
+    theiler: int | None = None,
+    evolve: int | None = None,
+) -> SeriesExponent:
+    """Largest exponent: mean of ln(L'/L) over time; L and L' are the distances of a neighbour `evolve` samples apart.
+
+    After `evolve` samples the neighbour is replaced by a near point in nearly the same direction.  Periodic and
+    quasi-periodic signals give zero within the error, and so no value.  There is no value either if pairs are as far
+    apart as arbitrary points after one time, or part at less than 0.7 of the rate over twice the time: the signal is
+    noise, or `evolve` is too long.  The error contains the difference to the value with twice the time, and 10 % for
+    the choice of the neighbours.  Values tend to be too high if stretching varies along the orbit, and too low if the
+    phase of the neighbour drifts (Rossler).
+
+    Parameters
+    ----------
+    signal, interval, delay, dimension, theiler : see `rosenstein`.
+    evolve : time between two replacements [samples]; None: three delays for maps, else a mean period.
+
+    Raises
+    ------
+    InputError : a signal that is too short or not finite, times that are not evenly spaced.
+
+    Notes
+    -----
+    Source: A. Wolf, J. B. Swift, H. L. Swinney and J. A. Vastano, Physica D 16 (1985) 285, the fixed evolution time.
+    Cost: 0.5 s for 1e4 samples.
+    """
+    options = {"delay": delay, "dimension": dimension, "theiler": theiler}
+    steps_given = None if evolve is None else checks.count("wolf", "evolve", evolve)
+
+    def slope(points: np.ndarray, window: int, theiler: int, period: float) -> Slope:
+        steps = steps_given or (3 if period < FLOW else round(period))
+        single, double = (_wolf_slope(points, theiler, t) for t in (steps, 2 * steps))
+        if double.why_not and steps > 1:  # too few pairs or too far apart: against half the time
+            return _lasting(single, _wolf_slope(points, theiler, steps // 2), single)
+        return _lasting(single, single, double)
+
+    return estimate("wolf", slope, signal, interval, options)
+
+
+def _lasting(chosen: Slope, short: Slope, long: Slope) -> Slope:
+    """The chosen slope if the growth lasts; its error includes the difference between a short and a long time."""
+    if chosen.why_not:
+        return chosen
+    known = not (short.why_not or long.why_not)
+    if known and long.value < LASTING * short.value:
+        text = f"Over twice the time, pairs part at {long.value / short.value:.2g} of the rate"
+        return replace(chosen, why_not=f"{text}: they part once and not exponentially (noise).")
+    bias = long.value - short.value if known else BIAS * chosen.value
+    return replace(chosen, error=float(np.linalg.norm((chosen.error, bias, BIAS * chosen.value))))
+
+
+def _wolf_slope(points: np.ndarray, theiler: int, evolve: int) -> Slope:
+    """Mean growth of the distance [1/sample] along points (n, m)."""
+    starts = np.arange(0, len(points) - evolve, evolve)
+    before, after = _follow(points, starts, theiler, evolve)
+    has_neighbour = np.isfinite(before)
+    if has_neighbour.sum() < 5 * BLOCKS:
+        text = f"{has_neighbour.sum()} pairs could be followed; at least {5 * BLOCKS} are needed."
+        return Slope(np.nan, np.nan, text)
+    growth = np.log(np.maximum(after[has_neighbour], 1e-12) / before[has_neighbour]) / evolve
+    steps, running = starts[has_neighbour] + evolve, np.cumsum(growth) / np.arange(1, len(growth) + 1)
+    if np.log(np.maximum(after[has_neighbour], 1e-12)).mean() > typical_log_distance(points) - 0.7:
+        text = f"After {evolve} samples pairs are as far apart as arbitrary points: noise, or `evolve` is too long."
+        return Slope(np.nan, np.nan, text, steps=steps, curve=running)
+    block_means = np.array([block.mean() for block in np.array_split(growth, BLOCKS)])
+    error = float(block_means.std(ddof=1) / np.sqrt(BLOCKS))
+    return Slope(float(growth.mean()), error, "", steps=steps, curve=running)
+
+
+def _follow(points: np.ndarray, starts: np.ndarray, theiler: int, evolve: int) -> tuple[np.ndarray, np.ndarray]:
+    """Distances (k,) of the pairs at the starts and `evolve` samples later; NaN without a pair."""
+    from scipy.spatial import cKDTree
+
+    usable = len(points) - evolve
+    tree = cKDTree(points[:usable])
+    distances, indices = tree.query(points[starts], k=min(usable, CANDIDATES + 2 * theiler))
+    before, after = np.full(len(starts), np.nan), np.full(len(starts), np.nan)
+    direction = None
+    for s, i in enumerate(starts):
+        allowed = (np.abs(indices[s] - i) > theiler) & (distances[s] > SMALLEST)
+        js, ds = indices[s][allowed][:CANDIDATES], distances[s][allowed][:CANDIDATES]
+        if len(js) == 0:
+            direction = None
+            continue
+        choice = 0 if direction is None else _choose((points[js] - points[i]) @ direction / ds)
+        j, before[s] = js[choice], ds[choice]
+        difference = points[j + evolve] - points[i + evolve]
+        after[s] = np.linalg.norm(difference)
+        direction = difference / after[s] if after[s] > 0.0 else None
+    return before, after
+
+
+def _choose(cosines: np.ndarray) -> int:
+    """Nearest candidate within 20, 40, 60, 80 degrees of the old direction on either side; else the nearest one."""
+    for angle in (20.0, 40.0, 60.0, 80.0):
+        inside = np.flatnonzero(np.abs(cosines) > np.cos(np.radians(angle)))
+        if len(inside):
+            return int(inside[0])
+    return 0

@@ -1,0 +1,550 @@
+"""Bifurcation diagrams: section points over the values of a parameter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.arguments import checked, require_arguments
+from flexmb.docstrings import unit_of
+from flexmb.dynamics.exponents.exponents import FEWEST, Exponents
+from flexmb.dynamics.exponents.lyapunov import lyapunov
+from flexmb.dynamics.jobs.executors import (
+    PENDING,
+    Attempt,
+    Chain,
+    Job,
+    Outcome,
+    drive,
+    require_executor,
+    require_picklable,
+    stopped_runs,
+)
+from flexmb.dynamics.jobs.progress import ProgressBar
+from flexmb.dynamics.sections.points import SectionSignals
+from flexmb.dynamics.sweeps.parameter_sweep import POINTS, STATE, dataset_of
+from flexmb.dynamics.sweeps.store import STATUS, Column, Record, label_of, opened, shown_values, texts_of
+from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics
+from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
+from flexmb.engine.compiled.digest import digest
+from flexmb.engine.newmark.method import Newmark
+from flexmb.errors import AssemblyError, FlexmbError, InputError, SolveError
+from flexmb.model.mechanism import Mechanism
+from flexmb.program.compiler import common_period
+from flexmb.run.simulate import Step
+from flexmb.version import installed_version
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Families of systems over a parameter, and the section points of one member
+
+Make = Callable[..., Mechanism | Dynamics] | Mechanism | Dynamics
+
+
+@dataclass(frozen=True)
+class Family:
+    """Systems over the values of a parameter; a family can be sent to other processes.
+
+    Parameters
+    ----------
+    make : a function that returns a mechanism or a system; a mechanism; or a system.
+    parameter : keyword of the function, "part.field" of the mechanism, or parameter of the system.
+    fixed : fixed values of other parameters.
+    step, method : for mechanisms only, see `MechanismFlow`.
+    period : time between two section points [s], or a function period(value); None: the period of the drives.
+    """
+
+    make: Make
+    parameter: str
+    fixed: Mapping[str, Any]
+    step: Step | None = None
+    method: Newmark | None = None
+    period: float | Callable[[float], float] | None = None
+
+    @property
+    def label(self) -> str:
+        """Name of the calling function and parameter, for messages."""
+        return f"bifurcation over {self.parameter!r}"
+
+    def at(self, value: float) -> Dynamics:
+        """System for a `value` of the parameter, in its own start state."""
+        parameters = {**self.fixed, self.parameter: value}
+        if isinstance(self.make, Dynamics):
+            system = self.make.copy()
+            system.reset(parameters=parameters)
+            return self._as_it_is(system)
+        built = self.make.with_(parameters) if isinstance(self.make, Mechanism) else self.make(**parameters)
+        if isinstance(built, Dynamics):
+            return self._as_it_is(built)
+        if not isinstance(built, Mechanism):
+            text = f"{self.label}: the function returned {type(built).__name__}"
+            raise InputError(f"{text}; it must return a Mechanism or a system such as Map.")
+        return MechanismFlow(built, step=self.step, method=self.method, period=self._declared(value))
+
+    def _as_it_is(self, system: Dynamics) -> Dynamics:
+        """A system, after refusal of arguments that would have no influence on it."""
+        idle = [name for name, value in (("step", self.step), ("method", self.method)) if value is not None]
+        idle += ["period"] if self.period is not None and system.unit != "s" else []
+        if idle:
+            text = f"{self.label}: {idle[0]}= has no influence on {system.name!r}, which counts {system.unit}"
+            raise InputError(f"{text} and has steps of its own. Leave it out, or give it where the system is built.")
+        return system
+
+    def period_of(self, flow: Dynamics, value: float) -> float:
+        """Time between two section points [unit of the system]; 1 for maps."""
+        if flow.unit != "s":
+            return 1.0
+        declared = self._declared(value)
+        if declared is not None:
+            return declared
+        if isinstance(flow, MechanismFlow) and flow.period is None:
+            common_period(flow.program)  # its message names the drives without a common period
+        if not isinstance(flow, ContinuousFlow) or flow.period is None:
+            text = f"{self.label}: {flow.name!r} has no period"
+            raise InputError(f"{text}. Give period= [s], a number or a function of the value.")
+        return float(flow.period)
+
+    def _declared(self, value: float) -> float | None:
+        period = self.period(value) if callable(self.period) else self.period
+        return None if period is None else checks.positive(self.label, "period", period, "s")
+
+
+@dataclass(frozen=True)
+class SectionSettings:
+    """Section points and exponent to be computed for each value.
+
+    Parameters
+    ----------
+    skip : number of periods before the first point.
+    keep : number of points.
+    signals : names of the signals to keep.
+    exponent : number of periods for the largest exponent; 0: no exponent.
+    together : whether the exponent belongs to the periods of the points; False: to the periods after the last point.
+    """
+
+    skip: int
+    keep: int
+    signals: tuple[str, ...]
+    exponent: int = 0
+    together: bool = False
+
+    @property
+    def last(self) -> int:
+        """Number of the period that ends with the last point."""
+        return self.skip + self.keep - 1
+
+
+def section_point(family: Family, section: SectionSettings, value: float, carried: np.ndarray | None) -> Outcome:
+    """Section points, verdict and exponent for one value of the parameter.
+
+    The motion starts at the state `carried` from a neighbouring value; None: start state of the system.
+
+    The outcome has `points` (keep, signals); `seam`: whether a carried state could not be used; `state` after the last
+    point; `drive_period`, `verdict`, `exponent`, `exponent_error`.  The outcome of a failure has no points.
+    """
+    flow = family.at(value)
+    if stopped := stopped_runs():  # of the function that makes the system
+        return Outcome({}, stopped, ok=False)
+    period = family.period_of(flow, value)
+    columns = columns_of(flow, section.signals, family.label)
+    seam = carried is not None and not _start_from(flow, carried, section.last * period)
+    exponents = _points_with_exponent(flow, period, section) if section.together else None
+    points = _points(flow, period, section) if exponents is None else exponents.points
+    if exponents is not None and not exponents.ok:
+        points = None
+    lost = _not_finite(flow, points, columns)
+    values: dict[str, Any] = {"seam": seam, "drive_period": period if flow.unit == "s" else np.nan}
+    if points is None or lost:
+        return Outcome(values, lost or flow.status, ok=False)
+    values |= {"points": points[:, columns], "state": flow.state()}
+    if exponents is None:
+        verdict, remark = _verdict_of_points(flow, points, period, section)
+    else:
+        verdict, remark = _verdict_of_exponents(exponents), ""
+    return Outcome(values | verdict, f"{section.keep} points, after {section.skip} that were skipped.{remark}")
+
+
+def columns_of(flow: Dynamics, signals: tuple[str, ...], label: str) -> list[int]:
+    """Numbers of the chosen signals among the signals of a system."""
+    names = list(flow.names)
+    return [names.index(checks.one_of(label, "signal", name, names)) for name in signals]
+
+
+def _start_from(flow: Dynamics, carried: np.ndarray, time: float) -> bool:
+    """Reset the system to a carried state (n,); False after a failure, with a reset to the start state."""
+    if carried.shape == (flow.size,):
+        try:
+            flow.reset(carried, time=time)
+        except (AssemblyError, SolveError, InputError):
+            flow.reset()
+        else:
+            return True
+    return False
+
+
+def _points(flow: Dynamics, period: float, section: SectionSettings) -> np.ndarray | None:
+    """All signals (keep, n) at the ends of periods; None after a failure."""
+    points, origin = np.empty((section.keep, len(flow.names))), flow.time
+    for k in range(section.last + 1):
+        if k > 0 and not flow.advance(1.0 if flow.unit != "s" else origin + k * period - flow.time):
+            return None
+        if k >= section.skip:
+            points[k - section.skip] = flow.observe()
+    return points
+
+
+def _points_with_exponent(flow: Dynamics, period: float, section: SectionSettings) -> Exponents:
+    """Section points and exponent of one run; tangent vectors do not change the motion."""
+    declared = period if flow.unit == "s" else None
+    return lyapunov(flow, skip=section.skip - 1, periods=section.keep, period=declared, confirm=False)
+
+
+def _verdict_of_exponents(exponents: Exponents) -> dict[str, Any]:
+    """Verdict and exponent of a run with tangent vectors, as results of a point."""
+    return {"verdict": str(exponents.verdict), "exponent": exponents.value, "exponent_error": exponents.error}
+
+
+def _not_finite(flow: Dynamics, points: np.ndarray | None, columns: list[int]) -> str:
+    """Signals that are not finite, in a sentence; "" if all are finite."""
+    if points is None:
+        return ""
+    bad = [flow.names[k] for k in columns if not np.isfinite(points[:, k]).all()]
+    bad = bad or ([] if np.isfinite(flow.state()).all() else ["the state"])
+    return f"Not finite: {', '.join(bad[:5])}." if bad else ""
+
+
+def _verdict_of_points(
+    flow: Dynamics, points: np.ndarray, period: float, section: SectionSettings
+) -> tuple[dict[str, Any], str]:
+    """Verdict on the points and the optional exponent of a further run; remark on a failure of this run, or ""."""
+    if not section.exponent:
+        return {"verdict": str(SectionSignals.of(flow).verdict(points))}, ""
+    exponents = lyapunov(flow, periods=section.exponent, period=period if flow.unit == "s" else None, confirm=False)
+    if not exponents.ok:
+        return {"verdict": str(SectionSignals.of(flow).verdict(points))}, f" No exponent: {exponents.status}"
+    value, error = (x if np.isfinite(x) else None for x in (exponents.value, exponents.error))
+    verdict = SectionSignals.of(flow).verdict(np.concatenate([points, exponents.points]), (), value, error)
+    return {"verdict": str(verdict), "exponent": exponents.value, "exponent_error": exponents.error}, ""
+
+
+# Bifurcation diagrams: section points over the values of a parameter
+
+DIRECTIONS = {"cold": ("cold",), "up": ("up",), "down": ("down",), "both": ("up", "down")}
+"""Rows of a diagram by the name of the direction."""
+COLUMNS = (
+    Column("seam", "flag"),
+    Column("drive_period", units="s"),
+    Column("verdict", "text"),
+    Column("exponent"),
+    Column("exponent_error"),
+)
+"""Columns of a diagram besides `ok`, `status`, section points and final state."""
+
+RESERVED = ("period", "direction", "signal", "units", "status", "ok", POINTS, STATE, *(c.name for c in COLUMNS))
+"""Names in the store that no parameter and no signal may have."""
+
+
+@checked
+def bifurcation(
+    make: Make,
+    parameter: str,
+    values: Sequence[float],
+    *,
+    fixed: Mapping[str, Any] | None = None,
+    skip: int,
+    keep: int,
+    direction: str = "cold",
+    chunks: int = 1,
+    signals: Sequence[str] | None = None,
+    period: float | Callable[[float], float] | None = None,
+    step: Step | None = None,
+    method: Newmark | None = None,
+    exponent: bool | int | str = False,
+    executor: Executor | None = None,
+    pending: int = PENDING,
+    store: Any = None,
+    resume: bool = False,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Bifurcation diagram: section points, one a period of the drives, at each value of a parameter.
+
+    Parameters
+    ----------
+    make : a function that returns a Mechanism or a system, called as make(**fixed, **{parameter: value}); or a
+        Mechanism, whose "part.field" is varied; or a system (Dynamics), of which a parameter is varied.
+    parameter : name of the varied parameter.
+    values : values of the parameter, finite and distinct.
+    fixed : fixed values of other parameters.
+    skip : number of periods at each value before the first point.
+    keep : number of points at each value.
+    direction : "cold": each value starts from the system's own start; "up" or "down": each value starts from the last
+        state at the next lower or higher value, projected onto the joints; "both": up and down, each with a cold start.
+    chunks : number of chunks into which the values of "up" and "down" are divided, for as many workers.  The first
+        point of a chunk has a cold start, and there `seam` is True.
+    signals : names of the signals to keep; None: all.
+    period : time between two points [s], or a function period(value); None: the common period of the drives at each
+        value.
+    step, method : for mechanisms only, see `simulate`.
+    exponent : number of periods after the points for the largest exponent; True: as many as points; "points": the
+        periods that end with the points, at half the cost and with skip >= 1.  The error of the exponent is the error
+        of one run, without a second run with finer steps as in `lyapunov`.  A diagram with another `step` shows the
+        influence of the steps.
+    executor : any executor of concurrent.futures: processes, a Dask client (client.get_executor()), MPI; None: this
+        process.
+    pending : largest number of points in the executor at a time.
+    store : folder that keeps every finished point (zarr); None: no store.
+    resume : whether an existing store is continued; otherwise it is refused.
+    progress : whether a progress bar with the remaining time is shown.
+
+    Returns
+    -------
+    xarray.Dataset : each signal over (parameter, "period"), with "both" over ("direction", parameter, "period"); NaN
+        at failed points.  Over the points alone: `ok`, `status`, `verdict`, `seam`, `drive_period` [s], `exponent` and
+        `exponent_error` (NaN if not wanted) [1/s, or 1/iteration].
+
+    Raises
+    ------
+    InputError : inadmissible values, names or settings; a function that cannot be sent to the executor; an existing
+        store without `resume`, or a store of another sweep.
+    WorkerError : workers that died; finished points are in the store.
+    FlexmbError : an error of `make` at every value.
+
+    Notes
+    -----
+    A failed point is kept with its status, and the diagram continues; the next point then starts from the last
+    successful one.  Results do not depend on the executor or the number of workers, nor do the bytes of a finished
+    store depend on interruptions.  Cold values are visited in an order that fills their range evenly, so an unfinished
+    store shows the whole range.  A carried state starts at the time of `skip + keep - 1` periods, so a ramp of the
+    drives that has ended by then is not repeated.
+
+    Examples
+    --------
+    >>> import flexmb as fm
+    >>> from flexmb.dynamics.systems.given import Map
+    >>> def logistic(x, r):
+    ...     return [r * x[0] * (1.0 - x[0])]
+    >>> system = Map(logistic, [0.3], parameters={"r": 3.0})
+    >>> found = fm.bifurcation(system, "r", [2.0, 3.2], skip=500, keep=4)
+    >>> found["x0"].values.round(4)
+    array([[0.5   , 0.5   , 0.5   , 0.5   ],
+           [0.7995, 0.513 , 0.7995, 0.513 ]])
+    """
+    family = Family(
+        make, parameter, checks.mapping(f"bifurcation over {parameter!r}", "fixed", fixed), step, method, period
+    )
+    label = family.label
+    numbers = _values(label, values)
+    _check(family, direction, chunks, len(numbers))
+    require_executor(label, executor)
+    require_picklable(label, executor, family, f"{label_of(make)} with what is given to it")
+    pending = checks.count(label, "pending", pending)
+    first = first_of(family, numbers.tolist())
+    names = first.names if signals is None else tuple(checks.sequence(label, "signals", signals, "names"))
+    skip, keep = checks.count(label, "skip", skip, 0), checks.count(label, "keep", keep)
+    together = _together(label, exponent, skip)
+    section = SectionSettings(skip, keep, names, _exponent_over(label, True if together else exponent, keep), together)
+    units = [first.units[k] for k in columns_of(first, names, label)]
+    _refuse_names(label, [parameter, *names])
+    settings = {"direction": direction, "chunks": chunks}
+    fingerprint = None if store is None else _fingerprint(family, section, numbers, settings, first)
+    opened_store = None if fingerprint is None else opened(store, fingerprint, "bifurcation", resume=resume)
+    record = Record(("direction", parameter), (len(DIRECTIONS[direction]), len(numbers)), opened_store)
+    _lay_out(record, family, section, numbers, direction, units, first)
+    done = record.done
+    if executor is not None and not done.all() and isinstance(first, MechanismFlow):
+        first.advance(1e-6 * (first.period or 1.0))  # uncached code is compiled once here, not by every worker
+    cold = direction == "cold"
+    chunked = np.array_split(np.argsort(numbers, kind="stable"), len(numbers) if cold else chunks)
+    order = _spread(len(chunked)) if cold else range(len(chunked))
+    with ProgressBar(label, done.size, done=int(done.sum()), shown=progress) as bar:
+        run = _Run(family, section, numbers, record, done, bar)
+        chains = (run.chain(*place) for place in _places(DIRECTIONS[direction], [chunked[k] for k in order]))
+        drive(chains, executor, label, pending)
+    return dataset_of(record.tables, record.attributes)
+
+
+@dataclass(frozen=True)
+class _Run:
+    """Common data of all chains of a diagram."""
+
+    family: Family
+    section: SectionSettings
+    numbers: np.ndarray
+    record: Record
+    done: np.ndarray
+    bar: ProgressBar
+
+    def chain(self, row: int, part: np.ndarray, begins: bool) -> Chain:
+        """The points of a chunk one after the other; carried states go from each point to the next."""
+        record, carried, carries = self.record, None, STATE in self.record.columns
+        for i in part:
+            index = (row, int(i))
+            if not self.done[index]:
+                outcome = yield Job(section_point, (self.family, self.section, self.numbers[i].item(), carried))
+                values = {**outcome.values, "ok": outcome.ok, STATUS: outcome.status}
+                cold = carried is None or bool(values.get("seam"))
+                values["seam"] = carries and cold and not begins
+                state = values.pop(STATE, None)
+                if carries and state is not None and state.shape == record.columns[STATE].shape:
+                    values[STATE] = state
+                record.keep(index, values)
+                self.bar.one_more(ok=outcome.ok)
+            begins = False
+            if carries and record.at(index, "ok"):
+                carried = record.at(index, STATE).copy()
+
+
+def _spread(count: int) -> list[int]:
+    """Numbers 0 ... count - 1 in an order that fills the range evenly."""
+    digits = max(count - 1, 1).bit_length()
+    mirrored = (int(f"{k:0{digits}b}"[::-1], 2) for k in range(1 << digits))
+    return [k for k in mirrored if k < count]
+
+
+def _places(directions: Sequence[str], parts: Sequence[np.ndarray]) -> Iterator[tuple[int, np.ndarray, bool]]:
+    """Row, values in the order of computation, and flag of the first chunk, for every chunk."""
+    for row, name in enumerate(directions):
+        ordered = [part[::-1] for part in parts[::-1]] if name == "down" else parts
+        for k, part in enumerate(ordered):
+            yield row, part, k == 0
+
+
+def _values(label: str, values: Any) -> np.ndarray:
+    """Values of the parameter (n,); integers remain integers."""
+    given = checks.sequence(label, "values", values, "numbers")
+    for k, value in enumerate(given):
+        checks.number(label, f"values[{k}]", value)
+    numbers = np.array(given)
+    if len(numbers) == 0:
+        raise InputError(f"{label}: values is empty; give at least one.")
+    if len(np.unique(numbers)) < len(numbers):
+        raise InputError(f"{label}: a value is given twice; give each value once.")
+    return numbers
+
+
+def _together(label: str, exponent: Any, skip: int) -> bool:
+    """Whether the exponent belongs to the periods of the points."""
+    if not isinstance(exponent, str):
+        return False
+    checks.one_of(label, "exponent", exponent, ["points"])
+    if skip < 1:
+        raise InputError(
+            f'{label}: exponent="points" with skip = 0, but a period must end with each point. Give skip=1.'
+        )
+    return True
+
+
+def _exponent_over(label: str, exponent: bool | int | str, keep: int) -> int:
+    """Number of periods of the exponent; 0: no exponent."""
+    if exponent is False:
+        return 0
+    periods = keep if exponent is True else checks.count(label, "exponent", exponent, 0)
+    if 0 < periods < FEWEST:
+        text = f"{label}: an exponent over {periods} periods has no error; at least {FEWEST} are needed"
+        raise InputError(f"{text}. Give exponent={FEWEST} or more, or keep so many points.")
+    return periods
+
+
+def _check(family: Family, direction: str, chunks: int, count: int) -> None:
+    """Refuse arguments with which no point can be computed."""
+    label, make = family.label, family.make
+    checks.one_of(label, "direction", direction, DIRECTIONS)
+    checks.identifier(label, family.parameter.replace(".", "_") if isinstance(family.parameter, str) else None)
+    if checks.count(label, "chunks", chunks) > count:
+        raise InputError(f"{label}: chunks is {chunks}, but there are {count} values. Give as many at most.")
+    if direction == "cold" and chunks > 1:
+        raise InputError(f"{label}: chunks goes with direction 'up', 'down' or 'both'; cold points are independent.")
+    if isinstance(make, (Mechanism, Dynamics)):
+        return
+    if not callable(make):
+        text = f"{label}: make is {type(make).__name__}"
+        raise InputError(
+            f"{text}; it must be a function that returns a Mechanism, a Mechanism or a system such as Map."
+        )
+    require_arguments(f"{label}: {label_of(make)}", make, [*family.fixed, family.parameter])
+
+
+def first_of(family: Family, values: Sequence[float]) -> Dynamics:
+    """The system at the first value that gives one; if none does, the error at the last value is raised."""
+    for value in values:
+        with Attempt() as attempt:
+            flow = family.at(value)
+            family.period_of(flow, value)
+            return flow
+    if isinstance(attempt.error, FlexmbError):
+        raise attempt.error
+    text = f"{family.label}: no value gives a system ({type(attempt.error).__name__}: {attempt.error})"
+    raise InputError(f"{text}. Call the function with one value to see why.") from attempt.error
+
+
+def _refuse_names(label: str, names: Sequence[str]) -> None:
+    for name in names:
+        if name in RESERVED or names.count(name) > 1:
+            text = f"{label}: {name!r} is a name of the dataset, or given twice"
+            raise InputError(f"{text}. Rename the parameter or the signal.")
+
+
+def _fingerprint(
+    family: Family, section: SectionSettings, numbers: np.ndarray, settings: Mapping[str, Any], first: Dynamics
+) -> dict[str, Any]:
+    """Values on which the results depend, with the compiled model at the first and at the last value."""
+    last: Any = "none"
+    with Attempt():
+        last = digest(family.at(numbers[-1].item()))
+    period = family.period
+    return {
+        "flexmb": installed_version(),
+        "make": label_of(family.make),
+        **texts_of("text", family.make),
+        "model": f"{digest(first)} {last}",
+        "parameter": family.parameter,
+        "values": shown_values(numbers.tolist()),
+        "fixed": {name: f"{type(value).__name__} {digest(value)}" for name, value in sorted(family.fixed.items())},
+        "skip": section.skip,
+        "keep": section.keep,
+        "signals": shown_values(section.signals),
+        "exponent": "points" if section.together else section.exponent,
+        "period": f"{label_of(period)} ({digest(period)})" if callable(period) else period,
+        "step": repr(family.step),
+        "method": repr(family.method),
+        **settings,
+    }
+
+
+def _lay_out(
+    record: Record,
+    family: Family,
+    section: SectionSettings,
+    numbers: np.ndarray,
+    direction: str,
+    units: Sequence[str],
+    first: Dynamics,
+) -> None:
+    """Set columns, coordinates and attributes of a diagram."""
+    make, parameter = family.make, family.parameter
+    shape = (section.keep, len(section.signals))
+    record.add([*COLUMNS, Column(POINTS, dims=("period", "signal"), shape=shape)])
+    if direction != "cold":
+        record.add([Column(STATE, dims=("number",), shape=(first.size,))])
+    record.coordinate("direction", ("direction",), np.array(DIRECTIONS[direction], dtype=object))
+    record.coordinate("signal", ("signal",), np.array(section.signals, dtype=object))
+    record.coordinate("units", ("signal",), np.array(units, dtype=object))
+    record.coordinate("period", ("period",), np.arange(section.skip, section.skip + section.keep))
+    unit = "" if isinstance(make, (Mechanism, Dynamics)) else unit_of(make, parameter)
+    record.coordinate(parameter, (parameter,), numbers, unit)
+    record.describe(
+        name=first.name,
+        kind="bifurcation",
+        parameter=parameter,
+        direction=direction,
+        skip=section.skip,
+        keep=section.keep,
+        flexmb=installed_version(),
+        axes=["direction", "period", parameter, "seam"],
+    )

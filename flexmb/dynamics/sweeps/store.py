@@ -1,0 +1,467 @@
+"""Results of a sweep by point, in memory and in a store on disk (zarr) from which an interrupted sweep resumes.
+
+The arrays extend over the dimensions of the sweep.  A chunk is written to a temporary file, which is renamed.  The
+status of a point is written last, so a point with a status has all of its results.  The bytes of a finished store do
+not depend on the time, place and order of the computation.
+
+Chunks contain the bytes of the numbers without compression (codecs "bytes" and "vlen-utf8" of zarr) and their checksum
+(codec "crc32c").  This module writes a chunk in a tenth of a millisecond; zarr takes one or two milliseconds.  zarr
+makes the descriptions of arrays; each of them, and that of the store, has a checksum among its attributes.
+"""
+
+from __future__ import annotations
+
+import inspect
+import json
+import os
+import struct
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, fields
+from functools import partial
+from hashlib import blake2b
+from importlib import import_module
+from pathlib import Path
+from types import BuiltinFunctionType, FunctionType, MethodType
+from typing import Any
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.dynamics.systems.dynamics import Dynamics
+from flexmb.engine.compiled.digest import UNKNOWN, Parts, digest, kind_of, named_by, parts_of
+from flexmb.engine.newmark.method import Newmark
+from flexmb.engine.step.step_size import Adaptive, FixedStep
+from flexmb.errors import FileFormatError, InputError, MissingPackageError
+from flexmb.model.mechanism import Mechanism
+from flexmb.program.program import Program
+
+# Fingerprints of sweeps: short texts that are equal if and only if the results are equal
+
+DERIVED = ("symbolic", "shapes")
+"""Fields of a program without influence on the digest; the other fields determine them."""
+
+OF_SYSTEMS = (FunctionType, partial, Dynamics, Program, FixedStep, Adaptive, Newmark)
+"""Classes of the attributes of a system that influence its motion, besides state and parameters."""
+
+
+def label_of(function: Any) -> str:
+    """Name of a function, a mechanism or a system, such as "flexmb.mechanisms.nine_bar.nine_bar"."""
+    if isinstance(function, partial):
+        return f"partial of {label_of(function.func)}"
+    if isinstance(function, (Mechanism, Dynamics)):
+        return f"{type(function).__name__} {function.name!r}"
+    named = function if isinstance(function, (FunctionType, BuiltinFunctionType, MethodType, type)) else type(function)
+    module, name = named.__module__, named.__qualname__
+    return name if module in ("__main__", None) else f"{module}.{name}"
+
+
+def shown_values(values: Sequence[Any]) -> str:
+    """Number, first and last value and digest of a list of `values`, for messages and comparison."""
+    ends = f" from {values[0]!s:.24s} to {values[-1]!s:.24s}" if len(values) else ""
+    return f"{len(values)}{ends} ({digest(list(values))})"
+
+
+def texts_of(name: str, function: Any) -> dict[str, str]:
+    """Digests of a function, and of each object that it names, for messages and comparison."""
+    plain = inspect.unwrap(function) if callable(function) else function
+    named = named_by(plain) if isinstance(plain, FunctionType) else {}
+    return {name: digest(function), **{f"global {key}": digest(named[key]) for key in sorted(named)}}
+
+
+@parts_of.register
+def _system(value: Dynamics) -> Parts:
+    inner = [v for _, v in sorted(vars(value).items()) if isinstance(v, OF_SYSTEMS)]
+    return type(value).__qualname__, [value.name, value.names, dict(value.parameters), value.state(), *inner]
+
+
+@parts_of.register
+def _program(value: Program) -> Parts:
+    names = [f.name for f in fields(value) if f.name not in DERIVED]
+    return kind_of(value), [part for name in names for part in (name, getattr(value, name))]
+
+
+# Results of a sweep by point, in memory and in an optional store
+
+STATUS = "status"
+"""Name of the column that is written last: a point whose status is not "" is finished."""
+
+ARRAYS = "arrays"
+"""Attribute of a store: whether an array has one chunk per point, by its name; others are coordinates."""
+
+Index = tuple[int, ...]
+Tables = Mapping[str, tuple[tuple[str, ...], np.ndarray, Mapping[str, Any]]]
+"""Arrays by name: dimensions, values, attributes."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """Representation of the entries of a column: type in memory, type in the store, value of missing entries."""
+
+    dtype: Any
+    stored: Any
+    fill: Any
+
+
+KINDS = {
+    "number": Kind(np.float64, "float64", np.nan),
+    "complex": Kind(np.complex128, "complex128", complex(np.nan, np.nan)),
+    "flag": Kind(np.bool_, "bool", False),
+    "text": Kind(object, str, ""),
+}
+
+
+@dataclass(frozen=True)
+class Column:
+    """Column of results: one entry per point.
+
+    Parameters
+    ----------
+    name : name of the result.
+    kind : "number", "complex", "flag" or "text".
+    dims : names of the dimensions of an entry.
+    shape : lengths of the dimensions of an entry.
+    units : unit; "" for none.
+    """
+
+    name: str
+    kind: str = "number"
+    dims: tuple[str, ...] = ()
+    shape: tuple[int, ...] = ()
+    units: str = ""
+
+
+class Record:
+    """Arrays of results over the points, and coordinates.
+
+    Parameters
+    ----------
+    dims : names of the dimensions of the points.
+    shape : lengths of these dimensions.
+    store : store of the results; None: memory only.
+
+    Attributes
+    ----------
+    columns : columns by name.
+    tables : arrays (*shape, *column.shape) of the columns by name, and coordinates.
+    attributes : attributes of the whole sweep.
+    """
+
+    def __init__(self, dims: tuple[str, ...], shape: tuple[int, ...], store: Store | None = None) -> None:
+        self.dims, self.shape, self.store = dims, shape, store
+        self.columns, self.attributes = dict[str, Column](), dict[str, Any]()
+        self.tables = dict[str, tuple[tuple[str, ...], np.ndarray, Mapping[str, Any]]]()
+        self.add([Column("ok", "flag"), Column(STATUS, "text")])
+
+    @property
+    def done(self) -> np.ndarray:
+        """Flags of the finished points (*shape)."""
+        return np.asarray(self.tables[STATUS][1] != "", dtype=np.bool_)
+
+    def add(self, columns: Iterable[Column]) -> None:
+        """Add `columns`; finished values are read from the store, in which none may be lost."""
+        new = list(columns)
+        for column in new:
+            kind, attributes = KINDS[column.kind], {"units": column.units} if column.units else {}
+            self.columns[column.name] = column
+            if self.store is None:
+                values = np.full((*self.shape, *column.shape), kind.fill, dtype=kind.dtype)
+            else:
+                values = self.store.column(column, self.dims, self.shape)
+            self.tables[column.name] = ((*self.dims, *column.dims), values, attributes)
+        for column in new:
+            needed = self.done if column.name == "ok" else self.done & self.tables["ok"][1]
+            if self.store is not None:
+                self.store.refuse_lost(column.name, needed, len(column.shape))
+
+    def coordinate(self, name: str, dims: tuple[str, ...], values: np.ndarray, units: str = "") -> None:
+        """Set a coordinate: values along dimensions, numbers or texts."""
+        attributes = {"units": units} if units else {}
+        self.tables[name] = (dims, values, attributes)
+        if self.store is not None:
+            self.store.coordinate(name, dims, values, attributes)
+
+    def describe(self, **attributes: Any) -> None:
+        """Set attributes of the whole sweep: numbers, texts and lists of them."""
+        self.attributes.update(attributes)
+        if self.store is not None:
+            known = {**self.store.attributes.get(ARRAYS, {}), **{name: name in self.columns for name in self.tables}}
+            self.store.describe(**attributes, **{ARRAYS: {name: known[name] for name in sorted(known)}})
+
+    def keep(self, index: Index, values: Mapping[str, Any]) -> None:
+        """Store the results of the point at `index`, its status last; a point that is `ok` has all results."""
+        for name in sorted(self.columns if values["ok"] else values, key=lambda name: name == STATUS):
+            value = self.tables[name][1][index] = values.get(name, self.at(index, name))
+            if self.store is not None:
+                self.store.write(self.columns[name], index, value)
+
+    def at(self, index: Index, name: str) -> Any:
+        """Entry of the column `name` at `index`."""
+        return self.tables[name][1][index]
+
+
+# Store of results on disk (zarr, format 3) with one chunk per point; an interrupted sweep resumes from its store
+
+FORMAT = 2
+"""Version of the layout; stores of other versions are refused."""
+
+VERSION = "flexmb_sweep_format"
+SEAL = "checksum"
+"""Attribute of each description: checksum of the rest."""
+GROUP_FILE = "zarr.json"
+PARTIAL = ".partial"
+"""Suffix of temporary files of this module and of zarr."""
+
+
+class Store:
+    """Open store of a sweep; see `opened` and `existing`.
+
+    Parameters
+    ----------
+    path : folder of the store.
+    attributes : attributes of the store by name.
+    """
+
+    def __init__(self, path: Path, attributes: Mapping[str, Any]) -> None:
+        self.path, self.attributes = path, dict(attributes)
+
+    def describe(self, **attributes: Any) -> None:
+        """Add attributes in one write."""
+        if any(self.attributes.get(name) != value for name, value in attributes.items()):
+            self.attributes |= attributes
+            content = {"attributes": self.attributes, "zarr_format": 3, "node_type": "group"}
+            self._write(_put, self.path / GROUP_FILE, _sealed(content))
+
+    def column(self, column: Column, dims: tuple[str, ...], shape: tuple[int, ...]) -> np.ndarray:
+        """Values (*shape, *column.shape) of the array of a column; a missing array is created."""
+        kind = KINDS[column.kind]
+        if not (self.path / column.name / GROUP_FILE).is_file():
+            self._lay_out(
+                column.name,
+                shape=(*shape, *column.shape),
+                chunks=(*(1,) * len(shape), *(max(n, 1) for n in column.shape)),
+                dtype=kind.stored,
+                fill_value=kind.fill,
+                dimension_names=[*dims, *column.dims],
+                attributes={"units": column.units} if column.units else {},
+            )
+        with _reading(self.path):
+            return np.array(self._array(column.name)[...], dtype=kind.dtype)
+
+    def coordinate(self, name: str, dims: tuple[str, ...], values: np.ndarray, attributes: Mapping[str, Any]) -> None:
+        """Write a whole array of numbers or texts along dimensions."""
+        text = values.dtype.kind in "UO"
+        self._lay_out(
+            name,
+            values.astype(object) if text else values,
+            shape=values.shape,
+            chunks=tuple(max(n, 1) for n in values.shape),
+            dtype=str if text else values.dtype,
+            dimension_names=list(dims),
+            attributes=dict(attributes),
+        )
+
+    def write(self, column: Column, index: Index, value: Any) -> None:
+        """Write the value of a column at one point."""
+        self._write(_put, self._place(column.name, index, len(column.shape)), _chunk(column, value))
+
+    def read(self) -> Tables:
+        """All arrays of the store by name; results of a point without a status are not `ok`."""
+        found, arrays = {}, {}
+        with _reading(self.path):
+            for name in self.attributes[ARRAYS]:
+                array = arrays[name] = self._array(name)
+                values = np.asarray(array[...])
+                values = values if values.dtype.kind in "fcbiu" else values.astype(object)
+                attributes = {key: value for key, value in array.attrs.items() if key != SEAL}
+                found[name] = (tuple(array.metadata.dimension_names), values, attributes)
+            done, ok = np.asarray(found[STATUS][1] != "", dtype=np.bool_), found["ok"][1]
+            ok &= done
+        for name, per_point in self.attributes[ARRAYS].items():
+            needed = (done if name == "ok" else ok) if per_point else np.array(True)
+            self.refuse_lost(name, needed, arrays[name].ndim - needed.ndim)
+        return found
+
+    def refuse_lost(self, name: str, needed: np.ndarray, inner: int) -> None:
+        """Refuse a store in which chunks are missing."""
+        for index in np.argwhere(needed):
+            place = self._place(name, index.tolist(), inner)
+            if not place.is_file():
+                text = f"Store {str(self.path)!r}: {str(place.relative_to(self.path))!r} is lost."
+                raise FileFormatError(f"{text} Delete the store and compute it anew.")
+
+    def _place(self, name: str, index: Sequence[int], inner: int) -> Path:
+        """File of the chunk of a point, or of a whole array."""
+        return self.path.joinpath(name, "c", *map(str, index), *("0",) * inner)
+
+    def _array(self, name: str) -> Any:
+        """Array of zarr, whose description is undamaged."""
+        _unsealed(self.path / name / GROUP_FILE)
+        return _zarr().open_array(self.path / name, mode="r", zarr_format=3)
+
+    def _lay_out(self, name: str, values: np.ndarray | None = None, **settings: Any) -> None:
+        """Write a new array, its description last."""
+        zarr, made = _zarr(), dict[str, Any]()
+        settings |= {"compressors": [zarr.codecs.Crc32cCodec()], "config": {"write_empty_chunks": True}}
+        array = zarr.create_array(made, zarr_format=3, **settings)
+        if values is not None:
+            array[...] = values
+        description = json.loads(made.pop(GROUP_FILE).to_bytes())
+        files = {place: chunk.to_bytes() for place, chunk in made.items()} | {GROUP_FILE: _sealed(description)}
+        for place, content in files.items():
+            self._write(_put, self.path / name / place, content)
+
+    def _write(self, write: Any, *arguments: Any, **keywords: Any) -> None:
+        try:
+            write(*arguments, **keywords)
+        except OSError as error:
+            text = f"Store {str(self.path)!r}: cannot be written ({error.strerror or error})."
+            raise InputError(f"{text} Make room or give another folder; resume=True goes on from here.") from error
+
+
+def opened(path: Any, fingerprint: Mapping[str, Any], kind: str, *, resume: bool) -> Store:
+    """New or resumed store.
+
+    Parameters
+    ----------
+    path : folder of the store.
+    fingerprint : texts on which the results depend, by name.
+    kind : kind of the sweep, "bifurcation" or "sweep".
+    resume : whether an existing store is resumed; False: an existing store is refused.
+
+    Raises
+    ------
+    InputError : an existing store without `resume`; a store of another model, other settings or another version.
+    FileFormatError : a folder with other files, or a damaged store.
+    MissingPackageError : zarr is not installed.
+    """
+    _zarr()
+    folder = checks.path("store", path)
+    if folder.exists() and not folder.is_dir():
+        raise FileFormatError(f"Store {str(folder)!r}: this is a file. Give a folder, such as out/speed.zarr.")
+    if (folder / GROUP_FILE).is_file():
+        if not resume:
+            text = f"Store {str(folder)!r}: it is there already"
+            raise InputError(f"{text}. Go on with it (resume=True, --resume), give another path, or delete it.")
+        store = existing(folder)
+        _refuse_others(store, fingerprint, kind)
+        _sweep_out(folder)
+        return store
+    if folder.exists() and any(not file.name.endswith(PARTIAL) for file in folder.iterdir()):
+        raise FileFormatError(f"Store {str(folder)!r}: the folder holds other files. Give an empty or a new one.")
+    store = Store(folder, {})
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        _sweep_out(folder)
+    except OSError as error:
+        text = f"Store {str(folder)!r}: cannot be made ({error.strerror or error})."
+        raise InputError(f"{text} Give a writable folder.") from error
+    store.describe(**{VERSION: FORMAT}, kind=kind, fingerprint=dict(fingerprint))
+    return store
+
+
+@contextmanager
+def _reading(folder: Path) -> Iterator[None]:
+    """Context that turns exceptions of zarr on damaged files into a `FileFormatError` with advice."""
+    try:
+        yield
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError, MemoryError) as error:
+        text = f"Store {str(folder)!r}: cannot be read ({' '.join(str(error).split())})."
+        raise FileFormatError(f"{text} Delete it and compute it anew.") from error
+
+
+def existing(path: Any) -> Store:
+    """Existing store, opened without changes.
+
+    Raises
+    ------
+    InputError : an argument that is not a path.
+    FileFormatError : a missing or damaged store, a store of another program or of another version of the format.
+    """
+    _zarr()
+    folder = checks.path("store", path)
+    file = folder / GROUP_FILE
+    if not file.is_file():
+        raise FileFormatError(f"Store {str(folder)!r}: there is none. Check the path.")
+    with _reading(folder):
+        version = json.loads(file.read_bytes()).get("attributes", {}).get(VERSION)
+    if version is None:
+        text = f"Store {str(folder)!r}: a zarr store, but not one of flexmb's sweeps"
+        raise FileFormatError(f"{text}. Open it with xarray.open_zarr, or give another path.")
+    if version != FORMAT:
+        text = f"Store {str(folder)!r}: written in format {version}; this version of flexmb knows format {FORMAT}"
+        raise FileFormatError(f"{text}. Use the version of flexmb that wrote it.")
+    with _reading(folder):
+        return Store(folder, _unsealed(file)["attributes"])
+
+
+def _refuse_others(store: Store, fingerprint: Mapping[str, Any], kind: str) -> None:
+    """Refuse a store of another sweep; the message lists the differences."""
+    found, label = store.attributes, f"Store {str(store.path)!r}"
+    if found.get("kind") != kind:
+        raise InputError(f"{label}: it holds a {found.get('kind')}, not a {kind}. Give another path.")
+    there, here = found.get("fingerprint", {}), json.loads(json.dumps(fingerprint))
+    untold = [f"{name} ({value.partition(UNKNOWN)[2]})" for name, value in here.items() if UNKNOWN in str(value)]
+    if untold:
+        text = f"{label}: it cannot be told whether it was written by the same sweep, because of {', '.join(untold)}"
+        raise InputError(f"{text}. Give another path, or make such objects within the function.")
+    names = sorted(name for name in {*there, *here} if there.get(name) != here.get(name))
+    if names:
+        listed = "; ".join(f"{name}: {there.get(name)} there, {here.get(name)} now" for name in names)
+        raise InputError(
+            f"{label}: it was written by another sweep ({listed}). Give another path, or what it was made of."
+        )
+
+
+def _chunk(column: Column, value: Any) -> bytes:
+    """Bytes of one chunk: numbers in order; or number of texts, and length and UTF-8 bytes of each text."""
+    kind = KINDS[column.kind]
+    if kind.stored is not str:
+        data = np.ascontiguousarray(value, dtype=np.dtype(kind.stored).newbyteorder("<")).tobytes()
+    else:
+        texts = [str(text).encode() for text in np.ravel(np.array(value, dtype=object))]
+        data = struct.pack("<I", len(texts)) + b"".join(struct.pack("<I", len(text)) + text for text in texts)
+    return data + struct.pack("<I", import_module("google_crc32c").value(data))  # zarr depends on it
+
+
+def _checksum(description: Mapping[str, Any]) -> str:
+    return blake2b(json.dumps(description, sort_keys=True).encode(), digest_size=16).hexdigest()
+
+
+def _sealed(description: Mapping[str, Any]) -> bytes:
+    """Content of the file of a description, with its checksum."""
+    attributes = {**description["attributes"], SEAL: _checksum(description)}
+    return json.dumps({**description, "attributes": attributes}, indent=2).encode()
+
+
+def _unsealed(file: Path) -> dict[str, Any]:
+    """Description in a file, without its checksum."""
+    description: dict[str, Any] = json.loads(file.read_bytes())
+    if description["attributes"].pop(SEAL, None) != _checksum(description):
+        raise ValueError(f"{file.parent.name}/{file.name} does not agree with its checksum")
+    return description
+
+
+def _put(place: Path, content: bytes) -> None:
+    """Write a file; an interrupted call leaves no file."""
+    beside = place.with_name(f"{place.name}.{os.getpid()}{PARTIAL}")
+    try:
+        beside.write_bytes(content)
+    except FileNotFoundError:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        beside.write_bytes(content)
+    beside.replace(place)
+
+
+def _sweep_out(folder: Path) -> None:
+    """Remove temporary files of a killed process."""
+    for file in folder.rglob(f"*{PARTIAL}"):
+        file.unlink(missing_ok=True)
+
+
+def _zarr() -> Any:
+    try:
+        return import_module("zarr")
+    except ImportError as error:
+        text = "A store needs the package 'zarr', which is not installed. Install it: pip install zarr"
+        raise MissingPackageError(f"{text}, or leave store= out.") from error

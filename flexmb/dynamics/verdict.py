@@ -1,0 +1,420 @@
+"""The verdict on a motion: periodic, quasi-periodic, chaotic, transient or inconclusive."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from numbers import Real
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from flexmb import checks
+from flexmb import display as html
+from flexmb.display import cut
+from flexmb.dynamics.evidence import (
+    SEPARATE,
+    Columns,
+    band_count,
+    columns_of,
+    doublings,
+    find_approach,
+    find_cycle,
+    find_drift,
+    halves_differ,
+    longest_cycle,
+    points_of,
+    separation,
+    swells,
+    without_bands,
+)
+from flexmb.dynamics.series.samples import LARGEST
+from flexmb.dynamics.series.zero_one import CHAOTIC, growth_correlations, kind_of
+from flexmb.errors import InputError
+
+# Meaning of exponents and of the evidence of a verdict in words, for tables
+
+MEANING = {
+    "zero_one": "0-1 test: 0 regular, 1 chaotic",
+    "separation": "separation of neighbours: 0 stay together, 1 part",
+    "k": "points of the cycle",
+    "since": "first point on the cycle",
+    "shrink": "factor by which steps shrink from point to point",
+    "level": "change of the means between the halves, in deviations",
+    "loudness": "change of the deviations between the halves",
+    "swelling": "change of the amplitude, first to last quarter",
+    "drift": "step by which a signal moves on from point to point",
+    "doublings": "doublings of the bands, as far as the points can show",
+    "bands": "parts of the section that are visited in turn",
+    "signals": "signals on which the verdict rests",
+    "points": "points, one a period",
+}
+"""Meaning of the evidence of a verdict, by name."""
+
+
+def meaning_of(value: float, error: float, period: float) -> str:
+    """Meaning of an exponent [1/s] with an error (NaN: unknown), in words; `period` [s] lies between two points."""
+    if not np.isfinite(value):
+        return "none was found"
+    if not np.isfinite(error):
+        return "without an error: take more periods"
+    if abs(value) <= error:
+        return "zero within its error: neighbours keep their distance"
+    time = 1.0 / abs(value)
+    length = f"a factor e in {time:.3g} s ({time / period:.3g} periods)"
+    return f"neighbours part by {length}" if value > 0.0 else f"neighbours come nearer by {length}"
+
+
+# The verdict on a motion: periodic, quasi-periodic, chaotic, transient or inconclusive
+
+LEAST = 12
+"""Smallest number of points for a verdict."""
+
+LEAST_APERIODIC = 100
+"""Smallest number of points that distinguishes quasi-periodic from chaotic motion."""
+
+LEAST_CHAOTIC, CLEARLY = 50, 3.0
+"""Smallest number of points for chaos, if the exponent exceeds this multiple of its error."""
+
+SETTLED = 0.1
+"""Fraction of the record within which a periodic motion must have reached its cycle."""
+
+MOST_SIGNALS = 8
+"""Largest number of columns in the 0-1 test."""
+
+PART = 4
+"""Length of the record over the largest lag of the 0-1 test.
+
+With a tenth, as in the source, 250 points of a closed curve may look chaotic, and banded chaos regular."""
+
+RELATIVE = 1e-4
+"""Difference that counts as none, over the spread of the signal."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Kind of a motion; `str` gives "periodic-3", "quasi-periodic", "chaotic", "transient" or "inconclusive".
+
+    Parameters
+    ----------
+    kind : "periodic", "quasi-periodic", "chaotic", "transient" or "inconclusive".
+    reason : reason, and advice after an inconclusive or transient verdict, in a sentence or two.
+    k : number of points of the cycle of a periodic motion, or of the cycle that a transient approaches; 0: no cycle.
+    evidence : numbers on which the verdict rests; see `judge`.
+    """
+
+    kind: str
+    reason: str
+    k: int = 0
+    evidence: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}), repr=False, hash=False)
+
+    def __post_init__(self) -> None:
+        checks.one_of("Verdict", "kind", self.kind, KINDS)
+        object.__setattr__(self, "evidence", MappingProxyType(dict(self.evidence)))
+
+    def __str__(self) -> str:
+        return f"periodic-{self.k}" if self.kind == "periodic" else self.kind
+
+    def __repr__(self) -> str:
+        return cut(f"Verdict: {self}. {self.reason}", 3)
+
+    def _repr_html_(self) -> str:
+        rows = [(name, f"{value:.6g}") for name, value in self.evidence.items()]
+        return html.page(f"Verdict: {self}", self.reason, html.folded("evidence", html.table(rows)))
+
+    def __reduce__(self) -> tuple[Any, ...]:  # a mapping proxy cannot be pickled
+        return type(self), (self.kind, self.reason, self.k, dict(self.evidence))
+
+
+KINDS = ("periodic", "quasi-periodic", "chaotic", "transient", "inconclusive")
+
+
+def judge(
+    points: Any,
+    names: Sequence[str],
+    *,
+    exponent: float | None = None,
+    error: float | None = None,
+    units: Sequence[str] | None = None,
+    driven: Sequence[str] = (),
+    floor: float = 1e-6,
+    sizes: Sequence[float] | None = None,
+) -> Verdict:
+    """The verdict on a motion from its successive section points.
+
+    The first rule that applies decides:
+
+    1. Periodic-k: in the last quarter, all points of each phase of k lie within 1e-4 of the spread of their signal, or
+       within `floor`; the shortest such k counts, at most 200 and a sixth of the points.  The cycle must be reached in
+       the first tenth of the record, else the motion is transient.  With a negative exponent the tolerance is ten times
+       larger, because only noise keeps such points apart.
+    2. Transient, approach: steps over k shrink from third to third of the record.
+    3. Transient, drift: a signal changes by the same amount from point to point, exactly (a cycle may be on top) or in
+       the means of sixteen blocks, of whose mean square a line explains 95 %.  An angle ("rad") counts modulo 2 pi, so
+       a rotation drifts only if the record is shorter than a turn.
+    4. Transient, change: the means of the halves differ by more than the larger standard deviation, or the deviations
+       by more than a factor 3 (of means and deviations or of medians and quartiles, the smaller result counts).  Or
+       neighbours part in one half and stay together in the other.  Or a regular motion swells or shrinks from quarter
+       to quarter, by more than 5 % in all.  Random walks, as of the action in a chaotic sea, are transient, too.
+    5. Chaotic: the exponent lies above its error; the 0-1 test (K > 0.7) or the separation of neighbours (D > 0.5) is
+       chaotic, and neither is regular.
+    6. Inconclusive: bands double (2, 4, 8, ..., of 12 points each) as far as the record shows, each time with at most a
+       fourth of the mean square.  Near an accumulation of period doublings the exponent is 0, and the points are a
+       Cantor set, no closed curve.
+    7. Quasi-periodic: the exponent is 0 within its error; K or D is regular (K < 0.3, D < 0.2), and neither is chaotic.
+       Without an exponent both must be regular, or K < 0.7 and D < 0.05, because K needs some 200 points of a closed
+       curve to come near 0.  An island of a conservative system is a closed curve, too.
+    8. Inconclusive: all other records.  An exponent of 0 without a closed curve occurs in conservative systems, in
+       which neighbours part like a power of time and the exponent falls as log(t) / t.
+
+    D is the growth of the distance of nearest neighbours (points with their two successors) after up to n/5 steps,
+    from 0 to 1 for the distance of arbitrary points of one band; NaN for noise.  K has lags up to n/4 and is taken of
+    the points less the means of their bands.
+
+    A signal that is zero at the section up to round-off (a velocity at a dead centre) can be distinguished from a
+    small motion only by `units` or `sizes`.
+
+    Equation (9.8) of docs/theory/exponents.md: the tolerance of a cycle.
+
+    Parameters
+    ----------
+    points : successive points (n, m) of a stroboscopic or other section, of all signals, without the known transient;
+        at least 12, 100 for quasi-periodic or chaotic, 50 for chaos with an exponent above 3 times its error.
+    names : names (m,) of the signals.
+    exponent : largest exponent, of the flow (zero for a periodic motion without drive) or of the section [any unit];
+        None: unknown.
+    error : half width of the exponent's band [same unit]; None: 0.
+    units : units (m,) of the signals; "rad" is taken modulo 2 pi.  None: a signal that grows by whole turns is an
+        angle.
+    driven : names of the signals that drives prescribe; the verdict does not use them.
+    floor : round-off or integration error of a signal over its size, > 0.
+    sizes : sizes (m,) of the signals, such as their largest magnitudes over the run [units]; None: the largest
+        magnitudes of the points, and at least 1e-3 of the largest of the same unit.
+
+    Returns
+    -------
+    The verdict.  Its `evidence` holds, as far as they were computed, "points", "signals" (used), "k", "since",
+    "shrink", "drift" (a point), "level" (difference of means over deviation), "loudness" (ratio of deviations),
+    "swelling" (of quarters), "bands", "doublings", "zero_one" (K), "separation" (D), "exponent", "error".  Points that
+    are not finite make the verdict inconclusive.
+
+    Raises
+    ------
+    InputError : points and names of different number, an unknown driven signal, an exponent that is no number.
+
+    Notes
+    -----
+    Sources: G. A. Gottwald and I. Melbourne, SIAM J. Appl. Dyn. Syst. 8 (2009) 129; H. Kantz, Phys. Lett. A 185
+    (1994) 77 for the separation; J.-P. Eckmann, S. O. Kamphorst and D. Ruelle, Europhys. Lett. 4 (1987) 973.
+    Cost: 0.1 s for 500 points of 4 signals.
+
+    Examples
+    --------
+    >>> import flexmb as fm
+    >>> print(fm.chaos.judge([[0.5], [0.8]] * 50, ["x"]))
+    periodic-2
+    """
+    values, labels = points_of(points, names)
+    checked = _about_signals(labels, units, driven, sizes)
+    known = _exponent(exponent, error)
+    floor = checks.positive("judge", "floor", floor)
+    evidence: dict[str, float] = {"points": float(len(values)), **known}
+    bad = np.flatnonzero(~np.isfinite(values).all(axis=1))
+    if len(bad):
+        return Verdict("inconclusive", f"Point {bad[0]} is not finite: the run failed there.", 0, evidence)
+    if np.abs(values).max(initial=0.0) > LARGEST:
+        return Verdict("inconclusive", f"A signal is above {LARGEST:g}: the motion grows without bound.", 0, evidence)
+    if len(values) < LEAST:
+        return Verdict("inconclusive", f"{len(values)} points; at least {LEAST} are needed.", 0, evidence)
+    columns = columns_of(values, labels, checked[0], checked[1], floor, checked[2])
+    evidence["signals"] = float(len(set(columns.names)))
+    if not columns.names:
+        text = f"Only driven signals ({', '.join(columns.left_out)}), without information. Give other signals."
+        return Verdict("inconclusive", text, 0, evidence)
+    return _periodic(columns, evidence) or _transient(columns, evidence) or _aperiodic(columns, evidence)
+
+
+def _about_signals(
+    names: tuple[str, ...], units: Sequence[str] | None, driven: Sequence[str], sizes: Sequence[float] | None
+) -> tuple[tuple[str, ...] | None, tuple[str, ...], np.ndarray | None]:
+    """Units, driven names and sizes of signals, checked."""
+    without_motion = checks.sequence("judge", "driven", driven, "names of signals")
+    for name in without_motion:
+        checks.one_of("judge", "driven", name, names)
+    known = None if units is None else checks.sequence("judge", "units", units, "units")
+    if known is not None and len(known) != len(names):
+        raise InputError(f"judge: {len(known)} units for {len(names)} names.")
+    if sizes is None:
+        return known, without_motion, None
+    given = checks.sequence("judge", "sizes", sizes, "numbers")
+    if len(given) != len(names):
+        raise InputError(f"judge: {len(given)} sizes for {len(names)} names.")
+    numbers = [checks.not_negative("judge", f"sizes[{k}]", size) for k, size in enumerate(given)]
+    return known, without_motion, np.array(numbers)
+
+
+def _exponent(exponent: float | None, error: float | None) -> dict[str, float]:
+    """The exponent and its error as evidence; empty if the exponent is None or NaN."""
+    if _is_unknown(exponent):
+        return {}
+    value = checks.number("judge", "exponent", exponent)
+    band = 0.0 if _is_unknown(error) else checks.not_negative("judge", "error", error)
+    return {"exponent": value, "error": band}
+
+
+def _is_unknown(value: Any) -> bool:
+    return value is None or (isinstance(value, Real) and bool(np.isnan(float(value))))
+
+
+def _tolerances(columns: Columns) -> np.ndarray:
+    return np.asarray(np.maximum(columns.floor, RELATIVE * columns.spread) + 1e-300)
+
+
+def _periodic(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
+    noise = SEPARATE if _sign(evidence) < 0 else 1.0  # with a negative exponent only noise keeps points apart
+    cycle = find_cycle(columns.values / (noise * _tolerances(columns)))
+    if cycle is None:
+        return None
+    evidence["k"], evidence["since"] = float(cycle.k), float(cycle.since)
+    count = len(columns.values)
+    text = f"The points return after {cycle.k} step{'s' if cycle.k > 1 else ''}"
+    if cycle.since > SETTLED * count:
+        drifts = _drifts(columns, evidence)
+        if drifts is not None:
+            return drifts
+        text += f", but only from point {cycle.since} of {count} on: leave out at least {cycle.since} more."
+        return Verdict("transient", text, cycle.k, evidence)
+    if _sign(evidence) > 0:
+        text += f"; yet the exponent is {_band(evidence)}, above zero. The cycle is unstable, or the exponent wrong."
+        return Verdict("inconclusive", text, cycle.k, evidence)
+    text += f" from point {cycle.since} on." if cycle.since else "."
+    return Verdict("periodic", text, cycle.k, evidence)
+
+
+def _transient(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
+    tolerances, count = _tolerances(columns), len(columns.values)
+    scaled = columns.values / tolerances
+    spread = float(np.ptp(scaled, axis=0).max())
+    approach = find_approach(scaled, spread) or find_approach(scaled[count // 2 :], spread)
+    if approach is not None:
+        evidence["k"], evidence["shrink"] = float(approach.k), approach.rate
+        text = f"The points still approach a {approach.k}-cycle: steps shrink by {approach.rate:.4g} a point"
+        more = np.log(max(approach.left, 1.0)) / -np.log(approach.rate) if 0.0 < approach.rate < 1.0 else np.inf
+        advice = f"some {np.ceil(more):.0f} more points" if np.isfinite(more) else "more points"
+        return Verdict("transient", f"{text}; leave out these and {advice}.", approach.k, evidence)
+    drifts = _drifts(columns, evidence)
+    if drifts is not None:
+        return drifts
+    level, loudness = halves_differ(columns.values, tolerances)
+    evidence["level"], evidence["loudness"] = level, loudness
+    if level <= 1.0 and loudness <= 3.0:
+        return None
+    text = f"The halves of the record differ: their means by {level:.2g} standard deviations, these by {loudness:.2g}"
+    text += " times. Leave out more points, or take more"
+    advice = "Leave out a signal that walks at random, or give it the unit rad if it counts modulo 2 pi"
+    return Verdict("transient", f"{text}. {advice}." if _sign(evidence) > 0 else f"{text}.", 0, evidence)
+
+
+def _drifts(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
+    """The verdict on points with a drift; None: no drift."""
+    drift = find_drift(columns.values, _tolerances(columns))
+    if drift is None:
+        return None
+    evidence["drift"], evidence["k"] = drift.step, float(drift.k)
+    whole = drift.step * (len(columns.values) - 1)
+    text = f"{columns.names[drift.column]} moves on by {drift.step:.3g} a point, {whole:.3g} over the record"
+    if drift.k > 1:
+        text += f", with a {drift.k}-cycle on top"
+    advice = "Leave out more points if the drift ends; if it goes on for ever, examine the rate of the signal instead"
+    advice += "; give an angle the unit rad and enough points to come round"
+    return Verdict("transient", f"{text}. {advice}.", drift.k, evidence)
+
+
+def _aperiodic(columns: Columns, evidence: dict[str, float]) -> Verdict:
+    count = len(columns.values)
+    clearly = evidence.get("exponent", 0.0) > CLEARLY * evidence.get("error", 0.0)
+    if count < (LEAST_CHAOTIC if clearly else LEAST_APERIODIC):
+        text = f"No cycle of up to {longest_cycle(count)} points. To tell more {LEAST_APERIODIC} are needed"
+        return Verdict("inconclusive", f"{text}; there are {count}.", 0, evidence)
+    clear = columns.spread > SEPARATE * columns.floor
+    if not clear.any():
+        text = (
+            f"The points differ by less than {SEPARATE:g} times the floor: a cycle with the integration's noise, or a"
+        )
+        return Verdict("inconclusive", f"{text} motion too small to see. Integrate more finely.", 0, evidence)
+    z = columns.values[:, clear]
+    z = (z - z.mean(axis=0)) / z.std(axis=0)
+    bands = band_count(z)
+    deviations = without_bands(z, bands)[:, :: -(-z.shape[1] // MOST_SIGNALS)]
+    angles = np.random.default_rng(0).uniform(np.pi / 5, 4 * np.pi / 5, 60)
+    K = float(np.median([np.median(growth_correlations(column, angles, PART)) for column in deviations.T]))
+    D = separation(z, bands)
+    evidence.update(bands=float(bands), doublings=float(doublings(z)), zero_one=K, separation=D)
+    return _changing(z, bands, evidence) or _aperiodic_kind(kind_of(K), _kind_of_separation(D), evidence)
+
+
+def _changing(z: np.ndarray, bands: int, evidence: dict[str, float]) -> Verdict | None:
+    """The verdict on points (n, m) whose kind or amplitude changes within the record; None: no change."""
+    half = len(z) // 2
+    if half >= LEAST_APERIODIC:
+        kinds = [_kind_of_separation(separation(points, bands)) for points in (z[:half], z[half:])]
+        if set(kinds) == {"regular", "chaotic"}:
+            text = f"The first half of the record is {kinds[0]}, the second {kinds[1]}. Leave out more points."
+            return Verdict("transient", text, 0, evidence)
+    swelling = swells(z)
+    evidence["swelling"] = swelling
+    if evidence["zero_one"] < CHAOTIC and evidence["separation"] < 0.2 and swelling > 1.05:
+        text = f"A regular motion whose amplitude changes by a factor {swelling:.3g} from first to last quarter."
+        return Verdict("transient", f"{text} Leave out more points, or take more.", 0, evidence)
+    return None
+
+
+def _kind_of_separation(D: float) -> str:
+    if D < 0.2:
+        return "regular"
+    return "chaotic" if D > 0.5 else "undecided"
+
+
+def _aperiodic_kind(zero_one: str, neighbours: str, evidence: dict[str, float]) -> Verdict:
+    """The verdict on points without cycle and without transient, from exponent, 0-1 test and separation."""
+    kinds, sign = {zero_one, neighbours}, _sign(evidence)
+    D = evidence["separation"]
+    distance = f"separation {D:.2f} ({neighbours})" if np.isfinite(D) else "too few points to find neighbours"
+    values = f"0-1 test {evidence['zero_one']:.2f} ({zero_one}), {distance}"
+    if "exponent" in evidence:
+        values = f"exponent {_band(evidence)}, {values}"
+        chaotic = sign > 0 and "chaotic" in kinds and "regular" not in kinds
+        closed = sign == 0 and "regular" in kinds and "chaotic" not in kinds
+    else:
+        together = zero_one != "chaotic" and evidence["separation"] < 0.05
+        chaotic, closed = kinds == {"chaotic"}, kinds == {"regular"} or together
+    if chaotic:
+        return Verdict("chaotic", f"No cycle, and neighbours part: {values}.", 0, evidence)
+    if evidence["doublings"]:
+        text = f"Bands double repeatedly, up to {2 ** evidence['doublings']:.0f} bands: {values}"
+        advice = "At or near a point where period doublings accumulate, chaos and long cycles look alike"
+        return Verdict("inconclusive", f"{text}. {advice}: take more points, or another parameter.", 0, evidence)
+    if closed:
+        return Verdict("quasi-periodic", f"No cycle, and neighbours stay together: {values}.", 0, evidence)
+    if sign < 0:
+        text = f"No cycle of up to {longest_cycle(int(evidence['points']))} points, yet a negative exponent: {values}."
+        return Verdict("inconclusive", f"{text} A longer cycle, or one not reached yet: take more points.", 0, evidence)
+    if "exponent" in evidence and sign == 0:
+        text = (
+            f"An exponent of zero, but no closed curve is seen: {values}. Neighbours part like a power of time, as in"
+        )
+        advice = "a conservative system, which a finite record does not decide; or chaos is too weak to be detected yet"
+        return Verdict("inconclusive", f"{text} {advice}: take more points.", 0, evidence)
+    advice = "Take more points" + ("" if "exponent" in evidence else ", or give the exponent of the system")
+    return Verdict("inconclusive", f"The tests do not agree: {values}. {advice}.", 0, evidence)
+
+
+def _sign(evidence: Mapping[str, float]) -> int:
+    """Sign of the exponent: 1, 0 or -1 above, within or below its error about zero; 0 if the exponent is unknown."""
+    value, error = evidence.get("exponent", 0.0), evidence.get("error", 0.0)
+    return int(value > error) - int(value < -error)
+
+
+def _band(evidence: Mapping[str, float]) -> str:
+    return f"{evidence['exponent']:.3g} +- {evidence['error']:.2g}"

@@ -1,0 +1,405 @@
+"""Element matrices of a beam, from weak forms with scikit-fem, with or without shear.
+
+In an element the shear force V is constant, and so is the mean angle -sigma between the axis and the normals of the
+sections; the axis is the cubic of Hermite with the slopes uk - sigma at its ends, sections turn by psi = w' + sigma:
+
+    strain energy   1/2 int E I (w'')^2 ds + 1/2 K sigma^2,     K = L^2 / int ds/(ks G A)
+    least energy    sigma = c1 u1 + c2 u2,   ck = sum_j (kb)jk / (sum_ij (kb)ij + K),   kb of the cubics
+
+For a uniform section c1 = c2 = Phi/(2 (1 + Phi)) with Phi = 12 E I/(ks G A L^2), and the matrices are those of
+J. S. Przemieniecki, Theory of Matrix Structural Analysis, McGraw-Hill 1968, sections 5.6 and 11.6: exact for forces and
+moments on the ends, without locking of thin beams.  For tapered sections V is constant as in the weak form of Hellinger
+and Reissner, like the axial force of `fem`.
+Equations (2.13) to (2.16) of docs/theory/beam.md.
+
+Axial     stiffness  1 / int dx/(E A)      mass  int rho A u v dx     linear elements, order (u1, u2)
+Bending   stiffness  int E I w'' v'' dx    mass  int rho A w v dx     cubic Hermite elements,
+          rotary inertia, on request       int rho I w' v' dx         order (w1, theta1, w2, theta2), theta = w'
+
+The axial stiffness is that of the weak form of Hellinger and Reissner with a constant force in the element, which is
+exact for tapered bars under end loads.  With the linear displacement alone, int E A u' v' dx, tapered bars would be too
+stiff.
+w is positive to the left of the direction of the beam, so theta is counter-clockwise.  Shear is condensed: see `shear`.
+The elements of all beams of a model are assembled in one mesh.  This runs when a program is compiled, never inside the
+time loop.
+Equation (2.7) of docs/theory/beam.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+from skfem import Basis, BilinearForm, ElementLineHermite, ElementLineP1, Functional, MeshLine
+
+from flexmb.elastic.beams.section import Section, checked_factor, shear_factors
+from flexmb.errors import InputError
+from flexmb.model.law import Material
+
+# Shear of a beam element (Timoshenko): matrices of the cubics with a condensed shear angle
+
+Array = npt.NDArray[np.float64]
+
+BOW = (2.0, 1.0, 2.0)
+"""Shortening of the chord by bending without shear: L/30 (2 u1^2 - u1 u2 + 2 u2^2)."""
+
+
+class Bending(NamedTuple):
+    """Matrices of n elements in the order w1, theta1, w2, theta2, and the influence of shear on their shape.
+
+    Attributes
+    ----------
+    stiffness : (n, 4, 4) [N/m, N, N m].
+    mass : (n, 4, 4) of the axis alone [kg, kg m, kg m^2].
+    rotary : (n, 4, 4) of the rotation of sections alone [kg, kg m, kg m^2].
+    shares : (n, 2) c1, c2: shear angle over the end rotations against the chord, sign changed [1]; 0 without shear.
+    bow : (n, 3) shortening of the chord: L/30 (bow1 u1^2 - bow2 u1 u2 + bow3 u2^2).
+    """
+
+    stiffness: Array
+    mass: Array
+    rotary: Array
+    shares: Array
+    bow: Array
+
+
+def without_shear(stiffness: Array, mass: Array, rotary: Array) -> Bending:
+    """Matrices of the cubics as they are."""
+    n = len(stiffness)
+    return Bending(stiffness, mass, rotary, np.zeros((n, 2)), np.tile(BOW, (n, 1)))
+
+
+def with_shear(lengths: Array, axial: Array, cubics: Bending, flexibility: Array) -> Bending:
+    """Matrices with the shear angle condensed.
+
+    Lengths (n,) [m], axial stiffness ka (n,) [N/m], flexibility (n,) int ds/(ks G A) [m/N], 0: rigid in shear; `cubics`
+    are without shear.
+    """
+    ends = cubics.stiffness[:, 1::2, 1::2]
+    rigid = flexibility == 0.0
+    angle = np.where(rigid, np.inf, lengths**2 / np.where(rigid, 1.0, flexibility))  # K
+    shares = ends.sum(axis=1) / (ends.sum(axis=(1, 2)) + angle)[:, None]
+    both = shares.sum(axis=1) / lengths
+    # sigma of the nodal displacements; 0 for rigid motions
+    sigma = np.stack([both, shares[:, 0], -both, shares[:, 1]], axis=1)
+    one, zero = np.ones_like(lengths), np.zeros_like(lengths)
+    axis, section = (
+        np.eye(4) + turned[:, :, None] * sigma[:, None, :]
+        for turned in (np.stack([zero, -one, zero, -one], axis=1), np.stack([zero, zero, lengths, zero], axis=1))
+    )
+    stiffness = _carried(cubics.stiffness, axis)
+    stiffness += np.where(rigid, 0.0, angle)[:, None, None] * (sigma[:, :, None] * sigma[:, None, :])
+    rotary = _carried(cubics.rotary, section)
+    return Bending(stiffness, _carried(cubics.mass, axis), rotary, shares, _bow(lengths, axial, shares, flexibility))
+
+
+def _carried(matrices: Array, change: Array) -> Array:
+    """change^T matrix change, symmetric to the last bit."""
+    product: Array = change.transpose(0, 2, 1) @ matrices @ change
+    symmetric: Array = 0.5 * (product + product.transpose(0, 2, 1))
+    return symmetric
+
+
+def _bow(lengths: Array, axial: Array, shares: Array, flexibility: Array) -> Array:
+    """Shortening of the chord by the slopes uk - sigma, less L sigma^2/2, and the share of the shear force in N.
+
+    Reissner measures the axial strain along the normal of the section: (1 + e) cos(sigma) - 1.  To second order of the
+    strains his energy is that of the elongation in equation (2.16), whose last term is K sigma^2/(L ka).
+    """
+    first, second = shares.T
+    rigid = flexibility == 0.0
+    k = 12.0 - np.where(rigid, 0.0, 30.0 / (np.where(rigid, 1.0, flexibility) * axial))
+    return np.stack(
+        [
+            BOW[0] - 3.0 * first - k * first**2,
+            BOW[1] + 3.0 * (first + second) + 2.0 * k * first * second,
+            BOW[2] - 3.0 * second - k * second**2,
+        ],
+        axis=1,
+    )
+
+
+# Element matrices of a beam, from weak forms with scikit-fem
+
+QUADRATURE_ORDER = 8
+"""Degree [1] up to which polynomials are integrated exactly.
+
+Linearly tapered dimensions need it: cubic x cubic x A of degree 2, and slope x slope x I of degree 4.
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class BeamMatrices:
+    """Matrices of the n elements of one straight beam; read-only arrays.
+
+    Attributes
+    ----------
+    lengths : (n,) lengths of the elements [m].
+    axial_stiffness : (n, 2, 2) in the order u1, u2 [N/m].
+    axial_mass : (n, 2, 2) [kg].
+    bending_stiffness : (n, 4, 4) in the order w1, theta1, w2, theta2 [N/m, N, N m].
+    bending_mass : (n, 4, 4), rotary inertia included [kg, kg m, kg m^2].
+    rotary_mass : (n, 4, 4) the part of rotary inertia alone; zeros without.
+    shear_shares : (n, 2) shear angle over the end rotations against the chord, sign changed [1]; zeros without shear.
+    bow : (n, 3) shortening of the chord: L/30 (bow1 u1^2 - bow2 u1 u2 + bow3 u2^2).
+    ea : (n, 2) axial rigidity E A at both ends of each element [N].
+    ei : (n, 2) bending rigidity E I at both ends of each element [N m^2].
+    """
+
+    lengths: Array
+    axial_stiffness: Array
+    axial_mass: Array
+    bending_stiffness: Array
+    bending_mass: Array
+    rotary_mass: Array
+    shear_shares: Array
+    bow: Array
+    ea: Array
+    ei: Array
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            getattr(self, field.name).setflags(write=False)
+
+    @cached_property
+    def inertia_integrals(self) -> Array:
+        """(n, 16) m11 m12 m22 g11 g12 g21 g22 h11 h12 h22 J j1 j2 k11 k12 k22, in the order of `corotational`.
+
+        1 - xi and xi are the cubics (1, -1/L, 0, -1/L) and (0, 1/L, 1, 1/L) of the order w1, theta1, w2, theta2; a turn
+        of all sections by 1 is (0, 1, L, 1).
+
+        Equations (3.8) and (3.9) of docs/theory/inertia.md.
+        """
+        n, L = len(self.lengths), self.lengths
+        basis = np.zeros((n, 4, 4))
+        basis[:, 0, 0] = basis[:, 1, 2] = basis[:, 2, 1] = basis[:, 3, 3] = 1.0
+        basis[:, 0, 1] = basis[:, 0, 3] = -1.0 / L
+        basis[:, 1, 1] = basis[:, 1, 3] = 1.0 / L
+        m = basis @ (self.bending_mass - self.rotary_mass) @ basis.transpose(0, 2, 1)
+        basis = np.zeros((n, 3, 4))
+        basis[:, 0, 1] = basis[:, 0, 3] = basis[:, 1, 1] = basis[:, 2, 3] = 1.0
+        basis[:, 0, 2] = L
+        turned = basis @ self.rotary_mass @ basis.transpose(0, 2, 1)
+        pairs = ((0, 0), (0, 1), (1, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 2), (2, 3), (3, 3))
+        upper = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
+        return np.stack([*(m[:, i, j] for i, j in pairs), *(turned[:, i, j] for i, j in upper)], axis=1)
+
+    @cached_property
+    def parameters(self) -> tuple[tuple[tuple[float, ...], tuple[float, ...]], ...]:
+        """L and ka kb11 kb12 kb22 in the chord frame; integrals of inertia and the bow; of each element."""
+        ka, kb = self.axial_stiffness[:, 1, 1], self.bending_stiffness
+        heads = np.stack([self.lengths, ka, kb[:, 1, 1], kb[:, 1, 3], kb[:, 3, 3]], axis=1).tolist()
+        tails = np.concatenate([self.inertia_integrals, self.bow], axis=1).tolist()
+        return tuple(zip(map(tuple, heads), map(tuple, tails), strict=True))
+
+    @cached_property
+    def straight(self) -> tuple[tuple[float, float, float], ...]:
+        """l0, u10 and u20 of straight elements; see `flexmb.elastic.beams.corotational`."""
+        return tuple((length, 0.0, 0.0) for length in self.lengths.tolist())
+
+    def mass_moments(self) -> tuple[float, float, float]:
+        """Mass [kg], first moment [kg m] and moment of inertia [kg m^2] about the start of the beam.
+
+        Read off the bending mass with rigid motions, which the elements hold exactly: w = 1 and w = x.
+        """
+        start = np.cumsum(self.lengths) - self.lengths
+        zero, one = np.zeros_like(start), np.ones_like(start)
+        shift = np.stack([one, zero, one, zero], axis=1)
+        turn = np.stack([start, one, start + self.lengths, one], axis=1)
+        pairs = ((shift, shift), (shift, turn), (turn, turn))
+        mass, first, second = (float(np.einsum("ei,eij,ej->", a, self.bending_mass, b)) for a, b in pairs)
+        return mass, first, second
+
+
+def beam_matrices(
+    stations: npt.ArrayLike,
+    section: Section,
+    material: Material,
+    *,
+    rotary_inertia: bool | float = False,
+    shear: bool | float = False,
+) -> BeamMatrices:
+    """Matrices of every element of one beam.
+
+    The section is evaluated at s = (x - x_first) / (x_last - x_first) in every quadrature point, so tapered beams and
+    graded meshes need no further code.  Exact for linearly tapered dimensions (see `QUADRATURE_ORDER`).  Without
+    `shear` not for thick beams: length over height should exceed about 10.  Stations (n + 1,) increase [m].
+
+    `rotary_inertia` of the rotation of sections (Rayleigh beam): True for rho I, or a number [kg m]; `shear`
+    deformation (Timoshenko beam): True for the shear factor of the section, or the factor [1].
+
+    Notes
+    -----
+    Source of the weak forms: R. D. Cook, D. S. Malkus, M. E. Plesha, R. J. Witt, Concepts and Applications of Finite
+    Element Analysis, 4th ed., Wiley 2002, sections 2.3 and 11.3.
+
+    Examples
+    --------
+    >>> from flexmb.model.law import STEEL
+    >>> from flexmb.elastic.beams.section import Rectangle
+    >>> matrices = beam_matrices([0.0, 0.1, 0.3], Rectangle(width=0.01, height=0.02), STEEL)
+    >>> matrices.bending_stiffness.shape
+    (2, 4, 4)
+    >>> round(matrices.mass_moments()[0], 6)  # 7801 kg/m^3 x 0.01 m x 0.02 m x 0.3 m
+    0.46806
+    """
+    return assembled([BeamData(_checked_stations(stations), section, material, rotary_inertia, shear)])[0]
+
+
+@dataclass(frozen=True, eq=False)
+class BeamData:
+    """Data of a beam that its matrices depend on: stations (n + 1,) [m], section, material, rotary inertia, shear."""
+
+    stations: Array
+    section: Section
+    material: Material
+    rotary_inertia: bool | float = False
+    shear: bool | float = False
+
+    def __post_init__(self) -> None:
+        _require(self.section, Section, "section", "Rectangle(width=..., height=...)")
+        _require(self.material, Material, "material", "Material(young=..., density=...)")
+        if not isinstance(self.shear, bool) and self.shear != 0.0:
+            checked_factor("Beam", "shear", self.shear)
+
+
+def assembled(beams: Sequence[BeamData]) -> list[BeamMatrices]:
+    """Matrices of several beams, all their elements in one mesh; see `beam_matrices`."""
+    if not beams:
+        return []
+    counts = [beam.stations.size - 1 for beam in beams]
+    begin, end = (np.concatenate([beam.stations[part] for beam in beams]) for part in (slice(-1), slice(1, None)))
+    origin = np.repeat([beam.stations[0] for beam in beams], counts)[:, None]
+    size = np.repeat([beam.stations[-1] - beam.stations[0] for beam in beams], counts)[:, None]
+    mesh = _separate_elements(end - begin)
+    axial = Basis(mesh, ElementLineP1(), intorder=QUADRATURE_ORDER)
+    bending = Basis(mesh, ElementLineHermite(), intorder=QUADRATURE_ORDER)
+    E = np.repeat([beam.material.young for beam in beams], counts)[:, None]
+    rho = np.repeat([beam.material.density for beam in beams], counts)[:, None]
+    inside = (begin[:, None] - origin + np.asarray(axial.global_coordinates())[0]) / size
+    A, I = _dimensions(beams, counts, inside)
+    A_ends, I_ends = _dimensions(beams, counts, (np.stack([begin, end], axis=1) - origin) / size, least=0.0)
+    given = [math.nan if beam.rotary_inertia is True else float(beam.rotary_inertia) for beam in beams]
+    turning = np.repeat(given, counts)[:, None]
+    flexibility: Array = _INVERSE.elemental(axial, weight=E * A)
+    bent = without_shear(
+        _local(_CURVATURES, bending, E * I),
+        _local(_PRODUCT, bending, rho * A),
+        _local(_SLOPES, bending, np.where(np.isnan(turning), rho * I, turning)),
+    )
+    if any(beam.shear for beam in beams):
+        sliding = _INVERSE.elemental(axial, weight=_shear_rigidities(beams, counts, inside, A))
+        bent = with_shear(end - begin, 1.0 / flexibility, bent, sliding)
+    whole = (
+        end - begin,
+        np.array([[1.0, -1.0], [-1.0, 1.0]]) / flexibility[:, None, None],
+        _local(_PRODUCT, axial, rho * A),
+        bent.stiffness,
+        bent.mass + bent.rotary,
+        bent.rotary,
+        bent.shares,
+        bent.bow,
+        E * A_ends,
+        E * I_ends,
+    )
+    bounds = np.cumsum([0, *counts]).tolist()
+    return [BeamMatrices(*(array[i:j] for array in whole)) for i, j in pairwise(bounds)]
+
+
+_INVERSE = Functional(lambda w: 1.0 / w.weight)
+_PRODUCT = BilinearForm(lambda u, v, w: w.weight * u * v)
+_SLOPES = BilinearForm(lambda u, v, w: w.weight * u.grad[0] * v.grad[0])
+_CURVATURES = BilinearForm(lambda u, v, w: w.weight * u.hess[0, 0] * v.hess[0, 0])
+
+
+def _separate_elements(lengths: Array) -> MeshLine:
+    """Mesh of separate elements: each begins at 0 and shares no node.
+
+    scikit-fem inverts a Vandermonde matrix of 1, x, x^2, x^3 for Hermite elements; far from the origin that loses
+    digits: 1e-5 in the stiffness of the last of 2000 elements.  Beginning at 0, all digits stay.
+    """
+    ends = np.stack([np.zeros_like(lengths), lengths], axis=1)
+    return MeshLine(ends.reshape(1, -1), np.ascontiguousarray(np.arange(ends.size).reshape(-1, 2).T))
+
+
+def _local(form: BilinearForm, basis: Basis, weight: Array) -> Array:
+    """Matrix of `form` of every element, (n, k, k); weight (n, quadrature points)."""
+    matrices: Array = np.ascontiguousarray(form.coo_data(basis, weight=weight).tolocal())
+    # symmetric to the last bit, which products in another order are not
+    symmetric: Array = 0.5 * (matrices + matrices.transpose(0, 2, 1))
+    return symmetric
+
+
+def _checked_stations(stations: npt.ArrayLike) -> Array:
+    try:
+        x = np.array(stations, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"Beam: stations are {stations!r}; they must be numbers in m.") from None
+    if x.ndim != 1 or x.size < 2:
+        text = f"Beam: stations have shape {x.shape}; they must be the positions of at least two nodes"
+        raise InputError(f"{text}, for instance numpy.linspace(0.0, length, 5).")
+    if not np.all(np.isfinite(x)):
+        bad = int(np.argmin(np.isfinite(x)))
+        raise InputError(f"Beam: station {bad} is {x[bad]} m; it must be finite.")
+    steps = np.diff(x)
+    if not np.all(steps > 0.0):
+        k = int(np.argmin(steps > 0.0))
+        text = f"Beam: station {k + 1} at {x[k + 1]:g} m is not beyond station {k} at {x[k]:g} m"
+        raise InputError(f"{text}; give positions that increase along the beam.")
+    return x
+
+
+def _require(value: object, kind: type, name: str, example: str) -> None:
+    if not isinstance(value, kind):
+        raise InputError(f"Beam: {name} is {value!r}; it must be a {kind.__name__}, such as {example}.")
+
+
+def _dimensions(
+    beams: Sequence[BeamData], counts: Sequence[int], s: Array, least: float | None = None
+) -> tuple[Array, Array]:
+    """Area and second moment of all beams at s (elements, places); each section is asked once."""
+    groups: dict[int, tuple[Section, list[int]]] = {}
+    for k, beam in enumerate(beams):
+        groups.setdefault(id(beam.section), (beam.section, []))[1].append(k)
+    if len(groups) == 1:
+        return _both(beams[0].section, s, least)
+    A, I = np.empty_like(s), np.empty_like(s)
+    ends = np.cumsum(counts)
+    for section, members in groups.values():
+        rows = np.concatenate([np.arange(ends[k] - counts[k], ends[k]) for k in members])
+        A[rows], I[rows] = _both(section, s[rows], least)
+    return A, I
+
+
+def _shear_rigidities(beams: Sequence[BeamData], counts: Sequence[int], s: Array, A: Array) -> Array:
+    """ks G A at s (elements, places) [N]; infinite for beams without shear."""
+    found, ends = np.full_like(s, np.inf), np.cumsum(counts)
+    for beam, last, count in zip(beams, ends, counts, strict=True):
+        if beam.shear:
+            rows = slice(last - count, last)
+            G = beam.material.shear_modulus
+            found[rows] = shear_factors(beam.section, beam.shear, beam.material.poisson, s[rows]) * G * A[rows]
+    return found
+
+
+def _both(section: Section, s: Array, least: float | None) -> tuple[Array, Array]:
+    return _section_values(section, "area_at", s, least), _section_values(section, "second_moment_at", s, least)
+
+
+def _section_values(section: Section, method: str, s: Array, least: float | None = None) -> Array:
+    """Area or second moment at s, checked: > 0, or >= `least` at the ends, where a wedge may run out to zero."""
+    values = np.asarray(getattr(section, method)(s), dtype=float)
+    owner = f"{type(section).__name__}.{method}"
+    if values.shape != s.shape:
+        raise InputError(f"{owner}: the result has shape {values.shape} for s of shape {s.shape}; keep the shape of s.")
+    good = np.isfinite(values) & (values > 0.0 if least is None else values >= least)
+    if not np.all(good):
+        k = np.unravel_index(int(np.argmin(good)), s.shape)
+        raise InputError(f"{owner}: the value at s = {s[k]:.4g} is {values[k]:g}; it must be finite and > 0.")
+    return values

@@ -1,0 +1,399 @@
+"""Cross-sections of beams: area, second moment, outer fibre, shear factor, constant or tapered along the beam."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, fields
+
+import numpy as np
+import numpy.typing as npt
+
+from flexmb import arguments, checks
+from flexmb.display import Shown
+from flexmb.errors import InputError
+
+Array = npt.NDArray[np.float64]
+Place = npt.ArrayLike
+"""Place along the beam: s in [0, 1], a number or an array of any shape."""
+
+
+class Section(arguments.Checked, Shown, ABC):
+    """Cross-section of a straight beam as a function of s in [0, 1], start to end.
+
+    For a section of your own, derive from this class and write the two methods; both must keep the shape of s.
+    """
+
+    @abstractmethod
+    def area_at(self, s: Place) -> Array:
+        """Area A(s) [m^2], shaped like s."""
+
+    @abstractmethod
+    def second_moment_at(self, s: Place) -> Array:
+        """Second moment of area I(s) [m^4] about the axis normal to the plane of motion, shaped like s."""
+
+    def outer_fibre_at(self, s: Place) -> Array:  # noqa: ARG002, used where a subclass knows it
+        """Distance c(s) [m] of the outermost fibre from the centroid, in the plane of motion; stress = M c / I."""
+        raise InputError(f"{type(self).__name__}: the distance of the outer fibre is unknown; no stress can be given.")
+
+    def shear_factor_at(self, s: Place, poisson: float) -> Array:  # noqa: ARG002, used where a subclass knows it
+        """Shear factor ks(s) [1], shaped like s: shear force = ks G A (shear angle); `poisson` is Poisson's ratio.
+
+        Source of the factors of this module: G. R. Cowper, The shear coefficient in Timoshenko's beam theory, Journal
+        of Applied Mechanics 33 (1966) 335-340.
+        """
+        raise InputError(f"{type(self).__name__}: the shear factor is unknown; give it as a number, shear=5/6.")
+
+
+class Prismatic(Section):
+    """Base of sections that are constant along the beam and described by positive dimensions.
+
+    The fields of a subclass are its dimensions; `area_of`, `second_moment_of` and `outer_fibre_of` take their values
+    as arrays in the order of the fields.  So `Tapered` works with every such class.
+    """
+
+    @staticmethod
+    @abstractmethod
+    def area_of(*dimensions: Array) -> Array:
+        """Area [m^2] for these dimensions."""
+
+    @staticmethod
+    @abstractmethod
+    def second_moment_of(*dimensions: Array) -> Array:
+        """Second moment of area [m^4] for these dimensions."""
+
+    @staticmethod
+    @abstractmethod
+    def outer_fibre_of(*dimensions: Array) -> Array:
+        """Distance of the outer fibre [m] for these dimensions."""
+
+    @classmethod
+    def shear_factor_of(cls, poisson: float, *dimensions: Array) -> Array:
+        """Shear factor [1] for these dimensions and Poisson's ratio; an error in a class without one."""
+        raise InputError(f"{cls.__name__}: the shear factor is unknown; give it as a number, shear=5/6.")
+
+    def dimensions(self) -> tuple[float, ...]:
+        """Values of the fields, in order."""
+        return tuple(getattr(self, field.name) for field in fields(self))  # type: ignore[arg-type]
+
+    def area_at(self, s: Place) -> Array:
+        """A [m^2], the same for every s."""
+        return self.area_of(*_constant(self.dimensions(), s))
+
+    def second_moment_at(self, s: Place) -> Array:
+        """I [m^4], the same for every s."""
+        return self.second_moment_of(*_constant(self.dimensions(), s))
+
+    def outer_fibre_at(self, s: Place) -> Array:
+        """c [m], the same for every s."""
+        return self.outer_fibre_of(*_constant(self.dimensions(), s))
+
+    def shear_factor_at(self, s: Place, poisson: float) -> Array:
+        """Shear factor ks [1], the same for every s."""
+        return self.shear_factor_of(poisson, *_constant(self.dimensions(), s))
+
+
+@dataclass(frozen=True)
+class Rectangle(Prismatic):
+    """Solid rectangle: A = b h, I = b h^3 / 12.
+
+    Parameters
+    ----------
+    width : b, normal to the plane of motion [m], > 0.
+    height : h, IN the plane of motion, the direction of bending [m], > 0.
+
+    Raises
+    ------
+    InputError : a dimension that is not a number > 0.
+
+    Examples
+    --------
+    >>> Rectangle(width=0.01, height=0.02).area_at([0.0, 1.0])
+    array([0.0002, 0.0002])
+    """
+
+    width: float
+    height: float
+
+    def __post_init__(self) -> None:
+        _check_dimensions(self)
+
+    @staticmethod
+    def area_of(*dimensions: Array) -> Array:
+        """A = b h [m^2]."""
+        b, h = dimensions
+        return b * h
+
+    @staticmethod
+    def second_moment_of(*dimensions: Array) -> Array:
+        """I = b h^3 / 12 [m^4]."""
+        b, h = dimensions
+        return b * h**3 / 12.0
+
+    @staticmethod
+    def outer_fibre_of(*dimensions: Array) -> Array:
+        """c = h / 2 [m]."""
+        _, h = dimensions
+        return 0.5 * h
+
+    @classmethod
+    def shear_factor_of(cls, poisson: float, *dimensions: Array) -> Array:
+        """Shear factor 10 (1 + nu)/(12 + 11 nu) [1] of Cowper, nu = poisson; 5/6 for nu = 0."""
+        b, _ = dimensions
+        return np.full_like(b, 10.0 * (1.0 + poisson) / (12.0 + 11.0 * poisson))
+
+
+@dataclass(frozen=True)
+class Circle(Prismatic):
+    """Solid circle: A = pi d^2 / 4, I = pi d^4 / 64.
+
+    Parameters
+    ----------
+    diameter : d [m], > 0.
+
+    Raises
+    ------
+    InputError : a diameter that is not a number > 0.
+    """
+
+    diameter: float
+
+    def __post_init__(self) -> None:
+        _check_dimensions(self)
+
+    @staticmethod
+    def area_of(*dimensions: Array) -> Array:
+        """A = pi d^2 / 4 [m^2]."""
+        (d,) = dimensions
+        return 0.25 * math.pi * d**2
+
+    @staticmethod
+    def second_moment_of(*dimensions: Array) -> Array:
+        """I = pi d^4 / 64 [m^4]."""
+        (d,) = dimensions
+        return math.pi * d**4 / 64.0
+
+    @staticmethod
+    def outer_fibre_of(*dimensions: Array) -> Array:
+        """c = d / 2 [m]."""
+        (d,) = dimensions
+        return 0.5 * d
+
+    @classmethod
+    def shear_factor_of(cls, poisson: float, *dimensions: Array) -> Array:
+        """Shear factor 6 (1 + nu)/(7 + 6 nu) [1] of Cowper, nu = poisson."""
+        (d,) = dimensions
+        return np.full_like(d, 6.0 * (1.0 + poisson) / (7.0 + 6.0 * poisson))
+
+
+@dataclass(frozen=True)
+class Tube(Prismatic):
+    """Round tube: A = pi (D^2 - d^2) / 4, I = pi (D^4 - d^4) / 64.
+
+    Parameters
+    ----------
+    outer : outer diameter D [m], > inner.
+    inner : inner diameter d [m], > 0.
+
+    Raises
+    ------
+    InputError : a diameter that is not a number > 0, inner not smaller than outer.
+    """
+
+    outer: float
+    inner: float
+
+    def __post_init__(self) -> None:
+        checks.positive("Tube", "inner", self.inner, "m", "For a solid bar use Circle(diameter=...).")
+        _check_dimensions(self)
+        if self.inner >= self.outer:
+            text = f"Tube: inner is {self.inner:g} m and outer is {self.outer:g} m; inner must be smaller than outer."
+            raise InputError(f"{text} Both are diameters.")
+
+    @staticmethod
+    def area_of(*dimensions: Array) -> Array:
+        """A = pi (D^2 - d^2) / 4 [m^2]."""
+        D, d = dimensions
+        return 0.25 * math.pi * (D**2 - d**2)
+
+    @staticmethod
+    def second_moment_of(*dimensions: Array) -> Array:
+        """I = pi (D^4 - d^4) / 64 [m^4]."""
+        D, d = dimensions
+        return math.pi * (D**4 - d**4) / 64.0
+
+    @staticmethod
+    def outer_fibre_of(*dimensions: Array) -> Array:
+        """c = D / 2 [m]."""
+        D, _ = dimensions
+        return 0.5 * D
+
+    @classmethod
+    def shear_factor_of(cls, poisson: float, *dimensions: Array) -> Array:
+        """Shear factor [1] of Cowper.
+
+        6 (1 + nu)(1 + m^2)^2/((7 + 6 nu)(1 + m^2)^2 + (20 + 12 nu) m^2) with m = d/D and nu = poisson.
+        """
+        D, d = dimensions
+        m2 = (d / D) ** 2
+        both = (1.0 + m2) ** 2
+        return 6.0 * (1.0 + poisson) * both / ((7.0 + 6.0 * poisson) * both + (20.0 + 12.0 * poisson) * m2)
+
+
+@dataclass(frozen=True, kw_only=True)
+class GeneralSection(Prismatic):
+    """Any section, given by its area and second moment; symmetric about the plane of motion.
+
+    Parameters
+    ----------
+    area : A [m^2], > 0.
+    second_moment : I about the axis normal to the plane of motion [m^4], > 0.
+    outer_fibre : distance of the outermost fibre from the centroid [m], > 0; None: unknown, then there are no stresses.
+    shear_factor : ks [1], 0 < ks <= 1, for beams with shear; None: unknown.
+
+    Raises
+    ------
+    InputError : a value that is not a number > 0; when the outer fibre or the shear factor is asked for and unknown.
+    """
+
+    area: float
+    second_moment: float
+    outer_fibre: float | None = None
+    shear_factor: float | None = None
+
+    def __post_init__(self) -> None:
+        _positive_field(self, "area", "m^2")
+        _positive_field(self, "second_moment", "m^4")
+        if self.outer_fibre is not None:
+            _positive_field(self, "outer_fibre", "m")
+        if self.shear_factor is not None:
+            object.__setattr__(
+                self, "shear_factor", checked_factor("GeneralSection", "shear_factor", self.shear_factor)
+            )
+
+    def dimensions(self) -> tuple[float, ...]:
+        """Area, second moment, outer fibre and shear factor; NaN for an unknown one."""
+        unsure = (math.nan if value is None else value for value in (self.outer_fibre, self.shear_factor))
+        return self.area, self.second_moment, *unsure
+
+    @staticmethod
+    def area_of(*dimensions: Array) -> Array:
+        """A as given [m^2]."""
+        area, *_ = dimensions
+        return area
+
+    @staticmethod
+    def second_moment_of(*dimensions: Array) -> Array:
+        """I as given [m^4]."""
+        _, second_moment, *_ = dimensions
+        return second_moment
+
+    @staticmethod
+    def outer_fibre_of(*dimensions: Array) -> Array:
+        """c as given [m], or `InputError`."""
+        _, _, c, _ = dimensions
+        if np.any(np.isnan(c)):
+            raise InputError("GeneralSection: outer_fibre is None; give its distance in m to get stresses.")
+        return c
+
+    @classmethod
+    def shear_factor_of(cls, poisson: float, *dimensions: Array) -> Array:
+        """Shear factor as given [1], whatever poisson, or `InputError`."""
+        *_, factor = dimensions
+        if np.any(np.isnan(factor)):
+            raise InputError("GeneralSection: shear_factor is None; give it to bend by shear, or a number: shear=5/6.")
+        return factor
+
+
+@dataclass(frozen=True)
+class Tapered(Section):
+    """Linear change of the dimensions between two sections of the same class.
+
+    A tapered rectangle has A of degree two and I of degree four in s; a tapered `GeneralSection` has A and I linear.
+
+    Parameters
+    ----------
+    start, end : the sections at s = 0 and s = 1, both Rectangle, Circle, Tube or GeneralSection.
+
+    Raises
+    ------
+    InputError : sections of different classes, or without dimensions.
+
+    Examples
+    --------
+    >>> taper = Tapered(Rectangle(width=0.01, height=0.03), Rectangle(width=0.01, height=0.01))
+    >>> taper.area_at([0.0, 0.5, 1.0])
+    array([0.0003, 0.0002, 0.0001])
+    """
+
+    start: Prismatic
+    end: Prismatic
+
+    def __post_init__(self) -> None:
+        for name, section in (("start", self.start), ("end", self.end)):
+            if not isinstance(section, Prismatic):
+                text = f"Tapered: {name} is {section!r}; it must be a section with constant dimensions"
+                raise InputError(f"{text}, such as Rectangle(width=..., height=...).")
+        if type(self.start) is not type(self.end):
+            classes = f"{type(self.start).__name__} and end a {type(self.end).__name__}"
+            text = f"Tapered: start is a {classes}; both must be of one class"
+            raise InputError(f"{text}. Use GeneralSection for both, or divide the beam.")
+
+    def area_at(self, s: Place) -> Array:
+        """A(s) [m^2] for the dimensions at s."""
+        kind, dimensions = self._mixed(s)
+        return kind.area_of(*dimensions)
+
+    def second_moment_at(self, s: Place) -> Array:
+        """I(s) [m^4] for the dimensions at s."""
+        kind, dimensions = self._mixed(s)
+        return kind.second_moment_of(*dimensions)
+
+    def outer_fibre_at(self, s: Place) -> Array:
+        """c(s) [m] for the dimensions at s."""
+        kind, dimensions = self._mixed(s)
+        return kind.outer_fibre_of(*dimensions)
+
+    def shear_factor_at(self, s: Place, poisson: float) -> Array:
+        """ks(s) [1] for the dimensions at s."""
+        kind, dimensions = self._mixed(s)
+        return kind.shear_factor_of(poisson, *dimensions)
+
+    def _mixed(self, s: Place) -> tuple[type[Prismatic], list[Array]]:
+        x = np.asarray(s, dtype=float)
+        pairs = zip(self.start.dimensions(), self.end.dimensions(), strict=True)
+        return type(self.start), [(1.0 - x) * a + x * b for a, b in pairs]
+
+
+def checked_factor(owner: str, name: str, value: object) -> float:
+    """A shear factor given as a number: 0 < ks <= 1."""
+    factor = checks.positive(owner, name, value)
+    if factor > 1.0:
+        text = f"{owner}: {name} is {factor:g}; a shear factor is at most 1."
+        checks.refuse(f"{text} Where a book multiplies the shear angle by 6/5, give 5/6.")
+    return factor
+
+
+def shear_factors(section: Section, shear: bool | float, poisson: float, s: Array) -> Array:
+    """Checked shear factors [1] at s: of the section for True, else the number `shear`."""
+    if shear is not True:
+        return np.full_like(s, shear)
+    values = np.asarray(section.shear_factor_at(s, poisson), dtype=float)
+    if values.shape != s.shape or not np.all(np.isfinite(values) & (values > 0.0)):
+        owner = f"{type(section).__name__}.shear_factor_at"
+        raise InputError(f"{owner}: the result is {values!r}; it must be finite, > 0, and shaped like s.")
+    return values
+
+
+def _constant(dimensions: tuple[float, ...], s: Place) -> list[Array]:
+    return [np.full(np.shape(s), value) for value in dimensions]
+
+
+def _check_dimensions(section: Prismatic) -> None:
+    for field in fields(section):  # type: ignore[arg-type]
+        _positive_field(section, field.name, "m")
+
+
+def _positive_field(section: Prismatic, name: str, unit: str) -> None:
+    # stored as float, so that equal sections compare, hash and print alike
+    object.__setattr__(section, name, checks.positive(type(section).__name__, name, getattr(section, name), unit))

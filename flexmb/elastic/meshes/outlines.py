@@ -1,0 +1,484 @@
+"""Meshes of common outlines, without a mesh generator: links with eyes, crank webs, plates with holes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import numpy.typing as npt
+from scipy.spatial import cKDTree
+
+from flexmb import checks
+from flexmb.elastic.meshes.cell_kinds import KINDS, area_inside
+from flexmb.elastic.meshes.fillings import (
+    Curve,
+    Shape,
+    arc,
+    cells_along,
+    joined,
+    on_circle,
+    require_apart,
+    ruled,
+    sampled,
+    segment,
+    triangles,
+    with_sets,
+)
+from flexmb.elastic.meshes.mesh import PlaneMesh
+from flexmb.errors import InputError
+
+# Rounded corners of polygons: tangent arcs in their places
+
+Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
+
+FEWEST_ON_ARC = 3
+"""Least number of edges on an arc, so its nodes show a circle."""
+
+SAME_PLACE = 1e-9
+"""Distance over the longest edge [1] below which the ends of two arcs are one point."""
+
+STRAIGHT = 1e-6
+"""Turn of the outline at a corner up to which it is straight [rad]."""
+
+
+def checked_fillets(label: str, fillet: float | Sequence[float], corners: int) -> Array:
+    """Radius of each corner [m], 0 for sharp ones; `fillet` is one radius for all corners, or one for each [m]."""
+    if isinstance(fillet, str) or np.ndim(fillet) == 0:
+        return np.full(corners, checks.not_negative(label, "fillet", fillet, "m"))
+    radii = [checks.not_negative(label, f"fillet[{i}]", radius, "m") for i, radius in enumerate(fillet)]  # type: ignore[arg-type]
+    if len(radii) != corners:
+        raise InputError(
+            f"{label}: fillet has {len(radii)} radii, the outline {corners} corners. Give one number, or one for each "
+            "corner, 0 for a sharp one."
+        )
+    return np.array(radii)
+
+
+def rounded(label: str, corners: Array, radii: Array, size: float) -> tuple[Array, list[Indices]]:
+    """A polygon with arcs as fine polylines in place of its corners, and the numbers of the points on each arc.
+
+    Corners (n, 2) stand counter-clockwise, and radii (n,) of 0 are sharp corners [m]; edges on the arcs have `size` [m]
+    at most.  The new corners (p, 2) [m] include the tangent points of arcs.  Arcs that do not fit onto an edge are
+    refused.
+    """
+    after, before = np.roll(corners, -1, axis=0) - corners, corners - np.roll(corners, 1, axis=0)
+    lengths = np.linalg.norm(after, axis=1)
+    turns = _turns(before, after)
+    tangents = radii * np.tan(0.5 * np.abs(turns))  # from the corner to where the arc begins
+    _require_room(label, radii, tangents, lengths)
+    points: list[Array] = []
+    arcs: list[Indices] = []
+    count = 0
+    for corner, radius, turn, reach, way, length in zip(corners, radii, turns, tangents, after, lengths, strict=True):
+        if radius == 0.0 or abs(turn) < STRAIGHT:
+            piece = corner[None, :]
+        else:
+            piece = _arc(corner, radius, turn, reach, way / length, size)
+            arcs.append(count + np.arange(len(piece)))
+        points.append(piece)
+        count += len(piece)
+    found = np.concatenate(points)
+    return _without_repeats(found, arcs, lengths.max())
+
+
+def _turns(before: Array, after: Array) -> Array:
+    """Turn of the direction at each corner [rad], > 0 to the left."""
+    cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    return np.asarray(np.arctan2(cross, (before * after).sum(axis=1)))
+
+
+def _require_room(label: str, radii: Array, tangents: Array, lengths: Array) -> None:
+    ends = np.roll(tangents, -1)
+    lacking = tangents + ends - lengths * (1.0 + 1e-12)
+    if lacking.max() <= 0.0:
+        return
+    i = int(lacking.argmax())
+    j = (i + 1) % len(radii)
+    most = lengths[i] / (tangents[i] + ends[i])
+    raise InputError(
+        f"{label}: the fillets of {radii[i]:g} and {radii[j]:g} m at corners {i} and {j} take "
+        f"{tangents[i] + ends[i]:.4g} m of the edge between them, which is {lengths[i]:.4g} m long. "
+        f"Make them smaller, {most:.3g} times these radii at most."
+    )
+
+
+def _arc(corner: Array, radius: float, turn: float, reach: float, ahead: Array, size: float) -> Array:
+    """Points on the arc at a corner, in the order of the outline; `ahead` is the direction behind the corner."""
+    side = np.sign(turn)
+    inwards = side * np.array([-ahead[1], ahead[0]])
+    centre = corner + reach * ahead + radius * inwards
+    count = max(FEWEST_ON_ARC, int(np.ceil(abs(turn) * radius / size)))
+    angle = np.arctan2(-inwards[1], -inwards[0]) - turn * (1.0 - np.arange(count + 1) / count)
+    return np.asarray(centre + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1))
+
+
+def _without_repeats(points: Array, arcs: list[Indices], size: float) -> tuple[Array, list[Indices]]:
+    """Points, each place once, where an arc begins at the end of another one."""
+    kept = np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1) > SAME_PLACE * size
+    numbers = (np.cumsum(kept) - 1) % kept.sum()  # the first point may be the last one
+    return points[kept], [numbers[arc] for arc in arcs]
+
+
+# Meshes of plates of any straight outline with round holes
+
+Hole = tuple[tuple[float, float], float]
+"""Centre and radius [m]."""
+
+
+def plate_with_holes(
+    outline: Sequence[tuple[float, float]],
+    holes: Mapping[str, Hole],
+    size: float,
+    kind: str = "tri6",
+    fillet: float | Sequence[float] = 0.0,
+) -> PlaneMesh:
+    """A plate with straight edges, sharp or rounded corners, and round holes, which are sets of their names.
+
+    Parameters
+    ----------
+    outline : corners of the outline in order [m].
+    holes : centre and radius of each hole by name [m], such as {"start": ((0.0, 0.0), 0.01)}.
+    size : length of a triangle's edge [m].
+    kind : "tri6", whose edges on holes and fillets are curved, or "tri3".
+    fillet : radius of the arcs at all corners, or one radius for each corner; 0: sharp [m].
+
+    Raises
+    ------
+    InputError : an outline with less than three corners or that crosses itself, holes that overlap or leave the
+        outline, walls narrower than the triangles, fillets longer than an edge.
+
+    Notes
+    -----
+    At a sharp corner that points inwards stresses grow without limit with finer meshes.  A fillet has three edges at
+    least, so a small one makes small triangles.
+    """
+    label = "meshes.plate_with_holes"
+    checks.one_of(label, "kind", kind, ("tri6", "tri3"))
+    size = checks.positive(label, "size", size, "m")
+    given = checks.sequence(label, "outline", outline, "corners (x, y)")
+    corners = np.array([checks.point(label, f"outline[{i}]", p) for i, p in enumerate(given)], dtype=float)
+    if len(corners) < 3:
+        raise InputError(f"{label}: outline has {len(corners)} corners; it must have three at least.")
+    radii = checked_fillets(label, fillet, len(corners))
+    _require_simple(label, corners)
+    if area_inside(corners) < 0.0:
+        corners, radii = corners[::-1], radii[::-1]
+    corners, arcs = rounded(label, corners, radii, size)
+    found = {}
+    for name, hole in checks.mapping(label, "holes", holes).items():
+        if not isinstance(hole, tuple | list) or len(hole) != 2:
+            raise InputError(f"{label}: hole {name!r} is {hole!r}; it must be ((x, y), radius).")
+        x, y = checks.point(label, f"centre of {name!r}", hole[0])
+        found[checks.identifier(label, name)] = (x, y, checks.positive(label, f"radius of {name!r}", hole[1], "m"))
+    shape = Shape(label, corners, found)
+    require_apart(label, shape, list(found))
+    points, cells, sets = triangles(shape, size)
+    mesh = PlaneMesh(points, cells, "tri3", sets, name="plate_with_holes")
+    if kind == "tri3":
+        return mesh
+    where = cKDTree(points)
+    bends = [where.query(corners[arc])[1] for arc in arcs]
+    round_sets = {str(i): nodes for i, nodes in enumerate([*sets.values(), *bends])}
+    curved = PlaneMesh(points, cells, "tri3", round_sets).to_quadratic(list(round_sets))
+    own = dict(zip(sets, curved.sets.values(), strict=False))  # the fillets have no names
+    return PlaneMesh(curved.points, curved.cells, curved.kind, own, name="plate_with_holes")
+
+
+def _require_simple(label: str, corners: np.ndarray) -> None:
+    """Refuse an outline whose edges cross."""
+    ends = np.roll(corners, -1, axis=0)
+    n = len(corners)
+    for i in range(n):
+        for j in range(i + 1, n):
+            if (j - i) % n not in (1, n - 1) and _cross(corners[i], ends[i], corners[j], ends[j]):
+                raise InputError(f"{label}: edges {i} and {j} of the outline cross. Give its corners in order.")
+
+
+def _cross(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> bool:
+    """Whether two segments a-b and c-d meet."""
+
+    def side(p: np.ndarray, q: np.ndarray, r: np.ndarray) -> float:
+        return float((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]))
+
+    lowest = np.maximum(np.minimum(a, b), np.minimum(c, d))  # of the boxes, which edges on one line need not share
+    boxes_meet = bool(np.all(lowest <= np.minimum(np.maximum(a, b), np.maximum(c, d))))
+    return boxes_meet and side(a, b, c) * side(a, b, d) <= 0.0 and side(c, d, a) * side(c, d, b) <= 0.0
+
+
+# Meshes of common outlines, without a mesh generator: links with eyes, crank webs, rings, rectangles
+
+Pair = tuple[float, float]
+
+NARROW = math.radians(50.0)
+"""Angle at which the shank leaves an eye [rad] up to which the block of the eye ends on an arc; wider: on a box."""
+
+LARGEST_TURN = math.radians(20.0)
+"""Turn of a fillet along one cell [rad]."""
+
+NO_CORNER = 1e-9
+"""Distance of the shank's edge from the eye's outline over its radius [1] up to which there is no corner."""
+
+
+def rectangle(length: float, height: float, nx: int, ny: int, kind: str = "quad9") -> PlaneMesh:
+    """A rectangle from (0, 0) to (length, height) with the sets "left", "right", "bottom" and "top".
+
+    Parameters
+    ----------
+    length, height : sides along x and y [m].
+    nx, ny : numbers of cells along x and y; triangles halve these cells.
+    kind : kind of the cells.
+
+    Raises
+    ------
+    InputError : sides that are not > 0, no cells, an unknown kind.
+    """
+    label = "meshes.rectangle"
+    checks.one_of(label, "kind", kind, KINDS)
+    l, h = checks.positive(label, "length", length, "m"), checks.positive(label, "height", height, "m")
+    nx, ny = checks.count(label, "nx", nx), checks.count(label, "ny", ny)
+    bottom, top = (sampled([segment((0.0, y), (l, y))], [nx]) for y in (0.0, h))
+    mesh = joined([ruled(bottom, top, ny)], kind, f"rectangle {l:g} x {h:g}")
+    x, y = mesh.points.T
+    near = 1e-9 * max(l, h)
+    sides = {"left": x < near, "right": x > l - near, "bottom": y < near, "top": y > h - near}
+    return with_sets(mesh, sides)
+
+
+def ring(inner: float, outer: float, size: float, kind: str = "quad9") -> PlaneMesh:
+    """A ring about (0, 0) with the sets "inner" and "outer"; quadratic nodes lie on the circles.
+
+    Parameters
+    ----------
+    inner, outer : radii [m].
+    size : length of a cell's edge [m], on the outer circle and along the radius.
+    kind : kind of the cells.
+
+    Raises
+    ------
+    InputError : radii or size that are not > 0, an inner radius that is not smaller, an unknown kind.
+    """
+    label = "meshes.ring"
+    checks.one_of(label, "kind", kind, KINDS)
+    a, b = checks.positive(label, "inner", inner, "m"), checks.positive(label, "outer", outer, "m")
+    size = checks.positive(label, "size", size, "m")
+    if a >= b:
+        raise InputError(f"{label}: inner is {a:g} m; it must be smaller than outer, {b:g} m.")
+    around, across = max(8, cells_along(2.0 * math.pi * b, size)), cells_along(b - a, size)
+    first, last = (sampled([arc((0.0, 0.0), r, 0.0, 2.0 * math.pi)], [around]) for r in (a, b))
+    mesh = joined([ruled(first, last, across)], kind, f"ring {a:g}, {b:g}")
+    return with_sets(mesh, {"inner": on_circle(mesh.points, (0, 0), a), "outer": on_circle(mesh.points, (0, 0), b)})
+
+
+def link_with_eyes(
+    length: float,
+    eye: float | Pair,
+    hole: float | Pair,
+    width: float | Pair,
+    size: float,
+    kind: str = "quad9",
+    fillet: float | Pair = 0.0,
+) -> PlaneMesh:
+    """A link of two eyes and a straight shank; its holes are the sets "start" at (0, 0) and "end" at (length, 0).
+
+    Parameters
+    ----------
+    length : distance of the holes [m].
+    eye : outer radius of both eyes, or (start, end) [m].
+    hole : radius of both holes, or (start, end) [m].
+    width : width of the shank where it leaves the eyes, or (start, end) [m]; at most the diameter of the eye.
+    size : length of a cell's edge [m].
+    kind : kind of the cells; quadratic nodes lie on the circles.
+    fillet : radius of the arcs between eyes and shank, or (start, end); 0: sharp corners [m].
+
+    Raises
+    ------
+    InputError : values that are not > 0, holes larger than eyes, a shank wider than an eye, eyes that overlap, fillets
+        that leave no shank.
+
+    Notes
+    -----
+    At sharp corners between shank and eyes stresses grow without limit with finer meshes.  A `width` equal to the
+    diameter of the eyes has no corners.
+    """
+    label = "meshes.link_with_eyes"
+    checks.one_of(label, "kind", kind, KINDS)
+    length, size = checks.positive(label, "length", length, "m"), checks.positive(label, "size", size, "m")
+    radii, holes, widths = (_pair(label, n, v) for n, v in (("eye", eye), ("hole", hole), ("width", width)))
+    angles = []
+    for end, big, wide in zip(("start", "end"), radii, widths, strict=True):
+        if wide > 2.0 * big * (1.0 + 1e-12):
+            raise InputError(f"{label}: width is {wide:g} m at the {end}; at most the eye's diameter, {2 * big:g} m.")
+        angles.append(math.asin(min(1.0, 0.5 * wide / big)))
+    fillets = _pair(label, "fillet", fillet, checks.not_negative)
+    return _link(label, length, radii, holes, (angles[0], angles[1]), size, kind, fillets)
+
+
+def crank_web(throw: float, eye: float | Pair, hole: float | Pair, size: float, kind: str = "quad9") -> PlaneMesh:
+    """A web of two eyes joined by their common tangents, with the holes "start" at (0, 0) and "end" at (throw, 0).
+
+    Parameters
+    ----------
+    throw : distance of the holes [m].
+    eye : outer radius of both eyes, or (start, end) [m].
+    hole : radius of both holes, or (start, end) [m].
+    size : length of a cell's edge [m].
+    kind : kind of the cells; quadratic nodes lie on the circles.
+
+    Raises
+    ------
+    InputError : values that are not > 0, holes larger than eyes, eyes that overlap.
+    """
+    label = "meshes.crank_web"
+    checks.one_of(label, "kind", kind, KINDS)
+    throw, size = checks.positive(label, "throw", throw, "m"), checks.positive(label, "size", size, "m")
+    radii, holes = _pair(label, "eye", eye), _pair(label, "hole", hole)
+    lean = math.asin(max(-1.0, min(1.0, (radii[0] - radii[1]) / throw)))
+    return _link(label, throw, radii, holes, (0.5 * math.pi - lean, 0.5 * math.pi + lean), size, kind)
+
+
+def _link(
+    label: str,
+    length: float,
+    radii: Pair,
+    holes: Pair,
+    angles: Pair,
+    size: float,
+    kind: str,
+    fillets: Pair = (0.0, 0.0),
+) -> PlaneMesh:
+    """A mesh of two eyes whose shank leaves them at these angles from the axis [rad]."""
+    for end, big, small in zip(("start", "end"), radii, holes, strict=True):
+        if small >= big:
+            raise InputError(f"{label}: hole is {small:g} m at the {end}; it must be smaller than eye, {big:g} m.")
+    if sum(radii) >= length:
+        text = f"{label}: the eyes of {radii[0]:g} and {radii[1]:g} m overlap at a distance of {length:g} m"
+        raise InputError(f"{text}. Make the link longer or the eyes smaller.")
+    corners = [(r * math.cos(a), r * math.sin(a)) for r, a in zip(radii, angles, strict=True)]
+    slope = (corners[1][1] - corners[0][1]) / (length - corners[0][0] - corners[1][0])
+    eyes = [
+        _Eye(r, hole, angle, sign * slope, size, fillet)
+        for r, hole, angle, sign, fillet in zip(radii, holes, angles, (1.0, -1.0), fillets, strict=True)
+    ]
+    if sum(eye.reach for eye in eyes) >= length:
+        text = f"{label}: the fillets of {fillets[0]:g} and {fillets[1]:g} m leave no shank between the eyes"
+        raise InputError(f"{text}, which are {length:g} m apart. Make them smaller.")
+    across = max(eye.cells_across for eye in eyes)
+    first, last = eyes[0].neck(across), eyes[1].neck(across)
+    mirrored = [np.array([length, 0.0]) + np.array([-1.0, 1.0]) * points for points in (eyes[1].block(across), last)]
+    along = cells_along(float(np.linalg.norm(mirrored[1] - first, axis=1).max()), size)
+    mesh = joined([eyes[0].block(across), mirrored[0], ruled(first, mirrored[1], along)], kind, label[7:])
+    places = zip(("start", "end"), ((0.0, 0.0), (length, 0.0)), holes, strict=True)
+    return with_sets(mesh, {name: on_circle(mesh.points, centre, radius) for name, centre, radius in places})
+
+
+@dataclass(frozen=True)
+class _Eye:
+    """One eye about (0, 0) with the shank on the side x > 0.
+
+    radius, hole : radii [m].  angle : at which the shank leaves the eye [rad].  slope : of the shank's upper edge [1].
+    size : length of a cell's edge [m].  fillet : radius of the arcs between eye and shank [m].
+    """
+
+    radius: float
+    hole: float
+    angle: float
+    slope: float
+    size: float
+    fillet: float = 0.0
+
+    @property
+    def cells_across(self) -> int:
+        """Number of cells across the shank, for this eye; even."""
+        return 2 * cells_along(self.radius * math.sin(self.angle), self.size)
+
+    @property
+    def corner(self) -> Pair:
+        """Point where eye and upper edge of the shank meet without a fillet [m]."""
+        return self.radius * math.cos(self.angle), self.radius * math.sin(self.angle)
+
+    @cached_property
+    def arcs(self) -> tuple[Curve, Curve] | None:
+        """Upper and lower fillet, in the order of the outline; None for sharp corners, and where there is no corner."""
+        unit = math.hypot(1.0, self.slope)
+        along, normal = (1.0 / unit, self.slope / unit), (-self.slope / unit, 1.0 / unit)
+        height = self.corner[0] * normal[0] + self.corner[1] * normal[1]  # of the edge above the centre of the eye
+        reach = self.radius + self.fillet
+        if self.fillet == 0.0 or self.radius - height < NO_CORNER * self.radius:
+            return None
+        run = math.sqrt(reach**2 - (height + self.fillet) ** 2)
+        x, y = (run * a + (height + self.fillet) * n for a, n in zip(along, normal, strict=True))
+        first, last = math.atan2(-normal[1], -normal[0]), -math.pi + math.atan2(y, x)
+        return arc((x, y), self.fillet, first, last), arc((x, -y), self.fillet, -last, -first)
+
+    @property
+    def opening(self) -> float:
+        """Angle from the axis at which the round outline of the eye begins [rad]."""
+        if self.arcs is None:
+            return self.angle
+        x, y = self.arcs[0](np.ones(1))[0]
+        return math.atan2(y, x)
+
+    @property
+    def reach(self) -> float:
+        """Distance from the centre at which eye and fillets end [m]."""
+        return self.radius if self.arcs is None else max(self.radius, float(self.arcs[0](np.zeros(1))[0, 0]))
+
+    def neck_curves(self) -> list[Curve]:
+        """Curves on which the block of the eye meets the shank, from its lower to its upper edge."""
+        r, a = self.radius, self.angle
+        x, y = self.corner
+        if self.arcs is not None:
+            x, y = self.arcs[0](np.zeros(1))[0]
+        elif a <= NARROW:
+            # an arc half as bent as the eye halves the angles at the corners; it keeps clear of the hole
+            least = math.atan(max(0.0, (0.5 * (r + self.hole) - x) / y)) * 2.0
+            bend = min(a, max(0.5 * a, least))
+            radius = y / math.sin(bend)
+            return [arc((x - radius * math.cos(bend), 0.0), radius, -bend, bend)]
+        if x >= r:
+            return [segment((x, -y), (x, y))]
+        top = y + self.slope * (r - x)
+        return [segment((x, -y), (r, -top)), segment((r, -top), (r, top)), segment((r, top), (x, y))]
+
+    def neck_counts(self, curves: Sequence[Curve], across: int) -> list[int]:
+        """Numbers of cells along the curves of the neck."""
+        if len(curves) == 1:
+            return [across]
+        x = float(curves[0](np.zeros(1))[0, 0])
+        side = max(1, cells_along(self.radius - x, self.size))
+        return [side, across, side]
+
+    def neck(self, across: int) -> Array:
+        """Nodes (2 across + 1, 2) where the shank begins, from below."""
+        curves = self.neck_curves()
+        middle = len(curves) // 2
+        return sampled(curves[middle : middle + 1], [across])
+
+    def block(self, across: int) -> Array:
+        """Grid of the eye: from the hole along rays to the outline and to the neck."""
+        opening, neck = self.opening, self.neck_curves()
+        around = cells_along(2.0 * (math.pi - opening) * self.radius, self.size)
+        curves, counts = [*neck], self.neck_counts(neck, across)
+        outline, cells = [arc((0.0, 0.0), self.radius, opening, 2.0 * math.pi - opening)], [max(4, around)]
+        if self.arcs is not None:
+            ends = self.arcs[0](np.arange(2.0))
+            turn = 2.0 * math.asin(min(1.0, 0.5 * float(np.linalg.norm(ends[1] - ends[0])) / self.fillet))
+            along = max(2, math.ceil(turn / LARGEST_TURN), cells_along(turn * self.fillet, self.size))
+            outline, cells = [self.arcs[0], *outline, self.arcs[1]], [along, *cells, along]
+        outer = sampled([*curves, *outline], [*counts, *cells])
+        angle = np.arctan2(outer[:, 1], outer[:, 0])
+        inner = self.hole * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        return ruled(inner, outer, cells_along(self.reach - self.hole, self.size))
+
+
+def _pair(label: str, name: str, value: float | Pair, check: Callable[..., float] = checks.positive) -> Pair:
+    """One value for both ends, or a pair (start, end) [m]."""
+    both = tuple(value) if isinstance(value, Iterable) and not isinstance(value, str) else (value, value)
+    if len(both) != 2:
+        raise InputError(f"{label}: {name} is {value!r}; it must be one number in m, or a pair (start, end).")
+    first, second = (check(label, name, v, "m") for v in both)
+    return first, second

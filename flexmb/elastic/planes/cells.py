@@ -1,0 +1,340 @@
+"""Plane cells in absolute coordinates: their numbers, and kernels of elasticity, damping and mass.
+
+The coordinates are (x, y) of its nodes in the world, or those of `pinned` where nodes lie on pins.  The mass matrix is
+constant: accelerations of the nodes are absolute, so no centrifugal or Coriolis force is left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexmb.elastic.meshes.mesh import ByRegion, PlaneMesh, elasticity, numbers_of_cells
+from flexmb.elastic.planes.elements import (
+    COROTATED,
+    FORMULATION,
+    GRAVITY_X,
+    GRAVITY_Y,
+    NODES,
+    ZETA,
+    arms_of_pin,
+    corotated_damping,
+    corotated_energy,
+    corotated_force,
+    corotated_tangent,
+    lagrange_damping,
+    lagrange_energy,
+    lagrange_force,
+    lagrange_tangent,
+    mass_at,
+    matrix_on_coordinates,
+    nodal,
+    node_accelerations,
+    node_places,
+    node_rates,
+    on_coordinates,
+    on_every_coordinate,
+    pins_of,
+    square,
+    turned_arms,
+)
+from flexmb.elastic.planes.forms import cell_matrices, stiffness_basis
+from flexmb.engine.compiled.arrays import matrix_view
+from flexmb.kernels import account_kernel, element_kernel, energy_kernel, fast, force_kernel, tangent_kernel
+from flexmb.model.contributions import Coordinate, ElementContribution
+from flexmb.model.law import Material
+
+# Kernels of a plane cell on absolute coordinates: elasticity, damping, consistent mass, gravity
+
+
+@fast
+def add_mass_times(p, a, gx, gy, r):
+    """r += M (a - g), (2 m,)."""
+    m, at = int(p[NODES]), mass_at(p)
+    for k in range(m):
+        x, y = 0.0, 0.0
+        for l in range(m):
+            mass = p[at + k * m + l]
+            x += mass * (a[2 * l] - gx)
+            y += mass * (a[2 * l + 1] - gy)
+        r[2 * k] += x
+        r[2 * k + 1] += y
+
+
+@fast
+def node_forces(p, x, v, a, r):
+    """Forces r (2 m,) on the nodes."""
+    if p[FORMULATION] == COROTATED:
+        corotated_force(p, x, v, r)
+    else:
+        lagrange_force(p, x, v, r)
+    add_mass_times(p, a, p[GRAVITY_X], p[GRAVITY_Y], r)
+
+
+@fast
+def node_tangent(p, x, v, a, kq, kv, ka, r, A):
+    """Forces r (2 m,) on the nodes and A = kq K + kv C + ka M (2 m, 2 m)."""
+    if p[FORMULATION] == COROTATED:
+        corotated_tangent(p, x, v, kq, kv, r, A)
+    else:
+        lagrange_tangent(p, x, v, kq, kv, r, A)
+    add_mass_times(p, a, p[GRAVITY_X], p[GRAVITY_Y], r)
+    m, at = int(p[NODES]), mass_at(p)
+    for k in range(m):
+        for l in range(m):
+            mass = ka * p[at + k * m + l]
+            A[2 * k, 2 * l] += mass
+            A[2 * k + 1, 2 * l + 1] += mass
+
+
+@fast
+def cell_forces(p, q, v, a, r):
+    """Forces r (n,) on the coordinates."""
+    if pins_of(p) == 0:
+        node_forces(p, q, v, a, r)
+        return
+    arms, x, u, w, f = nodal(), nodal(), nodal(), nodal(), nodal()
+    turned_arms(p, q, arms)
+    node_places(p, q, arms, x)
+    node_rates(p, v, arms, u)
+    node_accelerations(p, v, a, arms, w)
+    node_forces(p, x, u, w, f)
+    r[:] = 0.0
+    on_coordinates(p, arms, f, r)
+
+
+@fast
+def cell_tangents(p, q, v, a, kq, kv, ka, r, A):
+    """Forces r (n,) and A = kq K + kv C + ka M (n, n)."""
+    if pins_of(p) == 0:
+        node_tangent(p, q, v, a, kq, kv, ka, r, A)
+        return
+    n = 2 * int(p[NODES])
+    arms, x, u, w, f = nodal(), nodal(), nodal(), nodal(), nodal()
+    B = matrix_view(square(), n, n)
+    turned_arms(p, q, arms)
+    node_places(p, q, arms, x)
+    node_rates(p, v, arms, u)
+    node_accelerations(p, v, a, arms, w)
+    node_tangent(p, x, u, w, kq, kv, ka, f, B)
+    r[:] = 0.0
+    A[:, :] = 0.0
+    on_coordinates(p, arms, f, r)
+    matrix_on_coordinates(p, arms, B, A)
+    for pin in range(pins_of(p)):
+        add_turning(p, pin, x, v, a, kq, kv, arms, f, A)
+
+
+@fast
+def add_turning(p, pin, x, v, a, kq, kv, arms, f, A):
+    """Add the tangent of the arms of a turning pin, by forces f (2 m,), damping and inertia."""
+    n, theta = 2 * int(p[NODES]), 3 * pin + 2
+    own, change, s = nodal(), nodal(), nodal()
+    arms_of_pin(p, pin, arms, own)
+    spin, gain = v[theta], a[theta]
+    moved = 0.0
+    for i in range(n):
+        moved += own[i] * f[i]
+        change[i], s[i] = -kq * spin * own[i], 0.0
+    A[theta, theta] -= kq * moved
+    if p[ZETA] > 0.0:
+        if p[FORMULATION] == COROTATED:
+            corotated_damping(p, x, change, s)
+        else:
+            lagrange_damping(p, x, change, s)
+    for i in range(0, n, 2):
+        along, across = -kq * gain - 2.0 * kv * spin, -kq * spin * spin
+        change[i] = along * own[i] - across * own[i + 1]
+        change[i + 1] = along * own[i + 1] + across * own[i]
+    add_mass_times(p, change, 0.0, 0.0, s)
+    column, size = on_every_coordinate(), A.shape[0]
+    for i in range(size):
+        column[i] = 0.0
+    on_coordinates(p, arms, s, column)
+    for i in range(size):
+        A[i, theta] += column[i]
+
+
+@fast
+def node_energies(p, x, v):
+    """Strain energy, potential of gravity [J], power of damping [W]."""
+    strain, power = corotated_energy(p, x, v) if p[FORMULATION] == COROTATED else lagrange_energy(p, x, v)
+    m, at = int(p[NODES]), mass_at(p)
+    gravity = 0.0
+    for k in range(m):
+        mass = 0.0
+        for l in range(m):
+            mass += p[at + k * m + l]
+        gravity -= mass * (p[GRAVITY_X] * x[2 * k] + p[GRAVITY_Y] * x[2 * k + 1])
+    return strain, gravity, power
+
+
+@fast
+def cell_energies(p, q, v):
+    """`node_energies` from the coordinates."""
+    if pins_of(p) == 0:
+        return node_energies(p, q, v)
+    arms, x, u = nodal(), nodal(), nodal()
+    turned_arms(p, q, arms)
+    node_places(p, q, arms, x)
+    node_rates(p, v, arms, u)
+    return node_energies(p, x, u)
+
+
+@fast
+def cell_mass_times(p, q, v, Mv):
+    """Mv = M v (n,)."""
+    Mv[:] = 0.0
+    if pins_of(p) == 0:
+        add_mass_times(p, v, 0.0, 0.0, Mv)
+        return
+    arms, u, f = nodal(), nodal(), nodal()
+    f[:] = 0.0
+    turned_arms(p, q, arms)
+    node_rates(p, v, arms, u)
+    add_mass_times(p, u, 0.0, 0.0, f)
+    on_coordinates(p, arms, f, Mv)
+
+
+@element_kernel
+def cell_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    """Plane cell of tri3, tri6, quad4 or quad9; q, r (n,), K, C, M (n, n)."""
+    for X, kq, kv, ka in ((K, 1.0, 0.0, 0.0), (C, 0.0, 1.0, 0.0), (M, 0.0, 0.0, 1.0)):
+        cell_tangents(p, q, v, a, kq, kv, ka, r, X)
+
+
+@tangent_kernel
+def cell_tangent(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
+    """r (n,) and kq K + kv C + ka M (n, n)."""
+    cell_tangents(p, q, v, a, kq, kv, ka, r, A)
+
+
+@force_kernel
+def cell_force(p, t, h, q, v, a, z, r, z_new):
+    """Residual r (n,) alone."""
+    cell_forces(p, q, v, a, r)
+
+
+@energy_kernel
+def cell_energy(p, t, q, v):
+    """Strain energy, potential of gravity, power dissipated by damping."""
+    return cell_energies(p, q, v)
+
+
+@account_kernel
+def cell_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
+    """r, M v, M y (n,); energies as `cell_energy` gives them."""
+    cell_forces(p, q, v, a, r)
+    cell_mass_times(p, q, v, Mv)
+    cell_mass_times(p, q, y, My)
+    return cell_energies(p, q, v)
+
+
+# Numbers p of the kernels of plane cells, from the mesh, the moduli and the pins
+
+
+@dataclass(frozen=True)
+class Pin:
+    """A rigid pin: name of its node, and the place [m] in the mesh from which its nodes are measured."""
+
+    node: str
+    place: tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Cells:
+    """Cells of one body, with the numbers of their kernels.
+
+    Parameters
+    ----------
+    points : (n, 2), places of the nodes in the axes of the mesh [m].
+    cells : (m, k) numbers of the nodes.
+    masses : (m, k, k), consistent mass matrices of one direction [kg].
+    formulation : `COROTATED` or `TOTAL_LAGRANGE`.
+    numbers : (m, ...), numbers of the formulation.
+    """
+
+    points: np.ndarray
+    cells: np.ndarray
+    masses: np.ndarray
+    formulation: float
+    numbers: np.ndarray
+
+    @staticmethod
+    def of(
+        mesh: PlaneMesh, material: ByRegion[Material], thickness: ByRegion[float], state: str, formulation: float
+    ) -> Cells:
+        """Cells of a mesh; thickness [m], state "stress" or "strain", formulation `COROTATED` or `TOTAL_LAGRANGE`."""
+        matrices = cell_matrices(mesh, material, thickness, state)
+        m, basis = len(mesh.cells), stiffness_basis(mesh)
+        gradients = np.stack([np.moveaxis(field.grad, 0, -1) for field, *_ in basis.basis], axis=2)  # (m, q, k, 2)
+        if formulation == COROTATED:
+            mean = np.einsum("cq,cqkx->ckx", basis.dx / basis.dx.sum(axis=1, keepdims=True), gradients)
+            numbers = np.hstack([mean.reshape(m, -1), matrices.stiffness.reshape(m, -1)])
+        else:
+            d11, d12, d33 = elasticity(mesh, material, state).T
+            head = np.stack([np.full(m, float(basis.dx.shape[1])), d11, d12, d11, d33], axis=1)
+            volumes = basis.dx * numbers_of_cells(mesh, "thickness", thickness, "m")[:, None]
+            at_points = np.concatenate([volumes[:, :, None], gradients.reshape(m, len(volumes[0]), -1)], axis=2)
+            numbers = np.hstack([head, at_points.reshape(m, -1)])
+        return Cells(mesh.points, mesh.cells, matrices.mass, formulation, numbers)
+
+    @property
+    def mass(self) -> float:
+        """Mass of all cells [kg]."""
+        return float(self.masses.sum())
+
+
+def cell_contributions(
+    part: str,
+    cells: Cells,
+    nodes: Mapping[int, str],
+    pins: Mapping[int, Pin],
+    damping: float,
+    gravity: tuple[float, float],
+) -> list[ElementContribution]:
+    """Contributions of all cells, with a stiffness-proportional damping time [s] and gravity [m/s^2].
+
+    `nodes` names the mechanism's nodes by number, of all nodes that lie on no pin; `pins` are the pins by number of the
+    mesh's nodes that lie on them.
+    """
+    width = cells.cells.shape[1]
+    masses = cells.masses.reshape(len(cells.cells), -1)
+    places = cells.points[cells.cells].reshape(len(cells.cells), -1)
+    bodies = np.hstack([places, masses, cells.numbers])
+    found = []
+    for numbers, body in zip(cells.cells.tolist(), bodies.tolist(), strict=True):
+        coordinates, ties, held = ties_of(part, numbers, cells.points, nodes, pins)
+        p = (float(width), float(held), cells.formulation, damping, *gravity, *body, *(ties if held else ()))
+        found.append(_contribution(part, coordinates, p))
+    return found
+
+
+def _contribution(part: str, coordinates: tuple[Coordinate, ...], p: tuple[float, ...]) -> ElementContribution:
+    return ElementContribution(
+        part, cell_kernel, coordinates, p,
+        energy=cell_energy, force=cell_force, tangent=cell_tangent, account=cell_account,
+    )  # fmt: skip
+
+
+def ties_of(
+    part: str, numbers: list[int], points: np.ndarray, nodes: Mapping[int, str], pins: Mapping[int, Pin]
+) -> tuple[tuple[Coordinate, ...], list[float], int]:
+    """Coordinates of a cell, numbers of the ties of its nodes, and number of its pins.
+
+    `numbers` are nodes of the cell, `points` (n, 2) places of all nodes [m]; `nodes` and `pins` as of
+    `cell_contributions`.
+    """
+    on = list(dict.fromkeys(pins[k] for k in numbers if k in pins))
+    coordinates = [(part, pin.node, axis) for pin in on for axis in (0, 1, 2)]
+    ties: list[float] = []
+    for k in numbers:
+        pin = pins.get(k)
+        if pin is not None:
+            ties += [3.0 * on.index(pin), 1.0, points[k, 0] - pin.place[0], points[k, 1] - pin.place[1]]
+        else:
+            ties += [float(len(coordinates)), 0.0, 0.0, 0.0]
+            coordinates += [(part, nodes[k], 0), (part, nodes[k], 1)]
+    return tuple(coordinates), [float(x) for x in ties], len(on)

@@ -1,0 +1,418 @@
+"""Loads on the nodes of a mesh: nodal forces, kernels, contributions.
+
+A force on a node, or the sum of forces f_k on the nodes of a rigid pin with the arms a_k: with beta, the direction of
+the axes in which f is given, and gamma, the angle of the pin,
+
+    F = R(beta) sum f_k,     M = sum R(gamma) a_k x R(beta) f_k = cos(beta - gamma) X + sin(beta - gamma) D
+
+with X = sum a_k x f_k and D = sum a_k . f_k.  Equation (11.12) of docs/theory/plane_bodies.md.
+
+An edge with the places x_l of its nodes and the products P of a pressure and S of a shear: f_k = (P_kl J + S_kl) x_l.
+It is linear in x, so the tangent is constant but for the arms of pins.  Equation (11.13).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from flexmb.elastic.meshes.cell_kinds import edge_rule
+from flexmb.elastic.meshes.mesh import ByRegion, PlaneMesh, numbers_of_cells
+from flexmb.elastic.planes.cells import Pin, ties_of
+from flexmb.elastic.planes.elements import (
+    FIRST,
+    NODES,
+    ON_PIN,
+    matrix_on_coordinates,
+    nodal,
+    node_places,
+    on_coordinates,
+    on_every_coordinate,
+    square,
+    tie_at,
+    turned_arms,
+)
+from flexmb.elastic.planes.forms import mass_basis
+from flexmb.engine.compiled.arrays import matrix_view, part_of
+from flexmb.errors import InputError
+from flexmb.kernels import Kernel, element_kernel, fast, signal_kernel
+from flexmb.model.contributions import (
+    MULTIPLIES,
+    Contribution,
+    Coordinate,
+    ElementContribution,
+    node_coordinates,
+    signal_contributions,
+)
+from flexmb.model.law import Motion
+
+# Nodal forces of loads on plane bodies: fields in the body, tractions and pressures on its edges
+
+Array = npt.NDArray[np.float64]
+Field: TypeAlias = Sequence[float] | Callable[[Array], Any]
+"""A constant vector (x, y), or a function of points (p, 2) [m] that returns vectors (p, 2)."""
+
+Stress: TypeAlias = float | Callable[[Array], Any]
+"""A constant number, or a function of points (p, 2) [m] that returns numbers (p,)."""
+
+
+def body_force(mesh: PlaneMesh, field: Field, thickness: ByRegion[float]) -> Array:
+    """Nodal forces (2n,) [N] of a force per volume [N/m^3], ordered x0, y0, x1, y1, ...; the thickness is in m."""
+    basis = mass_basis(mesh)
+    places = np.moveaxis(np.asarray(basis.global_coordinates()), 0, -1)
+    t = numbers_of_cells(mesh, "thickness", thickness, "m")[:, None]
+    weighted = _vectors(mesh, field, places) * (basis.dx * t)[:, :, None]
+    forces = np.zeros((len(mesh.points), 2))
+    for k, (shape, *_) in enumerate(basis.basis):
+        np.add.at(forces, mesh.cells[:, k], np.einsum("mqa,mq->ma", weighted, np.broadcast_to(shape, basis.dx.shape)))
+    return forces.ravel()
+
+
+def edge_load(mesh: PlaneMesh, name: str, traction: Field, thickness: ByRegion[float]) -> Array:
+    """Nodal forces (2n,) [N] of a force per area [Pa] on the boundary edges of a set; the thickness is in m."""
+    edges = loaded_edges(mesh, name, thickness)
+    values, slopes, weights = edge_rule(edges.nodes.shape[1])
+    lengths = np.linalg.norm(np.einsum("bka,kq->bqa", mesh.points[edges.nodes], slopes), axis=2)
+    vectors = _vectors(mesh, traction, edges.places) * (lengths * edges.thickness[:, None])[:, :, None]
+    forces = np.zeros((len(mesh.points), 2))
+    np.add.at(forces, edges.nodes, np.einsum("bqa,kq,q->bka", vectors, values, weights))
+    return forces.ravel()
+
+
+@dataclass(frozen=True, eq=False)
+class LoadedEdges:
+    """Edges of the boundary on which a load acts.
+
+    Parameters
+    ----------
+    nodes : (b, k) nodes of each edge, the body on the left.
+    places : (b, q, 2) its quadrature points [m].
+    thickness : (b,) thickness of its cell [m].
+    """
+
+    nodes: npt.NDArray[np.int64]
+    places: Array
+    thickness: Array
+
+
+def loaded_edges(mesh: PlaneMesh, name: str, thickness: ByRegion[float]) -> LoadedEdges:
+    """Boundary edges of a set, one at least; the thickness is in m."""
+    numbers = mesh.edge_numbers(name)
+    if not len(numbers):
+        text = f"{mesh.label}: the set {name!r} holds no edge of the boundary, so nothing can press on it"
+        raise InputError(f"{text}. Take a set with the nodes along an edge or a hole.")
+    nodes = mesh.edges.nodes[numbers]
+    values, _, _ = edge_rule(nodes.shape[1])
+    places = np.einsum("bka,kq->bqa", mesh.points[nodes], values)
+    return LoadedEdges(nodes, places, numbers_of_cells(mesh, "thickness", thickness, "m")[mesh.edges.cells[numbers, 0]])
+
+
+def edge_products(mesh: PlaneMesh, edges: LoadedEdges, stress: Stress) -> Array:
+    """(b, k, k) integrals P of N_k p N_l' along each edge [N/m], for a stress p that follows the edge.
+
+    A pressure p has the nodal forces P_kl J x_l at the places x_l, since J x' is the inner normal times the length; a
+    shear along the edge has P_kl x_l.  Equation (11.13) of docs/theory/plane_bodies.md.  The stress is a number [Pa],
+    or a function of points (p, 2) [m] that returns numbers (p,).
+    """
+    values, slopes, weights = edge_rule(edges.nodes.shape[1])
+    given = real_values(stress(edges.places.reshape(-1, 2)) if callable(stress) else stress)
+    count = edges.places.size // 2
+    if given.shape != ((count,) if callable(stress) else ()) or not np.isfinite(given).all():
+        text = f"{mesh.label}: a load has values of shape {given.shape}, or values that are not finite"
+        raise InputError(f"{text}; it must be a number, or a function of points (p, 2) that returns numbers (p,).")
+    at_points = np.broadcast_to(given, (count,)).reshape(edges.places.shape[:2]) * edges.thickness[:, None]
+    return np.asarray(np.einsum("bq,kq,lq,q->bkl", at_points, values, slopes, weights))
+
+
+def edge_pressure(mesh: PlaneMesh, name: str, pressure: Stress, thickness: ByRegion[float]) -> Array:
+    """Nodal forces (2n,) [N] of a pressure [Pa] on the edges of a set, by thickness [m]; > 0 pushes into the body."""
+    edges = loaded_edges(mesh, name, thickness)
+    return on_edges(mesh, edges.nodes, edge_products(mesh, edges, pressure), 0.0).ravel()
+
+
+def on_edges(mesh: PlaneMesh, nodes: npt.NDArray[np.int64], normal: Array, along: Array | float) -> Array:
+    """Nodal forces (n, 2) [N] of stresses that follow edges of nodes (b, k), at the places of the mesh.
+
+    `normal` and `along` are products (b, k, k) of the pressure and of the shear, or 0 [N/m].
+    """
+    x = mesh.points[nodes]
+    inner = np.stack([-x[:, :, 1], x[:, :, 0]], axis=2)  # the body lies on the left of an edge
+    forces = np.zeros((len(mesh.points), 2))
+    on_nodes = np.einsum("bkl,bla->bka", normal, inner)
+    if np.ndim(along):
+        on_nodes = on_nodes + np.einsum("bkl,bla->bka", along, x)
+    np.add.at(forces, nodes, on_nodes)
+    return forces
+
+
+def real_values(given: Any) -> Array:
+    """Values of a user's function as real numbers; nan where they are none."""
+    try:
+        values = np.asarray(given)
+    except ValueError:  # lists of different lengths
+        return np.full(1, np.nan)
+    return values.astype(float) if values.dtype.kind in "biuf" else np.full(values.shape, np.nan)
+
+
+def _vectors(mesh: PlaneMesh, field: Field, places: Array) -> Array:
+    """Vectors (..., 2) of a field at places (..., 2)."""
+    values = real_values(field(places.reshape(-1, 2)) if callable(field) else field)
+    shape = (places.size // 2, 2) if callable(field) else (2,)
+    if values.shape != shape or not np.isfinite(values).all():
+        text = f"{mesh.label}: a load has values of shape {values.shape}, or values that are not finite"
+        raise InputError(f"{text}; it must be (x, y), or a function of points (p, 2) that returns (p, 2).")
+    return np.broadcast_to(values, (places.size // 2, 2)).reshape(places.shape)
+
+
+# Kernels of loads on the nodes of a mesh: forces, dead or turning with a pin, and stresses that follow edges
+
+FORCE_X, FORCE_Y, CROSS, ALONG, ANGLE, OWN, TURNING, NODE_NUMBERS = range(8)
+"""Numbers p of a force on a node: sum of f, X, D, beta where nothing turns; coordinates of gamma and of beta, or -1."""
+
+PRODUCTS = 2
+"""Place of the products of an edge (m, m, 2), behind the numbers of nodes and pins; then the ties."""
+
+P, S, PAIR = range(3)
+"""Products of a pressure and of a shear for a pair of nodes, and their number."""
+
+ON_EDGES, FIRST_ELEMENT = range(2)
+"""Numbers p of a signal: 1 for edges; then of each element, and at the end the number of the signal."""
+
+COORDINATES, SIZE, NUMBERS = range(3)
+"""Numbers of an element of a signal: those of its coordinates and of its own numbers, which follow."""
+
+POWER = 2
+"""Number of the signal `power`; those of fx and fy are 0 and 1."""
+
+SIGNALS = (("fx", "N"), ("fy", "N"), ("power", "W"))
+"""Signals of a load on a mesh with their units."""
+
+
+@fast
+def node_force(p, q, r):
+    """Residual r (n,) of a force on a node; cosine and sine of beta - gamma are returned."""
+    own, turning = int(p[OWN]), int(p[TURNING])
+    beta = q[turning] if turning >= 0 else p[ANGLE]
+    c, s = math.cos(beta), math.sin(beta)
+    for i in range(r.shape[0]):
+        r[i] = 0.0
+    r[0] = s * p[FORCE_Y] - c * p[FORCE_X]
+    r[1] = -s * p[FORCE_X] - c * p[FORCE_Y]
+    if own < 0:
+        return 1.0, 0.0
+    c, s = math.cos(beta - q[own]), math.sin(beta - q[own])
+    r[own] = -c * p[CROSS] - s * p[ALONG]
+    return c, s
+
+
+@element_kernel
+def node_force_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    """Force on a node (x, y), further coordinates are angles; r (n,), K (n, n)."""
+    c, s = node_force(p, q, r)
+    own, turning = int(p[OWN]), int(p[TURNING])
+    if turning >= 0:
+        K[0, turning], K[1, turning] = -r[1], r[0]
+    if own >= 0 and own != turning:
+        slope = s * p[CROSS] - c * p[ALONG]
+        K[own, own] = -slope
+        if turning >= 0:
+            K[own, turning] = slope
+
+
+@fast
+def edge_forces(p, x, f):
+    """Forces f (2 m,) on the nodes of an edge at the places x (2 m,)."""
+    m = int(p[NODES])
+    for k in range(m):
+        fx, fy = 0.0, 0.0
+        for l in range(m):
+            at = PRODUCTS + PAIR * (k * m + l)
+            normal, along = p[at + P], p[at + S]
+            fx += along * x[2 * l] - normal * x[2 * l + 1]
+            fy += along * x[2 * l + 1] + normal * x[2 * l]
+        f[2 * k], f[2 * k + 1] = fx, fy
+
+
+@fast
+def edge_force(p, q, arms, f, r):
+    """Arms, forces f (2 m,), residual r (n,) of an edge."""
+    x = nodal()
+    turned_arms(p, q, arms)
+    node_places(p, q, arms, x)
+    edge_forces(p, x, f)
+    for i in range(2 * int(p[NODES])):
+        f[i] = -f[i]
+    for i in range(r.shape[0]):
+        r[i] = 0.0
+    on_coordinates(p, arms, f, r)
+
+
+@fast
+def edge_tangent(p, q, r, K):
+    """Residual r (n,) and tangent K (n, n) of an edge."""
+    arms, f = nodal(), nodal()
+    edge_force(p, q, arms, f, r)
+    m = int(p[NODES])
+    B = matrix_view(square(), 2 * m, 2 * m)
+    for k in range(m):
+        for l in range(m):
+            at = PRODUCTS + PAIR * (k * m + l)
+            normal, along = p[at + P], p[at + S]
+            B[2 * k, 2 * l], B[2 * k, 2 * l + 1] = -along, normal
+            B[2 * k + 1, 2 * l], B[2 * k + 1, 2 * l + 1] = -normal, -along
+    matrix_on_coordinates(p, arms, B, K)
+    for k in range(m):
+        tie = tie_at(p, k)
+        if p[tie + ON_PIN] > 0.0:
+            theta = int(p[tie + FIRST]) + 2
+            K[theta, theta] -= arms[2 * k] * f[2 * k] + arms[2 * k + 1] * f[2 * k + 1]
+
+
+@element_kernel
+def edge_force_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    """Pressure and shear on an edge, which follow it; r (n,), K (n, n)."""
+    edge_tangent(p, q, r, K)
+
+
+@fast
+def total(p, q, v):
+    """Force along x or y, or power, of all elements of a load."""
+    last = p.shape[0] - 1
+    on_edges, number, at, first, found = p[ON_EDGES] > 0.0, int(p[last]), FIRST_ELEMENT, 0, 0.0
+    arms, f, r = nodal(), nodal(), on_every_coordinate()
+    while at < last:
+        n, begin = int(p[at + COORDINATES]), at + NUMBERS
+        end = begin + int(p[at + SIZE])
+        own, coordinates, rows = part_of(p, begin, end), part_of(q, first, first + n), part_of(r, 0, n)
+        if on_edges:
+            edge_force(own, coordinates, arms, f, rows)
+        else:
+            node_force(own, coordinates, rows)
+        if number == POWER:
+            for i in range(n):
+                found -= rows[i] * v[first + i]
+        elif on_edges:
+            for k in range(int(own[NODES])):
+                found -= f[2 * k + number]
+        else:
+            found -= rows[number]
+        at, first = end, first + n
+    return found
+
+
+@signal_kernel
+def mesh_load_signal(p, t, q, v, a):
+    """Force along x or y, or power, of a load; p: 1 for edges, then n, size and p of each element, number of signal."""
+    return total(p, q, v)
+
+
+# Forces on the nodes of a mesh, and the contributions of a load to a body with all nodes
+
+
+@dataclass(frozen=True, eq=False)
+class FollowedEdges:
+    """Edges that a load follows.
+
+    Parameters
+    ----------
+    nodes : (b, k) nodes of each edge.
+    normal, along : (b, k, k) products of the pressure and of the shear [N/m].
+    """
+
+    nodes: npt.NDArray[np.int64]
+    normal: Array
+    along: Array
+
+
+@dataclass(frozen=True, eq=False)
+class NodalLoad:
+    """A load on the nodes of a mesh, in the axes of the mesh.
+
+    Parameters
+    ----------
+    forces : (n, 2) forces on the undeformed body [N].
+    nodes : numbers of the nodes on which it acts, though its values may be 0.
+    follower : whether their directions turn with the first pin.
+    edges : edges that it follows, in place of directions; None: no edges.
+    """
+
+    forces: Array
+    nodes: npt.NDArray[np.int64]
+    follower: bool = False
+    edges: FollowedEdges | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class LoadedMesh:
+    """A body with all nodes, as a load sees it.
+
+    Parameters
+    ----------
+    points : (n, 2) nodes in the axes of the mesh [m].
+    names : names of the nodes of the mechanism by number, of all nodes that lie on no rigid pin.
+    pins : rigid pins by number of the mesh's nodes that lie on them.
+    main : name of the first pin.
+    direction : direction of the mesh's x-axis in the world [rad].
+    """
+
+    part: str
+    points: Array
+    names: Mapping[int, str]
+    pins: Mapping[int, Pin]
+    main: str
+    direction: float
+
+    def contributions(self, name: str, load: NodalLoad, history: Motion | None) -> list[Contribution]:
+        """Elements and signals of a load, times the value of the motion `history`; None: constant."""
+        kernel: Kernel = edge_force_kernel if load.edges else node_force_kernel
+        parts = list(self._edges(load.edges) if load.edges else self._nodes(load))
+        numbers, coordinates = [float(load.edges is not None)], list[Coordinate]()
+        for place, p in parts:
+            numbers += [float(len(place)), float(len(p)), *p]
+            coordinates += place
+        return [
+            *(ElementContribution(name, kernel, place, p, factor=history) for place, p in parts),
+            *signal_contributions(
+                name, mesh_load_signal, SIGNALS, tuple(coordinates), tuple(numbers), use_of_factor=MULTIPLIES
+            ),
+        ]
+
+    def _edges(self, edges: FollowedEdges) -> Iterator[tuple[tuple[Coordinate, ...], tuple[float, ...]]]:
+        """Coordinates and numbers of each edge."""
+        products = np.stack([edges.normal, edges.along], axis=3).reshape(len(edges.nodes), -1)
+        for nodes, own in zip(edges.nodes.tolist(), products.tolist(), strict=True):
+            coordinates, ties, held = ties_of(self.part, nodes, self.points, self.names, self.pins)
+            yield coordinates, (float(len(nodes)), float(held), *own, *ties)
+
+    def _nodes(self, load: NodalLoad) -> Iterator[tuple[tuple[Coordinate, ...], tuple[float, ...]]]:
+        """Coordinates and numbers of each loaded node, then of each loaded pin."""
+        turning = node_coordinates(self.part, self.main)[2]
+        on_pins: dict[Pin, Array] = {}
+        for k in load.nodes.tolist():
+            fx, fy = load.forces[k].tolist()
+            pin = self.pins.get(k)
+            if pin is None:
+                place = node_coordinates(self.part, self.names[k])[:2]
+                yield self._force(load, (fx, fy, 0.0, 0.0), place, turning)
+                continue
+            ax, ay = (self.points[k] - pin.place).tolist()
+            sums = on_pins.setdefault(pin, np.zeros(4))
+            sums += (fx, fy, ax * fy - ay * fx, ax * fx + ay * fy)
+        for pin, sums in on_pins.items():
+            yield self._force(load, tuple(sums.tolist()), node_coordinates(self.part, pin.node), turning)
+
+    def _force(
+        self, load: NodalLoad, sums: tuple[float, ...], place: tuple[Coordinate, ...], turning: Coordinate
+    ) -> tuple[tuple[Coordinate, ...], tuple[float, ...]]:
+        """Coordinates and numbers of a force on the node at `place`, with its rotation if it has one."""
+        own, at = (2 if len(place) == 3 else -1), -1
+        if load.follower:
+            if turning not in place:
+                place = (*place, turning)
+            at = place.index(turning)
+        return place, (*sums, self.direction, float(own), float(at))

@@ -1,0 +1,557 @@
+"""Flexible bodies of any planar shape by finite elements.
+
+The nodes of the body are its pins (x, y, theta), then the nodes of the mesh that lie on no rigid pin; a constraint
+holds theta of each of these at 0, as that of a particle.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass, replace
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+import numpy.typing as npt
+from scipy.sparse import csc_array
+from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
+
+from flexmb import checks, planar
+from flexmb.elastic.meshes.mesh import STRAIN, STRESS, PlaneMesh, by_region, cell_values, elasticity, require_material
+from flexmb.elastic.planes.cells import Cells, Pin, cell_contributions
+from flexmb.elastic.planes.elements import COROTATED, TOTAL_LAGRANGE
+from flexmb.elastic.planes.forms import PlaneMatrices, matrices
+from flexmb.elastic.planes.mass_damping import damping_contributions, far_node
+from flexmb.elastic.planes.pins import AVERAGED, RIGID, Interface, Tie, averaged_pin, tie
+from flexmb.elastic.planes.stress import peak_stress_signal
+from flexmb.errors import InputError, SolveError
+from flexmb.model.contributions import (
+    Attachment,
+    ConstraintContribution,
+    Contribution,
+    Coordinate,
+    Node,
+    SignalContribution,
+    node_coordinates,
+)
+from flexmb.model.law import Material
+from flexmb.model.part import Body
+from flexmb.model.shape import Shapes
+from flexmb.parts.bodies.flexible import Field, RigidProperties, Triple, start_displacement, start_velocity
+from flexmb.parts.bodies.point_mass import held_rotation_kernel, node_mass
+
+if TYPE_CHECKING:
+    from flexmb.elastic.planes.loads import NodalLoad
+    from flexmb.model.law import Motion
+    from flexmb.model.mechanism import Mechanism
+
+# Base of bodies whose shape is a plane mesh: all nodes of it, or a few modes
+
+
+class MeshBody(Body):
+    """A body that can bear loads on its mesh."""
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """Coordinates of all nodes."""
+        return tuple(c for node in self.nodes() for c in node_coordinates(self.name, node.name))
+
+    @property
+    @abstractmethod
+    def plane(self) -> PlaneBody | None:
+        """The body with all nodes of its mesh; None for one of beams."""
+
+    @abstractmethod
+    def loaded(self, name: str, load: NodalLoad, history: Motion | None) -> Sequence[Contribution]:
+        """Contributions of a load on the mesh.
+
+        Parameters
+        ----------
+        name : name of the load.
+        load : its forces, in the axes of the mesh.
+        history : motion whose value multiplies it; None: constant.
+        """
+
+
+# Natural frequencies and shapes of plane bodies, free or held at pins
+
+Array = npt.NDArray[np.float64]
+
+RIGID_MOTIONS = 3
+"""Motions of a free body without deformation."""
+
+SHIFT = 1e-6
+"""Shift of the squared angular frequency below 0, over that of a longitudinal wave of the body's length [1]."""
+
+
+def vibrations(
+    matrices: PlaneMatrices, count: int = 6, tie: Tie | None = None, held: Sequence[str] = ()
+) -> tuple[Array, Array]:
+    """Lowest natural frequencies (count,) [Hz] and shapes (2n, count), without motions as a rigid body.
+
+    Shapes have the modal mass 1 kg: phi^T M phi = 1.  Pins `held` neither move nor turn.
+    """
+    label = matrices.mesh.label
+    count = checks.count(label, "count", count)
+    K, M, T = matrices.stiffness, matrices.mass, None if tie is None else tie.matrix
+    if tie is not None and T is not None:
+        fixed = [tie.pins.index(checks.one_of(label, "held pin", name, tie.pins)) for name in held]
+        kept = np.ones(T.shape[1], dtype=bool)
+        kept[(3 * np.array(fixed, dtype=np.int64)[:, None] + np.arange(3)).ravel()] = False
+        T = T[:, np.flatnonzero(kept)]
+        K, M = T.T @ K @ T, T.T @ M @ T
+    rigid = 0 if held else RIGID_MOTIONS
+    if K.shape[0] < rigid + 2:
+        text = f"{label}: with its pins held it has {K.shape[0]} displacements"
+        raise InputError(f"{text}, so it cannot vibrate. Take pins that leave nodes free, or a finer mesh.")
+    checks.between(label, "count", count, 1, K.shape[0] - rigid - 1)
+    squared, shapes = _lowest(label, csc_array(K), csc_array(M), count + rigid, matrices)
+    frequencies = np.sqrt(np.maximum(squared[rigid:], 0.0)) / (2.0 * math.pi)
+    shapes = shapes[:, rigid:]
+    return frequencies, shapes if T is None else T @ shapes
+
+
+def _lowest(label: str, K: csc_array, M: csc_array, count: int, matrices: PlaneMatrices) -> tuple[Array, Array]:
+    """Lowest eigenvalues of K - w^2 M and their vectors, by Lanczos' method on the inverse of K - shift M."""
+    # E/rho and the length of the body give a frequency that no material and no unit changes
+    scale = matrices.stiffness.diagonal().max() / matrices.mass.diagonal().max()
+    nodes = len(matrices.mesh.points)
+    shift = -SHIFT * scale / nodes
+    factors = splu(csc_array(K - shift * M), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
+                   options={"SymmetricMode": True})  # fmt: skip
+    inverse = LinearOperator(K.shape, matvec=factors.solve, dtype=float)
+    start = np.random.default_rng(0).standard_normal(K.shape[0])
+    try:
+        values, vectors = eigsh(K, count, M, sigma=shift, OPinv=inverse, v0=start)
+    except ArpackError as error:
+        text = f"{label}: {count} natural frequencies were not found ({error})"
+        raise SolveError(f"{text}. Ask for fewer, or look for nearly separate pieces of the mesh.") from None
+    order = np.argsort(values)
+    return values[order], vectors[:, order]
+
+
+# Contributions of a plane body with all nodes of its mesh: cells, pins, and rotations that mesh nodes do not have
+
+PIN_SHARE = 1e-7
+"""Mass of an averaged pin over that of its body: it keeps the equations of motion regular.
+
+Its nodes have as much less, so that no rigid motion of the body has another inertia.  Frequencies of motions that
+deform the hole change by less than this share.  With a hundredth of it steps find the pins without mass."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeshPin:
+    """A pin of a body: name of its node, place in the mesh [m], numbers of the mesh's nodes that it holds.
+
+    weights : (n,) of an averaged pin, with the sum 1; None: a rigid pin.
+    """
+
+    name: str
+    place: tuple[float, float]
+    nodes: np.ndarray
+    weights: np.ndarray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class FullBody:
+    """A plane body with all nodes of its mesh.
+
+    Parameters
+    ----------
+    cells : cells, in the axes of the mesh.
+    origin : the mesh's origin in the world [m].
+    angle : direction of the mesh's x-axis in the world [rad].
+    damping : stiffness-proportional damping time [s].
+    mass_damping : mass-proportional damping rate [1/s].
+    """
+
+    part: str
+    cells: Cells
+    pins: Sequence[MeshPin]
+    origin: tuple[float, float] = (0.0, 0.0)
+    angle: float = 0.0
+    damping: float = 0.0
+    mass_damping: float = 0.0
+
+    @cached_property
+    def on_pins(self) -> dict[int, Pin]:
+        """Rigid pins by the numbers of their nodes."""
+        rigid = [pin for pin in self.pins if pin.weights is None]
+        return {int(k): Pin(pin.name, pin.place) for pin in rigid for k in pin.nodes}
+
+    @cached_property
+    def names(self) -> dict[int, str]:
+        """Names of the nodes that lie on no rigid pin, by number."""
+        return {k: f"node{k}" for k in range(len(self.cells.points)) if k not in self.on_pins}
+
+    def nodes(self) -> tuple[Node, ...]:
+        """Pins, then nodes of the mesh, in the reference configuration."""
+        pins = [Node(pin.name, *self._world(pin.place), self.angle) for pin in self.pins]
+        points = self.cells.points.tolist()
+        return (*pins, *(Node(name, *self._world(points[k]), 0.0, turns=False) for k, name in self.names.items()))
+
+    def _world(self, point: Sequence[float]) -> tuple[float, float]:
+        return planar.from_frame(self.origin, self.angle, (point[0], point[1]))
+
+    def contributions(self, gravity: tuple[float, float]) -> list[Contribution]:
+        """Cells, averaged pins, held rotations."""
+        found: list[Contribution] = []
+        found += cell_contributions(self.part, self.cells, self.names, self.on_pins, self.damping, gravity)
+        if self.mass_damping:
+            zeta = self.mass_damping
+            found += damping_contributions(self.part, self.cells, self.names, self.on_pins, zeta, self._axis())
+        inertia = self.cells.mass * float(np.ptp(self.cells.points, axis=0).max()) ** 2
+        for name in self.names.values():  # any moment of inertia will do
+            theta = node_coordinates(self.part, name)[2:]
+            found.append(node_mass(self.part, name, 0.0, inertia / len(self.names), (0.0, 0.0)))
+            found.append(ConstraintContribution(self.part, held_rotation_kernel, theta, (), 1, is_drive=True))
+        for pin in self.pins:
+            if pin.weights is not None:
+                found += self._averaged(pin, pin.weights, gravity)
+        return found
+
+    def _axis(self) -> tuple[str, str]:
+        """Nodes of the frame of mass-proportional damping: the first two pins, or one and the farthest node."""
+        if len(self.pins) > 1:
+            return self.pins[0].name, self.pins[1].name
+        return self.pins[0].name, self.names[far_node(self.cells.points, self.pins[0].place)]
+
+    def carriers(self) -> tuple[tuple[int, float, float], ...]:
+        """Number of the node that carries each point of the mesh, in the order of `nodes`, and its place there [m]."""
+        pins = [pin.name for pin in self.pins]
+        number = {name: len(pins) + k for k, name in enumerate(self.names.values())}
+        found = []
+        for k, (x, y) in enumerate(self.cells.points.tolist()):
+            pin = self.on_pins.get(k)
+            if pin is None:
+                found.append((number[self.names[k]], 0.0, 0.0))
+            else:
+                found.append((pins.index(pin.node), x - pin.place[0], y - pin.place[1]))
+        return tuple(found)
+
+    def stress_signal(self, mesh: PlaneMesh, materials: np.ndarray) -> SignalContribution:
+        """Signal of the largest von Mises stress, with its node.
+
+        `materials` (m, 4) are d11, d12, d33 [Pa] of each cell, and sz over sx + sy.
+        """
+        pins = [pin.name for pin in self.pins]
+        coordinates = [c for name in pins for c in node_coordinates(self.part, name)]
+        ties = np.zeros((len(mesh.points), 4))
+        for k, place in enumerate(mesh.points):
+            pin = self.on_pins.get(k)
+            if pin is None:
+                ties[k, 0] = len(coordinates)
+                coordinates += node_coordinates(self.part, self.names[k])[:2]
+            else:
+                ties[k] = 3.0 * pins.index(pin.node), 1.0, *(place - pin.place)
+        return peak_stress_signal(self.part, tuple(coordinates), ties, mesh.points, mesh.cells, mesh.kind, materials)
+
+    def _averaged(self, pin: MeshPin, weights: np.ndarray, gravity: tuple[float, float]) -> list[Contribution]:
+        """Constraint and small mass of an averaged pin, taken from its nodes."""
+        own = [node_coordinates(self.part, self.names[int(k)])[:2] for k in pin.nodes]
+        coordinates = (*node_coordinates(self.part, pin.name), *(c for pair in own for c in pair))
+        arms = self.cells.points[pin.nodes] - np.array(pin.place)
+        mass = PIN_SHARE * self.cells.mass
+        inertia = mass * float(weights @ (arms**2).sum(axis=1))
+        shares = zip((self.names[int(k)] for k in pin.nodes), weights.tolist(), strict=True)
+        return [
+            averaged_pin(self.part, coordinates, arms, weights),
+            node_mass(self.part, pin.name, mass, inertia, gravity),
+            *(node_mass(self.part, name, -mass * w, 0.0, gravity) for name, w in shares),
+        ]
+
+
+# Flexible body of any planar shape: a mesh of plane stress or plane strain with pins in its holes
+
+Point = tuple[float, float]
+
+FORMULATIONS = {"corotated": COROTATED, "total-lagrange": TOTAL_LAGRANGE}
+"""Formulations of cells by name."""
+
+SAME_LENGTH = 1e-6
+"""Difference of two lengths over the length [1] up to which they are one."""
+
+REMEMBERED = 4
+"""Number of bodies whose matrices are kept, for bodies that differ in their place or their joints alone."""
+
+
+@dataclass(frozen=True)
+class PlaneBody(MeshBody):
+    """A flexible body whose shape is a plane mesh; joints are attached to pins, the centres of its holes.
+
+    Nodes are the pins, with the names of their sets, then the nodes of the mesh that no rigid pin holds: "node0",
+    "node1", ... as numbered in the mesh.  theta of a pin is the direction of the mesh's x-axis at the start; nodes of
+    the mesh have no rotation.
+
+    Parameters
+    ----------
+    name : the body's name.
+    mesh : its mesh, see `meshes`.
+    start, end : points of the pins "start" and "end" in the reference configuration [m]; their distance must be that in
+        the mesh.
+    at : point of the mesh's origin in the reference configuration [m], in place of start and end.
+    angle : direction of the mesh's x-axis [rad], beside `at`.
+    thickness : across the plane [m], or thicknesses by region of the mesh.
+    material : material, or materials by region of the mesh.
+    state : "stress" for plates, thin against their extent, "strain" for bodies that are held across the plane.
+    pins : names of the sets that are pins; None: all sets that are a whole hole.
+    interface : "rigid": a pin holds the nodes of its set as a rigid body; "averaged": it moves with their mean; or a
+        dictionary by pin.
+    damping : stiffness-proportional damping time [s], >= 0.
+    mass_damping : mass-proportional damping rate zeta1 [1/s] (Rayleigh), >= 0; see the notes.
+    formulation : "corotated": linear elasticity in axes that turn with each cell; "total-lagrange": strains
+        against the reference configuration, St. Venant and Kirchhoff's material, at twice the cost.
+    stress : whether every accepted step looks for the largest von Mises stress: signals `von_mises` [Pa] and
+        `von_mises_node`, the number of its node.
+    velocity : (vx, vy, omega) of the first pin at the start, the body moving as a rigid body, or one (vx, vy, omega)
+        per node; None: as driven.
+    displacement : (dx, dy, dtheta) per node at the start [m, rad], added to the reference configuration; None: no
+        displacement.
+
+    Raises
+    ------
+    InputError : no pins, points whose distance is not that in the mesh, regions without a value, values out of range.
+
+    Notes
+    -----
+    Small strains and any rotation.  A rigid pin is too stiff, since the hole cannot become oval; an averaged one is too
+    soft, since nothing keeps the hole round.  A pin that fills its hole lies between both.
+
+    `mass_damping` acts on the velocity against a frame that has its origin at the first pin and points to the second
+    one (with one pin: to the node farthest from it).  No rigid motion is damped.  Where both pins stand still, each
+    vibration of the angular frequency omega has the damping ratio (zeta1/omega + zeta2 omega)/2, zeta2 being `damping`.
+    """
+
+    mesh: PlaneMesh
+    _: KW_ONLY
+    start: Point | None = None
+    end: Point | None = None
+    at: Point | None = None
+    angle: float = 0.0
+    thickness: float | Mapping[str, float] | tuple[tuple[str, float], ...]
+    material: Material | Mapping[str, Material] | tuple[tuple[str, Material], ...]
+    state: str = STRESS
+    pins: tuple[str, ...] | None = None
+    interface: str | Mapping[str, str] | tuple[tuple[str, str], ...] = RIGID
+    damping: float = 0.0
+    mass_damping: float = 0.0
+    formulation: str = "corotated"
+    stress: bool = True
+    velocity: Triple | Field | None = None
+    displacement: Field | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not isinstance(self.mesh, PlaneMesh):
+            raise InputError(f"{self.label}: mesh is {self.mesh!r}; it must be a PlaneMesh, such as meshes.read(path).")
+        checks.one_of(self.label, "state", self.state, (STRESS, STRAIN))
+        checks.one_of(self.label, "formulation", self.formulation, FORMULATIONS)
+        checks.not_negative(self.label, "damping", self.damping, "s")
+        checks.not_negative(self.label, "mass_damping", self.mass_damping, "1/s")
+        checks.flag(self.label, "stress", self.stress)
+        for field in ("thickness", "material", "interface"):
+            if isinstance(value := getattr(self, field), Mapping):
+                object.__setattr__(self, field, by_region(self.label, field, value))
+        for field in ("start", "end", "at"):
+            if (point := getattr(self, field)) is not None:
+                object.__setattr__(self, field, checks.point(self.label, field, point))
+        object.__setattr__(self, "pins", self._checked_pins())
+        checks.no_name_of_nodes(self.label, cast("tuple[str, ...]", self.pins), "node", "nodes of the mesh")
+        _ = self._place, self.tie  # refuse points and pins that do not fit
+        for region, value in by_region(self.label, "thickness", self.thickness):
+            checks.positive(self.label, f"thickness of region {region!r}" if region else "thickness", value, "m")
+        for region, material in by_region(self.label, "material", self.material):
+            require_material(f"{self.label}, region {region!r}" if region else self.label, material)
+        cell_values(self.mesh, "thickness", self.thickness)
+        elasticity(self.mesh, self.material, self.state)
+        count = len(self.interfaces) + len(self.mesh.points) - len(self._held)
+        for field, checked in (("velocity", start_velocity), ("displacement", start_displacement)):
+            object.__setattr__(self, field, checked(self.label, getattr(self, field), count, None))
+
+    def _checked_pins(self) -> tuple[str, ...]:
+        """Names of the sets that are pins."""
+        if self.pins is None:
+            names = self.mesh.holes
+            if not names:
+                text = f"{self.label}: {self.mesh.label} has no hole with a name, so the body has no pins"
+                sets = ", ".join(self.mesh.sets) or "it has none"
+                raise InputError(f"{text}. Name sets of it as pins=(...): {sets}.")
+            return names
+        names = checks.sequence(self.label, "pins", self.pins, "names of sets")
+        for name in names:
+            self.mesh.set_of(name)
+        if not names or len(set(names)) < len(names):
+            raise InputError(f"{self.label}: pins are {names!r}; name at least one set, and each one once.")
+        return names
+
+    @cached_property
+    def _place(self) -> tuple[Point, float]:
+        """Point of the mesh's origin [m] and direction of its x-axis [rad]."""
+        given = [field for field in ("start", "end", "at") if getattr(self, field) is not None]
+        if given in ([], ["at"]):
+            return self.at or (0.0, 0.0), float(self.angle)
+        if given != ["start", "end"] or self.angle != 0.0:
+            now = ", ".join(given) + (" and angle" if self.angle != 0.0 else "")
+            raise InputError(f"{self.label}: give either start and end, or at and angle; given are {now}.")
+        first, last = (self.mesh.centre_of(name) for name in ("start", "end"))
+        start, end = cast("Point", self.start), cast("Point", self.end)
+        wanted, own = planar.distance(start, end), planar.distance(first, last)
+        if abs(wanted - own) > SAME_LENGTH * own:
+            text = f"{self.label}: start and end are {wanted:.9g} m apart, but {own:.9g} m in {self.mesh.label}"
+            remedy = "Move the points, or mesh the right length"
+            if not 0.01 < wanted / own < 100.0:
+                remedy += f"; for a mesh in other units take mesh.scaled({wanted / own:.4g})"
+            raise InputError(f"{text}. {remedy}.")
+        angle = _direction(start, end) - _direction(first, last)
+        return planar.from_frame(start, angle, (-first[0], -first[1])), angle
+
+    @property
+    def origin(self) -> Point:
+        """Point of the mesh's origin in the reference configuration [m]."""
+        return self._place[0]
+
+    @property
+    def direction(self) -> float:
+        """Direction of the mesh's x-axis in the reference configuration [rad]."""
+        return self._place[1]
+
+    @cached_property
+    def interfaces(self) -> tuple[Interface, ...]:
+        """Pins with their nodes, in the axes of the mesh."""
+        kinds = dict(by_region(self.label, "interface", self.interface))
+        names = cast("tuple[str, ...]", self.pins)
+        for name in kinds.keys() - {""}:
+            checks.one_of(f"{self.label}, interface", "pin", name, names)
+        for kind in kinds.values():
+            checks.one_of(self.label, "interface", kind, (RIGID, AVERAGED))
+        usual = kinds.get("", RIGID)
+        return tuple(
+            Interface(name, self.mesh.set_of(name), self.mesh.centre_of(name), kinds.get(name, usual)) for name in names
+        )
+
+    @cached_property
+    def tie(self) -> Tie:
+        """Displacements of all nodes by pins and free displacements, in the axes of the mesh."""
+        return tie(self.interfaces, self.mesh)
+
+    @cached_property
+    def matrices(self) -> PlaneMatrices:
+        """Stiffness and mass of all nodes, in the axes of the mesh."""
+        return _matrices(self.mesh, self.material, self.thickness, self.state)
+
+    @cached_property
+    def _held(self) -> frozenset[int]:
+        """Nodes of the mesh that rigid pins hold."""
+        return frozenset(node for i in self.interfaces if i.kind == RIGID for node in i.nodes.tolist())
+
+    @cached_property
+    def _nodes(self) -> tuple[Node, ...]:
+        free = [(f"node{k}", point) for k, point in enumerate(self.mesh.points.tolist()) if k not in self._held]
+        return (*self.pin_nodes, *(Node(name, *self._world((x, y)), 0.0, turns=False) for name, (x, y) in free))
+
+    @cached_property
+    def pin_nodes(self) -> tuple[Node, ...]:
+        """The pins in the reference configuration."""
+        return tuple(Node(i.name, *self._world(i.point), self.direction) for i in self.interfaces)
+
+    def _world(self, point: Point) -> Point:
+        """A point of the mesh in the reference configuration [m]."""
+        return planar.from_frame(self.origin, self.direction, point)
+
+    def nodes(self) -> tuple[Node, ...]:
+        """The pins, then the nodes of the mesh that no rigid pin holds."""
+        return self._nodes
+
+    def attach(self, owner: str, point: Point) -> Attachment:
+        """The pin at `point`; `owner` names who asks, for messages."""
+        pins = sorted(self.pin_nodes, key=lambda pin: planar.distance((pin.x, pin.y), point))
+        gap = planar.distance((pins[0].x, pins[0].y), point)
+        if gap > SAME_LENGTH * self.mesh.size:
+            listed = ", ".join(f"{pin.name} at ({pin.x:.6g}, {pin.y:.6g})" for pin in pins[:8])
+            raise InputError(
+                f"{owner}: the point ({point[0]:g}, {point[1]:g}) is no pin of {self.label}; it lies {gap:.3g} m from "
+                f"the nearest. Pins: {listed}. Move the point there, or name a set of the mesh there as a pin."
+            )
+        return Attachment(self.name, pins[0].name, (0.0, 0.0))
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """Cells, averaged pins, held rotations of the mesh's nodes; the largest stress."""
+        from flexmb.elastic.planes.stress import cell_materials  # noqa: PLC0415
+
+        found = self._full.contributions(mechanism.gravity)
+        if self.stress:
+            found.append(self._full.stress_signal(self.mesh, cell_materials(self.mesh, self.material, self.state)))
+        return found
+
+    @property
+    def plane(self) -> PlaneBody:
+        """The body itself, with all nodes of its mesh."""
+        return self
+
+    def loaded(self, name: str, load: NodalLoad, history: Motion | None) -> Sequence[Contribution]:
+        """Contributions of a load `name` on the nodes, times the value of `history`."""
+        from flexmb.elastic.planes.loads import LoadedMesh  # noqa: PLC0415
+
+        full, main = self._full, self.interfaces[0].name
+        mesh = LoadedMesh(self.name, full.cells.points, full.names, full.on_pins, main, self.direction)
+        return mesh.contributions(name, load, history)
+
+    @cached_property
+    def _full(self) -> FullBody:
+        """The body with all nodes of its mesh."""
+        from flexmb.elastic.planes.cells import Cells  # noqa: PLC0415
+
+        cells = Cells.of(self.mesh, self.material, self.thickness, self.state, FORMULATIONS[self.formulation])
+        weights = [None if i.kind == RIGID else i.weights(self.mesh) for i in self.interfaces]
+        pins = [MeshPin(i.name, i.point, i.nodes, w) for i, w in zip(self.interfaces, weights, strict=True)]
+        return FullBody(self.name, cells, pins, self.origin, self.direction, self.damping, self.mass_damping)
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the mesh alone
+        """The mesh."""
+        from flexmb.elastic.planes.stress import mesh_shape  # noqa: PLC0415
+
+        names, poses = zip(*((node.name, (node.x, node.y, node.theta)) for node in self.nodes()), strict=True)
+        shape = mesh_shape(self.name, self.mesh.placed(self.direction, self.origin), self.material, self.state)
+        return (replace(shape, nodes=names, carriers=self._full.carriers(), poses=poses),)
+
+    @property
+    def seeks_stress(self) -> bool:
+        """Whether every accepted step looks for the largest stress."""
+        return self.stress
+
+    def properties(self) -> RigidProperties:
+        """Mass, centre of mass and moment of inertia as a rigid body in the reference configuration."""
+        mass, centre, inertia = self.matrices.rigid_properties
+        return RigidProperties(mass, self._world(centre), inertia)
+
+    def frequencies(self, count: int = 6, held: Sequence[str] = ()) -> np.ndarray:
+        """Lowest natural frequencies (count,) of the whole mesh [Hz], without motions as a rigid body.
+
+        Parameters
+        ----------
+        count : number of frequencies.
+        held : names of pins that neither move nor turn; without them the body is free.
+        """
+        return vibrations(self.matrices, count, self.tie, held)[0]
+
+    def total_mass(self) -> float:
+        """The mass [kg]."""
+        return self.matrices.rigid_properties[0]
+
+    def start_velocity(self) -> Triple | Field | None:
+        """The declared start velocity."""
+        return self.velocity
+
+    def start_displacement(self) -> Field | None:
+        """The declared start displacement."""
+        return self.displacement
+
+
+_matrices = lru_cache(maxsize=REMEMBERED)(matrices)
+
+
+def _direction(start: Point, end: Point) -> float:
+    """Direction from one point to another one [rad]."""
+    return math.atan2(end[1] - start[1], end[0] - start[0])

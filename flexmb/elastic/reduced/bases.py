@@ -1,0 +1,337 @@
+"""Craig-Bampton bases: static shapes of the pins, and vibrations with all pins held.
+
+Every third of the vibrations makes a node (x, y, theta) of the reduced body: two amplitudes are displacements of the
+node against the mean of the pins, the third is its rotation against that of the first pin.  So rigid motions are those
+of nodes, and the basis holds them.  Places are compared with places, angles with an angle: steps that turn a body give
+them different velocities.  Shortening takes the added nodes along with the pins.
+
+    Psi = [Psi_s - Phi A R,  Phi A],   Psi_s = [1; -K_ii^-1 K_ib],   K_ii phi = omega^2 M_ii phi
+
+R : rigid motion of the added nodes by the pins;  A : amplitudes by their scale.
+
+On request a node for the static shapes of the own inertia comes first, Phi_z = K_ii^-1 M_i x for unit accelerations
+along x, along y and about the first pin, and static shapes K_ii^-1 f_i of given loads f precede the vibrations.
+Vibrations then have no static part of these: phi - Phi_z c.
+Source: R. R. Craig, M. C. C. Bampton, AIAA J. 6 (1968) 1313.  Equations (12.17) to (12.21) of docs/theory/reduced.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+import scipy.linalg as la
+import scipy.sparse.linalg as sla
+
+from flexmb import planar
+from flexmb.elastic.reduced.kernel import MOST
+from flexmb.errors import InputError
+from flexmb.model.contributions import Node
+from flexmb.model.shape import MeshShape
+
+# Stiffness and mass of an elastic body by displacements of its pins and of its inside
+
+Array = npt.NDArray[np.float64]
+Sparse: TypeAlias = Any
+"""Sparse matrix of scipy, which has no types."""
+
+
+@dataclass(frozen=True, eq=False)
+class ElasticModel:
+    """Small displacements of an elastic body.
+
+    Parameters
+    ----------
+    label : class and name of the body, for messages.
+    pins : (P) nodes where other parts are attached; the first 3 P displacements are x, y and rotation of these.
+    stiffness : (N, N) symmetric, 0 for rigid motions [N/m].
+    points : (S, 2) reference positions of the points whose displacements carry the mass [m].
+    shape : (2 S, N) displacements x0, y0, x1, y1, ... of the points.
+    mass : (S, S) symmetric; kinetic energy = 1/2 v_x mass v_x + 1/2 v_y mass v_y [kg].
+    turn_shape : (R, N) rotations that carry moments of inertia.
+    turn_inertia : (R, R) symmetric [kg m^2].
+    stress_stiffness : (N,) displacements -> (N, N) geometric stiffness of the stress of these displacements [N/m].
+    damping : stiffness-proportional damping time [s].
+    origin, direction : where the axes of the model lie in the reference configuration [m, rad].
+    drawn : mesh that shows the body, with places in the axes of the model, without what moves it.
+    drawn_by : (2 points, N) displacements of its points.
+    stresses : (N, n) displacements -> (nodes, 4, n) sx, sy, txy, sz at the nodes [Pa]; None: unknown.
+    mass_damping : mass-proportional damping rate [1/s].
+    """
+
+    label: str
+    pins: tuple[Node, ...]
+    stiffness: Sparse
+    points: Array
+    shape: Sparse
+    mass: Sparse
+    turn_shape: Sparse
+    turn_inertia: Sparse
+    stress_stiffness: Callable[[Array], Sparse]
+    damping: float = 0.0
+    origin: tuple[float, float] = (0.0, 0.0)
+    direction: float = 0.0
+    drawn: MeshShape | None = None
+    drawn_by: Sparse | None = None
+    stresses: Callable[[Array], Array] | None = None
+    mass_damping: float = 0.0
+
+    def placed(self, nodes: Sequence[Node]) -> tuple[Node, ...]:
+        """Nodes, given in the axes of the model, in the reference configuration."""
+        turn = self.direction
+        return tuple(Node(n.name, *planar.from_frame(self.origin, turn, (n.x, n.y)), n.theta + turn) for n in nodes)
+
+    @property
+    def count(self) -> int:
+        """Number of the displacements of pins."""
+        return 3 * len(self.pins)
+
+    def mass_matrix(self) -> Sparse:
+        """Consistent mass (N, N) [kg, kg m, kg m^2]."""
+        x, y = self.shape[0::2], self.shape[1::2]
+        turns = self.turn_shape.T @ self.turn_inertia @ self.turn_shape
+        return (x.T @ self.mass @ x + y.T @ self.mass @ y + turns).tocsc()
+
+    def force_of(self, field: Array) -> Array:
+        """Forces (N,) of an acceleration field -field (S, 2) of all points [N]."""
+        loads = np.empty(self.shape.shape[0])
+        loads[0::2], loads[1::2] = self.mass @ field[:, 0], self.mass @ field[:, 1]
+        force: Array = self.shape.T @ loads
+        return force
+
+
+# Craig-Bampton bases: static shapes of the pins, and vibrations with all pins held
+
+DENSE = 60
+"""Number of inner displacements up to which all vibrations are computed by a dense solver."""
+
+RIGID = 3
+"""Motions of a rigid body."""
+
+FIRST_TRIAL = 12
+"""Number of vibrations that are computed first where all up to a frequency are kept."""
+
+LEAST_PIVOT = 1e-13
+"""Smallest pivot over the largest one [1] of a body whose inside is held by its pins."""
+
+LEAST_SHARE = 1e-10
+"""Least strain energy of a combination of static shapes and vibrations over that of each one [1]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Basis:
+    """Shapes of a reduced body.
+
+    Parameters
+    ----------
+    nodes : pins, the node of static shapes of inertia, if there is one, then a node for every three vibrations.
+    shapes : (N, n) displacements of the model by those of the nodes.
+    held : frequencies with all pins held of the kept vibrations, and of the next one, if there is one [Hz].
+    solve_inner : solves K_ii x = b for one b (N - 3 P,) or several.
+    by_pin : whether the frame of the body is that of its first pin.
+    followed : (k, 3 P) rigid motion of the added nodes by the displacements of the pins.
+    vibrations : number of vibrations that are kept.
+    """
+
+    model: ElasticModel
+    nodes: tuple[Node, ...]
+    shapes: Array
+    held: Array
+    solve_inner: Callable[[Array], Array]
+    by_pin: bool
+    followed: Array
+    vibrations: int
+
+    @property
+    def loaded(self) -> int:
+        """Number of static shapes of inertia and of loads."""
+        return int(self.shapes.shape[1]) - self.model.count - self.vibrations
+
+    def static(self, force: Array) -> Array:
+        """Displacements (N,) under forces (N,) with all pins held."""
+        m = self.model.count
+        z = np.zeros(len(force))
+        z[m:] = self.solve_inner(force[m:])
+        return z
+
+
+def basis(
+    model: ElasticModel,
+    modes: int,
+    up_to: float | None,
+    *,
+    by_pin: bool,
+    inertia: bool = False,
+    loads: Array | None = None,
+) -> Basis:
+    """Craig-Bampton basis of a body, with `modes` vibrations at least, all pins held.
+
+    With the shapes of loads a multiple of three modes is kept; with `up_to` all vibrations up to this frequency [Hz].
+    `by_pin`: the frame of the body is that of its first pin; `inertia`: static shapes of the own inertia are kept;
+    `loads`: forces (N, L) whose static shapes are kept.
+
+    Refused: inner displacements that the pins do not hold; more modes than displacements; static shapes that are no
+    shapes of their own.
+    """
+    m, K, M = model.count, model.stiffness.tocsc(), model.mass_matrix()
+    inner = K.shape[0] - m
+    forces = np.zeros((K.shape[0], 0)) if loads is None else loads
+    if inertia:
+        forces = np.hstack([_own_inertia(model), forces])
+    static_shapes = forces.shape[1]
+    if modes + static_shapes > inner - inner % 3:
+        besides = f", {static_shapes} for static shapes of inertia and loads" if static_shapes else ""
+        raise InputError(
+            f"{model.label}: modes is {modes}, but the body has {inner} inner displacements, of which modes take three "
+            f"at a time{besides}. Keep fewer modes, or take more elements."
+        )
+    require_room(model, _in_threes(modes, static_shapes) + static_shapes)
+    solve = _solver(model, K[m:, m:]) if inner else np.zeros_like
+    static = np.vstack([np.eye(m), -solve(K[m:, :m].toarray())]) if inner else np.eye(m)
+    count = _in_threes(modes, static_shapes) + 1 if up_to is None else FIRST_TRIAL
+    omega, phi = _vibrations(model, K[m:, m:], M[m:, m:], count, up_to, solve)
+    kept = _in_threes(modes if up_to is None else int(np.sum(omega <= 2.0 * math.pi * up_to)), static_shapes)
+    while kept > len(omega):
+        kept -= 3
+    inside = phi[:, :kept]
+    if static_shapes:
+        inside = _with_static(model, K[m:, m:], inside, solve(forces[m:]))
+    full = np.vstack([np.zeros((m, inside.shape[1])), inside])
+    added = _added_nodes(model, inside.shape[1] // 3 - inertia, inertia=inertia)
+    scaled = full * _amplitudes(model, full)
+    rigid = followed(model.pins, len(added))
+    shapes = np.hstack([static - scaled @ rigid, scaled])
+    held = omega[: kept + 1] / (2.0 * math.pi)
+    return Basis(model, (*model.pins, *added), shapes, held, solve, by_pin, rigid, kept)
+
+
+def _in_threes(modes: int, static_shapes: int) -> int:
+    """Number of vibrations, at least `modes`, that make a multiple of three with the static shapes."""
+    return 3 * math.ceil((modes + static_shapes) / 3) - static_shapes
+
+
+def _own_inertia(model: ElasticModel) -> Array:
+    """(N, 3) forces of unit accelerations along x, along y and about the first pin."""
+    arms = model.points - np.array([model.pins[0].x, model.pins[0].y])
+    one, zero = np.ones(len(arms)), np.zeros(len(arms))
+    fields = np.stack([one, zero]), np.stack([zero, one]), np.stack([-arms[:, 1], arms[:, 0]])
+    return np.stack([model.force_of(field.T) for field in fields], axis=1)
+
+
+def _with_static(model: ElasticModel, K: Sparse, phi: Array, shapes: Array) -> Array:
+    """(n, s + k) static shapes (n, s), then vibrations (n, k) without their static part."""
+    energies = shapes.T @ (K @ shapes)
+    sizes = np.sqrt(np.diag(energies))
+    if not sizes.all():
+        _refuse_shapes(model)
+    unit = shapes / sizes
+    rest = phi - unit @ np.linalg.lstsq(unit.T @ (K @ unit), unit.T @ (K @ phi), rcond=None)[0]
+    whole = np.hstack([shapes, phi])
+    together = np.hstack([shapes, rest]) / np.sqrt(np.einsum("ij,ij->j", whole, K @ whole))
+    if not la.eigvalsh(together.T @ (K @ together))[0] > LEAST_SHARE:
+        _refuse_shapes(model)
+    return np.asarray(together)
+
+
+def _refuse_shapes(model: ElasticModel) -> None:
+    """Refuse static shapes that add nothing."""
+    raise InputError(
+        f"{model.label}: the static shapes of its inertia and loads are none, as of loads on rigid pins alone or of "
+        "size 0, or combinations of each other or of its modes. Keep fewer modes, leave out such loads, take "
+        "more elements, or leave inertia_shapes=False."
+    )
+
+
+def require_room(model: ElasticModel, modes: int) -> None:
+    """Refuse more coordinates than the kernel can take."""
+    if model.count + modes > MOST:
+        raise InputError(
+            f"{model.label}: {model.count} coordinates of pins and {modes} or more modes are more than {MOST}. Keep "
+            "fewer modes, or join it at fewer pins."
+        )
+
+
+def _solver(model: ElasticModel, K: Sparse) -> Callable[[Array], Array]:
+    """Solver of K_ii x = b."""
+    try:
+        factors = sla.splu(
+            K.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0.0
+        )
+    except RuntimeError as error:
+        raise InputError(_not_held(model)) from error
+    size = np.abs(factors.U.diagonal())
+    if not size.min() > LEAST_PIVOT * size.max():
+        raise InputError(_not_held(model))
+    return lambda b: np.asarray(factors.solve(np.ascontiguousarray(b)))
+
+
+def _not_held(model: ElasticModel) -> str:
+    """Message of a body whose inside moves without force while its pins stand still."""
+    return (
+        f"{model.label}: with its pins held ({', '.join(repr(pin.name) for pin in model.pins)}) a piece of the body "
+        "can still move without force. Connect all its pieces, or give a pin to each."
+    )
+
+
+def _vibrations(
+    model: ElasticModel, K: Sparse, M: Sparse, count: int, up_to: float | None, solve: Callable[[Array], Array]
+) -> tuple[Array, Array]:
+    """Angular frequencies and shapes with all pins held, ascending; at least `count`, and one above `up_to`."""
+    n = K.shape[0]
+    if up_to is not None and n > DENSE:
+        require_room(model, count // 2)  # what was not enough
+    if n <= DENSE or count >= n - 1:
+        squares, shapes = la.eigh(K.toarray(), M.toarray()) if n else (np.zeros(0), np.zeros((0, 0)))
+        return np.sqrt(np.maximum(squares, 0.0)), shapes
+    inverse = sla.LinearOperator((n, n), matvec=solve, dtype=float)
+    start = np.sin(1.0 + 7.3 * np.arange(n))  # the same in every run
+    squares, shapes = sla.eigsh(K, count, M, sigma=0.0, OPinv=inverse, v0=start)
+    order = np.argsort(squares)
+    omega = np.sqrt(squares[order])
+    if up_to is not None and omega[-1] <= 2.0 * math.pi * up_to:
+        return _vibrations(model, K, M, min(2 * count, n), up_to, solve)
+    return omega, shapes[:, order]
+
+
+def _amplitudes(model: ElasticModel, phi: Array) -> Array:
+    """Factors of shapes (N, k): the largest displacement is 1, or the size of the body for every third one."""
+    if not phi.shape[1]:
+        return np.ones(0)
+    moved = np.asarray(model.shape @ phi)
+    largest = np.sqrt((moved[0::2] ** 2 + moved[1::2] ** 2).max(axis=0))
+    size = np.ptp(model.points, axis=0).max()
+    signs = np.sign(moved[np.abs(moved).argmax(axis=0), np.arange(phi.shape[1])])
+    factors: Array = signs * np.where(np.arange(phi.shape[1]) % 3 == 2, size, 1.0) / largest
+    return factors
+
+
+def _added_nodes(model: ElasticModel, count: int, *, inertia: bool) -> tuple[Node, ...]:
+    """Nodes of shapes of inertia, of loads and of vibrations, in the middle of the pins."""
+    x, y = (float(np.mean([getattr(pin, axis) for pin in model.pins])) for axis in "xy")
+    names = [*(["inertia"] if inertia else []), *(f"modes{k + 1}" for k in range(count))]
+    return tuple(Node(name, x, y, model.pins[0].theta) for name in names)
+
+
+def frame_weights(pins: tuple[Node, ...]) -> Array:
+    """A (P, 2) of the angle of the frame: positions of the pins less their mean [m]."""
+    places = np.array([(pin.x, pin.y) for pin in pins])
+    return np.asarray(places - places.mean(axis=0))
+
+
+def rigid_motions(nodes: tuple[Node, ...]) -> Array:
+    """(n, 3) displacements of nodes when all move by 1 along x, along y, and by a turn of 1 about the origin."""
+    motions = np.zeros((3 * len(nodes), 3))
+    motions[0::3, 0] = motions[1::3, 1] = motions[2::3, 2] = 1.0
+    motions[0::3, 2], motions[1::3, 2] = [-node.y for node in nodes], [node.x for node in nodes]
+    return motions
+
+
+def followed(pins: tuple[Node, ...], added: int) -> Array:
+    """R (k, 3 P): rigid motion of added nodes in the middle of the pins: their mean, rotation of the first one."""
+    mean = np.tile(np.diag([1.0, 1.0, 0.0]) / len(pins), len(pins))
+    mean[2, 2] = 1.0
+    return np.tile(mean, (added, 1))

@@ -1,0 +1,408 @@
+"""Bodies of beams and plane bodies as their reduction sees them.
+
+The unstressed element is straight or an arc.  With the chord, whose rotation is alpha, a point of the axis moves along
+the chord by (1 - xi) x1 + xi x2 - w alpha and across it by (1 - xi) y1 + xi y2 + N2 u1 + N4 u2, where w is the bow of
+the arc and uk the rotation of the end k against the chord.  It is what the element of `flexmb.elastic.beams.corotational`
+becomes for small displacements.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+import scipy.linalg as la
+import scipy.sparse as sp
+
+from flexmb import planar
+from flexmb.elastic.beams.corotational import chord_share
+from flexmb.elastic.beams.fem import BeamMatrices
+from flexmb.elastic.beams.stress import outer_fibres
+from flexmb.elastic.planes.forms import geometric_stiffness, stress_at_quadrature
+from flexmb.elastic.planes.pins import RIGID, tie
+from flexmb.elastic.planes.plane_body import PlaneBody
+from flexmb.elastic.planes.stress import mesh_shape, stress_operator
+from flexmb.elastic.reduced.bases import ElasticModel, Sparse
+from flexmb.errors import InputError
+from flexmb.model.contributions import Node
+from flexmb.model.shape import MeshShape
+from flexmb.parts.bodies.flexible import Beam, chord_directions, knows_stress, matrices, unstressed_shape
+from flexmb.parts.bodies.flexible_body import FlexibleBody
+
+# A beam element as the reduction of its body sees it: displacements of its axis and sides, stiffness, string
+
+Array = npt.NDArray[np.float64]
+
+PLACES = np.linspace(0.0, 1.0, 4)
+"""Places on an element whose displacements carry its mass: four values of a cubic say all."""
+
+HERMITE = np.stack(
+    [
+        1.0 - 3.0 * PLACES**2 + 2.0 * PLACES**3,
+        PLACES - 2.0 * PLACES**2 + PLACES**3,
+        3.0 * PLACES**2 - 2.0 * PLACES**3,
+        PLACES**3 - PLACES**2,
+    ],
+    axis=1,
+)
+"""(4, 4) displacements there by (w1, L theta1, w2, L theta2)."""
+
+SLOPES = np.stack(
+    [
+        -6.0 * PLACES + 6.0 * PLACES**2,
+        1.0 - 4.0 * PLACES + 3.0 * PLACES**2,
+        6.0 * PLACES - 6.0 * PLACES**2,
+        3.0 * PLACES**2 - 2.0 * PLACES,
+    ],
+    axis=1,
+)
+"""(4, 4) slopes there, times L."""
+
+
+class Element(NamedTuple):
+    """An element of a beam as it lies unstressed.
+
+    Parameters
+    ----------
+    places : (6,) places of its displacements among all.
+    turn : (6, 6) displacements in the axes of its chord by those of the nodes.
+    start : first end [m].
+    chord : length of the chord [m].
+    free : rotations (u1, u2) of its ends against the chord [rad]; 0 where it is straight.
+    data : matrices of the beam.
+    k : number of the element.
+    """
+
+    places: Array
+    turn: Array
+    start: Array
+    chord: float
+    free: Array
+    beam: Beam
+    data: BeamMatrices
+    k: int
+
+    @property
+    def length(self) -> float:
+        """Length along the element [m]."""
+        return float(self.data.lengths[self.k])
+
+    @property
+    def stations(self) -> Array:
+        """Fractions of the beam's length at `PLACES`."""
+        beam = self.beam
+        return np.asarray((beam.stations[self.k] + PLACES * self.length) / beam.stations[-1])
+
+    @property
+    def rotation(self) -> Array:
+        """(6,) rotation of the chord by the displacements in its axes."""
+        return np.array([0.0, -1.0, 0.0, 0.0, 1.0, 0.0]) / self.chord
+
+    @property
+    def ends(self) -> Array:
+        """(2, 6) rotations of both ends against the chord by these displacements."""
+        return np.asarray(np.eye(6)[[2, 5]] - self.rotation)
+
+    @property
+    def bending(self) -> Array:
+        """(4, 6) w1, theta1, w2, theta2 of a straight element that bends and turns like this one."""
+        return np.stack([0.0 * self.rotation, np.eye(6)[2], self.length * self.rotation, np.eye(6)[5]])
+
+    @property
+    def elongation(self) -> Array:
+        """(6,) elongation: of the chord, and of the arc that bends."""
+        b1, b2, b3 = self.data.bow[self.k]
+        u1, u2 = self.free
+        bowed = np.array([2.0 * b1 * u1 - b2 * u2, 2.0 * b3 * u2 - b2 * u1])
+        return np.asarray(np.eye(6)[3] - np.eye(6)[0] + self.length / 30.0 * bowed @ self.ends)
+
+    @property
+    def normal_force(self) -> Array:
+        """(6,) normal force, constant along the element."""
+        return np.asarray(self.data.axial_stiffness[self.k, 1, 1] * self.elongation)
+
+    @property
+    def cubic(self) -> Array:
+        """(4, 4) displacements across the chord at `PLACES` by w1, theta1, w2, theta2."""
+        length = self.length
+        return np.asarray(HERMITE * np.array([1.0, length, 1.0, length]) @ _axis(self.data, self.k))
+
+    @property
+    def slopes(self) -> Array:
+        """(4, 4) turns of the sections there against the chord's first direction."""
+        length = self.length
+        scaled = SLOPES * np.array([1.0, length, 1.0, length]) / length
+        return np.asarray(scaled @ _axis(self.data, self.k) + _shear(self.data, self.k))
+
+    def points(self) -> tuple[Array, Array]:
+        """Points of the axis (4, 2) [m], and their displacements (8, 6) x0, y0, ... in the axes of the chord."""
+        across = self.cubic[:, 1::2]
+        bow = across @ self.free
+        moved = np.zeros((8, 6))
+        for first in (0, 1):
+            moved[first::2, first], moved[first::2, 3 + first] = 1.0 - PLACES, PLACES
+        moved[0::2] -= np.outer(bow, self.rotation)
+        moved[1::2] += across @ self.ends
+        return self.start + np.stack([PLACES * self.chord, bow], axis=1) @ self.turn[:2, :2], moved
+
+    def side(self, half: Array) -> tuple[Array, Array]:
+        """Points beside the axis at distances `half` (4,), to the left > 0, and their displacements, as `points`."""
+        points, moved = self.points()
+        u1, u2 = self.free
+        slope = self.slopes @ np.array([0.0, u1, 0.0, u2])
+        turned = self.slopes @ self.bending
+        moved[0::2] -= (half * np.cos(slope))[:, None] * turned
+        moved[1::2] -= (half * np.sin(slope))[:, None] * turned
+        return points + half[:, None] * np.stack([-np.sin(slope), np.cos(slope)], axis=1) @ self.turn[:2, :2], moved
+
+    def stiffness(self) -> Array:
+        """(6, 6) in the axes of the chord."""
+        bent = self.bending
+        return np.asarray(
+            np.outer(self.elongation, self.normal_force) + bent.T @ self.data.bending_stiffness[self.k] @ bent
+        )
+
+    def string(self) -> Array:
+        """(6, 6) geometric stiffness of a unit normal force: of an element that turns, and of its bow."""
+        b1, b2, b3 = self.data.bow[self.k]
+        bow = self.length / 30.0 * np.array([[2.0 * b1, -b2], [-b2, 2.0 * b3]])
+        return np.asarray(self.chord * np.outer(self.rotation, self.rotation) + self.ends.T @ bow @ self.ends)
+
+
+def _shear(data: BeamMatrices, k: int) -> Array:
+    """(4,) mean angle of the normals of the sections against the axis by w1, theta1, w2, theta2, sign of rotations."""
+    (c1, c2), both = data.shear_shares[k], data.shear_shares[k].sum() / data.lengths[k]
+    return np.array([both, c1, -both, c2])
+
+
+def _axis(data: BeamMatrices, k: int) -> Array:
+    """(4, 4) displacements and slopes of the axis at both ends by w1, theta1, w2, theta2."""
+    shear = _shear(data, k)
+    return np.asarray(np.eye(4) - np.outer([0.0, 1.0, 0.0, 1.0], shear))
+
+
+# Bodies of beams as their reduction sees them
+
+THIN = 2e-3
+"""Half of the depth over the length with which beams of unknown depth are drawn."""
+
+
+class BeamModel:
+    """Assembles the matrices of the beams of a body over the displacements of its nodes, pins first.
+
+    The axes are those of the first pin.
+
+    Parameters
+    ----------
+    pins : names of its nodes where parts are attached.
+    """
+
+    def __init__(self, body: FlexibleBody, pins: Sequence[str]) -> None:
+        self.body = body
+        nodes = {node.name: node for node in body.nodes()}
+        first = nodes[pins[0]]
+        self.origin, self.direction = (first.x, first.y), first.theta
+        own = {name: Node(name, *self._own((n.x, n.y)), n.theta - first.theta) for name, n in nodes.items()}
+        self.pins = tuple(own.pop(name) for name in pins)
+        self.nodes = (*self.pins, *own.values())
+        self.place = {node.name: 3 * k for k, node in enumerate(self.nodes)}
+        self.size = 3 * len(self.nodes)
+        self.elements = tuple(self._elements())
+
+    def _own(self, point: tuple[float, float]) -> tuple[float, float]:
+        """A point in the axes of the first pin."""
+        return planar.to_frame(self.origin, self.direction, point)
+
+    def model(self) -> ElasticModel:
+        """The elastic model."""
+        points, shape, mass = self._samples()
+        turn_shape, turn_inertia = self._turns()
+        drawn, drawn_by = self._outline()
+        return ElasticModel(
+            self.body.label,
+            self.pins,
+            self._assembled(element.stiffness() for element in self.elements),
+            points,
+            shape,
+            mass,
+            turn_shape,
+            turn_inertia,
+            self._stress_stiffness,
+            self.body.damping,
+            self.origin,
+            self.direction,
+            drawn,
+            drawn_by,
+            self._stresses if all(knows_stress(beam.section) for beam in self.body.beams) else None,
+            mass_damping=self.body.mass_damping,
+        )
+
+    def _elements(self) -> Iterator[Element]:
+        """All elements."""
+        for beam in self.body.beams:
+            data, angles = matrices(beam), chord_directions(beam)
+            unstressed = unstressed_shape(beam, data)
+            starts = [self._own(point) for point in beam.points]
+            for k, ends in enumerate(pairwise(beam.nodes)):
+                c, s = math.cos(angles[k] - self.direction), math.sin(angles[k] - self.direction)
+                turn = np.kron(np.eye(2), np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]))
+                places = np.concatenate([self.place[name] + np.arange(3) for name in ends])
+                chord = float(data.lengths[k]) * chord_share(2.0 * unstressed[k, 2])
+                yield Element(places, turn, np.array(starts[k]), chord, unstressed[k, 1:], beam, data, k)
+
+    def _assembled(self, blocks: Iterable[Array]) -> Sparse:
+        """Sum of element matrices (6, 6), each in the axes of its element."""
+        found = sp.lil_matrix((self.size, self.size))
+        for element, block in zip(self.elements, blocks, strict=True):
+            found[np.ix_(element.places, element.places)] += element.turn.T @ block @ element.turn
+        return found.tocsc()
+
+    def _samples(self) -> tuple[Array, Sparse, Sparse]:
+        """Points with mass, their displacements, and their mass matrix: elements, bosses, and the mass at the mean."""
+        points, rows, blocks = [], [], []
+        for element in self.elements:
+            places, moved = element.points()
+            points.append(places)
+            rows.append(self._moved(element, moved))
+            inverse = np.linalg.inv(element.cubic)
+            of_axis = element.data.bending_mass[element.k] - element.data.rotary_mass[element.k]
+            blocks.append(inverse.T @ of_axis @ inverse)
+        corners = np.array([self._own(point) for point in self.body.corner_points])
+        ends = [self.place[name] for name in self.body.corners]
+        bosses = self.body._bosses
+        for mass, point, place in zip(bosses.masses, corners, ends, strict=True):
+            rows.append(self._spread(place + np.arange(3), np.eye(2, 3)))
+            blocks.append(np.array([[mass]]))
+            points.append(point[None])
+        mean = np.concatenate([place + np.arange(2) for place in ends])
+        rows.append(self._spread(mean, np.tile(np.eye(2), len(ends)) / len(ends)))
+        blocks.append(np.array([[bosses.mean_mass]]))
+        points.append(corners.mean(axis=0)[None])
+        return np.concatenate(points), sp.vstack(rows).tocsr(), sp.csr_matrix(la.block_diag(*blocks))
+
+    def _outline(self) -> tuple[MeshShape, Sparse]:
+        """Strips along the elements with the depth of their sections, and the displacements of their corners."""
+        points, rows = [], []
+        cells: list[tuple[int, ...]] = []
+        for element in self.elements:
+            half = np.maximum(outer_fibres(element.beam.section, element.stations), THIN * element.beam.length)
+            for side in (-1.0, 1.0):
+                places, moved = element.side(side * half)
+                points.append(places)
+                rows.append(self._moved(element, moved))
+            first = 4 * (len(points) - 2)
+            cells += [(first + i, first + i + 1, first + i + 5, first + i + 4) for i in range(3)]
+        corners = tuple((x, y) for x, y in np.concatenate(points).tolist())
+        return MeshShape(self.body.name, "quad4", corners, tuple(cells), tuple(cells), ()), sp.vstack(rows).tocsr()
+
+    def _stresses(self, z: Array) -> Array:
+        """Stresses (points of the outline, 4, n) of displacements (N, n): normal stresses in the outer fibres alone.
+
+        The axial force is constant in an element, the moment is linear between its ends.
+        """
+        found = []
+        for element in self.elements:
+            moved, s, section = element.turn @ z[element.places], element.stations, element.beam.section
+            _, first, _, last = element.data.bending_stiffness[element.k] @ (element.bending @ moved)
+            moment = (PLACES - 1.0)[:, None] * first + PLACES[:, None] * last
+            fibre = np.asarray(section.outer_fibre_at(s) / section.second_moment_at(s))[:, None]
+            axial = (element.normal_force @ moved) / np.asarray(section.area_at(s))[:, None]
+            found += [axial - side * fibre * moment for side in (-1.0, 1.0)]
+        normal = np.concatenate(found)
+        return np.stack([normal, *[np.zeros_like(normal)] * 3], axis=1)
+
+    def _turns(self) -> tuple[Sparse, Sparse]:
+        """Rotations with moments of inertia: of sections, of bosses, of a pivot."""
+        rows, blocks = [], []
+        for element in self.elements:
+            rotary = element.data.rotary_mass[element.k]
+            if rotary.any():
+                rows.append(self._spread(element.places, element.bending @ element.turn))
+                blocks.append(rotary)
+        inertia = dict.fromkeys(self.body.corners, self.body._bosses.inertia)
+        first = self.body.corners[0]
+        inertia[first] = inertia[first] + float(getattr(self.body, "pivot_inertia", 0.0))
+        for name, value in inertia.items():
+            rows.append(self._spread(self.place[name] + np.arange(3), np.eye(3)[2:]))
+            blocks.append(np.array([[value]]))
+        return sp.vstack(rows).tocsr(), sp.csr_matrix(la.block_diag(*blocks))
+
+    def _moved(self, element: Element, rows: Array) -> Sparse:
+        """Rows of displacements x0, y0, ... of an element in the axes of the body, over all displacements."""
+        back = np.kron(np.eye(len(rows) // 2), element.turn[:2, :2].T)
+        return self._spread(element.places, back @ rows @ element.turn)
+
+    def _spread(self, places: Any, rows: Array) -> Sparse:
+        """Rows over all displacements from rows over some of them."""
+        entries = sp.lil_matrix((len(rows), self.size))
+        entries[:, places] = rows
+        return entries.tocsr()
+
+    def _stress_stiffness(self, z: Array) -> Sparse:
+        """Geometric stiffness of the normal forces of displacements z, which are constant along each element."""
+        return self._assembled(
+            (element.normal_force @ (element.turn @ z[element.places])) * element.string() for element in self.elements
+        )
+
+
+def model_of_beams(body: FlexibleBody, pins: Sequence[str]) -> ElasticModel:
+    """Elastic model of a body of beams with pins, the names of its nodes where parts are attached."""
+    return BeamModel(body, pins).model()
+
+
+def pins_of_beams(body: FlexibleBody) -> tuple[Node, ...]:
+    """Nodes at the corners of a body of beams."""
+    nodes = {node.name: node for node in body.nodes()}
+    return tuple(nodes[name] for name in body.corners)
+
+
+# Plane bodies as their reduction sees them, in the axes of their mesh
+
+
+def model_of_plane(body: PlaneBody, pins: Sequence[str]) -> ElasticModel:
+    """Elastic model of a plane body with pins where parts are attached; its other pins are left out."""
+    kept = [interface for interface in body.interfaces if interface.name in pins]
+    if not kept:
+        raise InputError(f"{body.label}: none of its pins is left. Keep at least one.")
+    shape = sp.csr_matrix(body.tie.matrix if len(kept) == len(body.interfaces) else tie(kept, body.mesh).matrix)
+
+    stiffness = sp.csr_matrix(body.matrices.stiffness)
+
+    def stress_stiffness(z: Array) -> Sparse:
+        moved = shape @ z
+        stress = stress_at_quadrature(body.mesh, body.material, moved, body.state)
+        turned = sp.csr_matrix(geometric_stiffness(body.mesh, stress, body.thickness))
+        forces = (stiffness @ moved).reshape(-1, 2)
+        turns = np.zeros(shape.shape[1])
+        for k, interface in enumerate(kept):
+            if interface.kind == RIGID:  # its nodes move by -theta^2/2 of their arms, and its forces do work on that
+                turns[3 * k + 2] = -float((forces[interface.nodes] * interface.arms(body.mesh)).sum())
+        return (shape.T @ turned @ shape + sp.diags_array(turns)).tocsc()
+
+    def stresses(shapes: Array) -> Array:
+        operator = stress_operator(body.mesh, body.material, body.state)
+        found: Array = np.asarray(operator @ (shape @ shapes)).reshape(len(body.mesh.points), 4, -1)
+        return found
+
+    return ElasticModel(
+        body.label,
+        tuple(Node(interface.name, *interface.point, 0.0) for interface in kept),
+        (shape.T @ stiffness @ shape).tocsc(),
+        body.mesh.points,
+        shape,
+        sp.csr_matrix(body.matrices.scalar_mass),
+        sp.csr_matrix((1, shape.shape[1])),
+        sp.csr_matrix((1, 1)),
+        stress_stiffness,
+        body.damping,
+        body.origin,
+        body.direction,
+        mesh_shape(body.name, body.mesh, body.material, body.state),
+        shape,
+        stresses,
+        body.mass_damping,
+    )

@@ -1,0 +1,235 @@
+"""Largest von Mises stress of a reduced plane body, and the node where it acts.
+
+Stresses of the shapes are added up before the von Mises stress is taken, for many nodes side by side.  Nodes of similar
+stresses form a group, and groups a block; only those that may hold the largest stress are looked at.  With the mean
+stress s of a group or block and its von Mises stress |s|, at any of its nodes
+
+    |s_k| <= |s| + |s_k - s| <= |s| + sum_j spread_j |y_j|,   y = R e
+
+by the triangle inequality.  |y| is the root mean square of the von Mises stress of all nodes, the y_j are the parts of
+orthogonal fields of stress, and spread_j is the largest |s_k - s| of the field j alone.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from flexmb.elastic.planes.stress import von_mises_square
+from flexmb.elastic.reduced.kernel import COUNT, MOST, QD, T1, T2, deformation, end_of, frame_of, shortened
+from flexmb.engine.compiled.arrays import part_of, stack_matrix, stack_space, stack_vector
+from flexmb.kernels import extremum_kernel, fast
+from flexmb.model.contributions import Coordinate, SignalContribution
+
+scratch = stack_matrix(QD + MOST, MOST)
+
+LANES = 16
+"""Number of nodes side by side, a group; of groups side by side, a block; and of blocks side by side."""
+
+GROUPS, PARTS, HEAD = range(3)
+"""Parameters behind those of the element: number of groups; of stresses sx, sy, txy, sz, without those at the end that
+are zero at all nodes.
+
+At HEAD: R (n, n).  Then for every LANES blocks, and for every LANES groups, of each field their spreads and of each
+coordinate their mean stresses side by side; for every group the numbers of its LANES nodes, and of each coordinate
+their stresses side by side.  The last group repeats its last node, the last groups and blocks are followed by zeros.
+"""
+
+SX, SY, TXY, SZ = range(0, 4 * LANES, LANES)
+"""Places of the stresses of what is side by side, among all of them."""
+
+SURE = 1.0 + 1e-9
+"""Factor of the bounds, for their round-off."""
+
+LEAST = 1e-16
+"""Part of the largest mean square of stresses by which deformations without stress count in R."""
+
+side_by_side = stack_vector(4 * LANES)
+
+
+@fast
+def add_stresses(p, at, e, n, size, S):
+    """Set S (size,) = stresses of nodes side by side, by the deformation e (n,), of which e[0] = e[1] = 0."""
+    for k in range(size):
+        S[k] = p[at + 2 * size + k] * e[2]
+    for i in range(3, n, 3):
+        first, second, third = at + i * size, at + (i + 1) * size, at + (i + 2) * size
+        e1, e2, e3 = e[i], e[i + 1], e[i + 2]
+        for k in range(size):
+            S[k] += p[first + k] * e1 + p[second + k] * e2 + p[third + k] * e3
+
+
+@fast
+def squares(p, at, e, n, size, S):
+    """Set S = squares of the von Mises stresses side by side, and other numbers behind them."""
+    add_stresses(p, at, e, n, size, S)
+    for k in range(size, 4 * LANES):
+        S[k] = 0.0
+    for k in range(LANES):
+        S[SX + k] = von_mises_square(S[SX + k], S[SY + k], S[TXY + k], S[SZ + k])
+
+
+@fast
+def fields(p, at, e, n, y):
+    """Set y = |R e|, entry by entry."""
+    for i in range(n):
+        row = 0.0
+        for j in range(n):
+            row += p[at + i * n + j] * e[j]
+        y[i] = abs(row)
+
+
+@fast
+def bounds_side_by_side(p, at, e, y, n, size, S):
+    """Set S = bounds of the stresses in groups or blocks side by side."""
+    squares(p, at + LANES * n, e, n, size, S)
+    for k in range(LANES):
+        S[k] = math.sqrt(S[k])
+    for j in range(n):
+        for k in range(LANES):
+            S[k] += p[at + LANES * j + k] * y[j]
+    for k in range(LANES):
+        S[k] *= SURE
+
+
+@fast
+def fill_bounds(p, at, e, y, n, size, S, least, bounds, of_groups):
+    """Fill the bounds of all blocks and groups; the group with the largest one.
+
+    Groups of blocks that cannot hold more than `least` have the bound 0; -1 is returned when no block can.
+    """
+    blocks, groups, step = bounds.shape[0], of_groups.shape[0], LANES * n + n * size
+    for first in range(0, blocks, LANES):
+        bounds_side_by_side(p, at, e, y, n, size, S)
+        for k in range(min(LANES, blocks - first)):
+            bounds[first + k] = S[k]
+        at += step
+    best, most = -1, -1.0
+    for block in range(blocks):
+        first = LANES * block
+        seen = not bounds[block] < least  # also what is not a number
+        if seen:
+            bounds_side_by_side(p, at + block * step, e, y, n, size, S)
+        for k in range(min(LANES, groups - first)):
+            of_groups[first + k] = S[k] if seen else 0.0
+            if seen and not of_groups[first + k] <= most:
+                best, most = first + k, of_groups[first + k]
+    return best
+
+
+@fast
+def largest_stress(p, q, least, x):
+    """Largest nodal von Mises stress, and the number of its node; zeros where it is surely not above `least`."""
+    n, S = int(p[COUNT]), side_by_side()
+    e, y = part_of(x[T1], 0, n), part_of(x[T2], 0, n)
+    c, s, angle, _ = frame_of(p, q)
+    deformation(p, q, c, s, angle, x)
+    for i in range(n):
+        x[1, i] = 0.0  # d' has no part in stresses
+    shortened(p, x, e, y)
+    begin = end_of(p)
+    groups, size = int(p[begin + GROUPS]), LANES * int(p[begin + PARTS])
+    blocks, step = -(-groups // LANES), LANES * n + n * size
+    of_blocks, bounds = stack_space(blocks), stack_space(groups)
+    fields(p, begin + HEAD, e, n, y)
+    at = begin + HEAD + n * n
+    best = fill_bounds(p, at, e, y, n, size, S, least, of_blocks, bounds)
+    if best < 0:
+        return 0.0, 0.0
+    at += (-(-blocks // LANES) + blocks) * step
+    floor = least * least if least > 0.0 else -1.0
+    largest, where = floor, 0.0
+    for turn in range(-1, groups):  # the group with the largest bound first
+        group = best if turn < 0 else turn
+        if turn == best or bounds[group] * bounds[group] < largest:
+            continue
+        own = at + group * (LANES + n * size)
+        squares(p, own + LANES, e, n, size, S)
+        for k in range(LANES):
+            if not S[k] < largest:  # also what is not a number
+                if S[k] != largest or p[own + k] < where:
+                    where = p[own + k]
+                largest = S[k]
+    if largest == floor:
+        return 0.0, 0.0
+    return math.sqrt(largest), where
+
+
+@extremum_kernel
+def peak_stress_kernel(p, t, q, v, a, least):
+    """Largest nodal von Mises stress [Pa], and the number of its node; 0 where it is surely not above `least`."""
+    return largest_stress(p, q, least, scratch())
+
+
+def peak_stress_signal(
+    part: str, coordinates: tuple[Coordinate, ...], element: tuple[float, ...], groups: tuple[float, ...]
+) -> SignalContribution:
+    """The signals `von_mises` and `von_mises_node` of a body, by its `group_parameters`."""
+    p = (*element, *groups)
+    return SignalContribution(part, "von_mises", "Pa", peak_stress_kernel, coordinates, p, place="von_mises_node")
+
+
+def group_parameters(stresses: np.ndarray) -> tuple[float, ...]:
+    """Parameters of the search: stresses by groups and blocks of nodes.
+
+    Stresses (nodes, 4, n) are sx, sy, txy, sz in the axes of the body, by its coordinates [Pa/m, Pa/rad].
+    """
+    parts = 1 + int(np.flatnonzero(stresses.any(axis=(0, 2)))[-1])
+    metric, root = _metric(stresses)
+    found = groups_of(metric)
+    whole = np.concatenate([found, np.repeat(found[-1:], -len(found) % LANES, axis=0)]).reshape(-1, LANES**2)
+    own = [_bounds(metric, stresses[:, :parts], nodes) for nodes in (whole, found)]
+    own.append(_side_by_side(found.astype(float), stresses[found][:, :, :parts]))
+    return (float(len(found)), float(parts), *root.ravel().tolist(), *np.concatenate(own).tolist())
+
+
+def _bounds(metric: np.ndarray, stresses: np.ndarray, sets: np.ndarray) -> np.ndarray:
+    """Spreads by field and mean stresses of sets (m, k) of nodes, in the order of the kernel."""
+    parts, n = stresses.shape[1:]
+    rows = -(-len(sets) // LANES)
+    both = np.zeros((rows * LANES, 1 + parts, n))
+    for k, nodes in enumerate(sets):
+        apart = metric[nodes] - metric[nodes].mean(axis=0)
+        both[k, 0] = np.sqrt((apart**2).sum(axis=1)).max(axis=0)
+        both[k, 1:] = stresses[nodes].mean(axis=0)
+    both = both.reshape(rows, LANES, 1 + parts, n)
+    return _side_by_side(both[:, :, 0].transpose(0, 2, 1).reshape(rows, -1), both[:, :, 1:])
+
+
+def _side_by_side(numbers: np.ndarray, stresses: np.ndarray) -> np.ndarray:
+    """Numbers (m, ...), each row followed by stresses (m, LANES, parts, n) in the order of the kernel."""
+    m = len(numbers)
+    return np.hstack([numbers, stresses.transpose(0, 3, 2, 1).reshape(m, -1)]).ravel()
+
+
+def _metric(stresses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Matrices (nodes, 4, n) whose products with R e have the size of the von Mises stress, and R (n, n)."""
+    n = stresses.shape[2]
+    V = np.array([[1.0, -0.5, 0.0, -0.5], [-0.5, 1.0, 0.0, -0.5], [0.0, 0.0, 3.0, 0.0], [-0.5, -0.5, 0.0, 1.0]])
+    sizes, axes = np.linalg.eigh(V)
+    whole = np.einsum("ab,mbn->man", (np.sqrt(np.maximum(sizes, 0.0)) * axes).T, stresses)
+    flat = whole.reshape(-1, n)
+    squares, shapes = np.linalg.eigh(flat.T @ flat / len(stresses))
+    scale = np.sqrt(np.maximum(squares, LEAST * max(float(squares[-1]), 1e-300)))
+    return whole @ (shapes / scale), scale[:, None] * shapes.T
+
+
+def groups_of(metric: np.ndarray) -> np.ndarray:
+    """Numbers (groups, LANES) of the nodes of groups, of similar matrices; the last group repeats its last node.
+
+    Nodes are halved at right angles to the direction in which their matrices differ most, until LANES are left.
+    `metric` (nodes, ...) is a matrix of each node.
+    """
+    flat, left, found = metric.reshape(len(metric), -1), [np.arange(len(metric))], []
+    while left:
+        nodes = left.pop()
+        blocks = -(-len(nodes) // LANES)
+        if blocks == 1:
+            found.append(np.pad(np.sort(nodes), (0, LANES - len(nodes)), mode="edge"))
+            continue
+        own = flat[nodes] - flat[nodes].mean(axis=0)
+        order = np.argsort(own @ np.linalg.eigh(own.T @ own)[1][:, -1], kind="stable")
+        half = LANES * (blocks // 2)
+        left += [nodes[order[half:]], nodes[order[:half]]]
+    return np.stack(found)

@@ -1,0 +1,519 @@
+"""Flexible bodies by their pins and a few modes; what equal bodies share."""
+
+from __future__ import annotations
+
+import math
+from collections import OrderedDict
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from threading import Lock
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+import numpy as np
+
+from flexmb import arguments, checks, planar
+from flexmb.docstrings import documented
+from flexmb.elastic.planes.plane_body import MeshBody, PlaneBody
+from flexmb.elastic.reduced.accuracy import Accuracy, Load, accuracy
+from flexmb.elastic.reduced.bases import Basis, ElasticModel, basis, frame_weights
+from flexmb.elastic.reduced.models import model_of_beams, model_of_plane, pins_of_beams
+from flexmb.elastic.reduced.peak_stress import group_parameters, peak_stress_signal
+from flexmb.elastic.reduced.superelement import Superelement, checked_loads, load_contributions, superelement
+from flexmb.elastic.reduced.tangent import (
+    reduced_account,
+    reduced_energy,
+    reduced_force,
+    reduced_kernel,
+    reduced_tangent,
+)
+from flexmb.errors import InputError
+from flexmb.model.contributions import Attachment, Contribution, ElementContribution, Node
+from flexmb.model.part import Body
+from flexmb.model.shape import MeshShape, Shapes
+from flexmb.parts.bodies.flexible import nearest_node
+from flexmb.parts.bodies.flexible_body import FlexibleBody
+from flexmb.parts.loads.mesh_loads import MeshLoad
+
+if TYPE_CHECKING:
+    from flexmb.elastic.planes.loads import NodalLoad
+    from flexmb.model.law import Motion
+    from flexmb.model.mechanism import Mechanism
+
+# Models, bases and matrices of reduced bodies that are kept for equal bodies, by the values that they depend on
+
+Value = TypeVar("Value")
+
+REMEMBERED = 8
+"""Number of models, of bases and of matrices of reduced bodies that are kept."""
+
+
+class Kept(Generic[Value]):
+    """Values by key; the oldest give way.
+
+    Attributes
+    ----------
+    made : number of values that were computed.
+    """
+
+    def __init__(self) -> None:
+        self.made = 0
+        self._values: OrderedDict[Hashable, Value] = OrderedDict()
+        self._lock = Lock()  # sweeps may run in threads
+
+    def of(self, key: Hashable, make: Callable[[], Value]) -> Value:
+        """Value of a key, which is all that the value depends on; computed by `make` when it is not kept."""
+        with self._lock:
+            if key in self._values:
+                self._values.move_to_end(key)
+                return self._values[key]
+        value = make()
+        with self._lock:
+            self.made += 1
+            self._values[key] = value
+            while len(self._values) > REMEMBERED:
+                self._values.popitem(last=False)
+        return value
+
+
+MODELS: Kept[ElasticModel] = Kept()
+BASES: Kept[Basis] = Kept()
+ELEMENTS: Kept[Superelement] = Kept()
+GROUPS: Kept[tuple[float, ...]] = Kept()
+
+
+def key_of(body: FlexibleBody | PlaneBody, pins: Sequence[str]) -> Hashable:
+    """All that the elastic model of a body with pins depends on, but its label, damping and place."""
+    if isinstance(body, PlaneBody):
+        kinds = tuple((interface.name, interface.kind) for interface in body.interfaces if interface.name in pins)
+        return body.mesh, body.thickness, body.material, body.state, kinds
+    pivot = float(getattr(body, "pivot_inertia", 0.0))
+    corners = body.corners, body.corner_points
+    return tuple(pins), body.nodes(), body.beams, corners, body._bosses, pivot
+
+
+def shared_model(body: FlexibleBody | PlaneBody, pins: Sequence[str], key: Hashable) -> ElasticModel:
+    """Elastic model of a body, with pins where parts are attached and its `key_of`."""
+    if isinstance(body, PlaneBody):
+        found = MODELS.of(key, lambda: model_of_plane(body, pins))
+        found = replace(found, origin=body.origin, direction=body.direction)
+    else:
+        found = MODELS.of(key, lambda: model_of_beams(body, pins))
+    return replace(found, label=body.label, damping=body.damping, mass_damping=body.mass_damping)
+
+
+def shared_basis(
+    model: ElasticModel,
+    key: Hashable,
+    modes: int,
+    up_to: float | None,
+    *,
+    by_pin: bool,
+    inertia: bool,
+    forces: tuple[bytes, ...] = (),
+) -> Basis:
+    """Craig-Bampton basis of a body with its `key_of`; modes as of `craig_bampton.basis`.
+
+    `forces` are the forces (2 S) on the points of the model of each load whose static shape is kept, as bytes [N].
+    """
+    options = (modes, up_to, by_pin, inertia, forces)
+
+    def make() -> Basis:
+        loads = [model.shape.T @ np.frombuffer(force) for force in forces]
+        columns = np.stack(loads, axis=1) if loads else None
+        return basis(model, modes, up_to, by_pin=by_pin, inertia=inertia, loads=columns)
+
+    found = BASES.of((key, options), make)
+    return replace(found, model=model)
+
+
+def shared_element(
+    found: Basis,
+    key: Hashable,
+    damping: float,
+    *,
+    stiffening: bool,
+    ratios: float | tuple[float, ...],
+    mass_damping: float,
+) -> Superelement:
+    """Matrices of a reduced body, as of `superelement.superelement`; the key is all that the basis depends on."""
+    options = (damping, stiffening, ratios, mass_damping)
+
+    def make() -> Superelement:
+        return superelement(found, damping, stiffening=stiffening, ratios=ratios, mass_damping=mass_damping)
+
+    return ELEMENTS.of((key, options), make)
+
+
+def shared_groups(found: Basis, key: Hashable) -> tuple[float, ...]:
+    """Parameters of the search for the largest stress of a body; the key is all that the basis depends on."""
+    stresses = found.model.stresses
+    if stresses is None:
+        raise ValueError(f"{found.model.label} has no stresses")
+    return GROUPS.of(key, lambda: group_parameters(stresses(found.shapes)))
+
+
+# A flexible body by its pins and a few modes
+
+FRAMES = ("chord", "pin")
+
+ROUND_OFF = 1e-12
+"""Distance of two pins over that from the origin [1] up to which they stand at one place."""
+
+
+@documented
+class Reduced(MeshBody):
+    """A flexible body by the static shapes of its pins and a few vibrations with held pins (Craig and Bampton).
+
+    The body keeps its name, so joints find it: `mechanism.with_part(fm.Reduced(rod, modes=4))` replaces `rod`.
+    Its nodes are its pins, and "modes1", "modes2", ... for every three vibrations.
+
+    Parameters
+    ----------
+    body : a body of beams or arcs (`FlexibleLink`, `FlexibleFrame`) or a `PlaneBody`.
+    modes : least number of vibrations with all pins held.  They come in threes, together with the shapes of loads, so
+        4 keeps 6, and 5 beside one load; 0 keeps static shapes.
+    up_to : all vibrations with held pins up to this frequency are kept [Hz], in place of `modes`.
+    pins : names of the nodes where parts may be attached; None: the corners of beams, the holes of a plane body.
+    frame : "chord": the frame of the body follows the positions of all pins; "pin", or where all pins stand at one
+        place: the first pin.
+    stiffening : whether rotation, and forces of the pins, stiffen or soften bending.
+    inertia_shapes : whether the static shapes of the own inertia are kept, a node "inertia" for unit accelerations
+        along x, along y and about the first pin.  Weight then bends exactly, and all stress inside counts in the
+        stiffening.
+    load_shapes : loads on edges or in the body whose static shapes are kept, beside the modes.  Such a load then bends
+        the body exactly, with its exact stress, which counts in the stiffening.
+    damping : stiffness-proportional damping time [s]; None: that of the body.
+    mass_damping : mass-proportional damping rate [1/s], against the frame; None: that of the body.
+    damping_ratios : damping ratio of all vibrations of the free body, or one for each of the lowest ones.
+    stress : whether every accepted step looks for the largest stress: signals `von_mises` [Pa] and `von_mises_node`.
+        Of a fine mesh it takes longer than the rest of a step.  None: as the body.
+    name : name of the part; None: that of the body.
+
+    Raises
+    ------
+    InputError : a body that cannot be reduced, pins that it has not, more modes than it has, a free piece, loads on
+        other bodies.
+
+    Notes
+    -----
+    Deformations are small in the frame; motions of the frame are not, and all terms of inertia are kept.  Stiffening is
+    right to the first order of the forces of the pins, and for a rotation about the first pin; with `inertia_shapes`
+    also for gravity, an accelerated first pin and curved bodies.  The static shapes are exact for forces at the pins.
+    Frequencies of the body are too high, by less the more modes are kept: `frequencies()` shows them, `accuracy()`
+    compares them and statics with those of all displacements, and `dropped_frequency` is the lowest one with held pins
+    that is left out.
+    The frame "chord" has the smaller errors: with deflections of a tenth of the length 4e-4, "pin" 1e-2.
+    Equal bodies share their shapes and matrices.
+    Source: R. R. Craig, M. C. C. Bampton, AIAA J. 6 (1968) 1313; O. Wallrapp, R. Schwertassek, Int. J. Numer. Meth.
+    Engng 32 (1991) 1833 (stiffening).  Equations (12.1) to (12.21) of docs/theory/reduced.md.
+
+    Examples
+    --------
+    >>> import flexmb as fm
+    >>> steel = fm.Material(young=2.1e11, density=7850.0)
+    >>> rod = fm.FlexibleLink("rod", (0, 0), (0.3, 0), section=fm.Rectangle(width=0.01, height=0.02), material=steel)
+    >>> fm.Reduced(rod, modes=3).frequencies(1).round(1).tolist()
+    [1182.9]
+    """
+
+    body: FlexibleBody | PlaneBody
+    modes: int = 0
+    up_to: float | None = None
+    pins: tuple[str, ...] | None = None
+    frame: str = "chord"
+    stiffening: bool = True
+    inertia_shapes: bool = False
+    load_shapes: tuple[MeshLoad, ...] = ()
+    damping: float | None = None
+    mass_damping: float | None = None
+    damping_ratios: float | tuple[float, ...] = 0.0
+    stress: bool | None = None
+
+    def __init__(
+        self,
+        body: FlexibleBody | PlaneBody,
+        modes: int = 0,
+        *,
+        up_to: float | None = None,
+        pins: Sequence[str] | None = None,
+        frame: str = "chord",
+        stiffening: bool = True,
+        inertia_shapes: bool = False,
+        load_shapes: Sequence[MeshLoad] = (),
+        damping: float | None = None,
+        mass_damping: float | None = None,
+        damping_ratios: float | Sequence[float] = 0.0,
+        stress: bool | None = None,
+        name: str | None = None,
+    ) -> None:
+        if not isinstance(body, Body):
+            raise InputError(f"Reduced: body is {body!r}; it must be a flexible body such as a PlaneBody.")
+        ratios = damping_ratios if np.ndim(damping_ratios) == 0 else tuple(damping_ratios)  # type: ignore[arg-type]
+        values: dict[str, Any] = {
+            "name": body.name if name is None else name,
+            "body": body,
+            "modes": modes,
+            "up_to": up_to,
+            "pins": pins,
+            "frame": frame,
+            "stiffening": stiffening,
+            "inertia_shapes": inertia_shapes,
+            "load_shapes": load_shapes,
+            "damping": damping,
+            "mass_damping": mass_damping,
+            "damping_ratios": ratios,
+            "stress": stress,
+        }
+        vars(self).update(values)
+        self.__post_init__()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "modes", checks.count(self.label, "modes", self.modes, least=0))
+        if self.up_to is not None:
+            checks.positive(self.label, "up_to", self.up_to, "Hz")
+        checks.one_of(self.label, "frame", self.frame, FRAMES)
+        for name, unit in (("damping", "s"), ("mass_damping", "1/s")):
+            if (value := getattr(self, name)) is not None:
+                checks.not_negative(self.label, name, value, unit)
+        if self.pins is not None:
+            object.__setattr__(self, "pins", checks.sequence(self.label, "pins", self.pins, "names of pins"))
+        for ratio in self.damping_ratios if isinstance(self.damping_ratios, tuple) else (self.damping_ratios,):
+            checks.not_negative(self.label, "damping_ratios", ratio)
+        if not isinstance(self.body, FlexibleBody | PlaneBody):
+            raise InputError(
+                f"{self.label}: a {type(self.body).__name__} does not bend. Reduce a FlexibleLink, FlexibleFrame or "
+                "PlaneBody; leave others as they are."
+            )
+        object.__setattr__(self, "load_shapes", checked_loads(self, self.load_shapes))
+        if self.stress is not None:
+            checks.flag(self.label, "stress", self.stress)
+        if self.stress and isinstance(self.body, FlexibleBody):
+            _ = replace(self.body, stress=True)  # refuses sections without outer fibres
+        names = [pin.name for pin in self._pins]
+        checks.no_name_of_nodes(self.label, names, "modes", "nodes of its vibrations")
+        if self.inertia_shapes and "inertia" in names:
+            raise InputError(f"{self.label}: pin 'inertia' has the name of the node of shapes of inertia. Rename it.")
+
+    @cached_property
+    def _pins(self) -> tuple[Node, ...]:
+        """Nodes of the body where parts may be attached."""
+        if self.pins is None:
+            return pins_of_beams(self.body) if isinstance(self.body, FlexibleBody) else self.body.pin_nodes
+        if not self.pins:
+            raise InputError(f"{self.label}: pins is empty; name at least one node of the body.")
+        own = self.body.nodes() if isinstance(self.body, FlexibleBody) else self.body.pin_nodes
+        known = [*self.body.aliases, *(node.name for node in own)]
+        found = tuple(self.body.node(checks.one_of(self.label, "pin", name, known)) for name in self.pins)
+        if len({pin.name for pin in found}) < len(found):
+            raise InputError(f"{self.label}: pins are {self.pins!r}; name each one once.")
+        return found
+
+    @cached_property
+    def _extent(self) -> float:
+        """Largest distance of two pins [m]; 0 where they stand at one place."""
+        points = [(pin.x, pin.y) for pin in self._pins]
+        found = max(planar.distance(a, b) for a in points for b in points)
+        far = max(abs(x) for point in points for x in point)
+        return found if found > ROUND_OFF * far else 0.0
+
+    @cached_property
+    def _key(self) -> Hashable:
+        """All that the model of the body depends on."""
+        return key_of(self.body, [pin.name for pin in self._pins])
+
+    @cached_property
+    def _options(self) -> tuple[int, float | None, bool, bool, tuple[bytes, ...]]:
+        """Modes, highest frequency, whether the frame is that of the first pin, shapes of inertia, forces of loads."""
+        by_pin = self.frame == "pin" or self._extent == 0.0
+        forces = tuple(load.on(self.plane).forces.tobytes() for load in self.load_shapes) if self.plane else ()
+        return self.modes, self.up_to, by_pin, self.inertia_shapes, forces
+
+    @cached_property
+    def model(self) -> ElasticModel:
+        """Stiffness and mass of the body over all its displacements."""
+        return shared_model(self.body, [pin.name for pin in self._pins], self._key)
+
+    @cached_property
+    def basis(self) -> Basis:
+        """The shapes that are kept."""
+        modes, up_to, by_pin, inertia, forces = self._options
+        return shared_basis(self.model, self._key, modes, up_to, by_pin=by_pin, inertia=inertia, forces=forces)
+
+    @cached_property
+    def element(self) -> Superelement:
+        """The constant matrices of the equations of motion."""
+        damping = self.model.damping if self.damping is None else self.damping
+        drag = self.model.mass_damping if self.mass_damping is None else self.mass_damping
+        key, ratios = (self._key, self._options), self.damping_ratios
+        return shared_element(self.basis, key, damping, stiffening=self.stiffening, ratios=ratios, mass_damping=drag)
+
+    @arguments.checked
+    def frequencies(self, count: int = 6) -> np.ndarray:
+        """Lowest frequencies of the free reduced body, without rigid motions (at most `count`) [Hz]."""
+        return self.element.frequencies(count)
+
+    @property
+    def dropped_frequency(self) -> float:
+        """Lowest frequency with held pins that the basis leaves out [Hz]; infinite where none is left."""
+        kept = self.basis.vibrations
+        return float(self.basis.held[kept]) if len(self.basis.held) > kept else math.inf
+
+    def accuracy(
+        self, count: int = 3, *, held: Sequence[str] | None = None, loads: Mapping[str, Load | MeshLoad] | None = None
+    ) -> Accuracy:
+        """The reduced body beside the body with all its displacements and the same pins.
+
+        Parameters
+        ----------
+        count : number of frequencies, at most.
+        held : names of the pins that neither move nor turn; None: all pins keep their places and may turn, a single
+            one may not.
+        loads : further loads by name: loads on edges or in the body such as `loads.EdgePressure`; or functions of
+            points (S, 2) [m] that return accelerations of gravity (S, 2) [m/s^2], or forces (S, 2) [N] at the points
+            `model.points`, in the axes of the body: those of the mesh, or of the first pin of beams.
+
+        Returns
+        -------
+        Accuracy
+            Frequencies, deflections and stresses of both, and their errors; `print` shows a table.
+
+        Raises
+        ------
+        InputError : pins that the body has not, loads of another shape.
+        """
+        if held is not None:
+            given = checks.sequence(self.label, "held", held, "names of pins")
+            held = [self.aliases.get(name, name) for name in given]
+        forces: dict[str, Load] = {}
+        for name, load in (loads or {}).items():
+            forces[name] = load.on(load.plane_of(self)).forces if isinstance(load, MeshLoad) else load
+        return accuracy(self.basis, self.element, count=count, held=held, loads=forces)
+
+    def nodes(self) -> tuple[Node, ...]:
+        """Pins, then nodes of vibrations."""
+        return self.model.placed(self.basis.nodes)
+
+    @property
+    def main(self) -> str:
+        """The first pin."""
+        return self._pins[0].name
+
+    @property
+    def aliases(self) -> dict[str, str]:
+        """Other names of pins, as the body gives them."""
+        names = {pin.name for pin in self._pins}
+        return {alias: node for alias, node in self.body.aliases.items() if node in names}
+
+    def attach(self, owner: str, point: tuple[float, float]) -> Attachment:
+        """The pin at `point`; `owner` names who asks, for messages."""
+        remedy = "or make it a pin of the body, which a reduced one keeps"
+        node = nearest_node(self.label, owner, self._pins, point, self._extent or 1.0, remedy)
+        return Attachment(self.name, node.name, (0.0, 0.0))
+
+    def references(self) -> tuple[str, ...]:
+        """No other part: the body is this one."""
+        return ()
+
+    def total_mass(self) -> float:
+        """Mass [kg]."""
+        return self.element.mass
+
+    def start_velocity(self) -> tuple[float, float, float] | None:
+        """The declared velocity of the body as a rigid one, of the first pin.
+
+        Raises
+        ------
+        InputError : a body with a field of velocities or displacements.
+        """
+        given = self.body.start_velocity()
+        if self.body.start_displacement() is not None or np.ndim(given) > 1:  # type: ignore[arg-type]
+            raise InputError(
+                f"{self.label}: start fields of a body with all its nodes cannot be kept by a reduced one. Give the "
+                "body one velocity (vx, vy, omega), or start from a static equilibrium."
+            )
+        if given is None:
+            return None
+        vx, vy, omega = np.asarray(given, dtype=float).tolist()
+        main, first = self.body.node(self.body.main), self._pins[0]
+        return vx - omega * (first.y - main.y), vy + omega * (first.x - main.x), omega
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the body alone
+        """The body as a mesh: that of a plane body, strips for beams."""
+        model, moved = self.model, self.moved_by
+        if model.drawn is None or model.drawn_by is None:
+            return ()
+        shapes, fibres = self.basis.shapes, np.zeros((0, 0))
+        if not model.drawn.materials and model.stresses is not None:
+            fibres = model.stresses(shapes)[:, 0]
+        return (
+            replace(
+                model.drawn,
+                part=self.name,
+                nodes=moved.nodes,
+                poses=moved.poses,
+                weights=moved.weights,
+                basis=_nested(np.asarray(model.drawn_by @ shapes)),
+                shortening=_nested(self.element.directions),
+                fibres=_nested(fibres),
+            ),
+        )
+
+    @property
+    def moved_by(self) -> MeshShape:
+        """Drawing record without a mesh: the nodes of the body, their poses in its axes, weights of its frame."""
+        found, pins = self.basis, len(self._pins)
+        weights = np.zeros((0, 2))
+        if not found.by_pin:
+            weights = np.zeros((len(found.nodes), 2))
+            weights[:pins] = frame_weights(found.nodes[:pins])
+        return MeshShape(
+            self.name,
+            "",
+            points=(),
+            cells=(),
+            loops=(),
+            nodes=tuple(node.name for node in found.nodes),
+            poses=tuple((node.x, node.y, node.theta) for node in found.nodes),
+            weights=tuple((x, y) for x, y in weights.tolist()),
+        )
+
+    @property
+    def seeks_stress(self) -> bool:
+        """Whether every accepted step looks for the largest stress."""
+        return self.body.seeks_stress if self.stress is None else self.stress
+
+    @property
+    def plane(self) -> PlaneBody | None:
+        """The body with all nodes of its mesh; None for one of beams."""
+        return self.body if isinstance(self.body, PlaneBody) else None
+
+    def loaded(self, name: str, load: NodalLoad, history: Motion | None) -> Sequence[Contribution]:
+        """Contributions of a load `name` on the mesh, times the value of `history`."""
+        found, element = self.basis, self.element
+        return load_contributions(name, load, history, self.coordinates, found, element, stiffening=self.stiffening)
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """One element on all nodes, and the largest stress."""
+        coordinates = self.coordinates
+        p = self.element.parameters(mechanism.gravity)
+        element = ElementContribution(
+            self.name,
+            reduced_kernel,
+            coordinates,
+            p,
+            energy=reduced_energy,
+            force=reduced_force,
+            tangent=reduced_tangent,
+            account=reduced_account,
+        )
+        if self.model.stresses is None or not self.seeks_stress:
+            return [element]
+        groups = shared_groups(self.basis, (self._key, self._options))
+        return [element, peak_stress_signal(self.name, coordinates, p, groups)]
+
+
+def _nested(array: np.ndarray) -> Any:
+    """Nested tuples of the numbers of an array."""
+    return tuple(map(_nested, array)) if array.ndim > 1 else tuple(array.tolist())

@@ -1,0 +1,580 @@
+"""Constant matrices of a reduced body, and loads on its mesh: kernels, and forces by the nodes of the element.
+
+In the axes of the frame the forces on the points of the body are c0 f + c1 J f, plus A d for a load that follows edges:
+
+    dead       (c0, c1) = (cos, -sin) of theta_f less the angle of the axes in which f is given
+    follower   (c0, c1) = (cos, sin) of the rotation of the first pin against the frame
+    edges      (c0, c1) = (1, 0)
+
+Virtual work with the displacements Psi dw + dtheta_f Phi d of the points (`flexmb.elastic.reduced.kernel`), and with the
+geometric stiffness N0 of f and N1 of J f with all pins held, N = c0 N0 + c1 N1, gives
+
+    F = c0 Psi' f + c1 Psi' J f + Psi' A d - N d
+    m = d (c0 Phi' f + c1 Phi' J f + Phi' A d) + u N d;    r = -(F + g m)
+
+Equations (12.22) to (12.24) of docs/theory/reduced.md.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+import scipy.linalg as la
+import scipy.sparse as sp
+
+from flexmb import checks
+from flexmb.elastic.planes.loads import POWER, SIGNALS, FollowedEdges, NodalLoad
+from flexmb.elastic.planes.plane_body import MeshBody
+from flexmb.elastic.reduced.bases import Basis, frame_weights, require_room, rigid_motions
+from flexmb.elastic.reduced.kernel import (
+    BY_PIN,
+    COUNT,
+    FIRST,
+    HEAD,
+    MOST,
+    D,
+    G,
+    U,
+    add,
+    deformation,
+    dot,
+    frame_of,
+    from_frame,
+    scratch,
+    times,
+    turned,
+)
+from flexmb.elastic.reduced.tangent import to_world
+from flexmb.engine.compiled.arrays import block_of, item_of, part_of, row_of, stack_matrix
+from flexmb.errors import InputError
+from flexmb.kernels import element_kernel, fast, signal_kernel
+from flexmb.model.contributions import (
+    MULTIPLIES,
+    Contribution,
+    Coordinate,
+    ElementContribution,
+    Node,
+    signal_contributions,
+)
+from flexmb.model.law import Motion
+from flexmb.parts.loads.mesh_loads import MeshLoad
+
+if TYPE_CHECKING:
+    from flexmb.elastic.reduced.reduced import Reduced
+
+# Kernels of loads on the mesh of a reduced body
+
+KIND, ANGLE, STIFFENS = 3, 4, 5
+"""Kind of a load, angle of its axes, whether it has a geometric stiffness, in place of other parameters of the body."""
+
+DEAD, FOLLOWER, EDGES = 0.0, 1.0, 2.0
+"""Kinds of loads."""
+
+OF_F, OF_JF, TURN_F, TURN_JF, VECTORS = range(5)
+"""Vectors (n) behind poses and weights of the frame: Psi' f, Psi' J f, Phi' f, Phi' J f; their number.
+
+Matrices (n, n) follow: N0 and N1 if the load has a geometric stiffness, Psi' A and Phi' A with edges.
+"""
+
+FORCE, ON_TURN, D_FORCE, D_TURN, BY_D, ND, ND_CHANGE, WORK, ROWS = range(9)
+"""Rows of the second scratch matrix: F and Phi' of the forces, their changes with the angle of (c0, c1), dm/dd,
+N d and its change with that angle, work; their number."""
+
+second_scratch = stack_matrix(ROWS, MOST)
+
+
+@fast
+def vector(p, k):
+    """Index in p of the first entry of a vector of the load."""
+    return HEAD + (2 + k) * int(p[COUNT])
+
+
+@fast
+def matrix(p, k):
+    """Index in p of the first entry of a matrix (n, n): of N0 and N1, or of Psi' A and Phi' A behind them."""
+    n = int(p[COUNT])
+    return vector(p, VECTORS) + k * n * n
+
+
+@fast
+def edge_matrices(p):
+    """Number of the matrix Psi' A."""
+    return 2 if p[STIFFENS] != 0.0 else 0
+
+
+@fast
+def directions(p, q, angle):
+    """c0 and c1."""
+    if p[KIND] == EDGES:
+        return 1.0, 0.0
+    beta = p[ANGLE] - angle if p[KIND] == DEAD else q[2] - angle
+    return math.cos(beta), math.sin(beta)
+
+
+@fast
+def combined(p, c0, c1, x, y):
+    """Fill F, Phi' of the forces, N d and its change; return m."""
+    n = int(p[COUNT])
+    d, u, force, on_turn = row_of(x, D, n), row_of(x, U, n), row_of(y, FORCE, n), row_of(y, ON_TURN, n)
+    nd, change, work = row_of(y, ND, n), row_of(y, ND_CHANGE, n), row_of(y, WORK, n)
+    f, jf, turn_f, turn_jf = vector(p, OF_F), vector(p, OF_JF), vector(p, TURN_F), vector(p, TURN_JF)
+    for i in range(n):
+        force[i], on_turn[i] = c0 * p[f + i] + c1 * p[jf + i], c0 * p[turn_f + i] + c1 * p[turn_jf + i]
+        nd[i], change[i] = 0.0, 0.0
+    if p[KIND] == EDGES:
+        at = edge_matrices(p)
+        times(block_of(p, matrix(p, at), n, n), d, work)
+        add(1.0, work, force)
+        times(block_of(p, matrix(p, at + 1), n, n), d, work)
+        add(1.0, work, on_turn)
+    if p[STIFFENS] != 0.0:
+        times(block_of(p, matrix(p, 0), n, n), d, nd)
+        times(block_of(p, matrix(p, 1), n, n), d, work)
+        for i in range(n):
+            nd[i], change[i] = c0 * nd[i] + c1 * work[i], c0 * work[i] - c1 * nd[i]
+        add(-1.0, nd, force)
+    return dot(d, on_turn) + dot(u, nd)
+
+
+@fast
+def gradient(p, size, x):
+    """Fill g, the derivative of theta_f."""
+    n = int(p[COUNT])
+    g = row_of(x, G, n)
+    for i in range(n):
+        g[i] = 0.0
+    if p[BY_PIN] != 0.0:
+        g[2] = 1.0
+        return
+    weights = part_of(p, HEAD + n, HEAD + 2 * n)
+    for i in range(0, n, 3):
+        g[i], g[i + 1] = -item_of(weights, i + 1) / size, item_of(weights, i) / size
+
+
+@fast
+def load_force(p, q, x, y, r):
+    """Residual r (n,); F + g m is left in FORCE.  Cosine and sine of the frame, c0, c1 and m are returned."""
+    c, s, angle, size = frame_of(p, q)
+    n = deformation(p, q, c, s, angle, x)
+    c0, c1 = directions(p, q, angle)
+    m = combined(p, c0, c1, x, y)
+    gradient(p, size, x)
+    force = row_of(y, FORCE, n)
+    add(m, row_of(x, G, n), force)
+    from_frame(c, s, force, part_of(r, 0, n))
+    for i in range(n):
+        r[i] = -r[i]
+    return c, s, c0, c1, m
+
+
+@fast
+def changes(p, c0, c1, x, y):
+    """Fill changes of F and of Phi' of the forces with the angle of (c0, c1), and dm/dd."""
+    n = int(p[COUNT])
+    d, on_turn, by_d, change = row_of(x, D, n), row_of(y, ON_TURN, n), row_of(y, BY_D, n), row_of(y, ND_CHANGE, n)
+    f, jf, turn_f, turn_jf = vector(p, OF_F), vector(p, OF_JF), vector(p, TURN_F), vector(p, TURN_JF)
+    for i in range(n):
+        y[D_FORCE, i] = c0 * p[jf + i] - c1 * p[f + i] - change[i]
+        y[D_TURN, i] = c0 * p[turn_jf + i] - c1 * p[turn_f + i]
+        by_d[i] = on_turn[i]
+    if p[KIND] == EDGES:
+        C = block_of(p, matrix(p, edge_matrices(p) + 1), n, n)
+        for j in range(n):
+            for i in range(n):
+                by_d[j] += C[i, j] * d[i]
+    if p[STIFFENS] != 0.0:
+        nu, quarter = row_of(y, WORK, n), row_of(y, ON_TURN, n)
+        of_stiffness(p, c0, c1, row_of(x, U, n), nu, quarter)
+        turned(row_of(y, ND, n), quarter)
+        for j in range(n):
+            by_d[j] += nu[j] - quarter[j]
+
+
+@fast
+def of_stiffness(p, c0, c1, vector_in, target, work):
+    """Set target = N x."""
+    n = target.shape[0]
+    times(block_of(p, matrix(p, 0), n, n), vector_in, target)
+    times(block_of(p, matrix(p, 1), n, n), vector_in, work)
+    for i in range(n):
+        target[i] = c0 * target[i] + c1 * work[i]
+
+
+@fast
+def load_tangent(p, q, x, y, r, K):
+    """Residual r (n,) and tangent K (n, n)."""
+    c, s, c0, c1, m = load_force(p, q, x, y, r)
+    changes(p, c0, c1, x, y)
+    n, kind, stiffens, at = int(p[COUNT]), p[KIND], p[STIFFENS] != 0.0, edge_matrices(p)
+    d, u, g = row_of(x, D, n), row_of(x, U, n), row_of(x, G, n)
+    sf, by_d, bu, work = row_of(y, ON_TURN, n), row_of(y, BY_D, n), row_of(y, ND, n), row_of(y, WORK, n)
+    turned(row_of(y, FORCE, n), sf)
+    for i in range(n):
+        bu[i] = 0.0
+    if stiffens:
+        of_stiffness(p, c0, c1, u, bu, work)
+    for i in range(n):
+        sf[i] += bu[i]
+    if kind == EDGES:
+        times(block_of(p, matrix(p, at), n, n), u, bu)
+        add(-1.0, bu, sf)
+    by_angle = dot(d, row_of(y, D_TURN, n)) + dot(u, row_of(y, ND_CHANGE, n))
+    by_u, curved = dot(u, by_d), 0.0 if p[BY_PIN] != 0.0 else m
+    for j in range(n):
+        turn = 0.0 if kind == EDGES else -g[j]
+        if kind == FOLLOWER and j == 2:
+            turn += 1.0
+        dm = turn * by_angle + by_d[j] - by_u * g[j] - curve(g, j, curved)
+        for i in range(n):
+            K[i, j] = -(turn * y[D_FORCE, i] + sf[i] * g[j] + g[i] * dm)
+    add_matrices(p, c0, c1, K)
+    to_world(c, s, K)
+
+
+@fast
+def add_matrices(p, c0, c1, K):
+    """Add N - Psi' A to K."""
+    n = K.shape[0]
+    if p[KIND] == EDGES:
+        B = block_of(p, matrix(p, edge_matrices(p)), n, n)
+        for i in range(n):
+            for j in range(n):
+                K[i, j] -= B[i, j]
+    if p[STIFFENS] != 0.0:
+        N0, N1 = block_of(p, matrix(p, 0), n, n), block_of(p, matrix(p, 1), n, n)
+        for i in range(n):
+            for j in range(n):
+                K[i, j] += c0 * N0[i, j] + c1 * N1[i, j]
+
+
+@fast
+def curve(g, i, m):
+    """Entry i of -m S g, the derivative of the size of the sum behind theta_f, over that sum and times m."""
+    if i % 3 == 0:
+        return m * g[i + 1]
+    return -m * g[i - 1] if i % 3 == 1 else 0.0
+
+
+@element_kernel
+def reduced_load_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    """Load on the mesh of a reduced body; q, r (n,), K (n, n)."""
+    load_tangent(p, q, scratch(), second_scratch(), r, K)
+
+
+@fast
+def total(p, q, v, x, y):
+    """Force along x or y, or power, by the last parameter."""
+    n, last = int(p[COUNT]), p.shape[0] - 1
+    number = int(p[last])
+    r, found = row_of(y, D_FORCE, n), 0.0
+    load_force(p, q, x, y, r)
+    for i in range(0, n, 3):
+        if number == POWER:
+            found -= r[i] * v[i] + r[i + 1] * v[i + 1] + r[i + 2] * v[i + 2]
+        else:
+            found -= r[i + number]
+    return found
+
+
+@signal_kernel
+def reduced_load_signal(p, t, q, v, a):
+    """Force along x or y, or power; p: that of the element, then the number of the signal."""
+    return total(p, q, v, scratch(), second_scratch())
+
+
+# Constant matrices of a reduced body, and the parameters of its element
+
+Array = npt.NDArray[np.float64]
+
+ROUND_OFF = 1e-10
+"""Part of the largest shortening that counts as round-off."""
+
+
+@dataclass(frozen=True, eq=False)
+class Superelement:
+    """Matrices of the kernel (`flexmb.elastic.reduced.kernel`), in the axes of the reference configuration.
+
+    Parameters
+    ----------
+    nodes : pins and nodes of vibrations.
+    pins : number of pins.
+    by_pin : whether the frame is that of the first pin.
+    damping : stiffness-proportional damping time [s].
+    mass : total mass [kg].
+    moment : (2,) int rho X [kg m].
+    mean : (2, n) int rho Psi [kg].
+    matrices : M, G, H, P, K, and D of modal and mass-proportional damping (n, n each).
+    centrifugal : (n, n) Kc, zeros without stiffening.
+    directions : (k, n + 1, n) directions in which bending shortens the body, as few as there can be, each above its Q;
+        a straight beam has one, its axis, however it lies.
+    """
+
+    nodes: tuple[Node, ...]
+    pins: int
+    by_pin: bool
+    damping: float
+    mass: float
+    moment: Array
+    mean: Array
+    matrices: dict[str, Array]
+    centrifugal: Array
+    directions: Array
+
+    def parameters(self, gravity: tuple[float, float]) -> tuple[float, ...]:
+        """Parameters p of the kernel."""
+        n = 3 * len(self.nodes)
+        M, G, H, P, K, D = (self.matrices[name] for name in "MGHPKD")
+        flags = float(self.by_pin), float(D.any())
+        head = (n, len(self.directions), *flags, self.damping, *gravity, self.mass, *self.moment)
+        centrifugal = self.centrifugal
+        blocks = [*self.frame_parameters(), self.mean, M, G, H, P + centrifugal, centrifugal, K, D]
+        blocks += [block for l in self.directions for block in (l[0], K @ l[0], D @ l[0], l[1:])]
+        return (*map(float, head), *np.concatenate([block.ravel() for block in blocks]).tolist())
+
+    def frame_parameters(self) -> tuple[Array, Array]:
+        """Poses (n / 3, 3) of the undeformed body, and weights of the frame of the same shape."""
+        poses = np.array([(node.x, node.y, node.theta) for node in self.nodes])
+        weights = np.zeros_like(poses)
+        if not self.by_pin:
+            weights[: self.pins, :2] = frame_weights(self.nodes[: self.pins])
+        return poses, weights
+
+    def load_head(self, kind: float, angle: float, *, stiffens: bool) -> tuple[float, ...]:
+        """Parameters before the poses, of a load (`flexmb.elastic.reduced.superelement`).
+
+        `angle` is that of the axes in which its forces are given [rad]; `stiffens`: its geometric stiffness is among
+        the parameters.
+        """
+        head = [0.0] * HEAD
+        head[COUNT], head[BY_PIN], head[KIND], head[ANGLE] = 3.0 * len(self.nodes), float(self.by_pin), kind, angle
+        head[STIFFENS] = float(stiffens)
+        return tuple(head)
+
+    def frequencies(self, count: int) -> Array:
+        """Lowest frequencies of the free body, without rigid motions (at most `count`) [Hz]."""
+        squares = la.eigh(self.matrices["K"], self.matrices["M"], eigvals_only=True)[3:]
+        return np.asarray(np.sqrt(np.maximum(squares[:count], 0.0)) / (2.0 * math.pi))
+
+
+def superelement(
+    found: Basis,
+    damping: float,
+    *,
+    stiffening: bool,
+    ratios: float | tuple[float, ...] = 0.0,
+    mass_damping: float = 0.0,
+) -> Superelement:
+    """Matrices of a reduced body.
+
+    `damping` is a stiffness-proportional time [s], `mass_damping` a mass-proportional rate [1/s]; `ratios` are damping
+    ratios of the vibrations of the free body, from the lowest, one number those of all.  With `stiffening` bending is
+    stiffened by forces of the pins and by rotation.  More coordinates than the kernel can take are refused.
+    """
+    n = found.shapes.shape[1]
+    require_room(found.model, n - found.model.count)
+    matrices, mass, moment, mean = _inertia(found)
+    free = rigid_motions(found.nodes)
+    K = _without(free, found.shapes.T @ (found.model.stiffness @ found.shapes))
+    D = _modal_damping(matrices["M"], K, ratios) + mass_damping * _from_first_node(matrices["M"], free)
+    matrices |= {"K": K, "D": D}
+    zero = np.zeros((n, n))
+    centrifugal, shortening = _stiffening(found, K, free) if stiffening else (zero, np.zeros((0, n, n)))
+    pins, along = len(found.model.pins), _directions(found, shortening)
+    return Superelement(found.nodes, pins, found.by_pin, damping, mass, moment, mean, matrices, centrifugal, along)
+
+
+def _inertia(found: Basis) -> tuple[dict[str, Array], float, Array, Array]:
+    """M, G, H, P; mass; int rho X; int rho Psi."""
+    model, shapes = found.model, found.shapes
+    moved = np.asarray(model.shape @ shapes)
+    x, y, Ms = moved[0::2], moved[1::2], model.mass
+    # Phi = J Psi - Psi S
+    phi_x, phi_y = -y - quarter_turned(x), x - quarter_turned(y)
+    turns = np.asarray(model.turn_shape @ shapes)
+    phi_t, Jt = -quarter_turned(turns), model.turn_inertia
+    mx, my, mt = Ms @ x, Ms @ y, Jt @ turns
+    wx, wy, wt = Ms @ phi_x, Ms @ phi_y, Jt @ phi_t
+    matrices = {
+        "M": mx.T @ x + my.T @ y + mt.T @ turns,
+        "G": x.T @ wx + y.T @ wy + turns.T @ wt,
+        "H": phi_x.T @ wx + phi_y.T @ wy + phi_t.T @ wt,
+        "P": -x.T @ wy + y.T @ wx,
+    }
+    for name in "MH":
+        matrices[name] = 0.5 * (matrices[name] + matrices[name].T)
+    total = np.asarray(Ms.sum(axis=0)).ravel()
+    mean = np.stack([total @ x, total @ y])
+    return matrices, float(total.sum()), total @ model.points, mean
+
+
+def quarter_turned(rows: Array) -> Array:
+    """rows S, with S the quarter turn of the translations of each node."""
+    turned = np.zeros_like(rows)
+    turned[:, 0::3], turned[:, 1::3] = rows[:, 1::3], -rows[:, 0::3]
+    return turned
+
+
+def _without(free: Array, A: Array) -> Array:
+    """The symmetric A without the round-off that acts on free motions."""
+    Q = np.linalg.qr(free)[0]
+    left = np.eye(len(A)) - Q @ Q.T
+    clean: Array = left @ (0.5 * (A + A.T)) @ left
+    return 0.5 * (clean + clean.T)
+
+
+def _from_first_node(M: Array, free: Array) -> Array:
+    """Mass matrix of motions against the first node: its forces are in balance."""
+    against = np.eye(len(M))
+    against[:, :2] -= free[:, :2]
+    return np.asarray(against.T @ M @ against)
+
+
+def _modal_damping(M: Array, K: Array, ratios: float | tuple[float, ...]) -> Array:
+    """Damping matrix that gives the vibrations of the free body their damping ratios."""
+    given = np.atleast_1d(np.asarray(ratios, dtype=float))
+    if not given.any():
+        return np.zeros_like(K)
+    squares, shapes = la.eigh(K, M)
+    squares, shapes = squares[3:], shapes[:, 3:]
+    zeta = np.full(len(squares), given[0]) if np.ndim(ratios) == 0 else np.zeros(len(squares))
+    if np.ndim(ratios):
+        zeta[: len(given)] = given[: len(squares)]
+    loads = M @ shapes
+    damping: Array = (loads * (2.0 * zeta * np.sqrt(squares))) @ loads.T
+    return damping
+
+
+def _stiffening(found: Basis, K: Array, free: Array) -> tuple[Array, Array]:
+    """Kc of centrifugal forces about the first pin, and Q of the forces of the pins and of the own inertia.
+
+    With static shapes of inertia or loads, Q of all coordinates; Kc is of the stress that these leave.
+    """
+    model, n, m = found.model, len(K), found.model.count
+    first = np.array([model.pins[0].x, model.pins[0].y])
+    centrifugal = stiffness_under(found, model.force_of(model.points - first))
+    inner = found.shapes[:, m:] if found.loaded else found.shapes[:, :0]
+    static = np.hstack([found.shapes[:, :m] + found.shapes[:, m:] @ found.followed, inner])[:, FIRST:]
+    if not static.shape[1]:
+        return centrifugal, np.zeros((0, n, n))
+    stiff = np.stack([_seen(found, column, free) for column in static.T])
+    flexible = np.linalg.inv(static.T @ (model.stiffness @ static))
+    return centrifugal, np.einsum("ab,bij->aij", flexible, stiff)
+
+
+def _directions(found: Basis, shortening: Array) -> Array:
+    """(k, n + 1, n) directions of Q (m, n, n) of the coordinates from the second pin on, each above its matrix.
+
+    Added nodes go along with the pins, so amplitudes stay as they are.
+    """
+    m, n, _ = shortening.shape
+    pins = found.model.count
+    if not shortening.any():
+        return np.zeros((0, n + 1, n))
+    U, sizes, V = la.svd(shortening.reshape(m, n * n), full_matrices=False)
+    kept = sizes > ROUND_OFF * sizes[0]
+    along = np.zeros((int(kept.sum()), n))
+    along[:, FIRST : FIRST + m] = (U[:, kept] * sizes[kept]).T
+    along[:, pins:] += along[:, :pins] @ found.followed.T
+    return np.concatenate([along[:, None], V[kept].reshape(-1, n, n)], axis=1)
+
+
+def stiffness_under(found: Basis, force: Array) -> Array:
+    """Geometric stiffness (n, n) of forces (N,) [N] with all pins held, without that of the kept static shapes."""
+    z, m = found.static(force), found.model.count
+    if found.loaded:
+        inner = found.shapes[:, m:]
+        of_inner = found.model.stiffness @ inner
+        z -= inner @ np.linalg.solve(inner.T @ of_inner, of_inner.T @ z)
+    return _seen(found, z, rigid_motions(found.nodes))
+
+
+def _seen(found: Basis, z: Array, free: Array) -> Array:
+    """Geometric stiffness (n, n) of the stress of displacements (N,), without round-off on translations."""
+    return _without(free[:, :2], found.shapes.T @ (found.model.stress_stiffness(z) @ found.shapes))
+
+
+# Loads on the mesh of a reduced body: their generalised forces by the nodes of the body
+
+
+def load_contributions(
+    name: str,
+    load: NodalLoad,
+    history: Motion | None,
+    coordinates: tuple[Coordinate, ...],
+    found: Basis,
+    element: Superelement,
+    *,
+    stiffening: bool,
+) -> list[Contribution]:
+    """Element and signals of a load, times the value of the motion `history`; None: constant.
+
+    With `stiffening` the stress of the load with held pins stiffens or softens the body.
+    """
+    kind = EDGES if load.edges else FOLLOWER if load.follower else DEAD
+    shapes = np.asarray(found.model.shape @ found.shapes)  # Psi at the points
+    turning = _quarter(shapes) - quarter_turned(shapes)  # Phi
+    f = load.forces.ravel()
+    both = f, _quarter(f) if kind != EDGES else np.zeros_like(f)
+    blocks = [*element.frame_parameters(), *(shapes.T @ g for g in both), *(turning.T @ g for g in both)]
+    if stiffening:
+        none = np.zeros((found.shapes.shape[1],) * 2)
+        blocks += [stiffness_under(found, found.model.shape.T @ g) if g.any() else none for g in both]
+    if load.edges:
+        moved = edge_matrix(load.edges, len(f)) @ shapes
+        blocks += [shapes.T @ moved, turning.T @ moved]
+    head = element.load_head(kind, found.model.direction, stiffens=stiffening)
+    p = (*head, *np.concatenate([np.ravel(block) for block in blocks]).tolist())
+    return [
+        ElementContribution(name, reduced_load_kernel, coordinates, p, factor=history),
+        *signal_contributions(name, reduced_load_signal, SIGNALS, coordinates, p, use_of_factor=MULTIPLIES),
+    ]
+
+
+def checked_loads(body: MeshBody, given: object) -> tuple[MeshLoad, ...]:
+    """Loads whose static shapes a reduced body keeps, a sequence of loads on the mesh of this body."""
+    loads = checks.sequence(body.label, "load_shapes", given, "loads such as loads.EdgePressure")
+    for load in loads:
+        if not isinstance(load, MeshLoad):
+            text = f"{body.label}: load_shapes holds {load!r}; it must hold loads on the mesh of a body"
+            raise InputError(f"{text}, such as loads.EdgePressure.")
+        if load.body.name != body.name:
+            text = f"{body.label}: load_shapes holds {load.label}, which acts on {load.body.label}"
+            raise InputError(f"{text}. Leave it out, or give the load this body.")
+        load.plane_of(body)
+    return loads
+
+
+def left_out(load: MeshLoad, body: Reduced) -> float:
+    """Share [1] of the strain energy of a load, all pins held, that the kept shapes of a reduced body leave out."""
+    found, model, m = body.basis, body.model, body.basis.model.count
+    force = np.asarray(model.shape.T @ load.on(load.plane_of(body)).forces.ravel())
+    z, inner = found.static(force), found.shapes[:, m:]
+    whole = float(z @ force)
+    if not whole > 0.0:
+        return 0.0
+    kept = inner.T @ force
+    stiff = inner.T @ (model.stiffness @ inner)
+    return 1.0 - (float(kept @ np.linalg.solve(stiff, kept)) / whole if len(kept) else 0.0)
+
+
+def _quarter(rows: Array) -> Array:
+    """J times vectors x0, y0, x1, y1, ... along the first axis."""
+    turned = np.empty_like(rows)
+    turned[0::2], turned[1::2] = -rows[1::2], rows[0::2]
+    return turned
+
+
+def edge_matrix(edges: FollowedEdges, size: int) -> sp.csr_matrix:
+    """A (size, size): nodal forces of a load that follows edges, by the places of the nodes."""
+    blocks = np.zeros((*edges.normal.shape, 2, 2))
+    blocks[..., 0, 0] = blocks[..., 1, 1] = edges.along
+    blocks[..., 0, 1], blocks[..., 1, 0] = -edges.normal, edges.normal
+    places = 2 * edges.nodes[:, :, None] + np.arange(2)  # (b, k, 2)
+    b, k, _ = places.shape
+    rows = np.broadcast_to(places[:, :, None, :, None], (b, k, k, 2, 2))
+    columns = np.broadcast_to(places[:, None, :, None, :], (b, k, k, 2, 2))
+    return sp.csr_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(size, size))

@@ -1,0 +1,200 @@
+"""Large bordered matrices: their factors, and the signs of their eigenvalues; null vectors.
+
+Both take an order of elimination in which constraints follow their coordinates, as `elimination_order` gives it: an
+order by fill alone eliminates a body before the constraints that hold it, whose pivots are then round-off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import LinearOperator, SuperLU, splu
+
+from flexmb.engine.linalg.kept_factors import DIAGONAL_SHARE, REGULAR
+from flexmb.engine.linalg.rank import norm_of_inverse
+
+# Null vectors of a rectangular matrix: combinations of its columns that vanish
+
+DENSE_COLUMNS = 150
+"""Number of columns up to which singular values are computed."""
+
+VANISHING = 1e-13
+"""Singular value, relative to the largest, below which a combination of columns vanishes."""
+
+REGULARISATION = 1e-12
+"""Weight w of the residual in the bordered matrix: a singular value s becomes an eigenvalue s^2/w, which is far above
+round-off where s is above VANISHING."""
+
+LEAST_PIVOT = 1e-20
+"""Number on the diagonal that keeps the bordered matrix regular."""
+
+FIRST_VECTORS = 4
+"""Number of vectors looked for at first; then four times as many."""
+
+ITERATIONS = 4
+"""Number of inverse iterations; each separates a vanishing combination from all others by ten powers of ten."""
+
+
+def null_vector(B: sp.sparray) -> np.ndarray | None:
+    """A vector x (n,) of length 1 with B x = 0 but for round-off, or None.
+
+    Few columns take a singular value decomposition, many an inverse iteration with the sparse factors of [[w 1, B],
+    [B^T, 0]], whose eigenvalues near zero are -s^2/w for singular values s much smaller than the weight w.  The rows of
+    B (m, n) have comparable size.
+    """
+    m, n = B.shape
+    vector: np.ndarray
+    if n <= DENSE_COLUMNS:
+        dense = B.toarray()
+        values = np.linalg.svd(dense, compute_uv=False)  # vectors take most of the time, and few callers need them
+        if len(values) == n and values[-1] > VANISHING * values[0]:
+            return None
+        vector = np.linalg.svd(dense)[2][-1]
+        return vector
+    size = largest_singular_value(B)
+    if size == 0.0:
+        vector = np.eye(1, n)[0]
+        return vector
+    factors = _bordered(B / size)
+    x = np.cos(np.arange(n) ** 2.0)
+    growth = 0.0
+    for _ in range(ITERATIONS):
+        x /= np.linalg.norm(x)
+        x = factors.solve(np.concatenate([np.zeros(m), x]))[m:]
+        growth = float(np.linalg.norm(x))
+    return np.asarray(x / growth) if growth > REGULARISATION / VANISHING**2 else None
+
+
+def null_vectors(B: sp.sparray) -> np.ndarray:
+    """Orthonormal vectors x (n, k) with B x = 0 but for round-off, all there are.
+
+    Inverse iterations as in `null_vector`, with more and more vectors until one of them does not vanish.  The rows of B
+    (m, n) have comparable size.
+    """
+    m, n = B.shape
+    size = largest_singular_value(B)
+    if size == 0.0:
+        return np.eye(n)
+    if n <= DENSE_COLUMNS:
+        values, vectors = np.linalg.svd(np.vstack([B.toarray(), np.zeros((1, n))]))[1:]
+        values = np.append(values, np.zeros(n - len(values)))
+        return np.asarray(vectors[values <= VANISHING * values[0]].T)
+    factors, count = _bordered(B / size), FIRST_VECTORS
+    while True:
+        count = min(count, n)
+        x = np.cos(np.arange(1, n + 1)[:, None] * np.arange(1, count + 1) ** 2.0)
+        for _ in range(ITERATIONS):
+            x = np.linalg.qr(x)[0]
+            x = factors.solve(np.vstack([np.zeros((m, count)), x]))[m:]
+        x = np.linalg.qr(x)[0]
+        values, vectors = np.linalg.svd((B @ x) / size, full_matrices=False)[1:]
+        vanish = values <= VANISHING * np.sqrt(n)
+        if not vanish.all() or count == n:
+            return np.asarray(x @ vectors[vanish].T)
+        count *= 4
+
+
+def _bordered(scaled: sp.sparray) -> SuperLU:
+    """Factors of [[w 1, B], [B^T, 0]]."""
+    m, n = scaled.shape
+    bordered = sp.block_array([[REGULARISATION * sp.eye_array(m), scaled], [scaled.T, -LEAST_PIVOT * sp.eye_array(n)]])
+    return splu(bordered.tocsc())
+
+
+def largest_singular_value(B: sp.sparray) -> float:
+    """Largest singular value, by a power iteration: at least the half of it."""
+    x = np.cos(np.arange(B.shape[1]) ** 2.0)
+    size = 0.0
+    for _ in range(10):
+        norm = float(np.linalg.norm(x))
+        if norm == 0.0:
+            return float(np.sqrt((B * B).sum()))
+        y = B @ (x / norm)
+        size, x = float(np.linalg.norm(y)), B.T @ y
+    return size
+
+
+# Large bordered matrices [[K, G^T], [G, 0]]: their factors, and the signs of their eigenvalues
+
+Solve = Callable[[np.ndarray], np.ndarray]
+
+JOINT_COMPLIANCE = 1e-10
+"""Compliance of the joints against that of the structure, both scaled to 1: their rows then need not be independent."""
+
+HOLD = 4.0
+"""Factor w of G^T G beside K, its largest entry in each row scaled to 1: where K is -1 the sum is not 0."""
+
+DENSE_PIVOTS = 1500
+"""Number of unknowns up to which eigenvalues are counted where a pivot is zero."""
+
+
+def solver(A: sp.csc_matrix, order: np.ndarray) -> Solve:
+    """Solver of A x = b, x and b (n,) or (n, k); `RuntimeError` for a singular A (n, n), of symmetric pattern.
+
+    `order` is the order of elimination of the first unknowns; the rest follow.
+    """
+    order = np.append(order, np.arange(len(order), A.shape[0]))
+    turned = A[order][:, order].tocsc()
+    factors = splu(turned, permc_spec="NATURAL", diag_pivot_thresh=DIAGONAL_SHARE, options={"SymmetricMode": True})
+
+    def solve(b: np.ndarray) -> np.ndarray:
+        x = np.empty_like(b)
+        x[order] = factors.solve(b[order])
+        return x
+
+    return solve
+
+
+def is_regular(K: Any, G: Any, order: np.ndarray) -> bool:
+    """Whether beyond doubt no motion x but 0 has K x = 0 and G x = 0, and no row of G depends on the others.
+
+    K (n, n) is symmetric or nearly so, G (m, n) are constraints; `order` is that of the n + m unknowns.
+    """
+    scale, rows = _scaled(K, G)
+    A = sp.block_array([[scale @ K @ scale, rows.T], [rows, None]]).tocsc()
+    try:
+        solve = solver(A, order)
+    except RuntimeError:
+        return False
+    inverse = LinearOperator(A.shape, matvec=solve, rmatvec=solve, dtype=float)
+    return norm_of_inverse(inverse) < REGULAR
+
+
+def negative_eigenvalues(K: Any, G: Any, order: np.ndarray) -> int | None:
+    """Number of negative eigenvalues of a symmetric K on the motions x with G x = 0; None where a pivot is zero.
+
+    K is (n, n), G (m, n), redundant rows may be among them; `order` is the order of elimination of the n + m unknowns.
+
+    A = [[K + w G^T G, G^T], [G, -c 1]] = L D L^T has m negative pivots, and one more for each negative eigenvalue of
+    K + (w + 1/c) G^T G (Sylvester's law of inertia), all scaled to 1.  w G^T G holds each body from the beginning, so
+    that pivots of what a constraint holds later are no round-off.  Where a pivot is zero nonetheless, the eigenvalues
+    of a small A are counted instead.
+    """
+    m = G.shape[0]
+    scale, rows = _scaled(K, G)
+    held = scale @ K @ scale + HOLD * (rows.T @ rows)
+    A = sp.csc_array(sp.block_array([[held, rows.T], [rows, -JOINT_COMPLIANCE * sp.eye_array(m)]]))[order][:, order]
+    try:
+        lu = splu(A.tocsc(), permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    except RuntimeError:
+        return None
+    if np.array_equal(lu.perm_r, lu.perm_c):
+        return int(np.count_nonzero(lu.U.diagonal() < 0.0)) - int(m)
+    if A.shape[0] > DENSE_PIVOTS:
+        return None
+    values = np.linalg.eigvalsh(A.toarray())
+    if np.abs(values).min() < 1e-15 * np.abs(values).max():
+        return None
+    return int(np.count_nonzero(values < 0.0)) - int(m)
+
+
+def _scaled(K: Any, G: Any) -> tuple[Any, Any]:
+    """Diagonal matrix D by which the entries of D K D are 1 at most, and G D with rows of length 1."""
+    largest = np.asarray(abs(K).max(axis=1).todense()).ravel()
+    scale = sp.diags_array(1.0 / np.sqrt(np.where(largest > 0.0, largest, 1.0)))
+    rows = sp.csr_array(G @ scale)
+    lengths = np.sqrt(np.asarray(rows.multiply(rows).sum(axis=1)).ravel())
+    return scale, sp.diags_array(1.0 / np.where(lengths > 0.0, lengths, 1.0)) @ rows

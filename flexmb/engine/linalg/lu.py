@@ -1,0 +1,504 @@
+"""Factors L and U of A on a fixed pattern, without pivoting and without searching; solutions with them.
+
+Of two, the second stands beside the first in the workspace, so one value of L or U meets two neighbouring numbers, and
+the places of the rows are read once.  Panels of three unknowns, the coordinates of a node, are unrolled.
+
+Parts of arrays are taken by `part_of`: an index that is known to begin at 0 needs no look whether it counts from the
+end, which took a third of the time.
+
+The pattern comes from `flexmb.engine.linalg.symbolic`; all values are in one array of its layout.  The caller adds the entries
+of A at their positions, `factor` turns them into L and U in place, and `solve` uses the factors.
+
+Without pivoting, the accuracy of the factors depends on the pivots, which `factor` tests, and on the growth of entries,
+which it does not test.  Where results matter, compare `multiply` with the right-hand side, and call `PivotingSolver`
+(of `pivoting`) for large differences.
+
+Source: T. A. Davis, Direct Methods for Sparse Linear Systems, SIAM 2006, section 6.3 (right-looking LU).
+"""
+
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from flexmb.engine.compiled.arrays import matrix_view, part_of
+from flexmb.engine.compiled.records import Integers, Places, Record, SmallPlaces
+from flexmb.engine.linalg.symbolic import Symbolic
+from flexmb.kernels import compiled
+
+# Solution with the factors of `lu`, for one right-hand side or for two in one pass
+
+
+@compiled
+def solve(sym, lu, b, x, y):
+    """A x = b with the values that `factor` left.  sym : LU; b, x : (n,), may be one array; y : (n,) workspace."""
+    into = sym.into
+    for k in range(len(into)):
+        y[k] = b[into[k]]
+    forward(sym.starts, sym.row_ptr, sym.rows, sym.value_ptr, lu, y)
+    backward(sym.starts, sym.row_ptr, sym.rows, sym.value_ptr, lu, y)
+    for k in range(len(into)):
+        x[into[k]] = y[k]
+
+
+@compiled
+def forward(starts, row_ptr, rows, value_ptr, lu, y):
+    """Y = L^-1 y."""
+    for s in range(len(starts) - 1):
+        at, w, u = value_ptr[s], starts[s + 1] - starts[s], row_ptr[s + 1] - row_ptr[s]
+        own, below, length = part_of(y, starts[s], starts[s + 1]), part_of(rows, row_ptr[s], row_ptr[s + 1]), w + u
+        a = at + w * length
+        if w == 3:
+            b, c = part_of(lu, at + length, a), part_of(lu, at + 2 * length, a)
+            p0 = own[0]
+            p1 = own[1] - b[0] * p0
+            p2 = own[2] - c[0] * p0 - c[1] * p1
+            own[1], own[2] = p1, p2
+            l0, l1, l2 = part_of(lu, a, a + u), part_of(lu, a + u, a + 2 * u), part_of(lu, a + 2 * u, a + 3 * u)
+            for i in range(u):
+                y[below[i]] -= l0[i] * p0 + l1[i] * p1 + l2[i] * p2
+            continue
+        for k in range(w):
+            known = own[k]
+            for i in range(k + 1, w):
+                own[i] -= lu[at + i * length + k] * known
+            left = part_of(lu, a + k * u, a + k * u + u)
+            for i in range(u):
+                y[below[i]] -= left[i] * known
+
+
+@compiled
+def backward(starts, row_ptr, rows, value_ptr, lu, y):
+    """Y = U^-1 y; the diagonal of U is kept inverted."""
+    for s in range(len(starts) - 2, -1, -1):
+        at, w, u = value_ptr[s], starts[s + 1] - starts[s], row_ptr[s + 1] - row_ptr[s]
+        own, below, length = part_of(y, starts[s], starts[s + 1]), part_of(rows, row_ptr[s], row_ptr[s + 1]), w + u
+        if w == 3:
+            a, b, c = (
+                part_of(lu, at, at + length),
+                part_of(lu, at + length, at + 2 * length),
+                part_of(lu, at + 2 * length, at + 3 * length),
+            )
+            p0, p1, p2 = own[0], own[1], own[2]
+            for j in range(u):
+                p = y[below[j]]
+                p0, p1, p2 = p0 - a[3 + j] * p, p1 - b[3 + j] * p, p2 - c[3 + j] * p
+            p2 *= c[2]
+            p1 = (p1 - b[2] * p2) * b[1]
+            own[0], own[1], own[2] = (p0 - a[1] * p1 - a[2] * p2) * a[0], p1, p2
+            continue
+        for k in range(w - 1, -1, -1):
+            row = part_of(lu, at + k * length, at + (k + 1) * length)
+            rest = own[k]
+            for j in range(k + 1, w):
+                rest -= row[j] * own[j]
+            right = part_of(row, w, length)
+            for j in range(u):
+                rest -= right[j] * y[below[j]]
+            own[k] = rest * row[k]
+
+
+@compiled
+def solve_two(sym, lu, b, c, x, z, pair):
+    """A x = b and A z = c with the values that `factor` left.  sym : LU; b, c, x, z : (n,); pair : (2 n,) workspace."""
+    into = sym.into
+    y = matrix_view(pair, len(into), 2)
+    for k in range(len(into)):
+        i = into[k]
+        y[k, 0], y[k, 1] = b[i], c[i]
+    forward_two(sym.starts, sym.row_ptr, sym.rows, sym.value_ptr, lu, pair)
+    backward_two(sym.starts, sym.row_ptr, sym.rows, sym.value_ptr, lu, pair)
+    for k in range(len(into)):
+        i = into[k]
+        x[i], z[i] = y[k, 0], y[k, 1]
+
+
+@compiled
+def forward_two(starts, row_ptr, rows, value_ptr, lu, pair):
+    """Y = L^-1 y for two columns."""
+    y = matrix_view(pair, starts[len(starts) - 1], 2)
+    for s in range(len(starts) - 1):
+        at, w, u = value_ptr[s], starts[s + 1] - starts[s], row_ptr[s + 1] - row_ptr[s]
+        own, below, length = (
+            part_of(pair, 2 * starts[s], 2 * starts[s + 1]),
+            part_of(rows, row_ptr[s], row_ptr[s + 1]),
+            w + u,
+        )
+        a = at + w * length
+        p0, q0 = own[0], own[1]
+        l0 = part_of(lu, a, a + u)
+        if w == 3:
+            b, c = part_of(lu, at + length, a), part_of(lu, at + 2 * length, a)
+            p1, q1 = own[2] - b[0] * p0, own[3] - b[0] * q0
+            p2, q2 = own[4] - c[0] * p0 - c[1] * p1, own[5] - c[0] * q0 - c[1] * q1
+            own[2], own[3], own[4], own[5] = p1, q1, p2, q2
+            l1, l2 = part_of(lu, a + u, a + 2 * u), part_of(lu, a + 2 * u, a + 3 * u)
+            for i in range(u):
+                k, x0, x1, x2 = below[i], l0[i], l1[i], l2[i]
+                y[k, 0] -= x0 * p0 + x1 * p1 + x2 * p2
+                y[k, 1] -= x0 * q0 + x1 * q1 + x2 * q2
+        elif w == 2:
+            b, l1 = part_of(lu, at + length, a), part_of(lu, a + u, a + 2 * u)
+            p1, q1 = own[2] - b[0] * p0, own[3] - b[0] * q0
+            own[2], own[3] = p1, q1
+            for i in range(u):
+                k, x0, x1 = below[i], l0[i], l1[i]
+                y[k, 0] -= x0 * p0 + x1 * p1
+                y[k, 1] -= x0 * q0 + x1 * q1
+        else:
+            for i in range(u):
+                k, x0 = below[i], l0[i]
+                y[k, 0] -= x0 * p0
+                y[k, 1] -= x0 * q0
+
+
+@compiled
+def backward_two(starts, row_ptr, rows, value_ptr, lu, pair):
+    """Y = U^-1 y for two columns; the diagonal of U is kept inverted."""
+    y = matrix_view(pair, starts[len(starts) - 1], 2)
+    for s in range(len(starts) - 2, -1, -1):
+        at, w, u = value_ptr[s], starts[s + 1] - starts[s], row_ptr[s + 1] - row_ptr[s]
+        own, below, length = (
+            part_of(pair, 2 * starts[s], 2 * starts[s + 1]),
+            part_of(rows, row_ptr[s], row_ptr[s + 1]),
+            w + u,
+        )
+        a = part_of(lu, at, at + length)
+        p0, q0 = own[0], own[1]
+        if w == 3:
+            b, c = part_of(lu, at + length, at + 2 * length), part_of(lu, at + 2 * length, at + 3 * length)
+            p1, q1, p2, q2 = own[2], own[3], own[4], own[5]
+            for j in range(u):
+                k = below[j]
+                p, q, x0, x1, x2 = y[k, 0], y[k, 1], a[3 + j], b[3 + j], c[3 + j]
+                p0, p1, p2 = p0 - x0 * p, p1 - x1 * p, p2 - x2 * p
+                q0, q1, q2 = q0 - x0 * q, q1 - x1 * q, q2 - x2 * q
+            p2, q2 = p2 * c[2], q2 * c[2]
+            p1, q1 = (p1 - b[2] * p2) * b[1], (q1 - b[2] * q2) * b[1]
+            p0, q0 = p0 - a[1] * p1 - a[2] * p2, q0 - a[1] * q1 - a[2] * q2
+            own[2], own[3], own[4], own[5] = p1, q1, p2, q2
+        elif w == 2:
+            b = part_of(lu, at + length, at + 2 * length)
+            p1, q1 = own[2], own[3]
+            for j in range(u):
+                k = below[j]
+                p, q, x0, x1 = y[k, 0], y[k, 1], a[2 + j], b[2 + j]
+                p0, p1, q0, q1 = p0 - x0 * p, p1 - x1 * p, q0 - x0 * q, q1 - x1 * q
+            p1, q1 = p1 * b[1], q1 * b[1]
+            p0, q0 = p0 - a[1] * p1, q0 - a[1] * q1
+            own[2], own[3] = p1, q1
+        else:
+            for j in range(u):
+                k, x0 = below[j], a[1 + j]
+                p0, q0 = p0 - x0 * y[k, 0], q0 - x0 * y[k, 1]
+        own[0], own[1] = p0 * a[0], q0 * a[0]
+
+
+# Factors L and U of A on a fixed pattern, without pivoting and without searching
+
+LOST_PIVOT = 1e-13
+"""Pivot relative to the largest term summed up to it, below which it is round-off: a lost pivot."""
+
+HELD_PIVOT = 1e-8
+"""Pivot of a constraint row relative to the largest term summed up to it, below which the row is held.
+
+The sine of the angle between this row and the rows before it is then 1e-4.
+"""
+
+ROWS_HELD = -2
+"""Result of `factor` with held rows; -1 without held rows."""
+
+NO_ROW = 1 << 62
+"""Number of the first constraint for `factor` if no row may be held."""
+
+
+class LU(Record):
+    """Arrays of `Symbolic` for the compiled functions, read-only.
+
+    into : `order` as unsigned indices; rows and targets are unsigned, too, since signed indices are tested for signs
+    """
+
+    order: Integers
+    starts: Integers
+    row_ptr: Integers
+    rows: Places
+    value_ptr: Integers
+    target_ptr: Integers
+    targets: SmallPlaces
+    into: Places
+
+
+def tables(symbolic: Symbolic) -> LU:
+    """Integer arrays of `symbolic` for `factor`, `solve` and `multiply`; shared and remembered."""
+    found = _TABLES.get(symbolic)
+    if found is None:
+        s, unsigned = symbolic, np.uint64
+        into, rows = s.order.view(unsigned), s.rows.view(unsigned)
+        found = LU(s.order, s.starts, s.row_ptr, rows, s.value_ptr, s.target_ptr, s.targets, into)
+        _TABLES[symbolic] = found
+    return found
+
+
+_TABLES: WeakKeyDictionary[Symbolic, LU] = WeakKeyDictionary()
+
+
+@compiled
+def factor(sym, lu, seen, threshold, first_row=NO_ROW, hold=HELD_PIVOT):
+    """Factor A = L U in place; -1, ROWS_HELD, or the first unknown whose pivot is lost or not finite.
+
+    L has a unit diagonal; the diagonal of U is stored inverted.  sym : LU; lu : (size,); seen : (n,) largest terms
+    summed up to the pivots, filled; threshold, hold [1]; first_row : number of the first constraint.
+    A pivot is lost if it is not larger than `threshold` times the largest term summed up to it.  These terms scale like
+    the pivot with units and time step, unlike the entries of its row: G S^-1 G^T of a joint may be 1e-12 beside a 1 in
+    G and still have all its digits.
+
+    A constraint row whose pivot is not larger than `hold` times that term depends on rows before it.  The row is held:
+    left out, as with an infinite pivot, so that `solve` does not change its multiplier.  Its `seen` becomes negative.
+    """
+    order, starts, row_ptr, rows = sym.order, sym.starts, sym.row_ptr, sym.rows
+    value_ptr, target_ptr, targets = sym.value_ptr, sym.target_ptr, sym.targets
+    _start_scale(starts, row_ptr, value_ptr, lu, seen)
+    held = -1
+    for s in range(len(starts) - 1):
+        first, at, t, r = starts[s], value_ptr[s], target_ptr[s], row_ptr[s]
+        w, u = starts[s + 1] - first, row_ptr[s + 1] - r
+        if w == 3:
+            lost = _eliminate_3(lu, at, u, seen, first, threshold, order, first_row, hold)
+        else:
+            lost = _eliminate(lu, at, w, u, seen, first, threshold, order, first_row, hold)
+        if lost >= 0:
+            return order[first + lost]
+        held = min(held, lost)
+        if w == 3:
+            _update_scale_3(lu, at, u, seen, rows, r)
+            _update_3(lu, at, u, targets, t)
+        elif w == 2:
+            _update_scale(lu, at, w, u, seen, rows, r)
+            _update_2(lu, at, u, targets, t)
+        else:
+            _update_scale(lu, at, w, u, seen, rows, r)
+            _update_1(lu, at, u, targets, t)
+    return held
+
+
+@compiled
+def _start_scale(starts, row_ptr, value_ptr, lu, seen):
+    """Start `seen` with the diagonal of A, in the order of elimination."""
+    for s in range(len(starts) - 1):
+        own, w = part_of(seen, starts[s], starts[s + 1]), starts[s + 1] - starts[s]
+        stride = w + row_ptr[s + 1] - row_ptr[s] + 1
+        for k in range(w):
+            at = value_ptr[s] + k * stride
+            own[k] = abs(part_of(lu, at, at + 1)[0])
+
+
+@compiled
+def _update_scale(lu, at, w, u, seen, rows, r):
+    """Update `seen` by the terms of a panel on the diagonals below it."""
+    below, length = part_of(rows, r, r + u), w + u
+    for i in range(u):
+        term = 0.0
+        for k in range(w):
+            term += lu[at + k * length + w + i] * lu[at + w * length + k * u + i]
+        seen[below[i]] = max(seen[below[i]], abs(term))
+
+
+@compiled
+def _eliminate(lu, at, w, u, seen, first, threshold, order, first_row, hold):
+    """Eliminate one panel: rows of U, transposed rows of L; return the lost pivot, ROWS_HELD, or -1."""
+    length, lower, held = w + u, at + w * (w + u), -1
+    watched = threshold if first_row == NO_ROW else max(threshold, hold)
+    for k in range(w):
+        row, column = at + k * length, lower + k * u
+        pivot = lu[row + k]
+        inverse = 1.0 / pivot
+        if not watched * seen[first + k] < abs(pivot) < np.inf:  # false for nan, too
+            if order[first + k] >= first_row and abs(pivot) < np.inf:
+                inverse, held = 0.0, ROWS_HELD
+                seen[first + k] = -max(seen[first + k], 1e-300)
+            elif not threshold * seen[first + k] < abs(pivot) < np.inf:
+                return k
+        lu[row + k] = inverse
+        for j in range(u):
+            lu[column + j] *= inverse
+        for i in range(k + 1, w):
+            here, there = at + i * length, lower + i * u
+            left, above = lu[here + k] * inverse, lu[row + i]
+            lu[here + k] = left
+            seen[first + i] = max(seen[first + i], abs(left * above))
+            for j in range(k + 1, length):
+                lu[here + j] -= left * lu[row + j]
+            for j in range(u):
+                lu[there + j] -= above * lu[column + j]
+    return held
+
+
+@compiled
+def _inverse(pivot, summed, threshold, watched, may_hold):
+    """Inverse of a pivot and -1; 0 and ROWS_HELD for a held row; 0 and 0 for a lost pivot."""
+    size = abs(pivot)
+    if watched * summed < size < np.inf:  # false for nan, too
+        return 1.0 / pivot, -1
+    if may_hold and size < np.inf:
+        return 0.0, ROWS_HELD
+    if threshold * summed < size < np.inf:
+        return 1.0 / pivot, -1
+    return 0.0, 0
+
+
+@compiled
+def _eliminate_3(lu, at, u, seen, first, threshold, order, first_row, hold):
+    """`_eliminate` for three pivots: first the corner, then the rows beside and below it in one pass."""
+    a, b, c = at, at + 3 + u, at + 6 + 2 * u
+    watched = threshold if first_row == NO_ROW else max(threshold, hold)
+    i0, s0 = _inverse(lu[a], seen[first], threshold, watched, order[first] >= first_row)
+    if s0 == 0:
+        return 0
+    a1, a2, b0, c0 = lu[a + 1], lu[a + 2], lu[b] * i0, lu[c] * i0
+    near1, near2 = b0 * a1, c0 * a2
+    seen1 = max(seen[first + 1], abs(near1))
+    i1, s1 = _inverse(lu[b + 1] - near1, seen1, threshold, watched, order[first + 1] >= first_row)
+    if s1 == 0:
+        return 1
+    b2, c1 = lu[b + 2] - b0 * a2, (lu[c + 1] - c0 * a1) * i1
+    seen2 = max(seen[first + 2], abs(near2), abs(c1 * b2))
+    i2, s2 = _inverse(lu[c + 2] - near2 - c1 * b2, seen2, threshold, watched, order[first + 2] >= first_row)
+    if s2 == 0:
+        return 2
+    seen[first] = -max(seen[first], 1e-300) if s0 == ROWS_HELD else seen[first]
+    seen[first + 1] = -max(seen1, 1e-300) if s1 == ROWS_HELD else seen1
+    seen[first + 2] = -max(seen2, 1e-300) if s2 == ROWS_HELD else seen2
+    lu[a], lu[b], lu[b + 1], lu[b + 2], lu[c], lu[c + 1], lu[c + 2] = i0, b0, i1, b2, c0, c1, i2
+    right0, right1, right2, below0, below1, below2 = _beside_3(lu, at, u)
+    for j in range(u):
+        x, p = right0[j], below0[j] * i0
+        y, q = right1[j] - b0 * x, (below1[j] - a1 * p) * i1
+        right1[j], right2[j] = y, right2[j] - c0 * x - c1 * y
+        below0[j], below1[j] = p, q
+        below2[j] = (below2[j] - a2 * p - b2 * q) * i2
+    return min(s0, s1, s2)
+
+
+@compiled
+def _beside_3(lu, at, u):
+    """Rows of U beside the corner of a panel of three, and transposed rows of L below it, (u,) each."""
+    a, b, c, d = at + 3, at + 6 + u, at + 9 + 2 * u, at + 9 + 3 * u
+    return (
+        part_of(lu, a, a + u),
+        part_of(lu, b, b + u),
+        part_of(lu, c, c + u),
+        part_of(lu, d, d + u),
+        part_of(lu, d + u, d + 2 * u),
+        part_of(lu, d + 2 * u, d + 3 * u),
+    )
+
+
+@compiled
+def _update_scale_3(lu, at, u, seen, rows, r):
+    """`_update_scale` for three pivots."""
+    a, b, c, x, y, z = _beside_3(lu, at, u)
+    below = part_of(rows, r, r + u)
+    for i in range(u):
+        term = a[i] * x[i] + b[i] * y[i] + c[i] * z[i]
+        seen[below[i]] = max(seen[below[i]], abs(term))
+
+
+@compiled
+def _update_1(lu, at, u, targets, t):
+    """Subtract the product of L and U of a panel with one pivot from its targets."""
+    a, lower = part_of(lu, at + 1, at + 1 + u), part_of(lu, at + 1 + u, at + 1 + 2 * u)
+    for i in range(u):
+        x, goal = lower[i], part_of(targets, t + i * u, t + (i + 1) * u)
+        for j in range(u):
+            lu[goal[j]] -= x * a[j]
+
+
+@compiled
+def _update_2(lu, at, u, targets, t):
+    """`_update_1` for two pivots."""
+    d = at + 4 + 2 * u
+    a, b = part_of(lu, at + 2, at + 2 + u), part_of(lu, at + 4 + u, d)
+    left, right = part_of(lu, d, d + u), part_of(lu, d + u, d + 2 * u)
+    for i in range(u):
+        x, y, goal = left[i], right[i], part_of(targets, t + i * u, t + (i + 1) * u)
+        for j in range(u):
+            lu[goal[j]] -= x * a[j] + y * b[j]
+
+
+@compiled
+def _update_3(lu, at, u, targets, t):
+    """`_update_1` for three pivots."""
+    a, b, c, left, middle, right = _beside_3(lu, at, u)
+    for i in range(u):
+        x, y, z, goal = left[i], middle[i], right[i], part_of(targets, t + i * u, t + (i + 1) * u)
+        for j in range(u):
+            lu[goal[j]] -= x * a[j] + y * b[j] + z * c[j]
+
+
+@compiled
+def null_vector(sym, lu, s, k, b, x, y):
+    """Null vector x of A for the held row k of panel s, with x = 1 at this row; b, x, y : (n,), three arrays.
+
+    The factors of the rows before are exact, so that the solution of U x = 1 with a pivot of 1 in place of 0 is x.
+    """
+    stride = sym.starts[s + 1] - sym.starts[s] + sym.row_ptr[s + 1] - sym.row_ptr[s]
+    diagonal = sym.value_ptr[s] + k * (stride + 1)
+    b[:] = 0.0
+    b[sym.order[sym.starts[s] + k]] = 1.0
+    lu[diagonal] = 1.0
+    solve(sym, lu, b, x, y)
+    lu[diagonal] = 0.0
+
+
+@compiled
+def held_residual(sym, lu, seen, b, y):
+    """Largest residual that `solve` leaves in held rows for the right-hand side b; b, y : (n,)."""
+    for k in range(len(sym.order)):
+        y[k] = b[sym.order[k]]
+    forward(sym.starts, sym.row_ptr, sym.rows, sym.value_ptr, lu, y)
+    largest = 0.0
+    for k in range(len(sym.order)):
+        if seen[k] < 0.0:
+            largest = max(largest, abs(y[k]))
+    return largest
+
+
+@compiled
+def first_held_row(sym, seen):
+    """Number of the first held constraint row."""
+    for place in range(len(sym.order)):
+        if seen[place] < 0.0:
+            return sym.order[place]
+    return 0
+
+
+@compiled
+def smallest_pivot(sym, lu, seen, first_row):
+    """Smallest pivot of the constraint rows that are not held, relative to the largest term summed up to it."""
+    least = 1.0
+    for s in range(len(sym.starts) - 1):
+        first, w = sym.starts[s], sym.starts[s + 1] - sym.starts[s]
+        stride = w + sym.row_ptr[s + 1] - sym.row_ptr[s] + 1
+        for k in range(w):
+            inverse = abs(lu[sym.value_ptr[s] + k * stride])
+            if sym.order[first + k] >= first_row and seen[first + k] > 0.0 and inverse > 0.0:
+                least = min(least, 1.0 / (inverse * seen[first + k]))
+    return least
+
+
+@compiled
+def multiply(sym, values, x, y):
+    """Compute y = A x with values before `factor`.  sym : LU; values : (size,); x, y : (n,), two arrays."""
+    order, starts, row_ptr, rows, value_ptr = sym.order, sym.starts, sym.row_ptr, sym.rows, sym.value_ptr
+    y[:] = 0.0
+    for s in range(len(starts) - 1):
+        first, r, at = starts[s], row_ptr[s], value_ptr[s]
+        w, u = starts[s + 1] - first, row_ptr[s + 1] - r
+        length, lower = w + u, at + w * (w + u)
+        for k in range(w):
+            here = order[first + k]
+            for j in range(w):
+                y[here] += values[at + k * length + j] * x[order[first + j]]
+            for j in range(u):
+                there = order[rows[r + j]]
+                y[here] += values[at + k * length + w + j] * x[there]
+                y[there] += values[lower + k * u + j] * x[here]

@@ -1,0 +1,501 @@
+"""Implicit step of the Newmark family: predictor, modified Newton iteration, convergence test.
+
+A step runs through these functions in this order:
+
+    start_iteration       predicted state; decision whether factors of an earlier step are reused
+    evaluate_trial        residual; with the iteration matrix, or with the energies
+    factor_matrix         factors of a new iteration matrix; redundant constraints
+    residual_vectors      right side: minus the residual, gaps of the constraints (`newton_correction.py`)
+    solve_correction      correction of q, v, a, x, lam, and position shift (`newton_correction.py`)
+    apply_correction      corrected state; size of the correction over its tolerance (`newton_correction.py`)
+    after_reused_factors  convergence test and contraction rate with factors of an earlier matrix
+    after_own_factors     convergence test with factors of the present matrix
+"""
+
+import math
+
+from flexmb.engine.compiled.arrays import part_of
+from flexmb.engine.linalg.lu import (
+    HELD_PIVOT,
+    LOST_PIVOT,
+    ROWS_HELD,
+    factor,
+    first_held_row,
+    held_residual,
+    smallest_pivot,
+    solve,
+    solve_two,
+)
+from flexmb.engine.newmark.jacobian_reuse import (
+    HOLD_WITHIN_STEP,
+    MEASURING_INTERVAL,
+    MOST_REUSE_ITERATIONS,
+    allowed_gap,
+    convergence_limits,
+    convergence_test,
+    discard_factors,
+    has_contact_alone,
+    has_contact_or_friction,
+    held_code,
+    initial_hold,
+    may_reuse,
+    may_reuse_fresh,
+    register_factors,
+    slopes_changed,
+    start_trial,
+    suspend_reuse,
+    update_reuse,
+)
+from flexmb.engine.newmark.predictor import (
+    COASTING,
+    STANDING,
+    find_newmark_residual,
+    leaps,
+    predict,
+    predict_without_accelerations,
+    project_prediction,
+    restart_predictor,
+)
+from flexmb.engine.state.record import (
+    EVALUATED,
+    GEAR_GUPTA_LEIMKUHLER,
+    JOINTS_EVALUATED,
+    NEWTON_FAILED,
+    NOT_EVALUATED,
+    NOT_FINITE,
+    POSITION,
+    RUNNING,
+    SINGULAR,
+)
+from flexmb.engine.system.evaluate import evaluate, evaluate_accepted
+from flexmb.kernels import compiled
+
+# Correction of a Newton iteration: right-hand sides, solution, damping, size over the tolerance
+
+ROUND_OFF = 1e-14
+"""Correction relative to the coordinates, below which it is round-off."""
+
+LEAST_CORRECTION = 1e-300
+"""Least tolerance of a correction of the state of a control, for states that stay 0."""
+
+STATE_ROUND_OFF = 1e-12
+"""Correction of the state of a control relative to its size, below which it is round-off of its law."""
+
+ANGLE_ALLOWANCE = 6.3
+"""Angle [rad] up to which round-off is that of 1 rad, so that the pose of a mechanism at the start does not count."""
+
+GAP_ROUND_OFF = 0.1
+"""Round-off of a gap relative to that of corrections."""
+
+
+@compiled
+def residual_vectors(n, m, kv, options, trial, work):
+    """Fill trial.rhs, the negative residual, and trial.gap_rhs, the gaps that the correction itself leaves open.
+
+    The lower half of trial.rhs is G d of the correction d, so that gap_rhs = -g - G d.
+    """
+    for i in range(n):
+        trial.rhs[i] = -(work.r[i] + work.Gl[i])
+        trial.gap_rhs[i] = 0.0
+    for i in range(m):
+        trial.rhs[n + i] = -work.g[i] if options.form == POSITION else -work.gv[i] / kv
+        trial.gap_rhs[n + i] = -work.g[i] - trial.rhs[n + i]
+
+
+@compiled
+def solve_correction(m, lu, values, options, trial):
+    """Solve for trial.solution, the correction, and trial.shift, the position shift; values: factors."""
+    if m > 0 and options.form == GEAR_GUPTA_LEIMKUHLER:
+        solve_two(lu, values, trial.rhs, trial.gap_rhs, trial.solution, trial.shift, trial.scratch_pair)
+    else:
+        solve(lu, values, trial.rhs, trial.solution, trial.scratch)
+
+
+@compiled
+def damping_factor(n, trial):
+    """Set trial.newton.fraction, the applied fraction of the correction, and trial.newton.reach, its largest length.
+
+    Where friction changes its sign, full corrections alternate between its branches for ever.  A correction that turns
+    back shows that the solution lies within the one before it: from then on no correction is longer than half of the
+    last one, until full corrections stay within that bound.  This is Newton's method safeguarded by bisection.
+    """
+    newton = trial.newton
+    if newton.factorisations < 3:
+        newton.fraction, newton.reach = 1.0, math.inf
+        return
+    along, before, now = 0.0, 0.0, 0.0
+    for i in range(n):
+        along += trial.solution[i] * trial.last_correction[i]
+        before += trial.last_correction[i] * trial.last_correction[i]
+        now += trial.solution[i] * trial.solution[i]
+    if along < 0.0:
+        newton.reach = 0.5 * newton.fraction * math.sqrt(before)
+    elif newton.fraction < 1.0:
+        newton.reach *= 0.5
+    now = math.sqrt(now)
+    newton.fraction = 1.0 if now <= newton.reach else newton.reach / now
+
+
+@compiled
+def apply_correction(tables, h, kv, kx, ka, fraction, options, trial, record):
+    """Add a fraction of the correction to the trial state; return its size over the tolerance.
+
+    The size is the largest over all nodes, of displacements [m] and of rotations [rad], shift included.  Tolerances
+    are `options.tolerance` times h^2 times the largest acceleration, plus the round-off of the coordinates.
+
+    Equation (4.10) of docs/theory/integrators.md.
+    """
+    n, m, report = tables.sizes.n_q, tables.sizes.n_c, record.report
+    way, turn, shift_x, shift_t, fast_x, fast_t, total = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    far_x, far_t = options.length**2, 1.0
+    shifted = fraction if m > 0 and options.form == GEAR_GUPTA_LEIMKUHLER else 0.0
+    for i in range(0, tables.sizes.n_b, 3):  # x, y, theta of a node
+        dx, sx = _correct_coordinate(i, fraction, shifted, kv, kx, ka, trial)
+        dy, sy = _correct_coordinate(i + 1, fraction, shifted, kv, kx, ka, trial)
+        dt, st = _correct_coordinate(i + 2, fraction, shifted, kv, kx, ka, trial)
+        q, a = part_of(trial.q, i, i + 3), part_of(trial.a, i, i + 3)
+        near, near_s = dx * dx + dy * dy, sx * sx + sy * sy
+        total += near + near_s + abs(dt) + abs(st)
+        way, turn, shift_x, shift_t = max(near, way), max(turn, abs(dt)), max(near_s, shift_x), max(shift_t, abs(st))
+        fast_x, fast_t = max(a[0] * a[0] + a[1] * a[1], fast_x), max(fast_t, abs(a[2]))
+        far_x, far_t = max(q[0] * q[0] + q[1] * q[1], far_x), max(far_t, abs(q[2]) - ANGLE_ALLOWANCE)
+    moved_x, moved_t = math.sqrt(way) + math.sqrt(shift_x), turn + shift_t
+    fast_x, far_x = math.sqrt(fast_x), math.sqrt(far_x)
+    of_states = 0.0
+    if n > tables.sizes.n_b:
+        of_states = correct_states(tables, h, kv, kx, ka, fraction, shifted, options, trial)
+    if not math.isfinite(total + of_states):
+        return math.inf
+    for i in range(m):
+        trial.lam[i] += fraction * trial.solution[n + i]
+        trial.projected_gaps[i] += fraction * trial.gap_rhs[n + i]
+    wanted_x = options.tolerance * min(h * h * fast_x, options.length) + ROUND_OFF * far_x
+    wanted_t = options.tolerance * min(h * h * fast_t, 1.0) + ROUND_OFF * far_t
+    report.length_tolerance, report.angle_tolerance = wanted_x, wanted_t
+    if moved_x / wanted_x > moved_t / wanted_t:
+        report.correction, report.tolerance, report.round_off = moved_x, wanted_x, ROUND_OFF * far_x / wanted_x
+    else:
+        report.correction, report.tolerance, report.round_off = moved_t, wanted_t, ROUND_OFF * far_t / wanted_t
+    return max(moved_x / wanted_x, moved_t / wanted_t, of_states)
+
+
+@compiled
+def correct_states(tables, h, kv, kx, ka, fraction, shifted, options, trial):
+    """Add a fraction of the correction to the states of controls; return its size over the tolerance.
+
+    A correction d changes a state by kv d.  Tolerances are those of coordinates: `options.tolerance` times h^2 times
+    the rate of the state, plus round-off of the state in a step.
+    """
+    worst = 0.0
+    for i in range(tables.sizes.n_b, tables.sizes.n_q):
+        d, _ = _correct_coordinate(i, fraction, shifted, kv, kx, ka, trial)
+        wanted = options.tolerance * h * h * abs(trial.a[i]) + h * STATE_ROUND_OFF * abs(trial.v[i])
+        size = abs(d) / max(wanted, LEAST_CORRECTION)
+        worst = max(worst, size) if math.isfinite(size) else math.inf
+    return worst
+
+
+@compiled
+def _correct_coordinate(i, fraction, shifted, kv, kx, ka, trial):
+    """Correct coordinate i and its derivatives by fractions of correction and shift; return both displacements."""
+    d, shift = fraction * trial.solution[i], shifted * trial.shift[i] if shifted > 0.0 else 0.0
+    trial.q[i] += d + shift
+    trial.v[i] += kv * d
+    trial.x[i] += kx * d
+    trial.a[i] += ka * d
+    trial.last_correction[i] = trial.solution[i]
+    return d, shift
+
+
+@compiled
+def within_factor_two(before, now):
+    """Whether two numbers differ by less than a factor of 2."""
+    return 0.5 * before <= now <= 2.0 * before
+
+
+@compiled
+def is_round_off(n, m, lu, trial, work, record):
+    """Whether the last correction is round-off of the gaps over the angle between two constraint rows."""
+    angle = math.sqrt(smallest_pivot(lu, work.lu, trial.pivot_scale, n)) if m > 0 else 1.0
+    report = record.report
+    return report.correction <= report.tolerance * (1.0 + GAP_ROUND_OFF * report.round_off / angle)
+
+
+# Implicit step of the Newmark family: predictor, modified Newton iteration, convergence test
+
+SMALL_SYSTEM = 60
+"""Number of unknowns up to which every iteration with a closed contact or joint friction factors its own matrix.
+
+Matrix and factors then cost little more than a residual.
+"""
+
+NONLINEAR_CORRECTION = 300.0
+"""Correction over its tolerance, up to which contact and friction are linear enough for reused factors.
+
+Larger ones gain nothing more, and leave errors of 1e-9 of an impact.
+"""
+
+ROUND_OFF_FRACTION = 0.1
+"""Correction over its round-off, below which the correction is noise; and contraction rate above which noise stalls."""
+
+CONTINUE, EVALUATE_AGAIN = -1, -2
+"""Codes inside a step: further iteration; second evaluation, because held rows are not redundant."""
+
+
+@compiled
+def implicit_step(tables, address, lu, h, ratio, scheme, options, flow, trial, work, record):
+    """Try a step of size h; RUNNING if Newton's iteration converged, else the code of the failure.
+
+    Unknowns are q1, v1, a1, x1, lam1 at the end of the step.  Equations of motion and constraints hold there,
+
+        r(t1, q1, v1, a1) + G^T lam1 = 0,   G v1 + g_t = 0,   g(t1, q1) = 0,
+
+    with the relations of Newmark and of generalised-alpha, with ratio = h / (last step) for x0,
+
+        q1 = q0 + h v0 + h^2 ((1/2 - beta) x0 + beta x1) + e,   v1 = v0 + h ((1 - gamma) x0 + gamma x1),
+        (1 - alpha_m) x1 + alpha_m x0 = (1 - alpha_f) a1 + alpha_f a0.
+
+    The position shift e = -S^-1 G^T mu closes the joints in positions and in velocities at once (Gear, Gupta,
+    Leimkuhler).  A correction dq changes v1 by kv dq, x1 by kx dq, a1 by ka dq (`newmark_coefficients`), so that the
+    iteration matrix is
+
+        A = [[S, G^T], [G, 0]],   S = K + H + kv C + ka M,   A [dq, dlam] = -[r + G^T lam, (G v + g_t)/kv].
+
+    The iteration is a modified Newton iteration: while factors of an earlier matrix are reused, residuals alone are
+    evaluated.  The last expected evaluation includes the energies, so that the accepted state needs no further one.
+    record.count.evaluated says how much of the trial state is evaluated at the end.
+
+    Equations (4.1), (4.2), (4.7) and (4.9) of docs/theory/integrators.md.
+    """
+    n, m = tables.sizes.n_q, tables.sizes.n_c
+    t, newton, report = flow.clock.t + h, trial.newton, record.report
+    kv, kx, ka = newmark_coefficients(h, scheme)
+    start_iteration(tables, lu, h, ratio, kv, ka, scheme, options, flow, trial)
+    for _ in range(options.iterations):
+        with_energies = energies_wanted(tables, trial, work)
+        evaluate_trial(tables, address, t, h, kv, ka, with_energies, flow, trial, work)
+        record.count.evaluations += 1
+        if newton.reusing and slopes_changed(trial, work):
+            stop_reuse(trial)
+            continue
+        residual_vectors(n, m, kv, options, trial, work)
+        if not newton.reusing:
+            code = factor_matrix(tables, lu, h, kv, ka, options, flow, trial, work, record)
+            if code == EVALUATE_AGAIN:
+                continue
+            if code != RUNNING:
+                return code
+        old_factors = newton.reusing and newton.factorisations == 0
+        solve_correction(m, lu, flow.factors if old_factors else work.lu, options, trial)
+        if not newton.reusing:
+            damping_factor(tables.sizes.n_b, trial)
+        length, angle = report.length_tolerance, report.angle_tolerance
+        size = apply_correction(tables, h, kv, kx, ka, newton.fraction, options, trial, record) / newton.fraction
+        if not (
+            within_factor_two(length, report.length_tolerance) and within_factor_two(angle, report.angle_tolerance)
+        ):
+            newton.last_size = math.inf  # sizes over different tolerances have no ratio
+        record.count.iterations += 1
+        record.count.solves += 1
+        if newton.reusing:
+            code = after_reused_factors(tables, h, ratio, size, with_energies, scheme, flow, trial, work, record)
+        else:
+            code = after_own_factors(tables, lu, h, ratio, size, scheme, options, flow, trial, work, record)
+        if code != CONTINUE:
+            return code
+    return NEWTON_FAILED
+
+
+@compiled
+def newmark_coefficients(h, scheme):
+    """Derivatives kv, kx, ka of velocities, auxiliary and true accelerations by the coordinates at the end of a step.
+
+    kv = gamma/(beta h) [1/s],   kx = 1/(beta h^2) [1/s^2],   ka = (1 - alpha_m)/(1 - alpha_f) kx [1/s^2].
+
+    Equation (4.8) of docs/theory/integrators.md.
+    """
+    kx = 1.0 / (scheme.beta * h * h)
+    return scheme.gamma / (scheme.beta * h), kx, (1.0 - scheme.alpha_m) / (1.0 - scheme.alpha_f) * kx
+
+
+@compiled
+def start_auxiliary_acceleration(n, options, flow, trial):
+    """Set x1 after a first step: x1 = a1 + (alpha_m - alpha_f) (a1 - a0), see `Newmark.starting`."""
+    for i in range(n):
+        trial.x[i] = trial.a[i] + (options.regular.alpha_m - options.regular.alpha_f) * (trial.a[i] - flow.a[i])
+
+
+@compiled
+def start_iteration(tables, lu, h, ratio, kv, ka, scheme, options, flow, trial):
+    """Predict the trial state, and decide whether the factors of an earlier step are reused."""
+    n, m, newton, reuse = tables.sizes.n_q, tables.sizes.n_c, trial.newton, trial.reuse
+    start_trial(flow, trial)
+    if flow.clock.last_step == 0.0:
+        restart_predictor(trial.predictor)
+    newton.order = trial.predictor.order
+    newton.measuring = reuse.steps_since_measured >= MEASURING_INTERVAL
+    own_matrices = n + m <= SMALL_SYSTEM and has_contact_or_friction(trial.slopes)
+    newton.reusing = may_reuse(kv, ka, flow, reuse) and not own_matrices
+    newton.may_reuse = True
+    newton.factorisations, newton.reused, newton.held = 0, 0, -1
+    newton.last_size, newton.fraction, newton.reach = math.inf, 1.0, math.inf
+    newton.hold = initial_hold(flow)
+    predict(n, m, h, ratio, newton.order, scheme, flow, trial)
+    if leaps(tables.sizes.n_b, h, options.length, flow, trial):
+        newton.order = COASTING
+        predict_without_accelerations(n, m, h, ratio, COASTING, scheme, flow, trial)
+        if leaps(tables.sizes.n_b, 0.0, options.length, flow, trial):
+            newton.order = STANDING
+            predict_without_accelerations(n, m, h, ratio, STANDING, scheme, flow, trial)
+    if newton.reusing and m > 0 and newton.order > 0 and options.form == GEAR_GUPTA_LEIMKUHLER:
+        project_prediction(n, m, lu, h, newton.order, flow, trial)
+
+
+@compiled
+def energies_wanted(tables, trial, work):
+    """Whether the next evaluation includes the energies, since its iteration is expected to be the last one."""
+    newton, reuse = trial.newton, trial.reuse
+    expected = reuse.expected_last + (1.0 if newton.measuring else 0.0)
+    if newton.factorisations > 0:
+        expected = reuse.expected_last_fresh
+    return newton.reusing and newton.reused >= expected and not has_contact_alone(tables, work)
+
+
+@compiled
+def evaluate_trial(tables, address, t, h, kv, ka, with_energies, flow, trial, work):
+    """Evaluate the trial state: with energies, or with the iteration matrix unless factors are reused."""
+    q, v, a, lam = trial.q, trial.v, trial.a, trial.lam
+    if with_energies:
+        find_newmark_residual(tables.sizes.n_q, h, flow, trial)
+        evaluate_accepted(tables, address, t, h, q, v, a, lam, flow.z, trial.mean_v, trial.newmark_residual, work)
+    else:
+        matrix = not trial.newton.reusing
+        evaluate(tables, address, t, h, q, v, a, lam, flow.z, 1.0, kv, ka, matrix, work)
+
+
+@compiled
+def factor_matrix(tables, lu, h, kv, ka, options, flow, trial, work, record):
+    """Factor the matrix of the last evaluation; RUNNING, EVALUATE_AGAIN, or the code of a failure.
+
+    EVALUATE_AGAIN : held rows are not redundant, since their joints would open; the matrix must be evaluated and
+    factored again with fewer held rows.
+    """
+    n, newton = tables.sizes.n_q, trial.newton
+    discard_factors(trial.reuse)
+    newton.held = factor(lu, work.lu, trial.pivot_scale, LOST_PIVOT, n, newton.hold)
+    record.count.factorisations += 1
+    if newton.held >= 0:
+        record.count.lost_pivot = newton.held
+        return SINGULAR if math.isfinite(trial.rhs.sum()) else NOT_FINITE
+    if newton.held == ROWS_HELD and held_rows_open(tables, lu, h, options, flow, trial, work):
+        if newton.hold == LOST_PIVOT:  # the rows contradict the others
+            record.count.lost_pivot = first_held_row(lu, trial.pivot_scale)
+            return SINGULAR
+        newton.hold = LOST_PIVOT
+        return EVALUATE_AGAIN
+    if newton.held == ROWS_HELD and newton.hold == HELD_PIVOT:
+        newton.hold = HOLD_WITHIN_STEP  # though corrections may lead away from the singular position
+    elif newton.held != ROWS_HELD and newton.hold == HELD_PIVOT:
+        pivot = smallest_pivot(lu, work.lu, trial.pivot_scale, n) if tables.sizes.n_c > 0 else 1.0
+        register_factors(kv, ka, pivot, trial, work)
+    newton.factorisations += 1
+    newton.reused = 0
+    return RUNNING
+
+
+@compiled
+def held_rows_open(tables, lu, h, options, flow, trial, work):
+    """Whether the correction would leave too large a gap in held rows."""
+    left = held_residual(lu, work.lu, trial.pivot_scale, trial.rhs, trial.scratch)
+    if options.form == GEAR_GUPTA_LEIMKUHLER:
+        trial.shift[:] = 0.0
+        for i in range(tables.sizes.n_c):
+            trial.shift[tables.sizes.n_q + i] = -work.g[i]
+        left = max(left, held_residual(lu, work.lu, trial.pivot_scale, trial.shift, trial.scratch))
+    return left > allowed_gap(tables, h, options, flow, trial.a)
+
+
+@compiled
+def stop_reuse(trial):
+    """Let the next iteration factor its own matrix."""
+    newton = trial.newton
+    newton.reusing, newton.may_reuse = False, newton.factorisations == 0
+    suspend_reuse(newton.factorisations, trial.reuse)
+
+
+@compiled
+def restart_iteration(tables, h, ratio, order, scheme, flow, trial):
+    """Predict the trial state again: with constant accelerations (order 0), or without any."""
+    trial.newton.order, trial.newton.last_size = order, math.inf
+    if order == 0:
+        predict(tables.sizes.n_q, tables.sizes.n_c, h, ratio, 0, scheme, flow, trial)
+    else:
+        predict_without_accelerations(tables.sizes.n_q, tables.sizes.n_c, h, ratio, order, scheme, flow, trial)
+
+
+@compiled
+def after_reused_factors(tables, h, ratio, size, with_energies, scheme, flow, trial, work, record):
+    """Convergence test of a correction with reused factors; RUNNING or CONTINUE.  `size`: over the tolerance."""
+    newton, reuse = trial.newton, trial.reuse
+    noise = ROUND_OFF_FRACTION * record.report.round_off
+    negligible, remaining = convergence_limits(noise, work)
+    converged, evaluated, contracting = convergence_test(size, newton.last_size, negligible, remaining, noise, reuse)
+    if newton.factorisations == 0 and newton.reused == 0:
+        reuse.first_correction = size
+    if converged:
+        update_reuse(newton.factorisations, newton.reused, evaluated, newton.measuring, reuse)
+        record.count.held_code = 0
+        record.count.evaluated = evaluation_code(tables, with_energies and evaluated, size, work)
+        return RUNNING
+    diverging = not size < newton.last_size
+    newton.reused += 1
+    newton.last_size = size
+    if not contracting or newton.reused >= MOST_REUSE_ITERATIONS:
+        stop_reuse(trial)
+        if diverging:
+            restart_iteration(tables, h, ratio, min(newton.order, 0), scheme, flow, trial)
+    return CONTINUE
+
+
+@compiled
+def after_own_factors(tables, lu, h, ratio, size, scheme, options, flow, trial, work, record):
+    """Convergence test of a correction with the present matrix; RUNNING, CONTINUE, or the code of a failure.
+
+    Converged: a small first correction; a full correction within the tolerance; one whose successors, by the ratio of
+    the last two, add up to less than the tolerance; or one that is round-off.
+    """
+    n, m, newton, reuse = tables.sizes.n_q, tables.sizes.n_c, trial.newton, trial.reuse
+    last, number = newton.last_size, newton.factorisations
+    negligible, _ = convergence_limits(ROUND_OFF_FRACTION * record.report.round_off, work)
+    converged = size <= (1.0 if number > 1 else negligible)
+    if newton.fraction == 1.0 and number > 1 and size < last < math.inf:
+        converged = converged or size * size / (last - size) <= 1.0
+    stalled = number > 2 and size > ROUND_OFF_FRACTION * last
+    if converged or (stalled and is_round_off(n, m, lu, trial, work, record)):
+        record.count.held_code = held_code(newton.held == ROWS_HELD, newton.hold == LOST_PIVOT, flow)
+        record.count.evaluated = evaluation_code(tables, False, size, work)
+        return RUNNING
+    newton.last_size = size
+    if not math.isfinite(size) or (newton.reach == math.inf and number > 4 and size > 2.0 * last):
+        if newton.order == STANDING or (options.adaptive and newton.order <= 0):
+            return NEWTON_FAILED if math.isfinite(size) else NOT_FINITE
+        newton.factorisations, newton.fraction = 0, 1.0
+        restart_iteration(tables, h, ratio, min(newton.order - 1, 0), scheme, flow, trial)
+    undamped = newton.fraction == 1.0 and newton.reach == math.inf and newton.last_size < math.inf
+    nonlinear = (
+        n + m <= SMALL_SYSTEM and newton.last_size > NONLINEAR_CORRECTION and has_contact_or_friction(work.slopes)
+    )
+    newton.reusing = newton.may_reuse and undamped and may_reuse_fresh(reuse) and not nonlinear
+    return CONTINUE
+
+
+@compiled
+def evaluation_code(tables, evaluated, size, work):
+    """Code of the evaluation of the converged state; `size`: last correction over its tolerance.
+
+    A correction within the tolerance, a millionth of h^2 a, moves G by no more than that.  With closed contacts, forces
+    of contacts and energies are then evaluated once more, and constraints are not.
+    """
+    if evaluated:
+        return EVALUATED
+    return JOINTS_EVALUATED if size <= 1.0 and has_contact_alone(tables, work) else NOT_EVALUATED

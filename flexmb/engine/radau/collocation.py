@@ -1,0 +1,167 @@
+"""Coefficients and work arrays of Radau's method with three stages (Radau IIA, order 5).
+
+Stages lie at t + c_i h.  With the matrix A of the method and its inverse D, positions Q_i, rates V_i, A_i satisfy
+
+    h V_i = sum_j D_ij (Q_j - q0),   h A_i = sum_j D_ij (V_j - v0).
+
+D has a real eigenvalue and a complex pair; in its eigenvectors the linear system of the three stages splits into a real
+system and a complex one.  Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II (Springer,
+1996), IV.5 and IV.8.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.engine.compiled.records import Matrix, Record, Vector
+from flexmb.program.program import Program
+
+STAGES = 3
+MIDDLE, LAST = 1, 2
+"""Numbers of stages."""
+
+AT_START, AT_END, ELSEWHERE = range(3)
+"""Rows of `Collocation.rates`."""
+
+_ROOT = 6.0**0.5
+_C = np.array([(4.0 - _ROOT) / 10.0, (4.0 + _ROOT) / 10.0, 1.0])
+_A = np.array(
+    [
+        [(88.0 - 7.0 * _ROOT) / 360.0, (296.0 - 169.0 * _ROOT) / 1800.0, (-2.0 + 3.0 * _ROOT) / 225.0],
+        [(296.0 + 169.0 * _ROOT) / 1800.0, (88.0 + 7.0 * _ROOT) / 360.0, (-2.0 - 3.0 * _ROOT) / 225.0],
+        [(16.0 - _ROOT) / 36.0, (16.0 + _ROOT) / 36.0, 1.0 / 9.0],
+    ]
+)
+_VALUES, _VECTORS = np.linalg.eig(np.linalg.inv(_A))
+_ORDER = [int(np.argmin(abs(_VALUES.imag))), int(np.argmax(_VALUES.imag))]
+_INVERSE = np.linalg.inv(_VECTORS)
+
+
+def _numbers(array: np.ndarray) -> tuple[float, ...]:
+    return tuple(float(x) for x in array)
+
+
+C, WEIGHTS = _numbers(_C), _numbers(_A[2])
+ONCE, TWICE = tuple(map(_numbers, _A)), tuple(map(_numbers, _A @ _A))
+"""Coefficients of V_i = v0 + h sum ONCE_ij A_j and Q_i = q0 + c_i h v0 + h^2 sum TWICE_ij A_j."""
+
+REAL = float(_VALUES[_ORDER[0]].real)
+PAIR_RE, PAIR_IM = float(_VALUES[_ORDER[1]].real), float(_VALUES[_ORDER[1]].imag)
+"""Eigenvalues of D: REAL, and PAIR_RE + i PAIR_IM with its conjugate."""
+
+TO_REAL, FROM_REAL = _numbers(_INVERSE[_ORDER[0]].real), _numbers(_VECTORS[:, _ORDER[0]].real)
+TO_RE, TO_IM = _numbers(_INVERSE[_ORDER[1]].real), _numbers(_INVERSE[_ORDER[1]].imag)
+FROM_RE, FROM_IM = _numbers(2.0 * _VECTORS[:, _ORDER[1]].real), _numbers(2.0 * _VECTORS[:, _ORDER[1]].imag)
+"""Transformation into the eigenvectors and back: w = TO . Q, Q_i = FROM_REAL_i w_1 + Re((a_i + i b_i) w_2)."""
+
+ESTIMATE = (-(13.0 + 7.0 * _ROOT) / 3.0, (-13.0 + 7.0 * _ROOT) / 3.0, -1.0 / 3.0)
+"""Weights of the stages in the error estimate of third order."""
+
+
+class StageStep(Record):
+    """Step sizes and Newton iteration of Radau's method.
+
+    last : last accepted step [s]; 0: the next step is a first step
+    factored_size : step size of the factored matrices [s]; 0: no factors
+    error_factor : theta/(1 - theta) with the contraction rate theta of Newton's iteration
+    iterations : Newton iterations of the last step
+    start, size : start and size of the last accepted step [s]
+    """
+
+    last: float
+    factored_size: float
+    error_factor: float
+    iterations: int
+    start: float
+    size: float
+
+
+class Works(Record):
+    """Works of a step [J]; `supplied` and `joints_size` without signs."""
+
+    drives: float
+    loads: float
+    joints: float
+    damping: float
+    supplied: float
+    joints_size: float
+
+
+class OldState(Record):
+    """State at the start of the last accepted step, for instants within the step."""
+
+    q: Vector
+    v: Vector
+    a: Vector
+    z: Vector
+    lam: Vector
+    ledger: Vector
+
+
+class Collocation(Record):
+    """State and workspace of Radau's method; a restart needs `step`, `past`, `past_lam`, `real`, `re` and `im`.
+
+    past, past_lam : (4, n_q + 3), (4, n_c) accelerations and multipliers at 0, c_1, c_2, 1 of the last step
+    Q, V, A, L : (3, ...) positions, velocities, accelerations, multipliers of the stages
+    b : (3, n) right sides;  real, re, im : (size,) factors;  d, x, y : (n,), pair : (2 n,) solutions, workspace
+    of_q, of_v : (n_q + 3,) estimated errors;  losses : (contacts, 2) normal and tangential [J];  zero : (n_q + 3,)
+    old, between : state and ledger at the start of the last step, and at an instant within it
+    rates : (3, 11) rates of the ledger at both ends of the step [W], and elsewhere;  lam : (n_c,) multipliers
+    signals : (n_y,) at an instant within it
+    """
+
+    step: StageStep
+    past: Matrix
+    past_lam: Matrix
+    works: Works
+    old: OldState
+    between: OldState
+    Q: Matrix
+    V: Matrix
+    A: Matrix
+    L: Matrix
+    b: Matrix
+    real: Vector
+    re: Vector
+    im: Vector
+    d: Vector
+    x: Vector
+    y: Vector
+    pair: Vector
+    of_q: Vector
+    of_v: Vector
+    losses: Matrix
+    zero: Vector
+    rates: Matrix
+    lam: Vector
+    signals: Vector
+
+
+def collocation(program: Program) -> Collocation:
+    """Arrays for a compiled mechanism."""
+    n, m, size = program.n_q + 3, program.n_c, program.symbolic.size
+    total = program.n_q + m
+    states = {name: _old(program) for name in ("old", "between")}
+    return Collocation(
+        step=StageStep(0.0, 0.0, 0.0, 0, 0.0, 0.0),
+        past=(STAGES + 1, n),
+        past_lam=(STAGES + 1, m),
+        works=Works(*(0.0,) * 6),
+        **states,
+        **dict.fromkeys(("Q", "V", "A"), (STAGES, n)),
+        L=(STAGES, m),
+        b=(STAGES, total),
+        **dict.fromkeys(("real", "re", "im"), size),
+        **dict.fromkeys(("d", "x", "y"), total),
+        pair=2 * total,
+        **dict.fromkeys(("of_q", "of_v", "zero"), n),
+        losses=(len(program.tables.contacts.kernel), 2),
+        rates=(3, 11),
+        lam=m,
+        signals=program.tables.sizes.n_y,
+    )
+
+
+def _old(program: Program) -> OldState:
+    n = program.n_q + 3
+    return OldState(q=n, v=n, a=n, z=program.tables.sizes.n_z, lam=program.n_c, ledger=11)

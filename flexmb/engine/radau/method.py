@@ -1,0 +1,294 @@
+"""Radau's method of order 5 (Radau IIA, three stages) with error control, for smooth and for stiff motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from flexmb.engine.compiled.records import fitting
+from flexmb.engine.energy import STEPS_BEFORE_CHECK, STRAIN, check_balance, contact_losses
+from flexmb.engine.linalg.lu import LU
+from flexmb.engine.newmark.error_control import CONTACT_TRIALS, accept_or_reject, meets_contacts, update_step_sizes
+from flexmb.engine.newmark.jacobian_reuse import discard_factors, update_held_multipliers
+from flexmb.engine.newmark.predictor import restart_predictor
+from flexmb.engine.radau.collocation import AT_START, LAST, STAGES, C, Collocation, collocation
+from flexmb.engine.radau.step import add_works, find_between, ledger_at, radau_error, radau_step, update_ledger
+from flexmb.engine.state.flow import Flow
+from flexmb.engine.state.record import (
+    BUFFER_FULL,
+    CONDITION_MET,
+    DONE,
+    NOT_EVALUATED,
+    RUNNING,
+    STEP_TOO_SMALL,
+    Options,
+    RunRecord,
+)
+from flexmb.engine.state.trial import Trial
+from flexmb.engine.step.acceptance import adopt_trial, condition_met, finished, next_step_size, update_peaks, watch_step
+from flexmb.engine.step.contact_events import note_passed_contacts, planned_step, update_impacts
+from flexmb.engine.step.contact_log import buffer_may_overflow, update_episodes
+from flexmb.engine.step.method import Method, Stepper
+from flexmb.engine.step.saved_instants import END_OF_STEP, count_row, is_due, next_due, save_step, store_signals
+from flexmb.engine.system.constraints import report_forces
+from flexmb.engine.system.contacts import find_gap
+from flexmb.engine.system.evaluate import evaluate_accepted
+from flexmb.engine.system.outputs import write_outputs
+from flexmb.engine.system.work import LOSS_FRICTION, LOSS_NORMAL, Work
+from flexmb.kernels import compiled, copy
+from flexmb.program.program import COMMON_Z, Addresses, Program, Tables
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+    from flexmb.run.run import Run
+
+LARGEST_GROWTH, LEAST_GROWTH, SAFETY = 4.0, 0.2, 0.9
+"""Next step over the present one at most and at least; safety factor of the next step."""
+
+LEAST_STEPS, LEAST_STEPS_CONTACTS = 100.0, 100.0
+"""Number of largest steps in a period or a run, without contacts and with contacts."""
+
+RESTART_ARRAYS = ("past", "past_lam", "real", "re", "im")
+"""Arrays of `Collocation` for a restart."""
+
+
+@dataclass(frozen=True)
+class RadauIIA(Method):
+    """Radau's implicit method with three stages: order 5, for smooth motion to many digits, stiff or not.
+
+    At the stages t + c_i h the positions Q_i and velocities V_i = v0 + h sum a_ij A_j satisfy the equations of motion
+    and the joints in velocities,
+
+        M A_i + G^T lam_i = f(Q_i, V_i),   G V_i + g_t = 0,   Q_i = q0 + h sum a_ij V_j;
+
+    at the end of the step (c_3 = 1) positions and velocities are projected onto the joints, and accelerations and
+    multipliers follow from the equations of motion.  Steps are chosen by an embedded formula of order 3.
+
+    A step costs some five of `Newmark`.  It pays where the motion is smooth between impacts and more digits are wanted
+    than rtol = 1e-4 gives: mechanisms with ideal joints, drives, springs, rigid contacts with few impacts, soft beams.
+    Where beams ring with frequencies that no one asks for, or contacts never end, `Newmark` is faster.
+
+    Notes
+    -----
+    Instants of the grid of saved signals within a step come from the quintic through positions, velocities and
+    accelerations at its ends; forces there satisfy the equations of motion, or are interpolated where they are
+    stiff.  Peaks are those of the steps and of the saved instants.  Works are integrated with fourth order, so what the
+    method takes shows in `energy.residual`; `energy.dissipated_algorithm` is 0.  Histories of laws (bristles of LuGre's
+    friction) are of the order that their law has.
+
+    Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II (Springer, 1996), IV.8, VI.3, VII.4.
+
+    Examples
+    --------
+    >>> import flexmb as fm
+    >>> mech = fm.mechanisms.slider_crank()
+    >>> sol = fm.simulate(mech, t_end=0.01, method=fm.RadauIIA(), step=fm.Adaptive(rtol=1e-8))
+    >>> sol.ok
+    True
+    """
+
+    estimates_error: ClassVar[bool] = True
+
+    def fewest_steps(self, *, contacts: bool) -> float:
+        """Steps in a period or a run that error control takes at least, with `contacts` or without."""
+        return LEAST_STEPS_CONTACTS if contacts else LEAST_STEPS
+
+    @property
+    def loops(self) -> tuple[Any, ...]:
+        """The compiled loop."""
+        return (advance_radau,)
+
+    def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - methods of users may
+        """Stepper of the compiled mechanism."""
+        return RadauStepper(program)
+
+
+class RadauStepper(Stepper):
+    """Steps of Radau's method."""
+
+    def __init__(self, program: Program) -> None:
+        super().__init__(program)
+        self.stages = collocation(program)
+
+    def advance(self, run: Run, options: Options, steps: int) -> int:
+        """Take at most `steps` steps; RUNNING, or the code of the ending."""
+        return int(advance_radau(*run.arguments(options), self.stages, steps))
+
+    def save(self, run: Run, options: Options) -> None:
+        """Save the remaining instants within the last step."""
+        save_between(*run.arguments(options), self.stages)
+
+    def saved(self) -> dict[str, np.ndarray]:
+        """Stages and factors for the next step, by name."""
+        kept = {f"radau.{name}": getattr(self.stages, name).copy() for name in RESTART_ARRAYS}
+        return {**kept, "radau.step": self.stages.step.numbers()}
+
+    def restore(self, restart: Mapping[str, Any]) -> None:
+        """Restore the arrays of `saved`; without them (restart of another method) the next step is a first step."""
+        step = self.stages.step
+        if "radau.step" not in restart:
+            step.last = 0.0
+            return
+        for name in RESTART_ARRAYS:
+            array = getattr(self.stages, name)
+            array[:] = fitting(restart, f"radau.{name}", array)
+        step.set_numbers(fitting(restart, "radau.step", step.numbers()))
+
+
+@compiled
+def advance_radau(
+    tables: Tables,
+    address: Addresses,
+    lu: LU,
+    options: Options,
+    flow: Flow,
+    trial: Trial,
+    work: Work,
+    record: RunRecord,
+    R: Collocation,
+    steps: int,
+):
+    """Take at most `steps` steps; RUNNING, or the code of the ending."""
+    discard_factors(flow.reuse)
+    restart_predictor(flow.predictor)
+    for _ in range(steps):
+        if finished(options, flow):
+            return DONE
+        h = planned_step(tables, address, options, flow, trial, work) if options.adaptive else flow.clock.step_size
+        h = next_step_size(h, options.t_end - flow.clock.t)
+        if flow.clock.last_step == 0.0:
+            R.step.last = R.step.factored_size = 0.0
+        code = radau_step(tables, address, lu, h, options, flow, trial, work, record, R)
+        record.count.evaluated = NOT_EVALUATED
+        growth, restarts = 1.0, False
+        if options.adaptive:
+            error = -1.0
+            fraction = contact_within_step(tables, address, flow, trial, work, R) if code == RUNNING else 0.0
+            if fraction > 0.0 and flow.clock.rejected_trials < CONTACT_TRIALS:
+                flow.clock.retry_step, record.count.rejecting_contact = 0.5 * fraction * h, 0
+            elif meets_contacts(tables, address, code, h, options, flow, trial, work, record):
+                error = radau_error(tables, address, lu, h, options, flow, trial, work, R)
+            growth = min(max(SAFETY * max(error, 1e-12) ** -0.25, LEAST_GROWTH), LARGEST_GROWTH)
+            growth = accept_or_reject(h, error, growth, options, flow, trial, record)
+            code = STEP_TOO_SMALL if code == RUNNING and growth == 0.0 else code
+        if code != RUNNING:
+            if h <= 1.001 * options.h_min:
+                return code
+            continue
+        if record.count.held_code != 0 or flow.clock.held_steps > 0.0:
+            update_held_multipliers(tables, lu, flow.clock.t + h, flow, trial, work, record)
+        if options.adaptive:
+            restarts = update_impacts(tables, address, h, options, flow, trial, work)
+            update_step_sizes(h, growth, options, flow)
+        code = accept_stages(tables, address, lu, h, options, flow, trial, work, record, R)
+        R.step.last = flow.clock.last_step = 0.0 if restarts else h
+        if code != RUNNING:
+            return code
+    return RUNNING
+
+
+@compiled
+def contact_within_step(tables, address, flow, trial, work, R):
+    """Fraction of the step at the first stage in a contact that is open at both ends of the step; 0: no such stage.
+
+    The contact force has then reversed or slowed the motion, although the onset was not located.
+    """
+    K = tables.contacts
+    for c in range(K.kernel.shape[0]):
+        if flow.z[K.z[c, COMMON_Z]] != 0.0:
+            continue
+        gap, _ = find_gap(tables, address, c, trial.q, trial.v, work)
+        if gap <= 0.0:
+            continue
+        for stage in range(LAST):
+            gap, _ = find_gap(tables, address, c, R.Q[stage], R.V[stage], work)
+            if gap <= 0.0:
+                return C[stage]
+    return 0.0
+
+
+@compiled
+def accept_stages(tables, address, lu, h, options, flow, trial, work, record, R):
+    """Make the trial state the accepted one: `acceptance.accept`, with works and instants from the stages."""
+    t0 = flow.clock.t
+    keep_start(h, flow, R)
+    add_works(tables, address, lu, h, options, flow, trial, work, record, R)
+    contact_losses(tables, address, 0.0, flow, trial.q, trial.v, work)
+    turned = abs(R.works.damping) + R.works.joints_size + R.works.supplied
+    for c in range(R.losses.shape[0]):
+        normal, friction = R.losses[c, LOSS_NORMAL], R.losses[c, LOSS_FRICTION]
+        work.loss[c, LOSS_NORMAL], work.loss[c, LOSS_FRICTION] = normal, friction
+        turned += abs(normal) + abs(friction)
+    update_episodes(tables, h, options, flow, work, record)
+    update_ledger(tables, address, t0 + h, turned, flow, trial, work, R)
+    if not options.adaptive:
+        note_passed_contacts(tables, address, h, options, flow, trial, work, record)
+    adopt_trial(h, flow, trial, work, record)
+    t, peak, signals = flow.clock.t, record.peak, record.signals
+    write_outputs(tables, address, t, flow.q, flow.v, flow.a, work, flow.ledger, peak, True, signals)
+    update_peaks(flow.clock.t, record.signals, record)
+    watch_step(tables.sizes.energy + STRAIN, flow, record)
+    full = save_between(tables, address, lu, options, flow, trial, work, record, R) != RUNNING
+    if condition_met(record):
+        return CONDITION_MET
+    if full or buffer_may_overflow(flow, record):
+        return BUFFER_FULL
+    return check_balance(flow.ledger, flow.balance) if flow.balance.steps >= STEPS_BEFORE_CHECK else RUNNING
+
+
+@compiled
+def keep_start(h, flow, R):
+    """Store the start of the step, and the stages for the prediction of the next step."""
+    old = R.old
+    R.step.start, R.step.size = flow.clock.t, h
+    copy(flow.q, old.q)
+    copy(flow.v, old.v)
+    copy(flow.a, old.a)
+    copy(flow.z, old.z)
+    copy(flow.lam, old.lam)
+    copy(flow.ledger, old.ledger)
+    copy(flow.a, R.past[0])
+    copy(flow.lam, R.past_lam[AT_START])
+    for stage in range(STAGES):
+        copy(R.A[stage], R.past[stage + 1])
+        copy(R.L[stage], R.past_lam[stage + 1])
+
+
+@compiled
+def save_between(tables, address, lu, options, flow, trial, work, record, R):
+    """Save the end of the last step, or the instants of the save grid within it; BUFFER_FULL when the buffer is full.
+
+    The buffer must then be emptied, and `save_between` called again before the next step.
+    """
+    if options.save_interval == 0.0:
+        save_step(flow, record)
+        return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
+    while is_due(options, flow, record):
+        due, row = next_due(options, flow, record), record.count.rows
+        s = (due - R.step.start) / R.step.size
+        if s < END_OF_STEP:
+            signals_at(tables, address, lu, s, options, flow, trial, work, record, R, R.signals)
+            update_peaks(due, R.signals, record)
+            store_signals(R.signals, record, row)
+        else:
+            store_signals(record.signals, record, row)
+        count_row(due, flow, record)
+    return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
+
+
+@compiled
+def signals_at(tables, address, lu, s, options, flow, trial, work, record, R, target):
+    """All signals at fraction s of the last step."""
+    h, old, now, began = R.step.size, R.old, R.between, R.step.start
+    copy(flow.z, now.z)
+    copy(old.z, flow.z)
+    t, q, v, a, lam = began + s * h, flow.q, flow.v, flow.a, flow.lam
+    find_between(tables, address, lu, began, s, h, q, v, a, lam, options, flow, trial, work, record, R)
+    evaluate_accepted(tables, address, t, s * h, trial.q, trial.v, trial.a, trial.lam, flow.z, R.zero, R.zero, work)
+    copy(now.z, flow.z)
+    report_forces(tables, trial.lam, work)
+    ledger_at(s, h, old.ledger, R.rates, flow, work, now.ledger)
+    write_outputs(tables, address, t, trial.q, trial.v, trial.a, work, now.ledger, record.peak, True, target)

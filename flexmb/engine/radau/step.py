@@ -1,0 +1,625 @@
+"""Step of Radau's method with three stages: prediction, Newton iteration, projection, error estimate; states within a step.
+
+Constraints hold in velocities at the stages (index 2).  At the end of the step positions and velocities are projected
+onto the constraints; accelerations and multipliers follow from the equations of motion.  All are of order 5.
+"""
+
+import math
+
+from flexmb.engine.compiled.arrays import part_of
+from flexmb.engine.energy import (
+    CONTACT,
+    DAMPING,
+    DRIVE,
+    FRICTION,
+    GRAVITY,
+    KINETIC,
+    LOAD,
+    STRAIN,
+    TURNED_OVER,
+    count_step,
+    update_balance,
+    update_residual,
+)
+from flexmb.engine.linalg.complex_lu import factor_complex, solve_complex
+from flexmb.engine.linalg.lu import LOST_PIVOT, factor, solve, solve_two
+from flexmb.engine.newmark.error_control import LEAST_STATE, find_speeds, in_free_flight, state_scale
+from flexmb.engine.newmark.implicit_step import ANGLE_ALLOWANCE, ROUND_OFF, STATE_ROUND_OFF
+from flexmb.engine.newmark.jacobian_reuse import initial_hold
+from flexmb.engine.radau.collocation import (
+    AT_END,
+    AT_START,
+    ELSEWHERE,
+    ESTIMATE,
+    FROM_IM,
+    FROM_RE,
+    FROM_REAL,
+    LAST,
+    MIDDLE,
+    ONCE,
+    PAIR_IM,
+    PAIR_RE,
+    REAL,
+    STAGES,
+    TO_IM,
+    TO_RE,
+    TO_REAL,
+    TWICE,
+    WEIGHTS,
+    C,
+)
+from flexmb.engine.state.record import NEWTON_FAILED, NOT_FINITE, RUNNING, SINGULAR
+from flexmb.engine.step.runge_kutta import accelerate, project_state
+from flexmb.engine.system.constraints import report_forces
+from flexmb.engine.system.elements import evaluate_energies
+from flexmb.engine.system.evaluate import evaluate, evaluate_accepted
+from flexmb.engine.system.work import (
+    DRIVE_FORCE,
+    JOINT_FRICTION_FORCE,
+    JOINT_SLIP,
+    LOSS_FRICTION,
+    LOSS_NORMAL,
+    MOTION_RATE,
+)
+from flexmb.kernels import compiled, copy
+from flexmb.places import FRICTION_FORCE, GAP_RATE, NORMAL_FORCE, SLIP
+from flexmb.program.program import LOAD_KERNEL
+
+# Step of Radau's method with three stages: prediction, Newton iteration, projection, error estimate
+
+MOST_ITERATIONS = 16
+"""Number of Newton iterations of a step at most."""
+
+REFACTOR_RATE, REFACTOR_ITERATIONS = 0.02, 4
+"""Error factor theta/(1 - theta) and number of iterations, above which the next step factors new matrices."""
+
+ITERATION_FRACTION = 0.1
+"""Error that Newton's iteration may leave, over rtol^(1/2) times the accepted error of a step.
+
+The error of the method is much less than the accepted error, the more so the smaller rtol is.
+"""
+
+CLOSED_SHIFT, LARGE_SHIFT = 1e-14, 1e-4
+"""Projection shift relative to the size of the mechanism: up to the first round-off, above the second large."""
+
+FIXED_STEP_TOLERANCE, LEAST_TOLERANCE = 1e-10, 1e-15
+"""Tolerance of corrections relative to h^2 |a|: for fixed steps, and the least one for all steps."""
+
+STALLED_RATE = 0.3
+"""Contraction rate above which corrections that are round-off of the coordinates do not get smaller.
+
+Many corrections get much smaller: round-off of the positions counts only with stiff forces.
+"""
+
+LEAST_RATE = 1e-2
+"""Least error factor of the first iteration of a step, which is not measured in this step."""
+
+
+@compiled
+def radau_step(tables, address, lu, h, options, flow, trial, work, record, R):
+    """Try a step of size h; RUNNING if Newton's iteration converged, else the code of the failure.
+
+    Unknowns are Q_i, V_i, A_i, lam_i of the stages at t_i = t + c_i h.  Equations of motion and constraints in
+    velocities hold at the stages,
+
+        r(t_i, Q_i, V_i, A_i) + G^T lam_i = 0,   G V_i + g_t = 0,
+        V_i = v0 + h sum_j a_ij A_j,   Q_i = q0 + h sum_j a_ij V_j.
+
+    Equations (4.15) and (4.16) of docs/theory/integrators.md.
+    """
+    code = NEWTON_FAILED
+    for attempt in range(2):
+        extrapolate = attempt == 0 and R.step.last > 0.0
+        predict_stages(tables.sizes.n_q, tables.sizes.n_c, h, extrapolate, flow, R)
+        if R.step.factored_size != h or not extrapolate:
+            code = factor_matrices(tables, address, lu, h, flow, trial, work, record, R)
+            if code != RUNNING:
+                return code
+        code = newton_iterations(tables, address, lu, h, options, flow, trial, work, record, R)
+        if code == RUNNING or not extrapolate:
+            break
+    if code != RUNNING:
+        R.step.factored_size = 0.0
+        return code
+    copy(R.Q[LAST], trial.q)
+    copy(R.V[LAST], trial.v)
+    copy(R.L[LAST], trial.lam)
+    t = flow.clock.t + h
+    if tables.sizes.n_c > 0:
+        code = close_joints(tables, address, lu, t, h, options, flow, trial, work, record, R)
+        if code != RUNNING:
+            return code
+    code = accelerate(tables, address, lu, t, 1.0, h, R.zero, options, flow, trial, work, record, R)
+    copy(trial.a, trial.x)
+    return code
+
+
+@compiled
+def factor_matrices(tables, address, lu, h, flow, trial, work, record, R):
+    """Factor [[K + s C + s^2 M, G^T], [G, 0]] at the middle stage for both eigenvalues s of D/h.
+
+    G and G^T stand in the real and in the imaginary part of the complex matrix: there they are multiplied by 1 + i.
+
+    Equation (4.17) of docs/theory/integrators.md.
+    """
+    n, past = tables.sizes.n_q, C[MIDDLE] * h
+    t, Q, V, A, L = flow.clock.t + past, R.Q[MIDDLE], R.V[MIDDLE], R.A[MIDDLE], R.L[MIDDLE]
+    s, a, b = REAL / h, PAIR_RE / h, PAIR_IM / h
+    for system in range(3):
+        kq = 0.0 if system == 2 else 1.0
+        kv = s if system == 0 else (a if system == 1 else b)
+        ka = s * s if system == 0 else (a * a - b * b if system == 1 else 2.0 * a * b)
+        evaluate(tables, address, t, past, Q, V, A, L, flow.z, kq, kv, ka, True, work)
+        copy(work.lu, R.real if system == 0 else (R.re if system == 1 else R.im))
+    record.count.evaluations += 3
+    record.count.factorisations += 2
+    R.step.factored_size = 0.0
+    lost = factor(lu, R.real, trial.pivot_scale, LOST_PIVOT, n, initial_hold(flow))
+    if lost < 0:
+        lost = factor_complex(lu, R.re, R.im, trial.pivot_scale)
+    if lost >= 0:
+        record.count.lost_pivot = lost
+        return SINGULAR
+    R.step.factored_size = h
+    return RUNNING
+
+
+@compiled
+def close_joints(tables, address, lu, t, h, options, flow, trial, work, record, R):
+    """Project positions and velocities at the end of the step onto the constraints, with least kinetic energy.
+
+    `runge_kutta.project_state` takes over for a large shift or redundant constraints.
+    """
+    n, m = tables.sizes.n_q, tables.sizes.n_c
+    for iteration in range(STAGES):
+        evaluate(
+            tables, address, t, h, trial.q, trial.v, R.zero, trial.lam, flow.z, 0.0, 0.0, 1.0, iteration == 0, work
+        )
+        record.count.evaluations += 1
+        if iteration == 0:
+            record.count.factorisations += 1
+            if factor(lu, work.lu, trial.pivot_scale, LOST_PIVOT, n, initial_hold(flow)) != -1:
+                break
+        R.x[:] = 0.0
+        R.y[:] = 0.0
+        for i in range(m):
+            R.x[n + i], R.y[n + i] = -work.g[i], -work.gv[i]
+        solve_two(lu, work.lu, R.x, R.y, R.x, R.y, R.pair)
+        largest = 0.0
+        for i in range(n):
+            trial.q[i] += R.x[i]
+            trial.v[i] += R.y[i]
+            largest = max(largest, abs(R.x[i]))
+        if largest <= CLOSED_SHIFT * options.length:
+            return RUNNING
+        if not largest <= LARGE_SHIFT * options.length:
+            break
+    return project_state(tables, address, lu, t, h, options, flow, trial, work, record, R)
+
+
+@compiled
+def predict_stages(n, m, h, extrapolate, flow, R):
+    """Predict the stages: with extrapolated accelerations and multipliers, or with constant ones."""
+    for stage in range(STAGES):
+        w0, w1, w2, w3 = cubic_weights(1.0 + C[stage] * h / R.step.last) if extrapolate else (0.0, 0.0, 0.0, 1.0)
+        A, L = R.A[stage], R.L[stage]
+        for i in range(n):
+            A[i] = flow.a[i]
+            if extrapolate:
+                A[i] = w0 * R.past[0, i] + w1 * R.past[1, i] + w2 * R.past[2, i] + w3 * R.past[3, i]
+        for i in range(m):
+            L[i] = flow.lam[i]
+            if extrapolate:
+                L[i] = w0 * R.past_lam[0, i] + w1 * R.past_lam[1, i] + w2 * R.past_lam[2, i] + w3 * R.past_lam[3, i]
+    for stage in range(STAGES):
+        Q, V = R.Q[stage], R.V[stage]
+        for i in range(n):
+            once, twice = 0.0, 0.0
+            for k in range(STAGES):
+                once += ONCE[stage][k] * R.A[k, i]
+                twice += TWICE[stage][k] * R.A[k, i]
+            V[i] = flow.v[i] + h * once
+            Q[i] = flow.q[i] + h * (C[stage] * flow.v[i] + h * twice)
+
+
+@compiled
+def cubic_weights(s):
+    """Lagrange weights at s of the cubic through values at 0, c_1, c_2, 1."""
+    x0, x1, x2, x3 = s, s - C[0], s - C[1], s - 1.0
+    return (
+        x1 * x2 * x3 / (-C[0] * C[1]),
+        x0 * x2 * x3 / (C[0] * (C[0] - C[1]) * (C[0] - 1.0)),
+        x0 * x1 * x3 / (C[1] * (C[1] - C[0]) * (C[1] - 1.0)),
+        x0 * x1 * x2 / ((1.0 - C[0]) * (1.0 - C[1])),
+    )
+
+
+@compiled
+def newton_iterations(tables, address, lu, h, options, flow, trial, work, record, R):
+    """Newton's iteration on all stages; RUNNING if the estimated remaining error is within the tolerance."""
+    last, rate = math.inf, max(R.step.error_factor, LEAST_RATE) ** 0.8
+    for iteration in range(MOST_ITERATIONS):
+        residuals(tables, address, h, flow, work, record, R)
+        size, noise = apply_correction(tables, lu, h, options, flow, trial, record, R)
+        if not math.isfinite(size):
+            return NOT_FINITE
+        if iteration > 0:
+            theta = size / last if last > 0.0 else 0.0
+            if size > noise and (theta >= 2.0 or (theta >= 0.95 and iteration > 2)):
+                return NEWTON_FAILED
+            rate = theta / max(1.0 - theta, 0.05)
+            if size <= noise and theta > STALLED_RATE:
+                rate = 0.0
+        if rate * size <= 1.0:
+            R.step.error_factor, R.step.iterations = rate, iteration + 1
+            if rate > REFACTOR_RATE or iteration >= REFACTOR_ITERATIONS:
+                R.step.factored_size = 0.0
+            return RUNNING
+        last = size
+    return NEWTON_FAILED
+
+
+@compiled
+def residuals(tables, address, h, flow, work, record, R):
+    """Fill R.b: negative residuals of the equations of motion and of the constraints in velocities, for each stage."""
+    n, m = tables.sizes.n_q, tables.sizes.n_c
+    for stage in range(STAGES):
+        elapsed = C[stage] * h
+        Q, V, A, L = R.Q[stage], R.V[stage], R.A[stage], R.L[stage]
+        evaluate(tables, address, flow.clock.t + elapsed, elapsed, Q, V, A, L, flow.z, 1.0, 0.0, 0.0, False, work)
+        for i in range(n):
+            R.b[stage, i] = -(work.r[i] + work.Gl[i])
+        for i in range(m):
+            R.b[stage, n + i] = -work.gv[i]
+    record.count.evaluations += STAGES
+    record.count.iterations += 1
+    record.count.solves += 2
+
+
+@compiled
+def apply_correction(tables, lu, h, options, flow, trial, record, R):
+    """Correct all stages; return the sizes of the correction and of its round-off over the tolerance."""
+    n, m = tables.sizes.n_q, tables.sizes.n_c
+    s, a, b = REAL / h, PAIR_RE / h, PAIR_IM / h
+    to_d, to_x, to_y = TO_REAL, TO_RE, TO_IM
+    for i in range(n + m):
+        r0, r1, r2 = R.b[0, i], R.b[1, i], R.b[2, i]
+        R.d[i] = to_d[0] * r0 + to_d[1] * r1 + to_d[2] * r2
+        R.x[i] = to_x[0] * r0 + to_x[1] * r1 + to_x[2] * r2
+        R.y[i] = to_y[0] * r0 + to_y[1] * r1 + to_y[2] * r2
+    for i in range(n, n + m):  # G w = -g'/s; in the complex system (1 + i) G
+        R.d[i] /= s
+        x, y, square = R.x[i], R.y[i], a * a + b * b
+        p, q = (x * a + y * b) / square, (y * a - x * b) / square
+        R.x[i], R.y[i] = p - q, p + q
+    solve(lu, R.real, R.d, R.d, R.pair)
+    solve_complex(lu, R.re, R.im, R.x, R.y, R.pair)
+    for i in range(n, n + m):
+        x, y = R.x[i], R.y[i]
+        R.x[i], R.y[i] = x - y, x + y
+    for stage in range(STAGES):
+        own, along, across = FROM_REAL[stage], FROM_RE[stage], FROM_IM[stage]
+        Q, V, A, L = R.Q[stage], R.V[stage], R.A[stage], R.L[stage]
+        for i in range(n):
+            d, x, y = R.d[i], R.x[i], R.y[i]
+            dq = own * d + along * x - across * y
+            d, x, y = s * d, a * x - b * y, a * y + b * x
+            V[i] += own * d + along * x - across * y
+            d, x, y = s * d, a * x - b * y, a * y + b * x
+            A[i] += own * d + along * x - across * y
+            Q[i] += dq
+            R.b[stage, i] = dq
+        for i in range(m):
+            L[i] += own * R.d[n + i] + along * R.x[n + i] - across * R.y[n + i]
+    return correction_size(tables, h, options, flow, trial, record, R)
+
+
+@compiled
+def correction_size(tables, h, options, flow, trial, record, R):
+    """Size of the correction, the largest of all nodes, and of its round-off; both over the tolerance."""
+    way, iteration, fast, far_x, far_t = 0.0, 0.0, 0.0, options.length**2, 1.0
+    total = 0.0
+    for stage in range(STAGES):
+        for i in range(0, tables.sizes.n_b, 3):  # x, y, theta of a node
+            d, q, a = part_of(R.b[stage], i, i + 3), part_of(R.Q[stage], i, i + 3), part_of(R.A[stage], i, i + 3)
+            near = d[0] * d[0] + d[1] * d[1]
+            total += near + abs(d[2])
+            way, iteration = max(way, near), max(iteration, abs(d[2]))
+            fast = max(fast, math.sqrt(a[0] * a[0] + a[1] * a[1]), options.length * abs(a[2]))
+            far_x, far_t = max(far_x, q[0] * q[0] + q[1] * q[1]), max(far_t, abs(q[2]) - ANGLE_ALLOWANCE)
+    if tables.sizes.n_q > tables.sizes.n_b:
+        of_states, of_round_off = state_corrections(tables, h, options, flow, trial, R)
+        total += of_states
+    else:
+        of_states, of_round_off = 0.0, 0.0
+    if not math.isfinite(total):
+        return math.inf, 0.0
+    wanted = FIXED_STEP_TOLERANCE * h * h * fast
+    if options.adaptive:
+        rtol, speed = trial.control.rtol, math.inf
+        for g in range(flow.largest_speeds.shape[0]):
+            speed = min(speed, max(flow.largest_speeds[g], trial.control.least_speed))
+        wanted = ITERATION_FRACTION * math.sqrt(rtol) * min(options.error, h * rtol * speed)
+    round_x, round_t = ROUND_OFF * math.sqrt(far_x), ROUND_OFF * far_t
+    wanted += LEAST_TOLERANCE * h * h * fast
+    wanted_x, wanted_t = wanted, wanted / options.length
+    of_x, of_t = math.sqrt(way) / wanted_x, iteration / wanted_t
+    step = record.report
+    step.correction, step.tolerance = (math.sqrt(way), wanted_x) if of_x > of_t else (iteration, wanted_t)
+    step.length_tolerance, step.angle_tolerance = wanted_x, wanted_t
+    return max(of_x, of_t, of_states), 2.0 * max(round_x / wanted_x, round_t / wanted_t, of_round_off)
+
+
+@compiled
+def state_corrections(tables, h, options, flow, trial, R):
+    """Size of the correction of the states of controls, and of its round-off; both over the tolerance."""
+    worst, noise = 0.0, 0.0
+    for stage in range(STAGES):
+        for i in range(tables.sizes.n_b, tables.sizes.n_q):
+            scale = state_scale(tables, i, R.V[stage, i], R.A[stage, i], options, flow)
+            wanted = (FIXED_STEP_TOLERANCE if not options.adaptive else 0.0) * h * h * abs(R.A[stage, i])
+            if options.adaptive:
+                wanted = ITERATION_FRACTION * trial.control.rtol**1.5 * h * scale
+            wanted += LEAST_TOLERANCE * h * h * abs(R.A[stage, i]) + LEAST_STATE
+            worst = max(worst, abs(R.b[stage, i]) / wanted)
+            noise = max(noise, STATE_ROUND_OFF * h * scale / wanted)
+    return worst, noise
+
+
+@compiled
+def radau_error(tables, address, lu, h, options, flow, trial, work, R):
+    """Estimated error of positions and velocities over the accepted error.
+
+    The estimate is of third order, the method of fifth: with 0.1 rtol^(2/3) in place of rtol in the estimate, the
+    errors of a run are proportional to rtol.
+    x = (f0 + sum ESTIMATE_i Z_i/h)/s is the difference to a formula of third order.  (K + s C + s^2 M)^-1 s^2 M x keeps
+    its components that are not stiff and satisfy the constraints.  Positions and velocities count as in
+    `newmark.error_control.error_ratio`.
+
+    Equation (4.18) of docs/theory/integrators.md.
+    """
+    n, m, s = tables.sizes.n_q, tables.sizes.n_c, REAL / h
+    for i in range(n):
+        q, v = 0.0, 0.0
+        for k in range(STAGES):
+            q += ESTIMATE[k] * (R.Q[k, i] - flow.q[i])
+            v += ESTIMATE[k] * (R.V[k, i] - flow.v[i])
+        R.of_q[i], R.of_v[i] = (flow.v[i] + q / h) / s, (flow.a[i] + v / h) / s
+    times_mass(tables, address, h, R.of_q, flow, work, R.x, R)
+    times_mass(tables, address, h, R.of_v, flow, work, R.y, R)
+    for i in range(n):
+        R.x[i], R.y[i] = s * s * R.x[i], s * s * R.y[i]
+    for i in range(n, n + m):
+        R.x[i], R.y[i] = 0.0, 0.0
+    solve_two(lu, R.real, R.x, R.y, R.x, R.y, R.pair)
+    loose = 0.1 * trial.control.rtol ** (-1.0 / 3.0)
+    of_q = 1.0 / (loose * options.error)
+    find_speeds(tables.sizes.n_b, options, flow, trial)
+    if in_free_flight(tables, flow):
+        of_q *= trial.control.flight_weight
+    worst = 0.0
+    for k in range(0, tables.sizes.n_b, 3):
+        worst = max(worst, of_q * math.sqrt(R.x[k] ** 2 + R.x[k + 1] ** 2), options.length * of_q * abs(R.x[k + 2]))
+        if trial.rigid[k]:
+            of_v = 1.0 / (loose * trial.control.rtol * trial.speeds[trial.groups[k]])
+            worst = max(worst, of_v * math.sqrt(R.y[k] ** 2 + R.y[k + 1] ** 2), options.length * of_v * abs(R.y[k + 2]))
+    for i in range(tables.sizes.n_b, n):
+        scale = state_scale(tables, i, trial.v[i], trial.a[i], options, flow)
+        worst = max(worst, abs(R.y[i]) / (loose * trial.control.rtol * scale))
+    return worst if math.isfinite(worst) else math.inf
+
+
+@compiled
+def times_mass(tables, address, h, x, flow, work, target, R):
+    """Set target[:n_q] = M x, with the masses at the start of the step."""
+    evaluate_energies(tables, address, flow.clock.t, h, flow.q, x, flow.a, R.zero, R.zero, flow.z, work)
+    for i in range(tables.sizes.n_b):
+        target[i] = work.momentum[i]
+    for i in range(tables.sizes.n_b, tables.sizes.n_q):  # states of controls
+        target[i] = x[i]
+
+
+# Works of a step of Radau's method, and states within the step
+
+ACCELERATION_MISMATCH = 0.01
+"""Difference between computed and interpolated accelerations within a step relative to the largest, up to which the
+computed ones are used: with stiff forces, they are the error of the interpolated positions times the stiffness."""
+
+INSENSITIVE = 0.1
+"""Change of the computed accelerations by other interpolated positions, relative to the difference above, up to which
+they are used nevertheless: a drive, cam or load has a kink within the step, which no interpolation follows."""
+
+
+@compiled
+def add_works(tables, address, lu, h, options, flow, trial, work, record, R):
+    """Fill R.works and R.losses; the last evaluation is that of the trial state.
+
+    Works of dampers, contacts and loads by Radau's quadrature over the stages.  Works of drives and of friction in
+    joints by Simpson's rule with the middle of the step, since multipliers at the stages are of third order.
+    """
+    W, Q, V, A, L = R.works, R.Q[LAST], R.V[LAST], R.A[LAST], R.L[LAST]
+    W.drives = W.loads = W.joints = W.damping = W.supplied = W.joints_size = 0.0
+    R.losses[:, :] = 0.0
+    R.rates[:, :] = 0.0
+    copy(trial.q, Q)
+    copy(trial.v, V)
+    copy(trial.a, A)
+    copy(trial.lam, L)
+    t = flow.clock.t
+    start, end, other = R.rates[AT_START], R.rates[AT_END], R.rates[ELSEWHERE]
+    if has_work(tables, flow):
+        add_powers(tables, address, t, 0.0, 0.0, h / 6.0, flow.q, flow.v, flow.a, flow.lam, flow, work, R, start)
+        for stage in range(LAST):
+            q, v, a, lam, elapsed = R.Q[stage], R.V[stage], R.A[stage], R.L[stage], C[stage] * h
+            add_powers(
+                tables, address, t + elapsed, elapsed, WEIGHTS[stage] * h, 0.0, q, v, a, lam, flow, work, R, other
+            )
+        find_between(tables, address, lu, t, 0.5, h, Q, V, A, L, options, flow, trial, work, record, R)
+        q, v, a, lam, elapsed = trial.q, trial.v, trial.a, trial.lam, 0.5 * h
+        add_powers(tables, address, t + elapsed, elapsed, 0.0, h / 1.5, q, v, a, lam, flow, work, R, other)
+        copy(Q, trial.q)
+        copy(V, trial.v)
+        copy(A, trial.a)
+        copy(L, trial.lam)
+        record.count.evaluations += 4
+    add_powers(tables, address, t + h, h, WEIGHTS[LAST] * h, h / 6.0, Q, V, A, L, flow, work, R, end)
+    record.count.evaluations += 1
+
+
+@compiled
+def find_between(tables, address, lu, t, s, h, q1, v1, a1, lam1, options, flow, trial, work, record, R):
+    """Set the trial state to the state at fraction s of the step from R.old to q1, ..., which began at t.
+
+    Accelerations and multipliers satisfy the equations of motion.  Interpolated ones (through both ends and the
+    stages) are used where these differ much, and depend much on how positions are interpolated.
+    """
+    n, m, n_b, old = tables.sizes.n_q, tables.sizes.n_c, tables.sizes.n_b, R.old
+    quintic(n, s, h, old, q1, v1, trial, a1)
+    w0, w1, w2, w3 = cubic_weights(s)
+    for i in range(m):
+        R.lam[i] = w0 * old.lam[i] + w1 * R.past_lam[1, i] + w2 * R.past_lam[2, i] + w3 * lam1[i]
+        trial.lam[i] = R.lam[i]
+    code = accelerate(tables, address, lu, t + s * h, s, h, R.zero, options, flow, trial, work, record, R)
+    apart, largest = 0.0, 0.0
+    for i in range(n):
+        a = w0 * old.a[i] + w1 * R.past[1, i] + w2 * R.past[2, i] + w3 * a1[i]
+        size = (options.length if tables.kind[i] == 1 else 1.0) if i < n_b else 0.0
+        apart, largest = max(apart, size * abs(trial.a[i] - a)), max(largest, size * max(abs(old.a[i]), abs(a1[i])))
+        R.of_q[i], R.of_v[i] = a, trial.a[i]
+    if code == RUNNING and apart <= ACCELERATION_MISMATCH * largest:
+        return
+    changed = 0.0
+    for end in range(2):
+        quintic(n, s, h, old, q1, v1, trial, a1)
+        leave_out_acceleration(n, s, h, end, old, q1, v1, a1, trial)
+        if code == RUNNING:
+            code = accelerate(tables, address, lu, t + s * h, s, h, R.zero, options, flow, trial, work, record, R)
+        for i in range(n_b):
+            changed = max(changed, (options.length if tables.kind[i] == 1 else 1.0) * abs(trial.a[i] - R.of_v[i]))
+    quintic(n, s, h, old, q1, v1, trial, a1)
+    copy(R.lam, trial.lam)
+    if code == RUNNING and changed <= INSENSITIVE * apart:
+        accelerate(tables, address, lu, t + s * h, s, h, R.zero, options, flow, trial, work, record, R)
+    else:
+        copy(R.of_q, trial.a)
+
+
+@compiled
+def leave_out_acceleration(n, s, h, end, old, q, v, a, trial):
+    """Take from the quintic its part by the acceleration at the start (end = 0) or at the end of the step (1)."""
+    for i in range(n):
+        rise, v0, v1 = (q[i] - old.q[i]) / h, old.v[i], v[i]
+        if end == 0:
+            part = 0.5 * h * old.a[i] - (3.0 * rise - 2.0 * v0 - v1)
+            trial.q[i] -= h * part * s * s * (1.0 - s) ** 3
+            trial.v[i] -= part * s * (1.0 - s) ** 2 * (2.0 - 5.0 * s)
+        else:
+            part = 0.5 * h * a[i] - (v0 + 2.0 * v1 - 3.0 * rise)
+            trial.q[i] -= h * part * s**3 * (1.0 - s) ** 2
+            trial.v[i] -= part * s * s * (1.0 - s) * (3.0 - 5.0 * s)
+
+
+@compiled
+def add_powers(tables, address, t, elapsed, forces, joints, q, v, a, lam, flow, work, R, rates):
+    """Add the powers of a state at time t to `rates` [W], and, times weights [s], to the works.
+
+    forces : weight of dampers, contacts and loads [s];  joints : weight of drives and friction in joints [s]
+    """
+    W = R.works
+    evaluate_accepted(tables, address, t, elapsed, q, v, a, lam, flow.z, R.zero, R.zero, work)
+    report_forces(tables, lam, work)
+    W.damping += forces * work.power.damping
+    rates[DAMPING] += work.power.damping
+    for row in range(work.drive.shape[0]):
+        if tables.constraints.motion[row] >= 0:
+            power = work.drive[row, MOTION_RATE] * work.drive[row, DRIVE_FORCE]
+            W.drives += joints * power
+            rates[DRIVE] += power
+            W.supplied += joints * abs(power)
+    for c in range(work.joint_friction.shape[0]):
+        if tables.constraints.joint_friction[c, LOAD_KERNEL] >= 0:
+            power = work.joint_friction[c, JOINT_FRICTION_FORCE] * work.joint_friction[c, JOINT_SLIP]
+            W.joints -= joints * power
+            rates[FRICTION] -= power
+            W.joints_size += joints * abs(power)
+    for c in range(R.losses.shape[0]):
+        contact = work.contact[c]
+        normal, friction = contact[NORMAL_FORCE] * contact[GAP_RATE], contact[FRICTION_FORCE] * contact[SLIP]
+        R.losses[c, LOSS_NORMAL] -= forces * normal
+        R.losses[c, LOSS_FRICTION] -= forces * friction
+        rates[CONTACT] -= normal
+        rates[FRICTION] -= friction
+    add_loads(tables, forces, v, work, W, rates)
+
+
+@compiled
+def has_work(tables, flow):
+    """Whether the mechanism has drives, contacts, friction in joints, dampers or loads."""
+    C, E = tables.constraints, tables.elements
+    if tables.contacts.kernel.shape[0] > 0 or tables.sizes.has_joint_friction or flow.balance.damping_power != 0.0:
+        return True
+    for row in range(C.motion.shape[0]):
+        if C.motion[row] >= 0:
+            return True
+    for e in range(E.p.shape[0]):  # noqa: SIM110 - compiled
+        if E.energy[e] < 0 or E.factor[e] >= 0:
+            return True
+    return False
+
+
+@compiled
+def add_loads(tables, weight, v, work, W, rates):
+    """Add the power of elements without energies of their own, and its work over the time `weight` [s]."""
+    E, place, power = tables.elements, 0, 0.0
+    for e in range(E.p.shape[0]):
+        if E.energy[e] < 0:
+            for i in range(E.dof[e], E.dof[e + 1]):
+                power += work.load[place] * v[E.dofs[i]]
+                place += 1
+    W.loads += weight * power
+    rates[LOAD] += power
+    W.supplied += weight * abs(power)
+
+
+@compiled
+def update_ledger(tables, address, t, turned, flow, trial, work, R):
+    """Update the ledger to the trial state; `turned`: absolute works of the step [J]."""
+    ledger, balance, W = flow.ledger, flow.balance, R.works
+    power = work.power
+    turned += abs(power.kinetic - ledger[KINETIC]) + abs(power.strain - ledger[STRAIN])
+    turned += abs(power.gravity - ledger[GRAVITY])
+    ledger[DRIVE] += W.drives
+    ledger[LOAD] += W.loads
+    ledger[FRICTION] += W.joints
+    ledger[DAMPING] += W.damping
+    ledger[TURNED_OVER] += 0.5 * turned
+    balance.supplied += W.supplied
+    power.algorithm = 0.0
+    count_step(tables, trial.q, balance, work)
+    update_balance(tables, address, t, 0.0, flow.q, flow.v, trial.q, trial.v, ledger, balance, flow.memory, work)
+    copy(work.momentum, flow.momentum)
+
+
+@compiled
+def ledger_at(s, h, old, rates, flow, work, ledger):
+    """Ledger at fraction s of a step: cubics through works and powers at both ends; energies of the state."""
+    rise, begin, end = s * s * (3.0 - 2.0 * s), h * s * (1.0 - s) ** 2, h * s * s * (s - 1.0)
+    for i in range(ledger.shape[0]):
+        ledger[i] = old[i] + rise * (flow.ledger[i] - old[i]) + begin * rates[AT_START, i] + end * rates[AT_END, i]
+    power = work.power
+    ledger[KINETIC], ledger[STRAIN], ledger[GRAVITY] = power.kinetic, power.strain, power.gravity
+    update_residual(ledger, flow.balance)
+
+
+@compiled
+def quintic(n, s, h, old, q, v, trial, a):
+    """Set trial positions and velocities at fraction s of the step from `old` to q, v, a: Hermite's polynomial."""
+    for i in range(n):
+        rise = (q[i] - old.q[i]) / h
+        v0, v1, a0, a1 = old.v[i], v[i], h * old.a[i], h * a[i]
+        c3 = 10.0 * rise - 6.0 * v0 - 4.0 * v1 - 1.5 * a0 + 0.5 * a1
+        c4 = -15.0 * rise + 8.0 * v0 + 7.0 * v1 + 1.5 * a0 - a1
+        c5 = 6.0 * rise - 3.0 * (v0 + v1) + 0.5 * (a1 - a0)
+        trial.q[i] = old.q[i] + h * s * (v0 + s * (0.5 * a0 + s * (c3 + s * (c4 + s * c5))))
+        trial.v[i] = v0 + s * (a0 + s * (3.0 * c3 + s * (4.0 * c4 + s * 5.0 * c5)))
+        trial.a[i] = (1.0 - s) * old.a[i] + s * a[i]

@@ -1,0 +1,395 @@
+"""Histories in the tangent of a step: their effect on forces, and their own differences at the end of the step.
+
+Kernels give no derivatives by their histories.  These are central differences of the single law or element, with
+differences relative to each number: a gap of 1e-6 m is not lost in coordinates of 1 m.
+"""
+
+from flexmb.engine.compiled.arrays import part_of
+from flexmb.engine.system.contacts import call_friction, call_normal, jacobians
+from flexmb.engine.system.elements import call_element, call_force, gather_state
+from flexmb.engine.system.work import JOINT_SLIP, N_BY_GAP, N_BY_RATE, T_BY_N
+from flexmb.kernels import compiled, copy, friction_at
+from flexmb.parts.contact.onset import crossing, cubic
+from flexmb.places import (
+    ARM1_X,
+    ARM1_X_Q,
+    ARM1_Y,
+    ARM1_Y_Q,
+    ARM2_X,
+    ARM2_X_Q,
+    ARM2_Y,
+    ARM2_Y_Q,
+    GAP,
+    GAP_RATE,
+    LOAD,
+    LOAD_BY_LAM,
+    LOAD_BY_Q,
+    NORMAL,
+    NORMAL_FORCE,
+    NORMAL_X,
+    NORMAL_X_Q,
+    NORMAL_Y,
+    NORMAL_Y_Q,
+    SLIDING,
+    SLIP,
+    TANGENTIAL,
+)
+from flexmb.program.program import (
+    BEGIN,
+    COMMON_Z,
+    END,
+    FRICTION_LAW,
+    FRICTION_P,
+    FRICTION_P_END,
+    FRICTION_Z,
+    LAST_FORCE,
+    LAST_GAP,
+    LAST_GAP_RATE,
+    NORMAL_Z,
+    ONSET_TIME,
+    PHASE,
+    SLIDING_LAW,
+    SLIDING_P,
+    SLIDING_P_END,
+    Z_END,
+)
+
+FIRST, SECOND = range(2)
+"""Rows of `Tangents.local`."""
+
+OF_GAP, OF_RATE, OF_SLIP, OF_NORMAL = range(4)
+"""Columns of `Tangents.own`: differences of gap, gap rate, slip and normal force."""
+
+RELATIVE_DIFFERENCE, LEAST_DIFFERENCE = 1e-5, 1e-11
+"""Difference of a number: relative to the number, and least difference for numbers near 0."""
+
+NODE_DIFFERENCE, LEAST_NODE_DIFFERENCE = 1e-3, 1e-9
+"""Difference of the nodes of an element: relative to their motion in a step, and least difference [m, rad]."""
+
+
+@compiled
+def has_difference(dz, i):
+    """Whether one of the differences dz (k, n_z) is not 0 in history i."""
+    for j in range(dz.shape[0]):  # noqa: SIM110 - compiled
+        if dz[j, i] != 0.0:
+            return True
+    return False
+
+
+@compiled
+def difference_step(x, other, least):
+    """Difference for a number with the values x and `other`."""
+    size = RELATIVE_DIFFERENCE * max(abs(x), abs(other))
+    return size if size > least else LEAST_DIFFERENCE
+
+
+@compiled
+def _add_history_difference(begin, end, eps, i, T, work):
+    """Add the effect of history i to T.z1, from work.z_between and work.z_new at the history plus and minus eps."""
+    for j in range(T.z.shape[0]):
+        part = T.z[j, i] / (2.0 * eps)
+        for l in range(begin, end):
+            T.z1[j, l] += (work.z_between[l] - work.z_new[l]) * part
+
+
+@compiled
+def _store_upper_side(begin, end, work):
+    """Copy work.z_new to work.z_between, from begin to end."""
+    copy(part_of(work.z_new, begin, end), part_of(work.z_between, begin, end))
+
+
+@compiled
+def _element_force(tables, address, e, n, t, h, z, work):
+    """Evaluate force and history of element e at the gathered state, in work.rl and work.z_new."""
+    for i in range(n):
+        work.rl[i] = 0.0
+    if tables.elements.force[e] >= 0:
+        call_force(tables, address, e, n, t, h, z, work)
+    else:
+        call_element(tables, address, e, n, t, h, z, work)
+
+
+@compiled
+def add_element_history(tables, address, e, n, t, h, s, z, T, work):
+    """Add the effect of the histories of element e to T.F and T.z1; s : load factor."""
+    E = tables.elements
+    begin, end, force = E.z[e, BEGIN], E.z[e, END], T.local[SECOND]
+    dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
+    for i in range(begin, end):
+        if not has_difference(T.z, i):
+            continue
+        eps = difference_step(z[i], work.z_new[i], LEAST_DIFFERENCE)
+        T.zs[i] = z[i] + eps
+        _element_force(tables, address, e, n, t, h, T.zs, work)
+        _store_upper_side(begin, end, work)
+        copy(part_of(work.rl, 0, n), part_of(force, 0, n))
+        T.zs[i] = z[i] - eps
+        _element_force(tables, address, e, n, t, h, T.zs, work)
+        T.zs[i] = z[i]
+        _add_history_difference(begin, end, eps, i, T, work)
+        for j in range(T.z.shape[0]):
+            part = s * T.z[j, i] / (2.0 * eps)
+            for l in range(n):
+                T.F[j, dofs[l]] -= (force[l] - work.rl[l]) * part
+
+
+@compiled
+def add_contact_history(tables, address, c, h, z, T, work):
+    """Add the effect of the histories of contact c to T.F and T.z1; store the differences of its forces in T.N, T.T."""
+    K, out = tables.contacts, work.contact[c]
+    begin, middle, end = K.z[c, NORMAL_Z], K.z[c, FRICTION_Z], K.z[c, Z_END]
+    for i in range(begin, middle):
+        if not has_difference(T.z, i):
+            continue
+        eps = difference_step(z[i], z[i], 0.0)
+        T.zs[i] = z[i] + eps
+        more, _, _ = call_normal(tables, address, c, h, out[GAP], out[GAP_RATE], T.zs, work.z_new)
+        _store_upper_side(begin, middle, work)
+        T.zs[i] = z[i] - eps
+        less, _, _ = call_normal(tables, address, c, h, out[GAP], out[GAP_RATE], T.zs, work.z_new)
+        T.zs[i] = z[i]
+        _add_history_difference(begin, middle, eps, i, T, work)
+        for j in range(T.z.shape[0]):
+            T.N[j, c] += (more - less) * T.z[j, i] / (2.0 * eps)
+    for i in range(middle, end):
+        if not has_difference(T.z, i):
+            continue
+        eps = difference_step(z[i], h * out[SLIP], LEAST_DIFFERENCE)
+        T.zs[i] = z[i] + eps
+        more, _, _ = call_friction(tables, address, c, h, out[SLIP], out[NORMAL_FORCE], T.zs, work.z_new)
+        _store_upper_side(middle, end, work)
+        T.zs[i] = z[i] - eps
+        less, _, _ = call_friction(tables, address, c, h, out[SLIP], out[NORMAL_FORCE], T.zs, work.z_new)
+        T.zs[i] = z[i]
+        _add_history_difference(middle, end, eps, i, T, work)
+        for j in range(T.z.shape[0]):
+            T.T[j, c] += (more - less) * T.z[j, i] / (2.0 * eps)
+    S = work.contact_scratch
+    jacobians(out, S)
+    for j in range(T.z.shape[0]):
+        N = T.N[j, c]
+        friction = work.slopes[c, T_BY_N] * N + T.T[j, c]
+        for i in range(6):
+            T.F[j, K.dofs[6 * c + i]] += S[NORMAL, i] * N + S[TANGENTIAL, i] * friction
+
+
+@compiled
+def _joint_friction_force(tables, address, c, h, slip, N, z, z_new):
+    """Friction force in joint c [N]."""
+    C = tables.constraints
+    T, _, _ = friction_at(address.friction, C.joint_friction[c, SLIDING_LAW])(
+        part_of(tables.p, C.joint_friction_p[c, SLIDING_P], C.joint_friction_p[c, SLIDING_P_END]),
+        h,
+        slip,
+        N,
+        part_of(z, C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END]),
+        part_of(z_new, C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END]),
+    )
+    return T
+
+
+@compiled
+def add_joint_friction_history(tables, address, c, h, z, T, work):
+    """Add the effect of the histories of friction in joint c to T.F and T.z1."""
+    C = tables.constraints
+    begin, end = C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END]
+    slip, N = work.joint_friction[c, JOINT_SLIP], work.joint_friction_out[LOAD]
+    for i in range(begin, end):
+        if not has_difference(T.z, i):
+            continue
+        eps = difference_step(z[i], h * slip, LEAST_DIFFERENCE)
+        T.zs[i] = z[i] + eps
+        more = _joint_friction_force(tables, address, c, h, slip, N, T.zs, work.z_new)
+        _store_upper_side(begin, end, work)
+        T.zs[i] = z[i] - eps
+        less = _joint_friction_force(tables, address, c, h, slip, N, T.zs, work.z_new)
+        T.zs[i] = z[i]
+        _add_history_difference(begin, end, eps, i, T, work)
+        for j in range(T.z.shape[0]):
+            force = (more - less) * T.z[j, i] / (2.0 * eps)
+            for l in range(6):
+                T.F[j, C.dofs[C.dof[c] + l]] += T.slip_direction[c, l] * force
+
+
+@compiled
+def advance_contact_history(tables, address, c, h, v, z, T, work):
+    """Complete T.z1 for contact c by the differences T.q, T.v at the end of the step."""
+    K, out = tables.contacts, work.contact[c]
+    first, begin, middle, end = K.z[c, COMMON_Z], K.z[c, NORMAL_Z], K.z[c, FRICTION_Z], K.z[c, Z_END]
+    _contact_differences(K, c, v, T, work)
+    if middle > begin:
+        _advance_normal(tables, address, c, h, out[GAP], out[GAP_RATE], z, T, work)
+    if end > middle:
+        friction = friction_at(address.friction, K.kernel[c, FRICTION_LAW])
+        p = part_of(tables.p, K.p[c, FRICTION_P], K.p[c, FRICTION_P_END])
+        _advance_friction(friction, p, h, out[SLIP], out[NORMAL_FORCE], z, middle, end, T, work)
+    closing = z[first + PHASE] == 0.0 and out[GAP] <= 0.0 < z[first + LAST_GAP] and h > 0.0
+    for j in range(T.z.shape[0]):
+        own = T.own[j]
+        later = T.z[j, first + ONSET_TIME]
+        if closing:
+            later = _onset_delay(h, first, out[GAP], out[GAP_RATE], z, T.z[j], own)
+        T.z1[j, first + PHASE], T.z1[j, first + ONSET_TIME] = 0.0, later
+        T.z1[j, first + LAST_GAP], T.z1[j, first + LAST_GAP_RATE] = own[OF_GAP], own[OF_RATE]
+        T.z1[j, first + LAST_FORCE] = own[OF_NORMAL]
+
+
+@compiled
+def _contact_differences(K, c, v, T, work):
+    """Set T.own (k, 4): differences of gap, gap rate, slip and normal force of contact c."""
+    out, slopes, S, by = work.contact[c], work.slopes[c], work.contact_scratch, T.local
+    dofs = part_of(K.dofs, 6 * c, 6 * c + 6)
+    jacobians(out, S)
+    for i in range(6):
+        work.vl[i] = v[dofs[i]]
+    _rate_derivatives(out, work.vl, by)
+    for j in range(T.q.shape[0]):
+        gap, rate, slip = 0.0, 0.0, 0.0
+        for i in range(6):
+            dq, dv = T.q[j, dofs[i]], T.v[j, dofs[i]]
+            gap += S[NORMAL, i] * dq
+            rate += S[NORMAL, i] * dv + by[NORMAL, i] * dq
+            slip += S[TANGENTIAL, i] * dv + by[TANGENTIAL, i] * dq
+        T.own[j, OF_GAP], T.own[j, OF_RATE], T.own[j, OF_SLIP] = gap, rate, slip
+        T.own[j, OF_NORMAL] = slopes[N_BY_GAP] * gap + slopes[N_BY_RATE] * rate + T.N[j, c]
+
+
+@compiled
+def _rate_derivatives(out, v, by):
+    """Set rows NORMAL and TANGENTIAL of `by`: derivatives of J_n v and J_t v by the six coordinates."""
+    nx, ny = out[NORMAL_X], out[NORMAL_Y]
+    ax, ay, bx, by_ = out[ARM1_X], out[ARM1_Y], out[ARM2_X], out[ARM2_Y]
+    for j in range(6):
+        x, y = out[NORMAL_X_Q + j], out[NORMAL_Y_Q + j]
+        axq, ayq, bxq, byq = out[ARM1_X_Q + j], out[ARM1_Y_Q + j], out[ARM2_X_Q + j], out[ARM2_Y_Q + j]
+        arm1, arm2 = y * ax - x * ay + ny * axq - nx * ayq, y * bx - x * by_ + ny * bxq - nx * byq
+        by[NORMAL, j] = x * (v[0] - v[3]) + y * (v[1] - v[4]) + arm1 * v[2] - arm2 * v[5]
+        along1, along2 = x * ax + y * ay + nx * axq + ny * ayq, x * bx + y * by_ + nx * bxq + ny * byq
+        by[TANGENTIAL, j] = y * (v[0] - v[3]) - x * (v[1] - v[4]) - along1 * v[2] + along2 * v[5]
+
+
+@compiled
+def _add_difference(begin, end, which, eps, T, work):
+    """Add the effect of gap, gap rate, slip or force (`which`) to T.z1, from histories at plus and minus eps."""
+    for j in range(T.z.shape[0]):
+        part = T.own[j, which] / (2.0 * eps)
+        for l in range(begin, end):
+            T.z1[j, l] += (work.z_between[l] - work.z_new[l]) * part
+
+
+@compiled
+def _advance_normal(tables, address, c, h, gap, rate, z, T, work):
+    """Add the effect of gap and gap rate to the history of a normal law."""
+    begin, end = tables.contacts.z[c, NORMAL_Z], tables.contacts.z[c, FRICTION_Z]
+    of_gap, of_rate = (
+        difference_step(gap, gap, 0.0),
+        difference_step(rate, z[tables.contacts.z[c, COMMON_Z] + LAST_GAP_RATE], 0.0),
+    )
+    call_normal(tables, address, c, h, gap + of_gap, rate, z, work.z_new)
+    _store_upper_side(begin, end, work)
+    call_normal(tables, address, c, h, gap - of_gap, rate, z, work.z_new)
+    _add_difference(begin, end, OF_GAP, of_gap, T, work)
+    call_normal(tables, address, c, h, gap, rate + of_rate, z, work.z_new)
+    _store_upper_side(begin, end, work)
+    call_normal(tables, address, c, h, gap, rate - of_rate, z, work.z_new)
+    _add_difference(begin, end, OF_RATE, of_rate, T, work)
+
+
+@compiled
+def _advance_friction(friction, p, h, slip, N, z, begin, end, T, work):
+    """History z[begin:end] of a friction law with the numbers p, by slip and normal force."""
+    of_slip, of_N = difference_step(slip, slip, LEAST_DIFFERENCE), RELATIVE_DIFFERENCE * abs(N)
+    old, new = part_of(z, begin, end), part_of(work.z_new, begin, end)
+    friction(p, h, slip + of_slip, N, old, new)
+    _store_upper_side(begin, end, work)
+    friction(p, h, slip - of_slip, N, old, new)
+    _add_difference(begin, end, OF_SLIP, of_slip, T, work)
+    if of_N > 0.0:
+        friction(p, h, slip, N + of_N, old, new)
+        _store_upper_side(begin, end, work)
+        friction(p, h, slip, N - of_N, old, new)
+        _add_difference(begin, end, OF_NORMAL, of_N, T, work)
+
+
+@compiled
+def _onset_delay(h, first, gap, rate, z, dz, own):
+    """Difference of the onset time of a contact in this step [s], by the root of the cubic of `crossing`."""
+    gap0, rate0 = z[first + LAST_GAP], z[first + LAST_GAP_RATE]
+    s = crossing(h, gap0, rate0, gap, rate)
+    _, slope = cubic(s, h, gap0, rate0, gap, rate)
+    if slope >= 0.0:
+        return 0.0
+    of_gap0, of_gap = (1.0 + 2.0 * s) * (1.0 - s) ** 2, s * s * (3.0 - 2.0 * s)
+    of_rate0, of_rate = h * s * (1.0 - s) ** 2, h * s * s * (s - 1.0)
+    of_last = of_gap0 * dz[first + LAST_GAP] + of_rate0 * dz[first + LAST_GAP_RATE]
+    value = of_last + of_gap * own[OF_GAP] + of_rate * own[OF_RATE]
+    return -h * value / slope
+
+
+@compiled
+def advance_joint_friction_history(tables, address, c, h, v, z, T, work):
+    """Complete T.z1 for friction in joint c by the differences T.q, T.v, T.u at the end of the step."""
+    C, out, H, n_q = tables.constraints, work.joint_friction_out, work.joint_friction_curve, tables.sizes.n_q
+    begin, end = C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END]
+    slip, N = work.joint_friction[c, JOINT_SLIP], work.joint_friction_out[LOAD]
+    dofs, rows = part_of(C.dofs, C.dof[c], C.dof[c + 1]), C.row[c + 1] - C.row[c]
+    for j in range(T.q.shape[0]):
+        of_slip, of_N = 0.0, 0.0
+        for i in range(6):
+            of_slip += out[SLIDING + i] * T.v[j, dofs[i]]
+            of_N += out[LOAD_BY_Q + i] * T.q[j, dofs[i]]
+            for l in range(6):
+                of_slip += v[dofs[l]] * H[l, i] * T.q[j, dofs[i]]
+        for i in range(rows):
+            of_N += out[LOAD_BY_LAM + i] * T.u[j, n_q + C.row[c] + i]
+        T.own[j, OF_SLIP], T.own[j, OF_NORMAL] = of_slip, of_N
+    friction = friction_at(address.friction, C.joint_friction[c, SLIDING_LAW])
+    p = part_of(tables.p, C.joint_friction_p[c, SLIDING_P], C.joint_friction_p[c, SLIDING_P_END])
+    _advance_friction(friction, p, h, slip, N, z, begin, end, T, work)
+
+
+@compiled
+def advance_element_history(tables, address, e, t, h, q, v, a, z, T, work):
+    """Complete T.z1 for element e by differences of its state along T.q, T.v, T.a."""
+    E = tables.elements
+    n, begin, end = E.dof[e + 1] - E.dof[e], E.z[e, BEGIN], E.z[e, END]
+    gather_state(E, e, n, q, v, a, work)
+    fast = 0.0
+    for i in range(n):
+        fast = max(fast, abs(work.vl[i]))
+    reach = max(NODE_DIFFERENCE * h * fast, LEAST_NODE_DIFFERENCE)
+    for j in range(T.q.shape[0]):
+        far, quick, strong = _sizes(E, e, n, j, T)
+        most = max(
+            far / reach,
+            quick / max(NODE_DIFFERENCE * fast, LEAST_NODE_DIFFERENCE),
+            h * strong / max(NODE_DIFFERENCE * fast, LEAST_NODE_DIFFERENCE),
+        )
+        if most == 0.0:
+            continue
+        _move_element(E, e, n, 1.0 / most, j, q, v, a, T, work)
+        _element_force(tables, address, e, n, t, h, z, work)
+        _store_upper_side(begin, end, work)
+        _move_element(E, e, n, -1.0 / most, j, q, v, a, T, work)
+        _element_force(tables, address, e, n, t, h, z, work)
+        for l in range(begin, end):
+            T.z1[j, l] += (work.z_between[l] - work.z_new[l]) * 0.5 * most
+
+
+@compiled
+def _sizes(E, e, n, j, T):
+    """Largest differences of positions, velocities and accelerations of element e."""
+    far, quick, strong = 0.0, 0.0, 0.0
+    for i in range(n):
+        dof = E.dofs[E.dof[e] + i]
+        far, quick, strong = max(far, abs(T.q[j, dof])), max(quick, abs(T.v[j, dof])), max(strong, abs(T.a[j, dof]))
+    return far, quick, strong
+
+
+@compiled
+def _move_element(E, e, n, eps, j, q, v, a, T, work):
+    """Gather the state of element e plus eps times difference j."""
+    for i in range(n):
+        dof = E.dofs[E.dof[e] + i]
+        work.ql[i], work.vl[i] = q[dof] + eps * T.q[j, dof], v[dof] + eps * T.v[j, dof]
+        work.al[i] = a[dof] + eps * T.a[j, dof]

@@ -1,0 +1,371 @@
+"""Linearised forces at a state, times small differences of the state, for the tangent of a step.
+
+With dv = X + kv u and da = Y + ka u for unknown differences u of positions, the forces change by
+    A u + C X + M Y + (dr/dz) dz,   A = K + kv C + ka M.
+`linearise` evaluates all terms in one pass over elements, contacts and constraints.  Matrices come from the kernels, so
+that stiff elements lose no digits; derivatives by histories are central differences of single laws or elements.
+"""
+
+from flexmb.engine.compiled.arrays import matrix_view, part_of
+from flexmb.engine.compiled.pieces import whole
+from flexmb.engine.compiled.records import Matrix, Record, Vector
+from flexmb.engine.sensitivity.histories import (
+    FIRST,
+    add_contact_history,
+    add_element_history,
+    add_joint_friction_history,
+    advance_contact_history,
+    advance_element_history,
+    advance_joint_friction_history,
+)
+from flexmb.engine.system.constraints import add_constraints
+from flexmb.engine.system.contacts import add_contacts, jacobians
+from flexmb.engine.system.elements import add_elements, call_element, call_tangent, gather_state, load_factor
+from flexmb.engine.system.work import JOINT_T_BY_SLIP, N_BY_RATE, T_BY_N, T_BY_SLIP
+from flexmb.kernels import compiled, constraint_at, copy, joint_friction_at
+from flexmb.places import NORMAL, SLIDING, TANGENTIAL
+from flexmb.program.program import BEGIN, END, LOAD_KERNEL, LOAD_P, LOAD_P_END, Program
+
+SPEED, ACCELERATION = range(2)
+"""Rows of `Tangents.moving`: G v, and G a + W v."""
+
+RESIDUAL, RATE, RIGHT_SIDE = range(3)
+"""Rows of `Tangents.g`: g, g_t and gamma of constraint kernels."""
+
+TIME_DIFFERENCE = 0.01
+"""Time difference for the derivative of loads by time, over the step size."""
+
+POSE_DIFFERENCE = 1e-5
+"""Difference of the pose for dG/dt along the motion [rad, or relative to the size of the mechanism]."""
+
+apart = whole(error_model="numpy", _nrt=False)
+"""Decorator `compiled` without inlining, for long functions with several callers."""
+
+
+class CarriedStep(Record):
+    """Times of the step that differences are carried through.
+
+    start : start of the step [s];  before : size of the step before [s], 0: this was a first step
+    last : size of this step [s], 0: a first step follows
+    """
+
+    start: float
+    before: float
+    last: float
+
+
+class Tangents(Record):
+    """Differences of k neighbouring states, with the arrays that carry them through a step; one row per difference.
+
+    q, v, a, x, z : (k, n_q + 3), z (k, n_z) differences of the state;  z1 : of the histories at the end of the step
+    X, Y, R : (k, n_q + 3) differences of velocities, accelerations, auxiliary accelerations at unchanged positions
+    F : (k, n_q + 3) - (C X + M Y + (dr/dz) dz);  u : (k, n_q + n_c) differences of positions and multipliers
+    N, T : (k, contacts) differences of normal and friction force by histories alone
+    D : kv C + ka M of all elements, one after the other;  W : dG/dt, as `Work.G`
+    slip_direction : (joints, 6) direction of the slip in joints with friction
+    b, d, e, y, seen : (n_q + n_c,) vectors of the linear system;  r, f : (n_q + 3,) motions and forces
+    local : vectors of one element or contact;  own : (k, 4) differences of gap, gap rate, slip and normal force
+    g : (3, n_c) outputs of constraint kernels beside G;  zs : (n_z,) varied histories
+    tau : (k,) time shift of each neighbour [s];  shift : (k,) increment of tau [s]
+    q0, v0, a0, lam0, z0, impacts : state before the step;  ap, zp : state before the step before
+    rt : (n_q + 3,) rate of the forces in time at rest;  moving : (2, n_c) G v, and G a + W v
+    """
+
+    q: Matrix
+    v: Matrix
+    a: Matrix
+    x: Matrix
+    z: Matrix
+    z1: Matrix
+    X: Matrix
+    Y: Matrix
+    R: Matrix
+    F: Matrix
+    u: Matrix
+    N: Matrix
+    T: Matrix
+    D: Vector
+    W: Vector
+    slip_direction: Matrix
+    b: Vector
+    d: Vector
+    e: Vector
+    y: Vector
+    seen: Vector
+    r: Vector
+    f: Vector
+    local: Matrix
+    own: Matrix
+    g: Matrix
+    zs: Vector
+    tau: Vector
+    shift: Vector
+    q0: Vector
+    v0: Vector
+    a0: Vector
+    lam0: Vector
+    z0: Vector
+    ap: Vector
+    zp: Vector
+    rt: Vector
+    moving: Matrix
+    step: CarriedStep
+    impacts: Matrix
+
+
+def new_tangents(program: Program, k: int) -> Tangents:
+    """Arrays for k differences of states of a compiled mechanism."""
+    tables, n, m = program.tables, program.n_q + 3, program.n_c
+    n_z, n_k, n_g = tables.sizes.n_z, len(tables.contacts.kernel), len(tables.constraints.kernel)
+    total = program.n_q + m
+    rows, mean = dict.fromkeys(("q", "v", "a", "x", "X", "Y", "R", "F"), (k, n)), max(tables.sizes.most_dofs, 6)
+    rows |= dict.fromkeys(("z", "z1"), (k, n_z)) | dict.fromkeys(("N", "T"), (k, n_k))
+    vectors = dict.fromkeys(("b", "d", "e", "y", "seen"), total) | dict.fromkeys(("zs", "z0", "zp"), n_z)
+    vectors |= dict.fromkeys(("r", "f", "q0", "v0", "a0", "ap", "rt"), n) | dict.fromkeys(("tau", "shift"), k)
+    return Tangents(
+        **rows,
+        **vectors,
+        step=CarriedStep(0.0, 0.0, 0.0),
+        u=(k, total),
+        D=tables.elements.pos[-1],
+        W=tables.constraints.pos_g[-1],
+        slip_direction=(n_g, 6),
+        local=(2, mean),
+        own=(k, 4),
+        g=(3, m),
+        lam0=m,
+        moving=(2, m),
+        impacts=(n_k, 3),
+    )
+
+
+@apart
+def linearise(tables, address, t, h, q, v, a, lam, z, kv, ka, T, work):
+    """Fill work.lu with [[A, G^T], [G, 0]], T.F with -(C X + M Y + (dr/dz) dz), and T.z1 with the effect of T.z on it.
+
+    q, v, a : (n_q + 3,); z : history a time h before.  Friction in joints is in A and beside G^T as in `evaluate`.
+    """
+    work.r[:] = 0.0
+    work.Gl[:] = 0.0
+    work.lu[:] = 0.0
+    T.F[:, :] = 0.0
+    T.N[:, :] = 0.0
+    T.T[:, :] = 0.0
+    T.z1[:, :] = 0.0
+    copy(z, T.zs)
+    add_contacts(tables, address, t, h, q, v, z, 1.0, kv, True, work)
+    add_constraints(tables, address, t, h, q, v, lam, z, 1.0, kv, True, work)
+    _add_elements(tables, address, t, h, q, v, a, z, kv, ka, T, work)
+    for c in range(tables.contacts.kernel.shape[0]):
+        add_contact_history(tables, address, c, h, z, T, work)
+    for c in range(tables.constraints.kernel.shape[0]):
+        if tables.constraints.joint_friction[c, LOAD_KERNEL] >= 0:
+            _find_slip_direction(tables, address, c, q, lam, T, work)
+            add_joint_friction_history(tables, address, c, h, z, T, work)
+    for j in range(T.q.shape[0]):
+        subtract_damping(tables, 1.0, T.X[j], T.F[j], T, work)
+
+
+@compiled
+def _add_elements(tables, address, t, h, q, v, a, z, kv, ka, T, work):
+    """Add A of all elements to work.lu and their terms to T.F; store kv C + ka M in T.D."""
+    E = tables.elements
+    for e in range(E.p.shape[0]):
+        n = E.dof[e + 1] - E.dof[e]
+        gather_state(E, e, n, q, v, a, work)
+        s = load_factor(tables, address, e, t, work)
+        D, positions = part_of(T.D, E.pos[e], E.pos[e + 1]), part_of(E.positions, E.pos[e], E.pos[e + 1])
+        if E.kernel[e] >= 0:
+            call_element(tables, address, e, n, t, h, z, work)
+            _subtract_product(E, e, n, s, work.Cl, T.X, T.F)
+            _subtract_product(E, e, n, s, work.Ml, T.Y, T.F)
+            for i in range(n * n):
+                D[i] = s * (kv * work.Cl[i] + ka * work.Ml[i])
+                work.lu[positions[i]] += s * work.Kl[i] + D[i]
+        else:
+            call_tangent(tables, address, e, n, t, h, z, 0.0, 1.0, 0.0, work)
+            _subtract_product(E, e, n, s, work.Kl, T.X, T.F)
+            for i in range(n * n):
+                D[i] = s * kv * work.Kl[i]
+            call_tangent(tables, address, e, n, t, h, z, 0.0, 0.0, 1.0, work)
+            _subtract_product(E, e, n, s, work.Kl, T.Y, T.F)
+            for i in range(n * n):
+                D[i] += s * ka * work.Kl[i]
+            call_tangent(tables, address, e, n, t, h, z, 1.0, 0.0, 0.0, work)
+            for i in range(n * n):
+                work.lu[positions[i]] += s * work.Kl[i] + D[i]
+        if E.z[e, END] > E.z[e, BEGIN]:
+            add_element_history(tables, address, e, n, t, h, s, z, T, work)
+
+
+@compiled
+def _subtract_product(E, e, n, s, A, X, F):
+    """F -= s A X for all differences; A : matrix of element e."""
+    dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
+    for j in range(X.shape[0]):
+        for i in range(n):
+            total = 0.0
+            for l in range(n):
+                total += A[i * n + l] * X[j, dofs[l]]
+            F[j, dofs[i]] -= s * total
+
+
+@compiled
+def _find_slip_direction(tables, address, c, q, lam, T, work):
+    """Evaluate the joint-friction kernel of joint c; store the direction of its slip in T.slip_direction."""
+    C = tables.constraints
+    n = C.dof[c + 1] - C.dof[c]
+    out, H = work.joint_friction_out, work.joint_friction_curve
+    out[:] = 0.0
+    H[:, :] = 0.0
+    for i in range(n):
+        work.ql[i] = q[C.dofs[C.dof[c] + i]]
+    joint_friction_at(address.joint_friction, C.joint_friction[c, LOAD_KERNEL])(
+        part_of(tables.p, C.joint_friction_p[c, LOAD_P], C.joint_friction_p[c, LOAD_P_END]),
+        part_of(work.ql, 0, n),
+        part_of(lam, C.row[c], C.row[c + 1]),
+        out,
+        H,
+    )
+    for i in range(6):
+        T.slip_direction[c, i] = out[SLIDING + i]
+
+
+@compiled
+def subtract_damping(tables, factor, x, F, T, work):
+    """F -= factor C x, with C of contacts and of friction in joints at the state of the last `linearise`."""
+    K, C, S = tables.contacts, tables.constraints, work.contact_scratch
+    for c in range(K.kernel.shape[0]):
+        slopes = work.slopes[c]
+        if slopes[N_BY_RATE] == 0.0 and slopes[T_BY_SLIP] == 0.0:
+            continue
+        jacobians(work.contact[c], S)
+        dofs, rate, slip = part_of(K.dofs, 6 * c, 6 * c + 6), 0.0, 0.0
+        for i in range(6):
+            rate += S[NORMAL, i] * x[dofs[i]]
+            slip += S[TANGENTIAL, i] * x[dofs[i]]
+        N = factor * slopes[N_BY_RATE] * rate
+        friction = slopes[T_BY_N] * N + factor * slopes[T_BY_SLIP] * slip
+        for i in range(6):
+            F[dofs[i]] += S[NORMAL, i] * N + S[TANGENTIAL, i] * friction
+    for c in range(C.kernel.shape[0]):
+        if C.joint_friction[c, LOAD_KERNEL] >= 0:
+            begin, slip = C.dof[c], 0.0
+            for i in range(6):
+                slip += T.slip_direction[c, i] * x[C.dofs[begin + i]]
+            friction = factor * work.slopes[K.kernel.shape[0] + c, JOINT_T_BY_SLIP] * slip
+            for i in range(6):
+                F[C.dofs[begin + i]] += T.slip_direction[c, i] * friction
+
+
+@compiled
+def rate_forces(tables, kv, x, T, work):
+    """T.f = (kv C + ka M) x with the matrices of the last `linearise`; x : (n_q + n_c,)."""
+    E, F, n_q = tables.elements, T.f, tables.sizes.n_q
+    F[:] = 0.0
+    for i in range(n_q):
+        T.r[i] = x[i]
+    for e in range(E.p.shape[0]):
+        n, dofs = E.dof[e + 1] - E.dof[e], part_of(E.dofs, E.dof[e], E.dof[e + 1])
+        D, own = part_of(T.D, E.pos[e], E.pos[e + 1]), T.local[FIRST]
+        for i in range(n):
+            own[i] = T.r[dofs[i]]
+        for i in range(n):
+            total = 0.0
+            for l in range(n):
+                total += D[i * n + l] * own[l]
+            F[dofs[i]] += total
+    subtract_damping(tables, -kv, T.r, F, T, work)
+
+
+@apart
+def advance_histories(tables, address, t, h, q, v, a, lam, z, T, work):
+    """Set T.z to the differences of histories at the end of a step, from T.z1, T.q, T.v, T.a and T.u."""
+    for e in range(tables.elements.p.shape[0]):
+        if tables.elements.z[e, END] > tables.elements.z[e, BEGIN]:
+            advance_element_history(tables, address, e, t, h, q, v, a, z, T, work)
+    for c in range(tables.contacts.kernel.shape[0]):
+        advance_contact_history(tables, address, c, h, v, z, T, work)
+    for c in range(tables.constraints.kernel.shape[0]):
+        C = tables.constraints
+        if C.joint_friction[c, LOAD_KERNEL] >= 0 and C.joint_friction_z[c, END] > C.joint_friction_z[c, BEGIN]:
+            _find_slip_direction(tables, address, c, q, lam, T, work)
+            advance_joint_friction_history(tables, address, c, h, v, z, T, work)
+    for j in range(T.z.shape[0]):
+        copy(T.z1[j], T.z[j])
+
+
+@compiled
+def find_rates(tables, address, t, h, q, v, a, z, T, work):
+    """Set T.rt = dr/dt at constant q, v, a, and T.moving = (G v, G a + W v), the rates of prescribed motions."""
+    eps, C = TIME_DIFFERENCE * h, tables.constraints
+    copy(z, T.zs)
+    for side in range(2):
+        work.r[:] = 0.0
+        later = t + eps if side == 0 else t - eps
+        add_elements(tables, address, later, h, q, v, a, T.zs, 0.0, 0.0, 0.0, False, work)
+        for i in range(T.rt.shape[0]):
+            T.rt[i] = work.r[i] if side == 0 else (T.rt[i] - work.r[i]) / (2.0 * eps)
+    for c in range(C.kernel.shape[0]):
+        for i in range(C.row[c + 1] - C.row[c]):
+            row = C.row[c] + i
+            T.moving[SPEED, row] = rows_times(C, c, work.G, v, i)
+            T.moving[ACCELERATION, row] = rows_times(C, c, work.G, a, i) + rows_times(C, c, T.W, v, i)
+
+
+@compiled
+def find_jacobian_rate(tables, address, t, most, length, q, v, lam, T, work):
+    """Set T.W = dG/dt along the motion (q, v), by central differences; most : largest time difference [s].
+
+    W is also d(G v + g_t)/dq, since second derivatives commute.  length : size of the mechanism [m].
+    """
+    fast = 0.0
+    for i in range(0, tables.sizes.n_b, 3):
+        fast = max(fast, max(abs(v[i]), abs(v[i + 1])) / length, abs(v[i + 2]))
+    eps = most if fast * most <= POSE_DIFFERENCE else POSE_DIFFERENCE / fast
+    T.W[:] = 0.0
+    if eps == 0.0:
+        return
+    for c in range(tables.constraints.kernel.shape[0]):
+        _add_jacobian(tables, address, c, t + eps, eps, 0.5 / eps, q, v, lam, T, work)
+        _add_jacobian(tables, address, c, t - eps, -eps, -0.5 / eps, q, v, lam, T, work)
+
+
+@compiled
+def _add_jacobian(tables, address, c, t, eps, factor, q, v, lam, T, work):
+    """Add factor G(q + eps v) of constraint c to T.W."""
+    C = tables.constraints
+    n, m = C.dof[c + 1] - C.dof[c], C.row[c + 1] - C.row[c]
+    begin, end, place = C.row[c], C.row[c + 1], C.pos_g[c]
+    for i in range(n):
+        dof = C.dofs[C.dof[c] + i]
+        work.ql[i], work.vl[i] = q[dof] + eps * v[dof], v[dof]
+    for i in range(m * n):
+        work.Cl[i] = 0.0
+    for i in range(n * n):
+        work.Kl[i] = 0.0
+    T.g[:, :] = 0.0
+    constraint_at(address.constraint, C.kernel[c])(
+        part_of(tables.p, C.p[c, BEGIN], C.p[c, END]),
+        t,
+        part_of(work.ql, 0, n),
+        part_of(work.vl, 0, n),
+        part_of(lam, begin, end),
+        T.g[RESIDUAL, begin:end],
+        matrix_view(work.Cl, m, n),
+        T.g[RATE, begin:end],
+        T.g[RIGHT_SIDE, begin:end],
+        matrix_view(work.Kl, n, n),
+    )
+    for i in range(m * n):
+        T.W[place + i] += factor * work.Cl[i]
+
+
+@compiled
+def rows_times(C, c, G, x, i):
+    """Row i of constraint c times x; G : as `Work.G`."""
+    n, begin, place = C.dof[c + 1] - C.dof[c], C.dof[c], C.pos_g[c]
+    total = 0.0
+    for j in range(n):
+        total += G[place + i * n + j] * x[C.dofs[begin + j]]
+    return total

@@ -1,0 +1,478 @@
+"""Tangent of the implicit step: small differences of a state, carried through the steps of a run.
+
+Unknowns of a step are the differences dq of positions and dlam of multipliers; dv and da follow from dq by Newmark's
+relations (see `Newmark`).  At the end of the step
+    K dq + C dv + M da + d(G^T lam)/dq dq + G^T dlam + (dr/dz) dz = 0,
+    G dq = 0,   G dv + W dq = 0,   W = dG/dt along the motion.
+Both constraint equations hold, since positions have the shift e = -S^-1 G^T mu with the matrix S of the step, beside
+Newmark's relation.  The change of S^-1 G^T is neglected: an error of second order, as that of the method.
+
+Step sizes are the same for all neighbouring states.  Error-controlled steps, however, end at the onset of a contact,
+which every neighbour reaches at its own time.  So from the onset on, each neighbour has a time shift tau, by which its
+gap closes later: dq + tau v does not change the gap.  Without time shifts, a hard impact would multiply errors of the
+time by 1/duration (a neighbour would be evaluated at other phases of its impact), and jumps of forces would be missed.
+At the end dq - tau v is taken with the velocities then.  Meanwhile the equations of drives and the loads that depend on
+time have tau times their rates as additional terms.
+
+Sources: C. W. Gear, B. Leimkuhler, G. K. Gupta, J. Comput. Appl. Math. 12-13 (1985) 77-90 (the form of the
+constraints); P. Muller, Chaos, Solitons and Fractals 5 (1995) 1671-1681 (jumps of forces).
+Equations (9.1) to (9.3) of docs/theory/exponents.md.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+import numpy as np
+from numba import types
+from numba.core import config
+from numba.extending import intrinsic
+from numba.np import arrayobj
+
+from flexmb.engine.linalg.lu import HELD_PIVOT, LOST_PIVOT, factor, solve
+from flexmb.engine.newmark.method import Newmark, NewmarkStepper, advance
+from flexmb.engine.sensitivity.linearise import (
+    ACCELERATION,
+    POSE_DIFFERENCE,
+    SPEED,
+    Tangents,
+    advance_histories,
+    find_jacobian_rate,
+    find_rates,
+    linearise,
+    new_tangents,
+    rate_forces,
+    rows_times,
+)
+from flexmb.engine.state.record import GEAR_GUPTA_LEIMKUHLER, POSITION, RUNNING, VELOCITY, Options
+from flexmb.engine.step.contact_events import IMPACT_STEP, slow_approach_speed
+from flexmb.engine.system.state_evaluation import StateEvaluation
+from flexmb.engine.system.work import Work, workspace
+from flexmb.errors import SolveError
+from flexmb.kernels import compiled, copy
+from flexmb.program.program import COMMON_Z, LAST_GAP, LAST_GAP_RATE, PHASE, Program
+from flexmb.run.run import Run
+from flexmb.statics.start.projection import metric_of, shortest_correction
+
+# Tangent of the implicit step: small differences of a state, carried through the steps of a run
+
+MOST_ROUNDS = 10
+"""Number of rounds at most that solve for position shifts and positions in turn; two or three are usual."""
+
+CONVERGED_CHANGE, DIVERGED_CHANGE = 1e-13, 1e-9
+"""Relative change of the positions from round to round: converged below the first, refused above the second."""
+
+TANGENT_LOST = 40
+"""Code of a step with a singular tangent."""
+
+
+@compiled
+def store_start(flow, T):
+    """Store the state before a step."""
+    copy(flow.q, T.q0)
+    copy(flow.v, T.v0)
+    copy(flow.a, T.a0)
+    copy(flow.lam, T.lam0)
+    copy(flow.z, T.z0)
+    T.step.start, T.step.before = flow.clock.t, flow.clock.last_step
+    for c in range(flow.impacts.shape[0]):
+        copy(flow.impacts[c], T.impacts[c])
+
+
+@compiled
+def carry_differences(tables, address, lu, h, options, flow, trial, T, work):
+    """Carry the differences T through the step of size h that led to `flow`; RUNNING, or TANGENT_LOST.
+
+    `store_start` has stored the state before the step.
+    """
+    first = T.step.before == 0.0
+    o = options.first if first else options.regular
+    kv, kx = o.gamma / (o.beta * h), 1.0 / (o.beta * h * h)
+    ka = (1.0 - o.alpha_m) / (1.0 - o.alpha_f) * kx
+    t, n, m = flow.clock.t, tables.sizes.n_q, tables.sizes.n_c
+    if options.adaptive and meets_onset(tables, flow, trial, T):
+        shift_times(tables, address, T, work)
+    for j in range(T.q.shape[0]):
+        start_differences(n, h, 1.0 if first else h / T.step.before, kv, kx, ka, o, j, T)
+    linearise(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.z0, kv, ka, T, work)
+    if m > 0 and options.form != POSITION:
+        find_jacobian_rate(tables, address, t, h, options.length, flow.q, flow.v, flow.lam, T, work)
+    if factor(lu, work.lu, T.seen, LOST_PIVOT, n, HELD_PIVOT if flow.clock.held_steps >= 0.0 else LOST_PIVOT) >= 0:
+        return TANGENT_LOST
+    if has_time_shift(T):
+        find_rates(tables, address, t, h, flow.q, flow.v, flow.a, T.z0, T, work)
+    delta = options.regular.alpha_m - options.regular.alpha_f
+    for j in range(T.q.shape[0]):
+        if not solve_differences(tables, lu, kv, options, j, T, work):
+            return TANGENT_LOST
+        finish_differences(n, kv, kx, ka, delta, first, flow.clock.last_step == 0.0, j, T)
+    advance_histories(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.z0, T, work)
+    T.step.last = 0.0 if flow.clock.last_step == 0.0 else h
+    copy(T.a0, T.ap)
+    copy(T.z0, T.zp)
+    return RUNNING
+
+
+@compiled
+def has_time_shift(T):
+    """Whether a neighbour has a time shift."""
+    for j in range(T.tau.shape[0]):  # noqa: SIM110 - compiled
+        if T.tau[j] != 0.0:
+            return True
+    return False
+
+
+@compiled
+def meets_onset(tables, flow, trial, T):
+    """Whether a contact began in this step at a located onset; sets T.shift, which aligns the onsets."""
+    for c in range(tables.contacts.kernel.shape[0]):
+        k = tables.contacts.z[c, COMMON_Z]
+        rate = T.z0[k + LAST_GAP_RATE]
+        if (
+            T.z0[k + PHASE] == 0.0
+            and flow.z[k + PHASE] != 0.0
+            and T.impacts[c, IMPACT_STEP] > 0.0
+            and -rate > slow_approach_speed(c, flow, trial)
+        ):
+            for j in range(T.shift.shape[0]):
+                T.shift[j] = -T.z[j, k + LAST_GAP] / rate
+            return True
+    return False
+
+
+@compiled
+def shift_times(tables, address, T, work):
+    """Shift each neighbour by the time T.shift, in the state before the step."""
+    for j in range(T.q.shape[0]):
+        later = T.shift[j]
+        T.tau[j] += later
+        for i in range(tables.sizes.n_q):
+            T.q[j, i] += later * T.v0[i]
+            T.v[j, i] += later * T.a0[i]
+        if T.step.last > 0.0:
+            part = later / T.step.last
+            for i in range(tables.sizes.n_q):
+                T.a[j, i] += part * (T.a0[i] - T.ap[i])
+                T.x[j, i] += part * (T.a0[i] - T.ap[i])
+            for i in range(tables.sizes.n_z):
+                T.z[j, i] += part * (T.z0[i] - T.zp[i])
+    linearise(tables, address, T.step.start, 0.0, T.q0, T.v0, T.a0, T.lam0, T.z0, 0.0, 1.0, T, work)
+    advance_histories(tables, address, T.step.start, 0.0, T.q0, T.v0, T.a0, T.lam0, T.z0, T, work)
+
+
+@compiled
+def start_differences(n, h, ratio, kv, kx, ka, o, j, T):
+    """Predict differences of positions in T.u; set T.X, T.Y and T.R, the other differences at unchanged positions."""
+    am = o.alpha_m
+    for i in range(n):
+        a0 = T.a[j, i]
+        x0 = a0 + ratio * (T.x[j, i] - a0)
+        x1 = (a0 - am * x0) / (1.0 - am)
+        guess = T.q[j, i] + h * T.v[j, i] + h * h * ((0.5 - o.beta) * x0 + o.beta * x1)
+        T.u[j, i] = guess
+        T.X[j, i] = T.v[j, i] + h * ((1.0 - o.gamma) * x0 + o.gamma * x1) - kv * guess
+        T.Y[j, i], T.R[j, i] = a0 - ka * guess, x1 - kx * guess
+
+
+@compiled
+def solve_differences(tables, lu, kv, options, j, T, work):
+    """Solve for positions and multipliers in T.u and position shifts in T.e; whether the solution converged.
+
+    The shifts depend on the positions by W alone, which is small beside kv G, so that alternate solutions converge.
+    """
+    n, m, form = tables.sizes.n_q, tables.sizes.n_c, options.form
+    u, change, size = T.u[j], 0.0, 0.0
+    T.e[:] = 0.0
+    for _ in range(MOST_ROUNDS):
+        T.b[:] = 0.0
+        if m > 0 and form == GEAR_GUPTA_LEIMKUHLER:
+            find_shift(tables, lu, kv, j, T, work)
+            rate_forces(tables, kv, T.e, T, work)
+            for i in range(n):
+                T.b[i] = T.f[i]
+        elif m > 0 and form == VELOCITY:
+            add_rates(tables.constraints, n, 0.0, -1.0 / kv, j, T, work)
+        for i in range(n):
+            T.b[i] += T.F[j, i] - T.tau[j] * T.rt[i]
+        if form != VELOCITY:
+            for i in range(m):
+                T.b[n + i] = T.tau[j] * T.moving[SPEED, i]
+        solve(lu, work.lu, T.b, T.d, T.y)
+        change, size = 0.0, 0.0
+        for i in range(n):
+            change, size = max(change, abs(T.d[i] - u[i])), max(size, abs(T.d[i]))
+        copy(T.d, u)
+        if form == POSITION or m == 0 or change <= CONVERGED_CHANGE * size:
+            break
+    if m > 0 and form == GEAR_GUPTA_LEIMKUHLER:
+        find_shift(tables, lu, kv, j, T, work)
+    return size < np.inf and (form == POSITION or m == 0 or change <= DIVERGED_CHANGE * size)
+
+
+@compiled
+def find_shift(tables, lu, kv, j, T, work):
+    """Set T.e = -S^-1 G^T mu with G e = (G X + W u) / kv, so that dv = X + kv (u - e) satisfies G dv + W u = 0.
+
+    For a neighbour with a time shift, both equations include the rates of the drives.
+    """
+    T.b[:] = 0.0
+    add_rates(tables.constraints, tables.sizes.n_q, kv, 1.0 / kv, j, T, work)
+    solve(lu, work.lu, T.b, T.e, T.y)
+    T.b[:] = 0.0
+
+
+@compiled
+def add_rates(C, n, kv, factor, j, T, work):
+    """Add factor (G X + W u + tau (kv G v - G a - W v)) to the lower half of T.b."""
+    tau = T.tau[j]
+    for i in range(n):
+        T.r[i] = T.u[j, i]
+    for c in range(C.kernel.shape[0]):
+        for i in range(C.row[c + 1] - C.row[c]):
+            row = C.row[c] + i
+            rate = rows_times(C, c, work.G, T.X[j], i) + rows_times(C, c, T.W, T.r, i)
+            T.b[n + row] += factor * (rate + tau * (kv * T.moving[SPEED, row] - T.moving[ACCELERATION, row]))
+
+
+@compiled
+def finish_differences(n, kv, kx, ka, delta, first, restarts, j, T):
+    """Set the differences at the end of the step; x = a before a first step."""
+    for i in range(n):
+        moved, a0 = T.u[j, i] - T.e[i], T.a[j, i]
+        T.q[j, i] = T.u[j, i]
+        T.v[j, i] = T.X[j, i] + kv * moved
+        T.a[j, i] = T.Y[j, i] + ka * moved
+        T.x[j, i] = T.a[j, i] + delta * (T.a[j, i] - a0) if first else T.R[j, i] + kx * moved
+        if restarts:
+            T.x[j, i] = T.a[j, i]
+
+
+def _step_at() -> Any:
+    """Make the compiled function (table, ...) that calls `advance` through its address, table[0].
+
+    A second inlined copy of `advance` would double the time of compilation.
+    """
+    if config.DISABLE_JIT:
+        return lambda table, *arguments: advance(*arguments)
+
+    @intrinsic
+    def step_at(typingctx, table, tables, address, lu, options, flow, trial, work, record, steps):
+        def codegen(context, builder, signature, args):
+            array = arrayobj.make_array(signature.args[0])(context, builder, args[0])
+            kinds = signature.args[1:]
+            kind = context.call_conv.get_function_type(types.int64, kinds)
+            function = builder.inttoptr(builder.load(array.data), kind.as_pointer())
+            _, code = context.call_conv.call_function(builder, function, types.int64, kinds, args[1:])
+            return code
+
+        given = (tables, address, lu, options, flow, trial, work, record, types.intp)
+        return types.int64(table, *given), codegen
+
+    return step_at
+
+
+step_at = _step_at()
+
+
+def address_of_advance(*arguments: Any) -> Any:
+    """Table (1,) with the address of `advance`, compiled for such arguments; unused without JIT."""
+    table = np.zeros(1, dtype=np.int64)
+    if not config.DISABLE_JIT:
+        found = advance.get_compile_result(types.int64(*(numba.typeof(x) for x in arguments)))
+        table[0] = found.library.get_pointer_to_function(found.fndesc.llvm_func_name)
+    return table
+
+
+@compiled
+def advance_with_tangents(table, tables, address, lu, options, flow, trial, work, record, own, T, steps):
+    """Take at most `steps` steps of `advance` with tangents T; `own` : a second `Work`."""
+    for _ in range(steps):
+        before = record.count.steps
+        store_start(flow, T)
+        code = step_at(table, tables, address, lu, options, flow, trial, work, record, 1)
+        if record.count.steps > before:
+            carried = carry_differences(tables, address, lu, record.report.size, options, flow, trial, T, own)
+            code = carried if code == RUNNING else code
+        if code != RUNNING:
+            return code
+    return RUNNING
+
+
+# Run of the Newmark family with small differences of its state
+
+LEAST_FADING_GAMMA = 0.51
+"""Newmark's gamma up to which errors of accelerations along the constraints do not fade: factor 1 - 1/gamma a step."""
+
+STATE_DIFFERENCE = 1e-5
+"""Difference of states for derivatives that no kernel gives [rad, or relative to the size of the mechanism]."""
+
+
+class CarryingStepper(NewmarkStepper):
+    """Steps of the Newmark family, with small differences of the state if `tangents` is set."""
+
+    tangents: Tangents | None = None
+    _address: Any = None
+
+    def __init__(self, program: Program, method: Newmark) -> None:
+        super().__init__(program, method)
+        self.second = workspace(program)
+        self.keeps_errors = method.constraints == "velocity" or method.gamma < LEAST_FADING_GAMMA
+
+    def advance(self, run: Run, options: Options, steps: int) -> int:
+        """Take at most `steps` steps; RUNNING, or the code of the ending."""
+        if self.tangents is None:
+            return super().advance(run, options, steps)
+        arguments = run.arguments(options)
+        if self._address is None:
+            self._address = address_of_advance(*arguments, 1)
+        return int(advance_with_tangents(self._address, *arguments, self.second, self.tangents, steps))
+
+    def explain(self, code: int) -> str | None:
+        """Sentence on a lost tangent."""
+        if code != TANGENT_LOST:
+            return super().explain(code)
+        return "the tangent of a step has no finite solution; or the given differences are not finite"
+
+
+class CarryingRun(Run):
+    """Run of the Newmark family with differences of its state, a matrix (size, k).
+
+    Rows are positions, velocities, histories, accelerations and auxiliary accelerations, as in `MechanismFlow`.
+    Differences that violate the constraints, or of accelerations alone, fade in most methods.  Where they do not
+    (`keeps_errors`), they are removed at the start, since they would outlive differences that shrink.
+    """
+
+    stepper: CarryingStepper
+
+    def __init__(self, program: Program, method: Newmark, *others: Any) -> None:
+        super().__init__(program, method, *others)
+        self.stepper = CarryingStepper(program, method)
+
+    def carry_to(self, end: float, W: np.ndarray) -> None:
+        """Run until `end` [s], and carry the differences W (size, k) along, in place."""
+        self.stepper.tangents = T = unpack_differences(self.program, W)
+        if self.stepper.keeps_errors:
+            kept = T.x - T.a
+            project_differences(self.program, self.flow, float(self.flow.clock.step_size), T)
+            complete_differences(self.program, self.flow, T, self.stepper.second, histories=False)
+            T.x[:] = T.a + kept
+        self.run_to(end, saving=None)
+        self._synchronise()
+        pack_differences(self.program, T, W)
+        self.stepper.tangents = None
+
+    def on_manifold(self, W: np.ndarray) -> np.ndarray:
+        """Differences (size, k) near W that satisfy the constraints, with accelerations and histories that follow."""
+        T, found = unpack_differences(self.program, W), np.zeros(W.shape)
+        project_differences(self.program, self.flow, float(self.flow.clock.step_size), T)
+        complete_differences(self.program, self.flow, T, workspace(self.program), histories=True)
+        pack_differences(self.program, T, found)
+        return found
+
+    def _synchronise(self) -> None:
+        """Remove the time shifts of all neighbours; a failure ends the run with a note."""
+        T = self.stepper.tangents
+        if T is None or self.note:
+            return
+        if not all(np.isfinite(x).all() for x in (T.q, T.v, T.z, T.a, T.x, T.tau)):
+            self.note = "Stopped: the carried differences grew beyond all numbers; carry them for shorter times"
+            return
+        try:
+            synchronise(self.program, self.flow, T, self.stepper.second)
+        except SolveError as error:
+            self.note = f"Stopped: {str(error).rstrip('.')}"
+
+    def _cross_jump(self, instant: float, interval: float, *, first: bool = False) -> None:
+        T = self.stepper.tangents
+        if T is not None:
+            self._synchronise()
+        super()._cross_jump(instant, interval, first=first)
+        if T is not None and not self.note:
+            T.step.last = 0.0
+            try:
+                complete_differences(self.program, self.flow, T, self.stepper.second, histories=False)
+            except SolveError as error:
+                self.note = f"Stopped: {str(error).rstrip('.')}"
+
+
+def unpack_differences(program: Program, W: np.ndarray) -> Tangents:
+    """The differences W (size, k) as arrays of the compiled loop."""
+    n, n_z = program.n_q, program.tables.sizes.n_z
+    T = new_tangents(program, W.shape[1])
+    T.q[:, :n], T.v[:, :n], T.z[:] = W[:n].T, W[n : 2 * n].T, W[2 * n : 2 * n + n_z].T
+    T.a[:, :n], T.x[:, :n] = W[2 * n + n_z : 3 * n + n_z].T, W[3 * n + n_z :].T
+    return T
+
+
+def pack_differences(program: Program, T: Tangents, W: np.ndarray) -> None:
+    """Set W (size, k) from the arrays of the compiled loop."""
+    n = program.n_q
+    W[:] = np.concatenate([T.q[:, :n].T, T.v[:, :n].T, T.z.T, T.a[:, :n].T, T.x[:, :n].T])
+
+
+def project_differences(program: Program, flow: Any, most: float, T: Tangents) -> None:
+    """Project T.q and T.v onto G dq = 0, G dv + (dG/dt) dq = 0; `most` as in `find_jacobian_rate`."""
+    n, t, metric = program.n_q, float(flow.clock.t), metric_of(program)
+    system, q, v = StateEvaluation(program), flow.q[:n], flow.v[:n]
+    G = system.at(q, t=t).jacobian
+    eps = min(most, POSE_DIFFERENCE / max(np.abs(v / np.where(metric == 1.0, program.length, 1.0)).max(), 1e-300))
+    turning = (system.at(q + eps * v, t=t + eps).jacobian - system.at(q - eps * v, t=t - eps).jacobian) / (2.0 * eps)
+    for j in range(len(T.q)):
+        T.q[j, :n] += shortest_correction(metric, G, -(G @ T.q[j, :n]))
+        T.v[j, :n] += shortest_correction(metric, G, -(G @ T.v[j, :n] + turning @ T.q[j, :n]))
+
+
+def complete_differences(program: Program, flow: Any, T: Tangents, work: Work, *, histories: bool) -> None:
+    """Set the accelerations, and `histories`, that follow from T.q, T.v, T.z in the present state, for a first step."""
+    n, t, tables = program.n_q, float(flow.clock.t), program.tables
+    T.X[:], T.Y[:] = 0.0, 0.0
+    now = (flow.q, flow.v, flow.a, flow.lam, flow.z)
+    linearise(tables, program.addresses, t, 0.0, *now, 0.0, 1.0, T, work)
+    state = [x[:n] for x in now[:3]]
+    system, whole = StateEvaluation(program), {"lam": flow.lam, "z": flow.z}
+    K = system.at(*state, **whole, t=t, weights=(1.0, 0.0, 0.0)).block()
+    C = system.at(*state, **whole, t=t, weights=(0.0, 1.0, 0.0)).block()
+    b = np.zeros((len(T.q), n + program.n_c))
+    b[:, :n] = T.F[:, :n] - (K @ T.q[:, :n].T).T - (C @ T.v[:, :n].T).T
+    for j in range(len(T.q)):
+        b[j, n:] = -_acceleration_gap_difference(program, system, state, t, (T.q[j, :n], T.v[j, :n]))
+    system.at(*state[:2], **whole, t=t, weights=(0.0, 0.0, 1.0))
+    for j in range(len(T.q)):
+        T.u[j] = system.solve(b[j], f"Tangent of the accelerations of {program.name!r} at t = {t:.6g} s")
+        T.a[j, :n] = T.u[j, :n]
+    T.x[:] = T.a
+    if histories:
+        advance_histories(tables, program.addresses, t, 0.0, *now, T, work)
+
+
+def _acceleration_gap_difference(
+    program: Program, system: StateEvaluation, state: Any, t: float, change: Any
+) -> np.ndarray:
+    """Difference of G a - gamma (n_c,) by differences of q and v, at constant a."""
+    (q, v, a), (dq, dv) = state, change
+    length = np.where(metric_of(program) == 1.0, program.length, 1.0)
+    fast = max(float(np.abs(v / length).max()), 1.0)
+    most = max(float(np.abs(dq / length).max()), float(np.abs(dv / length).max()) / fast)
+    if program.n_c == 0 or most == 0.0:
+        return np.zeros(program.n_c)
+    eps, sides = STATE_DIFFERENCE / most, []
+    for move in (eps, -eps):
+        G = system.at(q + move * dq, v + move * dv, t=t).jacobian
+        sides.append(G @ a - system.gamma)
+    return np.asarray((sides[0] - sides[1]) / (2.0 * eps))
+
+
+def synchronise(program: Program, flow: Any, T: Tangents, work: Work) -> None:
+    """Remove the time shifts T.tau, which neighbours have since the last impact."""
+    if not T.tau.any():
+        return
+    n, later = program.n_q, -T.tau[:, None]
+    kept = T.x - T.a
+    T.q[:, :n] += later * flow.v[:n]
+    T.v[:, :n] += later * flow.a[:n]
+    if T.step.last > 0.0:
+        T.z[:] += later / T.step.last * (flow.z - T.zp)
+    T.tau[:] = 0.0
+    complete_differences(program, flow, T, work, histories=True)
+    T.x[:] = T.a + kept

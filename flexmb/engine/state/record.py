@@ -1,0 +1,275 @@
+"""Record of a run in the compiled loop: saved instants, peaks, counters, codes; options, kept poses."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.engine.compiled.records import LARGEST, Flags, Integers, IntegerTable, Matrix, Record, Vector
+from flexmb.engine.state.flow import EPISODE_ROW_SIZE
+from flexmb.engine.system.work import new_from_template
+from flexmb.program.program import Program
+from flexmb.program.signals import CONTACT_PENETRATION
+
+# Options of a run for the compiled loops: coefficients of the method and limits of the step control
+
+GEAR_GUPTA_LEIMKUHLER, POSITION, VELOCITY = range(3)
+FORMS = {"gear-gupta-leimkuhler": GEAR_GUPTA_LEIMKUHLER, "position": POSITION, "velocity": VELOCITY}
+"""Form of the constraints by its public name."""
+
+NEVER = 1e300
+"""Save interval [s] of a run that saves no instants; also an accepted error [m] that rejects no step."""
+
+
+class Coefficients(Record, frozen=True):
+    """Coefficients of a method of the Newmark family, see `Newmark`."""
+
+    alpha_m: float
+    alpha_f: float
+    beta: float
+    gamma: float
+
+
+class Options(Record, frozen=True):
+    """Options of method and step control.
+
+    regular, first : coefficients of regular steps, and of first steps (at the start, after a jump)
+    form : form of the constraints, a value of `FORMS`
+    tolerance : tolerance of Newton's corrections relative to h^2 |a|
+    iterations : most Newton iterations
+    length : size of the mechanism [m]
+    adaptive : whether the error estimate chooses the steps
+    error : accepted error of positions in a step [m]
+    h_min, h_max : smallest and largest step [s]
+    t_end : end [s]
+    save_interval : time between saved instants [s]; 0: every step is saved
+    """
+
+    regular: Coefficients
+    first: Coefficients
+    form: int
+    tolerance: float
+    iterations: int
+    length: float
+    adaptive: bool
+    error: float
+    h_min: float
+    h_max: float
+    t_end: float
+    save_interval: float
+
+
+# Poses that a run keeps for its watch: signals and histories of some accepted steps, whatever is saved
+
+MOST_POSES, LEAST_POSES, POSE_NUMBERS = 256, 32, 1 << 18
+"""Number of poses, at most and at least; numbers of all poses (2 MB) beyond which there are fewer."""
+
+
+class PoseNumbers(Record, limits={"count": (0, MOST_POSES), "stride": (1, LARGEST), "wait": (0, LARGEST)}):
+    """Numbers of a table of poses.
+
+    count : number of the poses so far, without the most strained one, which is the last row
+    stride, wait : steps between two poses, steps until the next one
+    strain : strain energy of the most strained one [J]
+    """
+
+    count: int
+    stride: int
+    wait: int
+    strain: float
+
+
+class Poses(Record):
+    """Poses of accepted steps: every k-th one, with k doubled when the table is full, and the most strained one.
+
+    number : see `PoseNumbers`
+    times, sizes : (rows,) instants of the poses [s], sizes of the steps that led there [s]
+    values : (rows, n_y) all signals;  z : (rows, n_z) histories
+    """
+
+    number: PoseNumbers
+    times: Vector
+    sizes: Vector
+    values: Matrix
+    z: Matrix
+
+
+def new_poses(program: Program, histories: int | None = None) -> Poses:
+    """An empty table of poses with the signals of a model, and its histories or another number of them."""
+    n_y, n_z = program.tables.sizes.n_y, program.tables.sizes.n_z if histories is None else histories
+    rows = max(LEAST_POSES, min(MOST_POSES, POSE_NUMBERS // (n_y + n_z))) // 2 * 2 + 1
+    return Poses(PoseNumbers(0, 1, 0, 0.0), times=rows, sizes=rows, values=(rows, n_y), z=(rows, n_z))
+
+
+def keep_first(poses: Poses, t: float, signals: np.ndarray, z: np.ndarray) -> None:
+    """Keep the pose at which a run begins, t [s], with all signals (n_y,) and histories (n_z,)."""
+    poses.times[0], poses.sizes[0], poses.values[0], poses.z[0] = t, 0.0, signals, z
+    poses.number.set_numbers(np.array([1, 1, 1, 0.0]))
+
+
+def kept_poses(poses: Poses, t: float, signals: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Instants, signals, histories, sizes of steps of all poses in order, and which are even; the present one is last.
+
+    The present instant t [s] has all signals (n_y,) and histories z (n_z,).
+    """
+    count, strained = poses.number.count, poses.number.strain > 0.0
+    rows = np.array([*range(count), *([len(poses.times) - 1] if strained else [])])
+    rows = rows[np.argsort(poses.times[rows], kind="stable")]
+    times, values, histories = np.append(poses.times[rows], t), poses.values[rows], poses.z[rows]
+    sizes, even = np.append(poses.sizes[rows], 0.0), np.append(rows < count, False)
+    return times, np.concatenate([values, signals[None]]), np.concatenate([histories, z[None]]), sizes, even
+
+
+# Record of a run in the compiled loop: saved instants, peaks, counters, codes
+
+RUNNING, DONE, BUFFER_FULL, NEWTON_FAILED, SINGULAR, NOT_FINITE, STEP_TOO_SMALL = range(7)
+ENERGY_MISSING, ENERGY_MADE, ENERGY_LOST = 20, 21, 22
+(CONDITION_MET,) = range(30, 31)
+"""Codes with which a compiled loop returns (`results/status.py` has a sentence for each)."""
+
+NOT_EVALUATED, EVALUATED, JOINTS_EVALUATED = range(3)
+"""Codes of `Counters.evaluated`: nothing of the trial state is evaluated, all of it, or its constraints alone."""
+
+LEVEL, DIRECTION = range(2)
+"""Columns of `RunRecord.levels`: level of a stop condition; 1 for rising through it, -1 for falling, 0 for neither."""
+
+
+class Counters(Record):
+    """Counters of a run, and codes of its last step.
+
+    steps, rejected, iterations, evaluations, factorisations, solves : totals of the run
+    rows, episodes : instants and ended contact intervals in the buffers
+    lost_pivot : unknown whose pivot was lost
+    held_steps : number of steps with held multipliers
+    held_code : code of the last step, see `held_code` of `engine/newmark/jacobian_reuse.py`
+    evaluated : evaluation of the trial state (`NOT_EVALUATED`, ...)
+    rejecting_contact : 1 + number of the contact that had the last trial rejected; 0: no contact
+    condition : 1 + number of the stop condition that was met in the last step; 0: none
+    """
+
+    steps: int
+    rejected: int
+    iterations: int
+    evaluations: int
+    factorisations: int
+    rows: int
+    lost_pivot: int
+    held_steps: int
+    held_code: int
+    evaluated: int
+    solves: int
+    rejecting_contact: int
+    episodes: int
+    condition: int
+
+
+class StepReport(Record):
+    """Step sizes of a run, and the last Newton correction.
+
+    smallest, largest : smallest and largest accepted step [s]
+    start, size : start and size of the last accepted step [s]
+    rejected_size : size of the last rejected step [s]
+    correction, tolerance : last correction and its tolerance, both lengths [m] or both angles [rad]
+    length_tolerance, angle_tolerance : tolerances of lengths [m] and of angles [rad]
+    round_off : fraction of round-off in `tolerance`
+    first_held_time : first time with held multipliers [s]
+    """
+
+    smallest: float
+    largest: float
+    correction: float
+    tolerance: float
+    start: float
+    size: float
+    first_held_time: float
+    round_off: float
+    rejected_size: float
+    length_tolerance: float
+    angle_tolerance: float
+
+
+LEAST, INSTANT = range(2)
+"""Columns of `RunRecord.lows`: least value of a signal, and when [s]."""
+
+PLACE, OF_PEAK = range(2)
+"""Columns of `RunRecord.places`: the signal of a place, and the signal at whose peak it is wanted."""
+
+
+class RunRecord(Record):
+    """Record of a run: saved instants, peaks, contact intervals, counters.
+
+    times : (rows,) saved instants [s];  values : (rows, n_s) their saved signals
+    saved_places : (n_s,) places of the saved signals among all signals; empty: all signals are saved
+    save_times : (n,) given instants to be saved [s]; empty: the save grid of the options
+    within : (n_y,) all signals at an instant within a step
+    last_signals, signals : (n_y,) all signals at the ends of the last accepted step
+    last_lam, last_z : (n_c,) multipliers and (n_z,) histories at its start
+    watched : (w,) places of the signals of stop conditions;  levels : (w, 2) LEVEL and DIRECTION of each
+    peak, peak_time : (n_y,) largest absolute values so far and their times [s]
+    one_sided : (n_y,) signals whose peak is the largest positive value (a penetration is negative in free flight)
+    places : (k, 2) signals of places, and the signals at whose peaks they are wanted;  place_then : (k,) their values
+    low_places : (l,) places of signals whose least value is watched;  lows : (l, 2) LEAST and INSTANT of each
+    poses : poses that are kept for the watch
+    held_rows : (n_c,) constraint equations whose multipliers were not unique
+    passed : (contacts,) first instants at which a fixed step passed a contact unseen [s]; 0: none
+    episodes : (rows, EPISODE_ROW_SIZE) contact intervals that ended (`engine/step/contact_log.py`)
+    """
+
+    count: Counters
+    report: StepReport
+    times: Vector
+    values: Matrix
+    saved_places: Integers
+    save_times: Vector
+    within: Vector
+    last_signals: Vector
+    signals: Vector
+    last_lam: Vector
+    last_z: Vector
+    watched: Integers
+    levels: Matrix
+    peak: Vector
+    peak_time: Vector
+    one_sided: Flags
+    places: IntegerTable
+    place_then: Vector
+    low_places: Integers
+    lows: Matrix
+    poses: Poses
+    held_rows: Flags
+    passed: Vector
+    episodes: Matrix
+
+
+def new_record(program: Program, rows: int, saved_places: np.ndarray | None = None) -> RunRecord:
+    """Buffers for `rows` instants of the signals at `saved_places` (None: all), and for as many contact intervals."""
+    if saved_places is None or len(saved_places) == program.tables.sizes.n_y:
+        return new_from_template(program, ("record", rows), lambda: _empty_record(program, rows, None))
+    return _empty_record(program, rows, saved_places)
+
+
+def _empty_record(program: Program, rows: int, saved_places: np.ndarray | None) -> RunRecord:
+    n_y = program.tables.sizes.n_y
+    one_sided = np.zeros(n_y, dtype=np.bool_)
+    one_sided[program.tables.contacts.out + CONTACT_PENETRATION] = True
+    return RunRecord(
+        times=rows,
+        values=(rows, n_y if saved_places is None else len(saved_places)),
+        saved_places=np.zeros(0, dtype=np.int64) if saved_places is None else saved_places,
+        save_times=0,
+        **dict.fromkeys(("within", "last_signals", "signals", "peak", "peak_time"), n_y),
+        watched=0,
+        levels=(0, 2),
+        low_places=0,
+        lows=(0, 2),
+        poses=new_poses(program),
+        last_lam=program.n_c,
+        last_z=program.tables.sizes.n_z,
+        one_sided=one_sided,
+        places=program.tables.measured.places,
+        place_then=len(program.tables.measured.places),
+        count=Counters.zeros(),
+        report=StepReport(np.inf, *(0.0,) * 10),
+        held_rows=program.n_c,
+        passed=len(program.tables.contacts.kernel),
+        episodes=(rows + len(program.tables.contacts.kernel), EPISODE_ROW_SIZE),
+    )

@@ -1,0 +1,140 @@
+"""Trial state of a step, and the vectors of its linear system."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flexmb.engine.compiled.records import Flags, Integers, Matrix, Record, Vector
+from flexmb.engine.state.flow import JacobianReuse, Predictor
+from flexmb.engine.system.work import new_from_template
+from flexmb.program.program import Program, body_groups
+
+
+class StepControl(Record, frozen=True):
+    """Numbers of the step control, in addition to `Options`.
+
+    rtol : tolerance of velocities relative to the largest speed
+    least_speed : least speed to which that tolerance is relative [m/s]
+    impact_steps : least number of steps of an impact
+    flight_weight : factor of the error of positions in free flight
+    """
+
+    rtol: float
+    least_speed: float
+    impact_steps: float
+    flight_weight: float
+
+
+class NewtonIteration(Record):
+    """State of the Newton iteration of a trial step.
+
+    order : order of the prediction from which the iteration started
+    reusing : whether the correction comes from factors of an earlier iteration or step
+    may_reuse : whether factors of this step may serve further iterations
+    measuring : whether the contraction rate is due to be measured in this step
+    factorisations : matrices factored in this step
+    reused : corrections with the present factors
+    last_size : size of the last correction over its tolerance; inf: no comparable one
+    fraction : fraction of the correction that is applied; less than 1: damped
+    reach : largest length of a damped correction; inf: not damped
+    hold : relative pivot of a constraint below which its row is held
+    held : result of the last factorisation (`linalg.lu.factor`)
+    """
+
+    order: int
+    reusing: bool
+    may_reuse: bool
+    measuring: bool
+    factorisations: int
+    reused: int
+    last_size: float
+    fraction: float
+    reach: float
+    hold: float
+    held: int
+
+
+class Trial(Record):
+    """Trial state of a step, and the vectors of its linear system.
+
+    q, v, a, x, lam : the state at the end of the step, as in `Flow`
+    mean_v : (n_q + 3,) (q1 - q0)/h
+    newmark_residual : (n_q + 3,) h (a0 + a1)/2 - (v1 - v0)
+    rhs, gap_rhs : (n_q + n_c,) right-hand sides of the corrections and of the position shift
+    solution : (n_q + n_c,) Newton's correction of coordinates and multipliers
+    shift : (n_q + n_c,) position shift that closes the joints (Gear, Gupta, Leimkuhler)
+    last_correction : (n_q + n_c,) correction of the iteration before
+    projected_gaps : (n_c,) gaps that the position shifts of this step close in all
+    pivot_scale : (n_q + n_c,) largest term summed up to each pivot; negative for a held row
+    scratch, scratch_pair : (n_q + n_c,), (2 (n_q + n_c),) workspaces of the solver
+    free_multipliers : (redundant rows, n_c) orthonormal multipliers u with G^T u = 0
+    rigid : (n_q,) whether a coordinate belongs to a rigid body
+    groups : (n_q,) group of connected bodies of each coordinate;  contact_groups : (contacts,) that of each contact
+    speeds : (groups,) largest speeds of the run up to the trial state [m/s], as `Flow.largest_speeds`
+    newton : state of the Newton iteration
+    predictor, reuse, slopes : the same fields of `Flow` after this step, if it is accepted
+    """
+
+    control: StepControl
+    predictor: Predictor
+    reuse: JacobianReuse
+    newton: NewtonIteration
+    q: Vector
+    v: Vector
+    a: Vector
+    x: Vector
+    lam: Vector
+    mean_v: Vector
+    newmark_residual: Vector
+    rhs: Vector
+    solution: Vector
+    shift: Vector
+    pivot_scale: Vector
+    scratch: Vector
+    free_multipliers: Matrix
+    rigid: Flags
+    gap_rhs: Vector
+    scratch_pair: Vector
+    last_correction: Vector
+    projected_gaps: Vector
+    slopes: Matrix
+    groups: Integers
+    contact_groups: Integers
+    speeds: Vector
+
+
+def new_trial(program: Program, redundant: int = 0, control: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)) -> Trial:
+    """A trial state of zeros; `redundant`: number of redundant constraint equations, `control`: see `StepControl`."""
+    given = StepControl(*control)
+    return new_from_template(
+        program, ("trial", redundant), lambda: _zero_trial(program, redundant, given), control=given
+    )
+
+
+def _zero_trial(program: Program, redundant: int, control: StepControl) -> Trial:
+    n, m = program.n_q + 3, program.n_c
+    total, groups = program.n_q + m, body_groups(program)
+    states = dict.fromkeys(("q", "v", "a", "x", "mean_v", "newmark_residual"), n)
+    states |= dict.fromkeys(("lam", "projected_gaps"), m)
+    vectors = ("rhs", "gap_rhs", "solution", "shift", "pivot_scale", "scratch", "last_correction")
+    return Trial(
+        **states,
+        **dict.fromkeys(vectors, total),
+        scratch_pair=2 * total,
+        free_multipliers=(redundant, m),
+        rigid=rigid_coordinates(program),
+        groups=groups[: program.n_q],
+        contact_groups=np.maximum(*groups[program.tables.contacts.dofs.astype(np.int64).reshape(-1, 6)[:, ::3].T]),
+        speeds=int(groups.max(initial=-1)) + 1,
+        control=control,
+        predictor=Predictor.zeros(),
+        reuse=JacobianReuse.zeros(),
+        newton=NewtonIteration.zeros(),
+        slopes=(len(program.tables.contacts.kernel) + len(program.tables.constraints.kernel), 4),
+    )
+
+
+def rigid_coordinates(program: Program) -> np.ndarray:
+    """Whether each coordinate (n_q,) belongs to a rigid body."""
+    body = program.reference.body[::3]
+    return np.repeat(np.bincount(body)[body] == 1, 3)

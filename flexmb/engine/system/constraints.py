@@ -1,0 +1,176 @@
+"""Evaluation of constraints: residuals, Jacobian G, constraint forces, friction in joints.
+
+With the direction J of sliding (slip = J v), N(lam) and T of the friction law: r = -T J.
+Equations (1.1), (1.2) and (1.7) of docs/theory/equations_of_motion.md.
+"""
+
+from flexmb.engine.compiled.arrays import matrix_view, part_of
+from flexmb.engine.system.work import (
+    DRIVE_FORCE,
+    JOINT_FRICTION_FORCE,
+    JOINT_SLIP,
+    JOINT_T_BY_LAM,
+    JOINT_T_BY_SLIP,
+    MOMENT,
+    MOTION,
+    MOTION_ACCELERATION,
+    MOTION_RATE,
+)
+from flexmb.kernels import compiled, constraint_at, friction_at, joint_friction_at, motion_at
+from flexmb.places import LOAD, LOAD_BY_LAM, LOAD_BY_Q, SLIDING
+from flexmb.program.program import BEGIN, END, LOAD_KERNEL, LOAD_P, LOAD_P_END, SLIDING_LAW, SLIDING_P, SLIDING_P_END
+
+
+@compiled
+def add_constraints(tables, address, t, h, q, v, lam, z, kq, kv, matrix, work):
+    """Fill work.g, gv, gamma, Gl and G; if `matrix`, put G, G^T and kq H into work.lu.  Add friction to work.r."""
+    C = tables.constraints
+    work.g[:] = 0.0
+    work.gv[:] = 0.0
+    work.gamma[:] = 0.0
+    work.G[:] = 0.0
+    for c in range(C.kernel.shape[0]):
+        n, m = C.dof[c + 1] - C.dof[c], C.row[c + 1] - C.row[c]
+        dofs = part_of(C.dofs, C.dof[c], C.dof[c + 1])
+        for i in range(n):
+            dof = dofs[i]
+            work.ql[i], work.vl[i] = q[dof], v[dof]
+        if matrix:
+            for i in range(n * n):
+                work.Kl[i] = 0.0
+        _call_constraint(tables, address, c, n, m, t, lam, work)
+        if n == 6 and m == 2:  # a joint of two nodes: numbers that are known let the compiler unroll
+            _scatter(C, c, 6, 2, lam, matrix, work)
+        else:
+            _scatter(C, c, n, m, lam, matrix, work)
+        if matrix and kq != 0.0:
+            positions = part_of(C.positions_h, C.pos_h[c], C.pos_h[c + 1])
+            for k in range(n * n):
+                if work.Kl[k] != 0.0:
+                    work.lu[positions[k]] += kq * work.Kl[k]
+        if C.joint_friction[c, LOAD_KERNEL] >= 0:
+            _add_joint_friction(tables, address, c, n, m, h, lam, z, kq, kv, matrix, work)
+
+
+@compiled
+def _scatter(C, c, n, m, lam, matrix, work):
+    """Add G v to work.gv and G^T lam to work.Gl; if `matrix`, put G and G^T into work.lu."""
+    dofs = part_of(C.dofs, C.dof[c], C.dof[c + 1])
+    G = part_of(work.G, C.pos_g[c], C.pos_g[c + 1])
+    gv, own = part_of(work.gv, C.row[c], C.row[c + 1]), part_of(lam, C.row[c], C.row[c + 1])
+    for i in range(m):
+        rate = gv[i]
+        for j in range(n):
+            rate += G[i * n + j] * work.vl[j]
+        gv[i] = rate
+    for j in range(n):
+        force = 0.0
+        for i in range(m):
+            force += G[i * n + j] * own[i]
+        work.Gl[dofs[j]] += force
+    if matrix:
+        here = part_of(C.positions_g, C.pos_g[c], C.pos_g[c + 1])
+        there = part_of(C.positions_gt, C.pos_g[c], C.pos_g[c + 1])
+        for k in range(m * n):
+            work.lu[here[k]] += G[k]
+            work.lu[there[k]] += G[k]
+
+
+@compiled
+def _add_joint_friction(tables, address, c, n, m, h, lam, z, kq, kv, matrix, work):
+    """Add friction in joint c, and its tangents by coordinates, velocities and multipliers."""
+    C = tables.constraints
+    out, H = work.joint_friction_out, work.joint_friction_curve
+    out[:] = 0.0
+    H[:, :] = 0.0
+    joint_friction_at(address.joint_friction, C.joint_friction[c, LOAD_KERNEL])(
+        part_of(tables.p, C.joint_friction_p[c, LOAD_P], C.joint_friction_p[c, LOAD_P_END]),
+        part_of(work.ql, 0, n),
+        part_of(lam, C.row[c], C.row[c + 1]),
+        out,
+        H,
+    )
+    slip = 0.0
+    for j in range(6):
+        slip += out[SLIDING + j] * work.vl[j]
+    T, T_slip, T_N = friction_at(address.friction, C.joint_friction[c, SLIDING_LAW])(
+        part_of(tables.p, C.joint_friction_p[c, SLIDING_P], C.joint_friction_p[c, SLIDING_P_END]),
+        h,
+        slip,
+        out[LOAD],
+        part_of(z, C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END]),
+        part_of(work.z_new, C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END]),
+    )
+    work.joint_friction[c, JOINT_FRICTION_FORCE], work.joint_friction[c, JOINT_SLIP] = T, slip
+    slopes = work.slopes[tables.contacts.kernel.shape[0] + c]
+    slopes[JOINT_T_BY_SLIP] = T_slip
+    for k in range(3):
+        slopes[JOINT_T_BY_LAM + k] = T_N * out[LOAD_BY_LAM + k]
+    begin = C.dof[c]
+    for i in range(6):
+        work.r[C.dofs[begin + i]] -= T * out[SLIDING + i]
+    if not matrix:
+        return
+    for j in range(6):
+        slip_q = 0.0
+        for k in range(6):
+            slip_q += H[k, j] * work.vl[k]
+        for i in range(6):
+            by_q = out[SLIDING + i] * (T_slip * slip_q + T_N * out[LOAD_BY_Q + j]) + T * H[i, j]
+            by_v = out[SLIDING + i] * T_slip * out[SLIDING + j]
+            work.lu[C.positions_h[C.pos_h[c] + n * i + j]] -= kq * by_q + kv * by_v
+    for k in range(m):
+        for i in range(6):
+            work.lu[C.positions_gt[C.pos_g[c] + n * k + i]] -= out[SLIDING + i] * T_N * out[LOAD_BY_LAM + k]
+
+
+@compiled
+def _call_constraint(tables, address, c, n, m, t, lam, work):
+    """Call the kernel of constraint c, and subtract the prescribed motions from their rows."""
+    C = tables.constraints
+    begin, end = C.row[c], C.row[c + 1]
+    constraint_at(address.constraint, C.kernel[c])(
+        part_of(tables.p, C.p[c, BEGIN], C.p[c, END]),
+        t,
+        part_of(work.ql, 0, n),
+        part_of(work.vl, 0, n),
+        part_of(lam, begin, end),
+        part_of(work.g, begin, end),
+        matrix_view(part_of(work.G, C.pos_g[c], C.pos_g[c + 1]), m, n),
+        part_of(work.gv, begin, end),
+        part_of(work.gamma, begin, end),
+        matrix_view(work.Kl, n, n),
+    )
+    for k in range(begin, end):
+        if C.motion[k] < 0:
+            continue
+        s, s_dot, s_ddot = motion_at(address.motion, C.motion[k])(
+            part_of(tables.p, C.motion_p[k, BEGIN], C.motion_p[k, END]), t
+        )
+        work.g[k] -= s
+        work.gv[k] -= s_dot
+        work.gamma[k] += s_ddot
+        work.drive[k, MOTION], work.drive[k, MOTION_RATE] = s, s_dot
+        work.drive[k, MOTION_ACCELERATION] = s_ddot
+
+
+@compiled
+def report_forces(tables, lam, work):
+    """Compute the reported forces of joints (on their second bodies), moments, and drive forces, with the last G.
+
+    Called for accepted states alone, after the last correction of the multipliers.
+    """
+    C = tables.constraints
+    for c in range(C.kernel.shape[0]):
+        row, m = C.row[c], C.row[c + 1] - C.row[c]
+        n = C.dof[c + 1] - C.dof[c]
+        for k in range(2):
+            place, force = C.second[c, k], 0.0
+            if place >= 0:
+                for i in range(m):
+                    force -= work.G[C.pos_g[c] + i * n + place] * lam[row + i]
+            work.joint[c, k] = force
+        moment = C.moment[c] if C.moment[c] >= 0 else m - 1
+        work.joint[c, MOMENT] = -lam[row + moment]
+    for k in range(lam.shape[0]):
+        work.drive[k, DRIVE_FORCE] = -lam[k]

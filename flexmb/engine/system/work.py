@@ -1,0 +1,197 @@
+"""Workspace of an evaluation, allocated once for all steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from typing import Any, TypeVar
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from flexmb.engine.compiled.records import Matrix, Record, Vector
+from flexmb.engine.linalg.symbolic import Symbolic
+from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE, compiled
+from flexmb.program.program import Controls, Program
+
+# Templates of records of zeros, remembered for each structure of programs
+
+R = TypeVar("R", bound=Record)
+
+_TEMPLATES: WeakKeyDictionary[Symbolic, dict[Hashable, Any]] = WeakKeyDictionary()
+
+
+def new_from_template(program: Program, key: Hashable, make: Callable[[], R], **records: Record) -> R:
+    """A new record like the result of `make`, which is called once for each structure of programs and `key`.
+
+    The result of `make` depends on the structure and the key alone; `records` replace inner records.
+    """
+    known = _TEMPLATES.setdefault(program.symbolic, {})
+    if key not in known:
+        known[key] = make()
+    found: R = known[key].twin(**records)
+    return found
+
+
+# Values of a list of coordinates, gathered for one element, signal or control
+
+
+@compiled
+def gather(values, dofs, begin, n, target):
+    """target[:n] = values at the dofs begin .. begin + n."""
+    for i in range(n):
+        target[i] = values[dofs[begin + i]]
+
+
+# Workspace of an evaluation, allocated once for all steps
+
+MOTION, MOTION_RATE, MOTION_ACCELERATION, DRIVE_FORCE = range(4)
+"""Columns of `Work.drive`: s, s_dot and s_ddot of a driven row, and the force that drives it."""
+
+FORCE_X, FORCE_Y, MOMENT = range(3)
+"""Columns of `Work.joint`: force on the second body, multiplier of the row whose moment is reported."""
+
+JOINT_FRICTION_FORCE, JOINT_SLIP = range(2)
+"""Columns of `Work.joint_friction`: friction force and slip of a joint."""
+
+N_BY_GAP, N_BY_RATE, T_BY_SLIP, T_BY_N = range(4)
+"""Columns of `Work.slopes` of a contact: dN/dgap, dN/drate, dT/dslip, dT/dN."""
+
+JOINT_T_BY_SLIP, JOINT_T_BY_LAM = range(2)
+"""Columns of `Work.slopes` of a joint: dT/dslip, the first of three dT/dlam."""
+
+LOSS_NORMAL, LOSS_FRICTION, LOSS_BEYOND, LOSS_MEMORY = range(4)
+"""Columns of `Work.loss` [J]: normal loss, tangential loss, dissipation of the method; from LOSS_MEMORY on the memory
+of the contact for the next step (`CONTACT_MEMORY_SIZE` numbers)."""
+
+
+class Powers(Record):
+    """Energies of a state [J], power of dampers [W], and energy that the method dissipates in a step [J]."""
+
+    kinetic: float
+    strain: float
+    gravity: float
+    damping: float
+    algorithm: float
+
+
+class Work(Record):
+    """Results of an evaluation, and scratch space for one element, contact or constraint.
+
+    r : (n_q + 3,) residual, inertia less applied forces, without constraint forces
+    Gl : (n_q + 3,) G^T lambda;  g, gv, gamma : (n_c,) residual, residual of velocities G v + g_t, right side of G a
+    lu : values of the matrix;  z_new : history if the state is accepted
+    contact : (n, GAP_SIZE + 2) gap data, normal force, friction force;  drive : (n_c, 4) motion and force
+    joint : (n, 4) force on the second body (x, y), moment row, spare
+    joint_friction : (n, 2) friction force and slip of each joint
+    slopes : (contacts + joints, 4) dN/dgap, dN/drate, dT/dslip, dT/dN of contacts; dT/dslip, dT/dlam of joints
+    G : rows of all constraints, one after the other, on the dofs of their own
+    load : forces on the dofs of all elements without energies of their own, one after the other
+    momentum : (n_q + 3,) M v
+    loss : (n, 16) of every contact: losses normal, tangential, beyond its laws [J]; normal force, generalised forces
+    gap, z_between : gap data and histories between two states
+    output : outputs of all controls;  slope : their derivatives by the coordinates of their controls
+    u, x, law : inputs and states of one control, and rates of its states with its outputs
+    law_column, law_tangent : derivatives of `law` by an input or a state, and by all coordinates of the control
+    """
+
+    r: Vector
+    Gl: Vector
+    g: Vector
+    gv: Vector
+    gamma: Vector
+    lu: Vector
+    z_new: Vector
+    contact: Matrix
+    drive: Matrix
+    joint: Matrix
+    power: Powers
+    ql: Vector
+    vl: Vector
+    al: Vector
+    rl: Vector
+    Kl: Vector
+    Cl: Vector
+    Ml: Vector
+    G: Vector
+    contact_scratch: Matrix  # (2, 6)
+    joint_friction: Matrix
+    joint_friction_out: Vector
+    joint_friction_curve: Matrix
+    yl: Vector
+    Mvl: Vector
+    Myl: Vector
+    slopes: Matrix
+    load: Vector
+    momentum: Vector
+    loss: Matrix
+    gap: Vector
+    z_between: Vector
+    output: Vector
+    slope: Vector
+    u: Vector
+    x: Vector
+    law: Vector
+    law_column: Vector
+    law_tangent: Vector
+
+
+def workspace(program: Program) -> Work:
+    """Workspace for a compiled mechanism."""
+    return new_from_template(program, "work", lambda: _new_workspace(program))
+
+
+def _new_workspace(program: Program) -> Work:
+    sizes = program.tables.sizes
+    n = max(sizes.most_dofs, 6)
+    E, C = program.tables.elements, program.tables.constraints
+    square = max(6, *(int(np.diff(dof).max(initial=0)) for dof in (E.dof, C.dof))) ** 2  # signals have no matrices
+    n_k, n_g = len(program.tables.contacts.kernel), len(program.tables.constraints.kernel)
+    return Work(
+        sizes.n_q + 3,
+        sizes.n_q + 3,
+        sizes.n_c,
+        sizes.n_c,
+        sizes.n_c,
+        program.symbolic.size,
+        sizes.n_z,
+        (n_k, GAP_SIZE + 2),
+        (sizes.n_c, 4),
+        (n_g, 4),
+        Powers(*(0.0,) * 5),
+        n,
+        n,
+        n,
+        n,
+        square,
+        square,
+        square,
+        program.tables.constraints.pos_g[-1],
+        (2, 6),
+        (n_g, 2),
+        JOINT_FRICTION_SIZE,
+        (6, 6),
+        n,
+        n,
+        n,
+        (n_k + n_g, 4),
+        load_forces(program),
+        sizes.n_q + 3,
+        (n_k, 16),
+        GAP_SIZE,
+        sizes.n_z,
+        *_sizes_of_controls(program.tables.controls),
+    )
+
+
+def _sizes_of_controls(controls: Controls) -> tuple[int, ...]:
+    """Lengths of the arrays of controls: outputs, slopes, inputs, states, rates with outputs (twice), tangents."""
+    inputs, outputs, dofs = (np.diff(x) for x in (controls.input, controls.output, controls.dof))
+    rows = controls.states + outputs
+    most = [int(x.max(initial=0)) for x in (inputs, controls.states, rows, rows, rows * dofs)]
+    return int(controls.output[-1]), int(controls.slope[-1]), *most
+
+
+def load_forces(program: Program) -> int:
+    """Number of dofs of all elements without energies of their own."""
+    E = program.tables.elements
+    return int((E.dof[1:] - E.dof[:-1])[E.energy < 0].sum())

@@ -1,0 +1,238 @@
+"""Examination of a mechanism before it moves: all errors, warnings and notes at once; causes of failed runs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from flexmb import arguments, checks
+from flexmb.engine.system.state_evaluation import StateEvaluation
+from flexmb.errors import AssemblyError, FlexmbError, InputError, KernelError
+from flexmb.findings.dimensions import dimension_findings
+from flexmb.findings.finding import CODES, ERROR, NOTHING_MOVES, SEVERITIES, WHAT_MOVES, Finding, found
+from flexmb.findings.laws import kernel_findings, law_findings, motion_findings, motions_by_part
+from flexmb.findings.loads import (
+    coarse_cells,
+    load_findings,
+    loop_findings,
+    stability_findings,
+    step_findings,
+    stiffness_findings,
+)
+from flexmb.findings.loops import (
+    free_bodies,
+    free_motions,
+    left_out_links,
+    locking_drives,
+    open_loops,
+    other_branch,
+    redundancies,
+)
+from flexmb.findings.report import Report
+from flexmb.model.mechanism import Mechanism
+from flexmb.program.compiler import compile as compile_mechanism
+from flexmb.program.program import Program
+from flexmb.statics.modes import Modes, modes
+from flexmb.statics.start.assemble import check_massless, close_loops
+from flexmb.statics.start.consistent import (
+    accelerations,
+    degrees_of_freedom,
+    rigid_velocities,
+    with_states,
+    yielding_joints,
+)
+from flexmb.statics.start.redundant_joints import redundancy
+
+# Known causes of a run that failed, among the findings of the examination
+
+MOST_CAUSES = 3
+"""Number of causes in a status at most."""
+
+
+def causes_of_failure(mechanism: Mechanism, closed: Program) -> tuple[Finding, ...]:
+    """Findings that can end a run: motions that are not finite or jump, laws that pull or drive, loops that lock.
+
+    Kernels of the user are compared with their contracts, since wrong tangents keep Newton from converging.  `closed`
+    has ideal joints for contacts and elastic joints.
+    """
+    findings = [*motion_findings(mechanism), *law_findings(mechanism)]
+    known = {name for finding in findings for name in finding.parts}
+    findings += kernel_findings(mechanism, known)
+    if not findings:
+        try:
+            findings = locking_drives(mechanism, closed, close_loops(closed, {})[0])
+        except FlexmbError:
+            findings = []
+    return tuple(finding for finding in findings if CODES[finding.code][0] == ERROR)[:MOST_CAUSES]
+
+
+# Examination of a mechanism before it moves: all errors, warnings and notes at once
+
+LISTED_FREQUENCIES = 10
+"""Number of natural frequencies in a report."""
+
+
+@arguments.checked
+def check(mechanism: Mechanism, step: float | None = None) -> Report:
+    """Examine a mechanism before it moves.
+
+    Structure (bodies that hang on nothing, joints that repeat or contradict one another, drives too many, dead
+    centres), loops along a period of the drives, dimensions and units, laws, drives and kernels, loads at rest.
+
+    Parameters
+    ----------
+    mechanism : the mechanism.
+    step : fixed step that a run is to take [s]: contacts and vibrations that it would not resolve are told; None: none.
+
+    Returns
+    -------
+    Report : `ok` is False where a run would be refused or could not be right; `findings` holds all findings at once,
+        each with code, parts, text and remedy.
+
+    Raises
+    ------
+    InputError : something that is no mechanism; a step that is not > 0.
+    """
+    if not isinstance(mechanism, Mechanism):
+        raise InputError(f"check: {mechanism!r} is not a Mechanism.")
+    h = None if step is None else checks.positive("check", "step", step, "s")
+    with np.errstate(all="ignore"):  # numbers beyond all bounds become findings
+        return _examined(mechanism, h)
+
+
+def _examined(mechanism: Mechanism, step: float | None) -> Report:
+    """Report on a mechanism, and on a fixed step [s]."""
+    findings = [*free_bodies(mechanism), *left_out_links(mechanism), *dimension_findings(mechanism)]
+    findings += [*motion_findings(mechanism), *_attempt(mechanism, law_findings), *coarse_cells(mechanism)]
+    try:
+        moving, ideal = compile_mechanism(mechanism), compile_mechanism(mechanism, closed=True)
+        closed = compile_mechanism(mechanism, start=True)
+    except FlexmbError as error:
+        return Report(mechanism.name, sorted_findings([*findings, of_error("not-compilable", error, mechanism)]))
+    named = {name for finding in findings if finding.severity == ERROR for name in finding.parts}
+    findings += _attempt(mechanism, partial(kernel_findings, known=named))
+    try:
+        StateEvaluation(moving).at(moving.reference.q)  # compiles the kernels
+        q, _ = close_loops(closed, {})
+    except KernelError as error:  # a kernel that numba does not take
+        more = [] if _is_broken(findings) else [of_error("not-compilable", error, mechanism)]
+        return Report(mechanism.name, sorted_findings([*findings, *more]))
+    except AssemblyError as error:
+        q = np.array(ideal.reference.q)
+        findings += [*open_loops(closed, error), *_without_closing(mechanism, moving, ideal, q)]
+        return Report(mechanism.name, sorted_findings(findings), **_numbers(moving, ideal, q, ()))
+    structure = redundancies(moving, ideal, q)
+    findings += [*structure, *other_branch(closed, q)]
+    found_modes, more = _modes(mechanism)
+    findings += more
+    numbers = _numbers(moving, ideal, q, tuple(float(f) for f in found_modes.frequencies) if found_modes else ())
+    findings += free_motions(ideal, q)
+    if not any(finding.severity == ERROR for finding in structure):
+        start = start_findings(mechanism, moving, closed, q)
+        findings += [f for f in start if f.code == "forbidden-velocity" or not _is_broken(findings)]
+        findings += [] if structure else locking_drives(mechanism, closed, q)
+        findings += load_findings(mechanism, int(numbers["free"]))
+        findings += stability_findings(mechanism, ideal, q, found_modes)
+        findings += [] if _is_broken(findings) else loop_findings(mechanism, moving, q)
+        findings += [] if step is None else step_findings(mechanism, ideal, closed, q, step)
+    findings += stiffness_findings(mechanism, ideal, q, found_modes)
+    return Report(mechanism.name, sorted_findings(findings), **numbers)
+
+
+def _is_broken(findings: list[Finding]) -> bool:
+    """Presence of a broken kernel among findings, which would make other findings of its numbers."""
+    return any(finding.code == "broken-kernel" for finding in findings)
+
+
+def _attempt(mechanism: Mechanism, examine: Callable[[Mechanism], list[Finding]]) -> list[Finding]:
+    """Findings of an examination; one that fails is a finding, too."""
+    try:
+        return examine(mechanism)
+    except FlexmbError as error:
+        return [of_error("not-compilable", error, mechanism)]
+
+
+def of_error(code: str, error: FlexmbError, mechanism: Mechanism, remedy: str = "") -> Finding:
+    """The finding of an error, with the parts that its text names in quotes."""
+    names = dict.fromkeys(re.findall(r"'([^']+)'", str(error)))
+    return found(code, [name for name in names if name in mechanism.names], str(error), remedy)
+
+
+def sorted_findings(findings: list[Finding]) -> tuple[Finding, ...]:
+    """Errors first, then warnings and notes; each finding once."""
+    once = list({(f.code, f.parts, f.text): f for f in findings}.values())
+    return tuple(sorted(once, key=lambda finding: SEVERITIES.index(finding.severity)))
+
+
+def _without_closing(mechanism: Mechanism, moving: Program, ideal: Program, q: np.ndarray) -> list[Finding]:
+    """Findings that need no closed pose, at the reference configuration."""
+    structure = [f for f in redundancies(moving, ideal, q) if f.code != "singular-pose"]
+    try:
+        check_massless(mechanism, moving, q)
+    except FlexmbError as error:
+        structure.append(of_error("no-inertia", error, mechanism))
+    return structure
+
+
+def start_findings(mechanism: Mechanism, moving: Program, closed: Program, q: np.ndarray) -> list[Finding]:
+    """Findings on start velocities and accelerations at a closed pose."""
+    try:
+        v = rigid_velocities(closed, q, 0.0, yielding_joints(moving, closed))
+    except AssemblyError as error:
+        return [of_error("forbidden-velocity", error, mechanism)]
+    try:
+        check_massless(mechanism, moving, q)
+        a, _ = accelerations(moving, *with_states(moving, q, v), 0.0)
+    except FlexmbError as error:
+        return [of_error("no-inertia", error, mechanism, "Give every body some mass and inertia.")]
+    if not np.isfinite(a).all():
+        return [found("not-solvable", (), "The first accelerations are not finite.")]
+    driven = any(motions_by_part(mechanism)) or mechanism.controllers
+    at_rest = not driven and not np.any(np.abs(v) > 0.0) and not np.any(np.abs(a) > 0.0)
+    is_free = at_rest and degrees_of_freedom(closed, q)[0] > 0
+    return [found("nothing-moves", (), NOTHING_MOVES, WHAT_MOVES)] if is_free else []
+
+
+def _modes(mechanism: Mechanism) -> tuple[Modes | None, list[Finding]]:
+    """Natural modes in the reference configuration, or a finding on why there are none."""
+    try:
+        return modes(mechanism, count=LISTED_FREQUENCIES), []
+    except FlexmbError as error:
+        text = f"No frequencies: {str(error).removesuffix(' Ask for fewer modes.')}"
+        return None, [found("no-frequencies", (), text)]
+
+
+def _numbers(moving: Program, ideal: Program, q: np.ndarray, frequencies: tuple[float, ...]) -> dict[str, Any]:
+    """Fields of the report that are computed from programs."""
+    free, freedom = degrees_of_freedom(ideal, q)
+    repeated = redundancy(moving, q)
+    driven = int((np.asarray(ideal.tables.constraints.motion) >= 0).sum())
+    held = int((ideal.reference.turns == 0.0).sum())  # rotations that mesh nodes do not have, held by a row each
+    joints = dict.fromkeys(row.partition("[")[0] for row in moving.names.rows)
+    drives = {name.partition(".")[0] for name in moving.drives}
+    return {
+        "bodies": ideal.names.bodies,
+        "joints": tuple(name for name in joints if name not in drives and name not in ideal.names.bodies),
+        "contacts": moving.names.contacts,
+        "coordinates": moving.n_q,
+        "rows": moving.n_c,
+        "freedom": freedom,
+        "gruebler": 3 * len(ideal.names.bodies) - (ideal.n_c - driven - held),
+        "drives": moving.drives,
+        "free": free,
+        "redundant": tuple(sorted(repeated.parts)) if repeated else (),
+        "mass": total_mass(ideal.n_q, StateEvaluation(ideal).mass(q)),
+        "frequencies": frequencies,
+        "signals": moving.reported.names,
+    }
+
+
+def total_mass(n_q: int, M: Any) -> float:
+    """Mass that a uniform velocity along x carries [kg]."""
+    along = np.zeros(n_q)
+    along[0::3] = 1.0
+    return float(along @ (M @ along))

@@ -1,0 +1,104 @@
+"""Findings on a mechanism: errors, warnings and notes, each with a stable code, names, numbers and a remedy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+from flexmb.display import cut
+
+ERROR, WARNING, NOTE = "error", "warning", "note"
+SEVERITIES = (ERROR, WARNING, NOTE)
+"""Severities: no right result; a result that is hardly what was meant; worth knowing."""
+
+CODES: dict[str, tuple[str, str]] = {
+    "not-compilable": (ERROR, "a part does not fit its bodies, or a kernel cannot be compiled or returns NaN"),
+    "not-solvable": (
+        ERROR,
+        "equations of the reference configuration have no solution, for a reason that is not known",
+    ),
+    "open-loop": (ERROR, "a loop of joints cannot close: its links are too short or too long"),
+    "contradicting-joints": (ERROR, "joints ask for different things in every pose"),
+    "redundant-joints": (ERROR, "joints repeat one another in every pose, so their forces are not unique"),
+    "singular-pose": (ERROR, "joints repeat one another in the reference configuration alone: a dead centre"),
+    "over-driven": (ERROR, "drives prescribe what joints or other drives prescribe already"),
+    "locking-drive": (ERROR, "a loop closes only in a part of the motion of its drives"),
+    "no-inertia": (ERROR, "a motion has no inertia"),
+    "forbidden-velocity": (ERROR, "no start velocities satisfy joints, drives and declared velocities"),
+    "driving-friction": (ERROR, "a friction law drives the surfaces instead of braking them"),
+    "pulling-contact": (ERROR, "a normal law pulls, or pushes where the surfaces are apart"),
+    "broken-kernel": (ERROR, "a kernel breaks its contract: wrong derivatives, unequal action and reaction, NaN"),
+    "wrong-rate": (ERROR, "a prescribed motion has a rate that is not the derivative of its value"),
+    "jumping-drive": (ERROR, "a prescribed motion jumps without announcing it"),
+    "buckled": (ERROR, "the declared loads alone buckle the structure"),
+    "other-branch": (WARNING, "loops are assembled on another branch than the one drawn"),
+    "branch-point": (WARNING, "the drives pass a singular pose, where two branches of the motion cross"),
+    "free-body": (WARNING, "a body hangs on nothing"),
+    "hidden-over-drive": (WARNING, "drives prescribe more than ideal joints would allow; clearances have to yield"),
+    "overshooting-table": (WARNING, "a table's spline overshoots between its points"),
+    "left-out-link": (WARNING, "a link ends at a joint of other bodies, and is joined to nothing there"),
+    "far-joint": (WARNING, "a joint lies far beyond the end of its link"),
+    "large-clearance": (WARNING, "a clearance is not small against the parts beside it"),
+    "soft-contact": (WARNING, "loads press surfaces into each other by much of the radius"),
+    "stubby-beam": (WARNING, "a beam is too short for its height: Euler-Bernoulli theory does not hold"),
+    "coarse-cells": (WARNING, "linear cells are too few across a plane body, which is then too stiff in bending"),
+    "overload": (WARNING, "the declared loads alone stress a flexible body beyond yield"),
+    "near-buckling": (WARNING, "the declared loads are more than half of the buckling load"),
+    "odd-units": (WARNING, "a number looks as if it were given in another unit"),
+    "far-origin": (WARNING, "the mechanism lies far from the origin of the coordinates, which lose digits"),
+    "unstable-reference": (WARNING, "a small motion runs away from the reference configuration"),
+    "unstable-loop": (WARNING, "a control loop lets a small motion grow"),
+    "stiffness-ratio": (WARNING, "a stiffness is so large that its round-off is felt beside loads or slow vibrations"),
+    "coarse-step": (WARNING, "the fixed step that `check` is given is too long for a contact or a vibration"),
+    "upward-gravity": (NOTE, "gravity points upwards"),
+    "nothing-moves": (NOTE, "no gravity, load, drive or velocity sets the mechanism in motion"),
+    "free-motion": (NOTE, "motions that no drive prescribes"),
+    "no-frequencies": (NOTE, "natural frequencies cannot be computed"),
+    "no-statics": (NOTE, "the equilibrium under the declared loads cannot be computed, so stresses were not examined"),
+}
+"""Severity and meaning of each code."""
+
+
+NOTHING_MOVES = "Nothing sets the mechanism in motion."
+WHAT_MOVES = "Give gravity=(0, -9.81), a load, a drive such as Drive(..., ConstantSpeed(10.0)), or a start velocity."
+"""Sentences on a mechanism that stays at rest."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One finding of `check`.
+
+    Parameters
+    ----------
+    code : stable name of the kind, one of `CODES`.
+    parts : names of the parts concerned.
+    text : a sentence on what is wrong, with numbers.
+    remedy : a sentence on what to do.
+    severity : "error", "warning" or "note".
+    numbers : numbers of the text by name, in SI units.
+    """
+
+    code: str
+    parts: tuple[str, ...]
+    text: str
+    remedy: str
+    severity: str
+    numbers: dict[str, float] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        return cut(str(self), 3)
+
+    def __str__(self) -> str:
+        """One line, or two with the remedy."""
+        return f"{self.severity} [{self.code}] {self.text} {self.remedy}".rstrip()
+
+    def as_dict(self) -> dict[str, Any]:
+        """Plain values, for JSON."""
+        return {**asdict(self), "parts": list(self.parts)}
+
+
+def found(code: str, parts: Sequence[str], text: str, remedy: str = "", **numbers: float) -> Finding:
+    """A finding with the severity of its code, one of `CODES`; `numbers` stand in its text."""
+    plain = {name: float(value) for name, value in numbers.items()}
+    return Finding(code, tuple(parts), text, remedy, CODES[code][0], plain)

@@ -1,0 +1,289 @@
+"""Findings on laws, kernels and prescribed motions: signs, derivatives, contracts, jumps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container, Iterator
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import USER_ERRORS, KernelError
+from flexmb.findings.finding import Finding, found
+from flexmb.kernels import Kernel
+from flexmb.model.contributions import AngleContribution, ContactContribution, Contribution, ElementContribution
+from flexmb.model.law import FrictionLaw, Motion, NormalLaw
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import Body, Part
+from flexmb.parts.drives.tables import Table
+from flexmb.testing.bench import Bench
+from flexmb.testing.part import check_piece
+
+# Prescribed motions: rates that belong to their values, jumps that are announced, tables that do not overshoot
+
+PLACES = 64
+"""Number of instants at which rates are compared with differences, and of intervals that are searched for jumps."""
+
+SPAN_WITHOUT_PERIOD = 1.0
+"""Time that is looked at, of a motion without period or breaks [s]."""
+
+DIFFERENCE = 1e-5
+"""Step of the differences, relative to that time."""
+
+MISMATCH = 1e-3
+"""Difference relative to the largest rate, or to the range of the value, above which something is wrong."""
+
+HALVINGS = 40
+"""Number of halvings by which a jump is located."""
+
+MOST_OVERSHOOT = 0.1
+"""Overshoot of a table's spline between two points, relative to the range of its values, above which it is told."""
+
+
+def motions_by_part(mechanism: Mechanism) -> Iterator[tuple[str, Motion]]:
+    """Every prescribed motion and history, with the name of its part."""
+    for part in mechanism.parts:
+        for value in vars(part).values():
+            if isinstance(value, Motion):
+                yield part.name, value
+
+
+def motion_findings(mechanism: Mechanism) -> list[Finding]:
+    """Findings on all motions of a mechanism."""
+    findings: list[Finding] = []
+    for name, motion in motions_by_part(mechanism):
+        if isinstance(motion, Table):
+            findings += overshoot(name, motion)
+        findings += wrong_rates(name, motion)
+    return findings
+
+
+def wrong_rates(name: str, motion: Motion) -> list[Finding]:
+    """Findings on rates that are not the derivatives of their values, on jumps, and on values that are not finite."""
+    breaks = tuple(motion.breaks(1e3))
+    span = motion.period or max([SPAN_WITHOUT_PERIOD, *(1.2 * t for t in breaks)])
+    p = np.array(motion.parameters(), dtype=float)
+
+    def at(t: float) -> np.ndarray:
+        return values_of(motion.kernel, p, float(t))
+
+    times = span * (np.arange(PLACES) + 0.381966) / PLACES
+    values = np.array([at(t) for t in times])
+    if not np.isfinite(values).all():
+        t = float(times[np.flatnonzero(~np.isfinite(values).all(axis=1))[0]])
+        text = f"The motion of {name!r} {reason_of(motion.kernel, p, t)} at t = {t:.6g} s."
+        remedy = "Let its kernel return three finite numbers at every t; after its end a motion stands still."
+        return [found("broken-kernel", (name,), text, remedy, time=t)]
+    findings = [*_wrong_rate(name, at, times, values, span, 0), *_wrong_rate(name, at, times, values, span, 1)]
+    return findings or _jump(name, at, np.linspace(0.0, span, PLACES + 1), breaks)
+
+
+def values_of(kernel: Kernel, *arguments: Any) -> np.ndarray:
+    """Numbers that a kernel returns, in plain Python; NaN where it raises an exception."""
+    try:
+        with np.errstate(all="ignore"):
+            return np.atleast_1d(np.array(kernel(*arguments), dtype=float))
+    except USER_ERRORS:
+        return np.full(3, np.nan)
+
+
+def reason_of(kernel: Kernel, *arguments: Any) -> str:
+    """Words on a kernel whose numbers are not finite: the error that it raises, or that it is not finite."""
+    try:
+        with np.errstate(all="ignore"):
+            np.array(kernel(*arguments), dtype=float)
+    except USER_ERRORS as error:
+        return f"fails with {type(error).__name__} ({error})"
+    return "is not finite"
+
+
+def _wrong_rate(
+    name: str, at: Callable[[float], np.ndarray], times: np.ndarray, values: np.ndarray, span: float, k: int
+) -> list[Finding]:
+    """Finding on derivative k + 1 of a motion that differs from differences of derivative k at most instants."""
+    words = ("value", "rate", "second derivative")
+    h = DIFFERENCE * span
+    wide, narrow = (
+        np.array([(at(t + step)[k] - at(t - step)[k]) / (2.0 * step) for t in times]) for step in (h, 0.5 * h)
+    )
+    round_off = 1e-15 * np.abs(values[:, k]).max() / h
+    wrong = np.abs(narrow - values[:, k + 1])
+    largest = max(np.abs(values[:, k + 1]).max(), np.abs(narrow).max())
+    bad = wrong > MISMATCH * largest + 10.0 * np.abs(wide - narrow) + 100.0 * round_off
+    if bad.mean() <= 0.5:
+        return []
+    worst = int(np.argmax(np.where(bad, wrong, 0.0)))
+    text = f"The {words[k + 1]} of {name!r} is not the derivative of its {words[k]}: at t = {times[worst]:.6g} s the"
+    text = f"{text} kernel returns {values[worst, k + 1]:.6g}, differences give {narrow[worst]:.6g}."
+    remedy = "Let the kernel return s, ds/dt and d2s/dt2 of one function."
+    return [found("wrong-rate", (name,), text, remedy, time=times[worst], difference=wrong[worst])]
+
+
+def _jump(name: str, at: Callable[[float], np.ndarray], edges: np.ndarray, breaks: tuple[float, ...]) -> list[Finding]:
+    """Finding on a value that jumps at an instant that is no break."""
+    ends = np.array([at(t) for t in edges])
+    size = max(float(np.ptp(ends[:, 0])), 1e-300)
+    for k in np.argsort(-np.abs(np.diff(ends[:, 0]) - 0.5 * np.diff(edges) * (ends[1:, 1] + ends[:-1, 1])))[:8]:
+        low, high = float(edges[k]), float(edges[k + 1])
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            first, last = (abs(at(b)[0] - at(a)[0]) for a, b in ((low, middle), (middle, high)))
+            low, high = (low, middle) if first > last else (middle, high)
+        jump = float(at(high)[0] - at(low)[0])
+        announced = any(abs(t - high) <= 1e-6 * edges[-1] for t in breaks)
+        if abs(jump) > MISMATCH * size and not announced:
+            text = f"The value of {name!r} jumps by {jump:.4g} at t = {high:.6g} s."
+            remedy = "Make it continuous, or let `breaks` return that instant; a joint needs a value without jumps."
+            return [found("jumping-drive", (name,), text, remedy, time=high, jump=jump)]
+    return []
+
+
+def overshoot(name: str, table: Table) -> list[Finding]:
+    """Finding on a spline that leaves the range of two neighbouring points by much."""
+    times, values = np.array(table.times), np.array(table.values)
+    p = np.array(table.parameters(), dtype=float)
+    whole = float(np.ptp(values))
+    worst, at = 0.0, 0
+    for k in range(len(times) - 1):
+        between = [table.kernel(p, float(t))[0] for t in np.linspace(times[k], times[k + 1], 12)[1:-1]]
+        low, high = sorted((values[k], values[k + 1]))
+        beyond = max(max(between) - high, low - min(between))
+        if beyond > worst:
+            worst, at = float(beyond), k
+    if worst <= MOST_OVERSHOOT * whole or whole == 0.0:
+        return []
+    text = f"The table of {name!r} overshoots its points by {worst:.4g} between t = {times[at]:.6g} and"
+    text = f"{text} {times[at + 1]:.6g} s, where they differ by {abs(values[at + 1] - values[at]):.4g}."
+    remedy = "Give points of nearly even distance, or use PiecewiseLinear for loads and CycloidalRamp for drives."
+    return [found("overshooting-table", (name,), text, remedy, time=times[at], overshoot=worst)]
+
+
+# Contact and friction laws, and kernels: signs, derivatives, contracts
+
+SPEEDS = (-3.0, -0.1, -1e-3, 0.0, 1e-3, 0.1, 3.0)
+"""Gap rates of the tries [m/s]."""
+
+FAST_SLIPS = (-10.0, 10.0)
+"""Slips at which friction must brake [m/s]; the friction of a belt may drive at slower ones."""
+
+DEPTHS = (0.01, 0.3, 1.0)
+"""Gaps and penetrations of the tries, relative to the clearance."""
+
+LOADS = (1.0, 100.0)
+"""Normal forces of the tries [N]."""
+
+SMALL_GAP = 1e-4
+"""Gap of the tries where the clearance is 0 [m]."""
+
+
+def law_findings(mechanism: Mechanism) -> list[Finding]:
+    """Findings on the signs of all contact and friction laws of a mechanism."""
+    findings: list[Finding] = []
+    for part in mechanism.parts:
+        for contribution in () if isinstance(part, Body) else contacts_of(part, mechanism):
+            gap = abs(contribution.p[0]) or SMALL_GAP
+            findings += normal_sign(part.name, contribution.normal, gap)
+        for law in dict.fromkeys(value for value in vars(part).values() if isinstance(value, FrictionLaw)):
+            findings += friction_sign(part.name, law)
+    return findings
+
+
+def contacts_of(part: Part, mechanism: Mechanism) -> list[ContactContribution]:
+    """Contacts of a part; one of each normal law."""
+    if not any(isinstance(value, NormalLaw) for value in vars(part).values()):
+        return []
+    contacts = [c for c in part.contributions(mechanism) if isinstance(c, ContactContribution)]
+    return list({(type(c.normal), tuple(c.normal.parameters())): c for c in contacts}.values())
+
+
+def normal_sign(name: str, law: NormalLaw, gap: float) -> list[Finding]:
+    """Findings on a normal law that pushes at a distance or pulls in contact, at gaps of the size `gap` [m]."""
+    p, h = np.array(law.parameters(), dtype=float), 1e-5
+    for depth in DEPTHS:
+        for rate in SPEEDS:
+            z = np.array(law.history(), dtype=float)
+            z_new = z.copy()
+            N = float(values_of(law.kernel, p, h, depth * gap, rate, z, z_new)[0])
+            if N != 0.0 and not np.isnan(N):  # what is not a number is told by `kernel_findings`
+                text = f"The normal law of {name!r} gives N = {N:.4g} N at a gap of {depth * gap:.4g} m"
+                return [_pulls(name, f"{text} (gap rate {rate:g} m/s), where the surfaces are apart.")]
+            N = float(values_of(law.kernel, p, h, -depth * gap, rate, z_new.copy(), np.zeros_like(z))[0])
+            if N < 0.0:
+                text = f"The normal law of {name!r} gives N = {N:.4g} N at a penetration of {depth * gap:.4g} m"
+                return [_pulls(name, f"{text} (gap rate {rate:g} m/s); a contact can only push.")]
+    return []
+
+
+def _pulls(name: str, text: str) -> Finding:
+    return found("pulling-contact", (name,), text, "Return 0 where the gap is positive, and never less than 0.")
+
+
+def friction_sign(name: str, law: FrictionLaw) -> list[Finding]:
+    """Findings on a friction law whose force drives its surfaces."""
+    p, h = np.array(law.parameters(), dtype=float), 1e-5
+    for load in LOADS:
+        for slip in FAST_SLIPS:
+            z = np.array(law.history(), dtype=float)
+            for _ in range(3):  # a law with history may begin at rest
+                z_new = z.copy()
+                T = float(values_of(law.kernel, p, h, slip, load, z, z_new)[0])
+                z = z_new
+            if T * slip > 0.0:
+                text = f"The friction law of {name!r} gives T = {T:.4g} N along a slip of {slip:g} m/s (N = {load:g} N)"
+                remedy = "Friction brakes: return T with the sign of -slip."
+                return [found("driving-friction", (name,), f"{text}: it drives.", remedy, force=T, slip=slip)]
+    return []
+
+
+def kernel_findings(mechanism: Mechanism, known: Container[str] = ()) -> list[Finding]:
+    """Findings on users' kernels that break their contracts.
+
+    Derivatives are compared with differences, compiled with plain Python, forces of two bodies with each other.
+    flexmb's own kernels are left to its tests: with extreme numbers differences fail by round-off alone.  Parts in
+    `known` have a finding and are left out.
+    """
+    findings: list[Finding] = []
+    bare = Mechanism(mechanism.name, mechanism.parts)
+    seen: set[object] = set()
+    for part in mechanism.parts:
+        for contribution, light in zip(part.contributions(mechanism), part.contributions(bare), strict=True):
+            key = signature_of(contribution)
+            if key in seen or part.name in known:
+                continue
+            seen.add(key)
+            if all(is_ours(kernel) for kernel in kernels_of(contribution)):
+                continue
+            try:
+                check_piece(Bench(mechanism, part, 0), contribution, light)
+            except KernelError as error:
+                remedy = "testing.check_part(mechanism, name) checks it again after a change."
+                findings.append(found("broken-kernel", (part.name,), str(error), remedy))
+                break
+    return findings
+
+
+def signature_of(contribution: Contribution) -> object:
+    """Kernels of a contribution; and its parameters where a kernel is not flexmb's own."""
+    kernels = kernels_of(contribution)
+    if all(is_ours(kernel) for kernel in kernels):
+        return tuple(kernel.name for kernel in kernels)
+    return tuple(kernel.name for kernel in kernels), contribution.p
+
+
+def kernels_of(contribution: Contribution) -> list[Kernel]:
+    """All kernels that a contribution calls."""
+    if isinstance(contribution, ContactContribution):
+        return [contribution.gap, contribution.normal.kernel, contribution.friction.kernel]
+    if isinstance(contribution, AngleContribution):
+        return []
+    kernels = [contribution.kernel]
+    if isinstance(contribution, ElementContribution):
+        more = (contribution.energy, contribution.force, contribution.tangent, contribution.account)
+        kernels += [kernel for kernel in more if kernel is not None]
+    motions = getattr(contribution, "motions", ())
+    friction = getattr(contribution, "joint_friction", None)
+    return [*kernels, *(row.motion.kernel for row in motions), *([friction.friction.kernel] if friction else [])]
+
+
+def is_ours(kernel: Kernel) -> bool:
+    """Whether a kernel belongs to flexmb."""
+    return kernel.function.__module__.partition(".")[0] == "flexmb"

@@ -1,0 +1,489 @@
+"""Findings on loads at rest and on stiffness: stress, buckling, stability, cells too few to bend, long fixed steps."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from flexmb.display import quoted
+from flexmb.elastic.meshes.mesh import cell_values, elasticity
+from flexmb.elastic.planes.plane_body import PlaneBody
+from flexmb.elastic.reduced.reduced import Reduced
+from flexmb.engine.system.state_evaluation import StateEvaluation
+from flexmb.errors import FlexmbError, SolveError
+from flexmb.findings.dimensions import materials_of, size_of
+from flexmb.findings.finding import Finding, found
+from flexmb.findings.laws import contacts_of, values_of
+from flexmb.model.contributions import AXES, SignalContribution
+from flexmb.model.law import Motion, NormalLaw
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import Body, Joint
+from flexmb.parts.bodies.flexible import beam_elements
+from flexmb.parts.bodies.flexible_body import FlexibleBody
+from flexmb.parts.drives.drive import Drive
+from flexmb.parts.joints.revolute import Revolute
+from flexmb.parts.joints.revolute_clearance import RevoluteClearance
+from flexmb.parts.loads.force import Force, Torque
+from flexmb.program.program import Program
+from flexmb.statics.buckling import buckling
+from flexmb.statics.eigen import damped, moves_most
+from flexmb.statics.equilibrium import correction, static_equilibrium
+from flexmb.statics.found import Equilibrium
+from flexmb.statics.modes import Modes, modes
+from flexmb.statics.start.consistent import accelerations, rigid_velocities, yielding_joints
+from flexmb.statics.steady_rotation import Spin
+from flexmb.statics.vibrations import State, vibrations_of
+
+# Plane bodies of linear cells that are too few across a body to bend
+
+TOO_STIFF = 0.1
+"""Share by which a body is too stiff in bending, above which there is a remark."""
+
+TRIANGLES = {"tri3": ((0, 1, 2),), "quad4": ((0, 1, 2), (0, 2, 3))}
+"""Linear cells as triangles."""
+
+
+def coarse_cells(mechanism: Mechanism) -> Iterator[Finding]:
+    """Findings on meshes of linear cells that make a body much too stiff in bending."""
+    for part in mechanism.bodies:
+        body = part.body if isinstance(part, Reduced) else part
+        excess = bending_excess(body) if isinstance(body, PlaneBody) else 0.0
+        if isinstance(body, PlaneBody) and excess > TOO_STIFF:
+            text = f"{part.label}: its {body.mesh.kind} cells are too few across it: in bending it is some "
+            text += f"{100.0 * excess:.2g} % too stiff."
+            remedy = "Take quadratic cells, mesh=mesh.to_quadratic(), or several times as many across it."
+            yield found("coarse-cells", (part.name,), text, remedy, excess=excess)
+
+
+def bending_excess(body: PlaneBody) -> float:
+    """Share by which a body of linear cells is too stiff in bending; 0 for quadratic cells.
+
+    The strain energy of u = -x y, v = x^2/2 at the nodes, x along the body, less that of this field itself, is the
+    energy of the strains that linear cells add; over the energy of bending of a bar of the same area whose height is
+    twice the area over the length of the boundary.
+    """
+    mesh = body.mesh
+    if mesh.kind not in TRIANGLES:
+        return 0.0
+    points = mesh.points - mesh.points.mean(axis=0)
+    along = np.linalg.eigh(points.T @ points)[1][:, -1]
+    across = np.array([-along[1], along[0]])
+    x, y = points @ along, points @ across
+    field = (-(x * y)[:, None] * along + 0.5 * (x**2)[:, None] * across).ravel()
+    stiffness = elasticity(mesh, body.material, body.state)[:, 0]
+    for thickness, cells in cell_values(mesh, "thickness", body.thickness):
+        stiffness[cells] *= thickness
+    square, whole = np.zeros(len(mesh.cells)), np.zeros(len(mesh.cells))
+    for corners in TRIANGLES[mesh.kind]:
+        (ax, ay), (bx, by), (cx, cy) = (points[mesh.cells[:, k]].T for k in corners)
+        area, heights = 0.5 * ((bx - ax) * (cy - ay) - (cx - ax) * (by - ay)), y[mesh.cells[:, corners]]
+        square += area / 12.0 * ((heights**2).sum(axis=1) + heights.sum(axis=1) ** 2)
+        whole += area
+    rings = [points[np.append(loop, loop[0])] for loop in mesh.loops]
+    boundary = sum(np.linalg.norm(np.diff(ring, axis=0), axis=1).sum() for ring in rings)
+    height = 2.0 * whole.sum() / boundary
+    added = field @ (body.matrices.stiffness @ field) - stiffness @ square
+    return float(added / (stiffness @ whole * height**2 / 12.0))
+
+
+# Stability of the reference configuration under the declared loads, gravity included
+
+MOST_ITERATIONS = 20
+"""Number of Newton iterations towards an equilibrium beside the reference configuration."""
+
+BESIDE = 0.05
+"""Distance of an equilibrium from the reference configuration up to which the mechanism is meant to rest there [rad, or
+relative to the size of the mechanism]."""
+
+BALANCED = 1e-7
+"""Unbalanced force relative to the largest load, and gap relative to the size, of an equilibrium."""
+
+MOST_LOADED_COORDINATES = 600
+"""Number of coordinates above which loads are left out, since their balance would take long."""
+
+MOST_CONTROLLED = 150
+"""Number of coordinates and states above which eigenvalues of control loops would take long."""
+
+LEAST_GROWTH = 1e-4
+"""Growth relative to the largest eigenvalue, below which it may be round-off of a multiple eigenvalue 0."""
+
+MODES = 10
+"""Number of modes that are looked at."""
+
+
+def stability_findings(mechanism: Mechanism, ideal: Program, q: np.ndarray, bare: Modes | None) -> list[Finding]:
+    """Finding on a small motion that runs away from the reference configuration.
+
+    Where an equilibrium under the loads lies beside the reference configuration, its modes decide; else, and where
+    bodies are declared with velocities, those without the loads, since what begins to move is not meant to rest.  The
+    pose (n_q,) is closed; `bare` modes are None where there are none.
+    """
+    moves = np.nan_to_num(ideal.reference.v).any()  # NaN where no velocity is declared
+    pose, loads = None if moves else equilibrium_beside(ideal, q), "Without loads"
+    if pose is not None:
+        names = ideal.names
+        at = Equilibrium(*pose, names.coordinates, names.aliases, {}, 0)
+        try:
+            bare, loads = modes(mechanism, count=MODES, at=at), "Under its loads, gravity included,"
+        except FlexmbError:
+            pose = None
+    if bare is None or "unstable" not in bare.kinds:
+        return []
+    worst = int(np.argmin(bare.frequencies))
+    rate = -float(bare.frequencies[worst]) * 2.0 * np.pi
+    body = ideal.names.bodies[int(ideal.reference.body[bare.names.index(bare.moves[worst])])]
+    text = f"{loads} a small motion away from the reference configuration, mostly of {bare.moves[worst]!r}, grows by"
+    remedy = (
+        "It stands on its head, or is buckled: turn it over, or hold it by a spring, a joint or a stronger section."
+    )
+    return [found("unstable-reference", (body,), f"{text} exp({rate:.4g} t), t in s.", remedy, rate=rate)]
+
+
+def loop_findings(mechanism: Mechanism, program: Program, q: np.ndarray) -> list[Finding]:
+    """Finding on control loops that act at all times and let a small motion about the pose (n_q,) grow.
+
+    From the eigenvalues of mechanism and control laws together, at rest in the reference configuration; without the
+    stiffness of gravity in it.  Sampled laws are left out.
+    """
+    if not program.controls or program.n_q > MOST_CONTROLLED or program.names.contacts:
+        return []
+    system, q = StateEvaluation(program), np.append(q, program.reference.q[len(q) :])
+    K, C, M = (system.at(q, weights=w).block() for w in np.eye(3))
+    try:
+        s, x = damped(K, C, M, system.jacobian, np.zeros((program.n_q, 0)), 2 * program.n_q)
+    except (FlexmbError, np.linalg.LinAlgError, ValueError):  # no finite matrices: told by other findings
+        return []
+    worst = int(np.argmax(s.real)) if len(s) else 0
+    if not len(s) or s[worst].real <= LEAST_GROWTH * np.abs(s).max():
+        return []
+    names = tuple(part.name for part in mechanism.controllers)
+    moved = moves_most(program.names.coordinates, program.length, np.abs(x[: program.tables.sizes.n_b, worst]))
+    text = f"With {quoted(names)} a small motion, mostly of {moved!r}, grows by exp({s[worst].real:.4g} t), t in s."
+    remedy = "Check the sign of the feedback, and reduce the gains."
+    return [
+        found("unstable-loop", names, text, remedy, rate=s[worst].real, frequency=abs(s[worst].imag) / (2.0 * np.pi))
+    ]
+
+
+def equilibrium_beside(program: Program, q: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Coordinates and multipliers of an equilibrium beside a pose (n_q,), stable or not; None where there is none."""
+    if program.n_q > MOST_LOADED_COORDINATES:
+        return None
+    system, start, size = StateEvaluation(program), q, np.where(program.tables.kind == 1, 1.0, program.length)
+    force, G = system.at(q, weights=(1.0, 0.0, 0.0)).force, system.jacobian.toarray()
+    lam, none = np.linalg.lstsq(G.T, -force, rcond=None)[0], np.zeros(program.n_q)
+    for _ in range(MOST_ITERATIONS):
+        system.at(q, lam=lam)
+        rest, most = system.force + system.constraint_force, max(np.abs(system.force).max(), np.abs(force).max())
+        closed = np.abs(system.residual).max(initial=0.0) <= BALANCED * program.length
+        if closed and np.abs(rest).max() <= BALANCED * most:
+            return q, lam
+        try:
+            d = correction(system, q, lam, none, Spin(0.0, (0.0, 0.0)))
+        except SolveError:
+            return None
+        q, lam = q + d[: program.n_q], lam + d[program.n_q :]
+        if not np.abs((q - start) / size).max() <= BESIDE:
+            return None
+    return None
+
+
+# Loads as declared, at rest: stress of flexible bodies, buckling, penetration of contacts
+
+LARGEST_STRAIN = 0.02
+"""Strain of a flexible body above which linear elasticity is no longer meant."""
+
+SAFE_LOAD = 2.0
+"""Buckling factor below which there is a remark."""
+
+DEEP = 0.2
+"""Penetration under the loads at rest and in motion, over the radius, above which a contact is too soft."""
+
+TRIES = 60
+"""Number of halvings by which the penetration of a force is found."""
+
+
+def load_findings(mechanism: Mechanism, free: int) -> list[Finding]:
+    """Findings on a mechanism under its loads; statics are computed if drives prescribe all motions (`free` is 0)."""
+    findings = _soft_contacts(mechanism)
+    bodies = [body for body in mechanism.bodies if isinstance(body, FlexibleBody | PlaneBody | Reduced)]
+    loaded = any(mechanism.gravity) or any(isinstance(part, (Force, Torque)) for part in mechanism.parts)
+    if free or not bodies or not loaded:
+        return findings
+    ideal = with_ideal_joints(mechanism)
+    if any(getattr(part, "clearance", None) is not None for part in ideal.parts):
+        return findings
+    try:
+        at_rest = static_equilibrium(ideal)
+    except FlexmbError as error:
+        findings.append(found("no-statics", (), f"The loads at rest were not examined: {error}"))
+    else:
+        findings += _strains(ideal, at_rest, bodies)
+    return [*findings, *_buckling(ideal)]
+
+
+def with_ideal_joints(mechanism: Mechanism) -> Mechanism:
+    """The mechanism with ideal revolute joints in place of revolute joints with clearance."""
+    parts = [
+        Revolute(part.name, part.first, part.second, part.at) if isinstance(part, RevoluteClearance) else part
+        for part in mechanism.parts
+    ]
+    return replace(mechanism, parts=tuple(parts))
+
+
+def _strains(
+    mechanism: Mechanism, at_rest: Equilibrium, bodies: list[FlexibleBody | PlaneBody | Reduced]
+) -> list[Finding]:
+    """Findings on flexible bodies that yield or strain by much under the loads at rest."""
+    findings = []
+    for body in bodies:
+        materials = materials_of(body)
+        young = min(material.young for material in materials)
+        if isinstance(body, FlexibleBody):
+            strain = largest_strain(body, at_rest)
+            stress = strain * young
+        else:
+            stress = largest_stress(body, mechanism, at_rest)
+            strain = stress / young
+        limits = [material.yield_stress for material in materials if material.yield_stress is not None]
+        limit = min(limits) if len(limits) == len(materials) else None
+        text = f"Under the loads at rest {body.label} strains by {strain:.3g} ({stress:.3g} Pa)"
+        remedy = "Reduce the loads, or give a stronger section; flexible bodies are linear elastic."
+        numbers = {"strain": strain, "stress": stress}
+        if limit is not None and stress > limit:
+            findings.append(found("overload", (body.name,), f"{text}; it yields at {limit:.3g} Pa.", remedy, **numbers))
+        elif strain > LARGEST_STRAIN:
+            findings.append(found("overload", (body.name,), f"{text}; no small strain.", remedy, **numbers))
+    return findings
+
+
+def largest_stress(body: PlaneBody | Reduced, mechanism: Mechanism, pose: Equilibrium) -> float:
+    """Largest stress of a body in a pose [Pa], as its signal `von_mises` gives it; 0 where a section has no height."""
+    try:
+        seeking = replace(body, stress=True)
+    except FlexmbError:  # a general section, whose outer fibres are unknown
+        return 0.0
+    signals = [one for one in seeking.contributions(mechanism) if isinstance(one, SignalContribution)]
+    for signal in signals:
+        if signal.place:
+            q = np.array([pose[f"{part}.{node}.{AXES[axis]}"] for part, node, axis in signal.coordinates])
+            still, p = np.zeros(len(q)), np.array(signal.p, dtype=float)
+            return float(signal.kernel.dispatcher(p, 0.0, q, still, still, -np.inf)[0])
+    return 0.0
+
+
+def largest_strain(body: FlexibleBody, pose: Equilibrium) -> float:
+    """Largest strain of a flexible body in a pose."""
+    nodes, largest = {node.name: node for node in body.nodes()}, 0.0
+    for beam in body.beams:
+        x, y, theta = (
+            np.array([[pose[f"{body.name}.{name}.{axis}"] for name in beam.nodes]]) for axis in ("x", "y", "theta")
+        )
+        largest = max(largest, float(beam_elements(beam, nodes).strains(x, y, theta).max()))
+    return largest
+
+
+def _buckling(ideal: Mechanism) -> list[Finding]:
+    """Findings on a structure near its buckling load."""
+    try:
+        found_loads = buckling(ideal, count=1)
+    except FlexmbError:
+        return []
+    positive = [float(f) for f in found_loads.factors if f > 0.0]
+    if not positive or min(positive) >= SAFE_LOAD or found_loads.notes:
+        return []
+    text = (
+        f"The loads are 1/{min(positive):.3g} of the buckling load."
+        if min(positive) >= 1.0
+        else (f"The loads are {1.0 / min(positive):.3g} times the buckling load.")
+    )
+    code = "near-buckling" if min(positive) >= 1.0 else "buckled"
+    return [found(code, (), text, "Reduce the loads, or stiffen the slender beams.", factor=min(positive))]
+
+
+def _soft_contacts(mechanism: Mechanism) -> list[Finding]:
+    """Findings on contacts into which weight and declared forces press by much of the radius."""
+    load = typical_load(mechanism)
+    findings = []
+    for part in mechanism.parts:
+        if not isinstance(part, RevoluteClearance) or load == 0.0:
+            continue
+        law = part.normal.for_radii(part.bearing_radius, part.bearing_radius - part.clearance)
+        depth = penetration(law, load, part.bearing_radius)
+        if depth > DEEP * part.bearing_radius:
+            text = (
+                f"A force of {load:.4g} N, of weights and loads, presses the journal of {part.label} into its bearing"
+            )
+            text = f"{text} by {'more than ' if math.isinf(depth) else ''}{min(depth, part.bearing_radius):.4g} m"
+            text = f"{text}; the radius is {part.bearing_radius:.4g} m."
+            remedy = "If it shall not be so soft: stiffness is in N/m^n, multiply one in N/mm^1.5 by 3.16e4."
+            numbers = {"force": load, "penetration": min(depth, part.bearing_radius)}
+            findings.append(found("soft-contact", (part.name,), text, remedy, **numbers))
+    return findings
+
+
+def typical_load(mechanism: Mechanism) -> float:
+    """Sum of weights, declared forces, and inertia forces of all masses on half of the mechanism's size [N]."""
+    mass = sum(getattr(body, "mass", None) or 0.0 for body in mechanism.bodies)
+    forces = sum(math.hypot(*part.force) for part in mechanism.parts if isinstance(part, Force))
+    speeds = [abs(rate_at_start(part.motion)) for part in mechanism.parts if isinstance(part, Drive)]
+    inertia = 0.5 * size_of(mechanism) * max(speeds, default=0.0) ** 2
+    return float(mass * (math.hypot(*mechanism.gravity) + inertia) + forces)
+
+
+def rate_at_start(motion: Motion) -> float:
+    """Rate of a motion at t = 0 [rad/s, m/s]."""
+    return float(motion.kernel(np.array(motion.parameters(), dtype=float), 0.0)[1])
+
+
+def penetration(law: NormalLaw, force: float, radius: float) -> float:
+    """Depth at which a normal law carries a force [m]; inf where the radius is not enough."""
+    p = np.array(law.parameters(), dtype=float)
+
+    def force_at(depth: float) -> float:
+        z = np.array(law.history(), dtype=float)
+        return float(values_of(law.kernel, p, 1e-5, -depth, 0.0, z, z.copy())[0])
+
+    low, high = 0.0, radius
+    if force_at(high) < force:
+        return math.inf
+    for _ in range(TRIES):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if force_at(middle) < force else (low, middle)
+    return high
+
+
+# Fixed steps that are too long for contacts, or for vibrations with which a run begins
+
+UNRESOLVED = 1.0
+"""Angular frequency times step above which a vibration is not resolved."""
+
+LOADED_SHARE = 0.01
+"""Share of the energy of the vibrations at the start above which a mode carries load."""
+
+LEAST_STEPS = 4.0
+"""Steps of an impact below which its restitution means nothing."""
+
+MOST_VIBRATING_COORDINATES = 400
+"""Number of coordinates above which modes would take too long."""
+
+PART_OF_PERIOD = 0.05
+"""Time of the differences along the motion, relative to the step."""
+
+
+def step_findings(mechanism: Mechanism, ideal: Program, closed: Program, q: np.ndarray, h: float) -> list[Finding]:
+    """Findings on a fixed step h [s] that is too long for contacts, or for vibrations with which a run begins.
+
+    `ideal` has ideal joints for clearance joints; in `closed` start velocities are found; the pose (n_q,) is closed.
+    """
+    findings = list(_short_contacts(mechanism, h))
+    if ideal.n_q > MOST_VIBRATING_COORDINATES:
+        return findings
+    try:
+        v = rigid_velocities(closed, q, 0.0, yielding_joints(ideal, closed))
+        a, _ = accelerations(ideal, q, v, 0.0)
+        vibrations = vibrations_of(ideal, [State(0.0, q, v, a, ideal.reference.z)], PART_OF_PERIOD * h)
+    except (FlexmbError, np.linalg.LinAlgError):
+        return findings  # told by other findings
+    if not vibrations:
+        return findings
+    ((_, energies, modes),) = vibrations
+    begun = energies[0, 2]
+    coarse = np.flatnonzero((modes.omega * h > UNRESOLVED) & (begun > LOADED_SHARE * begun.sum()))
+    if not len(coarse):
+        return findings
+    k = int(coarse[np.argmax(begun[coarse])])
+    period, moves = (
+        2.0 * math.pi / float(modes.omega[k]),
+        moves_most(ideal.names.coordinates, ideal.length, modes.shapes[:, k]),
+    )
+    body = ideal.names.bodies[int(ideal.reference.body[ideal.names.coordinates.index(moves)])]
+    text = f"A fixed step of {h:.3g} s is {h / period:.2g} periods of the vibration of {1.0 / period:.4g} Hz (mostly"
+    text = f"{text} {moves}), which carries {100.0 * float(begun[k] / begun.sum()):.3g} % of what the start excites."
+    remedy = f"Take steps of {period / 20.0:.1g} s, or Adaptive()."
+    return [*findings, found("coarse-step", (body,), text, remedy, step=h, period=period)]
+
+
+def _short_contacts(mechanism: Mechanism, h: float) -> Iterator[Finding]:
+    """Findings on contacts that are shorter than a few steps: half a period of the lighter mass on the contact."""
+    load, masses = typical_load(mechanism), {b.name: getattr(b, "mass", None) for b in mechanism.bodies}
+    for part in mechanism.parts if load > 0.0 else ():
+        if not isinstance(part, Joint) or isinstance(part, Body):
+            continue
+        inverse = sum(1.0 / m for m in (masses.get(b.name) for b in (part.first, part.second)) if m)
+        for contact in contacts_of(part, mechanism) if inverse > 0.0 else ():
+            depth = penetration(contact.normal, load, max(contact.p[0], 1e-2))
+            time = math.pi * math.sqrt(depth / (load * inverse))
+            if time < LEAST_STEPS * h:
+                text = (
+                    f"A contact of {part.label} lasts some {time:.2g} s (a mass of {1.0 / inverse:.3g} kg, a force of"
+                )
+                text = f"{text} {load:.3g} N at {depth:.2g} m), less than {LEAST_STEPS:g} fixed steps of {h:.3g} s."
+                remedy = f"Take steps of {time / 32.0:.1g} s, or Adaptive(), which resolves impacts."
+                yield found("coarse-step", (part.name,), text, remedy, step=h, contact_time=time)
+                break
+
+
+# Stiffnesses that floats cannot hold beside the loads or slow vibrations
+
+ROUND_OFF_OF_LOADS = 1e-3
+"""Round-off of the stiffest part relative to the loads, above which there is a remark."""
+
+ROUND_OFF = 1e-13
+"""Round-off of a mode shape relative to its largest entry: what it strains may have no other reason."""
+
+LARGEST_RATIO = 1e15
+"""Ratio of stiffnesses over masses, of the fastest mode to the slowest, that floats can hold."""
+
+
+def stiffness_findings(mechanism: Mechanism, program: Program, q: np.ndarray, bare: Modes | None) -> list[Finding]:
+    """Findings on stiffnesses so large that their round-off is felt beside the loads or slow vibrations.
+
+    The pose is q (n_q,); without loads there may be no modes `bare`.
+    """
+    n, kind = program.tables.sizes.n_b, np.asarray(program.tables.kind)
+    stiffness = np.where(kind[:n] == 1, 0.0, _diagonal(program, q)[:n])
+    worst = int(np.argmax(stiffness))
+    body, largest = program.names.bodies[int(program.reference.body[worst])], float(stiffness[worst])
+    lost = float(np.finfo(float).eps * largest * max(program.length, abs(q[worst])))
+    load = typical_load(mechanism)
+    remedy = "Make a stiff spring a joint, or a stiff beam a rigid body; stiffnesses are in N/m."
+    if not math.isfinite(largest) or lost > ROUND_OFF_OF_LOADS * load > 0.0:
+        text = f"At {body!r} a stiffness of {largest:.3g} N/m turns the round-off of its coordinates into {lost:.2g} N"
+        text = f"{text}; all loads, weights and inertia together have some {load:.2g} N."
+        return [found("stiffness-ratio", (body,), text, remedy, stiffness=largest, round_off=lost, load=load)]
+    slow = resolved_modes(program, q, bare) if bare is not None else []
+    if bare is None or not slow:
+        return []
+    slowest, fastest = float(np.abs(bare.eigenvalues[slow[0]])), math.sqrt(_fastest_square(program, q))
+    if fastest**2 <= LARGEST_RATIO * slowest**2:
+        return []
+    text = f"The slowest vibration, mostly of {bare.moves[slow[0]]!r}, has {slowest / (2.0 * math.pi):.3g} Hz, and"
+    text = f"{text} the stiffness at {body!r} some {fastest / (2.0 * math.pi):.3g} Hz: the ratio of their squares is"
+    text = f"{text} beyond the 16 digits of floats."
+    return [found("stiffness-ratio", (body,), text, remedy, slowest=slowest, fastest=fastest)]
+
+
+def resolved_modes(program: Program, q: np.ndarray, bare: Modes) -> list[int]:
+    """Numbers of the elastic modes at a pose (n_q,) with more energy than the round-off of their shapes."""
+    sizes, stiffest = np.abs(bare.shapes).max(axis=0, initial=0.0), _diagonal(program, q).max()
+    least = stiffest * (ROUND_OFF * sizes) ** 2
+    energy = np.abs(bare.eigenvalues) ** 2
+    return [k for k, kind in enumerate(bare.kinds) if kind == "elastic" and energy[k] > least[k]]
+
+
+def _diagonal(program: Program, q: np.ndarray, *, mass: bool = False) -> np.ndarray:
+    """Diagonal (n_q,) of the stiffness or the mass."""
+    weights = (0.0, 0.0, 1.0) if mass else (1.0, 0.0, 0.0)
+    diagonal: np.ndarray = np.abs(StateEvaluation(program).at(q, weights=weights).block().diagonal())
+    return diagonal
+
+
+def _fastest_square(program: Program, q: np.ndarray) -> float:
+    """Largest ratio of a diagonal entry of the stiffness to that of the mass [1/s^2]."""
+    n = program.tables.sizes.n_b
+    K, M = _diagonal(program, q)[:n], _diagonal(program, q, mass=True)[:n]
+    return float(np.max(K[M > 0.0] / M[M > 0.0], initial=0.0))

@@ -1,0 +1,445 @@
+"""Findings on connections, loops and the rank of the constraints."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from flexmb.display import counted, quoted
+from flexmb.engine.linalg.dense import plain
+from flexmb.engine.linalg.rank import RANK_TOLERANCE, row_rank
+from flexmb.engine.system.state_evaluation import StateEvaluation
+from flexmb.errors import AssemblyError
+from flexmb.findings.finding import NOTE, WARNING, Finding, found
+from flexmb.findings.laws import values_of
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import GROUND, Body, Joint
+from flexmb.parts.bodies.flexible_body import FlexibleBody
+from flexmb.parts.bodies.rigid import Bar
+from flexmb.parts.drives.drive import Drive
+from flexmb.program.program import Program
+from flexmb.statics.start.assemble import RigidMotion, close_loops, drive_rows, least_shift
+from flexmb.statics.start.redundant_joints import dependent_parts, redundancy, redundant_rows, shaken_pose
+
+# Connections of the bodies: groups of connected bodies, and groups without connection to the ground
+
+SAME_POINT = 1e-6
+"""Distance of two points over the length of the longest link, below which they are one."""
+
+
+def groups_of_bodies(mechanism: Mechanism) -> list[tuple[str, ...]]:
+    """Names of bodies in groups that joints, springs, contacts or elements connect; the ground is a body, too."""
+    above = {name: name for name in (GROUND.name, *(body.name for body in mechanism.bodies))}
+
+    def root(name: str) -> str:
+        while above[name] != name:
+            above[name] = above[above[name]]
+            name = above[name]
+        return name
+
+    for part in mechanism.parts:
+        if isinstance(part, (Body, Drive)):
+            continue
+        ends = [name for name in part.references() if name in above]
+        for name in ends[1:]:
+            above[root(name)] = root(ends[0])
+    groups: dict[str, list[str]] = {}
+    for name in above:
+        groups.setdefault(root(name), []).append(name)
+    return [tuple(group) for group in groups.values()]
+
+
+def free_bodies(mechanism: Mechanism) -> list[Finding]:
+    """Groups of bodies that nothing connects to the ground; a mechanism that floats as a whole is only noted."""
+    groups = groups_of_bodies(mechanism)
+    loose = [group for group in groups if GROUND.name not in group]
+    findings = []
+    for group in loose:
+        several = len(group) > 1
+        text = f"{quoted(group)} {'are' if several else 'is'} connected to nothing else: free in x, y and rotation."
+        remedy = "Connect it by a joint, a spring or a contact, or leave it out, unless it shall fly."
+        item = found("free-body", group, text, remedy)
+        if len(loose) == 1 and len(groups) == 2 and not _is_held(mechanism, groups):
+            item = Finding(item.code, item.parts, item.text, "", NOTE)
+        findings.append(item)
+    return findings
+
+
+def _is_held(mechanism: Mechanism, groups: list[tuple[str, ...]]) -> bool:
+    """Whether some body is connected to the ground."""
+    grounded = next(group for group in groups if GROUND.name in group)
+    return len(grounded) > 1 or len(mechanism.bodies) == 0
+
+
+def left_out_links(mechanism: Mechanism) -> list[Finding]:
+    """Links that end at a joint of two other bodies and are joined to nothing there: the joint has the wrong body."""
+    joints = [part for part in mechanism.parts if isinstance(part, Joint) and part.at is not None]
+    others = [part for part in mechanism.parts if not isinstance(part, (Body, Drive)) and part not in joints]
+    held = {name for part in others if len(part.references()) > 1 for name in part.references()}
+    bars = [body for body in mechanism.bodies if isinstance(body, Bar)]
+    near, findings = SAME_POINT * max((math.dist(bar.start, bar.end) for bar in bars), default=0.0), []
+    ends = [(body, point) for body in bars if body.name not in held for point in (body.start, body.end)]
+    for bar, end in ends:
+        here = [joint for joint in joints if math.dist(joint.at, end) <= near]
+        if not here or any(bar.name in joint.references() for joint in here):
+            continue
+        two = [body for body in (here[0].first, here[0].second) if isinstance(body, Body)]
+        wrong = [repr(body.name) for body in two if not _has_point(body, end, near)] or ["one of them"]
+        text = f"{here[0].label} joins {quoted([b.name for b in two])} at ({end[0]:.4g}, {end[1]:.4g}) m, where"
+        remedy = f"Was {bar.name!r} meant in place of {' or '.join(wrong)}?"
+        text = f"{text} {bar.label} ends, joined to nothing."
+        findings.append(found("left-out-link", (here[0].name, bar.name), text, remedy))
+    return findings
+
+
+def _has_point(body: Body, point: tuple[float, float], near: float) -> bool:
+    """Whether a body has an end or a node within a distance of a point [m]."""
+    ends = (body.start, body.end) if isinstance(body, Bar) else ()
+    return any(math.dist(own, point) <= near for own in (*ends, *((node.x, node.y) for node in body.nodes())))
+
+
+# Rank of the constraints: redundant, contradicting and driven rows, singular poses, free motions
+
+PREFERENCE = 0.1
+"""Weight by which angles are preferred to lengths as free coordinates."""
+
+LISTED_MOTIONS = 6
+"""Number of free motions that are named at most."""
+
+
+def redundancies(program: Program, closed: Program, q: np.ndarray) -> list[Finding]:
+    """Redundant joints, drives too many, and singular poses, at a closed pose (n_q,)."""
+    found = redundancy(program, q)
+    if found is None:
+        return _hidden(program, closed, q)
+    always, findings = redundant_rows(program, closed, q, 0.0), []
+    if found.rows > 0:
+        findings.append(_of_joints(found.joints, found.rows, singular=always == 0))
+    if found.excess > 0:
+        singular = always == 0 and not found.structural
+        findings.append(_of_drives(program, found.driven, found.excess, singular=singular))
+    return findings
+
+
+def _of_joints(names: tuple[str, ...], count: int, *, singular: bool) -> Finding:
+    rows = f"{count} of their equations {'is' if count == 1 else 'are'} redundant"
+    if singular:
+        text = (
+            f"in the reference configuration the joints {quoted(names)} repeat one another ({rows}): a singular pose."
+        )
+        remedy = "Start a little beside it, for example at another crank angle; see also redundant='least-norm'."
+        return found("singular-pose", names, text[0].upper() + text[1:], remedy, redundant=count)
+    text = f"The joints {quoted(names)} repeat one another in every pose near this one: {rows}."
+    remedy = (
+        "Remove one of them, replace a Prismatic or Fixed by a Revolute, make a link flexible, "
+        "or simulate(..., redundant='least-norm')."
+    )
+    return found("redundant-joints", names, text, remedy, redundant=count)
+
+
+def _of_drives(program: Program, names: Sequence[str], extra: int, *, singular: bool) -> Finding:
+    owners = [drive.partition(".")[0] for drive in program.drives]
+    drives = [name for name in names if name in owners] or owners
+    others = [name for name in names if name not in owners]
+    joints = f" (with the joints {quoted(others)})" if others else ""
+    if singular:
+        text = f"{quoted(drives)} cannot move the mechanism from this pose{joints}: a dead centre."
+        return found("singular-pose", drives, text, "Start at another position of the drives.", redundant=extra)
+    verb = "prescribes" if len(drives) == 1 else "prescribe"
+    text = f"{quoted(drives)} {verb} {counted(extra, 'motion')} more than the joints leave free{joints}."
+    return found("over-driven", drives, text, "Remove drives, or joints.", excess=extra)
+
+
+def _hidden(program: Program, closed: Program, q: np.ndarray) -> list[Finding]:
+    """More drives than the ideal mechanism has freedom, where only clearances give way."""
+    if closed is program or not program.names.contacts:
+        return []
+    driven = np.asarray(closed.tables.constraints.motion) >= 0
+    joints = np.flatnonzero(~driven)
+    poses = (shaken_pose(closed, q), q)
+    matrices = [StateEvaluation(closed).at(x).blocks[1] @ RigidMotion(closed).plain_basis(x) for x in poses]
+    extra = min(len(row_rank(A).redundant) - len(row_rank(A[joints]).redundant) for A in matrices)
+    if extra <= 0:
+        return []
+    A = matrices[0]
+    drives = [drive.partition(".")[0] for drive in program.drives]
+    names = [name for name in dependent_parts(closed, A) if name in drives] or drives
+    text = f"With ideal joints {quoted(names)} prescribe {counted(extra, 'motion')} too many; only clearances yield."
+    return [found("hidden-over-drive", names, text, "Remove a drive, unless they shall work against each other.")]
+
+
+def free_motions(closed: Program, q: np.ndarray) -> list[Finding]:
+    """Motions that neither joints nor drives prescribe, named by coordinates that can be chosen freely.
+
+    In `closed` clearance joints are ideal ones, and flexible bodies count as rigid; the pose (n_q,) is closed.
+    """
+    names = free_coordinates(closed, q)
+    if not names:
+        return []
+    verb = "is" if len(names) == 1 else "are"
+    text = f"{counted(len(names), 'motion')} {verb} not driven; free coordinates, one choice: "
+    text += ", ".join(names[:LISTED_MOTIONS])
+    text += ", ..." if len(names) > LISTED_MOTIONS else ""
+    parts = tuple(dict.fromkeys(name.partition(".")[0] for name in names))
+    return [found("free-motion", parts, f"{text}. Loads alone decide how they move.", free=len(names))]
+
+
+def free_coordinates(closed: Program, q: np.ndarray) -> tuple[str, ...]:
+    """Coordinates of bodies whose rates can be chosen freely and then fix all others."""
+    from scipy.linalg import null_space, qr
+
+    rigid = RigidMotion(closed)
+    A = plain(StateEvaluation(closed).at(q).blocks[1] @ rigid.plain_basis(q))
+    scale = np.tile([1.0, 1.0, PREFERENCE / max(closed.length, 1e-300)], rigid.count)
+    ways = null_space(A * scale, rcond=RANK_TOLERANCE) if len(A) else np.eye(3 * rigid.count)
+    if ways.shape[1] == 0:
+        return ()
+    order = qr(ways.T, mode="r", pivoting=True)[1][: ways.shape[1]]
+    axes = ("x", "y", "theta")
+    return tuple(f"{closed.names.bodies[k // 3]}.{axes[k % 3]}" for k in sorted(order.tolist()))
+
+
+# Closing of loops: in the reference configuration, and along the motion of the drives
+
+POSES = 72
+"""Number of instants of a motion at which its loops are closed, at least."""
+
+LARGEST_STRIDE = 0.1
+"""Largest movement of a drive between two of them [rad, or relative to the size of the mechanism]."""
+
+MOST_POSES = 400
+"""Number of instants at most: a drive that turns often is looked at for its first turns."""
+
+MOST_TRAVEL = 30.0
+"""Sum of the movements of all drives after which no further pose is computed [rad, or relative to the size]."""
+
+OBSERVED_SPAN = 1.0
+"""Time that is looked at where no drive has a period [s]."""
+
+HALVINGS = 24
+"""Number of halvings by which the last pose that closes is located."""
+
+CREEPS = 200
+"""Number of steps towards the nearest pose of a loop that cannot close, at most."""
+
+COINCIDENT = 1e-6
+"""Distance of two joints that counts as 0, relative to the size of the mechanism."""
+
+ALIGNED = 0.02
+"""Angle between two links that counts as 0 where a loop locks [rad]."""
+
+
+def open_loops(closed: Program, error: AssemblyError) -> list[Finding]:
+    """Findings on loops that cannot close in the reference configuration."""
+    q, gaps = nearest_pose(closed)
+    names = tuple(gaps)
+    text = f"A loop cannot close: {', '.join(f'{name!r} stays open by {gap:.4g}' for name, gap in gaps.items())}"
+    text = f"{text} (m or rad) in the nearest pose."
+    shaken = shaken_pose(closed, q)
+    G = StateEvaluation(closed).at(shaken).blocks[1] @ RigidMotion(closed).plain_basis(shaken)
+    if row_rank(G).redundant:
+        parts = dependent_parts(closed, G)
+        return [found("contradicting-joints", parts, text, f"The joints {quoted(parts)} contradict one another.")]
+    if not names:
+        return [found("open-loop", (), str(error), "")]
+    remedy = "Check lengths and points of the links of that loop, or choose positions of the drives that it can reach."
+    return [found("open-loop", names, text, remedy, gap=max(gaps.values()))]
+
+
+def nearest_pose(closed: Program) -> tuple[np.ndarray, dict[str, float]]:
+    """The pose with the smallest gaps near the reference configuration, and the gaps of its open joints [m, rad]."""
+    system, rigid = StateEvaluation(closed), RigidMotion(closed)
+    q = np.array(closed.reference.q)
+    for _ in range(CREEPS):
+        g = system.at(q).residual
+        w = least_shift(system.blocks[1] @ rigid.plain_basis(q), -g, rigid.sizes)
+        size = float(np.abs(w / rigid.sizes).max(initial=0.0))
+        if size < 1e-10:
+            break
+        part = min(1.0, 0.1 / size)
+        while part > 1e-6 and np.linalg.norm(system.at(rigid.moved(q, part * w)).residual) >= np.linalg.norm(g):
+            part *= 0.5
+        if part <= 1e-6:
+            break
+        q = rigid.moved(q, part * w)
+    gaps: dict[str, float] = {}
+    for row, value in zip(closed.names.rows, system.at(q).residual, strict=True):
+        part_name = row.partition("[")[0]
+        gaps[part_name] = math.hypot(gaps.get(part_name, 0.0), float(value))
+    largest = max(gaps.values(), default=0.0)
+    return q, {name: gap for name, gap in gaps.items() if gap > 1e-3 * largest > 0.0}
+
+
+def other_branch(closed: Program, q: np.ndarray) -> list[Finding]:
+    """Findings on loops that are assembled on another branch than the one drawn, by the closed pose (n_q,) at t = 0."""
+    if orientation(closed, np.array(closed.reference.q), 0.0) * orientation(closed, q, 0.0) >= 0.0:
+        return []
+    begin = ", ".join(
+        f"{name!r} at {x:.6g}" for name, x in zip(closed.drives, *drive_positions(closed, np.zeros(1)), strict=True)
+    )
+    parts = weakest_parts(closed, StateEvaluation(closed).at(q).blocks[1] @ RigidMotion(closed).plain_basis(q))
+    text = (
+        f"Between the drawn pose and the start, {begin} (rad or m), the loops pass a singular pose: {quoted(parts)} are"
+    )
+    text += " assembled on another branch than the one drawn."
+    remedy = "Draw the mechanism where its drives begin, on the branch that is meant."
+    return [found("other-branch", parts, text, remedy)]
+
+
+def locking_drives(mechanism: Mechanism, closed: Program, q: np.ndarray) -> list[Finding]:
+    """Findings on loops that open, or whose branches cross, while drives move from the closed pose (n_q,) at t = 0."""
+    if not closed.drives:
+        return []
+    bodies = [body.name for body in mechanism.bodies if isinstance(body, FlexibleBody)]
+    with np.errstate(invalid="ignore"):
+        times = instants(closed)
+    if not np.isfinite(drive_positions(closed, times)).all():
+        return []  # its motion is a finding of its own
+    good, pose, side = 0.0, q, orientation(closed, q, 0.0)
+    for t in times[1:]:
+        try:
+            pose = close_loops(closed, {}, start=pose, t=float(t))[0]
+        except AssemblyError:
+            finding = _locked(mechanism, closed, *last_closed(closed, pose, good, float(t)), float(times[-1]))
+            return [_if_rigid(finding, bodies)] if bodies else [finding]
+        if side * orientation(closed, pose, float(t)) < 0.0:
+            return [_crossed(closed, pose, good, float(t))]
+        good = float(t)
+    return []
+
+
+def orientation(closed: Program, pose: np.ndarray, t: float) -> float:
+    """Sign of the determinant of the constraint equations; 0 where they are not as many as rigid motions.
+
+    The sign changes where two branches of the motion cross.
+    """
+    G = StateEvaluation(closed).at(pose, t=t).blocks[1] @ RigidMotion(closed).plain_basis(pose)
+    A = plain(G)
+    return float(np.linalg.slogdet(A)[0]) if A.shape[0] == A.shape[1] else 0.0
+
+
+def _crossed(closed: Program, pose: np.ndarray, before: float, after: float) -> Finding:
+    """The finding on a singular pose that the drives pass between two instants [s]."""
+    G = StateEvaluation(closed).at(pose, t=after).blocks[1] @ RigidMotion(closed).plain_basis(pose)
+    parts = weakest_parts(closed, G)
+    text = (
+        f"Between t = {before:.6g} and {after:.6g} s the loops pass a singular pose, where two branches of the motion"
+    )
+    text += f" cross, and {quoted(parts)} no longer determine which one is followed."
+    remedy = "Change lengths so that the links never lie on one line, or add what guides real links through that pose."
+    return found("branch-point", parts, text, remedy, time=after)
+
+
+def instants(closed: Program) -> np.ndarray:
+    """Instants of the first period of the drives at which poses are computed [s]."""
+    periods = [period for period in closed.periods if period is not None]
+    span = max(periods) if periods else max([OBSERVED_SPAN, *closed.breaks(1e3)])
+    grid = np.linspace(0.0, span, POSES + 1)
+    for _ in range(3):
+        stride = np.abs(np.diff(drive_positions(closed, grid), axis=0)).max(initial=0.0)
+        limit = LARGEST_STRIDE * max(1.0, closed.length)
+        if not stride > limit or len(grid) >= MOST_POSES:
+            break
+        grid = np.linspace(0.0, span, min(MOST_POSES, int(len(grid) * stride / limit) + 2))
+    travel = np.abs(np.diff(drive_positions(closed, grid), axis=0)).sum(axis=1).cumsum()
+    return grid[: 1 + int(np.searchsorted(travel, MOST_TRAVEL * max(1.0, closed.length)))]
+
+
+def drive_positions(closed: Program, times: np.ndarray) -> np.ndarray:
+    """Positions of the drives (times, drives) [rad, m]."""
+    motions = closed.motions[: len(closed.drives)]
+    ps = [np.array(motion.parameters(), dtype=float) for motion in motions]
+    return np.array([[values_of(m.kernel, p, float(t))[0] for m, p in zip(motions, ps, strict=True)] for t in times])
+
+
+def last_closed(closed: Program, pose: np.ndarray, good: float, bad: float) -> tuple[np.ndarray, float]:
+    """Last pose and instant at which the loops close, between two instants [s]."""
+    for _ in range(HALVINGS):
+        middle = 0.5 * (good + bad)
+        try:
+            pose, good = close_loops(closed, {}, start=pose, t=middle)[0], middle
+        except AssemblyError:
+            bad = middle
+    return pose, good
+
+
+def _locked(mechanism: Mechanism, closed: Program, pose: np.ndarray, t: float, span: float) -> Finding:
+    """The finding on a mechanism that locks at t [s], of a motion that lasts `span` [s]."""
+    begin, here = drive_positions(closed, np.array([0.0, t]))
+    drives = list(drive_rows(closed))
+    G = StateEvaluation(closed).at(pose, t=t).blocks[1] @ RigidMotion(closed).plain_basis(pose)
+    weak = weakest_parts(closed, G)
+    aligned = aligned_joints(mechanism, closed, pose, weak)
+    joints = aligned or tuple(name for name in weak if isinstance(mechanism.find(name), Joint)) or weak
+    where = ", ".join(f"{name!r} at {x:.6g}" for name, x in zip(drives, here, strict=True))
+    text = f"The loops close only up to t = {t:.6g} s of {span:.6g} s, with {where} (rad or m)"
+    text += f"; there the joints {quoted(joints)} lie on one line." if aligned else f"; {quoted(joints)} lock."
+    remedy = "Move the drives within their range, or change lengths (Grashof: shortest + longest <= the other two)."
+    owners = tuple(dict.fromkeys(name.partition(".")[0] for name in drives))
+    numbers = {f"{name} from": x for name, x in zip(drives, begin, strict=True)}
+    numbers |= {f"{name} to": x for name, x in zip(drives, here, strict=True)}
+    return found("locking-drive", (*owners, *joints), text, remedy, time=t, **numbers)
+
+
+def _if_rigid(finding: Finding, bodies: list[str]) -> Finding:
+    """The finding as a warning, where flexible bodies may bend as far as the drives demand."""
+    text = f"With rigid bodies in place of {quoted(bodies)}: {finding.text}"
+    return replace(finding, severity=WARNING, text=text, remedy=f"{finding.remedy} A flexible body has to bend.")
+
+
+def weakest_parts(closed: Program, G: Any) -> tuple[str, ...]:
+    """Names of the parts whose constraint equations are nearest to depending on one another, the strongest first."""
+    dense = plain(G)
+    lengths = np.sqrt((dense * dense).sum(axis=1))
+    unit = dense / np.where(lengths > 0.0, lengths, 1.0)[:, None]
+    vector = np.abs(np.linalg.svd(unit, full_matrices=False)[0][:, -1])
+    shares: dict[str, float] = {}
+    for row, share in zip(closed.names.rows, vector, strict=True):
+        name = row.partition("[")[0]
+        shares[name] = math.hypot(shares.get(name, 0.0), float(share))
+    strong = {name: share for name, share in shares.items() if share > 0.05 * max(shares.values())}
+    return tuple(sorted(strong, key=lambda name: -strong[name]))
+
+
+def aligned_joints(mechanism: Mechanism, closed: Program, pose: np.ndarray, weak: tuple[str, ...]) -> tuple[str, ...]:
+    """Three weak joints of two neighbouring links on one line in a locked pose (n_q,); () without such joints.
+
+    `weak` are the parts whose equations nearly depend on one another.
+    """
+    joints = [part for part in mechanism.parts if isinstance(part, Joint) and part.name in weak]
+    points = {joint.name: _point(mechanism, closed, pose, joint) for joint in joints}
+    best: tuple[float, tuple[str, ...]] = (ALIGNED, ())
+    for three in combinations(joints, 3):
+        for middle in three:
+            first, last = (joint for joint in three if joint is not middle)
+            if not (_shared(first, middle) and _shared(middle, last)) or _shared(first, middle) == _shared(
+                middle, last
+            ):
+                continue
+            u, v = (points[x.name] - points[middle.name] for x in (first, last))
+            lengths = np.linalg.norm(u), np.linalg.norm(v)
+            if min(lengths) <= COINCIDENT * closed.length:
+                continue
+            sine = abs(u[0] * v[1] - u[1] * v[0]) / (lengths[0] * lengths[1])
+            if sine < best[0]:
+                best = (sine, (first.name, middle.name, last.name))
+    return best[1]
+
+
+def _shared(one: Joint, other: Joint) -> set[str]:
+    """Names of the moving bodies that both joints belong to."""
+    return ({one.first.name, one.second.name} & {other.first.name, other.second.name}) - {GROUND.name}
+
+
+def _point(mechanism: Mechanism, closed: Program, pose: np.ndarray, joint: Joint) -> np.ndarray:
+    """Place of a joint in a pose [m]."""
+    end = next((e for e in joint.ends(mechanism) if e.part != GROUND.name), joint.ends(mechanism)[0])
+    node = f"{end.part}.{end.node}" if end.node else end.part
+    x, y, theta = (pose[closed.coordinate(f"{node}.{axis}")] for axis in ("x", "y", "theta"))
+    c, s = math.cos(theta), math.sin(theta)
+    return np.array([x + c * end.offset[0] - s * end.offset[1], y + s * end.offset[0] + c * end.offset[1]])

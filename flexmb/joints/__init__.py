@@ -1,1 +1,0 @@
-"""Joints: ideal ones are constraints, imperfect ones are contacts or forces."""

@@ -1,0 +1,584 @@
+"""Beams of flexible bodies: nodes, matrices, contributions to the equations of motion, bosses, stresses, fields at the start."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import pairwise
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+
+from flexmb import checks, planar
+from flexmb.elastic.beams.corotational import (
+    AXIAL,
+    B11,
+    B12,
+    B22,
+    LENGTH,
+    OFFSET1,
+    OFFSET2,
+    beam_account,
+    beam_energy,
+    beam_force,
+    beam_kernel,
+    beam_tangent,
+    chord_share,
+    points,
+    tangents,
+    unstressed_elements,
+)
+from flexmb.elastic.beams.mass_damping import (
+    damping_parameters,
+    mass_damping_account,
+    mass_damping_energy,
+    mass_damping_force,
+    mass_damping_kernel,
+)
+from flexmb.elastic.beams.section import Section, checked_factor
+from flexmb.elastic.beams.stress import BeamElements, beam_stress_kernel, outer_fibres
+from flexmb.errors import InputError
+from flexmb.kernels import signal_kernel
+from flexmb.model.contributions import Contribution, ElementContribution, Node, SignalContribution, node_coordinates
+from flexmb.model.law import Material
+from flexmb.model.shape import BeamShape
+from flexmb.parts.bodies.point_mass import mean_mass, node_mass
+from flexmb.parts.bodies.rigid import checked_velocity
+
+if TYPE_CHECKING:
+    from flexmb.elastic.beams.fem import BeamMatrices
+
+# Fields along flexible bodies at the start: three numbers at every node
+
+Triple = tuple[float, float, float]
+Field = tuple[Triple, ...]
+FieldLike = Sequence[Triple] | Callable[[float], Triple]
+
+VELOCITY = ("(vx, vy, omega)", ("m/s", "m/s", "rad/s"))
+DISPLACEMENT = ("(dx, dy, dtheta)", ("m", "m", "rad"))
+
+
+def start_velocity(label: str, given: object, nodes: int, places: Sequence[float] | None) -> Triple | Field | None:
+    """A start velocity: None, one triple for a rigid motion, or a field with one triple a node.
+
+    `places` are the fractions of the length where the nodes stand, at which a function is evaluated; None: functions
+    are refused.
+    """
+    if given is None:
+        return None
+    if not callable(given) and isinstance(given, Iterable) and not isinstance(given, str):
+        given = checks.sequence(label, "velocity", given, f"{VELOCITY[0]}, or one triple")
+        if not any(isinstance(item, Iterable) for item in given):
+            return checked_velocity(label, given)
+    elif not callable(given):
+        return checked_velocity(label, given)
+    return field(label, "velocity", given, nodes, places, *VELOCITY)
+
+
+def start_displacement(label: str, given: object, nodes: int, places: Sequence[float] | None) -> Field | None:
+    """A start displacement: None, or a field with one triple a node; `places` as in `start_velocity`."""
+    return None if given is None else field(label, "displacement", given, nodes, places, *DISPLACEMENT)
+
+
+def field(
+    label: str, name: str, given: object, nodes: int, places: Sequence[float] | None, form: str, units: Sequence[str]
+) -> Field:
+    """One checked triple a node, from a list or a function of the place."""
+    if callable(given):
+        if places is None:
+            raise InputError(
+                f"{label}: {name} is a function, but a frame has no coordinate along it. "
+                f"Give one {form} per node, {nodes} in all, in the order of its nodes."
+            )
+        function = cast("Callable[[float], object]", given)
+        given = tuple(function(s) for s in places)
+        whence = "the function returns {!r} at s = {:g}"
+    else:
+        given = checks.sequence(label, name, given, f"{form}, one per node")
+        whence = ""
+    if len(given) != nodes:
+        raise InputError(
+            f"{label}: {name} has {len(given)} entries, but the body has {nodes} nodes. Give one {form} per node"
+            + (", or a function of s, 0 at the start and 1 at the end." if places is not None else ".")
+        )
+    found = []
+    for i, item in enumerate(given):
+        values = tuple(item) if isinstance(item, Iterable) and not isinstance(item, str) else (item,)
+        if len(values) != 3:
+            wrong = whence.format(item, (places or ())[i]) if whence else f"entry {i} is {item!r}"
+            raise InputError(f"{label}: {name}: {wrong}; it must be {form}.")
+        found.append(tuple(checks.number(label, f"{name}[{i}][{k}]", values[k], units[k]) for k in range(3)))
+    return cast("Field", tuple(found))
+
+
+# End bosses: point masses that give a beam model a prescribed mass, centre of mass and moment of inertia exactly
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class RigidProperties:
+    """Mass [kg], centre of mass [m] and moment of inertia about the centre [kg m^2] of a body as declared."""
+
+    mass: float
+    centre: Point
+    inertia: float
+
+    @staticmethod
+    def of(parts: list[tuple[float, Point, float]]) -> RigidProperties:
+        """Sum of rigid parts given as (mass, centre, inertia about the centre)."""
+        masses = np.array([m for m, _, _ in parts])
+        centres = np.array([c for _, c, _ in parts])
+        inertias = np.array([j for _, _, j in parts])
+        mass = float(masses.sum())
+        centre = masses @ centres / mass
+        inertia = inertias.sum() + masses @ ((centres - centre) ** 2).sum(axis=1)
+        return RigidProperties(mass, (float(centre[0]), float(centre[1])), float(inertia))
+
+
+@dataclass(frozen=True)
+class Bosses:
+    """Masses at the corners [kg], moment of inertia of each boss [kg m^2], mass at the mean of the corners [kg]."""
+
+    masses: tuple[float, ...]
+    inertia: float
+    mean_mass: float
+
+    @property
+    def empty(self) -> bool:
+        """Whether nothing is added."""
+        return not any(self.masses) and self.inertia == 0.0 and self.mean_mass == 0.0
+
+
+def fit_bosses(label: str, beam: RigidProperties, wanted: RigidProperties, corners: list[Point]) -> Bosses:
+    """Bosses that turn the mass properties of the bare `beam` into the `wanted` ones.
+
+    Unknowns are one mass a corner, one moment of inertia common to all corners and, with three corners or more, a mass
+    at their mean; none may be negative.  Among several solutions the one of least norm is taken.  Wanted values that
+    cannot be reached by adding mass at these places are refused with the difference.
+    """
+    points = np.array(corners)
+    places = [*points, points.mean(axis=0)] if len(corners) > 2 else list(points)
+    centre = np.array(wanted.centre)
+    radius = max(float(np.abs(points - centre).max()), 1e-12)
+    mass = wanted.mass - beam.mass
+    if mass < -1e-9 * wanted.mass:
+        raise InputError(
+            f"{label}: mass is {wanted.mass:g} kg, but the beams alone weigh {beam.mass:g} kg. "
+            "Give a larger mass, a smaller section or density, or leave mass out."
+        )
+    moment = wanted.mass * centre - beam.mass * np.array(beam.centre)
+    shift = np.array(beam.centre) - centre
+    inertia = wanted.inertia - beam.inertia - beam.mass * float(shift @ shift)
+    columns = [[1.0, *((p - centre) / radius), float((p - centre) @ (p - centre)) / radius**2] for p in places]
+    columns.append([0.0, 0.0, 0.0, 1.0])  # the common moment of inertia, in units of mass radius^2
+    A = np.array(columns).T
+    b = np.array([mass, *((moment - mass * centre) / radius), inertia / radius**2])
+    x = _least_norm_not_negative(A, b, wanted.mass)
+    if x is None:
+        raise InputError(
+            f"{label}: mass {wanted.mass:g} kg, inertia {wanted.inertia:g} kg m^2 with the centre of mass at "
+            f"({wanted.centre[0]:.4g}, {wanted.centre[1]:.4g}) m cannot be reached by bosses at the corners: "
+            f"they have {mass:.4g} kg and {inertia:.4g} kg m^2 to add. "
+            f"{_advice(mass, inertia, places, centre)}"
+        )
+    n = len(corners)
+    return Bosses(tuple(float(v) for v in x[:n]), float(x[-1]) * radius**2 / n, float(x[n]) if n > 2 else 0.0)
+
+
+def _least_norm_not_negative(A: np.ndarray, b: np.ndarray, scale: float) -> np.ndarray | None:
+    """The x >= 0 of least norm with A x = b, or None."""
+    from scipy.optimize import nnls  # noqa: PLC0415 - takes long to import, and only bosses need it
+
+    small = 1e-7
+    n = A.shape[1]
+    rough, _ = nnls(np.vstack([A, small * np.eye(n)]), np.concatenate([b, np.zeros(n)]))
+    active = rough > 1e-6 * scale
+    x = np.zeros(n)
+    x[active] = np.linalg.lstsq(A[:, active], b, rcond=None)[0]
+    good = np.abs(A @ x - b).max() <= 1e-9 * scale and x.min() >= 0.0
+    if not good:
+        x, _ = nnls(A, b)
+        good = np.abs(A @ x - b).max() <= 1e-9 * scale
+    return x if good else None
+
+
+def _advice(mass: float, inertia: float, places: list[np.ndarray], centre: np.ndarray) -> str:
+    """Advice for values that bosses cannot give."""
+    reach = [float((p - centre) @ (p - centre)) for p in places]
+    low, high = mass * min(reach), mass * max(reach)
+    if inertia < low:
+        return f"Masses there add at least {low:.4g} kg m^2: give a larger inertia or a lighter beam."
+    if inertia > high:
+        return f"Masses there add about {high:.4g} kg m^2: check the inertia and the centre of mass."
+    return "Check the centre of mass: it must lie between the places where mass can be added."
+
+
+# Beams of flexible bodies: nodes, matrices, contributions to the equations of motion, shapes, deflection
+
+Array = np.ndarray
+Elements = int | tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Beam:
+    """One beam between two corners: names of its nodes, their stations along it [m], section and material.
+
+    rotary_inertia : of the sections [kg m]; None: rho I.
+    shear : shear factor [1]; None: that of the section; 0: no shear.
+    turn : by which the beam turns from start to end along a circular arc [rad]; 0: straight.
+    """
+
+    nodes: tuple[str, ...]
+    start: Point
+    end: Point
+    stations: tuple[float, ...]
+    section: Section
+    material: Material
+    rotary_inertia: float | None = 0.0
+    shear: float | None = 0.0
+    turn: float = 0.0
+
+    @property
+    def length(self) -> float:
+        """Length along the beam [m]."""
+        return math.dist(self.start, self.end) / chord_share(self.turn)
+
+    @property
+    def places(self) -> list[float]:
+        """Fractions of the length at the nodes."""
+        last = self.stations[-1]
+        return [station / last for station in self.stations]
+
+    @property
+    def points(self) -> list[Point]:
+        """Points of the nodes in the reference configuration [m]."""
+        return points(self.start, self.end, self.turn, self.places)
+
+
+def checked_elements(label: str, elements: object) -> Elements:
+    """A number of elements, or increasing fractions of the length where inner nodes stand."""
+    if isinstance(elements, (tuple, list, np.ndarray)):
+        inner = tuple(checks.between(label, "elements", s, 0.0, 1.0) for s in elements)
+        full = (0.0, *inner, 1.0)
+        if any(b <= a for a, b in pairwise(full)):
+            raise InputError(f"{label}: elements are {inner}; fractions must increase strictly between 0 and 1.")
+        return inner
+    return checks.count(label, "elements", elements)
+
+
+def rotary_inertia_of(label: str, value: object, shear: float | None) -> float | None:
+    """Rotary inertia of a `Beam`: 0 for False, None (rho I) for True and for None with shear, or a number [kg m]."""
+    if value is None:
+        value = shear != 0.0
+    if isinstance(value, bool):
+        return None if value else 0.0
+    return checks.not_negative(label, "rotary_inertia", value, "kg m")
+
+
+def shear_of(label: str, value: object, sections: Iterable[Section], poisson: float) -> float | None:
+    """Shear of a `Beam`: 0 for False, None for True where the sections know their shear factors, or a number."""
+    if not isinstance(value, bool):
+        return checked_factor(label, "shear", value)
+    for section in sections if value else ():
+        try:
+            section.shear_factor_at(0.5, poisson)
+        except InputError as error:
+            raise InputError(f"{label}: shear is True, and {error}") from None
+    return None if value else 0.0
+
+
+@lru_cache(maxsize=64)
+def fractions(elements: Elements) -> tuple[float, ...]:
+    """Positions of all nodes as fractions of the length."""
+    if isinstance(elements, int):
+        return tuple(i / elements for i in range(elements + 1))
+    return (0.0, *elements, 1.0)
+
+
+REMEMBERED = 4096
+"""Number of beams whose matrices are kept besides those of the present call."""
+
+BeamKey = tuple[tuple[float, ...], Section, Material, float | None, float | None]
+
+_KNOWN: dict[BeamKey, BeamMatrices] = {}
+"""Matrices of beams by their data."""
+
+
+def matrices(beam: Beam) -> BeamMatrices:
+    """Element matrices of a beam through scikit-fem, remembered for beams of equal data."""
+    found = _KNOWN.get(_data_of(beam))
+    if found is None:
+        assemble([beam])
+        found = _KNOWN[_data_of(beam)]
+    return found
+
+
+def assemble(beams: Iterable[Beam]) -> None:
+    """Assemble the matrices of several beams in one mesh; beams of equal data are assembled once."""
+    from flexmb.elastic.beams.fem import BeamData, assembled  # noqa: PLC0415 - scikit-fem is needed only here
+
+    keys = {_data_of(beam): None for beam in beams}
+    if len(_KNOWN) > REMEMBERED:
+        kept = {key: _KNOWN[key] for key in keys if key in _KNOWN}
+        _KNOWN.clear()
+        _KNOWN.update(kept)
+    new = [key for key in keys if key not in _KNOWN]
+    data = [
+        BeamData(np.array(stations), section, material, True if rotary is None else rotary, shear is None or shear)
+        for stations, section, material, rotary, shear in new
+    ]
+    _KNOWN.update(zip(new, assembled(data), strict=True))
+
+
+def _data_of(beam: Beam) -> BeamKey:
+    """Data of a beam that its matrices depend on."""
+    # None, not True, which equals 1.0
+    return beam.stations, beam.section, beam.material, beam.rotary_inertia, beam.shear
+
+
+def beam_parameters(beam: Beam, nodes: dict[str, Node], damping: float, gravity: Point) -> list[tuple[float, ...]]:
+    """p of every element of a beam."""
+    load, data = (float(damping), *map(float, gravity)), matrices(beam)
+    free = unstressed_shape(beam, data).tolist() if beam.turn else data.straight
+    return [
+        (*head, first, second, *load, *tail, *rest)
+        for (head, tail), (first, second), rest in zip(
+            data.parameters, pairwise(_offsets(beam, nodes)), free, strict=True
+        )
+    ]
+
+
+def unstressed_shape(beam: Beam, data: BeamMatrices) -> Array:
+    """l0, u10, u20 of the elements of a beam (n, 3); see `flexmb.elastic.beams.corotational`."""
+    return unstressed_elements(data.lengths, data.bow, beam.turn) if beam.turn else np.array(data.straight)
+
+
+def _offsets(beam: Beam, nodes: Mapping[str, Node]) -> list[float]:
+    """Directions of the beam at its nodes less theta of the nodes, in the reference configuration [rad]."""
+    angles = tangents(beam.start, beam.end, beam.turn, beam.places if beam.turn else beam.stations)
+    return [angle - nodes[name].theta for angle, name in zip(angles, beam.nodes, strict=True)]
+
+
+def beam_pieces(
+    part: str, beams: Sequence[Beam], nodes: dict[str, Node], damping: float, gravity: Point
+) -> list[Contribution]:
+    """Element pieces of all beams of a body."""
+    contributions: list[Contribution] = []
+    for beam in beams:
+        ends = [node_coordinates(part, node) for node in beam.nodes]
+        for p, (first, second) in zip(beam_parameters(beam, nodes, damping, gravity), pairwise(ends), strict=True):
+            contributions.append(
+                ElementContribution(
+                    part,
+                    beam_kernel,
+                    (*first, *second),
+                    p,
+                    energy=beam_energy,
+                    force=beam_force,
+                    tangent=beam_tangent,
+                    account=beam_account,
+                )
+            )
+    return contributions
+
+
+def mass_damping_pieces(
+    part: str, beams: Sequence[Beam], axis: Beam, zeta: float, lumps: Mapping[str, tuple[float, float]]
+) -> list[Contribution]:
+    """Contributions of mass-proportional damping, one an element; none when zeta is 0.
+
+    The body's frame runs from the first to the last node of `axis`.  `lumps` are (mass [kg], inertia [kg m^2]) by node;
+    each is counted with the first element that ends there.
+    """
+    if zeta == 0.0:
+        return []
+    left = dict(lumps)
+    frame = tuple(c for k in (0, -1) for c in node_coordinates(part, axis.nodes[k])[:2])
+    contributions: list[Contribution] = []
+    for beam in beams:
+        data, directions = matrices(beam), chord_directions(beam)
+        for k, nodes in enumerate(pairwise(beam.nodes)):
+            ends = tuple(left.pop(node, (0.0, 0.0)) for node in nodes)
+            p = damping_parameters(
+                zeta, directions[k] - direction(axis), data.axial_mass[k], data.bending_mass[k], ends
+            )
+            coordinates = (*frame, *(c for node in nodes for c in node_coordinates(part, node)))
+            contributions.append(
+                ElementContribution(
+                    part,
+                    mass_damping_kernel,
+                    coordinates,
+                    p,
+                    energy=mass_damping_energy,
+                    force=mass_damping_force,
+                    account=mass_damping_account,
+                )
+            )
+    return contributions
+
+
+def direction(beam: Beam) -> float:
+    """Direction from start to end of a beam in the reference configuration [rad]."""
+    return math.atan2(beam.end[1] - beam.start[1], beam.end[0] - beam.start[0])
+
+
+def chord_directions(beam: Beam) -> list[float]:
+    """Directions of the chords of the elements in the reference configuration [rad]."""
+    middles = [0.5 * (a + b) for a, b in pairwise(beam.places)]
+    return tangents(beam.start, beam.end, beam.turn, middles)
+
+
+def beam_elements(beam: Beam, nodes: Mapping[str, Node]) -> BeamElements:
+    """Elements of a beam, for strains."""
+    offsets, stations, data = np.array(_offsets(beam, nodes)), np.array(beam.stations), matrices(beam)
+    outer = outer_fibres(beam.section, stations / stations[-1])
+    outer = np.maximum(outer[:-1], outer[1:])
+    ends = np.array([offsets[:-1], offsets[1:]])
+    return BeamElements(np.diff(stations), ends, outer, data.shear_shares.T, data.bow.T, unstressed_shape(beam, data).T)
+
+
+def beam_shapes(part: str, beams: Sequence[Beam], nodes: dict[str, Node]) -> tuple[BeamShape, ...]:
+    """Drawing records of all elements."""
+    shapes = []
+    for beam in beams:
+        data = matrices(beam)
+        unstressed = unstressed_shape(beam, data)
+        depths = 2.0 * outer_fibres(beam.section, np.array(beam.stations) / beam.stations[-1])
+        for k, p in enumerate(beam_parameters(beam, nodes, 0.0, (0.0, 0.0))):
+            ei = (float(data.ei[k, 0]), float(data.ei[k, 1]))
+            depth = (float(depths[k]), float(depths[k + 1]))
+            ends = (beam.nodes[k], beam.nodes[k + 1])
+            bending = p[B11], p[B12], p[B22]
+            shape = BeamShape(part, *ends, p[LENGTH], p[OFFSET1], p[OFFSET2], p[AXIAL], bending, ei, depth)
+            shares, bow, free = (tuple(array[k].tolist()) for array in (data.shear_shares, data.bow, unstressed))
+            plain = not any(shares) and not beam.turn
+            shapes.append(shape if plain else replace(shape, shear=shares, bow=bow, unstressed=free))
+    return tuple(shapes)
+
+
+def mass_parts(beam: Beam) -> list[tuple[float, Point, float]]:
+    """(mass, centre of mass, inertia about it) of every element of a beam, from its consistent mass."""
+    data = matrices(beam)
+    if beam.turn:
+        return _masses_of_arc(beam, data)
+    angle = direction(beam)
+    parts = []
+    for k, length in enumerate(data.lengths):
+        ma, mb = data.axial_mass[k], data.bending_mass[k]
+        mass = float(ma.sum())
+        arm = float(ma[:, 1].sum()) * length / mass
+        turn = np.array([0.0, 1.0, length, 1.0])
+        inertia = float(turn @ mb @ turn) - mass * arm**2
+        parts.append((mass, planar.from_frame(beam.start, angle, (beam.stations[k] + arm, 0.0)), inertia))
+    return parts
+
+
+def _masses_of_arc(beam: Beam, data: BeamMatrices) -> list[tuple[float, Point, float]]:
+    """`mass_parts` of an arc: of r = (1 - xi) x1 + xi x2 + w n at rest."""
+    parts, free = [], unstressed_shape(beam, data).tolist()
+    for (_, u1, u2), L, integrals, start, angle in zip(
+        free,
+        data.lengths.tolist(),
+        data.inertia_integrals.tolist(),
+        beam.points[:-1],
+        chord_directions(beam),
+        strict=True,
+    ):
+        m11, m12, m22, g11, g12, g21, g22, h11, h12, h22, J, *_ = integrals
+        mass, chord = m11 + 2.0 * m12 + m22, L * chord_share(2.0 * u2)
+        along, aside = chord * (m12 + m22) / mass, ((g11 + g21) * u1 + (g12 + g22) * u2) / mass
+        inertia = chord**2 * m22 + h11 * u1 * u1 + 2.0 * h12 * u1 * u2 + h22 * u2 * u2 + J
+        centre = planar.from_frame(start, angle, (along, aside))
+        parts.append((mass, centre, inertia - mass * (along**2 + aside**2)))
+    return parts
+
+
+def boss_pieces(part: str, corners: Sequence[str], bosses: Bosses, gravity: Point) -> list[Contribution]:
+    """Contributions of the bosses at the corners and of the mass at their mean."""
+    contributions: list[Contribution] = []
+    for node, mass in zip(corners, bosses.masses, strict=True):
+        if mass or bosses.inertia:
+            contributions.append(node_mass(part, node, mass, bosses.inertia, gravity))
+    if bosses.mean_mass:
+        contributions.append(mean_mass(part, tuple(corners), bosses.mean_mass, gravity))
+    return contributions
+
+
+def nearest_node(
+    label: str,
+    owner: str,
+    nodes: Sequence[Node],
+    point: Point,
+    size: float,
+    remedy: str = "or choose elements so that a node stands at the point",
+) -> Node:
+    """The node at a world point of the reference configuration, or `InputError` that names the nodes nearby."""
+    for node in nodes:
+        if (node.x, node.y) == point:
+            return node
+    nearest = min(nodes, key=lambda n: planar.distance((n.x, n.y), point))
+    if planar.distance((nearest.x, nearest.y), point) <= 1e-6 * size:
+        return nearest
+    by_distance = sorted(nodes, key=lambda n: planar.distance((n.x, n.y), point))
+    near = ", ".join(f"{n.name} at ({n.x:.6g}, {n.y:.6g})" for n in by_distance[:3])
+    gap = planar.distance((nearest.x, nearest.y), point)
+    raise InputError(
+        f"{owner}: the point ({point[0]:g}, {point[1]:g}) is no node of {label}; it lies {gap:.3g} m from the nearest. "
+        f"Nodes nearby: {near}. Move the point there, {remedy}."
+    )
+
+
+@signal_kernel
+def deflection_kernel(p, t, q, v, a):
+    """Distance of a point (x1, y1) from the chord (x0, y0)-(x2, y2), positive to the left of the chord."""
+    dx, dy = q[4] - q[0], q[5] - q[1]
+    return (dx * (q[3] - q[1]) - dy * (q[2] - q[0])) / math.sqrt(dx * dx + dy * dy)
+
+
+# Stresses of bodies of beams: the signals of the largest one, and the elements at which it is looked for
+
+
+def knows_stress(section: Section) -> bool:
+    """Whether a section knows its outer fibre."""
+    try:
+        section.outer_fibre_at(0.5)
+    except InputError:
+        return False
+    return True
+
+
+def number_of(node: str) -> int:
+    """Number of a node of a body of beams: 3 of "node3"."""
+    return int(node.removeprefix("node"))
+
+
+def section_factors(beam: Beam) -> np.ndarray:
+    """(2, n) stress over axial force, 1/A [1/m^2], and over bending moment, c/I [1/m^3], at the nodes of a beam.
+
+    The section knows its outer fibre.
+    """
+    places, section = np.array(beam.places), beam.section
+    fibre = np.asarray(section.outer_fibre_at(places)) / np.asarray(section.second_moment_at(places))
+    return np.stack([1.0 / np.asarray(section.area_at(places)), fibre])
+
+
+def beam_stress_signal(part: str, beams: Sequence[Beam], nodes: Mapping[str, Node]) -> SignalContribution:
+    """The signals `von_mises` and `von_mises_node` of a body of beams, whose sections know their outer fibres."""
+    place = {name: 3.0 * k for k, name in enumerate(nodes)}
+    coordinates = tuple(c for name in nodes for c in node_coordinates(part, name))
+    rows = [row for beam in beams for row in _rows(beam, dict(nodes), place)]
+    count, p = float(len(rows)), tuple(x for row in rows for x in row)
+    return SignalContribution(
+        part, "von_mises", "Pa", beam_stress_kernel, coordinates, (count, *p), place="von_mises_node"
+    )
+
+
+def _rows(beam: Beam, nodes: dict[str, Node], place: Mapping[str, float]) -> Iterator[tuple[float, ...]]:
+    """Parameters of each element of a beam."""
+    factors = section_factors(beam).T.tolist()
+    parameters = beam_parameters(beam, nodes, 0.0, (0.0, 0.0))
+    for ends, (first, last), own in zip(pairwise(beam.nodes), pairwise(factors), parameters, strict=True):
+        yield (*(place[name] for name in ends), *(float(number_of(name)) for name in ends), *first, *last, *own)

@@ -1,0 +1,237 @@
+"""Base of flexible bodies: beams, bosses that correct their mass, damping, fields at the start."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, cast
+
+from flexmb import checks, planar
+from flexmb.elastic.beams.corotational import chord_share
+from flexmb.elastic.beams.section import Section
+from flexmb.errors import InputError
+from flexmb.model.contributions import Attachment, Contribution
+from flexmb.model.law import Material
+from flexmb.model.part import Body
+from flexmb.model.shape import Shapes
+from flexmb.parts.bodies.flexible import (
+    Beam,
+    Bosses,
+    Elements,
+    Field,
+    FieldLike,
+    RigidProperties,
+    Triple,
+    assemble,
+    beam_pieces,
+    beam_shapes,
+    beam_stress_signal,
+    boss_pieces,
+    knows_stress,
+    mass_damping_pieces,
+    mass_parts,
+    nearest_node,
+    rotary_inertia_of,
+    shear_of,
+    start_displacement,
+    start_velocity,
+)
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from flexmb.model.mechanism import Mechanism
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class FlexibleBody(Body):
+    """Base of bodies made of beams; a subclass lays them out and fits bosses to the nodes at its corners.
+
+    Parameters
+    ----------
+    material : material.
+    damping : stiffness-proportional damping time zeta2 [s] (Rayleigh), >= 0.
+    mass_damping : mass-proportional damping rate zeta1 [1/s] (Rayleigh), >= 0; see the notes.
+    rotary_inertia : rotary inertia of the sections (Rayleigh beam): False for none, True for rho I, or a number
+        [kg m] >= 0.  None: rho I with shear, none without.
+    shear : shear deformation (Timoshenko beam): False for none, True for the shear factor of the section (Cowper's, for
+        Poisson's ratio of the material), or the shear factor [1], such as 5/6.
+    stress : whether every accepted step looks for the largest normal stress in the outer fibres: signals `von_mises`
+        [Pa] and `von_mises_node`, the number of its node.  None: where the material has a yield stress and all sections
+        know their outer fibres.
+    """
+
+    _: KW_ONLY
+    section: Section | tuple[Section, ...]
+    material: Material
+    elements: Elements | tuple[Elements, ...] = 4
+    mass: float | None = None
+    inertia: float | None = None
+    centre: float | Point | None = None
+    damping: float = 0.0
+    mass_damping: float = 0.0
+    rotary_inertia: bool | float | None = None
+    shear: bool | float = False
+    stress: bool | None = None
+    velocity: Triple | FieldLike | None = None
+    displacement: FieldLike | None = None
+
+    @property
+    @abstractmethod
+    def corners(self) -> tuple[str, ...]:
+        """Names of the nodes at the corners."""
+
+    @property
+    @abstractmethod
+    def corner_points(self) -> tuple[Point, ...]:
+        """Points of the corners in the reference configuration [m]."""
+
+    @property
+    @abstractmethod
+    def beams(self) -> tuple[Beam, ...]:
+        """The beams; the frame of mass-proportional damping lies on the first one."""
+
+    @abstractmethod
+    def _fit(self, own: RigidProperties, mass: float) -> Bosses:
+        """Bosses that turn the beams' `own` properties into the declared ones, with the total `mass` [kg]."""
+
+    @abstractmethod
+    def _further_mass(self) -> tuple[float, Point, float]:
+        """Mass [kg], point [m] and moment of inertia [kg m^2] beside beams and bosses at corners."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if isinstance(self.section, list):
+            object.__setattr__(self, "section", tuple(self.section))
+        for section in self._sections:
+            if not isinstance(section, Section):
+                raise InputError(
+                    f"{self.label}: section is {section!r}; it must be a cross section such as Rectangle(...)."
+                )
+        if not isinstance(self.material, Material):
+            raise InputError(f"{self.label}: material is {self.material!r}; it must be a Material(...).")
+        for name, unit in (("mass", "kg"), ("inertia", "kg m^2")):
+            if getattr(self, name) is not None:
+                checks.positive(self.label, name, getattr(self, name), unit)
+        checks.not_negative(self.label, "damping", self.damping, "s")
+        checks.not_negative(self.label, "mass_damping", self.mass_damping, "1/s")
+        if self.stress is not None and not isinstance(self.stress, bool):
+            raise InputError(f"{self.label}: stress is {self.stress!r}; it must be True, False or None.")
+        if self.stress and not all(map(knows_stress, self._sections)):
+            text = f"{self.label}: stress is True, and a section does not know its outer fibre"
+            raise InputError(f"{text}. Give outer_fibre=... [m] to the section.")
+        _ = self._options
+
+    def _check_fields(self, count: int, places: Sequence[float] | None) -> None:
+        """Check the start fields of `count` nodes; functions are evaluated at `places`, or refused without them."""
+        for name, checked in (("velocity", start_velocity), ("displacement", start_displacement)):
+            object.__setattr__(self, name, checked(self.label, getattr(self, name), count, places))
+
+    @cached_property
+    def _bosses(self) -> Bosses:
+        """Masses and moments of inertia at the corners, which give the body its declared mass properties."""
+        if self.mass is None and self.inertia is None:
+            return Bosses((0.0,) * len(self.corners), 0.0, 0.0)
+        own = RigidProperties.of(self._mass_parts())
+        return self._fit(own, own.mass if self.mass is None else self.mass)
+
+    def properties(self) -> RigidProperties:
+        """Mass, centre of mass and moment of inertia as a rigid body in the reference configuration."""
+        bosses = self._bosses
+        ends = zip(bosses.masses, self.corner_points, strict=True)
+        corners = [(mass, point, bosses.inertia) for mass, point in ends]
+        return RigidProperties.of([*self._mass_parts(), *corners, self._further_mass()])
+
+    @property
+    def seeks_stress(self) -> bool:
+        """Whether every accepted step looks for the largest stress."""
+        if self.stress is None:
+            return self.material.yield_stress is not None and all(map(knows_stress, self._sections))
+        return self.stress
+
+    def total_mass(self) -> float:
+        """Mass of beams and bosses [kg]."""
+        return self.properties().mass
+
+    def attach(self, owner: str, point: Point) -> Attachment:
+        """The node at `point`; `owner` names who asks, for messages."""
+        points = self.corner_points
+        size = max([planar.distance(points[0], corner) for corner in points[1:]])
+        return Attachment(self.name, nearest_node(self.label, owner, self.nodes(), point, size).name, (0.0, 0.0))
+
+    def start_velocity(self) -> Triple | Field | None:
+        """The declared start velocity."""
+        return cast("Triple | Field | None", self.velocity)
+
+    def start_displacement(self) -> Field | None:
+        """The declared start displacement."""
+        return cast("Field | None", self.displacement)
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """Elements, bosses, damping and the largest stress."""
+        nodes = {n.name: n for n in self.nodes()}
+        return [
+            *beam_pieces(self.name, self.beams, nodes, self.damping, mechanism.gravity),
+            *self._boss_pieces(mechanism.gravity),
+            *mass_damping_pieces(self.name, self.beams, self.beams[0], self.mass_damping, self._lumps()),
+            *([beam_stress_signal(self.name, self.beams, nodes)] if self.seeks_stress else []),
+        ]
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the beams alone
+        """The elements."""
+        return beam_shapes(self.name, self.beams, {n.name: n for n in self.nodes()})
+
+    @classmethod
+    def prepare(cls, parts: Sequence[FlexibleBody]) -> None:
+        """Matrices of all beams in one assembly."""
+        assemble(beam for part in parts for beam in part.beams)
+
+    def _boss_pieces(self, gravity: Point) -> list[Contribution]:
+        """Contributions of the masses at the corners and at their mean."""
+        return boss_pieces(self.name, self.corners, self._bosses, gravity)
+
+    def _lumps(self) -> dict[str, tuple[float, float]]:
+        """Mass [kg] and moment of inertia [kg m^2] at the corners, by node."""
+        return {name: (m, self._bosses.inertia) for name, m in zip(self.corners, self._bosses.masses, strict=True)}
+
+    def _mass_parts(self) -> list[tuple[float, Point, float]]:
+        """Mass, centre of mass and moment of inertia of every element."""
+        return [part for beam in self.beams for part in mass_parts(beam)]
+
+    @property
+    def _sections(self) -> tuple[Section, ...]:
+        """The sections, one of all beams or one of each."""
+        return self.section if isinstance(self.section, tuple) else (self.section,)
+
+    @cached_property
+    def _options(self) -> tuple[float | None, float | None]:
+        """Rotary inertia and shear of a `Beam`."""
+        shear = shear_of(self.label, self.shear, self._sections, self.material.poisson)
+        return rotary_inertia_of(self.label, self.rotary_inertia, shear), shear
+
+    def _beam(
+        self, names: Sequence[str], ends: tuple[Point, Point], places: Sequence[float], section: Section, turn: float
+    ) -> Beam:
+        """A beam between two points with nodes of these names at fractions of its length."""
+        length = planar.distance(*ends) / chord_share(turn)
+        stations = tuple([s * length for s in places])
+        return Beam(tuple(names), *ends, stations, section, self.material, *self._options, turn)
+
+
+def beam_of_mesh(
+    label: str, path: str, tags: set[int], stations: np.ndarray, sections: Mapping[int, Section]
+) -> tuple[Elements, Section]:
+    """Inner nodes as fractions of the length, and the section, of a straight beam whose mesh lines have these `tags`.
+
+    stations : (n,) arc lengths of the nodes [m].  A tag without a section, and several sections, are refused.
+    """
+    missing = sorted(tags - set(sections))
+    if missing:
+        raise InputError(f"{label}: {path} has cells with tag {missing[0]}, for which sections has no entry. Add one.")
+    if len({sections[t] for t in tags}) != 1:
+        raise InputError(f"{label}: {path} has cells of several sections {sorted(tags)}; use FlexibleFrame.from_mesh.")
+    return tuple(float(s) for s in stations[1:-1] / stations[-1]) or 1, sections[min(tags)]

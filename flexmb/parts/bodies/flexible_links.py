@@ -1,0 +1,540 @@
+"""Flexible bars between two points, and frames: chains of corotational beam elements."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import KW_ONLY, dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from flexmb import checks, planar
+from flexmb.docstrings import documented
+from flexmb.elastic.beams.corotational import checked_turn, points, tangents
+from flexmb.elastic.beams.section import Section
+from flexmb.errors import InputError
+from flexmb.model.contributions import Contribution, Node, SignalContribution
+from flexmb.model.law import Material
+from flexmb.model.part import Body
+from flexmb.parts.bodies.flexible import (
+    Beam,
+    Bosses,
+    Elements,
+    Field,
+    FieldLike,
+    RigidProperties,
+    Triple,
+    boss_pieces,
+    checked_elements,
+    deflection_kernel,
+    fit_bosses,
+    fractions,
+)
+from flexmb.parts.bodies.flexible_body import FlexibleBody, beam_of_mesh
+from flexmb.parts.bodies.rigid import Bar
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+
+# Base of bodies whose axis is a set of edges between corners
+
+Point = tuple[float, float]
+Edge = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Edges(Body):
+    """Base of bodies of edges between corners of the reference configuration.
+
+    Parameters
+    ----------
+    name : the body's name.
+    points : corners [m].
+    edges : pairs of corner numbers.
+
+    Raises
+    ------
+    InputError : a pair that joins no two different corners, an edge twice, corners that no edge reaches.
+    """
+
+    points: Sequence[Point]
+    edges: Sequence[Edge]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        corners = checks.sequence(self.label, "points", self.points, "corners (x, y)")
+        points = tuple(checks.point(self.label, f"points[{i}]", p) for i, p in enumerate(corners))
+        object.__setattr__(self, "points", points)
+        edges = checks.sequence(self.label, "edges", self.edges, "pairs of corner numbers")
+        object.__setattr__(self, "edges", tuple(self._checked_edge(i, e) for i, e in enumerate(edges)))
+        pairs = [frozenset(edge) for edge in self.edges]
+        for i, pair in enumerate(pairs):
+            if pair in pairs[:i]:
+                raise InputError(
+                    f"{self.label}: edges[{i}] is {self.edges[i]}, which joins two corners once more; remove it."
+                )
+        lonely = set(range(len(points))) - {i for edge in self.edges for i in edge}
+        if lonely or not self.edges:
+            raise InputError(f"{self.label}: corners {sorted(lonely)} belong to no edge. Remove them or add edges.")
+
+    def _checked_edge(self, i: int, edge: object) -> Edge:
+        try:
+            a, b = (checks.count(self.label, f"edges[{i}]", k, 0) for k in edge)  # type: ignore[attr-defined]
+        except (TypeError, ValueError) as error:
+            raise InputError(f"{self.label}: edges[{i}] is {edge!r}; it must be a pair of corner numbers.") from error
+        if max(a, b) >= len(self.points) or planar.distance(self.points[a], self.points[b]) <= 0.0:
+            raise InputError(
+                f"{self.label}: edges[{i}] is {edge!r}; it must join two different corners of {len(self.points)}."
+            )
+        return a, b
+
+
+# Turns of arcs that follow a smooth curve through points
+
+
+def smooth_turns(points: Iterable[Point], closed: bool = False) -> tuple[float, ...]:
+    """Turns of arcs from point to point along the cubic spline through points: `turns` of a `FlexibleFrame`.
+
+    The spline has the distances of the points as its parameter and ends that are bent like their neighbours
+    ("not-a-knot"; with three points a parabola, with two a line).  Turns have an error of third order of the distances
+    of the points at the ends of an open curve, of fourth order and less elsewhere; where the curvature varies, the
+    directions of neighbouring arcs differ at a point by an angle of second order.  Frames have no forces from either.
+
+    Parameters
+    ----------
+    points : the points in order [m], at least two; neighbours apart.
+    closed : whether the curve goes on from the last point to the first, which is not repeated.
+
+    Returns
+    -------
+    tuple of float
+        One turn [rad] for each pair of neighbours, counter-clockwise > 0.
+
+    Raises
+    ------
+    InputError : too few points, neighbours at one place, points too far apart for their turn.
+
+    Examples
+    --------
+    >>> corner = (0.0, 0.0), (0.1, 0.0), (0.15, 0.05), (0.15, 0.15)
+    >>> [round(turn, 3) for turn in smooth_turns(corner)]
+    [1.0, 0.587, 1.0]
+    """
+    from scipy.interpolate import CubicSpline  # noqa: PLC0415 - takes long to import
+
+    owner = "smooth_turns"
+    given = checks.sequence(owner, "points", points, "points (x, y)")
+    path = np.array([checks.point(owner, f"points[{i}]", p) for i, p in enumerate(given)])
+    if len(path) < (3 if closed else 2):
+        raise InputError(f"{owner}: {len(path)} points make no curve; give at least {3 if closed else 2}.")
+    if closed:
+        path = np.concatenate([path, path[:1]])
+    steps = np.hypot(*np.diff(path, axis=0).T)
+    if not np.all(steps > 0.0):
+        k = int(np.argmin(steps > 0.0))
+        raise InputError(f"{owner}: points[{k}] and the next one are both {tuple(path[k].tolist())}; remove one.")
+    spline = CubicSpline(np.cumsum([0.0, *steps]), path, bc_type="periodic" if closed else "not-a-knot")
+    slopes = spline(spline.x, 1)
+    turns = np.diff(np.unwrap(np.arctan2(slopes[:, 1], slopes[:, 0])))
+    if np.abs(turns).max() >= 0.5 * math.pi:
+        k = int(np.abs(turns).argmax())
+        text = f"{owner}: from points[{k}] to the next one the curve turns by {turns[k]:.3g} rad"
+        raise InputError(f"{text}; give points between them, at most pi/2 apart.")
+    return tuple(turns.tolist())
+
+
+# A flexible frame: beams, straight or arcs, welded at corners
+
+
+@documented
+class FlexibleFrame(FlexibleBody, Edges):
+    """Beams between corners, straight or arcs, welded there; theta of every node is 0 in the reference configuration.
+
+    Nodes are called node0, node1, ...: first the corners in the order of `points`, then the inner nodes edge by edge.
+    The body's own signals are the signals of node0.
+
+    Parameters
+    ----------
+    name : the frame's name.
+    points : corners in the reference configuration [m], unstressed.
+    edges : pairs of corner numbers, one a beam.
+    section : cross section of all beams, or one a beam.
+    turns : by which an unstressed beam turns from its first corner to its second along a circular arc [rad],
+        counter-clockwise > 0, between -2 pi and 2 pi; one for all edges, or one an edge; 0: straight.  Turns of a
+        smooth curve through the corners: `flexmb.bodies.smooth_turns`.
+    elements : elements a beam (number, or fractions of the length where inner nodes stand), or one entry a beam.
+    mass : total mass [kg]; bosses at the corners and their mean add the rest.  None: the beams' own.
+    inertia : moment of inertia about the centre of mass [kg m^2].  None: the beams' own.
+    centre : centre of mass in the reference configuration [m], when mass or inertia is given.  None: the beams' own.
+    velocity : (vx, vy, omega) of node0 at the start, the frame moving as a rigid body, or one (vx, vy, omega) per node;
+        None: as driven.
+    displacement : (dx, dy, dtheta) per node at the start [m, rad], added to the reference configuration; None: no
+        displacement.
+
+    Raises
+    ------
+    InputError : values out of range, corners that no edge reaches, an edge twice, mass properties out of reach, fields
+        with another number of entries than nodes.
+
+    Notes
+    -----
+    A mass at the mean of the corners moves with the mean of their velocities, as if held by light spokes.
+    Beams with small strains and any rotation; without `shear` not for deep beams (length over height below 10).
+    Elements of an arc are arcs; they should turn by less than 0.5 rad each.
+
+    `mass_damping` acts on the velocity against a frame that has its origin at the first corner of the first edge and
+    points to the second one, on the mass of the beams and of the bosses on corners, not on a mass at the mean of the
+    corners; no rigid motion is damped.  A mode of angular frequency omega that leaves those two corners in place has
+    the damping ratio xi = zeta1/(2 omega) + zeta2 omega/2, when nothing lies at the mean of the corners.
+    Source of the ratio: R. W. Clough, J. Penzien, Dynamics of Structures, 2nd ed., McGraw-Hill 1993, section 12-5.
+
+    Fields of velocity and displacement: see `FlexibleLink`.  The frame is unstressed without its displacement.
+    """
+
+    _: KW_ONLY
+    centre: Point | None = None
+    turns: float | tuple[float, ...] = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if isinstance(self.section, tuple) and len(self.section) != len(self.edges):
+            raise InputError(f"{self.label}: {len(self.section)} sections for {len(self.edges)} edges; give one each.")
+        object.__setattr__(self, "elements", self._checked_elements())
+        object.__setattr__(self, "turns", self._checked_turns())
+        if self.centre is not None:
+            object.__setattr__(self, "centre", checks.point(self.label, "centre", self.centre))
+        self._check_fields(len(self.nodes()), None)
+        _ = self._bosses  # refuses mass properties out of reach
+
+    def _checked_elements(self) -> tuple[Elements, ...]:
+        given = self.elements
+        if isinstance(given, (tuple, list)) and len(given) == len(self.edges):
+            return tuple(checked_elements(self.label, e) for e in given)
+        return (checked_elements(self.label, given),) * len(self.edges)
+
+    def _checked_turns(self) -> float | tuple[float, ...]:
+        given = self.turns
+        if not isinstance(given, Iterable) or isinstance(given, str):
+            return checked_turn(self.label, "turns", given)
+        turns = checks.sequence(self.label, "turns", given, "angles in rad, one an edge")
+        if len(turns) != len(self.edges):
+            raise InputError(f"{self.label}: {len(turns)} turns for {len(self.edges)} edges; give one each.")
+        return tuple(checked_turn(self.label, f"turns[{i}]", turn) for i, turn in enumerate(turns))
+
+    @classmethod
+    def from_mesh(
+        cls,
+        name: str,
+        path: str,
+        at: Point = (0.0, 0.0),
+        *,
+        angle: float = 0.0,
+        sections: Mapping[int, Section],
+        material: Material,
+        mass: float | None = None,
+        inertia: float | None = None,
+        centre: Point | None = None,
+        damping: float = 0.0,
+        mass_damping: float = 0.0,
+        rotary_inertia: bool | float | None = None,
+        shear: bool | float = False,
+        stress: bool | None = None,
+        velocity: Triple | Field | None = None,
+        displacement: Field | None = None,
+    ) -> FlexibleFrame:
+        """A frame from a mesh of line cells (any format of meshio); corners: beams meet, end or bend there.
+
+        Parameters
+        ----------
+        name : the frame's name.
+        path : mesh file.
+        at : point of the mesh's origin in the reference configuration [m].
+        angle : rotation of the mesh about its origin [rad].
+        sections : cross section by cell tag.
+        material, mass, inertia, centre, damping, mass_damping, rotary_inertia, shear, stress, velocity, displacement :
+            see the class.
+
+        Raises
+        ------
+        InputError : a mesh that is no frame of straight beams, tags without a section.
+        FileFormatError : a file that is no mesh.
+        """
+        from flexmb.elastic.beams.mesh import members, read_lines  # noqa: PLC0415 - meshio is needed only here
+
+        mesh = read_lines(path)
+        corners: dict[int, int] = {}
+        edges: list[tuple[int, int]] = []
+        elements, chosen = [], []
+        for nodes in members(mesh):
+            first, last = (corners.setdefault(int(n), len(corners)) for n in (nodes[0], nodes[-1]))
+            edges.append((first, last))
+            label, tags = f"FlexibleFrame {name!r}", {mesh.tag_of(nodes)}
+            beam = beam_of_mesh(label, path, tags, mesh.stations(nodes), sections)
+            elements.append(beam[0])
+            chosen.append(beam[1])
+        points = tuple(
+            planar.from_frame(at, angle, (float(mesh.points[n][0]), float(mesh.points[n][1]))) for n in corners
+        )
+        return cls(
+            name, points, tuple(edges), section=tuple(chosen), material=material, elements=tuple(elements), mass=mass,
+            inertia=inertia, centre=centre, damping=damping, mass_damping=mass_damping, rotary_inertia=rotary_inertia,
+            shear=shear, stress=stress, velocity=velocity, displacement=displacement,
+        )  # fmt: skip
+
+    @property
+    def corners(self) -> tuple[str, ...]:
+        """Names of the corner nodes."""
+        return tuple(f"node{i}" for i in range(len(self.points)))
+
+    @property
+    def corner_points(self) -> tuple[Point, ...]:
+        """The corners [m]."""
+        return tuple(self.points)
+
+    def nodes(self) -> tuple[Node, ...]:
+        """Corners, then inner nodes edge by edge."""
+        found = {f"node{i}": p for i, p in enumerate(self.points)}
+        for beam in self.beams:
+            for name, point in zip(beam.nodes, beam.points, strict=True):
+                found.setdefault(name, point)
+        return tuple(Node(name, *point, 0.0) for name, point in found.items())
+
+    @cached_property
+    def beams(self) -> tuple[Beam, ...]:
+        """One beam an edge."""
+        sections = self.section if isinstance(self.section, tuple) else (self.section,) * len(self.edges)
+        turns = self.turns if isinstance(self.turns, tuple) else (self.turns,) * len(self.edges)
+        beams, count = [], len(self.points)
+        for (a, b), section, elements, turn in zip(self.edges, sections, self.elements, turns, strict=True):  # type: ignore[arg-type]
+            places = fractions(elements)
+            inner = [f"node{count + i}" for i in range(len(places) - 2)]
+            count += len(inner)
+            ends = (self.points[a], self.points[b])
+            beams.append(self._beam((f"node{a}", *inner, f"node{b}"), ends, places, section, turn))
+        return tuple(beams)
+
+    def _further_mass(self) -> tuple[float, Point, float]:
+        """The mass at the mean of the corners, as a point."""
+        mean = np.array(self.points).mean(axis=0)
+        return self._bosses.mean_mass, (float(mean[0]), float(mean[1])), 0.0
+
+    def _fit(self, own: RigidProperties, mass: float) -> Bosses:
+        """Bosses at the corners and at their mean."""
+        inertia = own.inertia if self.inertia is None else self.inertia
+        wanted = RigidProperties(mass, self.centre or own.centre, inertia)
+        return fit_bosses(self.label, own, wanted, list(self.points))
+
+
+# A flexible bar between two points: a chain of corotational beam elements
+
+
+@documented
+class FlexibleLink(FlexibleBody, Bar):
+    """A beam between two points, straight or an arc; theta of a node is the direction of its axis, counted from +X.
+
+    Nodes are called node0 .. nodeN from `start` to `end`; "start" and "end" are other names of the outer ones, and the
+    body's own signals are the signals of the node in the middle.
+
+    Parameters
+    ----------
+    name : the link's name.
+    start, end : its ends in the reference configuration [m], unstressed.
+    section : cross section.
+    elements : number of equal elements, or increasing fractions of the length where inner nodes stand.
+    mass : total mass [kg]; bosses at the ends add the difference to the beam.  None: the beam's own.
+    inertia : moment of inertia about the centre of mass [kg m^2], reached by the bosses.  None: that of beam and
+        bosses.
+    centre : place of the centre of mass between start (0) and end (1), when `mass` is given.
+    pivot_inertia : further moment of inertia at the start node [kg m^2], not counted in `inertia`.
+    turn : by which the unstressed link turns from start to end along a circular arc [rad], counter-clockwise > 0,
+        between -2 pi and 2 pi; 0: straight.
+    velocity : (vx, vy, omega) of the middle node at the start, the link moving as a rigid body; or one (vx, vy, omega)
+        per node, or a function of s that returns it, s being 0 at the start and 1 at the end; None: as driven.
+    displacement : (dx, dy, dtheta) per node at the start [m, rad], or a function of s that returns it, added to the
+        reference configuration; None: no displacement.
+
+    Raises
+    ------
+    InputError : values out of range; a mass or inertia that bosses cannot make, or of an arc; fields with another
+        number of entries than nodes, or of another shape; shear of a section that does not know its shear factor.
+
+    Notes
+    -----
+    Beams with small strains and any rotation; without `shear` not for deep beams (length over height below 10).
+    Elements of an arc are arcs; they should turn by less than 0.5 rad each.  The signal `deflection` of an arc holds
+    its rise.
+    Source of the element: see `flexmb.elastic.beams.corotational`.
+
+    `mass_damping` acts on the velocity against a frame that has its origin at the start and points to the end, on the
+    mass of beam and bosses; no rigid motion is damped.  A bending mode of angular frequency omega that leaves both ends
+    in place, as with a pin at each, has the damping ratio xi = zeta1/(2 omega) + zeta2 omega/2.  In other modes the
+    first part is multiplied by the kinetic energy of the motion seen from that frame over that of the motion itself:
+    5 with two free ends, 0.058 with a clamp at one end, in the first mode.
+    Source of the ratio: R. W. Clough, J. Penzien, Dynamics of Structures, 2nd ed., McGraw-Hill 1993, section 12-5.
+
+    Fields are absolute, in world axes, given for the reference configuration; functions are evaluated once, when the
+    link is made. A velocity field holds exactly. The link is unstressed without its displacement. With a displacement
+    the link starts bent or stretched, and is in equilibrium only if loads or accelerations hold it so. Joints take
+    their points and angles from the link without displacement. Open loops are closed by moving the bodies in their bent
+    shape; velocity fields are not turned with them. So declare a link with a velocity field in the pose in which it
+    starts.
+    """
+
+    _: KW_ONLY
+    section: Section
+    elements: Elements = 4
+    centre: float = 0.5
+    pivot_inertia: float = 0.0
+    turn: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "turn", checked_turn(self.label, "turn", self.turn))
+        if self.turn and (self.mass is not None or self.inertia is not None):
+            text = f"{self.label}: mass and inertia are for straight links, since they fix a centre on the line between"
+            raise InputError(f"{text} the ends. For an arc use FlexibleFrame with one edge, whose centre is a point.")
+        object.__setattr__(self, "elements", checked_elements(self.label, self.elements))
+        checks.between(self.label, "centre", self.centre, 0.0, 1.0)
+        checks.not_negative(self.label, "pivot_inertia", self.pivot_inertia, "kg m^2")
+        places = fractions(self.elements)
+        self._check_fields(len(places), places)
+        _ = self._bosses  # refuses mass properties out of reach
+
+    @classmethod
+    def from_mesh(
+        cls,
+        name: str,
+        path: str,
+        start: Point,
+        end: Point,
+        *,
+        sections: Mapping[int, Section],
+        material: Material,
+        mass: float | None = None,
+        inertia: float | None = None,
+        centre: float = 0.5,
+        damping: float = 0.0,
+        mass_damping: float = 0.0,
+        pivot_inertia: float = 0.0,
+        rotary_inertia: bool | float | None = None,
+        shear: bool | float = False,
+        stress: bool | None = None,
+        velocity: Triple | FieldLike | None = None,
+        displacement: FieldLike | None = None,
+    ) -> FlexibleLink:
+        """A link with the nodes of a line mesh (any format of meshio), laid between two points.
+
+        Parameters
+        ----------
+        name : the link's name.
+        path : mesh file with one straight chain of line cells.
+        start, end : points of the ends of the mesh [m]; their distance must be the length of the mesh.
+        sections : cross section by cell tag.
+        material, mass, inertia, centre, damping, mass_damping, pivot_inertia, rotary_inertia, shear, stress, velocity,
+            displacement : see the class.
+
+        Raises
+        ------
+        InputError : a mesh that is no straight chain, of another length, or with tags that have no section.
+        FileFormatError : a file that is no mesh.
+        """
+        from flexmb.elastic.beams.mesh import chain, read_lines  # noqa: PLC0415 - meshio is needed only here
+
+        mesh = read_lines(path)
+        order = chain(mesh)
+        station = mesh.stations(order)
+        length = planar.distance(start, end)
+        if abs(station[-1] - length) > 1e-6 * length:
+            raise InputError(
+                f"FlexibleLink {name!r}: {path} is {station[-1]:g} m long, but start and end are {length:g} m apart. "
+                "Move the ends, or take the mesh of the right link."
+            )
+        label, tags = f"FlexibleLink {name!r}", set(mesh.tags.tolist())
+        elements, section = beam_of_mesh(label, path, tags, station, sections)
+        return cls(
+            name, start, end, section=section, material=material, elements=elements, mass=mass, inertia=inertia,
+            centre=centre, damping=damping, mass_damping=mass_damping, pivot_inertia=pivot_inertia,
+            rotary_inertia=rotary_inertia, shear=shear, stress=stress, velocity=velocity, displacement=displacement,
+        )  # fmt: skip
+
+    def nodes(self) -> tuple[Node, ...]:
+        """Nodes from start to end."""
+        return self._nodes
+
+    @cached_property
+    def _nodes(self) -> tuple[Node, ...]:
+        arc = self.start, self.end, self.turn, fractions(self.elements)
+        poses = zip(points(*arc), tangents(*arc), strict=True)
+        return tuple([Node(f"node{i}", *point, angle) for i, (point, angle) in enumerate(poses)])
+
+    @property
+    def main(self) -> str:
+        """The node in the middle of the chain."""
+        return f"node{len(self._nodes) // 2}"
+
+    @property
+    def aliases(self) -> dict[str, str]:
+        """start and end."""
+        return {"start": "node0", "end": f"node{len(self._nodes) - 1}"}
+
+    @property
+    def corners(self) -> tuple[str, ...]:
+        """Names of the end nodes."""
+        return self._nodes[0].name, self._nodes[-1].name
+
+    @property
+    def corner_points(self) -> tuple[Point, ...]:
+        """The ends [m]."""
+        return self.start, self.end
+
+    @cached_property
+    def beams(self) -> tuple[Beam, ...]:
+        """The one beam."""
+        names, ends = [n.name for n in self._nodes], (self.start, self.end)
+        return (self._beam(names, ends, fractions(self.elements), self.section, self.turn),)
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """Elements, bosses, damping and the signal `deflection`."""
+        three = (self.corners[0], self.main, self.corners[1])
+        coordinates = tuple([(self.name, node, axis) for node in three for axis in (0, 1)])
+        deflection = SignalContribution(self.name, "deflection", "m", deflection_kernel, coordinates)
+        return [*super().contributions(mechanism), deflection]
+
+    def _boss_pieces(self, gravity: Point) -> list[Contribution]:
+        """Contributions of the bosses and of the pivot."""
+        ends = super()._boss_pieces(gravity)
+        if self.pivot_inertia == 0.0:
+            return ends
+        return [*ends, *boss_pieces(self.name, self.corners[:1], Bosses((0.0,), self.pivot_inertia, 0.0), gravity)]
+
+    def _lumps(self) -> dict[str, tuple[float, float]]:
+        """Mass [kg] and moment of inertia [kg m^2] at the ends, by node."""
+        (start, (mass, inertia)), end = super()._lumps().items()
+        return dict([(start, (mass, inertia + self.pivot_inertia)), end])
+
+    def _further_mass(self) -> tuple[float, Point, float]:
+        """The pivot: no mass, at the start, its moment of inertia [kg m^2]."""
+        return 0.0, self.start, self.pivot_inertia
+
+    def _fit(self, own: RigidProperties, mass: float) -> Bosses:
+        """Bosses at the ends; without a declared moment of inertia they are point masses."""
+        along = (self.centre * self.length, 0.0)
+        if self.inertia is None:
+            moment = planar.to_frame(self.start, self.angle, own.centre)[0] * own.mass
+            return point_bosses(self.label, own.mass, mass, (mass * along[0] - moment) / self.length)
+        centre = own.centre if self.mass is None else planar.from_frame(self.start, self.angle, along)
+        return fit_bosses(self.label, own, RigidProperties(mass, centre, self.inertia), [self.start, self.end])
+
+
+def point_bosses(label: str, beam_mass: float, mass: float, second: float) -> Bosses:
+    """Point masses at both ends, `second` at the end, that make mass and centre right, whatever the inertia."""
+    first = mass - beam_mass - second
+    if min(first, second) < -1e-9 * mass:
+        raise InputError(
+            f"{label}: mass {mass:g} kg cannot be reached by bosses at the ends: they would need {first:.4g} and "
+            f"{second:.4g} kg, since the beam alone weighs {beam_mass:g} kg. "
+            "Give a larger mass, a smaller section, or another centre."
+        )
+    return Bosses((max(first, 0.0), max(second, 0.0)), 0.0, 0.0)

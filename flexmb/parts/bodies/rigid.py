@@ -1,0 +1,235 @@
+"""Rigid bodies, and bars between two points."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, cast
+
+from flexmb import checks, planar
+from flexmb.errors import InputError
+from flexmb.model.contributions import Attachment, Contribution, Node
+from flexmb.model.part import Body, Joint
+from flexmb.model.shape import RigidShape, Shapes
+from flexmb.parts.bodies.point_mass import node_mass
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+
+# Base of rigid and flexible bars between two points
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Bar(Body):
+    """Base of bodies between two points of the reference configuration.
+
+    Parameters
+    ----------
+    name : the bar's name.
+    start, end : its ends in the reference configuration [m], apart from each other.
+    """
+
+    formerly = (("at", "start"), ("to", "end"))
+    start: Point
+    end: Point
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("start", "end"):
+            object.__setattr__(self, name, checks.point(self.label, name, getattr(self, name)))
+        if planar.distance(self.start, self.end) <= 0.0:
+            raise InputError(f"{self.label}: start and end are both {self.start}; a link must have a length > 0 m.")
+
+    @property
+    def length(self) -> float:
+        """Distance of the ends in the reference configuration [m]."""
+        return planar.distance(self.start, self.end)
+
+    @property
+    def angle(self) -> float:
+        """Direction of the axis in the reference configuration [rad]."""
+        return math.atan2(self.end[1] - self.start[1], self.end[0] - self.start[0])
+
+
+# Rigid body with its node at the centre of mass
+
+
+@dataclass(frozen=True)
+class RigidBody(Body):
+    """A rigid body with its node at the centre of mass.
+
+    Parameters
+    ----------
+    name : the body's name.
+    at : centre of mass in the reference configuration [m].
+    mass : mass [kg], > 0.
+    inertia : moment of inertia about the centre of mass [kg m^2], > 0.
+    theta : rotation in the reference configuration [rad].
+    velocity : (vx, vy, omega) at the start [m/s, rad/s]; None: as the drives impose, with least kinetic energy.
+    outline : points of a polyline in the reference configuration [m], for pictures; empty: a line to every joint.
+
+    Raises
+    ------
+    InputError : mass or inertia not > 0, values that are not finite.
+    """
+
+    formerly = (("angle", "theta"),)
+    at: Point
+    mass: float
+    inertia: float
+    theta: float = 0.0
+    velocity: tuple[float, float, float] | None = None
+    outline: Sequence[Point] = ()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
+        given = checks.sequence(self.label, "outline", self.outline, "points")
+        outline = tuple(checks.point(self.label, f"outline[{i}]", p) for i, p in enumerate(given))
+        object.__setattr__(self, "outline", outline)
+        checks.positive(self.label, "mass", self.mass, "kg")
+        checks.positive(self.label, "inertia", self.inertia, "kg m^2")
+        object.__setattr__(self, "velocity", checked_velocity(self.label, self.velocity))
+
+    def nodes(self) -> tuple[Node, ...]:
+        """The node at the centre of mass."""
+        return (Node("", *self.at, self.theta),)
+
+    def attach(self, owner: str, point: Point) -> Attachment:  # noqa: ARG002 - any point of the plane will do
+        """Every point of the plane may belong to a rigid body."""
+        return Attachment(self.name, "", planar.to_frame(self.at, self.theta, point))
+
+    def start_velocity(self) -> tuple[float, float, float] | None:
+        """The declared start velocity."""
+        return self.velocity
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """One element: mass and moment of inertia of the body."""
+        return [node_mass(self.name, "", self.mass, self.inertia, mechanism.gravity)]
+
+    def total_mass(self) -> float:
+        """The mass [kg]."""
+        return self.mass
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        """The outline, or a star from the centre of mass to the joints."""
+        if self.outline:
+            lines: tuple[tuple[Point, ...], ...] = (
+                tuple(planar.to_frame(self.at, self.theta, p) for p in self.outline),
+            )
+        else:
+            held = held_points(self, mechanism)
+            lines = tuple(((0.0, 0.0), p) for p in held if p != (0.0, 0.0)) or (((0.0, 0.0), (0.0, 0.0)),)
+        return (RigidShape(self.name, "", lines),)
+
+
+def held_points(body: Body, mechanism: Mechanism) -> list[Point]:
+    """Points at which joints hold a body, in the frame of its node."""
+    joints = (p for p in mechanism.parts if isinstance(p, Joint) and body.name in p.references())
+    return [end.offset for joint in joints for end in joint.ends(mechanism) if end.part == body.name]
+
+
+def checked_velocity(label: str, velocity: object) -> tuple[float, float, float] | None:
+    """A start velocity (vx, vy, omega) as floats, or None."""
+    if velocity is None:
+        return None
+    try:
+        vx, vy, omega = cast("tuple[object, object, object]", velocity)
+    except (TypeError, ValueError):
+        raise InputError(f"{label}: velocity is {velocity!r}; it must be (vx, vy, omega).") from None
+    return (
+        checks.number(label, "velocity[0]", vx, "m/s"),
+        checks.number(label, "velocity[1]", vy, "m/s"),
+        checks.number(label, "velocity[2]", omega, "rad/s"),
+    )
+
+
+# A rigid bar between two points
+
+MASSLESS = 1e-8
+"""Mass of a massless link over the smallest mass of the other bodies [1]."""
+
+AXIS_TOLERANCE = 1e-3
+"""Distance from the axis over the length [1] up to which a point counts as one of the axis."""
+
+
+@dataclass(frozen=True)
+class RigidLink(Bar):
+    """A rigid bar; theta is the direction from `start` to `end`, counted from +X.
+
+    Parameters
+    ----------
+    name : the link's name.
+    start, end : its ends in the reference configuration [m].
+    mass : mass [kg], > 0; 0 with inertia 0 for a massless link.
+    inertia : moment of inertia about the centre of mass [kg m^2], > 0; 0 for a massless link.
+    centre : place of the centre of mass between start (0) and end (1).
+    velocity : (vx, vy, omega) of the centre of mass at the start; None: as the drives impose.
+
+    Raises
+    ------
+    InputError : start equals end, mass or inertia not > 0, centre outside [0, 1]; when a joint is off the axis.
+    ModelError : when a run starts, a massless link that can move without moving a mass.
+
+    Notes
+    -----
+    A massless link has MASSLESS times the smallest mass of the other bodies, so that equations of motion stay regular.
+    """
+
+    mass: float
+    inertia: float
+    centre: float = 0.5
+    velocity: tuple[float, float, float] | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.is_massless:
+            checks.positive(self.label, "mass", self.mass, "kg")
+            checks.positive(self.label, "inertia", self.inertia, "kg m^2")
+        checks.between(self.label, "centre", self.centre, 0.0, 1.0)
+        object.__setattr__(self, "velocity", checked_velocity(self.label, self.velocity))
+
+    @property
+    def is_massless(self) -> bool:
+        """Whether the link has neither mass nor moment of inertia."""
+        return self.mass == 0.0 and self.inertia == 0.0
+
+    def nodes(self) -> tuple[Node, ...]:
+        """The node at the centre of mass."""
+        x, y = planar.from_frame(self.start, self.angle, (self.centre * self.length, 0.0))
+        return (Node("", x, y, self.angle),)
+
+    def attach(self, owner: str, point: Point) -> Attachment:
+        """A point of the axis (also beyond the ends)."""
+        node = self.nodes()[0]
+        along, across = planar.to_frame((node.x, node.y), self.angle, point)
+        if abs(across) > AXIS_TOLERANCE * self.length:
+            raise InputError(
+                f"{owner}: the point ({point[0]:g}, {point[1]:g}) lies {abs(across):g} m off the axis of {self.label}. "
+                "Move the point onto the axis, or use RigidBody for a body with joints anywhere."
+            )
+        return Attachment(self.name, "", (along, across))
+
+    def start_velocity(self) -> tuple[float, float, float] | None:
+        """The declared start velocity."""
+        return self.velocity
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """One element: mass and moment of inertia of the body."""
+        mass, inertia = self.mass, self.inertia
+        if self.is_massless:
+            mass = MASSLESS * min((body.total_mass() for body in mechanism.bodies if not body.is_massless), default=1.0)
+            inertia = mass * self.length * self.length / 12.0
+        return [node_mass(self.name, "", mass, inertia, mechanism.gravity)]
+
+    def total_mass(self) -> float:
+        """The mass [kg]."""
+        return self.mass
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the bar alone
+        """The bar."""
+        before, after = self.centre * self.length, (1.0 - self.centre) * self.length
+        return (RigidShape(self.name, "", (((-before, 0.0), (after, 0.0)),)),)

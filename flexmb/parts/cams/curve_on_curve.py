@@ -1,0 +1,401 @@
+"""Bodies that touch along curves: cam and follower, knife edge and groove, ideal or as a contact that can open."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import KW_ONLY, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexmb import checks, planar
+from flexmb.errors import InputError, ModelError
+from flexmb.model.contributions import Contribution, Coordinate, Node, SignalContribution, node_coordinates
+from flexmb.model.law import FrictionLaw, NormalLaw
+from flexmb.model.part import Part
+from flexmb.model.shape import RigidShape, Shapes
+from flexmb.parts.cams.curves import SAMPLES, CircularCurve, ClosedCurve, Line
+from flexmb.parts.cams.pair_kernels import CURVE_UNDER_CURVE, CURVES, FACE, OPEN, ROLLER, TOUCHING, face_place
+from flexmb.parts.cams.spans import sampled
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+    from flexmb.model.part import WatchedMotion
+
+# Curves of bodies as numbers of kernels, and distances in the reference configuration
+
+TOLERANCE_LENGTH = 1e-3
+"""Length by which tolerances of a run with contacts are scaled, over the size of the curve."""
+
+
+def carrier(mechanism: Mechanism, part: str, owner: str) -> Node:
+    """Node of the rigid body or ground that carries a curve; a flexible body is refused."""
+    body = mechanism.body(part, owner)
+    nodes = body.nodes()
+    if len(nodes) != 1:
+        raise ModelError(
+            f"{owner}: {body.label} is flexible and cannot carry a curve. Fix a RigidBody with the curve to one of its "
+            "nodes by Fixed(...)."
+        )
+    return nodes[0]
+
+
+def carriers(mechanism: Mechanism, pair: Any) -> tuple[tuple[Node, Node], tuple[Coordinate, ...]]:
+    """Nodes of both rigid bodies of a pair, which carry its curves, and their coordinates x, y, theta."""
+    first, second = (carrier(mechanism, part.name, pair.label) for part in (pair.first, pair.second))
+    own = node_coordinates(pair.first.name, first.name)
+    return (first, second), (*own, *node_coordinates(pair.second.name, second.name))
+
+
+def in_frame(node: Node, point: tuple[float, float]) -> tuple[float, float]:
+    """A point of the reference configuration in the frame of a node [m]."""
+    return planar.to_frame((node.x, node.y), node.theta, point)
+
+
+def curve_numbers(curve: ClosedCurve, node: Node) -> tuple[float, ...]:
+    """Numbers of a closed curve in the frame of a node, see `flexmb.parts.cams.spans`."""
+    c, s = math.cos(node.theta), math.sin(node.theta)
+    spans = curve.array.copy()
+    spans[:, :, 0] -= (node.x, node.y)
+    spans = np.einsum("ab,nbi->nai", np.array([[c, s], [-s, c]]), spans)
+    n = len(spans)
+    each = math.isqrt(n - 1) + 1
+    boxes: list[float] = []
+    for first in range(0, n, each):
+        end = min(n, first + each)
+        starts = spans[first:end, :, 0]
+        centre = starts[len(starts) // 2]
+        radius = float(np.hypot(*(starts - centre).T).max())
+        boxes += [*map(float, centre), radius, float(first), float(end)]
+    return (float(n), float(-(-n // each)), *boxes, *spans.ravel().tolist())
+
+
+def distance(curve: ClosedCurve, other: ClosedCurve | CircularCurve | Line) -> tuple[float, float]:
+    """Approximate gap of two curves as they are drawn [m], < 0 for an overlap, and the place along a line [m]."""
+    points = sampled(curve.array, SAMPLES)
+    if isinstance(other, Line):
+        side, u = side_of(curve, other), along(other)
+        far = side * ((other.start[0] - points[:, 0]) * u[1] - (other.start[1] - points[:, 1]) * u[0])
+        k = int(np.argmin(far))
+        place = (points[k, 0] - other.start[0]) * u[0] + (points[k, 1] - other.start[1]) * u[1]
+        return float(far[k]), float(place)
+    if isinstance(other, CircularCurve):
+        return signed_distance(points, other.centre) - other.radius, 0.0
+    return min(signed_distance(points, p) for p in sampled(other.array, 1)), 0.0
+
+
+def signed_distance(polygon: np.ndarray, point: Any) -> float:
+    """Distance of a point from a closed polygon, < 0 inside."""
+    to, chord = polygon - np.asarray(point), np.roll(polygon, -1, axis=0) - polygon
+    share = np.clip(-np.sum(to * chord, axis=1) / np.sum(chord * chord, axis=1), 0.0, 1.0)
+    away = float(np.hypot(*(to + share[:, None] * chord).T).min())
+    ahead = np.roll(to, -1, axis=0)
+    turn = np.arctan2(to[:, 0] * ahead[:, 1] - to[:, 1] * ahead[:, 0], np.sum(to * ahead, axis=1))
+    return -away if abs(float(turn.sum())) > math.pi else away
+
+
+def along(line: Line) -> tuple[float, float]:
+    """Unit vector of a line."""
+    return (line.end[0] - line.start[0]) / line.length, (line.end[1] - line.start[1]) / line.length
+
+
+def side_of(curve: ClosedCurve, line: Line) -> float:
+    """+1 for a curve on the left of a line, -1 on the right."""
+    x, y = sampled(curve.array, 1).mean(axis=0)
+    u = along(line)
+    return 1.0 if u[0] * (y - line.start[1]) - u[1] * (x - line.start[0]) >= 0.0 else -1.0
+
+
+def pair_shapes(mechanism: Mechanism, pair: Any, first: Any, second: Any) -> Shapes:
+    """Curves of both bodies of a pair, for pictures."""
+    nodes, _ = carriers(mechanism, pair)
+    drawn = (pair.first, nodes[0], first), (pair.second, nodes[1], second)
+    return [shape(body.name, node, curve.drawing()) for body, node, curve in drawn]
+
+
+def shape(part: str, node: Node, points: tuple[tuple[float, float], ...]) -> RigidShape:
+    """A polyline of the reference configuration that moves with a node, for pictures."""
+    return RigidShape(part, node.name, (tuple(in_frame(node, p) for p in points),))
+
+
+# Two bodies that touch along curves: cam and follower, ideal or as a contact that can open
+
+PULL = 1e-3
+"""Pull of an ideal pair relative to its largest force, above which there is a remark."""
+
+FAR = 0.25
+"""Largest gap in the reference configuration that is closed at the start, over the size of the first curve."""
+
+OVERLAP = 1e-3
+"""Largest overlap in the reference configuration with which a contact may start open, over the same."""
+
+
+@dataclass(frozen=True)
+class CurveOnCurve(Part):
+    """Two curves of two bodies that touch: cam with flat, roller or curved follower, two cams.
+
+    Signals, ideal: force (contact force, > 0: the bodies press on each other) [N]; normal_speed (velocity along the
+    normal there, of the body with the `Line` or `CircularCurve`, else of the second one) [m/s]; power (force times
+    normal_speed, given to this body) [W]; with `friction` also friction_force [N].  With `normal`: as of a contact (see
+    `RevoluteClearance`; ex, ey from the surface of the first curve to that of the second).  With a `Line` also place
+    (of the contact along it from its start) [m].
+
+    Parameters
+    ----------
+    name : name of the pair.
+    first : the first body.
+    first_curve : its curve, in the reference configuration.
+    second : the second body.
+    second_curve : its curve, in the reference configuration: `Line`, `CircularCurve` or `ClosedCurve`.  One
+        of both must be a `ClosedCurve`.
+    normal : law of the normal force, for a contact that can open; None: ideal, the curves never part.  A law made from
+        materials has the stiffness of the places of largest curvature of both curves.
+    friction : law of friction; None: none.
+    start : of a contact: "touching", the loops are closed and the velocities found as for an ideal pair; "open", the
+        bodies stand and move as declared.
+
+    Raises
+    ------
+    InputError : curves of other kinds, a law of the wrong kind, a concave curve under a `Line`, a roller that is larger
+        than a hollow of the curve, or another curve that is (undercut).
+    ModelError : a body with itself, a flexible body, curves that are far apart or overlap in the reference
+        configuration.
+
+    Notes
+    -----
+    Bodies lie outside of each other.  The pair is one equation, the distance on the common normal = 0; an ideal pair
+    also pulls, so a negative force tells where a real follower lifts off.  The nearest points are searched anew at each
+    evaluation; a contact has one point, the nearest.  An ideal `Line` counts as unlimited: `place` outside 0 to its
+    length tells that it is too short.  A contact uses the ends of the segment as edges.
+    Source: J. J. Uicker, G. R. Pennock, J. E. Shigley, Theory of Machines and Mechanisms, 4th ed., Oxford 2011, ch. 6.
+    """
+
+    first: Part
+    first_curve: Any
+    second: Part
+    second_curve: Any
+    _: KW_ONLY
+    normal: NormalLaw | None = None
+    friction: FrictionLaw | None = None
+    start: str = TOUCHING
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_pair(self)
+        curves = self.first_curve, self.second_curve
+        if not all(isinstance(c, ClosedCurve | CircularCurve | Line) for c in curves) or not any(
+            isinstance(c, ClosedCurve) for c in curves
+        ):
+            raise InputError(
+                f"{self.label}: the curves are {curves[0]!r} and {curves[1]!r}; one must be a ClosedCurve, the other a "
+                "Line, cams.CircularCurve or ClosedCurve (fm.Circle is the section of a beam)."
+            )
+        curve, other = self._ordered()[1::2]
+        least, _, (x, y) = curve.extreme_curvature()
+        if isinstance(other, Line) and least <= 0.0:
+            raise InputError(
+                f"{self.label}: the curve is not convex near ({x:.6g}, {y:.6g}) m (curvature {least:.4g} 1/m), so a "
+                "straight face bridges that place. Use a roller (CircularCurve), or another profile."
+            )
+        if isinstance(other, CircularCurve) and least * other.radius <= -1.0:
+            raise InputError(
+                f"{self.label}: the roller of radius {other.radius:g} m does not fit into the hollow near "
+                f"({x:.6g}, {y:.6g}) m, whose radius is {-1.0 / least:.4g} m (undercut). Use a smaller roller."
+            )
+
+        if isinstance(other, ClosedCurve):
+            self._check_fit(curve, other)
+            self._check_fit(other, curve)
+
+    def _check_fit(self, curve: ClosedCurve, other: ClosedCurve) -> None:
+        """Refuse a hollow of `curve` that no place of `other` fits into."""
+        (least, _, (x, y)), largest = curve.extreme_curvature(), other.extreme_curvature()[1]
+        if least <= -largest:
+            raise InputError(
+                f"{self.label}: the other curve, of radius {1.0 / largest:.4g} m at least, does not fit into the "
+                f"hollow near ({x:.6g}, {y:.6g}) m, of radius {-1.0 / least:.4g} m (undercut). Change one of them."
+            )
+
+    def _ordered(self) -> tuple[Part, Any, Part, Any]:
+        """Bodies and curves with a closed curve first."""
+        if isinstance(self.first_curve, ClosedCurve):
+            return self.first, self.first_curve, self.second, self.second_curve
+        return self.second, self.second_curve, self.first, self.first_curve
+
+    @property
+    def pushes(self) -> tuple[str, ...]:
+        """The force of an ideal pair."""
+        return ("force",) if self.normal is None else ()
+
+    def remarks(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[str]:  # noqa: ARG002 - see `Part`
+        """Sentence on a pull, where a real follower would lift off."""
+        for name in self.pushes:
+            (least, when), (largest, _) = motion.lows[f"{self.name}.{name}"], motion.peak(f"{self.name}.{name}")
+            if least < -PULL * largest:
+                yield (
+                    f"At t = {when:.6g} s {self.label} pulls with {-least:.4g} N, where a follower would lift off. "
+                    "Give normal=... for a contact that opens, or a stronger spring."
+                )
+
+    @property
+    def pin_radius(self) -> float:
+        """Least radius of curvature of both curves [m], beside which penetrations are judged."""
+        curves = self.first_curve, self.second_curve
+        radii = [c.radius for c in curves if isinstance(c, CircularCurve)]
+        return min([*radii, *(1.0 / c.extreme_curvature()[1] for c in curves if isinstance(c, ClosedCurve))])
+
+    def contact_law(self) -> NormalLaw | None:
+        """Normal law; one made from materials has the stiffness of the places of largest curvature."""
+        if self.normal is None:
+            return None
+        curves = self.first_curve, self.second_curve
+        bends = [1.0 / c.radius for c in curves if isinstance(c, CircularCurve)]
+        bends += [c.extreme_curvature()[1] for c in curves if isinstance(c, ClosedCurve)]
+        return self.normal.for_radii(math.inf, 1.0 / sum(bends))
+
+    def validate(self, mechanism: Mechanism) -> None:
+        """Refuse curves that are far apart, overlap, or touch beyond the end of a line."""
+        super().validate(mechanism)
+        curve, other = self._ordered()[1::2]
+        check_distance(self, curve, other)
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """One constraint equation or one contact."""
+        body, curve, second, other = self._ordered()
+        nodes = carrier(mechanism, body.name, self.label), carrier(mechanism, second.name, self.label)
+        coordinates = (*node_coordinates(body.name, nodes[0].name), *node_coordinates(second.name, nodes[1].name))
+        head, closed = (TOLERANCE_LENGTH * curve.size,), curve_numbers(curve, nodes[0])
+        if isinstance(other, Line):
+            start, end = in_frame(nodes[1], other.start), in_frame(nodes[1], other.end)
+            p = (*head, *start, *along(Line(start, end)), side_of(curve, other), other.length, *closed)
+            place = SignalContribution(self.name, "place", "m", face_place, coordinates, p)
+            return [*FACE.contributions(self, coordinates, p), place]
+        if isinstance(other, CircularCurve):
+            p = (*head, *in_frame(nodes[1], other.centre), other.radius, *closed)
+            return ROLLER.contributions(self, coordinates, p)
+        p = (*head, float(CURVE_UNDER_CURVE + len(closed)), *closed, *curve_numbers(other, nodes[1]))
+        return CURVES.contributions(self, coordinates, p)
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        """Both curves."""
+        return pair_shapes(mechanism, self, self.first_curve, self.second_curve)
+
+
+def check_pair(part: Any) -> None:
+    """Check bodies, laws and start of a pair of curves."""
+    if part.first.name == part.second.name:
+        raise ModelError(f"{part.label} joins {part.first.name!r} to itself; give two different bodies.")
+    for name, kind, example in (("normal", NormalLaw, "HuntCrossley"), ("friction", FrictionLaw, "ModifiedCoulomb")):
+        law = getattr(part, name)
+        if law is not None and not isinstance(law, kind):
+            raise InputError(f"{part.label}: {name} is {law!r}; it must be a {name} law, e.g. {example}, or None.")
+    checks.one_of(part.label, "start", part.start, (TOUCHING, OPEN))
+    if part.normal is None and part.start == OPEN:
+        raise InputError(f"{part.label}: an ideal pair cannot start open; give normal=..., or leave start.")
+
+
+def check_distance(part: Any, curve: ClosedCurve, other: Any) -> None:
+    """Check gap and place of contact of a pair in the reference configuration."""
+    gap, place = distance(curve, other)
+    size = curve.size
+    if part.start == OPEN:
+        if gap < -OVERLAP * size:
+            raise ModelError(
+                f"{part.label}: the curves overlap by {-gap:.4g} m in the reference configuration. Move one of the "
+                'bodies, or give start="touching", which puts the second one onto the curve.'
+            )
+        return
+    if abs(gap) > FAR * size:
+        word = "are" if gap > 0.0 else "overlap by"
+        raise ModelError(
+            f"{part.label}: the curves {word} {abs(gap):.4g} m {'apart ' if gap > 0.0 else ''}in the reference "
+            f"configuration, beside a curve of {size:.4g} m. Curves are given in the reference configuration, in the "
+            'axes of the frame; move them or the bodies until they touch, or give normal=... and start="open".'
+        )
+    if isinstance(other, Line) and not -OVERLAP * size <= place <= other.length + OVERLAP * size:
+        raise ModelError(
+            f"{part.label}: in the reference configuration the curve touches the line {place:.4g} m from its start, "
+            f"beyond its ends at 0 and {other.length:.4g} m. Make the line longer."
+        )
+
+
+# A point of one body on a closed curve of another: knife edge, pin in a groove
+
+POINT = 1e-9
+"""Radius that stands for a point in checks of distances, over the size of the curve."""
+
+
+@dataclass(frozen=True)
+class PointOnCurve(Part):
+    """A point of the second body that stays on a closed curve of the first: knife edge, pin in a groove.
+
+    Signals, ideal: force (along the outward normal of the curve on the second body) [N], normal_speed (velocity
+    of the point along it) [m/s], power (of the force, given to the second body) [W]; with `friction` also
+    friction_force [N].  With `normal`: as of a contact (see `RevoluteClearance`).
+
+    Parameters
+    ----------
+    name : name of the pair.
+    first : the body with the curve.
+    curve : its curve, in the reference configuration.
+    second : the body with the point.
+    at : the point in the reference configuration [m].
+    normal : law of the normal force, for an edge that can lift off outwards; None: ideal, a pin in a groove.
+    friction : law of friction; None: none.
+    start : of a contact: "touching" or "open", see `CurveOnCurve`.
+
+    Raises
+    ------
+    InputError : no closed curve, a law of the wrong kind.
+    ModelError : a body with itself, a flexible body, a point far from the curve.
+
+    Notes
+    -----
+    The groove has no clearance.  A pin with clearance in a straight slot is `PinSlotClearance`.
+    """
+
+    first: Part
+    curve: ClosedCurve
+    second: Part
+    at: tuple[float, float]
+    _: KW_ONLY
+    normal: NormalLaw | None = None
+    friction: FrictionLaw | None = None
+    start: str = TOUCHING
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
+        check_pair(self)
+        if not isinstance(self.curve, ClosedCurve):
+            raise InputError(f"{self.label}: curve is {self.curve!r}; it must be a ClosedCurve.")
+
+    @property
+    def pin_radius(self) -> float:
+        """Least radius of curvature of the curve [m], beside which penetrations are judged."""
+        return 1.0 / self.curve.extreme_curvature()[1]
+
+    def contact_law(self) -> NormalLaw | None:
+        """Normal law; it needs a stiffness, since an edge has no radius."""
+        return self.normal
+
+    def validate(self, mechanism: Mechanism) -> None:
+        """Refuse a point far from the curve."""
+        super().validate(mechanism)
+        check_distance(self, self.curve, CircularCurve(self.at, POINT * self.curve.size))
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """One constraint equation or one contact."""
+        nodes, coordinates = carriers(mechanism, self)
+        p = (
+            TOLERANCE_LENGTH * self.curve.size,
+            *in_frame(nodes[1], self.at),
+            0.0,
+            *curve_numbers(self.curve, nodes[0]),
+        )
+        return ROLLER.contributions(self, coordinates, p)
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        """The curve."""
+        return [shape(self.first.name, carrier(mechanism, self.first.name, self.label), self.curve.drawing())]

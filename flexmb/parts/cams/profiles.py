@@ -1,0 +1,433 @@
+"""Profiles of cams, from lift laws of their followers.
+
+A jet is an array (orders, n) of derivatives 0, 1, 2, ... at n places, each divided by the factorial of its order.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from flexmb import arguments, checks
+from flexmb.display import Shown
+from flexmb.errors import InputError
+from flexmb.parts.cams.curves import ClosedCurve
+from flexmb.parts.cams.spans import hermite_spans, sampled
+
+# Truncated Taylor series in one variable: functions with their derivatives, multiplied and composed
+
+Jet = np.ndarray
+
+
+def from_derivatives(derivatives: np.ndarray) -> Jet:
+    """Jet of a function with these derivatives (orders, n)."""
+    return np.array([row / math.factorial(k) for k, row in enumerate(derivatives)])
+
+
+def derivatives_of(jet: Jet) -> np.ndarray:
+    """Derivatives (orders, n) of a jet."""
+    return np.array([row * math.factorial(k) for k, row in enumerate(jet)])
+
+
+def constant(value: float, like: Jet) -> Jet:
+    """Jet of a constant, of the shape of another jet."""
+    jet = np.zeros_like(like)
+    jet[0] = value
+    return jet
+
+
+def slope(jet: Jet) -> Jet:
+    """Jet of the derivative, one order shorter."""
+    return np.array([(k + 1) * jet[k + 1] for k in range(len(jet) - 1)])
+
+
+def times(a: Jet, b: Jet) -> Jet:
+    """Product, of the shorter order."""
+    orders = min(len(a), len(b))
+    return np.array([sum(a[i] * b[k - i] for i in range(k + 1)) for k in range(orders)])
+
+
+def cos_sin(jet: Jet) -> tuple[Jet, Jet]:
+    """Cosine and sine of a jet, by their differential equations."""
+    c, s = np.zeros_like(jet), np.zeros_like(jet)
+    c[0], s[0] = np.cos(jet[0]), np.sin(jet[0])
+    for k in range(1, len(jet)):
+        c[k] = -sum(i * jet[i] * s[k - i] for i in range(1, k + 1)) / k
+        s[k] = sum(i * jet[i] * c[k - i] for i in range(1, k + 1)) / k
+    return c, s
+
+
+def over(a: Jet, b: Jet) -> Jet:
+    """Quotient, of the shorter order."""
+    orders = min(len(a), len(b))
+    found = np.zeros((orders, *np.shape(a)[1:]))
+    for k in range(orders):
+        found[k] = (a[k] - sum(found[i] * b[k - i] for i in range(k))) / b[0]
+    return found
+
+
+def root(jet: Jet) -> Jet:
+    """Square root of a jet > 0."""
+    found = np.zeros_like(jet)
+    found[0] = np.sqrt(jet[0])
+    for k in range(1, len(jet)):
+        found[k] = (jet[k] - sum(found[i] * found[k - i] for i in range(1, k))) / (2.0 * found[0])
+    return found
+
+
+# Lift law of a follower over a turn of its cam
+
+ORDERS = 5
+"""Number of derivatives of a lift, from the lift itself on."""
+
+POLYNOMIALS = {"3-4-5": (0.0, 0.0, 0.0, 10.0, -15.0, 6.0), "4-5-6-7": (0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0)}
+"""Coefficients of the normalised laws x(u), from the constant on."""
+
+LAWS = ("cycloidal", *POLYNOMIALS, "harmonic")
+"""Names of the laws."""
+
+
+@dataclass(frozen=True)
+class Lift(arguments.Checked, Shown):
+    """Lift of a follower over the cam angle: stations, joined by a law of rise and fall.
+
+    Parameters
+    ----------
+    stations : (angle, lift) with increasing cam angles [rad] within a turn and lifts [m, or rad of an oscillating
+        follower]; equal lifts of neighbours are a dwell.  The last station is followed by the first one, a turn later.
+    law : "cycloidal", u - sin(2 pi u)/(2 pi); "3-4-5" or "4-5-6-7", polynomials with these powers; "harmonic",
+        (1 - cos(pi u))/2, whose acceleration jumps at dwells.
+
+    Raises
+    ------
+    InputError : fewer than two stations, angles that do not increase or span a turn, an unknown law.
+
+    Notes
+    -----
+    Source: R. L. Norton, Cam Design and Manufacturing Handbook, 2nd ed., Industrial Press 2009, ch. 2 and 3.
+
+    Examples
+    --------
+    >>> lift = Lift(((0.0, 0.0), (1.0, 0.01), (2.0, 0.01), (3.0, 0.0)), law="cycloidal")
+    >>> lift.at(0.5)[0]
+    0.005
+    """
+
+    stations: tuple[tuple[float, float], ...]
+    law: str = "cycloidal"
+
+    def __post_init__(self) -> None:
+        given = checks.sequence("Lift", "stations", self.stations, "pairs (angle, lift)")
+        stations = tuple(checks.point("Lift", f"stations[{k}]", s, "rad and m") for k, s in enumerate(given))
+        checks.one_of("Lift", "law", self.law, LAWS)
+        if len(stations) < 2:
+            raise InputError(f"Lift: {len(stations)} stations; give at least two, e.g. ((0.0, 0.0), (1.0, 0.01)).")
+        angles = [angle for angle, _ in stations]
+        for k, (before, after) in enumerate(pairwise([*angles, angles[0] + 2.0 * math.pi])):
+            if after <= before:
+                raise InputError(
+                    f"Lift: the angle of station {k} is {before:g} rad and that of the next one {after:g} rad; angles "
+                    "must increase and span less than a turn (2 pi) in all."
+                )
+        object.__setattr__(self, "stations", stations)
+
+    def intervals(self) -> list[tuple[float, float, float, float]]:
+        """Angles at both ends [rad] and lifts at both ends of each interval."""
+        (first, lift), turn = self.stations[0], 2.0 * math.pi
+        return [(a, b, s, e) for (a, s), (b, e) in pairwise([*self.stations, (first + turn, lift)])]
+
+    def at(self, angle: float) -> tuple[float, float, float]:
+        """Lift and two derivatives by the cam angle [m, m/rad, m/rad^2]."""
+        first = self.stations[0][0]
+        inside = first + (checks.number("Lift", "angle", angle, "rad") - first) % (2.0 * math.pi)
+        piece = next((p for p in self.intervals() if inside <= p[1]), self.intervals()[-1])
+        values = self.derivatives(piece, np.array([inside]))
+        return float(values[0, 0]), float(values[1, 0]), float(values[2, 0])
+
+    def derivatives(self, piece: Any, angles: np.ndarray) -> np.ndarray:
+        """Lift and its derivatives (ORDERS, n) at `angles` [rad] within an interval.
+
+        Parameters
+        ----------
+        piece : angles and lifts at both ends of the interval.
+        angles : (n,) cam angles [rad].
+        """
+        begin, end, low, high = piece
+        span = end - begin
+        found: np.ndarray = (high - low) * normalised(self.law, (angles - begin) / span)
+        found /= span ** np.arange(ORDERS)[:, None]
+        found[0] += low
+        return found
+
+
+def normalised(law: str, u: np.ndarray) -> np.ndarray:
+    """A law from 0 to 1 over u from 0 to 1, and its derivatives (ORDERS, n)."""
+    if law in POLYNOMIALS:
+        return np.array(
+            [
+                sum(c * math.perm(k, order) * u ** (k - order) for k, c in enumerate(POLYNOMIALS[law]) if k >= order)
+                for order in range(ORDERS)
+            ]
+        )
+    turn = math.pi if law == "harmonic" else 2.0 * math.pi
+    waves = [turn**order * np.sin(turn * u + 0.5 * math.pi * order) for order in range(ORDERS)]
+    if law == "harmonic":
+        cosines = [-0.5 * turn**order * np.sin(turn * u + 0.5 * math.pi * (order + 1)) for order in range(ORDERS)]
+        cosines[0] = cosines[0] + 0.5
+        return np.array(cosines)
+    found = [-wave / turn for wave in waves]
+    found[0] = found[0] + u
+    found[1] = found[1] + 1.0
+    return np.array(found)
+
+
+# Profiles of cams that give their followers a lift law
+
+ACCURACY = 1e-9
+"""Largest error of the second derivative of a profile by the cam angle, over its largest value."""
+
+FEWEST_SPANS, MOST_SPANS = 4, 256
+"""Numbers of spans of an interval of the lift law."""
+
+Pair = tuple[Jet, Jet]
+
+
+def flat_profile(
+    lift: Lift, base_radius: float, *, along: tuple[float, float] = (0.0, 1.0), at: tuple[float, float] = (0.0, 0.0)
+) -> ClosedCurve:
+    """Profile of a cam for a translating follower with a flat face across its motion.
+
+    Parameters
+    ----------
+    lift : lift over the angle by which the cam has turned counter-clockwise from the reference configuration [m].
+    base_radius : distance of the face from the axis at lift 0 [m], > 0.
+    along : direction of the motion of the follower.
+    at : axis of the cam in the reference configuration [m].
+
+    Returns
+    -------
+    ClosedCurve : the profile in the reference configuration; the second derivative of the lift is exact to 1e-9.
+
+    Raises
+    ------
+    InputError : undercut, named with its cam angle: base radius + lift + its second derivative must be > 0.
+
+    Notes
+    -----
+    With the distance h = base radius + lift of the face and its direction phi in the cam, the profile is h n + h' t.
+    Source: R. L. Norton, Cam Design and Manufacturing Handbook, 2nd ed., Industrial Press 2009, ch. 7.
+    """
+    base = checks.positive("flat_profile", "base_radius", base_radius, "m")
+    direction = math.atan2(*checks.direction("flat_profile", "along", along)[::-1])
+
+    def face(angle: Jet, s: Jet) -> tuple[Jet, Jet]:
+        return s + constant(base, s), constant(direction, angle) - angle
+
+    return _profile("flat_profile", lift, _envelope(face), at)
+
+
+def oscillating_flat_profile(
+    lift: Lift,
+    pivot: tuple[float, float],
+    *,
+    angle: float,
+    offset: float = 0.0,
+    at: tuple[float, float] = (0.0, 0.0),
+) -> ClosedCurve:
+    """Profile of a cam for a flat face that swings about a pivot.
+
+    Parameters
+    ----------
+    lift : swing of the face counter-clockwise [rad] over the angle by which the cam has turned counter-clockwise.
+    pivot : pivot in the reference configuration [m].
+    angle : direction of the outward normal of the cam at the face at lift 0 [rad].
+    offset : distance of the face from the pivot along this normal [m].
+    at : axis of the cam in the reference configuration [m].
+
+    Returns
+    -------
+    ClosedCurve : the profile in the reference configuration.
+
+    Raises
+    ------
+    InputError : undercut, named with its cam angle.
+    """
+    name = "oscillating_flat_profile"
+    axis, centre = checks.point(name, "pivot", pivot), checks.point(name, "at", at)
+    first, away = checks.number(name, "angle", angle, "rad"), checks.number(name, "offset", offset, "m")
+    x, y = axis[0] - centre[0], axis[1] - centre[1]
+
+    def face(turn: Jet, s: Jet) -> tuple[Jet, Jet]:
+        swung = s + constant(first, s)
+        c, d = cos_sin(swung)
+        return x * c + y * d + constant(away, s), swung - turn
+
+    return _profile(name, lift, _envelope(face), at)
+
+
+def roller_profile(
+    lift: Lift,
+    base_radius: float,
+    *,
+    roller: float,
+    along: tuple[float, float] = (0.0, 1.0),
+    offset: float = 0.0,
+    at: tuple[float, float] = (0.0, 0.0),
+) -> ClosedCurve:
+    """Profile of a cam for a translating roller follower, or a knife edge.
+
+    Parameters
+    ----------
+    lift : lift over the angle by which the cam has turned counter-clockwise from the reference configuration [m].
+    base_radius : radius of the cam at lift 0 [m], > 0.
+    roller : radius of the roller [m]; 0: a knife edge.
+    along : direction of the motion of the follower.
+    offset : distance of the path of the roller's centre from the axis, to the right of the motion [m].
+    at : axis of the cam in the reference configuration [m].
+
+    Returns
+    -------
+    ClosedCurve : the profile in the reference configuration.
+
+    Raises
+    ------
+    InputError : undercut, named with its cam angle; an offset that is not less than base radius + roller.
+
+    Notes
+    -----
+    The roller's centre moves on the pitch curve; the profile is its parallel at the distance of the roller's radius.
+    Source: R. L. Norton, Cam Design and Manufacturing Handbook, 2nd ed., Industrial Press 2009, ch. 7.
+    """
+    base = checks.positive("roller_profile", "base_radius", base_radius, "m")
+    radius = checks.not_negative("roller_profile", "roller", roller, "m")
+    side = checks.number("roller_profile", "offset", offset, "m")
+    if abs(side) >= base + radius:
+        raise InputError(
+            f"roller_profile: offset is {side:g} m; it must be less than base radius + roller, {base + radius:g} m."
+        )
+    dx, dy = checks.direction("roller_profile", "along", along)
+    ux, uy = dx / math.hypot(dx, dy), dy / math.hypot(dx, dy)
+    low = math.sqrt((base + radius) ** 2 - side**2)
+
+    def centre(angle: Jet, s: Jet) -> Pair:
+        far = s + constant(low, s)
+        return ux * far + constant(side * uy, s), uy * far - constant(side * ux, s)
+
+    return _profile("roller_profile", lift, _parallel(centre, radius), at)
+
+
+def oscillating_roller_profile(
+    lift: Lift,
+    pivot: tuple[float, float],
+    *,
+    arm: float,
+    angle: float,
+    roller: float,
+    at: tuple[float, float] = (0.0, 0.0),
+) -> ClosedCurve:
+    """Profile of a cam for a roller on an arm that swings about a pivot.
+
+    Parameters
+    ----------
+    lift : swing of the arm counter-clockwise [rad] over the angle by which the cam has turned counter-clockwise.
+    pivot : pivot in the reference configuration [m].
+    arm : distance of the roller's centre from the pivot [m], > 0.
+    angle : direction from the pivot to the roller at lift 0 [rad].
+    roller : radius of the roller [m]; 0: a knife edge.
+    at : axis of the cam in the reference configuration [m].
+
+    Returns
+    -------
+    ClosedCurve : the profile in the reference configuration.
+
+    Raises
+    ------
+    InputError : undercut, named with its cam angle.
+    """
+    name = "oscillating_roller_profile"
+    axis, origin = checks.point(name, "pivot", pivot), checks.point(name, "at", at)
+    length, first = checks.positive(name, "arm", arm, "m"), checks.number(name, "angle", angle, "rad")
+    radius = checks.not_negative(name, "roller", roller, "m")
+
+    def centre(turn: Jet, s: Jet) -> Pair:
+        c, d = cos_sin(s + constant(first, s))
+        return length * c + constant(axis[0] - origin[0], s), length * d + constant(axis[1] - origin[1], s)
+
+    return _profile(name, lift, _parallel(centre, radius), at)
+
+
+def _envelope(face: Callable[[Jet, Jet], Pair]) -> Callable[[Jet, Jet], tuple[Jet, Jet, np.ndarray]]:
+    """Envelope h n + (dh/dphi) t of faces at distance h and direction phi in the cam, and its radius of curvature."""
+
+    def curve(angle: Jet, s: Jet) -> tuple[Jet, Jet, np.ndarray]:
+        h, phi = face(angle, s)
+        c, d = cos_sin(phi)
+        across = over(slope(h), slope(phi))
+        bend = h[:-2] + over(slope(across), slope(phi))[: len(h) - 2]
+        return times(h, c)[:-1] - times(across, d), times(h, d)[:-1] + times(across, c), bend[0]
+
+    return curve
+
+
+def _parallel(centre: Callable[[Jet, Jet], Pair], radius: float) -> Callable[[Jet, Jet], tuple[Jet, Jet, np.ndarray]]:
+    """Parallel of the pitch curve at `radius` towards the axis; and how fast it goes, over the pitch curve."""
+
+    def curve(angle: Jet, s: Jet) -> tuple[Jet, Jet, np.ndarray]:
+        X, Y = centre(angle, s)
+        c, d = cos_sin(angle)
+        x, y = times(X, c) + times(Y, d), times(Y, c) - times(X, d)
+        dx, dy = slope(x), slope(y)  # clockwise, so the outward normal stands on the left
+        speed = root(times(dx, dx) + times(dy, dy))
+        px, py = x[:-1] + radius * over(dy, speed), y[:-1] - radius * over(dx, speed)
+        ahead = (slope(px)[0] * dx[0] + slope(py)[0] * dy[0]) / speed[0] ** 2
+        return px, py, ahead
+
+    return curve
+
+
+def _profile(name: str, lift: Lift, curve: Any, at: tuple[float, float]) -> ClosedCurve:
+    """The profile with as many spans as ACCURACY needs, or `InputError` for undercut.
+
+    The curve gives x, y and a number > 0 by the jets of cam angle and lift; `at` is the axis of the cam [m].
+    """
+    if not isinstance(lift, Lift):
+        raise InputError(f"{name}: lift is {lift!r}; it must be a Lift.")
+    x, y = checks.point(name, "at", at)
+    pieces = [_interval(name, lift, piece, curve) for piece in lift.intervals()]
+    spans = np.concatenate(pieces)
+    spans[:, :, 0] += (x, y)
+    return ClosedCurve(spans[:, :, 0], spans)
+
+
+def _interval(name: str, lift: Lift, piece: Any, curve: Any) -> np.ndarray:
+    """Spans (n, 2, 8) of the profile over an interval of the lift law."""
+
+    def derivatives(angles: np.ndarray) -> np.ndarray:
+        turn = np.zeros((5, len(angles)))
+        turn[0], turn[1] = angles, 1.0
+        px, py, sound = curve(turn, from_derivatives(lift.derivatives(piece, angles)))
+        if not np.all(sound > 0.0):
+            k = int(np.argmin(np.where(np.isnan(sound), -np.inf, sound)))
+            raise InputError(
+                f"{name}: undercut at the cam angle {angles[k]:.4f} rad ({math.degrees(angles[k]):.1f} degrees): the "
+                "profile would cross itself there. Make the base radius larger, the rise slower, or the roller smaller."
+            )
+        return np.stack([derivatives_of(px), derivatives_of(py)], axis=1)
+
+    count = FEWEST_SPANS
+    while True:
+        angles = np.linspace(piece[0], piece[1], count + 1)
+        steps = np.diff(angles)
+        at = derivatives(angles)
+        spans = hermite_spans(at[..., :-1], at[..., 1:], steps)
+        middle = derivatives(angles[:-1] + 0.5 * steps)[2].T
+        found = sampled(spans, 2, 2)[1::2] / steps[:, None] ** 2
+        error = np.abs(found - middle).max() / np.abs(middle).max()
+        if error <= ACCURACY or count >= MOST_SPANS:
+            return spans
+        count *= 2

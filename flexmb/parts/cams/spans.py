@@ -1,0 +1,332 @@
+"""Closed curves as numbers of kernels: spans of polynomials, boxes around them, closest points.
+
+A curve of n spans is a polynomial of degree 7 a span, x(u) and y(u) with u from 0 to 1, traversed counter-clockwise.
+Behind SPANS and BOXES stand the boxes, circles around groups of spans (centre on the curve, radius, first span, end),
+and behind these the coefficients: eight of x and eight of y, from the constant on.  A search passes the boxes, then the
+starts of the spans in the boxes that may hold the point, and ends with Newton's method to round-off.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from flexmb.kernels import compiled
+
+# Geometry of polygons and spans: areas, crossings, coefficients of spans, curvatures
+
+HERMITE = np.linalg.inv(
+    np.array(
+        [
+            [
+                (0.0 if power < order else math.perm(power, order) * (1.0 if end or power == order else 0.0))
+                for power in range(8)
+            ]
+            for end in (0, 1)
+            for order in range(4)
+        ]
+    )
+)
+"""Coefficients of the polynomial of degree 7 on [0, 1] by value and three derivatives at 0, then at 1."""
+
+CROSSING_BLOCK = 256
+"""Number of segments that are compared with all others at once."""
+
+
+def hermite_spans(starts: np.ndarray, ends: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """Spans (n, 2, 8) of a curve in the coordinates (x, y) by derivatives at both ends of each.
+
+    `starts` and `ends` (4, 2, n) are values and three derivatives of x and y by the parameter; `steps` (n,) are changes
+    of the parameter over each span.
+    """
+    factors = steps[None, :] ** np.arange(4)[:, None]
+    data = np.concatenate([starts * factors[:, None, :], ends * factors[:, None, :]])
+    coefficients: np.ndarray = np.einsum("ij,jan->nai", HERMITE, data)
+    return coefficients
+
+
+def sampled(spans: np.ndarray, samples: int, order: int = 0) -> np.ndarray:
+    """Points (n samples, 2) of spans, or derivatives by the parameter of each span, from the start of each on."""
+    u = np.arange(samples) / samples
+    powers = np.array([math.perm(k, order) * u ** max(0, k - order) * (k >= order) for k in range(8)])
+    found: np.ndarray = np.einsum("nai,iu->nua", spans, powers).reshape(-1, 2)
+    return found
+
+
+def reversed_spans(spans: np.ndarray) -> np.ndarray:
+    """Spans (n, 2, 8) of a curve traversed the other way."""
+    flip = np.array([[math.comb(j, i) * (-1.0) ** i for j in range(8)] for i in range(8)])
+    found: np.ndarray = np.einsum("ij,naj->nai", flip, spans)[::-1]
+    return found
+
+
+def area(points: np.ndarray) -> float:
+    """Area of a polygon (n, 2), > 0 for a counter-clockwise one."""
+    x, y = points.T
+    return 0.5 * float(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
+
+
+def crossing(points: np.ndarray) -> tuple[float, float] | None:
+    """A point where a closed polygon (n, 2) crosses itself, or None."""
+    n = len(points)
+    a, d = points, np.roll(points, -1, axis=0) - points
+    for begin in range(0, n, CROSSING_BLOCK):
+        i = np.arange(begin, min(n, begin + CROSSING_BLOCK))
+        between = a[None, :, :] - a[i, None, :]
+        det = d[i, None, 0] * d[None, :, 1] - d[i, None, 1] * d[None, :, 0]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            s = (between[..., 0] * d[None, :, 1] - between[..., 1] * d[None, :, 0]) / det
+            t = (between[..., 0] * d[i, None, 1] - between[..., 1] * d[i, None, 0]) / det
+        apart = (np.arange(n)[None, :] - i[:, None]) % n
+        hit = (s >= 0.0) & (s <= 1.0) & (t >= 0.0) & (t <= 1.0) & (apart > 1) & (apart < n - 1)
+        if np.any(hit):
+            row, column = (int(k[0]) for k in np.nonzero(hit))
+            x, y = a[i[row]] + s[row, column] * d[i[row]]
+            return float(x), float(y)
+    return None
+
+
+def meeting(one: np.ndarray, two: np.ndarray, tolerance: float) -> tuple[float, float] | None:
+    """A point where two closed polygons (n, 2), (m, 2) cross one another, or None.
+
+    Within the tolerance [m] from the ends of their sides they only touch.
+    """
+    d, e = np.roll(one, -1, axis=0) - one, np.roll(two, -1, axis=0) - two
+    between = two[None, :, :] - one[:, None, :]
+    det = d[:, None, 0] * e[None, :, 1] - d[:, None, 1] * e[None, :, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        s = (between[..., 0] * e[None, :, 1] - between[..., 1] * e[None, :, 0]) / det
+        t = (between[..., 0] * d[:, None, 1] - between[..., 1] * d[:, None, 0]) / det
+    first, second = tolerance / np.hypot(*d.T)[:, None], tolerance / np.hypot(*e.T)[None, :]
+    hit = (s > first) & (s < 1.0 - first) & (t > second) & (t < 1.0 - second)
+    if not np.any(hit):
+        return None
+    row, column = (int(k[0]) for k in np.nonzero(hit))
+    x, y = one[row] + s[row, column] * d[row]
+    return float(x), float(y)
+
+
+def curvatures(spans: np.ndarray, samples: int) -> tuple[np.ndarray, np.ndarray]:
+    """Points (n samples, 2) of spans and curvatures there [1/m], > 0 where the curve is convex."""
+    (dx, dy), (ddx, ddy) = sampled(spans, samples, 1).T, sampled(spans, samples, 2).T
+    return sampled(spans, samples), (dx * ddy - dy * ddx) / np.hypot(dx, dy) ** 3
+
+
+# Closed curves as numbers of kernels: spans of polynomials, boxes around them, closest points
+
+SPANS, BOXES, FIRST_BOX = range(3)
+"""Places at the begin of a curve: number of spans, number of boxes, first box."""
+
+BOX_X, BOX_Y, BOX_RADIUS, BOX_FIRST, BOX_END, BOX_SIZE = range(6)
+"""Places in a box, and its length."""
+
+C6, C7, SPAN_Y = range(6, 9)
+"""Places of the last two coefficients of x in a span, and of the first one of y."""
+
+SPAN_SIZE = 16
+"""Numbers of a span."""
+
+MOST_ITERATIONS = 40
+"""Largest number of Newton iterations."""
+
+LEAST_STEP = 1e-14
+"""Change of u below which a point is found [1]."""
+
+HALF_SPAN = 0.5
+"""Step of u [1] where the distance is not convex."""
+
+
+@compiled
+def horner(p, k, u):
+    """Polynomial of degree 7 with the coefficients p[k], ..., p[k + C7], and its two derivatives."""
+    value, slope, half_bend = p[k + C7], 0.0, 0.0
+    for i in range(C6, -1, -1):
+        half_bend = half_bend * u + slope
+        slope = slope * u + value
+        value = value * u + p[k + i]
+    return value, slope, 2.0 * half_bend
+
+
+@compiled
+def span_place(p, base, span):
+    """Place of the coefficients of a span."""
+    return base + FIRST_BOX + BOX_SIZE * int(p[base + BOXES]) + SPAN_SIZE * span
+
+
+@compiled
+def turned_on(p, base, span, u):
+    """Span and u of a step that may have left the span."""
+    n = int(p[base + SPANS])
+    if u < 0.0:
+        return (span + n - 1) % n, max(0.0, 1.0 + u)
+    if u > 1.0:
+        return (span + 1) % n, min(1.0, u - 1.0)
+    return span, u
+
+
+@compiled
+def newton_step(slope, bend):
+    """Step of u towards a minimum, by slope and second derivative of the function; half a span where it is concave."""
+    if bend > 0.0:
+        return max(-1.0, min(1.0, -slope / bend))
+    return -HALF_SPAN if slope > 0.0 else HALF_SPAN
+
+
+@compiled
+def moved(p, base, span, u, step):
+    """Span and u after a step; a step out of a span ends there first, since the next span goes on differently."""
+    if (u == 0.0 and step < 0.0) or (u == 1.0 and step > 0.0):
+        return turned_on(p, base, span, u + step)
+    return span, max(0.0, min(1.0, u + step))
+
+
+@compiled
+def frame_at(p, k, u):
+    """Point, unit tangent, curvature (> 0: convex) at u of the span with its coefficients at k."""
+    x, dx, ddx = horner(p, k, u)
+    y, dy, ddy = horner(p, k + SPAN_Y, u)
+    speed = math.sqrt(dx * dx + dy * dy)
+    return x, y, dx / speed, dy / speed, (dx * ddy - dy * ddx) / (speed * speed * speed)
+
+
+@compiled
+def nearest_start(p, base, X, Y):
+    """Span whose start is nearest to the point (X, Y)."""
+    boxes = int(p[base + BOXES])
+    bound = math.inf
+    for b in range(boxes):
+        k = base + FIRST_BOX + BOX_SIZE * b
+        away = math.sqrt((X - p[k + BOX_X]) ** 2 + (Y - p[k + BOX_Y]) ** 2)
+        bound = min(bound, away)
+    best, found = math.inf, 0
+    for b in range(boxes):
+        k = base + FIRST_BOX + BOX_SIZE * b
+        away = math.sqrt((X - p[k + BOX_X]) ** 2 + (Y - p[k + BOX_Y]) ** 2)
+        if away - p[k + BOX_RADIUS] > bound:
+            continue
+        for span in range(int(p[k + BOX_FIRST]), int(p[k + BOX_END])):
+            c = span_place(p, base, span)
+            square = (X - p[c]) ** 2 + (Y - p[c + SPAN_Y]) ** 2
+            if square < best:
+                best, found = square, span
+    return found
+
+
+@compiled
+def foot(p, base, X, Y):
+    """Point of the curve nearest to (X, Y), unit tangent and curvature there."""
+    span, u = nearest_start(p, base, X, Y), 0.0
+    for _ in range(MOST_ITERATIONS):
+        k = span_place(p, base, span)
+        x, dx, ddx = horner(p, k, u)
+        y, dy, ddy = horner(p, k + SPAN_Y, u)
+        slope = (x - X) * dx + (y - Y) * dy
+        bend = dx * dx + dy * dy + (x - X) * ddx + (y - Y) * ddy
+        step = newton_step(slope, bend)
+        span, u = moved(p, base, span, u, step)
+        if abs(step) <= LEAST_STEP:
+            break
+    return frame_at(p, span_place(p, base, span), u)
+
+
+@compiled
+def farthest_start(p, base, mx, my):
+    """Span whose start lies farthest along the direction (mx, my)."""
+    boxes = int(p[base + BOXES])
+    bound = -math.inf
+    for b in range(boxes):
+        k = base + FIRST_BOX + BOX_SIZE * b
+        bound = max(bound, mx * p[k + BOX_X] + my * p[k + BOX_Y])
+    best, found = -math.inf, 0
+    for b in range(boxes):
+        k = base + FIRST_BOX + BOX_SIZE * b
+        if mx * p[k + BOX_X] + my * p[k + BOX_Y] + p[k + BOX_RADIUS] < bound:
+            continue
+        for span in range(int(p[k + BOX_FIRST]), int(p[k + BOX_END])):
+            c = span_place(p, base, span)
+            far = mx * p[c] + my * p[c + SPAN_Y]
+            if far > best:
+                best, found = far, span
+    return found
+
+
+@compiled
+def support(p, base, mx, my):
+    """Point of the curve farthest along the unit vector (mx, my), unit tangent and curvature there."""
+    span, u = farthest_start(p, base, mx, my), 0.0
+    for _ in range(MOST_ITERATIONS):
+        k = span_place(p, base, span)
+        _, dx, ddx = horner(p, k, u)
+        _, dy, ddy = horner(p, k + SPAN_Y, u)
+        step = newton_step(-mx * dx - my * dy, -mx * ddx - my * ddy)
+        span, u = moved(p, base, span, u, step)
+        if abs(step) <= LEAST_STEP:
+            break
+    return frame_at(p, span_place(p, base, span), u)
+
+
+@compiled
+def nearest_starts(p, one, other, c, s, X, Y):
+    """Spans of two curves whose starts are nearest to each other; the frame of `other` at (X, Y), turned by (c, s)."""
+    best = math.inf  # square of the least distance of the middles of boxes, which are points of the curves
+    for b in range(int(p[other + BOXES])):
+        k = other + FIRST_BOX + BOX_SIZE * b
+        x, y = X + c * p[k + BOX_X] - s * p[k + BOX_Y], Y + s * p[k + BOX_X] + c * p[k + BOX_Y]
+        for a in range(int(p[one + BOXES])):
+            j = one + FIRST_BOX + BOX_SIZE * a
+            best = min(best, (x - p[j + BOX_X]) ** 2 + (y - p[j + BOX_Y]) ** 2)
+    first, second, near = 0, 0, math.sqrt(best)
+    for b in range(int(p[other + BOXES])):
+        k = other + FIRST_BOX + BOX_SIZE * b
+        x, y = X + c * p[k + BOX_X] - s * p[k + BOX_Y], Y + s * p[k + BOX_X] + c * p[k + BOX_Y]
+        for a in range(int(p[one + BOXES])):
+            j = one + FIRST_BOX + BOX_SIZE * a
+            reach = p[j + BOX_RADIUS] + p[k + BOX_RADIUS] + near
+            if (x - p[j + BOX_X]) ** 2 + (y - p[j + BOX_Y]) ** 2 > reach * reach:
+                continue
+            for span in range(int(p[k + BOX_FIRST]), int(p[k + BOX_END])):
+                d = span_place(p, other, span)
+                px, py = X + c * p[d] - s * p[d + SPAN_Y], Y + s * p[d] + c * p[d + SPAN_Y]
+                away = p[j + BOX_RADIUS] + near
+                if (px - p[j + BOX_X]) ** 2 + (py - p[j + BOX_Y]) ** 2 > away * away:
+                    continue
+                for mine in range(int(p[j + BOX_FIRST]), int(p[j + BOX_END])):
+                    e = span_place(p, one, mine)
+                    square = (px - p[e]) ** 2 + (py - p[e + SPAN_Y]) ** 2
+                    if square <= best:
+                        best, first, second, near = square, mine, span, math.sqrt(square)
+    return first, second
+
+
+@compiled
+def common_normal(p, one, other, c, s, X, Y):
+    """Points of two curves on a common normal: both points, tangent of the first curve, both curvatures.
+
+    All in the frame of the first curve, see `nearest_starts`.
+    """
+    first, second = nearest_starts(p, one, other, c, s, X, Y)
+    u, w = 0.0, 0.0
+    for _ in range(MOST_ITERATIONS):
+        k, m = span_place(p, one, first), span_place(p, other, second)
+        x, dx, ddx = horner(p, k, u)
+        y, dy, ddy = horner(p, k + SPAN_Y, u)
+        a, da, dda = horner(p, m, w)
+        b, db, ddb = horner(p, m + SPAN_Y, w)
+        ex, ey = X + c * a - s * b - x, Y + s * a + c * b - y
+        fx, fy, ffx, ffy = c * da - s * db, s * da + c * db, c * dda - s * ddb, s * dda + c * ddb
+        along, across = ex * dx + ey * dy, dx * fy - dy * fx
+        along_u, along_w = ex * ddx + ey * ddy - dx * dx - dy * dy, fx * dx + fy * dy
+        across_u, across_w = ddx * fy - ddy * fx, dx * ffy - dy * ffx
+        det = along_u * across_w - along_w * across_u
+        du, dw = 0.0, 0.0
+        if det != 0.0:
+            du = max(-1.0, min(1.0, (along_w * across - across_w * along) / det))
+            dw = max(-1.0, min(1.0, (across_u * along - along_u * across) / det))
+        first, u = turned_on(p, one, first, u + du)
+        second, w = turned_on(p, other, second, w + dw)
+        if abs(du) <= LEAST_STEP and abs(dw) <= LEAST_STEP:
+            break
+    x, y, tx, ty, bend = frame_at(p, span_place(p, one, first), u)
+    a, b, _, _, other_bend = frame_at(p, span_place(p, other, second), w)
+    return x, y, X + c * a - s * b, Y + s * a + c * b, tx, ty, bend, other_bend

@@ -1,0 +1,575 @@
+"""Friction laws, one class each."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from flexmb import checks
+from flexmb.errors import InputError
+from flexmb.kernels import friction_law
+from flexmb.model.law import FrictionLaw
+
+# Slip speed at which a friction law balances a load
+
+SCANNED = 4000
+"""Number of speeds at which a law is evaluated before bisection finds its balance with the load to round-off."""
+
+
+def load_ratio(owner: str, value: object) -> float:
+    """`value` as a load relative to mu_s N, >= 0; `owner` names the law in messages."""
+    return checks.not_negative(owner, "load_ratio", value)
+
+
+def static_not_below_kinetic(owner: str, static: float, kinetic: float) -> None:
+    """Refuse a `static` coefficient below the `kinetic` one, and negative ones; `owner` names the law."""
+    checks.not_negative(owner, "kinetic", kinetic)
+    checks.not_negative(owner, "static", static)
+    if static < kinetic:
+        raise InputError(
+            f"{owner}: static is {static:g}; it must be >= kinetic = {kinetic:g}. Did you exchange the two?"
+        )
+
+
+def first_balance(law: FrictionLaw, wanted: float, fastest: float) -> float:
+    """The smallest slip speed [m/s], up to `fastest`, at which a law without history gives `wanted` N; else inf."""
+
+    def balance(speed: float) -> float:
+        force, _, _ = law.kernel.python(law.parameters(), 0.0, speed, 1.0, (), ())
+        return float(-force - wanted)
+
+    if wanted <= 0.0:
+        return 0.0
+    low = 0.0
+    for k in range(1, SCANNED + 1):
+        high = fastest * k / SCANNED
+        if balance(high) >= 0.0:
+            return _halved(balance, low, high)
+        low = high
+    return math.inf
+
+
+def _halved(balance: Callable[[float], float], low: float, high: float) -> float:
+    """Slip speed between `low` and `high` at which `balance` changes its sign."""
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        if middle in (low, high):
+            break
+        if balance(middle) >= 0.0:
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+# Contact without friction
+
+
+@friction_law
+def frictionless_kernel(p, h, slip, N, z, z_new):
+    """T = 0."""
+    return 0.0, 0.0, 0.0
+
+
+@dataclass(frozen=True)
+class Frictionless(FrictionLaw):
+    """Surfaces without friction."""
+
+    kernel = frictionless_kernel
+
+    def creep_speed(self, load_ratio: float) -> float:
+        """Slip speed [m/s] that balances a tangential load of `load_ratio` times nothing: 0 at rest, inf above."""
+        return math.inf if load_ratio("Frictionless", load_ratio) > 0.0 else 0.0
+
+
+# Modified Coulomb friction of Ambrosio
+
+
+@friction_law
+def modified_coulomb_kernel(p, h, slip, N, z, z_new):
+    """T = -mu cd N sign(slip); cd rises from 0 at |slip| = v0 to 1 at v1."""
+    mu, v0, v1 = p
+    speed = abs(slip)
+    if speed <= v0:
+        return 0.0, 0.0, 0.0
+    sign = 1.0 if slip > 0.0 else -1.0
+    if speed >= v1:
+        return -mu * N * sign, 0.0, -mu * sign
+    cd = (speed - v0) / (v1 - v0)
+    return -mu * cd * N * sign, -mu * N / (v1 - v0), -mu * cd * sign
+
+
+@dataclass(frozen=True)
+class ModifiedCoulomb(FrictionLaw):
+    """Coulomb friction that rises from nothing at the slip speed v0 to mu N at v1.
+
+    Equation (5.13) of docs/theory/contact.md.
+
+    Parameters
+    ----------
+    coefficient : mu >= 0.
+    v0, v1 : slip speeds [m/s], 0 <= v0 < v1.
+
+    Raises
+    ------
+    InputError : a negative coefficient, v0 >= v1.
+
+    Notes
+    -----
+    There is no force below v0, so nothing sticks: under a tangential load of r mu N, 0 < r <= 1, the contact creeps at
+    v0 + r (v1 - v0).
+    Source: J. Ambrosio, in W. Schiehlen (ed.), Virtual Nonlinear Multibody Systems, Kluwer 2003, 57-81;
+    equations (7)-(8) of Chen et al., Nonlinear Dynamics (2018).
+    """
+
+    coefficient: float
+    v0: float = 1e-4
+    v1: float = 1e-3
+
+    kernel = modified_coulomb_kernel
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        checks.not_negative("ModifiedCoulomb", "coefficient", self.coefficient)
+        checks.not_negative("ModifiedCoulomb", "v0", self.v0, "m/s")
+        if self.v1 <= self.v0:
+            raise InputError(f"ModifiedCoulomb: v1 is {self.v1:g} m/s; it must be > v0 = {self.v0:g} m/s.")
+
+    def creep_speed(self, load_ratio: float) -> float:
+        """Slip speed [m/s] that balances the tangential load `load_ratio` mu N; inf where no speed does."""
+        r = load_ratio("ModifiedCoulomb", load_ratio)
+        if r == 0.0:
+            return 0.0
+        return self.v0 + r * (self.v1 - self.v0) if r <= 1.0 else math.inf
+
+
+# Coulomb friction smoothed by a hyperbolic tangent
+
+
+@friction_law
+def smooth_coulomb_kernel(p, h, slip, N, z, z_new):
+    """T = -mu N tanh(slip / v0)."""
+    mu, v0 = p
+    return -mu * N * math.tanh(slip / v0)
+
+
+@dataclass(frozen=True)
+class SmoothCoulomb(FrictionLaw):
+    """Coulomb friction without a corner, T = -mu N tanh(slip/v0).
+
+    Parameters
+    ----------
+    coefficient : mu >= 0.
+    v0 : slip speed at which 76 % of mu N are reached [m/s], > 0.
+
+    Raises
+    ------
+    InputError : a negative coefficient, v0 <= 0.
+
+    Notes
+    -----
+    Nothing sticks: under a tangential load of r mu N, r < 1, the contact creeps at v0 artanh(r).  For sliding, and
+    where slow creep does not matter; not for stick-slip, since static and kinetic friction are the same.
+    Source: the family of smooth Coulomb laws in F. Marques, P. Flores, J. C. Pimenta Claro,
+    H. M. Lankarani, A survey and comparison of several friction force models for dynamic analysis of multibody
+    mechanical systems, Nonlinear Dynamics 86 (2016) 1407-1443.
+    """
+
+    coefficient: float
+    v0: float = 1e-3
+
+    kernel = smooth_coulomb_kernel
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        checks.not_negative("SmoothCoulomb", "coefficient", self.coefficient)
+        checks.positive("SmoothCoulomb", "v0", self.v0, "m/s")
+
+    def creep_speed(self, load_ratio: float) -> float:
+        """Slip speed [m/s] that balances the tangential load `load_ratio` mu N; inf where no speed does."""
+        r = load_ratio("SmoothCoulomb", load_ratio)
+        return self.v0 * math.atanh(r) if r < 1.0 else math.inf
+
+
+# Stribeck friction, smoothed at rest
+
+
+@friction_law
+def stribeck_kernel(p, h, slip, N, z, z_new):
+    """T = -N [(mu_k + (mu_s - mu_k) exp(-|slip/vs|^n)) tanh(slip/v0) + c slip]."""
+    mu_s, mu_k, vs, v0, n, c = p
+    s = abs(slip) / vs
+    power = s**n
+    fall = (mu_s - mu_k) * math.exp(-power)
+    c0 = math.tanh(slip / v0)
+    mu = (mu_k + fall) * c0 + c * slip
+    by_speed = -n * fall * (power / s if s > 0.0 else 0.0) / vs
+    slope = by_speed * abs(c0) + (mu_k + fall) * (1.0 - c0 * c0) / v0 + c
+    return -mu * N, -slope * N, -mu
+
+
+@dataclass(frozen=True)
+class Stribeck(FrictionLaw):
+    """Friction that falls from static to kinetic with the slip speed, and may rise again.
+
+    T = -N {[mu_k + (mu_s - mu_k) exp(-|slip/v_s|^n)] tanh(slip/v0) + c slip}.
+
+    Equation (5.14) of docs/theory/contact.md.
+
+    Parameters
+    ----------
+    static : mu_s >= mu_k.
+    kinetic : mu_k >= 0.
+    stribeck_speed : v_s, slip speed of the fall [m/s], > 0.
+    v0 : slip speed of the rise from rest [m/s], 0 < v0 < stribeck_speed.
+    exponent : n >= 1; 2 gives a bell, 1 an exponential.
+    viscous : c >= 0 [s/m], of the part that rises with the slip; in proportion to N, so it ends with the contact.
+
+    Raises
+    ------
+    InputError : a negative coefficient, static < kinetic, a speed <= 0, v0 >= stribeck_speed, exponent < 1.
+
+    Notes
+    -----
+    Nothing sticks: the contact creeps under load at the speed that `creep_speed` finds, v0 artanh(r) when v0 << v_s.
+    The largest force stays below mu_s N, by (v0/v_s)^n and more: choose v0 ten times below v_s.
+    Source: L. C. Bo, D. Pavelescu, The friction-speed relation and its influence on the critical velocity of
+    stick-slip motion, Wear 82 (1982) 277-289, for the curve; B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, A
+    survey of models, analysis tools and compensation methods for the control of machines with friction, Automatica 30
+    (1994) 1083-1138; tanh for the sign as in S. Andersson, A. Soderberg, S. Bjorklund, Tribology International 40
+    (2007) 580-587.
+    """
+
+    static: float
+    kinetic: float
+    stribeck_speed: float = 1e-2
+    v0: float = 1e-3
+    exponent: float = 2.0
+    viscous: float = 0.0
+
+    kernel = stribeck_kernel
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        static_not_below_kinetic("Stribeck", self.static, self.kinetic)
+        checks.positive("Stribeck", "stribeck_speed", self.stribeck_speed, "m/s")
+        checks.positive("Stribeck", "v0", self.v0, "m/s")
+        checks.between(
+            "Stribeck", "v0", self.v0, 0.0, math.nextafter(self.stribeck_speed, 0.0), "m/s",
+            "Friction must rise faster than it falls; choose v0 ten times below stribeck_speed.",
+        )  # fmt: skip
+        checks.not_negative("Stribeck", "viscous", self.viscous, "s/m")
+        if self.exponent < 1.0:
+            raise InputError(f"Stribeck: exponent is {self.exponent:g}; it must be >= 1, or the slope has no bound.")
+
+    def creep_speed(self, load_ratio: float) -> float:
+        """Slip speed [m/s] that balances the tangential load `load_ratio` mu_s N; inf where no speed of creep does."""
+        r = load_ratio("Stribeck", load_ratio)
+        return first_balance(self, r * self.static, 3.0 * self.stribeck_speed)
+
+
+# Friction law of Bengisu and Akay
+
+
+@friction_law
+def bengisu_akay_kernel(p, h, slip, N, z, z_new):
+    """|T| = N mu(|slip|): a parabola up to (v0, mu_s), then an exponential down to mu_k."""
+    mu_s, mu_k, v0, xi = p
+    v = abs(slip)
+    if v <= v0:
+        left = 1.0 - v / v0
+        mu = mu_s * (1.0 - left * left)
+        slope = 2.0 * mu_s * left / v0
+    else:
+        fall = (mu_s - mu_k) * math.exp(-xi * (v - v0))
+        mu = mu_k + fall
+        slope = -xi * fall
+    signed = math.copysign(mu, slip)
+    return -signed * N, -slope * N, -signed
+
+
+@dataclass(frozen=True)
+class BengisuAkay(FrictionLaw):
+    """Static friction reached on a parabola at v0, falling to kinetic friction exponentially.
+
+    |T| / N = mu_s [1 - (|slip|/v0 - 1)^2] up to v0, mu_k + (mu_s - mu_k) exp(-xi (|slip| - v0)) beyond.
+
+    Parameters
+    ----------
+    static : mu_s >= mu_k.
+    kinetic : mu_k >= 0.
+    v0 : slip speed at which mu_s is reached [m/s], > 0.
+    decay : xi [s/m], > 0, rate of the fall from mu_s to mu_k.
+
+    Raises
+    ------
+    InputError : a negative coefficient, static < kinetic, v0 or decay <= 0.
+
+    Notes
+    -----
+    Nothing sticks: under a tangential load of r mu_s N, r <= 1, the contact creeps at v0 [1 - sqrt(1 - r)].
+    The falling branch is a negative damping that drives stick-slip; steps must stay below 2 m / [xi (mu_s - mu_k) N]
+    where a mass m passes through it, or a step has more than one solution.
+    Source: M. T. Bengisu, A. Akay, Stability of friction-induced vibrations in multi-degree-of-freedom systems, Journal
+    of Sound and Vibration 171 (1994) 557-570; F. Marques et al., Nonlinear Dynamics 86 (2016) 1407-1443.
+    """
+
+    static: float
+    kinetic: float
+    v0: float = 1e-3
+    decay: float = 1e3
+
+    kernel = bengisu_akay_kernel
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        static_not_below_kinetic("BengisuAkay", self.static, self.kinetic)
+        checks.positive("BengisuAkay", "v0", self.v0, "m/s")
+        checks.positive("BengisuAkay", "decay", self.decay, "s/m")
+
+    def creep_speed(self, load_ratio: float) -> float:
+        """Slip speed [m/s] that balances the tangential load `load_ratio` mu_s N; inf where no speed does."""
+        r = load_ratio("BengisuAkay", load_ratio)
+        return self.v0 * (1.0 - math.sqrt(1.0 - r)) if r <= 1.0 else math.inf
+
+
+# Friction law of Brown and McPhee
+
+
+@friction_law
+def brown_mcphee_kernel(p, h, slip, N, z, z_new):
+    """T = -N [mu_k tanh(4 s) + (mu_s - mu_k) s / (s^2/4 + 3/4)^2] - c slip tanh(4 N/N_t), s = slip/v_t."""
+    mu_s, mu_k, vt, c, Nt = p
+    s = slip / vt
+    rise = math.tanh(4.0 * s)
+    bowl = 0.25 * s * s + 0.75
+    mu = mu_k * rise + (mu_s - mu_k) * s / (bowl * bowl)
+    slope = 4.0 * mu_k * (1.0 - rise * rise) + (mu_s - mu_k) * (bowl - s * s) / (bowl * bowl * bowl)
+    wet = math.tanh(4.0 * N / Nt)
+    return -mu * N - c * slip * wet, -slope * N / vt - c * wet, -mu - 4.0 * c * slip * (1.0 - wet * wet) / Nt
+
+
+@dataclass(frozen=True)
+class BrownMcPhee(FrictionLaw):
+    """Static, kinetic and viscous friction in one smooth curve of the slip speed.
+
+    T = -N {mu_k tanh(4 s) + (mu_s - mu_k) s / [(s/2)^2 + 3/4]^2} - c slip tanh(4 N/N_t) with s = slip/v_t.
+
+    Parameters
+    ----------
+    static : mu_s >= mu_k.
+    kinetic : mu_k >= 0.
+    transition_speed : v_t, slip speed of the largest friction [m/s], > 0.
+    viscous : c >= 0 [N s/m].
+    transition_load : N_t, normal force above which the viscous part acts in full [N], > 0.
+
+    Raises
+    ------
+    InputError : a negative coefficient, static < kinetic, a speed or load <= 0.
+
+    Notes
+    -----
+    All derivatives are continuous.  Nothing sticks: the contact creeps under load at the speed that `creep_speed`
+    finds, which is of the order of v_t/4 and nears v_t at full load.  At v_t friction is (mu_s - 7e-4 mu_k) N, nearly
+    its peak.
+    Source: P. Brown, J. McPhee, A continuous velocity-based friction model for dynamics and control with physically
+    meaningful parameters, Journal of Computational and Nonlinear Dynamics 11 (2016) 054502.
+    """
+
+    static: float
+    kinetic: float
+    transition_speed: float = 1e-3
+    viscous: float = 0.0
+    transition_load: float = 1.0
+
+    kernel = brown_mcphee_kernel
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        static_not_below_kinetic("BrownMcPhee", self.static, self.kinetic)
+        checks.positive("BrownMcPhee", "transition_speed", self.transition_speed, "m/s")
+        checks.not_negative("BrownMcPhee", "viscous", self.viscous, "N s/m")
+        checks.positive("BrownMcPhee", "transition_load", self.transition_load, "N")
+
+    def creep_speed(self, load_ratio: float) -> float:
+        """Slip speed [m/s] that balances the dry load `load_ratio` mu_s N; inf where no speed of creep does."""
+        r = load_ratio("BrownMcPhee", load_ratio)
+        dry = BrownMcPhee(self.static, self.kinetic, self.transition_speed)
+        return first_balance(dry, r * self.static, 3.0 * self.transition_speed)
+
+
+# Friction law of Threlfall
+
+
+@friction_law
+def threlfall_kernel(p, h, slip, N, z, z_new):
+    """T = -mu N (1 - exp(-3 |slip| / v0)) sign(slip)."""
+    mu, v0 = p
+    short = -math.expm1(-3.0 * abs(slip) / v0)
+    c = math.copysign(short, slip)
+    return -mu * N * c, -3.0 * mu * N * (1.0 - short) / v0, -mu * c
+
+
+@dataclass(frozen=True)
+class Threlfall(FrictionLaw):
+    """Coulomb friction that rises exponentially with the slip speed, T = -mu N (1 - exp(-3 |slip|/v0)) sign(slip).
+
+    Parameters
+    ----------
+    coefficient : mu >= 0.
+    v0 : slip speed at which 95 % of mu N are reached [m/s], > 0.
+
+    Raises
+    ------
+    InputError : a negative coefficient, v0 <= 0.
+
+    Notes
+    -----
+    Nothing sticks: under a tangential load of r mu N, r < 1, the contact creeps at -(v0/3) ln(1 - r).  The slope is
+    continuous through zero slip, its derivative is not.  The surveys hold the force at 0.95 mu N above v0; here the
+    exponential goes on to mu N, without a corner.
+    Source: D. C. Threlfall, The inclusion of Coulomb friction in mechanisms programs with particular reference to DRAM,
+    Mechanism and Machine Theory 13 (1978) 475-483; F. Marques et al., Nonlinear Dynamics 86 (2016) 1407-1443.
+    """
+
+    coefficient: float
+    v0: float = 1e-3
+
+    kernel = threlfall_kernel
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        checks.not_negative("Threlfall", "coefficient", self.coefficient)
+        checks.positive("Threlfall", "v0", self.v0, "m/s")
+
+    def creep_speed(self, load_ratio: float) -> float:
+        """Slip speed [m/s] that balances the tangential load `load_ratio` mu N; inf where no speed does."""
+        r = load_ratio("Threlfall", load_ratio)
+        return -self.v0 / 3.0 * math.log1p(-r) if r < 1.0 else math.inf
+
+
+# LuGre friction: elastic bristles
+
+PASSIVE = 4.0 * math.sqrt(2.0 * math.e)
+"""Largest damping sigma_1 v_s/mu_k [1] of passive bristles: sigma_1(v) v is largest at v_s/sqrt(2), with the value
+sigma_1 v_s/sqrt(2 e), and must not exceed 4 mu_k."""
+
+(DEFLECTION,) = range(1)
+"""Place in the history: bristle deflection [m]."""
+
+
+@friction_law
+def lugre_kernel(p, h, slip, N, z, z_new):
+    """z' = slip - sigma0 |slip| z/(g N), T = -[sigma0 z + N (sigma1(slip) z' + sigma2 slip)]; implicit in z.
+
+    From z_new = z + h (slip - sigma0 |slip| z_new/(g N)) follows z_new = (z + h slip) g N/(g N + h sigma0 |slip|).
+    Quotients are formed so that each stays finite however small N is.
+
+    Equations (5.15) and (5.16) of docs/theory/contact.md.
+    """
+    mu_s, mu_k, vs, sigma0, sigma1, sigma2 = p
+    if N < 1e-200:
+        z_new[DEFLECTION] = 0.0
+        return 0.0, 0.0, 0.0
+    bell = math.exp(-((slip / vs) ** 2))
+    g = mu_k + (mu_s - mu_k) * bell
+    g_v = -2.0 * (mu_s - mu_k) * bell * slip / (vs * vs)  # _v: by slip, _N: by N
+    most = mu_s / sigma0  # times N: largest deflection; a falling load releases the bristles
+    old, old_N = z[DEFLECTION], 0.0
+    if abs(old) > most * N:
+        old_N = math.copysign(most, old)
+        old = old_N * N
+    pull = math.copysign(sigma0, slip)
+    whole = g * N + h * pull * slip
+    kept, load = g * N / whole, N / whole
+    c = (old + h * slip) / whole
+    c_v = (h * g - (old + h * slip) * g_v - h * pull * (old / N)) * load * load  # N dc/dslip
+    new = c * g * N
+    new_v = h * kept + c * (g_v * N * (1.0 - kept) - kept * h * pull)
+    new_N = old_N * kept + c * g * (1.0 - kept)
+    rate = slip - pull * slip * c
+    rate_v = N * (1.0 - pull * c) - pull * slip * c_v  # N d(rate)/dslip
+    rate_N = -pull * slip * (old_N - c * g) * load  # N d(rate)/dN
+    damping = sigma1 * bell
+    damping_v = -2.0 * damping * slip / (vs * vs)
+    inner = damping * rate + sigma2 * slip
+    z_new[DEFLECTION] = new
+    return (
+        -(sigma0 * new + N * inner),
+        -(sigma0 * new_v + N * (damping_v * rate + sigma2) + damping * rate_v),
+        -(sigma0 * new_N + inner + damping * rate_N),
+    )
+
+
+@dataclass(frozen=True)
+class LuGre(FrictionLaw):
+    """Friction of surfaces with elastic bristles: stiction, break-away and sliding.
+
+    z' = slip - sigma_0 |slip| z / (g N),  g = mu_k + (mu_s - mu_k) exp(-(slip/v_s)^2),
+    T = -[sigma_0 z + N (sigma_1 exp(-(slip/v_s)^2) z' + sigma_2 slip)],
+    z [m] is the deflection of the bristles and the history of the law.
+
+    Equations (5.15) and (5.17) of docs/theory/contact.md.
+
+    Parameters
+    ----------
+    static : mu_s >= mu_k.
+    kinetic : mu_k > 0.
+    stribeck_speed : v_s, slip speed of the fall from static to kinetic friction [m/s], > 0.
+    stiffness : sigma_0 of all bristles together [N/m], > 0.
+    damping : sigma_1 of the bristles for each newton of load [s/m]; 0 <= sigma_1 <= 9.33 mu_k / v_s.
+    viscous : sigma_2 for each newton of load [s/m], >= 0.
+
+    Raises
+    ------
+    InputError : a negative number, static < kinetic, kinetic, speed or stiffness not > 0, damping above its limit.
+
+    Notes
+    -----
+    Stiction: below mu_s N the surfaces shift by load/stiffness and do not creep.  As in all first-order bristle laws a
+    load that oscillates below mu_s N makes the contact drift.  A load that grows at a rate f causes an early
+    break-away, at about mu_s N (1 - f / (sigma_0 v_s)).  The equation of z is solved implicitly within the step, in
+    closed form, so the stiffness sets no limit to the step; bristles shorter than a step are found quasi-statically.  A
+    mass m vibrates on its bristles with sqrt(stiffness/m), damped critically with N sigma_1 = 2 sqrt(stiffness m).
+    Keep sigma_1 v_s well below mu_k: else T falls steeply while damping fades, and a step may have several solutions.
+    The law never produces energy, for any step and any change of N: T slip <= -d(sigma_0 z^2 / 2)/dt.  Three properties
+    ensure this.  The stiffness is absolute [N/m] as in the source below: a stiffness proportional to N would store
+    energy that a growing load multiplies.  Bristles longer than mu_s N / sigma_0 are released as N falls.  The damping
+    fades with the slip and has a limit.
+    Source: C. Canudas de Wit, H. Olsson, K. J. Astrom, P. Lischinsky, A new model for control of systems with friction,
+    IEEE Transactions on Automatic Control 40 (1995) 419-425, equations for z, F and g; the fading of sigma_1 from
+    K. J. Astrom, C. Canudas de Wit, Revisiting the LuGre friction model, IEEE Control Systems Magazine 28 (2008)
+    101-114.
+    """
+
+    static: float
+    kinetic: float
+    stribeck_speed: float = 1e-2
+    stiffness: float = 1e6
+    damping: float = 0.0
+    viscous: float = 0.0
+
+    kernel = lugre_kernel
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        static_not_below_kinetic("LuGre", self.static, self.kinetic)
+        hint = "For surfaces without friction use Frictionless()."
+        checks.positive("LuGre", "kinetic", self.kinetic, hint=hint)
+        checks.positive("LuGre", "stribeck_speed", self.stribeck_speed, "m/s")
+        checks.positive("LuGre", "stiffness", self.stiffness, "N/m")
+        checks.not_negative("LuGre", "damping", self.damping, "s/m")
+        checks.not_negative("LuGre", "viscous", self.viscous, "s/m")
+        most = PASSIVE * self.kinetic / self.stribeck_speed
+        if self.damping > most:
+            raise InputError(
+                f"LuGre: damping is {self.damping:g} s/m; it must be <= 9.33 kinetic/stribeck_speed = {most:g} s/m, or "
+                "the bristles could produce energy. Lower it or the stribeck_speed."
+            )
+
+    def history(self) -> tuple[float, ...]:
+        """Deflection of the bristles [m]."""
+        return (0.0,)
+
+    def creep_speed(self, load_ratio: float) -> float:
+        """Slip speed [m/s] that balances the tangential load `load_ratio` mu_s N: 0 up to 1, inf above."""
+        return 0.0 if load_ratio("LuGre", load_ratio) <= 1.0 else math.inf

@@ -1,0 +1,129 @@
+"""Validity of normal laws: extremes of a run, kept in the history of a law, and remarks on the limits of its theory."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple, Self
+
+from flexmb.kernels import compiled
+from flexmb.model.law import Material
+from flexmb.parts.contact.onset import APPROACH, HISTORY
+
+HISTORY_WITH_EXTREMES = (*HISTORY, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+"""Start values: history of the onset; approach speed of the present contact; largest approach speed, depth, force, cut
+tension and excess of the whole run."""
+
+MOST_APPROACH, DEPTH, FORCE, TENSION, EXCESS = range(4, 9)
+"""Places of the extremes in the history."""
+
+
+class Extremes(NamedTuple):
+    """Largest values of a contact in a run.
+
+    Parameters
+    ----------
+    approach : closing speed at an onset [m/s].
+    depth : [m].
+    force : normal force [N].
+    tension : force that was cut because it would have pulled [N].
+    excess : damping force beyond that of a free impact with the approach speed [N].
+    """
+
+    approach: float
+    depth: float
+    force: float
+    tension: float
+    excess: float
+
+    @classmethod
+    def of(cls, history: Sequence[float]) -> Self:
+        """The extremes in a `history` that starts with `HISTORY_WITH_EXTREMES`."""
+        return cls(*history[len(HISTORY) + 1 : len(HISTORY_WITH_EXTREMES)])
+
+
+LOVE = 1e-5
+"""Approach speed over sqrt(E/rho) [1] above which an impact is not elastic.
+
+Source: A. E. H. Love, A Treatise on the Mathematical Theory of Elasticity, as taken up by H. M. Lankarani, P. E.
+Nikravesh, Continuous contact force models for impact analysis in multibody systems, Nonlinear Dynamics 5 (1994)
+193-207.
+"""
+
+YIELD_OF_POINT, YIELD_OF_LINE = 1.60, 1.79
+"""Peak pressure over yield stress [1] at which a contact begins to yield by von Mises' criterion: of a point, of a
+line.
+
+Source: K. L. Johnson, Contact Mechanics, Cambridge University Press 1985, eq. (6.9) for nu = 0.3, and eq. (6.4).
+"""
+
+WIDE = 0.3
+"""Half-width of a contact over the radius [1] above which a run has a remark.
+
+Hertz's theory asks for a ratio much smaller than 1 (Johnson 1985, section 4.2) without a number; 0.3 is our choice.
+"""
+
+SMALL_TENSION, SMALL_EXCESS = 0.01, 0.01
+"""Cut tension and excess over the largest force [1] up to which a run has no remark."""
+
+
+@compiled
+def keep_extremes(depth, force, tension, excess, z, z_new):
+    """Update the extremes of a run; the approach speed is read from z_new."""
+    z_new[MOST_APPROACH] = max(z[MOST_APPROACH], z_new[APPROACH])
+    z_new[DEPTH] = max(z[DEPTH], depth)
+    z_new[FORCE] = max(z[FORCE], force)
+    z_new[TENSION] = max(z[TENSION], tension)
+    z_new[EXCESS] = max(z[EXCESS], excess)
+
+
+def effective_modulus(materials: Sequence[Material]) -> float:
+    """E* of two materials [Pa], 1/E* the sum of both compliances; source: Johnson 1985, eq. (4.20)."""
+    return 1.0 / sum(m.compliance for m in materials)
+
+
+def relative_radius(bearing_radius: float, journal_radius: float) -> float:
+    """R of a journal in a hollow, 1/R = 1/R2 - 1/R1 [m]."""
+    return bearing_radius * journal_radius / (bearing_radius - journal_radius)
+
+
+def pulled(tension: float, force: float) -> Iterator[str]:
+    """A remark on the tension [N] that was cut, against the largest force [N]."""
+    if tension > SMALL_TENSION * force:
+        yield f"a pull of its damping of up to {tension:.3g} N was cut (largest force {force:.3g} N)"
+
+
+def pressed(excess: float, force: float) -> Iterator[str]:
+    """A remark on surfaces that further forces pressed together or released faster than a free impact does."""
+    if excess > SMALL_EXCESS * force:
+        text = "the surfaces were pressed together, or let go, faster than they had met, and the law takes its damping"
+        text = (
+            f"{text} from the speed at which they met: up to {excess:.3g} N of damping are beyond what it is made for"
+        )
+        text = f"{text} (largest force {force:.3g} N). See what reference_speed='largest' changes"
+        yield f"{text} (docs/contact.md, slow impacts)"
+
+
+def too_fast(approach: float, materials: Sequence[Material]) -> Iterator[str]:
+    """A remark on the largest approach speed [m/s]."""
+    limit = LOVE * min(math.sqrt(m.young / m.density) for m in materials)
+    if approach > limit:
+        text = f"the surfaces met with up to {approach:.3g} m/s, above {limit:.3g} m/s = 1e-5 sqrt(E/rho)"
+        text = f"{text} (Love's criterion): such an impact also dents the surfaces and sends waves through the bodies"
+        yield f"{text}, which this law leaves out; the true impact loses more energy"
+
+
+def too_wide(half_width: float, radius: float) -> Iterator[str]:
+    """A remark on the half-width of the contact [m] against the journal's radius [m]."""
+    if half_width > WIDE * radius:
+        text = f"the area of contact grew to a half-width of {half_width / radius:.2g} of the journal's radius"
+        yield f"{text}; the stiffness is that of a much smaller area (Johnson 1985, section 4.2)"
+
+
+def yielded(pressure: float, factor: float, materials: Sequence[Material]) -> Iterator[str]:
+    """A remark on the peak pressure [Pa]; yielding begins at `factor` times the yield stress."""
+    known = [m.yield_stress for m in materials if m.yield_stress is not None]
+    if known and pressure > factor * min(known):
+        text = f"the pressure between the surfaces reached {pressure:.3g} Pa; from {factor * min(known):.3g} Pa on"
+        text = f"{text} ({factor:.2f} times the yield stress) they yield and keep dents (Johnson 1985, section 6.1)"
+        yield f"{text}, which this elastic law leaves out"

@@ -1,0 +1,301 @@
+"""Belts and chains over two wheels, ideal or with friction that limits their force.
+
+D is the vector from the centre of the first wheel to that of the second, R = r1 + r2 (r2 < 0: an open belt) and psi the
+direction of D.  Both strands are tangents of both wheels, with the tensions T0 +- F/2:
+    slip s = r1 omega1 + r2 omega2 - R psi_dot,   F = largest tanh(s/creep)
+    V = T0 (length of the belt) = 2 T0 (sqrt(D^2 - R^2) + R asin(R/D)) + constant,   r = dV/dq + F ds/dv
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import KW_ONLY, dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from flexmb import checks, planar
+from flexmb.errors import InputError, ModelError
+from flexmb.kernels import compiled, element_kernel, energy_kernel, signal_kernel
+from flexmb.model.contributions import (
+    Contribution,
+    Coordinate,
+    ElementContribution,
+    node_coordinates,
+    signal_contributions,
+)
+from flexmb.model.part import GROUND
+from flexmb.model.shape import BeltShape, Shapes
+from flexmb.parts.couplings.wheels import Wheels, strand_pull
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+    from flexmb.model.part import WatchedMotion
+
+# Friction of a belt on its wheels: Eytelwein's limit, approached smoothly with the speed of slip
+
+SIGNALS = (
+    ("force", "N"),
+    ("first_torque", "N m"),
+    ("second_torque", "N m"),
+    ("power", "W"),
+    ("slip", "m/s"),
+    ("tight_tension", "N"),
+    ("slack_tension", "N"),
+    ("tension_ratio", "1"),
+)
+"""Signals with their units, in the order of their numbers."""
+
+FORCE, FIRST_TORQUE, SECOND_TORQUE, POWER, SLIP, TIGHT, SLACK, RATIO = range(len(SIGNALS))
+
+
+@compiled
+def belt_row(r1, r2, q):
+    """Derivatives of the slip by the six velocities."""
+    dx, dy = q[3] - q[0], q[4] - q[1]
+    share = (r1 + r2) / (dx * dx + dy * dy)
+    return -share * dy, share * dx, r1, share * dy, -share * dx, r2
+
+
+@compiled
+def slip_of_belt(r1, r2, q, v):
+    """Speed of the surface of the first wheel over that of the second one, seen from the line of centres."""
+    row, slip = belt_row(r1, r2, q), 0.0
+    for i in range(6):
+        slip += row[i] * v[i]
+    return slip
+
+
+@compiled
+def put_curvature(r1, r2, tension, force, by_slip, q, v, K):
+    """Stiffness: change of the strands' directions with the centres, and of the slip."""
+    dx, dy = q[3] - q[0], q[4] - q[1]
+    vx, vy = v[3] - v[0], v[4] - v[1]
+    R, square = r1 + r2, dx * dx + dy * dy
+    w = math.sqrt(square - R * R)
+    pull = 2.0 * tension * w / square
+    steeper = 2.0 * tension * (2.0 * R * R - square) / (w * square * square)
+    xx, xy = 2.0 * dx * dy / (square * square), (dy * dy - dx * dx) / (square * square)  # of (-dy, dx)/D^2
+    row = belt_row(r1, r2, q)
+    by_x, by_y = -R * (xx * vx + xy * vy), -R * (xy * vx - xx * vy)
+    for i in range(2):
+        for j in range(2):
+            own = (dx if i == 0 else dy) * (dx if j == 0 else dy) * steeper + (pull if i == j else 0.0)
+            turn = xy if i != j else (xx if i == 0 else -xx)
+            own -= force * R * turn
+            K[i, j] += own
+            K[i + 3, j + 3] += own
+            K[i, j + 3] -= own
+            K[i + 3, j] -= own
+    for i in range(6):
+        K[i, 0] -= by_slip * row[i] * by_x
+        K[i, 1] -= by_slip * row[i] * by_y
+        K[i, 3] += by_slip * row[i] * by_x
+        K[i, 4] += by_slip * row[i] * by_y
+
+
+@element_kernel
+def belt_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    """Forces of both strands on both wheels."""
+    largest, creep, tension, r1, r2 = p
+    dx, dy = q[3] - q[0], q[4] - q[1]
+    R, square = r1 + r2, dx * dx + dy * dy
+    share = math.tanh(slip_of_belt(r1, r2, q, v) / creep)
+    force, by_slip = largest * share, largest * (1.0 - share * share) / creep
+    pull, row = 2.0 * tension * math.sqrt(square - R * R) / square, belt_row(r1, r2, q)
+    for i in range(6):
+        r[i] = force * row[i]
+        for j in range(6):
+            C[i, j] = by_slip * row[i] * row[j]
+    r[0] -= pull * dx
+    r[1] -= pull * dy
+    r[3] += pull * dx
+    r[4] += pull * dy
+    put_curvature(r1, r2, tension, force, by_slip, q, v, K)
+
+
+@energy_kernel
+def belt_energy(p, t, q, v):
+    """Tension times length of the belt without its arcs of constant length, and power that slip turns into heat."""
+    largest, creep, tension, r1, r2 = p
+    dx, dy = q[3] - q[0], q[4] - q[1]
+    R, square = r1 + r2, dx * dx + dy * dy
+    slip = slip_of_belt(r1, r2, q, v)
+    length = 2.0 * (math.sqrt(square - R * R) + R * math.asin(R / math.sqrt(square)))
+    return tension * length, 0.0, largest * math.tanh(slip / creep) * slip
+
+
+@signal_kernel
+def belt_signal(p, t, q, v, a):
+    """Signals of a belt by their numbers."""
+    largest, creep, tension, r1, r2, number = p
+    which = int(number)
+    slip = slip_of_belt(r1, r2, q, v)
+    force = -largest * math.tanh(slip / creep)
+    tight, slack = tension + 0.5 * abs(force), tension - 0.5 * abs(force)
+    if which >= TIGHT:
+        return tight if which == TIGHT else (slack if which == SLACK else tight / slack)
+    if which == SLIP:
+        return slip
+    if which == POWER:
+        return r2 * force * v[5]
+    return force if which == FORCE else (r1 * force if which == FIRST_TORQUE else r2 * force)
+
+
+def belt_contributions(
+    part: str, coordinates: tuple[Coordinate, ...], radii: tuple[float, float], limits: tuple[float, float, float]
+) -> list[Contribution]:
+    """Element and signals of a belt with friction."""
+    p = (*limits, *radii)
+    return [
+        ElementContribution(part, belt_kernel, coordinates, p, energy=belt_energy),
+        *signal_contributions(part, belt_signal, SIGNALS, coordinates, p),
+    ]
+
+
+# Belt or chain over two wheels, open or crossed, ideal or with friction that limits its force
+
+LARGE_STRETCH = 0.02
+"""Change of the length that a belt would need, over its length, above which there is a remark."""
+
+
+@dataclass(frozen=True)
+class Belt(Wheels):
+    """Belt over two wheels without mass and stretch: ideal, as a chain or timing belt, or with friction that can slip.
+
+    An open belt turns both wheels the same way, r1 omega1 = r2 omega2, a crossed one against each other; angles count
+    from the arm.
+
+    Signals: force (difference of the tensions of both strands) [N]; first_torque, second_torque (on the wheels) [N m];
+    power (of second_torque) [W].  With friction also slip (speed of the surface of the first wheel over that of the
+    second) [m/s]; tight_tension, slack_tension (of the strands) [N]; tension_ratio [1].
+
+    Parameters
+    ----------
+    name : name of the belt.
+    first, second : the wheels, which need joints of their own.
+    radii : radii of the belt's middle line on both wheels [m], > 0.
+    crossed : whether the strands cross.
+    arm : body that carries the axes; `GROUND` for fixed axes.
+    centres : centres of the wheels, see `Wheels`.
+    coefficient : coefficient of friction mu [1], > 0, with `pretension` and `creep`; None: an ideal belt.
+    pretension : tension T0 of both strands while no torque acts [N], > 0; None, of an ideal belt: as a chain hangs.
+    creep : slip [m/s], > 0, at which the belt carries tanh(1) = 76 % of its largest force.
+
+    Raises
+    ------
+    InputError : numbers out of range; friction without pretension and creep, or creep without friction.
+    ModelError : a belt over one wheel; wheels that overlap, or the ground as a wheel, of a belt with friction.
+
+    Notes
+    -----
+    Both strands pull along their tangents at both wheels, so they load the bearings.  Without slip only the difference
+    F of the tensions does work, so an ideal belt needs no pretension: its strands have F and 0, as those of a chain, or
+    T0 +- F/2 while F < 2 T0.  Work of this pull on axes that move is booked with friction in joints.
+
+    With friction the centres of mass are the centres of the wheels.  The tensions are T0 +- F/2 (Poncelet: the length
+    of the belt stays).  The belt slips where their ratio reaches exp(mu wrap) (Euler, Eytelwein), at F = 2 T0 tanh(mu
+    wrap/2), on the wheel with the smaller wrap.  The force follows the slip s as F tanh(s/creep), so a loaded belt
+    always creeps a little, as real belts do, also at rest.
+    Slip turns energy into heat, which counts as that of dampers; T0 times the length of the belt is its strain energy.
+    Start and modes are those of the ideal belt.  Centrifugal forces are left out: fast belts carry less.
+    Source: L. Euler, Remarques sur l'effet du frottement dans l'equilibre, 1762, for the limit; tanh is a smoothing.
+    """
+
+    formerly = (("mu", "coefficient"),)
+    _: KW_ONLY
+    radii: tuple[float, float]
+    crossed: bool = False
+    coefficient: float | None = None
+    pretension: float | None = None
+    creep: float | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        given = checks.sequence(self.label, "radii", self.radii, "two numbers")
+        if len(given) != 2:
+            raise InputError(f"{self.label}: radii is {self.radii!r}; give two numbers, e.g. (0.05, 0.1).")
+        radii = tuple(checks.positive(self.label, f"radii[{k}]", r, "m") for k, r in enumerate(given))
+        object.__setattr__(self, "radii", radii)
+        self._check_friction()
+
+    def _check_friction(self) -> None:
+        """Check that friction has creep and pretension; an ideal belt may have a pretension alone."""
+        given = {
+            "coefficient": (self.coefficient, "1"),
+            "pretension": (self.pretension, "N"),
+            "creep": (self.creep, "m/s"),
+        }
+        missing = [name for name, (value, _) in given.items() if value is None]
+        if missing and not (self.coefficient is None and self.creep is None):
+            raise InputError(
+                f"{self.label}: {' and '.join(missing)} not given; a belt with friction needs coefficient, pretension "
+                "and creep. For an ideal belt leave coefficient and creep out."
+            )
+        for name, (value, unit) in given.items():
+            if value is not None:
+                checks.positive(self.label, name, value, unit)
+
+    def least_wrap(self, mechanism: Mechanism) -> float:
+        """Least angle that the belt wraps around a wheel in the reference configuration [rad].
+
+        Parameters
+        ----------
+        mechanism : the mechanism.
+
+        Raises
+        ------
+        ModelError : wheels that overlap or lie within one another, or a wheel that is the ground.
+        """
+        if GROUND.name in (self.first.name, self.second.name):
+            raise ModelError(
+                f"{self.label}: one wheel is the ground, which has no centre; with friction both must be bodies. "
+                "Hold a body by Fixed(...) for a wheel at rest."
+            )
+        bodies = [mechanism.body(wheel.name, self.label) for wheel in (self.first, self.second)]
+        first, second = (body.node(body.main) for body in bodies)
+        apart, (r1, r2) = planar.distance((first.x, first.y), (second.x, second.y)), self.radii
+        reach = r1 + r2 if self.crossed else abs(r1 - r2)
+        if apart <= reach:
+            raise ModelError(
+                f"{self.label}: the centres of mass of its wheels are {apart:g} m apart, too near for radii of {r1:g} "
+                f"and {r2:g} m. Move a wheel; with friction the centres of mass are the centres of the wheels."
+            )
+        return math.pi + 2.0 * math.asin(reach / apart) * (1.0 if self.crossed else -1.0)
+
+    def remarks(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[str]:
+        """Sentence on wheels whose distance changes by more than the belt could stretch or take up."""
+        apart = self._distances(mechanism, motion)
+        reach = sum(self.radii) if self.crossed else self.radii[0] - self.radii[1]
+        drawn = planar.distance(*self._axes(mechanism))
+        d = np.maximum(np.append(apart, drawn), abs(reach))
+        wrap = math.pi * sum(self.radii) + 2.0 * reach * np.arcsin(reach / d)
+        length = 2.0 * np.sqrt(d**2 - reach**2) + wrap
+        stretch = length[:-1] / length[-1] - 1.0
+        k = int(np.argmax(np.abs(stretch)))
+        if abs(stretch[k]) > LARGE_STRETCH:
+            verb = "stretch by" if stretch[k] > 0.0 else "be too long by"
+            yield (
+                f"At t = {motion.times[k]:.6g} s the centres of the wheels of {self.label} are {apart[k]:.4g} m apart, "
+                f"drawn are {drawn:.4g} m: the belt would {verb} {100.0 * abs(stretch[k]):.3g} % of its length. "
+                "Hold the axes by joints, or by an arm."
+            )
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        """The belt, and circles of its middle line on both wheels."""
+        first, second = self._mounts(mechanism)
+        belt = BeltShape(self.name, first.place, second.place, self.radii, self.crossed)
+        return (*self._circles(mechanism, self.radii), belt)
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """One constraint equation between two or three angles; with friction an element between both wheels."""
+        r1, r2 = self.radii[0], self.radii[1] if self.crossed else -self.radii[1]
+        if self.coefficient is None or self.pretension is None or self.creep is None:
+            return [self._rolling(mechanism, (r1, r2), (strand_pull, (r1 + r2, self.pretension or 0.0)))]
+        largest = 2.0 * self.pretension * math.tanh(0.5 * self.coefficient * self.least_wrap(mechanism))
+        bodies = [mechanism.body(wheel.name, self.label) for wheel in (self.first, self.second)]
+        coordinates = tuple(c for body in bodies for c in node_coordinates(body.name, body.main))
+        friction = belt_contributions(self.name, coordinates, (r1, r2), (largest, self.creep, self.pretension))
+        ideal = self._rolling(mechanism, (r1, r2), None)  # the element pulls with the pretension
+        return [*friction, replace(ideal, holds="closed")]

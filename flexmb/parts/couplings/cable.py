@@ -1,0 +1,252 @@
+"""Cables and massless rods: two points that keep their distance, or come nearer only."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import KW_ONLY, dataclass
+from typing import TYPE_CHECKING
+
+from flexmb import checks, planar
+from flexmb.errors import InputError, ModelError
+from flexmb.kernels import compiled, constraint_kernel
+from flexmb.model.contributions import (
+    Attachment,
+    ConstraintContribution,
+    ContactContribution,
+    Contribution,
+    Reaction,
+    SignalContribution,
+)
+from flexmb.model.law import NormalLaw
+from flexmb.model.part import Part
+from flexmb.model.shape import CABLE, ROD, CircleShape, LineShape, Shapes
+from flexmb.parts.contact.friction import Frictionless
+from flexmb.parts.joints.contact_point import dot
+from flexmb.parts.joints.stop import NO_CLEARANCE, check_own_stiffness, strand, strand_gap_kernel, strand_length
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+    from flexmb.model.part import WatchedMotion
+
+# Massless rod: two points that keep their distance
+
+FIRST_ANGLE, SECOND_ANGLE = 2, 5
+"""Places of the angles of two nodes among their coordinates."""
+
+
+@compiled
+def line_between(s1x, s1y, s2x, s2y, q):
+    """Line from a point of the first node to one of the second: length, direction e; derivatives by q (6,).
+
+    With d = x2 + R2 s2 - x1 - R1 s1 these are along = e . dd/dq, that of the length, and across = n . dd/dq with
+    n = (-ey, ex), that of the angle times the length.  Second derivatives of the length are across across^T/length, of
+    the angle -(along across^T + across along^T)/length^2; besides, by (2, 2) and (5, 5), -across and along/length.
+    """
+    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
+    ax, ay = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y
+    bx, by = c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
+    dx, dy = q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay
+    size = math.sqrt(dx * dx + dy * dy)
+    ex, ey = dx / size, dy / size
+    along = (-ex, -ey, ex * ay - ey * ax, ex, ey, ey * bx - ex * by)
+    across = (ey, -ex, -ey * ay - ex * ax, -ey, ex, ex * bx + ey * by)
+    return size, ex, ey, along, across
+
+
+@compiled
+def add_bending(k, size, across, H):
+    """H += k times the second derivatives of the length of a line."""
+    for i in range(6):
+        for j in range(6):
+            H[i, j] += k * across[i] * across[j] / size
+    H[2, 2] -= k * across[FIRST_ANGLE]
+    H[5, 5] -= k * across[SECOND_ANGLE]
+
+
+@constraint_kernel
+def distance_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
+    """g = |d| - length with d = x2 + R2 s2 - x1 - R1 s1; q (6,)."""
+    s1x, s1y, s2x, s2y, length = p
+    size, _, _, along, across = line_between(s1x, s1y, s2x, s2y, q)
+    g[0] = size - length
+    for i in range(6):
+        G[0, i] = along[i]
+    turn = dot(across, v)
+    gamma[0] = -turn * turn / size + across[FIRST_ANGLE] * v[2] * v[2] + across[SECOND_ANGLE] * v[5] * v[5]
+    add_bending(lam[0], size, across, H)
+
+
+@dataclass(frozen=True)
+class Distance(Part):
+    """Massless rigid rod with a pin at each end: two points of two bodies keep their distance.
+
+    Signals: force (tension of the rod; negative: pressure) [N].
+
+    Parameters
+    ----------
+    name : name of the rod.
+    first, second : the bodies; `GROUND` is the frame.
+    at : point of the first body in the reference configuration [m].
+    to : point of the second body in the reference configuration [m].
+
+    Raises
+    ------
+    InputError : points that coincide: such a rod is a revolute joint.
+    ModelError : a rod from a body to itself.
+    """
+
+    formerly = (("start", "at"), ("end", "to"))
+    first: Part
+    second: Part
+    at: tuple[float, float]
+    to: tuple[float, float]
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("at", "to"):
+            object.__setattr__(self, name, checks.point(self.label, name, getattr(self, name)))
+        if planar.distance(self.at, self.to) == 0.0:
+            raise InputError(f"{self.label}: both points are {self.at}; a rod needs a length. Use Revolute(...).")
+        if self.first.name == self.second.name:
+            raise ModelError(f"{self.label} joins {self.first.name!r} to itself; give two different bodies.")
+
+    def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
+        """Both points on the bodies of `mechanism`."""
+        first = mechanism.body(self.first.name, self.label).attach(self.label, self.at)
+        return first, mechanism.body(self.second.name, self.label).attach(self.label, self.to)
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        """The rod."""
+        first, second = self.ends(mechanism)
+        return (LineShape(self.name, ROD, first.place, second.place),)
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """One constraint equation."""
+        first, second = self.ends(mechanism)
+        p = (*first.offset, *second.offset, planar.distance(self.at, self.to))
+        coordinates, tension = (*first.coordinates, *second.coordinates), Reaction("force", "N", 0, -1.0)
+        return [ConstraintContribution(self.name, distance_kernel, coordinates, p, 1, reactions=(tension,))]
+
+
+# Cable: two points that cannot move further apart than its length; drums wind it up
+
+LARGE_STRETCH = 0.2
+"""Elongation over length above which there is a remark."""
+
+
+@dataclass(frozen=True)
+class Cable(Part):
+    """Cable, rope or chain without mass between two points or drums: slack it does nothing, taut it pulls.
+
+    A contact whose gap is the slack and whose penetration is the elongation.  A drum winds R theta of the cable up, and
+    is pulled at the tangent of the strand, which moves with drum and load.
+
+    Signals: distance of the points (free length between drums) [m], and those of a contact (see `RevoluteClearance`):
+    penetration (elongation) [m], normal_force (tension) [N], fx, fy, force (on the second body) [N], mode (0 slack, 1
+    jerk, 2 taut); ex, ey from the first point to the second [m].
+
+    Parameters
+    ----------
+    name : name of the cable.
+    first, second : the bodies; `GROUND` is the frame.
+    at : point of the first body, or centre of its drum, in the reference configuration [m].
+    to : the same of the second body.
+    free_length : length without tension in the reference configuration [m], > 0; with less than the distance of the
+        points it starts under tension; None: the distance, so that it is just taut.
+    radii : radii of the drums of both bodies [m]; 0: a point; > 0: a drum that winds up while it turns
+        counter-clockwise, < 0: clockwise.
+    normal : tension over elongation; of a linear cable K = E A / free_length [N/m], `KelvinVoigt(K, damping)`.
+
+    Raises
+    ------
+    InputError : a length that is not > 0, an object that is no normal law, a law whose stiffness depends on the radii
+        of a joint.
+    ModelError : a cable from a body to itself; drums that overlap.
+
+    Notes
+    -----
+    Static equilibrium, modes of prestressed structures and runs take the tension of the start into account.  The ledger
+    counts energy that a contact holds as dissipated until it is given back, so `energy.dissipated_contact` falls below
+    zero where tension of the start is released.  No mass and no bending stiffness: not for sag and not for waves in
+    long cables.
+
+    A pulley is a wheel with two cables, one wound on and one off it, so tensions differ by its inertia and friction; it
+    may move, and the cable does not slip on it.  The stiffness does not change with the wound length,
+    and the strand may turn by less than half a turn from the direction in which it is drawn.
+    """
+
+    formerly = (("length", "free_length"), ("start", "at"), ("end", "to"))
+    first: Part
+    second: Part
+    at: tuple[float, float]
+    to: tuple[float, float]
+    _: KW_ONLY
+    free_length: float | None = None
+    normal: NormalLaw
+    radii: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("at", "to"):
+            object.__setattr__(self, name, checks.point(self.label, name, getattr(self, name)))
+        object.__setattr__(self, "radii", checks.point(self.label, "radii", self.radii))
+        check_own_stiffness(self.label, self.normal)
+        if self.free_length is not None:
+            checks.positive(self.label, "free_length", self.free_length, "m")
+        elif planar.distance(self.at, self.to) == 0.0:
+            raise InputError(
+                f"{self.label}: both points are {self.at}, so the cable needs a length. Give free_length= in m."
+            )
+        if self.first.name == self.second.name:
+            raise ModelError(f"{self.label} ties {self.first.name!r} to itself; give two different bodies.")
+
+    @property
+    def slack_length(self) -> float:
+        """Length without tension [m]."""
+        return self._drawn()[2] if self.free_length is None else self.free_length
+
+    def _drawn(self) -> tuple[float, float, float]:
+        """Direction and free length of the strand in the reference configuration."""
+        ux, uy, size, _ = strand(sum(self.radii), self.to[0] - self.at[0], self.to[1] - self.at[1])
+        return ux, uy, size
+
+    def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
+        """Both points of the cable on the bodies of `mechanism`."""
+        first = mechanism.body(self.first.name, self.label).attach(self.label, self.at)
+        return first, mechanism.body(self.second.name, self.label).attach(self.label, self.to)
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        """A thin line between the points."""
+        ends = self.ends(mechanism)
+        drums = (CircleShape(self.name, e.place, abs(r)) for e, r in zip(ends, self.radii, strict=True) if r)
+        return (LineShape(self.name, CABLE, ends[0].place, ends[1].place), *drums)
+
+    def remarks(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[str]:  # noqa: ARG002 - see `Part`
+        """Sentence on an elongation that no cable bears."""
+        (stretch, when), length = motion.peak(f"{self.name}.penetration"), self.slack_length
+        if stretch > LARGE_STRETCH * length:
+            yield (
+                f"At t = {when:.6g} s {self.label} is stretched by {stretch:.4g} m, its length is {length:.4g} m. "
+                "The stiffness of a cable is E A/length, in N/m."
+            )
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """One contact and the distance of the points."""
+        first, second = self.ends(mechanism)
+        coordinates, offsets = (*first.coordinates, *second.coordinates), (*first.offset, *second.offset)
+        ux, uy, size = self._drawn()
+        if any(self.radii) and size == 0.0:
+            raise ModelError(f"{self.label}: its drums overlap, so there is no strand between them. Move one of them.")
+        turns = [mechanism.body(end.part).node(end.node).theta for end in (first, second)]
+        period = 2.0 * math.pi * abs(sum(self.radii))
+        wound = self.radii[0] * turns[0] + self.radii[1] * turns[1]
+        p = (NO_CLEARANCE, 1.0, self.slack_length + wound, *offsets, *self.radii, math.atan2(uy, ux))
+        return [
+            ContactContribution(
+                self.name, strand_gap_kernel, coordinates, p, self.normal, Frictionless(), period=period
+            ),
+            SignalContribution(
+                self.name, "distance", "m", strand_length, coordinates, (*offsets, abs(sum(self.radii)))
+            ),
+        ]

@@ -1,0 +1,251 @@
+"""Linear relations of angles and travels, and equal rotation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from flexmb import checks
+from flexmb.errors import InputError, ModelError
+from flexmb.kernels import compiled, constraint_kernel, signal_kernel
+from flexmb.model.contributions import ConstraintContribution, Contribution, Coordinate, Reaction, SignalContribution
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import GROUND, Part, name_of
+from flexmb.parts.joints.contact_point import curvature_times, direction, dot
+from flexmb.parts.joints.prismatic import Prismatic, joint_with_coordinate
+from flexmb.parts.joints.revolute import Revolute, drawn_angle
+
+# Linear relation of angles: kernel and contribution
+
+
+@constraint_kernel
+def angles_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
+    """g = sum of p[i] q[i], less p[n]."""
+    n = q.shape[0]
+    total = -p[n]
+    for i in range(n):
+        total += p[i] * q[i]
+        G[0, i] = p[i]
+    g[0] = total
+
+
+def angle_of(mechanism: Mechanism, part: str, owner: str) -> tuple[Coordinate, float]:
+    """Angle of the main node of a body, and its value in the reference configuration [rad]."""
+    body = mechanism.body(part, owner)
+    return (body.name, body.main, 2), body.node(body.main).theta
+
+
+def angles_contribution(
+    name: str, factors: Mapping[Coordinate, float], angles: Mapping[Coordinate, float], reactions: tuple[Reaction, ...]
+) -> ConstraintContribution:
+    """The equation sum of factor times angle = its value in the reference configuration [rad].
+
+    Factors are in metres where the multiplier is to be a force.
+    """
+    value = sum(factor * angles[coordinate] for coordinate, factor in factors.items())
+    p = (*factors.values(), value)
+    return ConstraintContribution(name, angles_kernel, tuple(factors), p, 1, reactions=reactions)
+
+
+# Equal rotation of two bodies
+
+
+@dataclass(frozen=True)
+class SameRotation(Part):
+    """Two bodies that keep their relative angle, as a parallel guide or a coupling of shafts does; they may be apart.
+
+    Signals: torque (on the second body) [N m].
+
+    Parameters
+    ----------
+    name : name of the coupling.
+    first, second : the bodies; `GROUND` for a body that must not turn.
+
+    Raises
+    ------
+    ModelError : a body with itself.
+    """
+
+    first: Part
+    second: Part
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.first.name == self.second.name:
+            raise ModelError(f"{self.label} couples {self.first.name!r} with itself; give two different bodies.")
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """One constraint equation between two angles."""
+        factors, angles = {}, {}
+        for part, factor in ((self.first, -1.0), (self.second, 1.0)):
+            coordinate, angle = angle_of(mechanism, part.name, self.label)
+            if part.name != GROUND.name:
+                factors[coordinate], angles[coordinate] = factor, angle
+        return [angles_contribution(self.name, factors, angles, (Reaction("torque", "N m", 0, 1.0),))]
+
+
+# Linear relation of the angles and travels of any joints
+
+COUNT, VALUE, BEGIN = range(3)
+"""Places in p: number of joints, value of the sum; where the joints begin."""
+
+TURNS, FACTOR, X1, Y1, THETA1, X2, Y2, THETA2, DRAWN, AXIS_Y, OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, SIZE = range(
+    15
+)
+AXIS_X = DRAWN
+"""Numbers of a joint: whether its angle counts, factor, places of the six coordinates; then the angle as it is drawn,
+or direction of the guide and both points in the frames of their nodes.  SIZE: their number."""
+
+
+@compiled
+def add_travel(p, k, q, v, lam, g, G, gamma, H):
+    """Factor times travel of the joint whose numbers begin at k, added to equation 0 and its derivatives."""
+    x1, y1, theta1 = int(p[k + X1]), int(p[k + Y1]), int(p[k + THETA1])
+    x2, y2, theta2 = int(p[k + X2]), int(p[k + Y2]), int(p[k + THETA2])
+    own_q, own_v = (
+        (q[x1], q[y1], q[theta1], q[x2], q[y2], q[theta2]),
+        (v[x1], v[y1], v[theta1], v[x2], v[y2], v[theta2]),
+    )
+    numbers = (p[k + AXIS_X], p[k + AXIS_Y], p[k + OFFSET1_X], p[k + OFFSET1_Y], p[k + OFFSET2_X], p[k + OFFSET2_Y])
+    travel, J, nx, ny, far, near = direction(*numbers, own_q)
+    factor = p[k + FACTOR]
+    places = (x1, y1, theta1, x2, y2, theta2)
+    g[0] += factor * travel
+    for i in range(6):
+        G[0, places[i]] += factor * J[i]
+    gamma[0] -= factor * dot(curvature_times(nx, ny, far, near, own_v), own_v)
+    force = lam[0] * factor
+    H[theta1, theta1] -= force * far
+    H[theta2, theta2] -= force * near
+    H[theta1, theta2] += force * near
+    H[theta2, theta1] += force * near
+    for place, x in ((x1, force * ny), (y1, -force * nx), (x2, -force * ny), (y2, force * nx)):
+        H[place, theta1] += x
+        H[theta1, place] += x
+
+
+@constraint_kernel
+def coupling_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
+    """g = sum of factor times angle or travel of each joint, less a value."""
+    g[0] = -p[VALUE]
+    for joint in range(int(p[COUNT])):
+        k = BEGIN + SIZE * joint
+        if p[k + TURNS] > 0.0:
+            first, second, factor = int(p[k + THETA1]), int(p[k + THETA2]), p[k + FACTOR]
+            g[0] += factor * (q[second] - q[first] - p[k + DRAWN])
+            G[0, first] -= factor
+            G[0, second] += factor
+        else:
+            add_travel(p, k, q, v, lam, g, G, gamma, H)
+
+
+@signal_kernel
+def angle_rate(p, t, q, v, a):
+    """Angular velocity of the second node against the first."""
+    return v[1] - v[0]
+
+
+@signal_kernel
+def travel_rate(p, t, q, v, a):
+    """Speed of the travel along a guide."""
+    ux, uy, s1x, s1y, s2x, s2y = p
+    _, J, _, _, _, _ = direction(ux, uy, s1x, s1y, s2x, s2y, q)
+    return dot(J, v)
+
+
+@dataclass(frozen=True)
+class Coupling(Part):
+    """Linear relation of joint coordinates: the sum of factor times angle or travel of named joints is constant.
+
+    A screw is {"nut": -pitch / (2 pi), "slide": 1.0}; a differential {"left": 1.0, "right": 1.0, "cage": -2.0}.
+
+    Signals of each joint J: J_torque (on its second body) [N m] or J_force (along its guide) [N], J_speed [rad/s or
+    m/s], J_power [W]; the powers add up to 0.
+
+    Parameters
+    ----------
+    name : name of the coupling.
+    factors : factor of each joint by its name, not 0; the joints are `Revolute` (angle in rad) or `Prismatic` (travel
+        in m), counted from the reference configuration.
+    value : value of the sum; units are those of factor times coordinate.
+
+    Raises
+    ------
+    InputError : no joints, factors that are no numbers or 0.
+    ModelError : no such joint, or a joint without angle or travel.
+
+    Notes
+    -----
+    The force on a joint's coordinate is minus factor times the multiplier, so torques and forces are to one another as
+    the factors.  Ideal: no mass, no backlash, no losses.  Angles count on over whole turns.
+    """
+
+    factors: Any
+    value: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        given = self.factors
+        if not isinstance(given, Mapping) and not isinstance(given, tuple):
+            raise InputError(f"{self.label}: factors is {given!r}; give a dictionary such as {{'O': 2.0, 'Q': -1.0}}.")
+        pairs = tuple(given.items()) if isinstance(given, Mapping) else given
+        if not pairs:
+            raise InputError(f"{self.label}: factors is empty; give the factor of at least one joint.")
+        checked = [self._checked(pair) for pair in pairs]
+        names = [name for name, _ in checked]
+        twice = next((name for name in names if names.count(name) > 1), None)
+        if twice is not None:
+            raise InputError(f"{self.label}: factors holds joint {twice!r} twice; add up its factors.")
+        object.__setattr__(self, "factors", tuple(checked))
+
+    def _checked(self, pair: Any) -> tuple[str, float]:
+        """Name and factor of a joint."""
+        if not isinstance(pair, tuple) or len(pair) != 2:
+            raise InputError(f"{self.label}: factors holds {pair!r}; give pairs of a joint and its factor.")
+        name = name_of(pair[0])
+        if not isinstance(name, str):
+            raise InputError(f"{self.label}: factors holds the joint {pair[0]!r}; give joints or their names.")
+        factor = checks.number(self.label, f"factors[{name!r}]", pair[1])
+        if factor == 0.0:
+            raise InputError(f"{self.label}: factors[{name!r}] is 0, so the joint does not count; leave it out.")
+        return name, factor
+
+    def validate(self, mechanism: Mechanism) -> None:
+        """Check that all joints exist and have an angle or a travel."""
+        self._joints(mechanism)
+
+    def _joints(self, mechanism: Mechanism) -> list[tuple[Revolute | Prismatic, float]]:
+        """Joints of the coupling with their factors."""
+        return [(joint_with_coordinate(mechanism, self.label, name), factor) for name, factor in self.factors]
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """One constraint equation, and the speed of each joint."""
+        joints = self._joints(mechanism)
+        places: dict[Coordinate, int] = {}
+        numbers: list[float] = [float(len(joints)), self.value]
+        reactions: list[Reaction] = []
+        signals: list[Contribution] = []
+        acting: tuple[Coordinate, ...]
+        for joint, factor in joints:
+            ends = joint.ends(mechanism)
+            coordinates = (*ends[0].coordinates, *ends[1].coordinates)
+            if isinstance(joint, Prismatic):
+                turns, acting, own = False, coordinates, joint.geometry(mechanism)[1]
+            else:
+                turns, acting = True, coordinates[2::3]
+                own = (drawn_angle(mechanism, ends), *(5 * (0.0,)))
+            for coordinate in acting:
+                places.setdefault(coordinate, len(places))
+            where = [float(places.get(coordinate, -1)) for coordinate in coordinates]
+            numbers += [float(turns), factor, *where, *own]
+            kind, units = ("torque", "N m") if turns else ("force", "N")
+            speed = f"{joint.name}_speed"
+            reactions.append(Reaction(f"{joint.name}_{kind}", units, 0, factor))
+            reactions.append(Reaction(f"{joint.name}_power", "W", 0, factor, rate=speed))
+            rate = (angle_rate, coordinates[2::3], ()) if turns else (travel_rate, coordinates, own)
+            signals.append(SignalContribution(self.name, speed, "rad/s" if turns else "m/s", *rate))
+        row = ConstraintContribution(
+            self.name, coupling_kernel, tuple(places), tuple(numbers), 1, reactions=tuple(reactions)
+        )
+        return [row, *signals]

@@ -1,0 +1,140 @@
+"""One-way clutch: a pin that turns freely one way, and winds up the other way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import KW_ONLY, dataclass, replace
+from typing import TYPE_CHECKING
+
+from flexmb import checks
+from flexmb.kernels import friction_law, joint_friction_kernel
+from flexmb.model.contributions import Contribution, JointFriction
+from flexmb.model.law import FrictionLaw
+from flexmb.model.part import Joint
+from flexmb.parts.joints.revolute import coincidence_piece
+from flexmb.places import LOAD, LOAD_BY_Q, SLIDING
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+    from flexmb.model.part import WatchedMotion
+
+LARGE_WIND_UP = 0.5
+"""Wind-up above which there is a remark [rad]."""
+
+WIND_UP, LAST_RATE, LAST_ANGLE, BEGUN = range(4)
+"""Places in the history: wind-up [rad]; its rate [rad/s] and the angle [rad] at the last state; 1 from then on."""
+
+COUNTER_CLOCKWISE, CLOCKWISE = "counter-clockwise", "clockwise"
+
+
+@joint_friction_kernel
+def clutch_rotation(p, q, lam, out, H):
+    """Sliding is the relative angular velocity; the relative angle stands in place of a load."""
+    out[LOAD] = q[5] - q[2]
+    for theta, arm in ((2, -1.0), (5, 1.0)):
+        out[SLIDING + theta], out[LOAD_BY_Q + theta] = arm, arm
+
+
+@friction_law
+def clutch_kernel(p, h, slip, angle, z, z_new):
+    """T = side max(0, k w + d w_dot), w_dot = -side slip while w > 0; w grows with the angle from w_dot > 0 on."""
+    k, d, side = p
+    rate, last, w, w_rate, w_angle = -side * slip, z[LAST_RATE], z[WIND_UP], 0.0, 0.0
+    if z[BEGUN] == 0.0:
+        w = 0.0
+    elif w > 0.0 or last >= 0.0:
+        w += side * (z[LAST_ANGLE] - angle)
+        w_angle = -side
+    elif rate > 0.0:  # within the step, rate grows from last < 0 to rate > 0
+        span = rate - last
+        w = 0.5 * h * rate * rate / span
+        w_rate = 0.5 * h * rate * (rate - 2.0 * last) / (span * span)
+    z_new[LAST_RATE], z_new[LAST_ANGLE], z_new[BEGUN] = rate, angle, 1.0
+    if w <= 0.0:
+        z_new[WIND_UP] = 0.0
+        return 0.0, 0.0, 0.0
+    z_new[WIND_UP] = w
+    torque = k * w + d * rate
+    if torque <= 0.0:
+        return 0.0, 0.0, 0.0
+    return side * torque, -(k * w_rate + d), side * k * w_angle
+
+
+@dataclass(frozen=True)
+class WindUp(FrictionLaw):
+    """Torque of a one-way clutch: a spring and damper that act against rotation one way.
+
+    Parameters
+    ----------
+    stiffness : k [N m/rad], > 0.
+    damping : d [N m s/rad], >= 0.
+    side : 1.0 if positive rotation is free, -1.0 if negative rotation is free.
+    """
+
+    stiffness: float
+    damping: float
+    side: float
+
+    kernel = clutch_kernel
+
+    def history(self) -> tuple[float, ...]:
+        """Wind-up [rad], its rate [rad/s], the angle [rad], and whether both are known."""
+        return 0.0, 0.0, 0.0, 0.0
+
+
+@dataclass(frozen=True)
+class OneWayClutch(Joint):
+    """Pin with a one-way clutch (freewheel, roller or sprag clutch, backstop): its second body turns freely one way.
+
+    Against rotation the other way stands the torque stiffness w + damping dw/dt of its wind-up w >= 0, which begins
+    where the relative rotation turns back and ends where w is 0 again; the torque never changes its sign.
+
+    Signals: fx, fy, force (on the second body) [N], torque (on the second body) [N m].
+
+    Parameters
+    ----------
+    name : the joint's name.
+    first, second : the bodies; `GROUND` is the frame.
+    at : the pin in the reference configuration [m].
+    stiffness : torsional stiffness of the engaged clutch [N m/rad], > 0.
+    damping : damping of the engaged clutch [N m s/rad], >= 0.
+    free : rotation of the second body against the first that is free, "counter-clockwise" or "clockwise".
+
+    Raises
+    ------
+    InputError : stiffness not > 0, negative damping, an unknown direction.
+
+    Notes
+    -----
+    The clutch engages at any angle, without backlash and without drag while it overruns; it does not slip under too
+    large a torque.  It yields torque/stiffness and does not creep.  The ledger counts the energy of the wind-up as
+    dissipated in friction, and gives it back as the clutch unwinds.
+    Source of the model, an engaged clutch as a spring that cannot pull: F. Zhu, R. G. Parker, Non-linear dynamics of a
+    one-way clutch in belt-pulley systems, Journal of Sound and Vibration 279 (2005) 285-308.
+    """
+
+    _: KW_ONLY
+    stiffness: float
+    damping: float = 0.0
+    free: str = COUNTER_CLOCKWISE
+
+    kind = "revolute"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        checks.positive(self.label, "stiffness", self.stiffness, "N m/rad")
+        checks.not_negative(self.label, "damping", self.damping, "N m s/rad")
+        checks.one_of(self.label, "free", self.free, (COUNTER_CLOCKWISE, CLOCKWISE))
+
+    def remarks(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[str]:  # noqa: ARG002 - see `Part`
+        """Sentence on a wind-up that no clutch bears."""
+        torque, when = motion.peak(f"{self.name}.torque")
+        if torque > LARGE_WIND_UP * self.stiffness:
+            text = f"At t = {when:.6g} s {self.label} is wound up by some {torque / self.stiffness:.4g} rad."
+            yield f"{text} Its stiffness is in N m/rad."
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """The two constraint equations of the pin, with the torque of the clutch."""
+        law = WindUp(self.stiffness, self.damping, 1.0 if self.free == COUNTER_CLOCKWISE else -1.0)
+        clutch = JointFriction(clutch_rotation, (), law, ("torque", "N m"))
+        return [replace(coincidence_piece(self.name, self.ends(mechanism)), joint_friction=clutch)]

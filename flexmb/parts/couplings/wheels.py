@@ -1,0 +1,338 @@
+"""Wheels that turn one another: base of gears and belts, and kernels on the line of their centres.
+
+With the length D and direction phi of the line from the first centre to the second, and R = r1 + r2 (r2 < 0: a ring
+with inner teeth, or an open belt):
+    g = r1 theta1 + r2 theta2 - R phi - value
+The ratio is exact for any D.  The multiplier is the force F at the radii r1 and r2.  Its gradient is the couple r1 F
+and r2 F, and F R/D across the line of centres on the first wheel and against it on the second: balanced for any D.
+Teeth and strands push or pull along the line as well, by |F| w(D) in either direction of F.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import KW_ONLY, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexmb import checks, planar
+from flexmb.errors import InputError, ModelError
+from flexmb.kernels import Kernel, compiled, constraint_kernel, friction_law, gap_kernel, joint_friction_kernel
+from flexmb.model.contributions import Attachment, ConstraintContribution, Coordinate, JointFriction, Reaction
+from flexmb.model.law import FrictionLaw
+from flexmb.model.part import GROUND, Joint, Part
+from flexmb.model.shape import CircleShape, Shapes
+from flexmb.parts.couplings.cable import FIRST_ANGLE, SECOND_ANGLE, add_bending, line_between
+from flexmb.parts.couplings.coupling import angle_of, angles_contribution
+from flexmb.parts.joints.contact_point import add_curvature, direction, dot, put_column, put_eccentricity, put_point
+from flexmb.parts.joints.pin_slot import PinSlot
+from flexmb.parts.joints.prismatic import Guide
+from flexmb.places import GAP_RATE, LOAD, LOAD_BY_LAM, SLIDING
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+    from flexmb.model.part import WatchedMotion
+
+# Contact of involute teeth with backlash: one flank of a gear pair along its line of action
+
+STEEPEST = 1.0 - 1e-9
+"""Largest cosine of the operating pressure angle: axes that come closer are counted as this far apart."""
+
+
+@gap_kernel
+def tooth_gap_kernel(p, q, v, out):
+    """Gap of involute flanks: half the play, opened by the distance of the axes, closed by the relative rotation.
+
+    With B = rb1 + rb2 (rb2 < 0: internal), the distance D and direction psi of the axes and cos alpha = |B|/D:
+    gap = half + B (inv alpha - inv alpha_0) -+ [rb1 (theta1 - psi) + rb2 (theta2 - psi) - offset], inv x = tan x - x.
+    """
+    _, half, rb1, rb2, side, inv_a, offset, pitch = p
+    dx, dy = q[3] - q[0], q[4] - q[1]
+    D, B = math.sqrt(dx * dx + dy * dy), rb1 + rb2
+    sign = 1.0 if B > 0.0 else -1.0
+    ex, ey = dx / D, dy / D
+    cos_a = min(sign * B / D, STEEPEST)
+    sin_a = math.sqrt(1.0 - cos_a * cos_a)
+    tan_a = sin_a / cos_a
+    x = rb1 * q[2] + rb2 * q[5] - B * math.atan2(dy, dx) - offset
+    x -= pitch * math.floor(x / pitch + 0.5)  # all teeth are alike
+    gap = half + B * (tan_a - math.atan(tan_a) - inv_a) - side * x
+    nx, ny = -sign * (sin_a * ex - side * cos_a * ey), -sign * (sin_a * ey + side * cos_a * ex)
+    share = rb1 / B
+    put_point(out, q, v, gap, nx, ny, q[0] + share * dx, q[1] + share * dy)
+    wx, wy = 0.0, 0.0
+    for j in range(6):
+        gx, gy = 0.0, 0.0
+        if j == 0:
+            gx = -1.0
+        elif j == 1:
+            gy = -1.0
+        elif j == 3:
+            gx = 1.0
+        elif j == 4:
+            gy = 1.0
+        turn, bend = (ex * gy - ey * gx) / D, (ex * gx + ey * gy) * cos_a / (D * sin_a)
+        along, across = cos_a * bend - side * cos_a * turn, sin_a * turn - side * sin_a * bend
+        nqx, nqy = -sign * (along * ex - across * ey), -sign * (along * ey + across * ex)
+        Xq, Yq = share * gx + (1.0 if j == 0 else 0.0), share * gy + (1.0 if j == 1 else 0.0)
+        put_column(out, j, nqx, nqy, Xq, Yq)
+        wx += nqx * v[j]
+        wy += nqy * v[j]
+    rate = out[GAP_RATE]
+    put_eccentricity(out, -gap * nx, -gap * ny, -rate * nx - gap * wx, -rate * ny - gap * wy)
+
+
+def involute(angle: float) -> float:
+    """tan(angle) - angle, the roll angle of an involute less its pressure angle."""
+    return math.tan(angle) - angle
+
+
+# Wheels that roll on one another or are tied by a belt: kernels on the line of their centres
+
+STANDARD_PRESSURE_ANGLE = math.radians(20.0)
+"""Pressure angle of standard gears [rad] (ISO 53)."""
+
+ARM = 6
+"""Place of the arm's angle among the coordinates, where it is the last one; it says which turn phi is in."""
+
+
+@constraint_kernel
+def rolling_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
+    """g = r1 theta1 + r2 theta2 - R phi - value; phi within half a turn of the arm's angle plus `drawn`.
+
+    Equations (13.1) and (13.2) of docs/theory/wheels.md.
+    """
+    r1, r2, s1x, s1y, s2x, s2y, drawn, value = p
+    D, ex, ey, along, across = line_between(s1x, s1y, s2x, s2y, q)
+    R, expected = r1 + r2, drawn
+    if q.shape[0] > ARM:
+        expected += q[ARM]
+    beyond = math.atan2(ey, ex) - expected
+    phi = expected + beyond - 2.0 * math.pi * math.floor(beyond / (2.0 * math.pi) + 0.5)
+    g[0] = r1 * q[2] + r2 * q[5] - R * phi - value
+    for i in range(6):
+        G[0, i] = -R * across[i] / D
+    G[0, 2] += r1
+    G[0, 5] += r2
+    swing = along[FIRST_ANGLE] * v[2] * v[2] + along[SECOND_ANGLE] * v[5] * v[5]
+    gamma[0] = R * (swing - 2.0 * dot(along, v) * dot(across, v) / D) / D
+    k = lam[0] * R / D
+    for i in range(6):
+        for j in range(6):
+            H[i, j] = k * (along[i] * across[j] + across[i] * along[j]) / D
+    H[2, 2] -= k * along[FIRST_ANGLE]
+    H[5, 5] -= k * along[SECOND_ANGLE]
+
+
+@compiled
+def put_along(w, slope, D, along, across, out, H):
+    """Direction w dD/dq of a force along the line of centres, and its derivatives; slope = dw/dD.
+
+    Equation (13.3) of docs/theory/wheels.md.
+    """
+    for i in range(6):
+        out[SLIDING + i] = w * along[i]
+        for j in range(6):
+            H[i, j] = slope * along[i] * along[j]
+    add_bending(w, D, across, H)
+
+
+@compiled
+def put_size(force, share, least, out):
+    """Load: share of |force|, at least `least`."""
+    out[LOAD] = max(share * abs(force), least)
+    if out[LOAD] > least:
+        out[LOAD_BY_LAM] = math.copysign(share, force)
+
+
+@joint_friction_kernel
+def tooth_pressure(p, q, lam, out, H):
+    """Teeth part the wheels by |F| w, w = R tan(alpha)/D, cos alpha = base/D; R < 0: a ring draws its wheel inwards."""
+    s1x, s1y, s2x, s2y, R, base = p
+    D, _, _, along, across = line_between(s1x, s1y, s2x, s2y, q)
+    cos_a = min(base / D, STEEPEST)
+    square = 1.0 / (cos_a * cos_a) - 1.0  # of tan alpha
+    w = R * math.sqrt(square) / D
+    put_size(lam[0], 1.0, 0.0, out)
+    put_along(w, w / (D * square) if base < STEEPEST * D else -w / D, D, along, across, out, H)
+
+
+@joint_friction_kernel
+def strand_pull(p, q, lam, out, H):
+    """Both strands pull with the mean tension, |F|/2 or the pretension: w = -dL/dD = -2 sqrt(1 - (R/D)^2)."""
+    s1x, s1y, s2x, s2y, R, pretension = p
+    D, _, _, along, across = line_between(s1x, s1y, s2x, s2y, q)
+    root = math.sqrt(max(1.0 - R * R / (D * D), 0.0))
+    put_size(lam[0], 0.5, pretension, out)
+    put_along(-2.0 * root, -2.0 * R * R / (D * D * D * root) if root > 0.0 else 0.0, D, along, across, out, H)
+
+
+@joint_friction_kernel
+def rack_pressure(p, q, lam, out, H):
+    """Teeth push the pinion off its rack by |F| tan(alpha), along n of the rack."""
+    nx, ny, s1x, s1y, s2x, s2y, tan_a = p
+    _, J, mx, my, far, near = direction(nx, ny, s1x, s1y, s2x, s2y, q)
+    put_size(lam[0], 1.0, 0.0, out)
+    for i in range(6):
+        out[SLIDING + i] = tan_a * J[i]
+    add_curvature(tan_a, mx, my, far, near, H)
+
+
+@friction_law
+def push_kernel(p, h, slip, N, z, z_new):
+    """T = N in the given direction, whatever slides."""
+    return N, 0.0, 1.0
+
+
+@dataclass(frozen=True)
+class Push(FrictionLaw):
+    """Force in the direction of "sliding" as large as the load: a reaction that depends on a multiplier."""
+
+    kernel = push_kernel
+
+
+# Two wheels that turn one another: base of gears and belts
+
+Point = tuple[float, float]
+
+FITS = 1e-3
+"""Difference of the distance of the axes from the sum of the pitch radii, relative to it, that still fits."""
+
+COAXIAL = 1e-9
+"""Distance of two centres relative to their radii, below which they are one: a gearbox with shafts in line."""
+
+
+@dataclass(frozen=True)
+class Wheels(Part):
+    """Base of pairs of wheels that turn one another.
+
+    Parameters
+    ----------
+    name : name of the pair.
+    first, second : the wheels.
+    arm : body that carries the axes; `GROUND` for fixed axes.
+    centres : centres of both wheels in the reference configuration [m]; None, also for one of them: the pin between
+        wheel and arm, else the centre of mass; of the ground a pin of the arm.
+
+    Raises
+    ------
+    InputError : centres that are no points.
+    ModelError : a wheel that turns itself.
+    """
+
+    first: Part
+    second: Part
+    _: KW_ONLY
+    arm: Part = GROUND
+    centres: Any = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        names = (self.first.name, self.second.name)
+        if names[0] == names[1] or (self.arm.name != GROUND.name and self.arm.name in names):
+            raise ModelError(f"{self.label} couples a body with itself; give different bodies as wheels and arm.")
+        if self.centres is not None:
+            given = checks.sequence(self.label, "centres", self.centres, "two points")
+            if len(given) != 2:
+                raise InputError(f"{self.label}: centres is {self.centres!r}; give two points, one of them or None.")
+            points = (None if c is None else checks.point(self.label, "centres", c) for c in given)
+            object.__setattr__(self, "centres", tuple(points))
+
+    def _distances(self, mechanism: Mechanism, motion: WatchedMotion) -> np.ndarray:
+        """Distances (n,) of both centres at the poses of a motion [m]."""
+        first, second = (motion.point(mount.place) for mount in self._mounts(mechanism))
+        return np.asarray(np.hypot(*(second - first).T))
+
+    def _axes(self, mechanism: Mechanism) -> list[Point]:
+        """Centres of both wheels in the reference configuration [m]."""
+        wheels = self.first, self.second
+        given = list(self.centres or (None, None))
+        found: list[Any] = [
+            c or (w.name != GROUND.name and self._axis(mechanism, w)) for c, w in zip(given, wheels, strict=True)
+        ]
+        other, apart = found[0] or found[1], getattr(self, "distance", None)
+        if not all(found):  # the ground, whose centre is a pin of the arm
+            pins = sorted(_pins(mechanism, self.arm), key=lambda joint: GROUND.name not in _names(joint))
+            fits = [p.at for p in pins if apart and abs(planar.distance(p.at, other) - apart) <= FITS * apart]
+            found = [point or (fits and fits[0]) for point in found]
+        if not all(found):
+            raise ModelError(
+                f"{self.label}: one wheel is the ground, which has no centre. Give distance= of the axes and a pin of "
+                "the arm at its centre, or centres=."
+            )
+        return found
+
+    def _axis(self, mechanism: Mechanism, wheel: Part) -> Point:
+        """Pin between a wheel and the arm, or one that they share with a third body; else the centre of mass."""
+        pins, arm = _pins(mechanism, wheel), [pin.at for pin in _pins(mechanism, self.arm)]
+        for pin in sorted(pins, key=lambda joint: self.arm.name not in _names(joint)):
+            if self.arm.name in _names(pin) or pin.at in arm:
+                return pin.at
+        body = mechanism.body(wheel.name, self.label)
+        node = body.node(body.main)
+        return node.x, node.y
+
+    def _mounts(self, mechanism: Mechanism) -> list[Attachment]:
+        """Centres of both wheels as points of their bodies."""
+        wheels = zip((self.first, self.second), self._axes(mechanism), strict=True)
+        return [mechanism.body(wheel.name, self.label).attach(self.label, centre) for wheel, centre in wheels]
+
+    def _circles(self, mechanism: Mechanism, radii: Point) -> Shapes:
+        """Pitch circles with the radii [m] about the centres of the wheels that move."""
+        mounts = zip(self._mounts(mechanism), radii, strict=True)
+        return tuple(CircleShape(self.name, m.place, radius) for m, radius in mounts if m.part != GROUND.name)
+
+    def _rolling(
+        self, mechanism: Mechanism, radii: Point, along: tuple[Kernel, tuple[float, ...]] | None
+    ) -> ConstraintContribution:
+        """Equation r1 theta1 + r2 theta2 - (r1 + r2) phi = constant, with the direction phi of the line of centres.
+
+        radii : of the wheels [m], negative for a wheel that turns with the first one;  along : kernel of the force
+        along the line of centres, and its parameters behind the points
+        """
+        (first, second), ((x1, y1), (x2, y2)) = self._mounts(mechanism), self._axes(mechanism)
+        if math.hypot(x2 - x1, y2 - y1) <= COAXIAL * (abs(radii[0]) + abs(radii[1])):
+            return self._coaxial(mechanism, radii)
+        coordinates: tuple[Coordinate, ...] = (*first.coordinates, *second.coordinates)
+        offsets, phi, drawn = (*first.offset, *second.offset), math.atan2(y2 - y1, x2 - x1), 0.0
+        if self.arm.name != GROUND.name:
+            arm, drawn = angle_of(mechanism, self.arm.name, self.label)
+            coordinates = (*coordinates, arm)
+        turns = [mechanism.body(m.part).node(m.node).theta for m in (first, second)]
+        value = radii[0] * turns[0] + radii[1] * turns[1] - sum(radii) * phi
+        push = JointFriction(along[0], (*offsets, *along[1]), Push(), ("", "")) if along else None
+        p, told = (*radii, *offsets, phi - drawn, value), _reactions(radii, -1 if second.part == GROUND.name else 5)
+        return ConstraintContribution(self.name, rolling_kernel, coordinates, p, 1, joint_friction=push, reactions=told)
+
+    def _coaxial(self, mechanism: Mechanism, radii: Point) -> ConstraintContribution:
+        """Relation with the angle of the arm for phi: shafts in line, whose casing takes the difference of torques."""
+        factors, angles = {}, {}
+        for part, radius in zip((self.first, self.second, self.arm), (*radii, -sum(radii)), strict=True):
+            coordinate, angle = angle_of(mechanism, part.name, self.label)
+            if part.name != GROUND.name:  # the angle of the ground is 0
+                factors[coordinate], angles[coordinate] = radius, angle
+        second = angle_of(mechanism, self.second.name, self.label)[0]
+        told = _reactions(radii, list(factors).index(second) if second in factors else -1)
+        return angles_contribution(self.name, factors, angles, told)
+
+
+def _reactions(radii: Point, place: int) -> tuple[Reaction, ...]:
+    """Tangential force, torques on both wheels, power of the second wheel, whose angle stands at `place`."""
+    return (
+        Reaction("force", "N", 0, 1.0),
+        Reaction("first_torque", "N m", 0, radii[0]),
+        Reaction("second_torque", "N m", 0, radii[1]),
+        Reaction("power", "W", 0, radii[1] if place >= 0 else 0.0, place),
+    )
+
+
+def _pins(mechanism: Mechanism, body: Part) -> list[Joint]:
+    """Joints of a body at a point about which it may turn."""
+    joints = (part for part in mechanism.parts if isinstance(part, Joint) and not isinstance(part, Guide | PinSlot))
+    return [joint for joint in joints if joint.kind != "fixed" and body.name in _names(joint)]
+
+
+def _names(joint: Joint) -> tuple[str, str]:
+    """Names of the bodies of a joint."""
+    return joint.first.name, joint.second.name

@@ -1,0 +1,224 @@
+"""Bushing: a linear spring and damper in both directions and in rotation between two bodies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass
+from typing import TYPE_CHECKING
+
+from flexmb import checks
+from flexmb.errors import InputError
+from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel, signal_kernel
+from flexmb.model.contributions import (
+    Attachment,
+    ConstraintContribution,
+    Contribution,
+    ElementContribution,
+    signal_contributions,
+)
+from flexmb.model.part import Joint
+from flexmb.parts.joints.contact_point import add_curvature, curvature_times, direction, dot
+from flexmb.parts.joints.pin_slot import slot_kernel
+from flexmb.parts.joints.revolute import coincidence_piece, drawn_angle
+from flexmb.places import packed
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+
+Pair = float | tuple[float, float]
+
+STIFFNESS_X, STIFFNESS_Y, TORSION, DAMPING_X, DAMPING_Y, TORSION_DAMPING = range(6)
+AXIS_X, AXIS_Y, OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, ANGLE, CHOSEN = range(6, 14)
+"""Parameters p: stiffness and damping of both axes and of the rotation; direction of the first axis, points in the
+frames of their nodes, rotation without moment; number of the signal."""
+
+
+@compiled
+def along_axis(p, q, first):
+    """`direction` for the first axis of the bushing, or for the second."""
+    mx, my = (p[AXIS_X], p[AXIS_Y]) if first else (-p[AXIS_Y], p[AXIS_X])
+    return direction(mx, my, p[OFFSET1_X], p[OFFSET1_Y], p[OFFSET2_X], p[OFFSET2_Y], q)
+
+
+@compiled
+def put_force(p, q, v, r):
+    """r (6,) alone; it must be zero before."""
+    for first in (True, False):
+        i = 0 if first else 1
+        d, J, _, _, _, _ = along_axis(p, q, first)
+        f = p[STIFFNESS_X + i] * d + p[DAMPING_X + i] * dot(J, v)
+        for m in range(6):
+            r[m] += f * J[m]
+    moment = p[TORSION] * (q[5] - q[2] - p[ANGLE]) + p[TORSION_DAMPING] * (v[5] - v[2])
+    r[2] -= moment
+    r[5] += moment
+
+
+@element_kernel
+def bushing_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    """Forces k d + c d_dot along both axes, moment about the point; q (6,)."""
+    put_force(p, q, v, r)
+    for first in (True, False):
+        i = 0 if first else 1
+        d, J, nx, ny, far, near = along_axis(p, q, first)
+        Jv = curvature_times(nx, ny, far, near, v)
+        f = p[STIFFNESS_X + i] * d + p[DAMPING_X + i] * dot(J, v)
+        for m in range(6):
+            for n in range(6):
+                K[m, n] += J[m] * (p[STIFFNESS_X + i] * J[n] + p[DAMPING_X + i] * Jv[n])
+                C[m, n] += J[m] * p[DAMPING_X + i] * J[n]
+        add_curvature(f, nx, ny, far, near, K)
+    for m, n, sign in ((2, 2, 1.0), (5, 5, 1.0), (2, 5, -1.0), (5, 2, -1.0)):
+        K[m, n] += sign * p[TORSION]
+        C[m, n] += sign * p[TORSION_DAMPING]
+
+
+@force_kernel
+def bushing_force(p, t, h, q, v, a, z, r, z_new):
+    """Residual r (6,) alone."""
+    put_force(p, q, v, r)
+
+
+@compiled
+def energies(p, q, v):
+    """Strain energy, no weight, power of damping."""
+    x, Jx, _, _, _, _ = along_axis(p, q, True)
+    y, Jy, _, _, _, _ = along_axis(p, q, False)
+    turn, rate = q[5] - q[2] - p[ANGLE], v[5] - v[2]
+    strain = 0.5 * (p[STIFFNESS_X] * x * x + p[STIFFNESS_Y] * y * y + p[TORSION] * turn * turn)
+    vx, vy = dot(Jx, v), dot(Jy, v)
+    return strain, 0.0, p[DAMPING_X] * vx * vx + p[DAMPING_Y] * vy * vy + p[TORSION_DAMPING] * rate * rate
+
+
+@account_kernel
+def bushing_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
+    """Residual r (6,); no mass; energies as `bushing_energy` gives them."""
+    put_force(p, q, v, r)
+    return energies(p, q, v)
+
+
+@energy_kernel
+def bushing_energy(p, t, q, v):
+    """Strain energy, no weight, power of damping."""
+    return energies(p, q, v)
+
+
+@signal_kernel
+def bushing_signal(p, t, q, v, a):
+    """`CHOSEN`: place in `SIGNALS`; forces act on the second body."""
+    which = int(p[CHOSEN])
+    x, Jx, _, _, _, _ = along_axis(p, q, True)
+    y, Jy, _, _, _, _ = along_axis(p, q, False)
+    turn = q[5] - q[2] - p[ANGLE]
+    if which < 3:
+        return x if which == 0 else (y if which == 1 else turn)
+    if which == 6:
+        return -p[TORSION] * turn - p[TORSION_DAMPING] * (v[5] - v[2])
+    if which > 9:
+        strain, _, _ = energies(p, q, v)
+        return strain
+    if which > 6:
+        return dot(Jx, v) if which == 7 else (dot(Jy, v) if which == 8 else v[5] - v[2])
+    f, g = p[STIFFNESS_X] * x + p[DAMPING_X] * dot(Jx, v), p[STIFFNESS_Y] * y + p[DAMPING_Y] * dot(Jy, v)
+    fx, fy = -f * Jx[3] - g * Jy[3], -f * Jx[4] - g * Jy[4]
+    return fx if which == 3 else (fy if which == 4 else math.sqrt(fx * fx + fy * fy))
+
+
+SIGNALS = (
+    ("dx", "m"), ("dy", "m"), ("angle", "rad"), ("fx", "N"), ("fy", "N"), ("force", "N"), ("moment", "N m"),
+    ("dx_rate", "m/s"), ("dy_rate", "m/s"), ("omega", "rad/s"), ("energy", "J"),
+)  # fmt: skip
+"""Signals with their units, in the order of `bushing_signal`."""
+
+
+@dataclass(frozen=True)
+class Bushing(Joint):
+    """Elastic joint: linear springs and dampers along two axes of the first body and in rotation.
+
+    Signals: dx, dy (deflection of the second body's point along the axes) [m], angle [rad], fx, fy, force (on the
+    second body) [N], moment (on the second body, about its point) [N m], dx_rate, dy_rate [m/s], omega [rad/s],
+    energy (of the springs) [J].
+
+    Parameters
+    ----------
+    name : the joint's name.
+    first, second : the bodies; the axes of the bushing turn with the first one.
+    at : the joint's point in the reference configuration [m], at which the deflection is 0.
+    stiffness : radial stiffness [N/m], > 0; or a pair along both axes, each >= 0.
+    damping : radial damping [N s/m], >= 0; or a pair.
+    torsion : stiffness of the rotation [N m/rad], >= 0.
+    torsion_damping : damping of the rotation [N m s/rad], >= 0.
+    along : direction of the first axis in the reference configuration.
+
+    Raises
+    ------
+    InputError : negative numbers, no stiffness at all, a direction without length.
+
+    Notes
+    -----
+    Start values are the values of an ideal `Revolute`, of a pin in a slot where one axis has no stiffness; declared
+    velocities take precedence, so the deflection may begin with any rate.
+    Forces follow from a potential and from a power of dissipation in the deflections, so action and reaction are in
+    balance, moments included, at any deflection.
+    Linear in the deflection: not for stops and not for rubber beyond a few tenths of its thickness.
+    """
+
+    _: KW_ONLY
+    stiffness: Pair
+    damping: Pair = 0.0
+    torsion: float = 0.0
+    torsion_damping: float = 0.0
+    along: tuple[float, float] = (1.0, 0.0)
+
+    kind = "bushing"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name, unit in (("stiffness", "N/m"), ("damping", "N s/m")):
+            given = getattr(self, name)
+            pair = given if isinstance(given, (tuple, list)) else (given, given)
+            if len(pair) != 2:
+                raise InputError(f"{self.label}: {name} is {given!r}; it must be a number or a pair along both axes.")
+            both = tuple(checks.not_negative(self.label, name, x, unit) for x in pair)
+            object.__setattr__(self, name, both)
+        if max(self.stiffness) <= 0.0:  # type: ignore[arg-type]
+            raise InputError(f"{self.label}: stiffness is {self.stiffness}; one of both must be > 0 N/m.")
+        checks.not_negative(self.label, "torsion", self.torsion, "N m/rad")
+        checks.not_negative(self.label, "torsion_damping", self.torsion_damping, "N m s/rad")
+        object.__setattr__(self, "along", checks.direction(self.label, "along", self.along))
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """One element, the signals, and the coincidence of the points at the start."""
+        first, second = ends = self.ends(mechanism)
+        coordinates = (*first.coordinates, *second.coordinates)
+        angle = math.atan2(self.along[1], self.along[0]) - mechanism.body(first.part).node(first.node).theta
+        (kx, ky), (cx, cy) = self.stiffness, self.damping  # type: ignore[misc]
+        (x1, y1), (x2, y2) = first.offset, second.offset
+        numbers = {STIFFNESS_X: kx, STIFFNESS_Y: ky, TORSION: self.torsion}
+        numbers |= {DAMPING_X: cx, DAMPING_Y: cy, TORSION_DAMPING: self.torsion_damping}
+        numbers |= {AXIS_X: math.cos(angle), AXIS_Y: math.sin(angle), ANGLE: drawn_angle(mechanism, ends)}
+        numbers |= {OFFSET1_X: x1, OFFSET1_Y: y1, OFFSET2_X: x2, OFFSET2_Y: y2}
+        p = packed(numbers)
+        signals = signal_contributions(self.name, bushing_signal, SIGNALS, coordinates, p)
+        element = ElementContribution(
+            self.name,
+            bushing_kernel,
+            coordinates,
+            p,
+            energy=bushing_energy,
+            force=bushing_force,
+            account=bushing_account,
+        )
+        return [element, *signals, self._held(ends, p)]
+
+    def _held(self, ends: tuple[Attachment, Attachment], p: tuple[float, ...]) -> ConstraintContribution:
+        """Coincidence of the points while start values are computed, along the axes that have stiffness."""
+        if min(self.stiffness) > 0.0:  # type: ignore[arg-type]
+            return coincidence_piece(self.name, ends, holds="start")
+        ux, uy = p[AXIS_X], p[AXIS_Y]
+        free = (ux, uy) if self.stiffness[0] == 0.0 else (-uy, ux)  # type: ignore[index]
+        coordinates, offsets = (*ends[0].coordinates, *ends[1].coordinates), p[OFFSET1_X:ANGLE]
+        return ConstraintContribution(
+            self.name, slot_kernel, coordinates, (*free, *offsets), 1, second=coordinates[3:], holds="start"
+        )

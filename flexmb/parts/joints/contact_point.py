@@ -1,0 +1,189 @@
+"""Output of gap kernels, distances along a direction, and friction of joints.
+
+d = n . (x2 + R2 s2 - x1 - R1 s1) with n = R1 m.  With e = x2 + R2 s2 - x1, far = n . e and near = n . R2 s2 the second
+derivatives stand in `add_curvature`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from flexmb import checks
+from flexmb.errors import InputError
+from flexmb.kernels import compiled, joint_friction_kernel
+from flexmb.model.law import FrictionLaw
+from flexmb.places import (
+    ARM1_X,
+    ARM1_X_Q,
+    ARM1_Y,
+    ARM1_Y_Q,
+    ARM2_X,
+    ARM2_X_Q,
+    ARM2_Y,
+    ARM2_Y_Q,
+    ECCENTRICITY_RATE_X,
+    ECCENTRICITY_RATE_Y,
+    ECCENTRICITY_X,
+    ECCENTRICITY_Y,
+    GAP,
+    GAP_RATE,
+    LOAD,
+    LOAD_BY_LAM,
+    NORMAL_X,
+    NORMAL_X_Q,
+    NORMAL_Y,
+    NORMAL_Y_Q,
+    SLIDING,
+    SLIP,
+)
+
+# Output of gap kernels: gap, slip and geometry of the contact point (see `flexmb.kernels.GAP_SIZE`)
+
+
+@compiled
+def put_point(out, q, v, gap, nx, ny, X, Y):
+    """Gap, its rate, slip, normal and arms for a contact point (X, Y) of both bodies."""
+    r1x, r1y, r2x, r2y = X - q[0], Y - q[1], X - q[3], Y - q[4]
+    ux, uy = v[3] - v[5] * r2y - v[0] + v[2] * r1y, v[4] + v[5] * r2x - v[1] - v[2] * r1x
+    out[GAP], out[GAP_RATE], out[SLIP] = gap, -(nx * ux + ny * uy), nx * uy - ny * ux
+    put_arms(out, nx, ny, r1x, r1y, r2x, r2y)
+
+
+@compiled
+def put_arms(out, nx, ny, r1x, r1y, r2x, r2y):
+    """Normal, and arms from the nodes to the contact point."""
+    out[NORMAL_X], out[NORMAL_Y] = nx, ny
+    out[ARM1_X], out[ARM1_Y], out[ARM2_X], out[ARM2_Y] = r1x, r1y, r2x, r2y
+
+
+@compiled
+def put_eccentricity(out, ex, ey, vex, vey):
+    """Eccentricity and its rate."""
+    out[ECCENTRICITY_X], out[ECCENTRICITY_Y] = ex, ey
+    out[ECCENTRICITY_RATE_X], out[ECCENTRICITY_RATE_Y] = vex, vey
+
+
+@compiled
+def put_column(out, j, nqx, nqy, Xq, Yq):
+    """Derivatives of normal and arms by coordinate j; (Xq, Yq): derivatives of the contact point."""
+    out[NORMAL_X_Q + j], out[NORMAL_Y_Q + j] = nqx, nqy
+    out[ARM1_X_Q + j], out[ARM1_Y_Q + j] = Xq - (1.0 if j == 0 else 0.0), Yq - (1.0 if j == 1 else 0.0)
+    out[ARM2_X_Q + j], out[ARM2_Y_Q + j] = Xq - (1.0 if j == 3 else 0.0), Yq - (1.0 if j == 4 else 0.0)
+
+
+@compiled
+def difference_column(j, ax, ay, bx, by):
+    """Derivatives by coordinate j of the vector from a point of the first node to one of the second, and of the first.
+
+    (ax, ay), (bx, by) : arms of both points.
+    """
+    if j == 0:
+        return -1.0, 0.0, 1.0, 0.0
+    if j == 1:
+        return 0.0, -1.0, 0.0, 1.0
+    if j == 2:
+        return ay, -ax, -ay, ax
+    if j == 3:
+        return 1.0, 0.0, 0.0, 0.0
+    if j == 4:
+        return 0.0, 1.0, 0.0, 0.0
+    return -by, bx, 0.0, 0.0
+
+
+# Distance of a point of the second node along a direction of the first: value, gradient, second derivatives
+
+
+@compiled
+def direction(mx, my, s1x, s1y, s2x, s2y, q):
+    """d, its gradient, and n, far, near."""
+    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
+    nx, ny = c1 * mx - d1 * my, d1 * mx + c1 * my
+    bx, by = c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
+    ex, ey = q[3] + bx - q[0], q[4] + by - q[1]
+    far = nx * ex + ny * ey
+    gradient = (-nx, -ny, nx * ey - ny * ex, nx, ny, ny * bx - nx * by)
+    # the part along R1 s1 is constant: n . R1 s1 = m . s1
+    return far - mx * s1x - my * s1y, gradient, nx, ny, far, nx * bx + ny * by
+
+
+@compiled
+def add_curvature(k, nx, ny, far, near, H):
+    """H += k d2d/dq2."""
+    H[2, 2] -= k * far
+    H[5, 5] -= k * near
+    H[2, 5] += k * near
+    H[5, 2] += k * near
+    for i, x in ((0, k * ny), (1, -k * nx), (3, -k * ny), (4, k * nx)):
+        H[i, 2] += x
+        H[2, i] += x
+
+
+@compiled
+def curvature_times(nx, ny, far, near, v):
+    """d2d/dq2 v."""
+    w1, w2 = v[2], v[5]
+    swing = nx * (v[4] - v[1]) - ny * (v[3] - v[0]) - far * w1 + near * w2
+    return ny * w1, -nx * w1, swing, -ny * w1, nx * w1, near * (w1 - w2)
+
+
+@compiled
+def dot(x, y):
+    """Scalar product of six numbers."""
+    return x[0] * y[0] + x[1] * y[1] + x[2] * y[2] + x[3] * y[3] + x[4] * y[4] + x[5] * y[5]
+
+
+# Joint friction: normal load from the multipliers, and direction of sliding
+
+
+@joint_friction_kernel
+def journal_friction(p, q, lam, out, H):
+    """Pin of radius R: N = |force| + preload, slip = R (omega2 - omega1).
+
+    Equation (1.8) of docs/theory/equations_of_motion.md.
+    """
+    R, preload = p
+    F = math.sqrt(lam[0] * lam[0] + lam[1] * lam[1])
+    out[LOAD] = F + preload
+    if F > 0.0:
+        for i in range(2):
+            out[LOAD_BY_LAM + i] = lam[i] / F
+    for theta, arm in ((2, -R), (5, R)):
+        out[SLIDING + theta] = arm
+
+
+@joint_friction_kernel
+def guide_friction(p, q, lam, out, H):
+    """Slider of length l: N = |F/2 + M/l| + |F/2 - M/l| + preload, slip = rate of its travel.
+
+    Equation (1.9) of docs/theory/equations_of_motion.md.
+    """
+    ux, uy, s1x, s1y, s2x, s2y, length, preload = p
+    across, couple = abs(lam[0]), 2.0 * abs(lam[1]) / length
+    if across >= couple:
+        row, load, by_lam = 0, across, 1.0 if lam[0] > 0.0 else (-1.0 if lam[0] < 0.0 else 0.0)
+    else:
+        row, load, by_lam = 1, couple, math.copysign(2.0 / length, lam[1])
+    out[LOAD] = load + preload
+    out[LOAD_BY_LAM + row] = by_lam
+    _, J, nx, ny, far, near = direction(ux, uy, s1x, s1y, s2x, s2y, q)
+    for j in range(6):
+        out[SLIDING + j] = J[j]
+    add_curvature(1.0, nx, ny, far, near, H)
+
+
+def check_friction(joint: Any, size: str) -> None:
+    """Check friction law, `size` of the surfaces and preload: all given, or none."""
+    if joint.friction is not None and not isinstance(joint.friction, FrictionLaw):
+        raise InputError(
+            f"{joint.label}: friction is {joint.friction!r}; it must be a friction law, e.g. ModifiedCoulomb, or None."
+        )
+    value = getattr(joint, size)
+    if joint.friction is None:
+        if value is not None or joint.preload:
+            raise InputError(f"{joint.label}: {size} and preload belong to friction; give friction=..., or leave them.")
+        return
+    if value is None:
+        raise InputError(f"{joint.label}: {size} is missing, which friction needs; give {size}=... in m.")
+    checks.positive(joint.label, size, value, "m")
+    checks.not_negative(joint.label, "preload", joint.preload, "N")

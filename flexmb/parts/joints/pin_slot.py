@@ -1,0 +1,209 @@
+"""Pin in a slot: ideal, and with clearance."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass, field, replace
+from typing import TYPE_CHECKING, cast
+
+from flexmb import checks
+from flexmb.kernels import constraint_kernel, gap_kernel, joint_friction_kernel
+from flexmb.model.contributions import ConstraintContribution, ContactContribution, Contribution, Coordinate
+from flexmb.model.law import FrictionLaw, NormalLaw
+from flexmb.model.part import Joint
+from flexmb.model.shape import PointShape, Shapes
+from flexmb.parts.contact.friction import Frictionless
+from flexmb.parts.joints.contact_point import add_curvature, direction, put_column, put_eccentricity, put_point
+from flexmb.parts.joints.prismatic import direction_row, travel_contributions
+from flexmb.parts.joints.revolute_clearance import check_laws, rubbing
+from flexmb.places import LOAD, LOAD_BY_LAM, SLIDING
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+
+
+@constraint_kernel
+def slot_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
+    """A point of the second body stays on a straight line of the first."""
+    ux, uy, s1x, s1y, s2x, s2y = p
+    direction_row(-uy, ux, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
+
+
+@joint_friction_kernel
+def slot_friction(p, q, lam, out, H):
+    """Pin of radius R on the side of the slot that holds it: N = |F|, slip = rate of travel +- R (omega2 - omega1)."""
+    ux, uy, s1x, s1y, s2x, s2y, R = p
+    side = math.copysign(1.0, lam[0])
+    out[LOAD], out[LOAD_BY_LAM] = abs(lam[0]), side
+    _, J, nx, ny, far, near = direction(ux, uy, s1x, s1y, s2x, s2y, q)
+    for j in range(6):
+        out[SLIDING + j] = J[j]
+    for theta, arm in ((2, R), (5, -R)):
+        out[SLIDING + theta] += side * arm
+    add_curvature(1.0, nx, ny, far, near, H)
+
+
+@gap_kernel
+def slot_gap_kernel(p, q, v, out):
+    """Round pin in a slot with round ends: e from the nearest point of the middle line, gap = c - |e|, n = e/|e|.
+
+    The contact point lies half the depth beyond the pin's surface, so both bodies are pushed at one point.
+    """
+    c, reach, radius, mx, my, s1x, s1y, s2x, s2y = p
+    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
+    ax, ay, bx, by = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y, c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
+    ux, uy = c1 * mx - d1 * my, d1 * mx + c1 * my
+    ex, ey = q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay
+    along, across = ux * ex + uy * ey, ux * ey - uy * ex
+    side = abs(along) <= reach
+    if side:
+        size = abs(across)
+        sign = 1.0 if across >= 0.0 else -1.0
+        nx, ny = -sign * uy, sign * ux
+    else:
+        end = reach if along > 0.0 else -reach
+        ax, ay = ax + end * ux, ay + end * uy  # the middle of the round end
+        ex, ey = ex - end * ux, ey - end * uy
+        size = math.sqrt(ex * ex + ey * ey)
+        nx, ny = ex / size, ey / size
+    ahead = radius + 0.5 * (c + size) - size  # from the pin's centre to the contact point
+    X, Y = q[3] + bx + ahead * nx, q[4] + by + ahead * ny
+    put_point(out, q, v, c - size, nx, ny, X, Y)
+    vx, vy = v[3] - v[5] * by - v[0] + v[2] * ay, v[4] + v[5] * bx - v[1] - v[2] * ax
+    wx, wy = (size * nx, size * ny) if side else (ex, ey)
+    put_eccentricity(out, wx, wy, vx, vy)
+    for j in range(6):
+        # column j of the pin's centre, and of its way from the middle of the slot, or of the round end
+        gx, gy, Xq, Yq = 0.0, 0.0, 0.0, 0.0
+        if j == 0:
+            gx = -1.0
+        elif j == 1:
+            gy = -1.0
+        elif j == 2:
+            gx, gy = ay, -ax
+        elif j == 3:
+            gx, Xq = 1.0, 1.0
+        elif j == 4:
+            gy, Yq = 1.0, 1.0
+        else:
+            gx, gy = -by, bx
+            Xq, Yq = gx, gy
+        if side:
+            nqx, nqy = (-ny, nx) if j == 2 else (0.0, 0.0)
+            grows = nx * gx + ny * gy
+            if j == 2:  # the line turns, too
+                grows += -ny * ex + nx * ey
+        else:
+            turn = (nx * gy - ny * gx) / size
+            nqx, nqy = -ny * turn, nx * turn
+            grows = nx * gx + ny * gy
+        put_column(out, j, nqx, nqy, Xq + ahead * nqx - 0.5 * grows * nx, Yq + ahead * nqy - 0.5 * grows * ny)
+
+
+@dataclass(frozen=True)
+class PinSlot(Joint):
+    """Ideal pin in a straight slot: a point of the second body stays on a line of the first, and turns freely.
+
+    Signals: fx, fy, force (on the second body) [N], travel of the pin along the slot [m], speed [m/s].
+
+    Parameters
+    ----------
+    name : the joint's name.
+    first, second : the bodies with the slot and with the pin.
+    at : the pin in the reference configuration, and the middle of the slot [m].
+    along : direction of the slot in the reference configuration (any length > 0).
+
+    Raises
+    ------
+    InputError : a direction without length.
+    """
+
+    along: tuple[float, float] = (1.0, 0.0)
+
+    kind = "slot"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "along", checks.direction(self.label, "along", self.along))
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """One constraint equation, travel and speed."""
+        coordinates, p = self._geometry(mechanism)
+        row = ConstraintContribution(self.name, slot_kernel, coordinates, p, 1, second=coordinates[3:])
+        return [row, *travel_contributions(self.name, coordinates, p)]
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        """The pin, as a point of the second body, and its slot in the first one."""
+        slot, pin = self.ends(mechanism)
+        c, s, *_ = self._geometry(mechanism)[1]
+        return (PointShape(self.name, self.kind, *pin.place, other=slot.place, along=(c, s)),)
+
+    def _geometry(self, mechanism: Mechanism) -> tuple[tuple[Coordinate, ...], tuple[float, ...]]:
+        """The six coordinates; direction of the slot, its middle and the pin in the frames of their nodes."""
+        first, second = self.ends(mechanism)
+        angle = math.atan2(self.along[1], self.along[0]) - mechanism.body(first.part).node(first.node).theta
+        p = (math.cos(angle), math.sin(angle), *first.offset, *second.offset)
+        return (*first.coordinates, *second.coordinates), p
+
+
+@dataclass(frozen=True)
+class PinSlotClearance(PinSlot):
+    """Round pin of the second body with clearance in a slot of the first; the slot has round ends.
+
+    Signals: as of a contact (see `RevoluteClearance`; ex, ey from the middle line of the slot), travel [m] and
+    speed [m/s].
+
+    Parameters
+    ----------
+    name : the joint's name.
+    first, second : the bodies with the slot and with the pin.
+    at : the pin in the reference configuration, and the middle of the slot [m].
+    along : direction of the slot in the reference configuration (any length > 0).
+    clearance : half the width of the slot less the radius of the pin [m], > 0.
+    pin_radius : radius of the pin [m], > 0.
+    length : travel of the pin's centre from one round end to the other [m], >= 0; None: the slot has no ends.
+    normal : law of the normal force; made from materials, it has the stiffness of the pin against a flat side.
+    friction : law of friction; left out: frictionless.
+
+    Raises
+    ------
+    InputError : sizes out of range, laws of the wrong kind.
+
+    Notes
+    -----
+    At the start the pin is in the middle of the slot's width and moves as in an ideal `PinSlot`.
+    """
+
+    _: KW_ONLY
+    clearance: float
+    pin_radius: float
+    length: float | None = None
+    normal: NormalLaw
+    friction: FrictionLaw = field(default_factory=Frictionless)
+
+    kind = "clearance"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        checks.positive(self.label, "clearance", self.clearance, "m", "For a pin without clearance use PinSlot(...).")
+        checks.positive(self.label, "pin_radius", self.pin_radius, "m")
+        if self.length is not None:
+            checks.not_negative(self.label, "length", self.length, "m")
+        check_laws(self)
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """One contact, travel and speed, and the ideal slot at the start."""
+        coordinates, p = self._geometry(mechanism)
+        reach = 1e300 if self.length is None else 0.5 * self.length
+        normal = self.normal.for_radii(math.inf, self.pin_radius)
+        contact = ContactContribution(
+            self.name, slot_gap_kernel, coordinates, (self.clearance, reach, self.pin_radius, *p), normal, self.friction
+        )
+        row, *signals = super().contributions(mechanism)
+        friction = rubbing(self.friction, slot_friction, (*p, self.pin_radius))
+        return [
+            contact,
+            *signals,
+            replace(cast("ConstraintContribution", row), joint_friction=friction, holds="closed"),
+        ]

@@ -1,0 +1,291 @@
+"""Ideal guides: the prismatic joint, and a clamp that moves."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from flexmb import checks
+from flexmb.errors import InputError, ModelError
+from flexmb.kernels import compiled, constraint_kernel, signal_kernel
+from flexmb.model.contributions import (
+    ConstraintContribution,
+    Contribution,
+    Coordinate,
+    JointFriction,
+    RowMotion,
+    SignalContribution,
+)
+from flexmb.model.law import FrictionLaw, Motion
+from flexmb.model.part import Joint, Part
+from flexmb.model.shape import PointShape, Shapes
+from flexmb.parts.joints.contact_point import (
+    add_curvature,
+    check_friction,
+    curvature_times,
+    direction,
+    dot,
+    guide_friction,
+)
+from flexmb.parts.joints.revolute import Revolute, drawn_angle
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+
+# Ideal prismatic joint between any two bodies, and its travel
+
+
+@compiled
+def direction_row(dx, dy, s1x, s1y, s2x, s2y, q, v, lam, row, g, G, gamma, H):
+    """g = n . (x2 + R2 s2 - x1 - R1 s1), where n = R1 (dx, dy) turns with the first node."""
+    g[row], J, nx, ny, far, near = direction(dx, dy, s1x, s1y, s2x, s2y, q)
+    for j in range(6):
+        G[row, j] = J[j]
+    add_curvature(lam[row], nx, ny, far, near, H)
+    gamma[row] = -dot(curvature_times(nx, ny, far, near, v), v)
+
+
+@constraint_kernel
+def guide_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
+    """Slider in a guide on the first body: no offset across the guide, no relative rotation."""
+    ux, uy, s1x, s1y, s2x, s2y, angle = p
+    direction_row(-uy, ux, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
+    g[1] = q[5] - q[2] - angle
+    G[1, 2] = -1.0
+    G[1, 5] = 1.0
+
+
+@constraint_kernel
+def travel_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
+    """Travel of the second body along the guide, 0 in the reference configuration."""
+    ux, uy, s1x, s1y, s2x, s2y = p
+    direction_row(ux, uy, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
+
+
+@compiled
+def turned(x, y, angle):
+    """Vector turned by an angle; most are zero, or belong to the ground, and need no sine."""
+    if angle == 0.0 or (x == 0.0 and y == 0.0):
+        return x, y
+    c, s = math.cos(angle), math.sin(angle)
+    return c * x - s * y, s * x + c * y
+
+
+@signal_kernel
+def travel_signal(p, t, q, v, a):
+    """Travel of the second body's point along a direction of the first body."""
+    ux, uy, s1x, s1y, s2x, s2y = p
+    nx, ny = turned(ux, uy, q[2])
+    bx, by = turned(s2x, s2y, q[5])
+    return nx * (q[3] + bx - q[0]) + ny * (q[4] + by - q[1]) - ux * s1x - uy * s1y
+
+
+@signal_kernel
+def speed_signal(p, t, q, v, a):
+    """Rate of `travel_signal`."""
+    ux, uy, _, _, s2x, s2y = p
+    nx, ny = turned(ux, uy, q[2])
+    bx, by = turned(s2x, s2y, q[5])
+    vx, vy = v[3] - v[5] * by - v[0], v[4] + v[5] * bx - v[1]
+    return nx * vx + ny * vy + v[2] * (nx * (q[4] + by - q[1]) - ny * (q[3] + bx - q[0]))
+
+
+def travel_contributions(
+    part: str, coordinates: tuple[Coordinate, ...], p: tuple[float, ...]
+) -> tuple[SignalContribution, SignalContribution]:
+    """Signals travel [m] and speed [m/s] of a point of the second body along a line of the first.
+
+    `coordinates` are the six of both nodes, `p` the direction of the line and both points in the frames of their nodes.
+    """
+    return (
+        SignalContribution(part, "travel", "m", travel_signal, coordinates, p),
+        SignalContribution(part, "speed", "m/s", speed_signal, coordinates, p),
+    )
+
+
+@dataclass(frozen=True)
+class Guide(Joint):
+    """Base of joints whose second body slides along a guide of the first.
+
+    Parameters
+    ----------
+    name : the joint's name.
+    first, second : the bodies with the guide and with the slider.
+    at : the joint's point in the reference configuration [m]; None: the main node of the second body.
+    along : direction of the guide in the reference configuration (any length > 0).
+    """
+
+    at: Any = None
+    along: tuple[float, float] = (1.0, 0.0)
+
+    at_may_be_left_out = True
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "along", checks.direction(self.label, "along", self.along))
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        """The slider's point, and the guide in the first body."""
+        guide, slider = self.ends(mechanism)
+        along = self.geometry(mechanism)[1][:2]
+        return (PointShape(self.name, self.kind, *slider.place, other=guide.place, along=along),)
+
+    def ideal(self, mechanism: Mechanism) -> ConstraintContribution:
+        """The two constraint equations of a slider without clearance in `mechanism`."""
+        coordinates, p, angle = self.geometry(mechanism)
+        second = coordinates[3:]
+        return ConstraintContribution(self.name, guide_kernel, coordinates, (*p, angle), 2, second=second, moment_row=1)
+
+    def geometry(self, mechanism: Mechanism) -> tuple[Any, tuple[float, float, float, float, float, float], float]:
+        """Coordinates in `mechanism`; direction of the guide, both points in the frames of their nodes; angle."""
+        first, second = ends = self.ends(mechanism)
+        theta = mechanism.body(first.part).node(first.node).theta
+        direction = math.atan2(self.along[1], self.along[0]) - theta
+        p = (math.cos(direction), math.sin(direction), *first.offset, *second.offset)
+        return (*first.coordinates, *second.coordinates), p, drawn_angle(mechanism, ends)
+
+
+@dataclass(frozen=True)
+class Prismatic(Guide):
+    """Ideal prismatic joint (slider) between any two bodies; the guide belongs to the first one.
+
+    Signals: fx, fy, force (on the second body) [N], moment (on the second body, about its joint point) [N m]; travel
+    along the guide (0 in the reference configuration) [m], speed [m/s]; with friction also friction_force (on the
+    second body, along the guide) [N], which fx and fy do not contain.
+
+    Parameters
+    ----------
+    name : the joint's name.
+    first, second : the bodies; `GROUND` is the frame.
+    at : the joint's point in the reference configuration [m]; left out: the main node of the second body.
+    along : direction of the guide in the reference configuration (any length > 0).
+    friction : law of friction between slider and guide; None: none.
+    length : length of the slider along the guide [m], > 0, with friction: force F and moment M of the joint press its
+        two ends, N = |F/2 + M/l| + |F/2 - M/l|.
+    preload : further normal load [N], >= 0.
+
+    Raises
+    ------
+    InputError : a direction without length; friction without length.
+    """
+
+    _: KW_ONLY
+    friction: FrictionLaw | None = None
+    length: float | None = None
+    preload: float = 0.0
+
+    kind = "prismatic"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_friction(self, "length")
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """Two constraint equations, travel and speed."""
+        ideal, (coordinates, line, _) = self.ideal(mechanism), self.geometry(mechanism)
+        signals = travel_contributions(self.name, coordinates, line)
+        if self.friction is None or self.length is None:
+            return [ideal, *signals]
+        p = (*line, self.length, self.preload)
+        return [replace(ideal, joint_friction=JointFriction(guide_friction, p, self.friction)), *signals]
+
+    def drive_contribution(self, mechanism: Mechanism) -> ConstraintContribution | None:
+        """The travel of the second body along the guide, 0 in the reference configuration."""
+        coordinates, p, _ = self.geometry(mechanism)
+        return ConstraintContribution(
+            self.name, travel_kernel, coordinates, p, 1, is_drive=True, drive_units=("m", "N")
+        )
+
+
+def joint_with_coordinate(mechanism: Mechanism, label: str, name: Part | str) -> Revolute | Prismatic:
+    """The joint of that name, which has an angle or a travel; others are refused."""
+    if name not in mechanism.names:
+        joints = [part.name for part in mechanism.parts if isinstance(part, Joint)]
+        text = f"{label} refers to joint {name!r}, but mechanism {mechanism.name!r} has no such part"
+        raise ModelError(f"{text}. {checks.did_you_mean(name, joints)}")
+    part = mechanism.find(name)
+    if not isinstance(part, Revolute | Prismatic):
+        raise ModelError(f"{label}: {part.label} has no angle or travel. Give a Revolute or a Prismatic joint.")
+    return part
+
+
+# Moving clamp: a rigid connection whose relative angle and position are prescribed
+
+ROWS = (("x", "m", "N"), ("y", "m", "N"), ("angle", "rad", "N m"))
+"""Coordinates of the second body in the frame of the first, with units of coordinate and force."""
+
+
+@constraint_kernel
+def clamp_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
+    """Point of the second node against that of the first, along the axes of the first; relative rotation."""
+    s1x, s1y, s2x, s2y, angle = p
+    direction_row(1.0, 0.0, s1x, s1y, s2x, s2y, q, v, lam, 0, g, G, gamma, H)
+    direction_row(0.0, 1.0, s1x, s1y, s2x, s2y, q, v, lam, 1, g, G, gamma, H)
+    g[2] = q[5] - q[2] - angle
+    G[2, 2] = -1.0
+    G[2, 5] = 1.0
+
+
+@dataclass(frozen=True)
+class Clamp(Joint):
+    """Rigid connection of two bodies at a point, moved: angle and position of the second follow motions.
+
+    R1^T (x2 + R2 s2 - x1) - s1 = (x, y)(t) and theta2 - theta1 = reference value + angle(t), with the motions counted
+    from the reference configuration.
+
+    Signals: fx, fy, force (on the second body, world axes) [N], moment (on the second body, about its point) [N m]; for
+    each motion x, x_rate, x_force, x_power [m, m/s, N, W], the same of y, and angle, angle_rate, angle_torque,
+    angle_power [rad, rad/s, N m, W]; the forces act on the second body along the axes of the first.
+
+    Parameters
+    ----------
+    name : the joint's name.
+    first, second : the bodies; `GROUND` is the frame.
+    at : the point in the reference configuration [m].
+    angle : motion of the relative angle [rad]; None: constant.
+    x, y : motions of the second body's point along the axes of the first body [m]; None: constant.
+
+    Raises
+    ------
+    InputError : an object that is no motion, a motion that jumps, or no motion at all.
+
+    Notes
+    -----
+    The axes of the first body are the axes of the node that is held: along and across a link, X and Y for the ground.
+    """
+
+    _: KW_ONLY
+    angle: Motion | None = None
+    x: Motion | None = None
+    y: Motion | None = None
+
+    kind = "fixed"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        given = {name: getattr(self, name) for name, *_ in ROWS}
+        for name, motion in given.items():
+            if motion is not None and not isinstance(motion, Motion):
+                raise InputError(f"{self.label}: {name} is {motion!r}; it must be a motion, e.g. Ramp(6.28, 0.5).")
+            if motion is not None and not motion.is_smooth:
+                raise InputError(
+                    f"{self.label}: {name} is {type(motion).__name__}(...), whose value or speed jumps; a clamp would "
+                    "need an infinite force to follow. Move it with Table, Ramp or CycloidalRamp."
+                )
+        if all(motion is None for motion in given.values()):
+            raise InputError(f"{self.label}: angle, x and y are None; give a motion, or use Fixed(...) for a weld.")
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """Three constraint equations."""
+        first, second = ends = self.ends(mechanism)
+        coordinates = (*first.coordinates, *second.coordinates)
+        p = (*first.offset, *second.offset, drawn_angle(mechanism, ends))
+        driven = ((row, getattr(self, name), name, units) for row, (name, *units) in enumerate(ROWS))
+        motions = tuple(RowMotion(row, law, name, (u, f)) for row, law, name, (u, f) in driven if law is not None)
+        return [
+            ConstraintContribution(
+                self.name, clamp_kernel, coordinates, p, 3, second=second.coordinates, moment_row=2, motions=motions
+            )
+        ]

@@ -1,0 +1,185 @@
+"""Prismatic joint with clearance: a slider with four corners in a straight guide."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass, field, replace
+from typing import TYPE_CHECKING
+
+from flexmb import checks
+from flexmb.errors import InputError
+from flexmb.kernels import compiled, gap_kernel, signal_kernel
+from flexmb.model.contributions import ContactContribution, Contribution, SignalContribution
+from flexmb.model.law import FrictionLaw, NormalLaw
+from flexmb.parts.contact.friction import Frictionless
+from flexmb.parts.joints.contact_point import guide_friction, put_column, put_eccentricity, put_point
+from flexmb.parts.joints.prismatic import Guide, travel_contributions
+from flexmb.parts.joints.revolute_clearance import check_laws, rubbing
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+
+CORNERS = (
+    ("upper_front", 1.0, 1.0),
+    ("upper_rear", -1.0, 1.0),
+    ("lower_front", 1.0, -1.0),
+    ("lower_rear", -1.0, -1.0),
+)
+"""Name, sign along the guide, sign across it (upper: to its left)."""
+
+
+@gap_kernel
+def corner_gap_kernel(p, q, v, out):
+    """Corner of the second body against one side of a guide on the first; the contact point is the corner."""
+    c, half, side, mx, my, s1x, s1y, kx, ky = p
+    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
+    nx, ny = -side * (c1 * my + d1 * mx), side * (c1 * mx - d1 * my)
+    bx, by = c2 * kx - d2 * ky, d2 * kx + c2 * ky
+    X, Y = q[3] + bx, q[4] + by
+    ex, ey = X - q[0] - c1 * s1x + d1 * s1y, Y - q[1] - d1 * s1x - c1 * s1y
+    put_point(out, q, v, c + half - nx * ex - ny * ey, nx, ny, X, Y)
+    vex = v[3] - v[5] * by - v[0] + v[2] * (d1 * s1x + c1 * s1y)
+    vey = v[4] + v[5] * bx - v[1] - v[2] * (c1 * s1x - d1 * s1y)
+    put_eccentricity(out, ex, ey, vex, vey)
+    for j in range(6):
+        put_column(out, j, 0.0, 0.0, 0.0, 0.0)
+    put_column(out, 2, -ny, nx, 0.0, 0.0)
+    put_column(out, 3, 0.0, 0.0, 1.0, 0.0)
+    put_column(out, 4, 0.0, 0.0, 0.0, 1.0)
+    put_column(out, 5, 0.0, 0.0, -by, bx)
+
+
+@compiled
+def pose_in_guide(mx, my, s1x, s1y, s2x, s2y, angle, q):
+    """Travel, offset across the guide and tilt of the slider's centre."""
+    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
+    ex = q[3] + c2 * s2x - d2 * s2y - q[0] - c1 * s1x + d1 * s1y
+    ey = q[4] + d2 * s2x + c2 * s2y - q[1] - d1 * s1x - c1 * s1y
+    ux, uy = c1 * mx - d1 * my, d1 * mx + c1 * my
+    return ux * ex + uy * ey, ux * ey - uy * ex, q[5] - q[2] - angle
+
+
+@signal_kernel
+def slider_signal(p, t, q, v, a):
+    """`chosen`: 0 travel, 1 offset, 2 tilt, 3 mode (0 free, 1 one corner, 2 two across, 3 face, 4 more)."""
+    mx, my, s1x, s1y, s2x, s2y, angle, c, length, height, chosen = p
+    travel, offset, tilt = pose_in_guide(mx, my, s1x, s1y, s2x, s2y, angle, q)
+    which = int(chosen)
+    if which < 3:
+        return travel if which == 0 else (offset if which == 1 else tilt)
+    upper, lower = 0, 0
+    for along in (-1.0, 1.0):
+        rise = offset + along * length * math.sin(tilt)
+        upper += rise + height * math.cos(tilt) >= c + height
+        lower += rise - height * math.cos(tilt) <= -c - height
+    touching = upper + lower
+    if touching <= 1:
+        return float(touching)
+    if touching > 2:
+        return 4.0
+    return 2.0 if upper == lower else 3.0
+
+
+SIGNALS = (("travel", "m"), ("offset", "m"), ("tilt", "rad"), ("mode", ""))
+
+
+@dataclass(frozen=True)
+class PrismaticClearance(Guide):
+    """Slider with clearance in a straight guide: four corners, each against its side of the guide.
+
+    The first body carries the guide, the second one the slider, a rectangle whose centre is `at`. The signals of a
+    corner are the signals of any contact: "P.upper_front.normal_force", ...; upper is the left side of `along`, front
+    its end. Signals of the slider: travel, offset [m], speed [m/s], tilt [rad], and mode: 0 free, 1 one corner, 2 two
+    corners across (tilted), 3 two corners on one side (its face), 4 more.
+
+    Parameters
+    ----------
+    name : the joint's name.
+    first, second : the bodies with the guide and with the slider.
+    at : centre of the slider in the reference configuration [m], in the middle of the guide; left out: the second
+        body's main node.
+    along : direction of the guide in the reference configuration (any length > 0).
+    clearance : gap on either side when the slider is centred [m], > 0.
+    half_length, half_height : half sides of the slider along and across the guide [m], > 0.
+    normal : law of the normal force of a corner.
+    friction : law of friction of a corner; left out: frictionless.
+    corner_radius : rounding of the corners [m], > 0, which gives laws made from materials their stiffness on a flat
+        side; it does not change the geometry, so it must be small beside the sides.
+
+    Raises
+    ------
+    InputError : sizes out of range, laws of the wrong kind, a law from materials without corner_radius.
+
+    Notes
+    -----
+    The guide has no ends.  At the start the slider is centred and moves as in an ideal `Prismatic`.  A face that lies
+    on its side is two corners, so its pressure is not resolved between them.
+    Source of the contact states: P. Flores, J. Ambrosio, J. C. P. Claro, H. M. Lankarani, Kinematics and Dynamics of
+    Multibody Systems with Imperfect Joints, Springer 2008, chapter on translational joints with clearance.
+    """
+
+    _: KW_ONLY
+    clearance: float
+    half_length: float
+    half_height: float
+    normal: NormalLaw
+    friction: FrictionLaw = field(default_factory=Frictionless)
+    corner_radius: float | None = None
+
+    kind = "clearance"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        checks.positive(
+            self.label, "clearance", self.clearance, "m", "For a joint without clearance use Prismatic(...)."
+        )
+        for name in ("half_length", "half_height"):
+            checks.positive(self.label, name, getattr(self, name), "m")
+        check_laws(self)
+        if self.corner_radius is not None:
+            checks.positive(self.label, "corner_radius", self.corner_radius, "m")
+        if self.clearance >= self.half_length:
+            raise InputError(
+                f"{self.label}: clearance is {self.clearance:g} m, half_length {self.half_length:g} m; the slider "
+                "would turn in its guide. Did you mix up metres and millimetres?"
+            )
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """Four contacts, the signals, and the ideal guide at the start."""
+        coordinates, p, angle = self.geometry(mechanism)
+        mx, my, s1x, s1y, s2x, s2y = p
+        turn = -angle  # of the guide's direction, seen from the frame of the slider
+        ux, uy = mx * math.cos(turn) - my * math.sin(turn), mx * math.sin(turn) + my * math.cos(turn)
+        normal = self._normal()
+        found: list[Contribution] = []
+        for name, along, across in CORNERS:
+            x, y = along * self.half_length, across * self.half_height
+            corner = (s2x + x * ux - y * uy, s2y + x * uy + y * ux)
+            numbers = (self.clearance, self.half_height, across, mx, my, s1x, s1y, *corner)
+            contribution = ContactContribution(
+                self.name, corner_gap_kernel, coordinates, numbers, normal, self.friction, name
+            )
+            found.append(contribution)
+        sizes = (self.clearance, self.half_length, self.half_height)
+        for k, (name, unit) in enumerate(SIGNALS):
+            values = (*p, angle, *sizes, float(k))
+            found.append(
+                SignalContribution(self.name, name, unit, slider_signal, coordinates, values, is_mode=name == "mode")
+            )
+        _, speed = travel_contributions(self.name, coordinates, p)
+        friction = rubbing(self.friction, guide_friction, (*p, 2.0 * self.half_length, 0.0))
+        return [*found, speed, replace(self.ideal(mechanism), joint_friction=friction, holds="closed")]
+
+    def _normal(self) -> NormalLaw:
+        """The normal law of a corner on a flat side."""
+        if self.corner_radius is not None:
+            return self.normal.for_radii(math.inf, self.corner_radius)
+        try:
+            self.normal.parameters()
+        except InputError as error:
+            raise InputError(
+                f"{self.label}: the stiffness of its law depends on the radius of the corners; give corner_radius=..., "
+                "or a law with a stiffness of its own."
+            ) from error
+        return self.normal

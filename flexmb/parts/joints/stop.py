@@ -1,0 +1,345 @@
+"""Stops: limits of the angle of a joint, of its travel, or of the way between two points.
+
+With the line from the first centre to the second, d = D (cos phi, sin phi), and R = R1 + R2 the strand is a tangent of
+both drums, u = (cos psi, sin psi) with psi = phi - asin(R/D), free for l = sqrt(D^2 - R^2).  A drum with R > 0 winds up
+while it turns counter-clockwise, with R < 0 while it turns clockwise; R = 0 is a point.  The strand is drawn out by
+    E = l + R1 (theta1 - psi) + R2 (theta2 - psi),   dE = u . dd + R1 dtheta1 + R2 dtheta2
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import KW_ONLY, dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexmb import checks, planar
+from flexmb.errors import InputError, ModelError
+from flexmb.kernels import Kernel, compiled, gap_kernel, signal_kernel
+from flexmb.model.contributions import ContactContribution, Contribution, Coordinate
+from flexmb.model.law import Motion, NormalLaw
+from flexmb.model.part import GROUND, Part
+from flexmb.parts.contact.friction import Frictionless
+from flexmb.parts.joints.contact_point import difference_column, put_column, put_eccentricity, put_point
+from flexmb.parts.joints.prismatic import Prismatic, joint_with_coordinate
+from flexmb.parts.joints.revolute import Revolute, drawn_angle
+from flexmb.places import GAP, GAP_RATE
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+
+# Straight strand between two points or drums: gap kernel of cables and of stops along a distance
+
+
+@compiled
+def strand(R, dx, dy):
+    """Direction u and free length of a strand, and inverse of the length; 0 for points that coincide."""
+    square = dx * dx + dy * dy
+    size = math.sqrt(max(square - R * R, 0.0))
+    if size == 0.0:
+        return 1.0, 0.0, 0.0, 0.0
+    return (size * dx + R * dy) / square, (size * dy - R * dx) / square, size, 1.0 / size
+
+
+@gap_kernel
+def strand_gap_kernel(p, q, v, out):
+    """gap = side (value - E), n = side u: side 1 pulls where the strand is drawn out, -1 pushes where it is short.
+
+    The angle psi counts from `drawn`, within half a turn.  Both forces act at the point where the first drum is left.
+    Equation (13.4) of docs/theory/wheels.md.
+    """
+    _, side, value, s1x, s1y, s2x, s2y, R1, R2, drawn = p
+    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
+    ax, ay, bx, by = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y, c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
+    dx, dy, R = q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay, R1 + R2
+    ux, uy, size, inverse = strand(R, dx, dy)
+    drawn_out = size
+    if R1 != 0.0 or R2 != 0.0:
+        turn = math.atan2(uy, ux) - drawn
+        turn -= 2.0 * math.pi * math.floor(turn / (2.0 * math.pi) + 0.5)
+        drawn_out += R1 * (q[2] - turn) + R2 * (q[5] - turn)
+    nx, ny = side * ux, side * uy
+    put_point(out, q, v, side * (value - drawn_out), nx, ny, q[0] + ax - R1 * uy, q[1] + ay + R1 * ux)
+    vx, vy = v[3] - v[5] * by - v[0] + v[2] * ay, v[4] + v[5] * bx - v[1] - v[2] * ax
+    swing = (ux * vy - uy * vx) * inverse
+    longer = ux * vx + uy * vy + R * swing
+    put_eccentricity(out, size * ux, size * uy, longer * ux - size * swing * uy, longer * uy + size * swing * ux)
+    for j in range(6):
+        gx, gy, Xq, Yq = difference_column(j, ax, ay, bx, by)  # of d and of the first centre
+        turn = (ux * gy - uy * gx) * inverse
+        put_column(out, j, -ny * turn, nx * turn, Xq - R1 * turn * ux, Yq - R1 * turn * uy)
+
+
+@signal_kernel
+def strand_length(p, t, q, v, a):
+    """Free length of a strand: the distance of its points."""
+    s1x, s1y, s2x, s2y, R = p
+    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
+    dx = q[3] + c2 * s2x - d2 * s2y - q[0] - c1 * s1x + d1 * s1y
+    dy = q[4] + d2 * s2x + c2 * s2y - q[1] - d1 * s1x - c1 * s1y
+    return math.sqrt(max(dx * dx + dy * dy - R * R, 0.0))
+
+
+# Stop: limits of the angle of a joint, of its travel, or of the way between two points of bodies
+
+ABOVE, BELOW = "above", "below"
+
+Pieces = list[tuple[str, Kernel, tuple[float, ...]]]
+"""Name, gap kernel and its parameters behind the clearance, of each limit of a stop."""
+
+NO_CLEARANCE = 0.0
+"""First parameter p of a contact without a clearance [m]."""
+
+
+@compiled
+def put_gap_vector(out, nx, ny, turn):
+    """Vector from the face of the first body to that of the second, -gap n, and its rate; n turns with speed `turn`."""
+    gap, rate = out[GAP], out[GAP_RATE]
+    put_eccentricity(out, -gap * nx, -gap * ny, -rate * nx + gap * turn * ny, -rate * ny - gap * turn * nx)
+
+
+@gap_kernel
+def turn_gap_kernel(p, q, v, out):
+    """Face of the second body against one of the first, at a radius from the pin: gap = side radius (limit - angle).
+
+    n is fixed to the first body, across the direction from the pin to its face.  The play of the pin along n counts,
+    so the gradient of the gap belongs to one contact point for any positions.
+    """
+    _, side, limit, radius, dx, dy, s1x, s1y, s2x, s2y = p
+    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
+    ax, ay, bx, by = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y, c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
+    ex, ey = c1 * dx - d1 * dy, d1 * dx + c1 * dy
+    nx, ny = -side * ey, side * ex
+    wx, wy = q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay  # play of the pin
+    reach = radius + ex * wx + ey * wy
+    X, Y = q[0] + ax + reach * ex, q[1] + ay + reach * ey
+    put_point(out, q, v, side * radius * (limit - q[5] + q[2]) - nx * wx - ny * wy, nx, ny, X, Y)
+    put_gap_vector(out, nx, ny, v[2])
+    for j in range(6):
+        gx, gy, Xq, Yq = difference_column(j, ax, ay, bx, by)  # of the play, and of the pin on the first body
+        longer = ex * gx + ey * gy
+        if j == 2:
+            longer += ex * wy - ey * wx
+            put_column(out, j, -ny, nx, Xq + longer * ex - reach * ey, Yq + longer * ey + reach * ex)
+        else:
+            put_column(out, j, 0.0, 0.0, Xq + longer * ex, Yq + longer * ey)
+
+
+@gap_kernel
+def travel_gap_kernel(p, q, v, out):
+    """Slider against an end of its guide: gap = side (limit - travel); the contact point is the slider's."""
+    _, side, limit, mx, my, s1x, s1y, s2x, s2y = p
+    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
+    nx, ny = side * (c1 * mx - d1 * my), side * (d1 * mx + c1 * my)
+    bx, by = c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
+    X, Y = q[3] + bx, q[4] + by
+    wx, wy = X - q[0] - c1 * s1x + d1 * s1y, Y - q[1] - d1 * s1x - c1 * s1y
+    put_point(out, q, v, side * limit - nx * wx - ny * wy, nx, ny, X, Y)
+    put_gap_vector(out, nx, ny, v[2])
+    for j in range(6):
+        put_column(out, j, 0.0, 0.0, 0.0, 0.0)
+    put_column(out, 2, -ny, nx, 0.0, 0.0)
+    put_column(out, 3, 0.0, 0.0, 1.0, 0.0)
+    put_column(out, 4, 0.0, 0.0, 0.0, 1.0)
+    put_column(out, 5, 0.0, 0.0, -by, bx)
+
+
+@dataclass(frozen=True)
+class Stop(Part):
+    """Limits of a joint, or of the way between two bodies: a contact that closes at a limit, and opens again.
+
+    Of a revolute joint two faces touch at `radius` from the pin, gap = radius (above - angle) or radius (angle -
+    below); their force is tangential there and acts on both bodies, so the stop loads the pin as well.  Of a prismatic
+    joint the force acts along the guide.  Without a joint (a bump stop beside a bushing or spring) `first` and `second`
+    are given: the way of the point `to` of the second body from the point `at` of the first is limited, along a
+    direction of the first body or, without `along`, as the distance of the points, along which the force acts.
+
+    Signals: those of a contact (see `RevoluteClearance`): penetration [m],
+    penetration_rate [m/s], normal_force, fx, fy, force (on the second body) [N], mode (0 open, 1 impact, 2 lasting
+    contact); ex, ey: from the face of the first body to that of the second [m].  With both limits they stand under
+    "name.above" and "name.below".  The torque of a stop is radius times normal_force.
+
+    Parameters
+    ----------
+    name : name of the stop.
+    joint : a `Revolute` or `Prismatic` joint, or its name; None: `first` and `second` are given.
+    first, second : two bodies without a common joint, or `GROUND`.
+    at, to : points of the first and the second body in the reference configuration [m]; `to` None: the same point.
+    above : largest angle [rad] or travel [m], counted from the reference configuration, >= 0; None: no limit.
+    below : smallest angle or travel, <= 0; None: no limit.
+    normal : law of the normal force.
+    radius : distance of the faces from the pin of a revolute joint [m], > 0; with 1 m, N/m and N m/rad are the same
+        number.
+    along : direction from the pin to the face of the second body in the reference configuration; None: to the centre
+        of the second body, of the first where the second one is the ground or centred at the pin.  Without a joint the
+        direction of the way in the reference configuration, which turns with the first body; None: the distance.
+
+    Raises
+    ------
+    InputError : neither a joint nor two bodies and a point, or both; no limit, limits that leave no way between them or
+        that the reference configuration violates, an object that is no normal law, a law whose stiffness depends on the
+        radii of a joint.
+    ModelError : no such joint, a joint without angle or travel, a drive that begins beyond a limit; a stop from a body
+        to itself.
+
+    Notes
+    -----
+    Faces do not rub.  Angles count on over whole turns, so a limit may be larger than one turn.  A stiff law and a
+    radius say how the stop yields, N = k radius (angle - above) for a linear law: not for bodies that bend beside it.
+    """
+
+    by_name = ("joint",)
+    joint: Any = None
+    _: KW_ONLY
+    first: Any = None
+    second: Any = None
+    at: Any = None
+    to: Any = None
+    above: float | None = None
+    below: float | None = None
+    normal: NormalLaw
+    radius: float = 1.0
+    along: Any = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self._check_ends()
+        checks.positive(self.label, "radius", self.radius, "m")
+        if self.along is not None:
+            object.__setattr__(self, "along", checks.direction(self.label, "along", self.along))
+        check_own_stiffness(self.label, self.normal)
+        self._check_limits()
+
+    def _check_ends(self) -> None:
+        """Check that there is a joint, or two bodies and a point."""
+        ends = self.first, self.second, self.at
+        if isinstance(self.joint, str) and ends == (None, None, None) and self.to is None:
+            return
+        if self.joint is not None or not all(isinstance(body, Part) for body in ends[:2]) or self.at is None:
+            raise InputError(
+                f"{self.label}: joint is {self.joint!r}; it must be a joint or its name. For bodies without a common "
+                "joint leave it out and give first=, second= and at=."
+            )
+        if self.first.name == self.second.name:
+            raise ModelError(f"{self.label} stops {self.first.name!r} against itself; give two different bodies.")
+        for name in ("at", "to"):
+            point = self.at if getattr(self, name) is None else getattr(self, name)
+            object.__setattr__(self, name, checks.point(self.label, name, point))
+        if self.along is None and self.at == self.to:
+            raise InputError(f"{self.label}: both points are {self.at}; give along=, or another point to=.")
+
+    def _check_limits(self) -> None:
+        """Check that there is a limit, and that the reference configuration lies within the limits."""
+        if self.above is None and self.below is None:
+            raise InputError(f"{self.label}: above and below are None; give one of them, in rad or m.")
+        for name, sign in ((ABOVE, 1.0), (BELOW, -1.0)):
+            limit = getattr(self, name)
+            if limit is not None and sign * limit < 0.0:
+                raise InputError(
+                    f"{self.label}: {name} is {limit:g}, but the joint starts at 0, its reference configuration. Give "
+                    f"{name} {'>=' if sign > 0.0 else '<='} 0, or draw the mechanism within its limits."
+                )
+        if self.above is not None and self.below is not None and self.above <= self.below:
+            raise InputError(f"{self.label}: above is {self.above:g}, below {self.below:g}; above must be larger.")
+
+    def validate(self, mechanism: Mechanism) -> None:
+        """Check that the joint has an angle or a travel, and that no drive begins beyond a limit."""
+        if self.joint is None:
+            return
+        self._held(mechanism)
+        for part in mechanism.parts:
+            motion = getattr(part, "motion", None)
+            if getattr(part, "joint", None) != self.joint or not isinstance(motion, Motion):
+                continue
+            start = float(motion.kernel(np.array(motion.parameters(), dtype=float), 0.0)[0])
+            low, high = (
+                -math.inf if self.below is None else self.below,
+                math.inf if self.above is None else self.above,
+            )
+            if not low <= start <= high:
+                raise ModelError(
+                    f"{self.label}: {part.label} begins at {start:g}, beyond the limits {low:g} and {high:g} of joint "
+                    f"{self.joint!r}. Begin between them, or move the stop."
+                )
+
+    def _held(self, mechanism: Mechanism) -> Revolute | Prismatic:
+        """The joint of the stop."""
+        return joint_with_coordinate(mechanism, self.label, self.joint)
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """One contact for each limit."""
+        coordinates, found = self._at_joint(mechanism) if self.joint is not None else self._at_points(mechanism)
+        law, several = self.normal, len(found) > 1
+        return [
+            ContactContribution(
+                self.name, kernel, coordinates, (NO_CLEARANCE, *p), law, Frictionless(), name if several else ""
+            )
+            for name, kernel, p in found
+        ]
+
+    def _at_joint(self, mechanism: Mechanism) -> tuple[tuple[Coordinate, ...], Pieces]:
+        """Coordinates, and name, kernel and parameters of each limit of the joint."""
+        joint = self._held(mechanism)
+        first, second = ends = joint.ends(mechanism)
+        coordinates = (*first.coordinates, *second.coordinates)
+        if isinstance(joint, Prismatic):
+            p = joint.geometry(mechanism)[1]
+            return coordinates, [(name, travel_gap_kernel, (side, limit, *p)) for name, side, limit in self._limits()]
+        drawn = drawn_angle(mechanism, ends)
+        return coordinates, [
+            (name, turn_gap_kernel, (side, limit + drawn, *self._faces(mechanism, joint, limit)))
+            for name, side, limit in self._limits()
+        ]
+
+    def _at_points(self, mechanism: Mechanism) -> tuple[tuple[Coordinate, ...], Pieces]:
+        """Coordinates, and name, kernel and parameters of each limit of the way between two points."""
+        bodies = (mechanism.body(part.name, self.label) for part in (self.first, self.second))
+        first, second = (body.attach(self.label, at) for body, at in zip(bodies, (self.at, self.to), strict=True))
+        coordinates, offsets = (*first.coordinates, *second.coordinates), (*first.offset, *second.offset)
+        dx, dy = self.to[0] - self.at[0], self.to[1] - self.at[1]
+        if self.along is None:
+            size, rest = math.hypot(dx, dy), (*offsets, 0.0, 0.0, 0.0)
+            return coordinates, [(name, strand_gap_kernel, (s, size + x, *rest)) for name, s, x in self._limits()]
+        angle = math.atan2(self.along[1], self.along[0])
+        drawn, turned = dx * math.cos(angle) + dy * math.sin(angle), mechanism.body(first.part).node(first.node).theta
+        m = math.cos(angle - turned), math.sin(angle - turned)
+        return coordinates, [(name, travel_gap_kernel, (s, x + drawn, *m, *offsets)) for name, s, x in self._limits()]
+
+    def _limits(self) -> Iterator[tuple[str, float, float]]:
+        """Name, side and value of each limit."""
+        for name, side in ((ABOVE, 1.0), (BELOW, -1.0)):
+            limit = getattr(self, name)
+            if limit is not None:
+                yield name, side, limit
+
+    def _faces(self, mechanism: Mechanism, joint: Revolute, limit: float) -> tuple[float, ...]:
+        """Radius, direction from the pin to the faces in contact, pin: in the frames of the nodes of both bodies."""
+        first, second = joint.ends(mechanism)
+        along = self.along if self.along is not None else self._towards_a_centre(mechanism, joint)
+        angle = math.atan2(along[1], along[0]) + limit - mechanism.body(first.part).node(first.node).theta
+        return self.radius, math.cos(angle), math.sin(angle), *first.offset, *second.offset
+
+    def _towards_a_centre(self, mechanism: Mechanism, joint: Revolute) -> tuple[float, float]:
+        """Direction from the pin to the centre of the second body, or of the first; X where both lie at the pin."""
+        for part in (joint.second, joint.first):
+            body = mechanism.body(part.name, self.label)
+            node = body.node(body.main)
+            if body.name != GROUND.name and planar.distance(joint.at, (node.x, node.y)) > 0.0:
+                return node.x - joint.at[0], node.y - joint.at[1]
+        return 1.0, 0.0
+
+
+def check_own_stiffness(label: str, law: Any) -> None:
+    """Refuse an object that is no normal law, or a law whose stiffness follows from the radii of a joint."""
+    if not isinstance(law, NormalLaw):
+        text = "it must be a normal law, e.g. KelvinVoigt(stiffness=1e5, damping=50.0, ramp=1e-4)"
+        raise InputError(f"{label}: normal is {law!r}; {text}.")
+    try:
+        law.parameters()
+    except InputError as error:
+        raise InputError(
+            f"{label}: the stiffness of {type(law).__name__} depends on the radii of a journal and its bearing, which "
+            "this part has not. Give a law with a stiffness of its own, e.g. HuntCrossley or KelvinVoigt."
+        ) from error

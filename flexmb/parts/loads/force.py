@@ -1,0 +1,242 @@
+"""Forces on points and torques on bodies, dead or following, constant or changing in time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, dataclass, replace
+from typing import TYPE_CHECKING
+
+from flexmb import checks, planar
+from flexmb.errors import InputError, ModelError
+from flexmb.kernels import compiled, element_kernel, signal_kernel
+from flexmb.model.contributions import MULTIPLIES, Contribution, ElementContribution, signal_contributions
+from flexmb.model.law import Motion
+from flexmb.model.part import GROUND, Part
+from flexmb.model.shape import ArrowShape, Shapes
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+
+# Line between a point of one node and a point of another: vectors, and a force along the line
+
+
+@compiled
+def arms_of(s1x, s1y, s2x, s2y, q):
+    """Vectors from the nodes to the points, and from the first point to the second."""
+    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
+    ax, ay = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y
+    bx, by = c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
+    return ax, ay, bx, by, q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay
+
+
+@compiled
+def put_line_force(F, nx, ny, ax, ay, bx, by, r):
+    """r (6,) of a tension F along (nx, ny), the direction from the first point to the second."""
+    r[0], r[1], r[2] = -F * nx, -F * ny, F * (nx * ay - ny * ax)
+    r[3], r[4], r[5] = F * nx, F * ny, F * (ny * bx - nx * by)
+
+
+# A force on a point of a body, dead or following the body, constant or changing in time
+
+FORCE_SIGNALS = (("fx", "N"), ("fy", "N"), ("force", "N"), ("power", "W"))
+"""Signals with their units, in the order of `force_signal`."""
+
+
+@element_kernel
+def dead_force_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    """Dead force (fx, fy) at the point s of a node (x, y, theta)."""
+    fx, fy, sx, sy = p
+    c, s = math.cos(q[2]), math.sin(q[2])
+    bx, by = c * sx - s * sy, s * sx + c * sy
+    r[0] = -fx
+    r[1] = -fy
+    r[2] = -(bx * fy - by * fx)
+    K[2, 2] = by * fy + bx * fx
+
+
+@element_kernel
+def follower_force_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    """Force with the components (f1, f2) in the frame of a node (x, y, theta), at its point s."""
+    f1, f2, sx, sy = p
+    c, s = math.cos(q[2]), math.sin(q[2])
+    fx, fy = c * f1 - s * f2, s * f1 + c * f2
+    r[0] = -fx
+    r[1] = -fy
+    r[2] = -(sx * f2 - sy * f1)  # arm and force turn together
+    K[0, 2] = fy
+    K[1, 2] = -fx
+
+
+@signal_kernel
+def force_signal(p, t, q, v, a):
+    """By its number: 0 fx, 1 fy, 2 size, 3 power; p: force, point, whether it follows the node, number."""
+    f1, f2, sx, sy, follows, number = p
+    which, c, s = int(number), math.cos(q[2]), math.sin(q[2])
+    fx, fy = (c * f1 - s * f2, s * f1 + c * f2) if follows > 0.0 else (f1, f2)
+    if which < 2:
+        return fx if which == 0 else fy
+    if which == 2:
+        return math.sqrt(fx * fx + fy * fy)
+    bx, by = c * sx - s * sy, s * sx + c * sy
+    return fx * (v[0] - v[2] * by) + fy * (v[1] + v[2] * bx)
+
+
+@dataclass(frozen=True)
+class Force(Part):
+    """A force on a point that moves with a body: dead (of constant direction in the plane), or a follower.
+
+    Signals: fx, fy [N], force (its size times the value of `history`) [N], power [W].
+
+    Parameters
+    ----------
+    name : the load's name.
+    body : the loaded body.
+    at : point of application in the reference configuration [m]; of a flexible body a node.
+    force : (fx, fy) in the reference configuration [N].
+    history : a motion whose value at the time t multiplies the force, e.g. `Pulse(end=0.1)`; None: constant.
+    follower : whether the direction turns with the node that carries the point (a thrust, a jet, a pressure).
+
+    Raises
+    ------
+    ModelError : a force on the ground.
+    InputError : a history that is no motion, a follower that is neither True nor False.
+
+    Notes
+    -----
+    The tangent of a follower force is not symmetric: the force has no potential and can feed a vibration (flutter), so
+    `modes` refuses such a load.  Static equilibrium takes the history at t = 0.
+    """
+
+    body: Part
+    at: tuple[float, float]
+    force: tuple[float, float]
+    _: KW_ONLY
+    history: Motion | None = None
+    follower: bool = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_loaded(self, self.body)
+        check_history(self, self.history)
+        object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
+        object.__setattr__(self, "force", checks.point(self.label, "force", self.force, "N"))
+        if not isinstance(self.follower, bool):
+            raise InputError(
+                f"{self.label}: follower is {self.follower!r}; it must be True (the direction turns with the body) "
+                "or False (it stays)."
+            )
+
+    def share(self, part: float) -> Force:
+        """The load with the fraction `part` of its force, if the force is a follower."""
+        return replace(self, force=(part * self.force[0], part * self.force[1])) if self.follower else self
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        """An arrow that ends in the point of application; none for a force of 0."""
+        body = mechanism.body(self.body.name, self.label)
+        end, direction = body.attach(self.label, self.at), self.force
+        if direction == (0.0, 0.0):
+            return ()
+        if self.follower:
+            direction = planar.to_frame((0.0, 0.0), body.node(end.node).theta, direction)
+        return (ArrowShape(self.name, end.place, direction, self.follower),)
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """One element on the node that carries the point, and four signals."""
+        body = mechanism.body(self.body.name, self.label)
+        end = body.attach(self.label, self.at)
+        kernel, force = dead_force_kernel, self.force
+        if self.follower:
+            kernel, force = follower_force_kernel, planar.to_frame((0.0, 0.0), body.node(end.node).theta, self.force)
+        place, p = end.coordinates, (*force, *end.offset)
+        own = (*p, float(self.follower))
+        return [
+            ElementContribution(self.name, kernel, place, p, factor=self.history),
+            *signal_contributions(self.name, force_signal, FORCE_SIGNALS, place, own, use_of_factor=MULTIPLIES),
+        ]
+
+
+def check_loaded(load: Part, body: Part) -> None:
+    """Refuse a load on the ground."""
+    if body.name == GROUND.name:
+        raise ModelError(f"{load.label} acts on the ground, which cannot move. Give a moving body.")
+
+
+def check_history(load: Part, history: object) -> None:
+    """Refuse a history that is neither a motion nor None."""
+    if history is not None and not isinstance(history, Motion):
+        raise InputError(
+            f"{load.label}: history is {history!r}; it must be a motion whose value multiplies the load, "
+            "e.g. Pulse(end=0.1), or None for a constant load."
+        )
+
+
+# A torque on a body, constant or changing in time
+
+TORQUE_SIGNALS = (("torque", "N m"), ("power", "W"))
+"""Signals with their units, in the order of `torque_signal`."""
+
+
+@element_kernel
+def torque_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    """Torque on one theta."""
+    (torque,) = p
+    r[0] = -torque
+
+
+@signal_kernel
+def torque_signal(p, t, q, v, a):
+    """By its number: 0 torque, 1 power."""
+    torque, number = p
+    return torque if number == 0.0 else torque * v[0]
+
+
+@dataclass(frozen=True)
+class Torque(Part):
+    """A torque on a body, or on one node of a flexible one (an end moment of a beam).
+
+    Signals: torque (times the value of `history`) [N m], power [W].
+
+    Parameters
+    ----------
+    name : the load's name.
+    body : the loaded body.
+    torque : counter-clockwise [N m].
+    at : point of the reference configuration [m] whose node takes the torque; None: the body's main node, of a flexible
+        link the middle one.
+    history : a motion whose value at the time t multiplies the torque, e.g. `Pulse(end=0.1)`; None: constant.
+
+    Raises
+    ------
+    ModelError : a torque on the ground.
+    InputError : a history that is no motion.
+
+    Notes
+    -----
+    Static equilibrium takes the history at t = 0.
+    """
+
+    body: Part
+    torque: float
+    at: tuple[float, float] | None = None
+    _: KW_ONLY
+    history: Motion | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_loaded(self, self.body)
+        check_history(self, self.history)
+        if self.at is not None:
+            object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """One element on theta of the node, and two signals."""
+        body = mechanism.body(self.body.name, self.label)
+        node = body.main if self.at is None else body.attach(self.label, self.at).node
+        theta = ((body.name, node, 2),)
+        return [
+            ElementContribution(self.name, torque_kernel, theta, (self.torque,), factor=self.history),
+            *signal_contributions(
+                self.name, torque_signal, TORQUE_SIGNALS, theta, (self.torque,), use_of_factor=MULTIPLIES
+            ),
+        ]

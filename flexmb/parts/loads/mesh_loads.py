@@ -1,0 +1,360 @@
+"""Loads on plane bodies: forces per volume, tractions and pressures on edges."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import KW_ONLY, dataclass, replace
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import numpy as np
+
+from flexmb import checks, planar
+from flexmb.elastic.planes.loads import (
+    Array,
+    Field,
+    FollowedEdges,
+    NodalLoad,
+    Stress,
+    body_force,
+    edge_load,
+    edge_products,
+    loaded_edges,
+    on_edges,
+    real_values,
+)
+from flexmb.elastic.planes.plane_body import MeshBody, PlaneBody
+from flexmb.errors import InputError, ModelError
+from flexmb.model.contributions import Contribution
+from flexmb.model.law import Motion
+from flexmb.model.part import Part
+from flexmb.model.shape import ArrowShape, Shapes
+from flexmb.parts.loads.force import check_history
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+
+# Base of loads on plane bodies
+
+ARROWS = 5
+"""Largest number of arrows that a drawing shows of a load."""
+
+NO_ARROW = 1e-9
+"""Nodal force over the largest one [1] up to which a drawing shows none."""
+
+
+@dataclass(frozen=True)
+class MeshLoad(Part):
+    """A load on the mesh of a plane body, with all its nodes or reduced.
+
+    Parameters
+    ----------
+    name : the load's name.
+    body : the loaded body.
+    history : a motion whose value at the time t multiplies the load; None: constant.
+    """
+
+    body: Part
+    _: KW_ONLY
+    history: Motion | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_history(self, self.history)
+        _ = self.on(self.plane_of(self.body))
+
+    @abstractmethod
+    def nodal(self, plane: PlaneBody) -> NodalLoad:
+        """Forces on the nodes of a body, in the axes of its mesh.
+
+        Parameters
+        ----------
+        plane : the body with all nodes.
+        """
+
+    def on(self, plane: PlaneBody) -> NodalLoad:
+        """Forces on the nodes of a body, in the axes of its mesh.
+
+        Parameters
+        ----------
+        plane : the body with all nodes.
+
+        Raises
+        ------
+        InputError : a set that the mesh has not, values of another shape; with the name of the load.
+        """
+        try:
+            return self.nodal(plane)
+        except InputError as error:
+            raise InputError(f"{self.label}: {error}") from error
+
+    def plane_of(self, body: Part) -> PlaneBody:
+        """The body with all nodes of its mesh.
+
+        Raises
+        ------
+        ModelError : a body without a mesh.
+        """
+        plane = self._carrier(body).plane
+        return plane if plane is not None else self._refuse(body)
+
+    def _carrier(self, body: Part) -> MeshBody:
+        """The body, if it has a mesh."""
+        return body if isinstance(body, MeshBody) else self._refuse(body)
+
+    def _refuse(self, body: Part) -> NoReturn:
+        """Refuse a body without a mesh."""
+        raise ModelError(
+            f"{self.label} acts on the nodes of a mesh, and {body.label} has none. Give a PlaneBody or its Reduced; a "
+            "Force acts on any body."
+        )
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """Elements on the nodes of the body, and three signals."""
+        body = self._carrier(mechanism.body(self.body.name, self.label))
+        return body.loaded(self.name, self.on(self.plane_of(body)), self.history)
+
+    def shapes(self, mechanism: Mechanism) -> Shapes:
+        """A few arrows, each carried by the pin that is nearest in the undeformed body."""
+        body = mechanism.body(self.body.name, self.label)
+        plane, nodes = self.plane_of(body), {node.name for node in body.nodes()}
+        pins = [pin for pin in plane.interfaces if pin.name in nodes]
+        load, found = self.on(plane), []
+        follows = load.follower or load.edges is not None
+        sizes = np.hypot(*load.forces.T)
+        loaded = np.flatnonzero(sizes > NO_ARROW * sizes.max(initial=0.0))
+        for k in loaded[:: max(1, -(-len(loaded) // ARROWS))].tolist():
+            force, point = tuple(load.forces[k].tolist()), tuple(plane.mesh.points[k].tolist())
+            pin = min(pins, key=lambda pin: planar.distance(pin.point, point))
+            offset = (point[0] - pin.point[0], point[1] - pin.point[1])
+            direction = force if follows else planar.from_frame((0.0, 0.0), plane.direction, force)
+            found.append(ArrowShape(self.name, (self.body.name, pin.name, offset), direction, follows))
+        return tuple(found)
+
+
+def in_mesh_axes(plane: PlaneBody, field: Field) -> Field:
+    """A field of vectors of the reference configuration, in the axes of the mesh.
+
+    The field is (x, y), or a function of points (p, 2) of the reference configuration that returns (p, 2).
+    """
+    if not callable(field):
+        return planar.to_frame((0.0, 0.0), plane.direction, (field[0], field[1]))
+    turn, given = _turn(plane), at_places(plane, field)
+
+    def turned(points: Array) -> Any:
+        values = real_values(given(points))
+        return values @ turn.T if values.shape == points.shape else values
+
+    return turned
+
+
+def at_places(plane: PlaneBody, function: Callable[[Array], Any]) -> Callable[[Array], Any]:
+    """A function of points (p, 2) of the reference configuration as one of points in the axes of the mesh."""
+    turn, origin = _turn(plane), np.asarray(plane.origin)
+    return lambda points: function(points @ turn + origin)
+
+
+def _turn(plane: PlaneBody) -> Array:
+    """Rotation (2, 2) of rows from the axes of the mesh to the world."""
+    c, s = np.cos(plane.direction), np.sin(plane.direction)
+    return np.array([[c, s], [-s, c]])
+
+
+# Loads on edges of plane bodies: a traction of given direction, and stresses that follow the edge
+
+
+@dataclass(frozen=True)
+class EdgeLoad(MeshLoad):
+    """A force per area on an edge of a plane body: dead (of constant direction in the plane), or a follower.
+
+    Signals: fx, fy [N], power [W], times the value of `history`.
+
+    Parameters
+    ----------
+    name : the load's name.
+    body : the loaded body, a `PlaneBody` or a `Reduced` one.
+    edge : name of a set of its mesh; the load acts on all edges of the boundary whose ends lie in the set.
+    traction : (tx, ty) in the reference configuration [Pa], per area of the undeformed edge; or a function of points
+        (p, 2) of the reference configuration [m] that returns (p, 2).
+    history : a motion whose value at the time t multiplies the load, e.g. `Pulse(end=0.1)`; None: constant.
+    follower : whether the direction turns with the first pin of the body.
+
+    Raises
+    ------
+    ModelError : a body without a mesh.
+    InputError : a set that is not there or holds no edge, values of another shape.
+
+    Notes
+    -----
+    The force is traction times thickness times length.  A reduced body moves at its pins as the full one does, but its
+    inside lacks the static shape of the load: `Reduced(..., load_shapes=(load,))` adds it.
+    Static equilibrium takes the history at t = 0.  Equation (11.12) of docs/theory/plane_bodies.md.
+
+    Examples
+    --------
+    >>> import flexmb as fm
+    >>> mesh = fm.meshes.rectangle(0.4, 0.02, 20, 1)
+    >>> bar = fm.PlaneBody("bar", mesh, at=(0.0, 0.0), thickness=0.01, material=fm.STEEL, pins=("left",))
+    >>> wall = fm.Fixed("wall", fm.GROUND, bar, at=(bar.pin_nodes[0].x, bar.pin_nodes[0].y))
+    >>> snow = fm.loads.EdgeLoad("snow", bar, "top", (0.0, -1e4))
+    >>> found = fm.static_equilibrium(fm.Mechanism("bar", [bar, wall, snow]))
+    >>> round(found.force("wall")[1], 6)
+    40.0
+    """
+
+    edge: str
+    traction: Sequence[float] | Callable[[Array], Any]
+    _: KW_ONLY
+    follower: bool = False
+
+    def __post_init__(self) -> None:
+        checks.flag(f"{type(self).__name__} {self.name!r}", "follower", self.follower)
+        object.__setattr__(self, "traction", checked_field(self, "traction", self.traction, "Pa"))
+        super().__post_init__()
+
+    def share(self, part: float) -> EdgeLoad:
+        """The load with the fraction `part` of its traction, if it is a follower."""
+        return replace(self, traction=scaled(self.traction, part)) if self.follower else self
+
+    def nodal(self, plane: PlaneBody) -> NodalLoad:
+        """Forces on the nodes of a body, in the axes of its mesh.
+
+        Parameters
+        ----------
+        plane : the body with all nodes.
+        """
+        forces = edge_load(plane.mesh, self.edge, in_mesh_axes(plane, self.traction), plane.thickness)
+        nodes = np.unique(plane.mesh.edges_in(self.edge))
+        return NodalLoad(forces.reshape(-1, 2), nodes, self.follower)
+
+
+@dataclass(frozen=True)
+class EdgePressure(MeshLoad):
+    """A pressure, and a shear, on an edge of a plane body; both follow the deformed edge.
+
+    Signals: fx, fy [N], power [W], times the value of `history`.
+
+    Parameters
+    ----------
+    name : the load's name.
+    body : the loaded body, a `PlaneBody` or a `Reduced` one.
+    edge : name of a set of its mesh, such as a hole; the load acts on all edges of the boundary whose ends lie in the
+        set.
+    pressure : force per area [Pa], > 0 pushes into the body; or a function of points (p, 2) of the reference
+        configuration [m] that returns (p,).
+    shear : force per area [Pa] along the edge, > 0 with the body on the left; or such a function.
+    history : a motion whose value at the time t multiplies the load, e.g. `Pulse(end=0.1)`; None: constant.
+
+    Raises
+    ------
+    ModelError : a body without a mesh.
+    InputError : a set that is not there or holds no edge, values of another shape.
+
+    Notes
+    -----
+    Forces are per length of the deformed edge, and the thickness is that of the undeformed body.  A constant pressure
+    on a closed edge has a potential, the pressure times the area inside, so its stiffness is symmetric; on an open edge
+    whose ends move it has none, and `modes` refuses it as any follower.
+    A reduced body moves at its pins as the full one does, but its inside lacks the static shape of the load:
+    `Reduced(..., load_shapes=(load,))` adds it.  Static equilibrium takes the history at t = 0.
+    Equation (11.13) of docs/theory/plane_bodies.md.
+    """
+
+    edge: str
+    pressure: float | Callable[[Array], Any]
+    shear: float | Callable[[Array], Any] = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("pressure", "shear"):
+            if not callable(value := getattr(self, name)):
+                object.__setattr__(self, name, checks.number(f"EdgePressure {self.name!r}", name, value, "Pa"))
+        super().__post_init__()
+
+    def share(self, part: float) -> EdgePressure:
+        """The load with the fraction `part` of its stresses."""
+        return replace(self, pressure=scaled(self.pressure, part), shear=scaled(self.shear, part))
+
+    def nodal(self, plane: PlaneBody) -> NodalLoad:
+        """Forces on the nodes of a body, in the axes of its mesh.
+
+        Parameters
+        ----------
+        plane : the body with all nodes.
+        """
+        edges = loaded_edges(plane.mesh, self.edge, plane.thickness)
+        normal, along = (edge_products(plane.mesh, edges, _placed(plane, s)) for s in (self.pressure, self.shear))
+        forces = on_edges(plane.mesh, edges.nodes, normal, along)
+        return NodalLoad(forces, np.unique(edges.nodes), edges=FollowedEdges(edges.nodes, normal, along))
+
+
+def checked_field(load: MeshLoad, name: str, value: Any, unit: str) -> Field:
+    """A field of vectors: a function, or two numbers."""
+    if callable(value):
+        return value  # type: ignore[no-any-return]
+    return checks.point(f"{type(load).__name__} {load.name!r}", name, value, unit)
+
+
+def scaled(value: Any, part: float) -> Any:
+    """A number, a vector or a function, times a number."""
+    if callable(value):
+        return lambda points: part * np.asarray(value(points), dtype=float)
+    return tuple(part * x for x in value) if isinstance(value, tuple) else part * value
+
+
+def _placed(plane: PlaneBody, stress: Stress) -> Stress:
+    return at_places(plane, stress) if callable(stress) else stress
+
+
+# Force per volume in plane bodies
+
+
+@dataclass(frozen=True)
+class BodyForce(MeshLoad):
+    """A force per volume in a plane body (magnetic, of a field): dead, or a follower.
+
+    Signals: fx, fy [N], power [W], times the value of `history`.
+
+    Parameters
+    ----------
+    name : the load's name.
+    body : the loaded body, a `PlaneBody` or a `Reduced` one.
+    force : (fx, fy) in the reference configuration [N/m^3], per volume of the undeformed body; or a function of points
+        (p, 2) of the reference configuration [m] that returns (p, 2).
+    history : a motion whose value at the time t multiplies the load, e.g. `Pulse(end=0.1)`; None: constant.
+    follower : whether the direction turns with the first pin of the body.
+
+    Raises
+    ------
+    ModelError : a body without a mesh.
+    InputError : values of another shape.
+
+    Notes
+    -----
+    Weight is `Mechanism(gravity=...)`.  A force is that of the place in the undeformed body, wherever it moves to.  A
+    reduced body moves at its pins as the full one does, but its inside lacks the static shape of the load:
+    `Reduced(..., load_shapes=(load,))` adds it.  Static equilibrium takes the history at t = 0.
+    Equation (11.12) of docs/theory/plane_bodies.md.
+    """
+
+    force: Sequence[float] | Callable[[Array], Any]
+    _: KW_ONLY
+    follower: bool = False
+
+    def __post_init__(self) -> None:
+        checks.flag(f"{type(self).__name__} {self.name!r}", "follower", self.follower)
+        object.__setattr__(self, "force", checked_field(self, "force", self.force, "N/m^3"))
+        super().__post_init__()
+
+    def share(self, part: float) -> BodyForce:
+        """The load with the fraction `part` of its force, if it is a follower."""
+        return replace(self, force=scaled(self.force, part)) if self.follower else self
+
+    def nodal(self, plane: PlaneBody) -> NodalLoad:
+        """Forces on the nodes of a body, in the axes of its mesh.
+
+        Parameters
+        ----------
+        plane : the body with all nodes.
+        """
+        forces = body_force(plane.mesh, in_mesh_axes(plane, self.force), plane.thickness)
+        return NodalLoad(forces.reshape(-1, 2), np.arange(len(plane.mesh.points)), self.follower)

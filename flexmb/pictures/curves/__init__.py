@@ -1,1 +1,0 @@
-"""Curves of signals: time histories, portraits, orbits, spectra, diagrams."""

@@ -1,1 +1,0 @@
-"""Moving pictures: films, the window, and glTF files."""

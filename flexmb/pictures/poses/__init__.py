@@ -1,1 +1,0 @@
-"""Poses of a mechanism: its shapes, names and forces as artists of a figure."""

@@ -1,1 +1,0 @@
-"""Flexible bodies of any planar shape, by finite elements of plane stress or plane strain."""

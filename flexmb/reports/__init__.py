@@ -1,1 +1,0 @@
-"""Reports: one HTML page with the moving mechanism, plots, tables and checks of a run."""

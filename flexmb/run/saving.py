@@ -1,0 +1,241 @@
+"""Saved instants of a run, their rows, and peaks over all steps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from numbers import Integral, Real
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.engine.state.record import OF_PEAK, PLACE, keep_first
+from flexmb.errors import InputError
+from flexmb.results.solution import Peaks
+
+if TYPE_CHECKING:
+    from flexmb.engine.state.record import RunRecord
+    from flexmb.run.run import Run
+
+# Saved instants of a run: a number a period, an interval, given times, or every step
+
+SAME_TIME = 1e-12
+"""Difference of two instants relative to the end of a run, below which they are one."""
+
+
+SAME_INSTANT = 1e-9
+"""Difference of two saved instants relative to the time between them, below which they are one."""
+
+
+class SaveGrid(NamedTuple):
+    """Saved instants: interval, or shortest time between given times [s], 0 for every step; given times (n,) [s]."""
+
+    interval: float
+    times: np.ndarray
+
+
+def save_grid(label: str, save: Any, period: float | None, begin: float, end: float, begun: float = 0.0) -> SaveGrid:
+    """Saved instants from `begin` to `end` [s] for the argument `save` of `simulate`, of a run that starts at `begun`.
+
+    A number of instants counts from `begin`, so that a run that is restarted goes on with the instants of the first.
+    """
+    none = np.zeros(0)
+    if isinstance(save, str) and save == "steps":
+        return SaveGrid(0.0, none)
+    if isinstance(save, str):
+        raise InputError(f"{label}: save is {save!r}; it must be a number of instants, an interval [s] or 'steps'.")
+    if isinstance(save, Iterable) and np.ndim(save):  # type: ignore[arg-type] # arrays without dimensions are numbers
+        return _given(label, checks.sequence(label, "save", save, "times [s]"), max(begin, begun), end)
+    if isinstance(save, Real) and not isinstance(save, Integral):
+        interval = checks.positive(label, "save", save, "s", "An interval of time; instants a period are an integer.")
+        if interval > (span := end - max(begin, begun)):
+            text = f"{label}: save is an interval of {interval:g} s, but {span:g} s are saved"
+            raise InputError(f"{text}. Give a shorter one, or an integer: the number of saved instants a period.")
+        return SaveGrid(interval, none)
+    hint = "It is a number of instants a period of the drives (without one: of the run), an interval [s] (a float), "
+    number = checks.count(label, "save", save, hint=f"{hint}times [s] (a list), or 'steps' for all.")
+    return SaveGrid((end - begin if period is None or period > end - begin else period) / number, none)
+
+
+def shown_save(save: Any) -> Any:
+    """The argument `save` as a value that can be compared; lists and arrays by their numbers."""
+    return save if isinstance(save, str | Real) else tuple(np.ravel(save).tolist())
+
+
+def _given(label: str, given: tuple[Any, ...], begin: float, end: float) -> SaveGrid:
+    """Grid of given times."""
+    times = np.array([checks.number(label, f"save[{k}]", t, "s") for k, t in enumerate(given)])
+    gaps, slack = np.diff(times), SAME_TIME * end
+    if not len(times):
+        raise InputError(f"{label}: save holds no times; give some, or save no signals: signals=[].")
+    if (gaps <= 0.0).any():
+        k = int(np.argmin(gaps)) + 1
+        raise InputError(f"{label}: save[{k}] is {times[k]:g} s after {times[k - 1]:g} s; times must increase.")
+    for wrong in times[(times < begin - slack) | (times > end + slack)]:
+        raise InputError(f"{label}: save holds {wrong:g} s; its times must lie from {begin:g} to {end:g} s.")
+    return SaveGrid(float(gaps.min(initial=end - begin)), np.clip(times, begin, end))
+
+
+def start_saving(run: Run, saving: float, end: float) -> None:
+    """Save the present instant, or continue the save grid of a resumed run until `end`; `saving`: its interval [s]."""
+    clock, times, run.saving = run.flow.clock, run.record.save_times, True
+    fresh = bool(clock.save_start < 0.0)
+    clock.save_start = clock.t if fresh else clock.save_start
+    if len(times):
+        clock.saved_instants = float(np.searchsorted(times, clock.t + SAME_INSTANT * saving, "right"))
+        fresh = run.saved.count == 0 and abs(times[0] - clock.t) <= SAME_INSTANT * saving
+    elif saving > 0.0:  # counted anew, since the interval may be another one
+        clock.saved_instants = np.floor((clock.t - clock.save_start) / saving + SAME_INSTANT)
+    if saving > 0.0:
+        run.saved.expect(len(times) or int(min((end - clock.t) / saving, 1e9)) + 2)
+    if fresh:
+        run.saved.add_one(clock.t, run.record.signals)
+
+
+def saves_end(run: Run, end: float) -> bool:
+    """Whether the last instant is saved: always with a grid, of given times if its time `end` [s] is the last."""
+    times = run.record.save_times
+    return len(times) == 0 or (not run.met and bool(times[-1] == end))
+
+
+# Saved rows of a run in one growing array, filled from the buffer of the loop
+
+MOST_RESERVED_BYTES = 1 << 30
+"""Number of bytes at most that are reserved before the first row."""
+
+
+class SavedRows:
+    """Saved instants and their signals.
+
+    Parameters
+    ----------
+    columns : signals of a row.
+    kept : (columns,) places of these among all signals; None: all.
+    """
+
+    def __init__(self, columns: int, kept: np.ndarray | None = None) -> None:
+        self.kept = kept
+        self.count = 0
+        self._times = np.empty(0)
+        self._values = np.empty((0, columns))
+
+    def require_room(self, label: str, rows: float) -> None:
+        """Refuse a number of rows for which there is no memory; `label`: first words of the error."""
+        columns = self._values.shape[1]
+        try:
+            np.empty((int(min(rows, 1e15)), columns + 1))
+        except (MemoryError, ValueError) as error:  # ValueError: more than any array may have
+            text = f"{label}: save asks for {rows:.3g} instants of {columns} signals, {8e-9 * rows * columns:.3g} GB"
+            raise InputError(f"{text}. Save fewer instants, or fewer signals: signals=[...].") from error
+
+    def expect(self, rows: int) -> None:
+        """Reserve memory for a number of rows, at most MOST_RESERVED_BYTES."""
+        if self.count == 0:
+            rows = max(1, min(rows, MOST_RESERVED_BYTES // max(8 * self._values.shape[1], 1)))
+            self._times, self._values = np.empty(rows), np.empty((rows, self._values.shape[1]))
+
+    def add(self, times: np.ndarray, values: np.ndarray) -> None:
+        """Append rows (n, columns) at times (n,)."""
+        end = self.count + len(times)
+        if end > len(self._times):
+            self._resize(max(end, self.count + self.count // 2))
+        self._times[self.count : end], self._values[self.count : end] = times, values
+        self.count = end
+
+    def add_one(self, time: float, signals: np.ndarray) -> None:
+        """Append one row, of all signals (n_y,)."""
+        self.add(np.array([time]), self._chosen(signals)[None, :])
+
+    def add_end(self, time: float, signals: np.ndarray, tolerance: float) -> None:
+        """Append the row of all signals (n_y,) at the end of a run [s], unless the last row is of that time."""
+        if not self.is_at(time, tolerance):
+            self.add_one(time, signals)
+
+    def is_at(self, time: float, tolerance: float) -> bool:
+        """Whether the last row is of that time [s]."""
+        return self.count > 0 and abs(float(self._times[self.count - 1]) - time) <= tolerance
+
+    def replace_last(self, signals: np.ndarray) -> None:
+        """Replace the last row by other signals (n_y,)."""
+        self._values[self.count - 1] = self._chosen(signals)
+
+    def shorten(self, rows: int) -> None:
+        """Keep the first `rows` rows alone."""
+        self.count = min(self.count, rows)
+
+    def finished(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times (n,) and values (n, columns), read-only."""
+        self._resize(self.count)
+        for array in (self._times, self._values):
+            array.setflags(write=False)
+        return self._times, self._values
+
+    def _chosen(self, signals: np.ndarray) -> np.ndarray:
+        return signals if self.kept is None else signals[self.kept]
+
+    def _resize(self, rows: int) -> None:
+        if rows == len(self._times):
+            return
+        if not self._times.flags.writeable:  # what was handed out stays as it is
+            self._times, self._values = self._times.copy(), self._values.copy()
+        for array, shape in ((self._times, (rows,)), (self._values, (rows, self._values.shape[1]))):
+            array.resize(shape, refcheck=False)
+
+
+# Peaks of a run: of the time that is saved, which a solution reports, and of all its steps, which are watched
+
+
+def no_peaks(record: RunRecord) -> Peaks:
+    """Peaks of all signals before a run."""
+    return Peaks(np.zeros_like(record.peak), np.zeros_like(record.peak))
+
+
+def begin_watch(run: Run) -> None:
+    """Start peaks, lows and poses at the present state."""
+    reset_peaks(run)
+    run.earlier = no_peaks(run.record)
+    run.record.lows[:] = np.inf
+    keep_first(run.record.poses, float(run.flow.clock.t), run.record.signals, run.flow.z)
+
+
+def reset_peaks(run: Run) -> None:
+    """Start the reported peaks at the present state; earlier ones stay watched."""
+    run.earlier = all_peaks(run)
+    run.stepper.reset_peaks()
+    run.record.peak[:], run.record.peak_time[:] = _sizes(run.record), run.flow.clock.t
+
+
+def all_peaks(run: Run) -> Peaks:
+    """Peaks over all steps of a run."""
+    record, earlier = run.record, run.earlier
+    latest = record.peak, record.peak_time
+    later = _with_places(record, record.peak >= earlier.values)
+    return Peaks(*(np.where(later, now, before) for now, before in zip(latest, earlier, strict=True)))
+
+
+def add_peaks(record: RunRecord, instant: float) -> None:
+    """Count the present signals, at an instant [s], among the peaks."""
+    size = _sizes(record)
+    larger = _with_places(record, size > record.peak)
+    record.peak_time[larger], record.peak[larger] = instant, size[larger]
+
+
+def watch_lows(run: Run) -> None:
+    """Let the compiled loop watch the least values of the signals of parts that can only push."""
+    places = run.stepper.reported.names.signals.places
+    names = [f"{part.name}.{name}" for part in run.mechanism.parts for name in part.pushes] if run.mechanism else []
+    if names:
+        lows = np.array([places[name] for name in names], dtype=np.int64)
+        run.record = run.record.replaced(low_places=lows, lows=np.full((len(names), 2), np.inf))
+
+
+def _sizes(record: RunRecord) -> np.ndarray:
+    """Present sizes of all signals, as peaks count them."""
+    sizes: np.ndarray = np.where(record.one_sided, np.maximum(record.signals, 0.0), np.abs(record.signals))
+    return sizes
+
+
+def _with_places(record: RunRecord, larger: np.ndarray) -> np.ndarray:
+    """Larger signals, each with the signal of its place."""
+    larger[record.places[:, PLACE]] = larger[record.places[:, OF_PEAK]]
+    return larger

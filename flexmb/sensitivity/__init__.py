@@ -1,1 +1,0 @@
-"""Small differences of a state, carried through the steps of a run."""

@@ -1,1 +1,0 @@
-"""Sensors: parts that measure and exert no force."""

@@ -1,0 +1,467 @@
+"""Diagrams of motions: bifurcation diagrams, branches of orbits, basins, portraits, sections."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexmb import arguments, checks
+from flexmb.dynamics.basins import Basin
+from flexmb.dynamics.exponents.exponents import Exponents
+from flexmb.dynamics.orbits.branch import Branch, BranchPoint
+from flexmb.dynamics.orbits.periodic_orbit import BRANCH, FLIP, FOLD, GRAZING, NEIMARK_SACKER
+from flexmb.errors import InputError
+from flexmb.results.solution import Solution
+from flexmb.show.pictures.style import COLOURS, grid, label_axis
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+# Bifurcation diagrams as matplotlib figures
+
+DIAGRAM_SIZE = (9.0, 5.2)  # [inch]
+VERDICT_COLOURS = {
+    "periodic-1": "#0072b2",
+    "periodic-2": "#56b4e9",
+    "periodic-3": "#009e73",
+    "periodic-4": "#6b8e23",
+    "periodic-5 and more": "#b8860b",
+    "quasi-periodic": "#e69f00",
+    "chaotic": "#c0392b",
+    "transient": "#cc79a7",
+    "inconclusive": "0.55",
+    "": "black",
+}
+"""Colours of the verdicts, in the order of the legend; readers with colour blindness can distinguish them."""
+
+MARKERS = {"up": "^", "down": "v", "cold": "o"}
+MANY_POINTS = 4000
+"""Number of points above which the markers are smallest."""
+
+
+@arguments.checked
+def plot_bifurcation(diagram: xr.Dataset, signal: str, *, title: str | None = None) -> Figure:
+    """A bifurcation diagram: the points of a signal over the parameter.
+
+    The colour shows the verdict on the motion, the marker the direction of the sweep.  Dotted lines are seams between
+    chunks of a sweep, crosses on the lower edge failed points.  The figure needs no display; `fig.savefig(path)` writes
+    it.
+
+    Parameters
+    ----------
+    diagram : result of `bifurcation` or `load_sweep`.
+    signal : name of a signal of the diagram.
+    title : title of the figure; None: the name of the mechanism.
+
+    Raises
+    ------
+    InputError : a dataset of another kind, an unknown signal.
+    """
+    import xarray
+
+    from flexmb.show.pictures.figure import Picture
+
+    attributes = diagram.attrs if isinstance(diagram, xarray.Dataset) else {}
+    if attributes.get("kind") != "bifurcation":
+        text = f"plot_bifurcation: the dataset is of kind {attributes.get('kind')!r}"
+        raise InputError(f"{text}; give the result of fm.bifurcation.")
+    parameter = diagram.attrs["parameter"]
+    signals = [str(name) for name, pieces in diagram.data_vars.items() if pieces.dims[-2:] == (parameter, "period")]
+    checks.one_of("plot_bifurcation", "signal", signal, signals)
+    figure = Picture(figsize=DIAGRAM_SIZE, layout="constrained")
+    ax = figure.subplots()
+    pieces: dict[tuple[str, str], list[Any]] = {}
+    for direction, row in _rows(diagram):
+        _gather(pieces, row, parameter, signal, direction)
+        _mark(ax, row, parameter)
+    _draw(ax, pieces)
+    ax.set_title(diagram.attrs["name"] if title is None else title)
+    ax.margins(x=0.02)
+    label_axis(ax.xaxis, parameter, diagram[parameter].attrs.get("units", ""))
+    label_axis(ax.yaxis, signal, diagram[signal].attrs.get("units", ""))
+    _legend(ax, pieces)
+    return figure
+
+
+def _rows(diagram: xr.Dataset) -> list[tuple[str, xr.Dataset]]:
+    """The directions of the diagram, each with its dataset."""
+    if "direction" not in diagram.dims:
+        return [(diagram.attrs["direction"], diagram)]
+    return [(str(name), diagram.isel(direction=k)) for k, name in enumerate(diagram["direction"].values)]
+
+
+def entry_of(verdict: str) -> str:
+    """Entry of the legend, a key of `VERDICT_COLOURS`, for a `verdict`."""
+    if verdict in VERDICT_COLOURS:
+        return verdict
+    return "periodic-5 and more" if verdict.startswith("periodic-") else "inconclusive"
+
+
+def default_signal(diagram: xr.Dataset) -> str:
+    """Default signal of a picture: eccentricity of a joint with clearance, else the first variable signal."""
+    names = [str(name) for name, column in diagram.data_vars.items() if column.dims[-1] == "period"]
+    moving = [name for name in names if not name.endswith(".theta") and np.ptp(diagram[name].fillna(0.0).values) > 0.0]
+    eccentric = [name for name in names if name.endswith(".ex")]
+    return next(iter(eccentric + moving + names))
+
+
+def _gather(pieces: dict[tuple[str, str], list[Any]], row: xr.Dataset, parameter: str, signal: str, name: str) -> None:
+    """Add the section points of one direction to `pieces`, by verdict and direction."""
+    values, points = row[parameter].values, row[signal].values
+    for k in np.flatnonzero(row["ok"].values):
+        key = (entry_of(str(row["verdict"].values[k])), name)
+        pieces.setdefault(key, []).append((np.full(points.shape[1], values[k]), points[k]))
+
+
+def _mark(ax: Axes, row: xr.Dataset, parameter: str) -> None:
+    """Draw seams and failed points of a direction."""
+    values = row[parameter].values
+    for value in values[row["seam"].values]:
+        ax.axvline(value, color="0.75", linestyle=":", linewidth=1.0, zorder=0)
+    finished = row["status"].values != ""
+    failed = values[finished & ~row["ok"].values]
+    ax.plot(failed, np.full(len(failed), 0.015), "x", color="black", transform=ax.get_xaxis_transform(), clip_on=False)
+
+
+def _draw(ax: Axes, pieces_of: dict[tuple[str, str], list[Any]]) -> None:
+    count = sum(len(points) for listed in pieces_of.values() for _, points in listed)
+    size = 4.0 if count < MANY_POINTS else 1.2
+    for (verdict, name), listed in pieces_of.items():
+        across, points = (np.concatenate(column) for column in zip(*listed, strict=True))
+        style: dict[str, Any] = {"color": VERDICT_COLOURS[verdict], "marker": MARKERS[name], "markersize": size}
+        style["markeredgewidth"] = 0.0
+        ax.plot(across, points, linestyle="none", rasterized=count > MANY_POINTS, **style)
+    grid(ax)
+
+
+def _legend(ax: Axes, pieces: dict[tuple[str, str], list[Any]]) -> None:
+    """Draw the legend: colours of the verdicts, markers of two directions, crosses and dotted lines."""
+    from matplotlib.lines import Line2D
+
+    style: dict[str, Any] = {"linestyle": "none", "markersize": 6.0}
+    verdicts = [name for name in VERDICT_COLOURS if name and any(name == verdict for verdict, _ in pieces)]
+    handles = [Line2D([], [], color=VERDICT_COLOURS[name], marker="o", label=name, **style) for name in verdicts]
+    directions = sorted({name for _, name in pieces}, reverse=True)
+    if len(directions) > 1:
+        handles += [Line2D([], [], color="0.3", marker=MARKERS[name], label=name, **style) for name in directions]
+    if any(np.size(line.get_xdata()) for line in ax.lines if line.get_marker() == "x"):
+        handles.append(Line2D([], [], color="black", marker="x", label="failed", **style))
+    if any(line.get_linestyle() == ":" for line in ax.lines):
+        handles.append(Line2D([], [], color="0.75", linestyle=":", label="seam"))
+    if handles:
+        ax.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="small")
+
+
+# Branches of periodic orbits and basins of attraction as matplotlib figures
+
+ORBITS_SIZE = (8.0, 5.0)  # of a figure [inch]
+
+STABLE, UNSTABLE = COLOURS[0], COLOURS[1]
+
+MARKS = {
+    FOLD: ("o", "#e69f00", "fold"),
+    FLIP: ("s", "#cc79a7", "flip (period doubling)"),
+    NEIMARK_SACKER: ("D", "#009e73", "Neimark-Sacker (torus)"),
+    GRAZING: ("v", "black", "grazing"),
+    BRANCH: ("*", "#882255", "branch point"),
+}
+
+LOST_COLOUR, OPEN_COLOUR = "black", "0.75"
+
+
+def plot_branch(
+    branches: Branch | Sequence[Branch], signal: str, *, value: str = "section", title: str | None = None
+) -> Figure:
+    """Periodic orbits over a parameter: stable orbits solid, unstable orbits dashed, events marked.
+
+    Parameters
+    ----------
+    branches : one branch, or several of one system and parameter.
+    signal : name of a signal, or "period".
+    value : "section": value at the start of the orbit; "max" or "min": largest or smallest value on the orbit, for
+        branches computed with extremes=; "amplitude": half of their difference.
+    title : title of the figure; None: the name of the system.
+
+    Raises
+    ------
+    InputError : no branch, an unknown signal or value, missing extremes, different parameters.
+    """
+    from flexmb.show.pictures.figure import Picture
+
+    drawn = [branches] if isinstance(branches, Branch) else list(branches)
+    if not drawn or not all(isinstance(b, Branch) for b in drawn):
+        raise InputError(f"plot_branch: branches is {branches!r}; it must be one or several results of follow().")
+    if len({b.parameter for b in drawn}) > 1:
+        text = ", ".join(dict.fromkeys(b.parameter for b in drawn))
+        raise InputError(f"plot_branch: the branches have different parameters: {text}. Plot them one by one.")
+    checks.one_of("plot_branch", "value", value, ("section", "max", "min", "amplitude"))
+    figure = Picture(figsize=ORBITS_SIZE, layout="constrained")
+    ax = figure.subplots()
+    labelled: set[str] = set()
+    for branch in drawn:
+        _draw_branch(ax, branch, signal, value, labelled)
+    first = drawn[0]
+    units = first.period_units if signal == "period" else dict(zip(first.names, first.units, strict=True))[signal]
+    ax.set_xlabel(first.parameter)
+    ylabel = signal if value == "section" or signal == "period" else f"{value} of {signal}"
+    label_axis(ax.yaxis, ylabel, units)
+    grid(ax)
+    ax.legend(loc="best", fontsize="small", framealpha=0.9)
+    figure.suptitle(first.name if title is None else title)
+    return figure
+
+
+def _draw_branch(ax: Axes, branch: Branch, signal: str, value: str, labelled: set[str]) -> None:
+    """Draw a branch by pieces of one stability; the legend names each kind once."""
+    x = np.array([p.value for p in branch.points])
+    y = _heights(branch, signal, value, branch.points)
+    stable = np.array([p.stable for p in branch.points], dtype=bool)
+    begin = 0
+    for k in range(1, len(x) + 1):
+        if k < len(x) and stable[k] == stable[begin]:
+            continue
+        end = min(k + 1, len(x))  # pieces touch one another
+        name, colour, style = ("stable", STABLE, "-") if stable[begin] else ("unstable", UNSTABLE, "--")
+        label = None if name in labelled else name
+        ax.plot(x[begin:end], y[begin:end], style, color=colour, linewidth=1.5, label=label)
+        labelled.add(name)
+        begin = k
+    heights = _heights(branch, signal, value, branch.events)
+    for event, height in zip(branch.events, heights, strict=True):
+        mark, colour, name = MARKS[event.kind]
+        label = None if name in labelled else name
+        ax.plot(event.value, height, mark, color=colour, markersize=8, zorder=3, label=label, linestyle="none")
+        labelled.add(name)
+
+
+def _heights(branch: Branch, signal: str, value: str, points: tuple[BranchPoint, ...]) -> np.ndarray:
+    """Ordinates of the points."""
+    if signal == "period":
+        return np.array([p.period for p in points])
+    column = branch.names.index(checks.one_of("plot_branch", "signal", signal, (*branch.names, "period")))
+    if value == "section":
+        return np.array([p.signals[column] for p in points])
+    extremes = np.array([p.extremes[column] for p in points]).reshape(-1, 2)
+    if len(points) and not np.isfinite(extremes).any():
+        raise InputError(f"plot_branch: value is {value!r}, but extremes were not kept. Use follow(..., extremes=100).")
+    low, high = extremes[:, 0], extremes[:, 1]
+    heights = {"min": low, "max": high, "amplitude": 0.5 * (high - low)}
+    return np.asarray(heights[value])
+
+
+def plot_basin(basin: Basin, *, title: str | None = None) -> Figure:
+    """Basins of attraction: the grid of start values, coloured by attractor, with the fraction of each attractor.
+
+    Points of the attractors within the range of the grid are marked.
+
+    Parameters
+    ----------
+    basin : result of `basin()`.
+    title : title of the figure; None: the name of the system.
+
+    Raises
+    ------
+    InputError : another kind of object.
+    """
+    from matplotlib.colors import ListedColormap
+    from matplotlib.patches import Patch
+
+    from flexmb.show.pictures.figure import Picture
+
+    if not isinstance(basin, Basin):
+        raise InputError(f"plot_basin: basin is {basin!r}; it must be the result of basin().")
+    count = len(basin.attractors)
+    colours = [LOST_COLOUR, OPEN_COLOUR, *(COLOURS[k % len(COLOURS)] for k in range(count))]
+    figure = Picture(figsize=ORBITS_SIZE, layout="constrained")
+    ax = figure.subplots()
+    colour_map, top = ListedColormap(colours), count + 0.5
+    ax.pcolormesh(basin.x, basin.y, basin.number, cmap=colour_map, vmin=-1.5, vmax=top, shading="nearest")
+    (ax_name, ay_name), (ax_unit, ay_unit) = basin.axes, basin.units
+    ax.set_xlim(*_edges(basin.x))
+    ax.set_ylim(*_edges(basin.y))
+    label_axis(ax.xaxis, ax_name, ax_unit)
+    label_axis(ax.yaxis, ay_name, ay_unit)
+    for k, points in enumerate(basin.attractors):
+        x, y = points[:, basin.places[0]], points[:, basin.places[1]]
+        ax.plot(x, y, "o", color=colours[k + 2], markeredgecolor="black", markersize=5, linestyle="none")
+    names = {-1: "lost", 0: "undecided"} | {k + 1: _named(k + 1, n) for k, n in enumerate(basin.periods)}
+    patches = [
+        Patch(facecolor=colours[k + 1], label=f"{names[k]}: {100.0 * fraction:.1f} %")
+        for k, fraction in basin.fractions.items()
+    ]
+    figure.legend(handles=patches, loc="outside right upper", frameon=False, fontsize="small")
+    figure.suptitle(basin.name if title is None else title)
+    return figure
+
+
+def _edges(values: np.ndarray) -> tuple[float, float]:
+    """Outer edges of the cells around the values of an axis."""
+    low, high = float(values.min()), float(values.max())
+    half = 0.5 * (high - low) / max(len(values) - 1, 1) or 0.5
+    return low - half, high + half
+
+
+def _named(number: int, period: int) -> str:
+    return f"{number} (period {period})" if period else f"{number} (not periodic)"
+
+
+# Phase portraits, section points and the convergence of exponents, as matplotlib figures
+
+PORTRAIT_SIZE = (7.0, 5.0)  # of a figure [inch]
+
+MANY_DOTS = 2000
+"""Number of points above which dots are small."""
+
+ALONG = ("period", "crossing")
+"""Dimensions of a dataset of section points."""
+
+
+def plot_phase(
+    motion: Solution | xr.Dataset, x: str, y: str, *, since: float | None = None, title: str | None = None
+) -> Figure:
+    """Phase portrait: one signal over another, as a curve.
+
+    Parameters
+    ----------
+    motion : a solution, or a dataset with signals over one dimension (`orbit.samples()`).
+    x, y : names of the signals, e.g. "slider.x", "slider.vx".
+    since : begin of the curve [s]; None: the begin of the motion.
+    title : title of the figure; None: the name of the system.
+
+    Raises
+    ------
+    InputError : an unknown signal, another kind of object, a time after the end of the motion.
+    """
+    data = _signals(motion, (x, y)) if isinstance(motion, Solution) else _dataset("plot_phase", motion)
+    values = [_signal("plot_phase", data, name) for name in (x, y)]
+    if since is not None:
+        begin = checks.number("plot_phase", "since", since, "s")
+        late = data["time"].values >= begin if "time" in data.coords else np.ones(len(values[0]), dtype=bool)
+        if not late.any():
+            raise InputError(f"plot_phase: since is {begin:g} s, after the end of the motion. Give an earlier time.")
+        values = [v[late] for v in values]
+    figure, ax = _figure(data, title)
+    ax.plot(*values, linewidth=0.9, color=COLOURS[0])
+    _labels(ax, data, x, y)
+    return figure
+
+
+def _signals(sol: Solution, names: tuple[str, ...]) -> xr.Dataset:
+    """Dataset of some signals of a solution."""
+    import xarray as xr
+
+    columns = {name: ("time", sol.array(name), {"units": sol.units(name)}) for name in names}
+    return xr.Dataset(columns, {"time": ("time", sol.time, {"units": "s"})}, {"name": sol.name})
+
+
+def plot_section(section: xr.Dataset, x: str, y: str | None = None, *, title: str | None = None) -> Figure:
+    """Section points: one signal over another, or over the number of the period.
+
+    Parameters
+    ----------
+    section : result of `stroboscopic` or `section`.
+    x : name of a signal.
+    y : name of the signal on the ordinate; None: x over the number of the period or crossing.
+    title : title of the figure; None: the name of the system.
+
+    Raises
+    ------
+    InputError : an unknown signal, a dataset without the dimension "period" or "crossing".
+    """
+    data = _dataset("plot_section", section)
+    axis = next((name for name in ALONG if name in data.dims), None)
+    if axis is None:
+        dims = ", ".join(map(str, data.dims)) or "none"
+        raise InputError(f"plot_section: section has the dimensions {dims}; it must have 'period' or 'crossing'.")
+    figure, ax = _figure(data, title)
+    size = 1.0 if data.sizes[axis] >= MANY_DOTS else 9.0
+    if y is None:
+        numbers = data[axis].values if axis in data.coords else np.arange(data.sizes[axis])
+        ax.scatter(numbers, _signal("plot_section", data, x), s=size, color=COLOURS[0], linewidths=0)
+        ax.set_xlabel(axis)
+        label_axis(ax.yaxis, x, data[x].attrs.get("units", ""))
+    else:
+        across, up = (_signal("plot_section", data, name) for name in (x, y))
+        ax.scatter(across, up, s=size, color=COLOURS[0], linewidths=0)
+        _labels(ax, data, x, y)
+    return figure
+
+
+def plot_exponents(exponents: Exponents, *, title: str | None = None) -> Figure:
+    """Convergence of Lyapunov exponents over time, with the final values and their errors as bands.
+
+    Parameters
+    ----------
+    exponents : result of `lyapunov` or `benettin`.
+    title : title of the figure; None: the name of the system.
+
+    Raises
+    ------
+    InputError : another kind of object, exponents without a history.
+    """
+    if not isinstance(exponents, Exponents):
+        text = f"plot_exponents: exponents is {type(exponents).__name__}"
+        raise InputError(f"{text}; it must be the result of lyapunov() or benettin().")
+    history = np.asarray(exponents.history, dtype=np.float64)
+    if history.ndim != 2 or len(history) == 0:
+        text = f"plot_exponents: the history of {exponents.name!r} has shape {history.shape}"
+        raise InputError(f"{text}; it must hold exponents over time. A run that failed at once has none.")
+    figure, ax = _named_figure(exponents.name if title is None else title)
+    for k, curve in enumerate(history.T):
+        colour = COLOURS[k % len(COLOURS)]
+        value, error = float(exponents.spectrum[k]), float(exponents.errors[k])
+        ax.plot(
+            exponents.time, curve, color=colour, linewidth=1.1, label=f"{value:.4g} ± {error:.2g} {exponents.units}"
+        )
+        if np.isfinite(error):
+            ax.axhspan(value - error, value + error, color=colour, alpha=0.2, linewidth=0)
+    ax.axhline(0.0, color="black", linewidth=0.7)
+    late = history[len(history) // 10 :]  # the first estimates are far off and would hide the rest
+    late = late[np.isfinite(late)] if np.isfinite(late).any() else np.zeros(1)  # -inf: a direction is lost at once
+    room = 0.1 * max(float(np.ptp(np.append(late, 0.0))), 1e-12)
+    low, high = min(float(late.min()), 0.0), max(float(late.max()), 0.0)
+    ax.set_ylim(low - room, high + room)
+    per = exponents.units.partition("/")[2]
+    label_axis(ax.xaxis, "time" if per == "s" else per, "s" if per == "s" else "")
+    label_axis(ax.yaxis, "exponent", exponents.units)
+    ax.legend(loc="best", fontsize="small", framealpha=0.9)
+    return figure
+
+
+def _dataset(label: str, given: xr.Dataset) -> xr.Dataset:
+    import xarray as xr
+
+    if not isinstance(given, xr.Dataset):
+        raise InputError(f"{label}: the motion is {given!r}; it must be a dataset of signals.")
+    return given
+
+
+def _signal(label: str, data: xr.Dataset, name: str) -> np.ndarray:
+    checks.one_of(label, "signal", name, [str(key) for key in data.data_vars])
+    return np.asarray(data[name].values)
+
+
+def _figure(data: xr.Dataset, title: str | None) -> tuple[Figure, Axes]:
+    return _named_figure(str(data.attrs.get("name", "")) if title is None else title)
+
+
+def _named_figure(title: str) -> tuple[Figure, Axes]:
+    from flexmb.show.pictures.figure import Picture
+
+    figure = Picture(figsize=PORTRAIT_SIZE, layout="constrained")
+    ax = figure.subplots()
+    grid(ax)
+    if title:
+        figure.suptitle(title)
+    return figure, ax
+
+
+def _labels(ax: Axes, data: xr.Dataset, x: str, y: str) -> None:
+    same = data[x].attrs.get("units", "") == data[y].attrs.get("units", "")
+    label_axis(ax.xaxis, x, data[x].attrs.get("units", ""), equal=ax.yaxis if same else None)
+    label_axis(ax.yaxis, y, data[y].attrs.get("units", ""), equal=ax.xaxis if same else None)

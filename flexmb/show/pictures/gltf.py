@@ -1,0 +1,448 @@
+"""The motion of a run as a glTF file, for viewers of 3-D models and web pages.
+
+Source: Khronos Group, glTF 2.0 Specification, 2021 (ISO/IEC 12113).
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.dynamics.jobs.files import whole_file
+from flexmb.errors import InputError
+from flexmb.model.shape import CircleShape, LineShape, PointShape, RigidShape
+from flexmb.results import drawing
+from flexmb.results.drawing import few_shapes, symbols
+from flexmb.results.positions import magnified
+from flexmb.show.pictures.films import stress_limit
+from flexmb.show.pictures.pose import THINNEST, body_colours
+from flexmb.show.pictures.scene import Scene, scene_of
+from flexmb.show.pictures.style import CLEARANCE, SEQUENTIAL
+from flexmb.version import installed_version
+
+if TYPE_CHECKING:
+    from flexmb.results.drawing import Line, Surface
+    from flexmb.results.solution import Solution
+
+# Binary glTF 2.0 files: meshes, nodes, materials, and motions of nodes
+
+MAGIC, VERSION, JSON_CHUNK, BIN_CHUNK = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
+FLOAT, UINT = 5126, 5125
+"""Component types of accessors."""
+
+WEIGHTS = "weights"
+"""Path of the motion of a mesh between its shapes."""
+
+KINDS = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
+ARRAY_BUFFER, ELEMENT_BUFFER = 34962, 34963
+
+
+class Glb:
+    """A glTF document that grows by meshes, nodes and motions."""
+
+    def __init__(self, generator: str) -> None:
+        self._data = bytearray()
+        self._inputs: dict[bytes, int] = {}
+        self.document: dict[str, Any] = {
+            "asset": {"version": "2.0", "generator": generator},
+            "scene": 0,
+            "scenes": [{"nodes": []}],
+            "nodes": [],
+            "meshes": [],
+            "materials": [],
+            "accessors": [],
+            "bufferViews": [],
+            "animations": [{"name": "motion", "channels": [], "samplers": []}],
+        }
+
+    def material(self, name: str, rgb: tuple[float, float, float]) -> int:
+        """Number of a new material, seen from both sides; `rgb`: linear colour, 0 to 1."""
+        surface = {"baseColorFactor": [*rgb, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.8}
+        return self._append("materials", {"name": name, "pbrMetallicRoughness": surface, "doubleSided": True})
+
+    def mesh(
+        self,
+        name: str,
+        positions: np.ndarray,
+        normals: np.ndarray,
+        faces: np.ndarray,
+        material: int,
+        *,
+        colours: np.ndarray | None = None,
+        shapes: Sequence[np.ndarray] = (),
+    ) -> int:
+        """Number of a new mesh of triangles `faces` (m, 3) on positions (n, 3) [m] with unit normals (n, 3).
+
+        Linear colours (n, 3) of the points multiply that of the material; None: that of the material.  `shapes` are
+        displacements (n, 3) [m] that `deform` adds up (morph targets).
+        """
+        attributes = {
+            "POSITION": self._accessor(positions, ARRAY_BUFFER, limits=True),
+            "NORMAL": self._accessor(normals, ARRAY_BUFFER),
+        }
+        if colours is not None:
+            attributes["COLOR_0"] = self._accessor(colours, ARRAY_BUFFER)
+        indices = self._accessor(faces.reshape(-1, 1), ELEMENT_BUFFER)
+        piece: dict[str, Any] = {"attributes": attributes, "indices": indices, "material": material, "mode": 4}
+        mesh: dict[str, Any] = {"name": name, "primitives": [piece]}
+        if len(shapes):
+            piece["targets"] = [{"POSITION": self._accessor(one, ARRAY_BUFFER, limits=True)} for one in shapes]
+            mesh[WEIGHTS] = [0.0] * len(shapes)
+        return self._append("meshes", mesh)
+
+    def node(self, name: str, meshes: list[int]) -> int:
+        """Number of a new node of the scene with some meshes."""
+        mine: dict[str, Any] = {"name": name}
+        if len(meshes) == 1:
+            mine["mesh"] = meshes[0]
+        elif meshes:
+            mine["children"] = [self._append("nodes", {"name": f"{name} {k}", "mesh": m}) for k, m in enumerate(meshes)]
+        number = self._append("nodes", mine)
+        self.document["scenes"][0]["nodes"].append(number)
+        return number
+
+    def move(
+        self, node: int, time: np.ndarray, places: np.ndarray, angles: np.ndarray, scales: np.ndarray | None
+    ) -> None:
+        """Move a node in the plane: instants (n,) [s], places (n, 2) [m], angles (n,) about z [rad].
+
+        `scales` (n, 3) are factors of the size; None: the size stays.
+        """
+        zero = np.zeros(len(time))
+        turns = np.stack([zero, zero, np.sin(0.5 * angles), np.cos(0.5 * angles)], axis=-1)
+        motions = {"translation": np.column_stack([places, zero]), "rotation": turns}
+        if scales is not None:
+            motions["scale"] = scales
+        mine = self.document["nodes"][node]
+        for path, values in motions.items():
+            mine[path] = np.asarray(values[0], dtype=np.float32).tolist()
+            if len(time) > 1:
+                self._channel(node, path, time, values)
+
+    def deform(self, node: int, time: np.ndarray, weights: np.ndarray) -> None:
+        """Deform the mesh of a node by factors (n, k) of its shapes at instants (n,) [s]."""
+        self.document["nodes"][node][WEIGHTS] = np.asarray(weights[0], dtype=np.float32).tolist()
+        if len(time) > 1:
+            self._channel(node, WEIGHTS, time, weights.reshape(-1, 1))
+
+    def _channel(self, node: int, path: str, time: np.ndarray, values: np.ndarray) -> None:
+        motion = self.document["animations"][0]
+        key = time.tobytes()
+        if key not in self._inputs:
+            self._inputs[key] = self._accessor(time.reshape(-1, 1), None, limits=True)
+        motion["samplers"].append(
+            {"input": self._inputs[key], "output": self._accessor(values, None), "interpolation": "LINEAR"}
+        )
+        target = {"node": node, "path": path}
+        motion["channels"].append({"sampler": len(motion["samplers"]) - 1, "target": target})
+
+    def bytes(self) -> bytes:
+        """The document as a binary glTF file."""
+        done = {key: value for key, value in self.document.items() if value != []}
+        done["animations"] = [motion for motion in self.document["animations"] if motion["channels"]]
+        if not done["animations"]:
+            del done["animations"]
+        done["buffers"] = [{"byteLength": len(self._data)}]
+        text = json.dumps(done, separators=(",", ":")).encode()
+        text += b" " * (-len(text) % 4)
+        data = bytes(self._data) + b"\0" * (-len(self._data) % 4)
+        size = 12 + 8 + len(text) + 8 + len(data)
+        head = struct.pack("<3I", MAGIC, VERSION, size)
+        return head + struct.pack("<2I", len(text), JSON_CHUNK) + text + struct.pack("<2I", len(data), BIN_CHUNK) + data
+
+    def _append(self, kind: str, item: dict[str, Any]) -> int:
+        self.document[kind].append(item)
+        return len(self.document[kind]) - 1
+
+    def _accessor(self, values: np.ndarray, target: int | None, *, limits: bool = False) -> int:
+        """Number of a new accessor of an array (n, k): whole numbers as unsigned, others as floats of 32 bits."""
+        whole = np.issubdtype(values.dtype, np.integer)
+        array = np.ascontiguousarray(values, dtype=np.uint32 if whole else np.float32)
+        view: dict[str, Any] = {"buffer": 0, "byteOffset": len(self._data), "byteLength": array.nbytes}
+        if target is not None:
+            view["target"] = target
+        self._data += array.tobytes()
+        mine: dict[str, Any] = {"bufferView": self._append("bufferViews", view), "count": len(array)}
+        mine |= {"componentType": UINT if whole else FLOAT, "type": KINDS[array.shape[1]]}
+        if limits:
+            mine |= {"min": array.min(axis=0).tolist(), "max": array.max(axis=0).tolist()}
+        return self._append("accessors", mine)
+
+
+# The motion of a run as a glTF file, for viewers of 3-D models and web pages
+
+MOST_FRAMES = 200
+"""Default number of instants, at most."""
+
+BAR = 0.006
+"""Half width of the bars of rigid bodies, over the width of the mechanism."""
+
+STRIDE = 2
+"""Points of a drawn beam element for each straight piece: 4 pieces of 9 points."""
+
+SEEN = 1e-4
+"""Error of the deformation of a mesh over its size, at most; with magnification, of the drawn one."""
+
+PIN_SIDES = 16
+"""Number of sides of a pin."""
+
+
+def export_gltf(sol: Solution, path: str | Path, *, frames: int | None = None, magnify: float = 1.0) -> Path:
+    """Motion of a run as a binary glTF file, one unit a metre, the plane of motion as x and y.
+
+    Rigid bodies, wheels and pins are nodes that move and turn; beams are chains of straight pieces, four an element;
+    springs, dampers, rods and cables are nodes that also change their length.  Meshes move, deform by a few shapes, and
+    have the colours of the largest von Mises stress that each point has at these instants.  Forces, belts, guides and
+    paths are left out.  Viewers interpolate linearly between the instants.
+
+    Parameters
+    ----------
+    sol : the solution.
+    path : the .glb file; its folder is made.
+    frames : number of instants, >= 2, evenly over the time, replaced by the nearest rows; None: all, at most 200.
+    magnify : factor of the deformation of flexible bodies; 0: undeformed.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError : another ending, a solution without rows or shapes, a path that cannot be written.
+    """
+    target = checks.path("export_gltf", path)
+    if target.suffix.lower() != ".glb":
+        raise InputError(f"export_gltf: path is {str(path)!r}; it must end in .glb.")
+    if not len(sol.time) or not sol.shapes:
+        raise InputError("export_gltf: the solution has no saved instants or no shapes. Save some, e.g. save=1000.")
+    count = min(len(sol.time), MOST_FRAMES) if frames is None else checks.count("export_gltf", "frames", frames, 2)
+    rows = drawing.nearest_instants(sol, np.linspace(sol.time[0], sol.time[-1], count))
+    shown = magnified(sol, checks.not_negative("export_gltf", "magnify", magnify))
+    content = Export(shown, rows, sol).bytes()
+    with whole_file(target, "export_gltf") as part:
+        part.write_bytes(content)
+    return target
+
+
+class Export:
+    """Content of a glTF file of some rows of a solution.
+
+    Parameters
+    ----------
+    rows : (n,) numbers of rows, increasing.
+    true : solution of the stresses, where the deformation of `sol` is magnified.
+    """
+
+    def __init__(self, sol: Solution, rows: np.ndarray, true: Solution) -> None:
+        self._sol, self._rows, self._time = sol, rows, sol.time[rows] - sol.time[rows[0]]
+        self._scene: Scene = scene_of(sol, rows, true=true if true is not sol else None)
+        self._glb = Glb(f"flexmb {installed_version()}")
+        self._half = BAR * self._scene.size
+        colours = body_colours(self._scene)
+        self._materials = {part: self._glb.material(part, _linear_of(colour)) for part, colour in colours.items()}
+        self._grey = self._glb.material("couplings", _linear_of("#606060"))
+        self._rigid()
+        for number, line in enumerate(line for line in self._scene.lines if line.is_beam):
+            self._beam(number, line)
+        for surface in self._scene.surfaces:
+            self._mesh(surface)
+        self._lines()
+        self._pins()
+
+    def bytes(self) -> bytes:
+        """The file."""
+        return self._glb.bytes()
+
+    def _rigid(self) -> None:
+        """One node for each node of a rigid body, with its outlines and wheels."""
+        lines: dict[tuple[str, str], list[np.ndarray]] = {}
+        for shape in self._sol.shapes:
+            if isinstance(shape, RigidShape):
+                mine = lines.setdefault((shape.part, shape.node), [])
+                mine += [np.array(line, dtype=float) for line in shape.lines]
+            elif isinstance(shape, CircleShape):
+                body, node, (x, y) = shape.at
+                turn = np.linspace(0.0, 2.0 * np.pi, 4 * PIN_SIDES + 1)
+                rim = np.stack([x + shape.radius * np.cos(turn), y + shape.radius * np.sin(turn)], axis=-1)
+                lines.setdefault((body, node), []).append(np.vstack([[[x, y]], rim]))
+        for (part, node), mine in lines.items():
+            name = f"{part}.{node}" if node else part
+            solid = _joined([_bars(line, self._half) for line in mine])
+            mesh = self._glb.mesh(name, *solid, self._materials.get(part, self._grey))
+            pose = drawing.pose(self._sol, part, node, self._rows)
+            self._glb.move(self._glb.node(name, [mesh]), self._time, pose[:, :2], pose[:, 2], None)
+
+    def _beam(self, number: int, line: Line) -> None:
+        """Straight pieces of an element."""
+        depth = np.zeros(line.points.shape[1]) if line.depth is None else line.depth
+        for k in range(0, line.points.shape[1] - 1, STRIDE):
+            half = max(0.25 * float(depth[k] + depth[k + STRIDE]), THINNEST * self._scene.size)
+            solid = _joined([_bars(np.array([[0.0, 0.0], [1.0, 0.0]]), half)])
+            mesh = self._glb.mesh(f"{line.part} {number}.{k}", *solid, self._materials[line.part])
+            node = self._glb.node(f"{line.part} {number}.{k}", [mesh])
+            self._stretch(node, line.points[:, k], line.points[:, k + STRIDE])
+
+    def _mesh(self, surface: Surface) -> None:
+        """A mesh that moves as a rigid body, with the shapes of its deformation."""
+        centres, angles, first, shapes, weights = deformation_of(surface.points)
+        zeros, colours, material = np.zeros((len(first), 1)), None, self._materials[surface.part]
+        if surface.has_stress:
+            top = stress_limit(self._scene)
+            colours = _map_colours(surface.von_mises.max(axis=0) / top)
+            name = f"{surface.part}: largest von Mises stress, 0 to {top:.4g} Pa"
+            material = self._glb.material(name, (1.0, 1.0, 1.0))
+        mesh = self._glb.mesh(
+            surface.part,
+            np.hstack([first, zeros]),
+            np.tile([0.0, 0.0, 1.0], (len(first), 1)),
+            surface.triangles,
+            material,
+            colours=colours,
+            shapes=[np.hstack([one, zeros]) for one in shapes],
+        )
+        node = self._glb.node(surface.part, [mesh])
+        self._glb.move(node, self._time, centres, angles, None)
+        if len(shapes):
+            self._glb.deform(node, self._time, weights)
+
+    def _stretch(self, node: int, first: np.ndarray, second: np.ndarray) -> None:
+        """Move a node of unit length so that it joins two points (n, 2)."""
+        way = second - first
+        length = np.maximum(np.hypot(*way.T), 1e-9)
+        scales = np.stack([length, np.ones(len(length)), np.ones(len(length))], axis=-1)
+        self._glb.move(node, self._time, first, np.unwrap(np.arctan2(way[:, 1], way[:, 0])), scales)
+
+    def _lines(self) -> None:
+        """Springs, dampers, rods and cables."""
+        kinds = {shape.part: shape.kind for shape in self._sol.shapes if isinstance(shape, LineShape)}
+        for sign in symbols(self._sol, self._rows, self._scene.size):
+            if sign.part not in kinds or sign.kind != kinds[sign.part]:
+                continue
+            first, second = sign.points[:, 0], sign.points[:, -1]
+            way = second[0] - first[0]
+            length = max(float(np.hypot(*way)), 1e-9)
+            u, n = way / length, np.array([-way[1], way[0]]) / length
+            away = sign.points[0] - first[0]
+            solid = _bars(np.stack([away @ u / length, away @ n], axis=-1), 0.3 * self._half)
+            node = self._glb.node(sign.part, [self._glb.mesh(sign.part, *solid, self._grey)])
+            self._stretch(node, first, second)
+
+    def _pins(self) -> None:
+        """Joints as short cylinders."""
+        dark, red = (
+            self._glb.material("joints", _linear_of("#101010")),
+            self._glb.material("clearance", _linear_of(CLEARANCE)),
+        )
+        names = {shape.part for shape in self._sol.shapes if isinstance(shape, PointShape)}
+        meshes = {
+            material: self._glb.mesh("pin", *_cylinder(1.6 * self._half, 1.3 * self._half), material)
+            for material in {red if m.kind == "clearance" else dark for m in self._scene.marks if m.kind != "journal"}
+        }
+        for mark in self._scene.marks:
+            if mark.kind != "journal" and mark.part in names:
+                node = self._glb.node(mark.part, [meshes[red if mark.kind == "clearance" else dark]])
+                self._glb.move(node, self._time, mark.points, np.zeros(len(self._time)), None)
+
+
+def deformation_of(
+    points: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Motion of points (n, m, 2) [m] as a rigid body, and their deformation in it as a sum of few shapes.
+
+    Returned are centres (n, 2) [m], angles (n,) [rad], points (m, 2) at the first instant about their centre, shapes
+    (k, m, 2) and their factors (n, k), whose sum misses the deformation by SEEN of the size at most.
+    """
+    centres = points.mean(axis=1)
+    own, first = points - centres[:, None], points[0] - centres[0]
+    cross = first[:, 0] * own[..., 1] - first[:, 1] * own[..., 0]
+    angles = np.unwrap(np.arctan2(cross.sum(axis=1), (first * own).sum(axis=(1, 2))))
+    c, s = np.cos(angles)[:, None], np.sin(angles)[:, None]
+    x, y = own[..., 0], own[..., 1]
+    moved = np.concatenate([c * x + s * y, c * y - s * x], axis=1) - first.T.ravel()
+    factors, shapes = few_shapes(moved, SEEN * float(np.ptp(first, axis=0).max()))
+    return centres, angles, first, shapes.reshape(len(shapes), 2, -1).transpose(0, 2, 1), factors
+
+
+def _map_colours(values: np.ndarray) -> np.ndarray:
+    """Linear colours (n, 3) of numbers from 0 to 1."""
+    import matplotlib
+
+    return _linear(matplotlib.colormaps[SEQUENTIAL](values)[:, :3])
+
+
+Solid = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Points, normals and triangles."""
+
+
+def _bars(line: np.ndarray, half: float) -> Solid:
+    """Bars of square section along a polyline (m, 2); a cube for a line without length."""
+    pieces = []
+    for a, b in pairwise(line):
+        way = b - a
+        length = float(np.hypot(*way))
+        u = way / length if length > 0.0 else np.array([1.0, 0.0])
+        reach = 0.5 * length if length > 0.0 else 2.0 * half
+        wide = half if length > 0.0 else 2.0 * half
+        pieces.append(_box(0.5 * (a + b), u, reach, wide, half))
+    return _joined(pieces)
+
+
+def _box(centre: np.ndarray, u: np.ndarray, x: float, y: float, z: float) -> Solid:
+    """Box with half sides x along u, y across, z out of the plane."""
+    axes = np.array([[u[0], u[1], 0.0], [-u[1], u[0], 0.0], [0.0, 0.0, 1.0]]) * np.array([[x], [y], [z]])
+    points: list[np.ndarray] = []
+    normals: list[np.ndarray] = []
+    faces: list[np.ndarray] = []
+    for k in range(3):
+        a, b, c = axes[k], axes[(k + 1) % 3], axes[(k + 2) % 3]
+        for side in (1.0, -1.0):
+            faces.append(len(points) + np.array([[0, 1, 2], [0, 2, 3]]))
+            around = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
+            points += [side * a + side * s * b + t * c for s, t in around]
+            normals += [side * a / np.linalg.norm(a)] * 4
+    moved = np.array(points) + np.array([centre[0], centre[1], 0.0])
+    return moved, np.array(normals), np.concatenate(faces)
+
+
+def _cylinder(radius: float, half: float) -> Solid:
+    """Closed cylinder about z."""
+    turn = 2.0 * np.pi * np.arange(PIN_SIDES) / PIN_SIDES
+    rim = np.stack([np.cos(turn), np.sin(turn), np.zeros(PIN_SIDES)], axis=-1)
+    up = np.array([0.0, 0.0, 1.0])
+    k, n = np.arange(PIN_SIDES), PIN_SIDES
+    after = (k + 1) % n
+    side = np.concatenate([radius * rim - half * up, radius * rim + half * up])
+    wall = np.concatenate([np.stack([k, after, n + after], axis=1), np.stack([k, n + after, n + k], axis=1)])
+    fan = np.stack([np.zeros(n - 2, dtype=int), np.arange(1, n - 1), np.arange(2, n)], axis=1)
+    caps = [
+        (radius * rim + z * up, np.tile(np.sign(z) * up, (n, 1)), fan if z > 0.0 else fan[:, ::-1])
+        for z in (half, -half)
+    ]
+    return _joined([(side, np.concatenate([rim, rim]), wall), *caps])
+
+
+def _joined(solids: list[Solid]) -> Solid:
+    """One solid of several."""
+    starts = np.cumsum([0, *(len(points) for points, _, _ in solids[:-1])])
+    faces = [faces + start for (_, _, faces), start in zip(solids, starts, strict=True)]
+    return np.concatenate([s[0] for s in solids]), np.concatenate([s[1] for s in solids]), np.concatenate(faces)
+
+
+def _linear_of(colour: str) -> tuple[float, float, float]:
+    """Linear red, green, blue of a colour of the screen, such as "#606060"."""
+    r, g, b = _linear(np.array([int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5)])).tolist()
+    return r, g, b
+
+
+def _linear(values: np.ndarray) -> np.ndarray:
+    """Linear red, green, blue of colours of the screen, 0 to 1 (IEC 61966-2-1)."""
+    found: np.ndarray = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+    return found

@@ -1,0 +1,520 @@
+"""Signals as figures: over time, of several runs, spectra, natural frequencies, journals in their bearings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexmb import arguments, checks
+from flexmb.dynamics.series.samples import PowerSpectrum
+from flexmb.errors import InputError
+from flexmb.model.part import Part, name_of
+from flexmb.model.shape import PointShape
+from flexmb.results.solution import Solution
+from flexmb.show.pictures.style import CLEARANCE, COLOURS, curve, grid, label_axis, label_of
+from flexmb.statics.equilibrium import static_equilibrium
+from flexmb.statics.modes import modes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from flexmb.model.mechanism import Mechanism
+
+# Envelopes of signals that swing too fast for single lines to be seen
+
+COLUMNS = 400
+"""Number of columns of an envelope."""
+
+LEAST_SWING = 0.02
+"""Least swing that counts, over the range of the signal; smaller ones are hidden in the width of a line."""
+
+DENSE = 0.5
+"""Reversals of a signal in a column, on average of the busiest fifth, from which on it is drawn as an envelope."""
+
+
+def is_dense(time: np.ndarray, values: np.ndarray, columns: int = COLUMNS) -> bool:
+    """Whether a curve of a signal (n,) at instants (n,) [s] is a solid block, at least in a fifth of the picture."""
+    if len(time) < columns or not time[-1] > time[0]:
+        return False
+    change = np.diff(values)
+    turns = np.flatnonzero(change[1:] * change[:-1] < 0.0) + 1
+    swings = np.abs(np.diff(values[turns]))
+    large = turns[1:][swings > LEAST_SWING * float(np.ptp(values))]
+    counts = np.bincount(_column(time, columns)[large], minlength=columns)
+    return bool(np.sort(counts)[-columns // 5 :].mean() > DENSE)
+
+
+def envelope(time: np.ndarray, values: np.ndarray, columns: int = COLUMNS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Middles of the columns, and the least and the largest value in each.
+
+    Every value lies in the band: the last value of a column also counts in the next one, as its line does.  Columns
+    without values are left out.  The signal (n,) belongs to increasing instants (n,) [s]; columns lie evenly over the
+    time.
+    """
+    place = _column(time, columns)
+    starts = np.flatnonzero(np.append(True, np.diff(place) > 0))
+    low, high = np.fmin.reduceat(values, starts), np.fmax.reduceat(values, starts)
+    before = values[starts[1:] - 1]
+    low[1:], high[1:] = np.fmin(low[1:], before), np.fmax(high[1:], before)
+    width = (time[-1] - time[0]) / columns
+    return time[0] + (place[starts] + 0.5) * width, low, high
+
+
+def _column(time: np.ndarray, columns: int) -> np.ndarray:
+    """Number of the column of each instant."""
+    place = np.floor((time - time[0]) / (time[-1] - time[0]) * columns).astype(int)
+    return np.asarray(np.minimum(place, columns - 1))
+
+
+def draw_signal(ax: Axes, time: np.ndarray, values: np.ndarray, k: int, label: str, **style: Any) -> None:
+    """Draw a signal over time: a line, or the band of its envelope where single lines would be a solid block.
+
+    The signal (n,) belongs to instants (n,) [s]; its number k in the panel gives colour and line style.  Further
+    keywords are those of matplotlib for a line.
+    """
+    from matplotlib.colors import to_rgba
+
+    look = curve(k)
+    if not is_dense(time, values):
+        ax.plot(time, values, label=label, **{**look, **style})
+        return
+    middle, low, high = envelope(time, values)
+    rim = {"edgecolor": look["color"], "linestyle": look["linestyle"], "linewidth": 0.6}
+    ax.fill_between(middle, low, high, facecolor=to_rgba(look["color"], 0.3), label=label, **rim)
+
+
+# Signals over time or over one another, as a matplotlib figure
+
+WIDTH, PANEL, FRAME = 8.0, 1.9, 0.9  # of the figure, of one panel, of title and axis [inch]
+
+
+@arguments.checked
+def plot(
+    sol: Solution, names: str | Sequence[str | Sequence[str]], *, title: str | None = None, x: str = "time"
+) -> Figure:
+    """Signals in panels, one above the other.
+
+    A signal that swings too fast for single lines to be seen is drawn as a band between its least and largest values;
+    no peak is lost.  The curves of a panel differ in line style, too.  The figure needs no display;
+    `fig.savefig(path)` writes it.
+
+    Parameters
+    ----------
+    sol : the solution.
+    names : one name, or one entry for each panel; the signals of an entry that is a list share a panel, e.g.
+        ["slider.ax", ["B.fx", "B.fy"]].
+    title : title of the figure; None: the name of the mechanism.
+    x : "time" or the signal of the abscissa, e.g. x="B.ex" with "B.ey" for the orbit of a journal.
+
+    Raises
+    ------
+    InputError : an unknown name, no name, signals of different units in one panel, a solution without saved instants.
+    """
+    from flexmb.show.pictures.figure import Picture
+
+    panels = _panels(sol, names)
+    if not len(sol.time):
+        raise InputError("plot: the solution has no saved instants. Save some, e.g. by simulate(..., save=...).")
+    if x != "time":
+        sol.array(x)  # an unknown name is refused before anything is drawn
+    figure = Picture(figsize=(WIDTH, FRAME + PANEL * max(len(panels), 2)), layout="constrained")
+    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    for ax, panel in zip(axes, panels, strict=True):
+        _draw(ax, sol, panel, x)
+    label_axis(axes[-1].xaxis, x, "s" if x == "time" else sol.units(x))
+    figure.align_ylabels(axes)
+    figure.suptitle(sol.name if title is None else title)
+    return figure
+
+
+def _panels(sol: Solution, names: str | Sequence[str | Sequence[str]]) -> list[list[str]]:
+    """Names of the signals by panel, checked."""
+    entries = [names] if isinstance(names, str) else list(checks.sequence("plot", "names", names, "names of signals"))
+    panels = [[entry] if isinstance(entry, str) else list(entry) for entry in entries]
+    if not panels or not all(panels):
+        raise InputError("plot: names is empty; give at least one signal, e.g. plot(sol, ['slider.ax']).")
+    for panel in panels:
+        units = list(dict.fromkeys(sol.units(name) for name in panel))
+        if len(units) > 1:
+            listed = " and ".join(repr(u) for u in units)
+            text = f"plot: {', '.join(panel)} have different units, {listed}."
+            raise InputError(f"{text} Put them into different panels.")
+    return panels
+
+
+def _draw(ax: Axes, sol: Solution, panel: list[str], x: str) -> None:
+    across = sol.time if x == "time" else sol.array(x)
+    for k, name in enumerate(panel):
+        if x != "time":
+            ax.plot(across, sol.array(name), label=name, **curve(k))
+        elif name.endswith(".mode"):  # a mode jumps: a slanted line would show values that it never has
+            ax.plot(across, sol.array(name), label=name, drawstyle="steps-post", **curve(k))
+        else:
+            draw_signal(ax, across, sol.array(name), k, name)
+    label_axis(ax.yaxis, panel[0] if len(panel) == 1 else "", sol.units(panel[0]), between="\n")
+    grid(ax)
+    if len(panel) > 1:
+        # beside the panel: inside it would hide some part of the curves
+        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="small")
+    if x == "time":
+        if len(sol.time) > 1:
+            ax.set_xlim(sol.time[0], sol.time[-1])
+    elif sol.units(x) == sol.units(panel[0]):
+        ax.set_aspect("equal", adjustable="datalim")  # the orbit of a journal in its bearing is a circle
+
+
+# Signals of several runs over one another, and the balance of energies of one run
+
+STORED = ("energy.kinetic", "energy.strain", "energy.gravity")
+"""Energies that the mechanism holds."""
+
+TURNED_OVER = "energy.turned_over"
+"""Scale of a balance, which is no part of it."""
+
+RESIDUAL, GRAVITY = "energy.residual", "energy.gravity"
+
+
+def plot_runs(runs: Mapping[str, Solution], names: str | Sequence[str], *, title: str | None = None) -> Figure:
+    """Signals of several runs, a panel for each signal and a curve for each run.
+
+    Parameters
+    ----------
+    runs : solutions by the text that names them in the legend, e.g. {"ideal": first, "worn": second}.
+    names : names of signals that all runs have, in one unit.
+    title : title of the figure; None: the name of the first mechanism.
+
+    Raises
+    ------
+    InputError : no run, no name, a run without a signal, units that differ.
+    """
+    given = checks.mapping("plot_runs", "runs", runs)
+    panels = [names] if isinstance(names, str) else list(names)
+    if not given or not panels:
+        raise InputError("plot_runs: runs or names are empty; give at least one of each.")
+    for label, sol in given.items():
+        if not isinstance(sol, Solution):
+            raise InputError(f"plot_runs: runs[{label!r}] is {type(sol).__name__}; it must be a solution.")
+        if not len(sol.time):
+            raise InputError(f"plot_runs: runs[{label!r}] has no saved instants. Save some, e.g. save=1000.")
+    for name in panels:
+        units = {sol.units(name) for sol in given.values()}
+        if len(units) > 1:
+            listed = " and ".join(repr(u) for u in sorted(units))
+            raise InputError(f"plot_runs: {name!r} has different units in these runs, {listed}.")
+    first = next(iter(given.values()))
+    figure, axes = panels_of_time(len(panels), first.name if title is None else title)
+    for ax, name in zip(axes, panels, strict=True):
+        for k, (label, sol) in enumerate(given.items()):
+            draw_signal(ax, sol.time, sol.array(name), k, str(label))
+        label_axis(ax.yaxis, name, first.units(name), between="\n")
+    axes[0].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="small")
+    ends = [float(t) for sol in given.values() for t in (sol.time[0], sol.time[-1])]
+    if max(ends) > min(ends):
+        axes[0].set_xlim(min(ends), max(ends))
+    label_axis(axes[-1].xaxis, "time", "s")
+    return figure
+
+
+def plot_energies(sol: Solution, *, title: str | None = None) -> Figure:
+    """Balance of energies: the stored energies, the works and losses, and the residual of the balance.
+
+    The energy of gravity is drawn as its change since the first row.
+
+    Parameters
+    ----------
+    sol : the solution.
+    title : title of the figure; None: the name of the mechanism.
+
+    Raises
+    ------
+    InputError : a run that did not save its energies.
+    """
+    saved = [name for name in sol.names if name.startswith("energy.") and name != TURNED_OVER]
+    if not saved or not len(sol.time):
+        text = "plot_energies: no energies were saved."
+        raise InputError(f"{text} Add 'energy.*' to simulate(..., signals=[...]), or leave it out to save all.")
+    works = [name for name in saved if name not in (*STORED, RESIDUAL) and abs(sol.array(name)).max() > 0.0]
+    stored = [name for name in saved if name in STORED and abs(sol.array(name)).max() > 0.0]
+    groups = [("stored energy", stored), ("works and losses", works)]
+    groups += [("residual", [RESIDUAL])] if RESIDUAL in saved else []
+    shown = [(text, names) for text, names in groups if names]
+    figure, axes = panels_of_time(len(shown), sol.name if title is None else title)
+    for ax, (text, names) in zip(axes, shown, strict=True):
+        for k, name in enumerate(names):
+            label, values = name.removeprefix("energy.").replace("_", " "), sol.array(name)
+            if name == GRAVITY:  # its zero is at the origin, mostly far below the mechanism
+                label, values = "gravity, from the start", values - values[0]
+            draw_signal(ax, sol.time, values, k, label)
+        label_axis(ax.yaxis, text, "J", between="\n")
+        if len(names) > 1:
+            ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="small")
+    if sol.time[-1] > sol.time[0]:
+        axes[0].set_xlim(sol.time[0], sol.time[-1])
+    label_axis(axes[-1].xaxis, "time", "s")
+    return figure
+
+
+def panels_of_time(count: int, title: str) -> tuple[Figure, Sequence[Axes]]:
+    """Figure with panels above one another that share the time."""
+    from flexmb.show.pictures.figure import Picture
+
+    figure = Picture(figsize=(WIDTH, FRAME + PANEL * max(count, 2)), layout="constrained")
+    axes = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
+    for ax in axes:
+        grid(ax)
+    figure.align_ylabels(axes)
+    figure.suptitle(title)
+    return figure, axes
+
+
+# The power spectrum of a signal as a matplotlib figure
+
+SPECTRUM_SIZE = (8.0, 4.5)  # [inch]
+
+DEEP = 1e-14
+"""Smallest density that is drawn, over the highest density; below are side lobes and round-off."""
+
+ROOM = 100.0
+"""Upper limit of the ordinate, over the highest density, with room for the legend."""
+
+MARKED = 12
+"""Largest number of marked lines, the strongest first."""
+
+
+def plot_spectrum(
+    spectrum: PowerSpectrum, *, signal: str = "", units: str = "", up_to: float | None = None, title: str | None = None
+) -> Figure:
+    """Power spectrum of a signal with its floor and the strongest lines.
+
+    Parameters
+    ----------
+    spectrum : result of `power_spectrum`.
+    signal : name of the signal, for the title.
+    units : unit of the signal.
+    up_to : largest frequency to be drawn [unit of the spectrum]; None: all.
+    title : title of the figure; None: the signal and the fraction of the power in lines.
+
+    Raises
+    ------
+    InputError : another kind of object; no frequency up to the largest one.
+    """
+    from flexmb.show.pictures.figure import Picture
+
+    if not isinstance(spectrum, PowerSpectrum):
+        raise InputError(f"plot_spectrum: spectrum is {spectrum!r}; it must be the result of power_spectrum().")
+    inside = np.ones(len(spectrum.frequency), dtype=bool) if up_to is None else spectrum.frequency <= up_to
+    if inside.sum() < 2:
+        raise InputError(f"plot_spectrum: up_to is {up_to!r}; there are no frequencies below. Give a larger one.")
+    frequency, density, floor = (x[inside] for x in (spectrum.frequency, spectrum.density, spectrum.floor))
+    figure = Picture(figsize=SPECTRUM_SIZE, layout="constrained")
+    ax = figure.subplots()
+    highest = float(density.max()) or 1.0
+    ax.semilogy(frequency, np.maximum(density, DEEP * highest), color=COLOURS[0], linewidth=0.8, label="density")
+    ax.semilogy(frequency, np.maximum(floor, DEEP * highest), color="black", linewidth=0.8, label="floor")
+    lines = [f for f in spectrum.peaks[:MARKED] if f <= frequency[-1]]
+    if lines:
+        heights = density[np.searchsorted(frequency, lines)]
+        ax.semilogy(lines, heights, "v", color=COLOURS[1], markersize=5, linestyle="none", label="strongest lines")
+    ax.set_xlim(frequency[0], frequency[-1])
+    lowest = max(float(density[density > 0.0].min(initial=highest)), DEEP * highest)
+    ax.set_ylim(0.3 * lowest, ROOM * highest)
+    grid(ax)
+    label_axis(ax.xaxis, "frequency", spectrum.units)
+    squared = f"{units}^2" if units.isalpha() else f"({units})$^{{2}}$" if units else "1"
+    per = "/Hz" if spectrum.units == "Hz" else " iteration"
+    ax.set_ylabel(label_of("power density", f"{squared}{per}"))
+    ax.legend(loc="upper right", ncols=3, fontsize="small", framealpha=0.9)
+    summary = f"{100.0 * spectrum.line_share:.3g} % of the power in lines: {spectrum.kind}"
+    figure.suptitle((f"{signal}, {summary}" if signal else summary) if title is None else title)
+    return figure
+
+
+# Campbell diagram: natural frequencies of a turning mechanism over its speed
+
+CAMPBELL_SIZE = (7.5, 5.0)  # of a figure [inch]
+
+
+def plot_campbell(
+    mechanism: Mechanism,
+    speeds: Sequence[float] | np.ndarray,
+    *,
+    count: int = 4,
+    orders: Sequence[float] = (1.0, 2.0, 3.0, 4.0),
+    about: tuple[float, float] = (0.0, 0.0),
+    title: str | None = None,
+) -> Figure:
+    """Campbell diagram: natural frequencies over the speed of rotation, and the multiples of the speed.
+
+    At each speed the mechanism is at rest in a frame that turns (`static_equilibrium(spin=...)`), and its modes are
+    seen from that frame.  A resonance is possible where a frequency crosses a multiple of the speed.  Frequencies of
+    unstable and overdamped motions are left out; curves join frequencies of equal rank.
+
+    Parameters
+    ----------
+    mechanism : the mechanism, whose drives turn at the speed or are clamps.
+    speeds : speeds of rotation [rad/s], increasing, two at least.
+    count : number of frequencies.
+    orders : multiples of the speed that are drawn.
+    about : centre of the rotation [m].
+    title : title of the figure; None: the name of the mechanism.
+
+    Raises
+    ------
+    InputError : fewer than two speeds, speeds that do not increase; see `static_equilibrium` and `modes`.
+    SolveError : see `static_equilibrium` and `modes`.
+    """
+    from flexmb.show.pictures.figure import Picture
+
+    given = [checks.number("plot_campbell", f"speeds[{k}]", float(w), "rad/s") for k, w in enumerate(speeds)]
+    if len(given) < 2 or np.any(np.diff(given) <= 0.0):
+        raise InputError(f"plot_campbell: speeds are {given}; they must be two or more, increasing.")
+    number = checks.count("plot_campbell", "count", count)
+    found = np.array([_frequencies(mechanism, w, number, about) for w in given])
+    figure = Picture(figsize=CAMPBELL_SIZE, layout="constrained")
+    ax = figure.subplots()
+    grid(ax)
+    for order in orders:
+        line = order * np.array(given) / (2.0 * np.pi)
+        ax.plot(given, line, color="0.6", linewidth=0.9, linestyle=(0, (4, 3)), zorder=1.5)
+        text = f"{order:g}x"
+        ax.annotate(
+            text, (given[-1], line[-1]), xytext=(4, 0), textcoords="offset points", va="center", fontsize="small"
+        )
+    for k, frequency in enumerate(found.T):
+        ax.plot(given, frequency, marker="o", markersize=3.0, label=f"mode {k + 1}", **curve(k))
+    label_axis(ax.xaxis, "speed", "rad/s")
+    label_axis(ax.yaxis, "natural frequency", "Hz")
+    ax.set_xlim(given[0], given[-1])
+    ax.set_ylim(0.0, 1.08 * float(np.nanmax(found)) if np.isfinite(found).any() else 1.0)
+    figure.legend(loc="outside right upper", frameon=False, fontsize="small")
+    figure.suptitle(mechanism.name if title is None else title)
+    return figure
+
+
+def _frequencies(mechanism: Mechanism, speed: float, count: int, about: tuple[float, float]) -> np.ndarray:
+    """Lowest frequencies of elastic motions [Hz]; NaN where there are fewer."""
+    state = static_equilibrium(mechanism, spin=speed, about=about)
+    found = modes(mechanism, count=2 * count, at=state)
+    elastic = [f for f, kind in zip(found.frequencies, found.kinds, strict=True) if kind == "elastic"][:count]
+    return np.array([*elastic, *[np.nan] * (count - len(elastic))])
+
+
+# Journals in their bearings: orbit in the clearance circle, contact force over the direction of the contact
+
+JOURNAL_SIZE = (5.6, 5.4)  # of a figure [inch]
+
+
+def plot_journal(
+    sol: Solution,
+    joint: Part | str,
+    *,
+    clearance: float | None = None,
+    since: float | None = None,
+    title: str | None = None,
+) -> Figure:
+    """Orbit of a journal: its centre relative to that of the bearing, and the circle of the clearance.
+
+    Rows with contact are dots: beyond the circle by the penetration.
+
+    Parameters
+    ----------
+    sol : the solution.
+    joint : a revolute joint with clearance, or its name.
+    clearance : radius of the circle [m]; None: from the rows with contact, eccentricity less penetration.
+    since : begin of the orbit [s]; None: the begin of the run.
+    title : title of the figure; None: the name of the joint.
+
+    Raises
+    ------
+    InputError : no such joint; no saved row with contact from which the clearance is known; a time after the end.
+    """
+    from flexmb.show.pictures.figure import Picture
+
+    joint = name_of(joint)
+    rows = _rows("plot_journal", sol, joint, since)
+    ex, ey = (sol.array(f"{joint}.{axis}")[rows] for axis in ("ex", "ey"))
+    depth = sol.array(f"{joint}.penetration")[rows]
+    touching = depth > 0.0
+    if clearance is None:
+        if not touching.any():
+            text = f"plot_journal: no saved row of {joint!r} has contact, so its clearance is unknown here."
+            raise InputError(f"{text} Give clearance=..., in m.")
+        radius = float(np.median(np.hypot(ex, ey)[touching] - depth[touching]))
+    else:
+        radius = checks.positive("plot_journal", "clearance", clearance, "m")
+    figure = Picture(figsize=JOURNAL_SIZE, layout="constrained")
+    ax = figure.subplots()
+    grid(ax)
+    turn = np.linspace(0.0, 2.0 * np.pi, 361)
+    label = f"clearance {radius:.3g} m"
+    ax.plot(radius * np.cos(turn), radius * np.sin(turn), color=CLEARANCE, linewidth=1.4, linestyle="--", label=label)
+    ax.plot(ex, ey, color=COLOURS[0], linewidth=0.7, label="orbit")
+    ax.plot(ex[touching], ey[touching], ".", color="black", markersize=2.5, linestyle="none", label="contact")
+    ax.set_aspect("equal", adjustable="datalim")
+    label_axis(ax.xaxis, f"{joint}.ex", "m", equal=ax.yaxis)
+    label_axis(ax.yaxis, f"{joint}.ey", "m", equal=ax.xaxis)
+    figure.legend(loc="outside lower center", ncols=3, frameon=False, fontsize="small")
+    figure.suptitle(f"{sol.name}, journal of {joint}" if title is None else title)
+    return figure
+
+
+def plot_contact_force(
+    sol: Solution, joint: Part | str, *, since: float | None = None, title: str | None = None
+) -> Figure:
+    """Normal force of a joint with clearance over the direction of the contact, in polar coordinates.
+
+    The direction is that from the centre of the bearing to the journal, in world axes; 0 is to the right.  Dots are
+    saved rows with contact.
+
+    Parameters
+    ----------
+    sol : the solution.
+    joint : a revolute joint with clearance, or its name.
+    since : begin [s]; None: the begin of the run.
+    title : title of the figure; None: the name of the joint.
+
+    Raises
+    ------
+    InputError : no such joint, no saved row with contact, a time after the end.
+    """
+    from flexmb.show.pictures.figure import Picture
+
+    joint = name_of(joint)
+    rows = _rows("plot_contact_force", sol, joint, since)
+    ex, ey, force = (sol.array(f"{joint}.{name}")[rows] for name in ("ex", "ey", "normal_force"))
+    touching = force > 0.0
+    if not touching.any():
+        raise InputError(f"plot_contact_force: no saved row of {joint!r} has contact. Run longer, or save more rows.")
+    figure = Picture(figsize=JOURNAL_SIZE, layout="constrained")
+    ax = figure.add_subplot(projection="polar")
+    angle = np.arctan2(ey, ex)[touching]
+    ax.vlines(angle, 0.0, force[touching], color=COLOURS[0], linewidth=0.5, alpha=0.35)
+    ax.plot(angle, force[touching], ".", color=COLOURS[0], markersize=3.0, linestyle="none")
+    ax.set_ylim(0.0, 1.05 * float(force.max()))
+    ax.set_rlabel_position(_emptiest(angle))  # type: ignore[attr-defined]
+    ax.grid(visible=True, color="0.9", linewidth=0.6)
+    name = f"{sol.name}, normal force of {joint} [N] over the direction of the contact"
+    figure.suptitle(name if title is None else title, fontsize="medium")
+    return figure
+
+
+def _rows(label: str, sol: Solution, joint: str, since: float | None) -> np.ndarray:
+    """Rows from `since` on; a joint without journal is refused."""
+    journals = [s.part for s in sol.shapes if isinstance(s, PointShape) and s.along is None and f"{s.part}.ex" in sol]
+    checks.one_of(label, "joint", joint, journals)
+    begin = -np.inf if since is None else checks.number(label, "since", since, "s")
+    rows = np.flatnonzero(sol.time >= begin)
+    if not len(rows):
+        raise InputError(f"{label}: since is {begin:g} s, after the end of the motion. Give an earlier time.")
+    return rows
+
+
+def _emptiest(angles: np.ndarray) -> float:
+    """Direction [deg] in the middle of the widest gap of some angles [rad], for numbers that hide nothing."""
+    ordered = np.sort(angles)
+    gaps = np.diff(np.append(ordered, ordered[0] + 2.0 * np.pi))
+    k = int(gaps.argmax())
+    return float(np.degrees(ordered[k] + 0.5 * gaps[k]))

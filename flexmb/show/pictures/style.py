@@ -1,0 +1,158 @@
+"""Style of all figures: colours, line styles, grid, labels of axes; characters that a font has."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
+    from matplotlib.text import Text
+
+# Texts of figures in characters that a font of the machine has; other characters as their escapes
+
+EMPTY = "Last Resort"
+"""Beginning of the name of a font of matplotlib that has a box for each script, and no characters."""
+
+
+def make_drawable(texts: Iterable[Text]) -> None:
+    r"""Set the fonts of texts by their characters; characters without a font become escapes such as \u66f2."""
+    from matplotlib.font_manager import findfont
+
+    for text in texts:
+        words = text.get_text()
+        if words.isascii():
+            continue
+        own = findfont(text.get_fontproperties())
+        fonts = {c: _family(own, c) for c in words}
+        text.set_text("".join(_escaped(c) if fonts[c] is None else c for c in words))
+        others = [name for name in dict.fromkeys(fonts.values()) if name and name not in text.get_fontfamily()]
+        text.set_fontfamily([*text.get_fontfamily(), *others])
+
+
+def _escaped(character: str) -> str:
+    return character.encode("ascii", "backslashreplace").decode()
+
+
+@cache
+def _family(own: str, character: str) -> str | None:
+    """Family of a font that has a character: "" for the file `own`, None where no font has it."""
+    from matplotlib.font_manager import fontManager
+
+    if character.isspace() or _has(own, character):
+        return ""
+    fonts = [font for font in fontManager.ttflist if font.style == "normal" and not font.name.startswith(EMPTY)]
+    return next((font.name for font in fonts if _has(font.fname, character)), None)
+
+
+def _has(file: str, character: str) -> bool:
+    """Whether a file is a font that can be drawn and has a character."""
+    from matplotlib.font_manager import get_font
+
+    try:
+        return get_font(file).get_char_index(ord(character)) > 0
+    except (OSError, RuntimeError):  # fonts of coloured pictures, and damaged files
+        return False
+
+
+# Style of all figures: colours, line styles, grid, labels of axes
+
+COLOURS = (
+    "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#882255", "#117733", "#332288", "#999933",
+)  # fmt: skip
+"""Colours of curves and bodies; readers with colour blindness can distinguish them.
+
+Sources: M. Okabe, K. Ito, Color universal design, 2008; P. Tol, Colour schemes, 2021.
+"""
+
+STYLES = ("-", (0, (5, 1.5)), (0, (6, 1.5, 1, 1.5)), (0, (1.2, 1.2)), (0, (6, 1.5, 1, 1.5, 1, 1.5)))
+"""Line styles of the curves of a panel, which differ in print without colours."""
+
+CLEARANCE = "#c00000"
+"""Colour of joints with clearance."""
+
+TRACED = "#7a3fb5"
+"""Colour of markers and of their paths."""
+
+DIVERGING = "RdYlBu_r"
+"""Colour map of fields with both signs."""
+
+SEQUENTIAL = "viridis"
+"""Colour map of fields from 0 on."""
+
+WIDTH = 1.1
+"""Width of a curve [pt]."""
+
+
+def curve(k: int) -> dict[str, Any]:
+    """Colour and line style of the curve number k of a panel, from 0."""
+    return {"color": COLOURS[k % len(COLOURS)], "linestyle": STYLES[k % len(STYLES)], "linewidth": WIDTH}
+
+
+def grid(ax: Axes) -> None:
+    """Pale grid behind the curves."""
+    ax.grid(visible=True, color="0.9", linewidth=0.6)
+    ax.set_axisbelow(True)
+
+
+PREFIXES = {-9: "n", -6: "µ", -3: "m", 3: "k", 6: "M", 9: "G"}
+"""Prefixes of units by power of ten."""
+
+LEAST, MOST = 0.1, 1e4
+"""Largest number of an axis, below and above which its unit gets a prefix."""
+
+FLAT = 1e-4
+"""Extent of an axis over its largest number, below which labels show the difference from a common number."""
+
+
+def prefixed(units: str, largest: float) -> tuple[int, str]:
+    """Power of ten and unit with a prefix in which `largest` has one to three digits before the point.
+
+    Metres and seconds get no prefix above 1; the power is 0 for a unit that takes none, such as "rad" or "m2".
+    """
+    takes = re.match(r"(m|s|N|Pa|J|W|Hz|A|V)(?![A-Za-z0-9^])", units)
+    if takes is None or not 0.0 < largest < math.inf or LEAST <= largest < MOST:
+        return 0, units
+    power = 3 * math.floor(math.log10(largest) / 3.0)
+    if power not in PREFIXES or (power > 0 and takes[1] in ("m", "s")):
+        return 0, units
+    return power, PREFIXES[power] + units
+
+
+def label_axis(axis: Axis, name: str, units: str, between: str = " ", equal: Axis | None = None) -> None:
+    """Label and numbers of an axis on which everything is drawn: small and large numbers by a prefix of the unit.
+
+    Where the unit takes no prefix, a common power of ten stands at the end of the axis.  `equal` is another axis of
+    this unit that gets the same prefix.
+    """
+    from matplotlib.ticker import FuncFormatter, ScalarFormatter
+
+    low, high = axis.get_view_interval()
+    largest = max(abs(float(end)) for one in (axis, equal or axis) for end in one.get_view_interval())
+    power, shown = prefixed(units, largest) if abs(high - low) > FLAT * largest else (0, units)
+    if power:
+        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value * 10.0**-power:.6g}".replace("-", "−")))
+    else:
+        numbers = ScalarFormatter(useMathText=True)
+        numbers.set_powerlimits((-3, 4))
+        axis.set_major_formatter(numbers)
+    axis.set_label_text(label_of(name, shown, between))
+
+
+def unit_text(units: str) -> str:
+    """`units` with raised exponents: "m/s2" becomes "m/s$^{2}$"."""
+    return re.sub(r"(?<=[A-Za-z])\^?(-?\d+)", r"$^{\1}$", units)
+
+
+def words_of(field: str) -> str:
+    """Name of a field of beams or meshes in words, as of "bending_moment"."""
+    return "von Mises stress" if field == "von_mises" else field.replace("_", " ")
+
+
+def label_of(name: str, units: str, between: str = " ") -> str:
+    """Label of an axis: name, and unit in brackets; "" for no unit."""
+    return between.join(text for text in (name, f"[{unit_text(units)}]" if units else "") if text)

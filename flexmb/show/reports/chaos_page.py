@@ -1,0 +1,168 @@
+"""Page of a study of a motion: verdict, Poincare section, exponents and their convergence, evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.dynamics.verdict import MEANING, meaning_of
+from flexmb.errors import InputError
+from flexmb.show.reports.document import (
+    Content,
+    Markup,
+    facts,
+    floats,
+    number,
+    quantity,
+    section,
+    table,
+    tag,
+    write_page,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SCRIPTS = ("diagram.js", "chaos.js")
+MOST_SIGNALS = 60
+"""Number of signals on a page where none are chosen."""
+
+EVIDENCE = "evidence_"
+HINT = "Drag pans, + and - zoom while the diagram has the focus, 0 or a double click fits."
+LINKS = {"section": "Section", "exponents": "Exponents", "evidence": "Evidence", "settings": "Settings"}
+
+
+def write_chaos(groups: Mapping[str, xr.Dataset], path: Path, signals: Sequence[str] | None, title: str | None) -> Path:
+    """Write the page of a study of a motion; see `flexmb.report`.
+
+    `groups` are datasets of `flexmb chaos` by the name of their group: "" and, where there are fine samples, "motion".
+    Without `signals` those with fine samples come first, then others; the title is by default the name of the
+    mechanism.
+    """
+    root, motion = groups[""], groups.get("motion")
+    if not root.sizes.get("period", 0):
+        raise InputError("report: the study has no section points; its status tells why.")
+    names = _signals(root, motion, signals)
+    data: dict[str, Any] = {
+        "kind": "chaos",
+        "first": int(root["period"].values[0]),
+        "unit": root["exponent"].attrs.get("units", ""),
+        "plane": _plane(names),
+        "section": {
+            "names": names,
+            "units": [root[name].attrs.get("units", "") for name in names],
+            "points": floats(_columns(root, names)),
+        },
+    }
+    if motion is not None:
+        sampled = [str(name) for name in motion.data_vars]
+        data["motion"] = {"names": sampled, "curves": floats(_columns(motion, sampled))}
+    if root.sizes.get("history_time", 0):
+        history = np.column_stack([root["history_time"].values, root["exponent_history"].values])
+        data["history"] = floats(history)
+    heading = str(root.attrs["name"]) if title is None else title
+    main = _main(root, has_motion=motion is not None)
+    return write_page(path, heading, _key_numbers(root), LINKS, main, SCRIPTS, data)
+
+
+def _columns(dataset: xr.Dataset, names: Sequence[str]) -> np.ndarray:
+    return np.stack([dataset[name].values for name in names], axis=1).astype(float)
+
+
+def _signals(root: xr.Dataset, motion: xr.Dataset | None, signals: Sequence[str] | None) -> list[str]:
+    """Names of the signals on the page."""
+    known = [str(name) for name, column in root.data_vars.items() if column.dims == ("period",)]
+    if signals is not None:
+        given = checks.sequence("report", "signals", signals, "names")
+        return [checks.one_of("report", "signal", name, known) for name in given]
+    sampled = [] if motion is None else [str(name) for name in motion.data_vars]
+    return list(dict.fromkeys([*sampled, *known]))[:MOST_SIGNALS]
+
+
+def _plane(names: Sequence[str]) -> list[str]:
+    """Signals of the first picture: the first two, as `flexmb chaos` orders them, or the number of the point."""
+    return [names[0], names[1]] if len(names) > 1 else ["number", names[0]]
+
+
+def _key_numbers(root: xr.Dataset) -> Markup:
+    good = bool(root.attrs.get("ok", 1))
+    badge = tag("span", "finished" if good else "not finished", class_=f"badge {'good' if good else 'error'}")
+    verdict = tag("strong", str(root.attrs.get("verdict", "no verdict")), id="verdict")
+    points = f"{root.sizes['period']} periods of {quantity(float(root.attrs['period']), 's')}"
+    text = f", {points} after {root.attrs['skip']} skipped ones"
+    return tag("p", badge, Markup(" "), verdict, text, class_="key-numbers verdict")
+
+
+def _main(root: xr.Dataset, *, has_motion: bool) -> Markup:
+    reason = str(root.attrs.get("reason", root.attrs.get("status", "")))
+    box = tag("input", type="checkbox", id="motion", checked=True)
+    controls = tag(
+        "div",
+        tag("label", "across", Markup(" "), tag("select", id="across")),
+        tag("label", "up", Markup(" "), tag("select", id="up")),
+        tag("label", box, "motion between the points") if has_motion else None,
+        tag("button", "Fit", type="button", id="fit"),
+        class_="row",
+    )
+    label = "Poincare section: one point a period of two signals"
+    canvas = tag("canvas", label, id="diagram", class_="diagram", tabindex="0", role="img", aria_label=label)
+    picture = section("Section", controls, canvas, tag("p", HINT, class_="hint"), anchor="section")
+    keys = ("status", "second_run", "period", "skip", "flexmb")
+    settings = [(key.replace("_", " "), str(root.attrs[key])) for key in keys if key in root.attrs]
+    return tag(
+        "main",
+        tag("section", tag("p", reason), aria_label="Reason of the verdict"),
+        picture,
+        _exponents(root),
+        _evidence(root),
+        section("Settings and versions", facts(settings), anchor="settings"),
+        id="top",
+    )
+
+
+def _exponents(root: xr.Dataset) -> Markup:
+    """Table of the exponents, of both runs, and a picture of their convergence."""
+    unit, period = root["exponent"].attrs.get("units", ""), float(root.attrs["period"])
+    rows: list[list[Content]] = []
+    for k, value in enumerate(root["exponent"].values):
+        error = float(root["exponent_error"].values[k])
+        second = "-"
+        if "exponent_second" in root:
+            second = _with_error(root["exponent_second"].values[k], root["exponent_second_error"].values[k])
+        alone = _with_error(value, root["exponent_statistical"].values[k])
+        rows.append(
+            [
+                f"{k + 1}",
+                number(float(value), 4),
+                number(error, 2),
+                alone,
+                second,
+                meaning_of(float(value), error, period),
+            ]
+        )
+    heads = ["number", f"exponent [{unit}]", "error", "this run alone", "second run", "meaning"]
+    label = "Convergence of the Lyapunov exponents over the time"
+    history = tag("canvas", label, id="history", class_="diagram", tabindex="0", role="img", aria_label=label)
+    dimension = float(root.attrs.get("lyapunov_dimension", float("nan")))
+    more = facts([("Lyapunov dimension of the section", number(dimension, 4))]) if np.isfinite(dimension) else None
+    drawn = history if root.sizes.get("history_time", 0) else None
+    listing = table("Lyapunov exponents", heads, rows, numbers=[1, 2])
+    return section("Exponents", listing, more, drawn, anchor="exponents")
+
+
+def _with_error(value: float, error: float) -> str:
+    return f"{value:.4g} \u00b1 {error:.2g}" if np.isfinite(error) else f"{value:.4g}"
+
+
+def _evidence(root: xr.Dataset) -> Markup:
+    """Table of the numbers on which the verdict rests."""
+    found = {key.removeprefix(EVIDENCE): value for key, value in root.attrs.items() if key.startswith(EVIDENCE)}
+    rows: list[list[Content]] = [[MEANING[key], number(float(found[key]), 4)] for key in MEANING if key in found]
+    if not rows:
+        return section("Evidence", tag("p", "The motion has no verdict."), anchor="evidence")
+    listing = table("Evidence of the verdict", ["quantity", "value"], rows, numbers=[1])
+    return section("Evidence", listing, anchor="evidence")

@@ -1,0 +1,260 @@
+"""The page: styles, scripts and data in one file that forbids every access to a network.
+
+A column becomes whole numbers between 0, its smallest value, and some thousands or millions, its largest value; or the
+bits of its floats.
+The differences from row to row, byte by byte, are compressed (zlib) and written as base64.  `decode.js` reads them.
+"""
+
+from __future__ import annotations
+
+import base64
+import html
+import json
+import zlib
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cache
+from hashlib import sha256
+from importlib.resources import files
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flexmb.dynamics.jobs.files import write_text
+
+# HTML whose texts are escaped when it is made
+
+
+class Markup(str):
+    """Text that is HTML already; any other text is escaped where it enters."""
+
+    __slots__ = ()
+
+
+Content = str | None
+"""Piece of a page: markup, plain text, or None for nothing."""
+
+VOID = frozenset({"input", "meta", "br"})
+"""Elements without content."""
+
+
+def tag(name: str, *content: Content, **attributes: str | bool | None) -> Markup:
+    """An element with pieces inside it, of which plain text is escaped, and attributes by name.
+
+    "_" stands for "-", and a "_" at the end is left out.  None and False: no such attribute, True: an attribute without
+    a value.
+    """
+    written = ""
+    for key, value in attributes.items():
+        if value is None or value is False:
+            continue
+        word = key.rstrip("_").replace("_", "-")
+        written += f" {word}" if value is True else f' {word}="{html.escape(value)}"'
+    if name in VOID:
+        return Markup(f"<{name}{written}>")
+    return Markup(f"<{name}{written}>{joined(content)}</{name}>")
+
+
+def joined(content: Iterable[Content]) -> Markup:
+    """Pieces one after the other; plain text is escaped."""
+    return Markup("".join(x if isinstance(x, Markup) else html.escape(x) for x in content if x is not None))
+
+
+def section(title: str, *content: Content, anchor: str) -> Markup:
+    """A section with a heading and an anchor for links."""
+    heading = tag("h2", title, id=f"{anchor}-title")
+    return tag("section", heading, *content, id=anchor, aria_labelledby=f"{anchor}-title")
+
+
+def table(
+    caption: str, heads: Sequence[str], rows: Iterable[Sequence[Content]], *, numbers: Sequence[int] = ()
+) -> Markup:
+    """A table with a caption, in a box that scrolls sideways where the page is narrow.
+
+    The first cell of a row is its head; `numbers` are places of the columns with numbers.
+    """
+    classes = ["number" if k in numbers else None for k in range(len(heads))]
+    head = tag("tr", *(tag("th", text, scope="col", class_=c) for text, c in zip(heads, classes, strict=True)))
+    body = []
+    for row in rows:
+        first, *rest = row
+        cells = [tag("td", cell, class_=c) for cell, c in zip(rest, classes[1:], strict=True)]
+        body.append(tag("tr", tag("th", first, scope="row"), *cells))
+    made = tag("table", tag("caption", caption), tag("thead", head), tag("tbody", *body))
+    return tag("div", made, class_="scroll", role="region", tabindex="0", aria_label=caption)
+
+
+def facts(rows: Iterable[tuple[str, Content]]) -> Markup:
+    """Names with their values."""
+    return tag("dl", *(tag("div", tag("dt", name), tag("dd", value)) for name, value in rows), class_="facts")
+
+
+def number(value: float, digits: int = 6) -> str:
+    """A number with so many significant digits; "-" for one that is not finite."""
+    return f"{value:.{digits}g}" if isfinite(value) else "-"
+
+
+def quantity(value: float, unit: str = "", digits: int = 6) -> str:
+    """A number with its unit."""
+    return f"{number(value, digits)} {pretty(unit)}".rstrip()
+
+
+def pretty(unit: str) -> str:
+    """A unit with raised exponents: "m/s^2" becomes "m/s²"."""
+    return unit.replace("^2", "²").replace("s2", "s²").replace("m2", "m²").replace("m^3", "m³")
+
+
+# Arrays as compressed texts inside a page
+
+COARSE, MIDDLE, FINE = 2**10 - 1, 2**12 - 1, 2**24 - 1
+"""Steps between the smallest and the largest value: of colours, of lengths on a screen, of coordinates."""
+
+FLOAT = 4
+"""Bytes of a float of single precision, which keeps seven digits."""
+
+
+def quantised(values: np.ndarray, steps: int, *, common: bool = False) -> dict[str, Any]:
+    """Columns (n, m) of finite numbers as whole ones; the error is at most half a step of the range of a column.
+
+    `steps` are `COARSE`, `MIDDLE` or `FINE`; `common`: all columns have one range.
+    """
+    n, m = values.shape
+    low, high = (values.min(axis=0), values.max(axis=0)) if n else (np.zeros(m), np.zeros(m))
+    if common and m:
+        low, high = np.full(m, low.min()), np.full(m, high.max())
+    step = (high - low) / steps
+    whole = np.rint((values - low) / np.where(step > 0.0, step, 1.0)).astype(np.uint32)
+    kept = 1 if common and m else m
+    size = 2 if steps < 2**16 else 3
+    scale = {"low": _short(low[:kept]), "step": _short(step[:kept])}
+    return {"n": n, "m": m, "size": size, **scale, "data": _compressed(whole, size)}
+
+
+def floats(values: np.ndarray) -> dict[str, Any]:
+    """Columns (n, m) as floats of single precision; numbers that are not finite remain so."""
+    n, m = values.shape
+    with np.errstate(over="ignore"):
+        bits = np.ascontiguousarray(values, dtype=np.float32).view(np.uint32)
+    return {"n": n, "m": m, "size": FLOAT, "data": _compressed(bits.reshape(n, m), FLOAT)}
+
+
+def instants(times: np.ndarray) -> dict[str, Any]:
+    """Times (n,) as floats of double precision."""
+    raw = np.ascontiguousarray(times, dtype="<f8").view(np.uint8).reshape(-1, 8)
+    return {"n": len(times), "size": 8, "data": _text(raw.T.tobytes())}
+
+
+def _compressed(whole: np.ndarray, size: int) -> str:
+    """Differences of whole numbers (n, m) along the rows, column by column, lowest bytes first."""
+    first = np.zeros((1, whole.shape[1]), dtype=np.uint32)
+    steps = np.diff(whole, axis=0, prepend=first)  # modulo 2^32
+    columns = np.ascontiguousarray(steps.T.astype("<u4")).view(np.uint8).reshape(-1, 4)
+    return _text(columns[:, :size].T.tobytes())
+
+
+def _text(content: bytes) -> str:
+    return base64.b64encode(zlib.compress(content, 9)).decode("ascii")
+
+
+def _short(numbers: np.ndarray) -> list[float]:
+    """Numbers with nine digits, which is finer than a step."""
+    return [float(f"{x:.9g}") for x in numbers]
+
+
+# Pieces that all pages share
+
+
+def plain_head(heading: str, key_numbers: Markup, links: Mapping[str, str]) -> Markup:
+    """Head of a page: title, switch of the theme, first numbers, links to the sections by anchor."""
+    switch = tag("button", "Theme: system", type="button", id="theme", class_="quiet")
+    anchors = [tag("a", text, href=f"#{anchor}") for anchor, text in links.items()]
+    return tag(
+        "header",
+        tag("a", "Skip to the sections", href=f"#{next(iter(links))}", class_="skip"),
+        tag("div", tag("h1", heading), switch, class_="title"),
+        key_numbers,
+        tag("nav", *anchors, aria_label="Sections"),
+    )
+
+
+# The page: styles, scripts and data in one file that forbids every access to a network
+
+STYLES = ("uPlot.min.css", "page.css", "player.css")
+LIBRARY = "uPlot.iife.min.js"
+COMMON = ("decode.js", "theme.js")
+"""Scripts of all pages, in their order."""
+
+
+@cache
+def asset(name: str) -> str:
+    """Text of a file beside this module."""
+    return files("flexmb.show.reports").joinpath("assets", name).read_text(encoding="utf-8")
+
+
+def document(title: str, body: Markup, scripts: tuple[str, ...], data: dict[str, Any]) -> str:
+    """Text of a page, with scripts after the common ones, and plain values for them."""
+    style = "\n".join(asset(name) for name in STYLES)
+    program = "\n".join(['"use strict";(function () {', *(asset(name) for name in (*COMMON, *scripts)), "})();"])
+    codes = [asset(LIBRARY), program] if "plots.js" in scripts else [program]
+    content = tag(
+        "html",
+        tag(
+            "head",
+            tag("meta", charset="utf-8"),
+            tag("meta", http_equiv="Content-Security-Policy", content=policy(style, codes)),
+            tag("meta", name_="viewport", content="width=device-width, initial-scale=1"),
+            tag("meta", name_="color-scheme", content="light dark"),
+            tag("title", title),
+            Markup(f"<style>{style}</style>"),
+        ),
+        tag(
+            "body",
+            body,
+            Markup(f'<script type="application/json" id="data">{embedded(data)}</script>'),
+            *(Markup(f"<script>{code}</script>") for code in codes),
+        ),
+        lang="en",
+    )
+    return f"<!DOCTYPE html>\n{content}\n"
+
+
+def policy(style: str, codes: list[str]) -> str:
+    """Content security policy: the styles and scripts of the page alone, no network, no forms."""
+    scripts = " ".join(map(_hash, codes))
+    rules = ("default-src 'none'", f"style-src {_hash(style)}", f"script-src {scripts}", "img-src data:")
+    return "; ".join((*rules, "base-uri 'none'", "form-action 'none'"))
+
+
+def _hash(text: str) -> str:
+    return f"'sha256-{base64.b64encode(sha256(text.encode()).digest()).decode('ascii')}'"
+
+
+def embedded(data: dict[str, Any]) -> str:
+    """Values as JSON that cannot end its element; numbers that are not finite are null."""
+    text = json.dumps(_finite(data), allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if abs(value) < float("inf") else None
+    if isinstance(value, dict):
+        return {str(key): _finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(item) for item in value]
+    return value
+
+
+def write_page(
+    path: Path,
+    heading: str,
+    key_numbers: Markup,
+    links: Mapping[str, str],
+    main: Markup,
+    scripts: tuple[str, ...],
+    data: dict[str, Any],
+) -> Path:
+    """Write a page, whole or not at all; its parts as of `plain_head` and `document`."""
+    body = joined([plain_head(heading, key_numbers, links), main])
+    return write_text(path, document(f"{heading} - flexmb", body, scripts, data), "report")

@@ -1,0 +1,96 @@
+"""Report as one HTML page: of a run, of a bifurcation diagram, of a study of a motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from flexmb import arguments, checks
+from flexmb.errors import InputError
+from flexmb.model.mechanism import Mechanism
+from flexmb.results.solution import Solution
+from flexmb.show.reports.chaos_page import write_chaos
+from flexmb.show.reports.run_page import write_run
+from flexmb.show.reports.sweep_page import write_sweep
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+MOST_FRAMES = 1000
+"""Default number of frames at most."""
+
+ENDINGS = {".html", ".htm"}
+
+
+@arguments.checked
+def report(
+    result: Solution | xr.Dataset,
+    path: str | Path,
+    *,
+    mechanism: Mechanism | None = None,
+    frames: int = MOST_FRAMES,
+    signals: Sequence[str] | None = None,
+    title: str | None = None,
+) -> Path:
+    """One HTML page with the moving mechanism, plots, contacts, energies, parts, examination and settings of a run.
+
+    The page is one file that needs no network and forbids any; all browsers since 2023 show it.  A bifurcation diagram
+    is shown with its verdicts, a study of a motion with section, exponents and verdict.
+
+    Parameters
+    ----------
+    result : the solution; or the dataset of `bifurcation`; or a dataset that `flexmb chaos` wrote.
+    path : the file, which ends in .html; missing folders are made, an older file is replaced.
+    mechanism : the mechanism that moved, for the examination of a solution that was read from a file; None: the one
+        that the solution knows.
+    frames : number of frames at most, >= 2; of longer runs the saved instants nearest to even times are shown, and
+        plots become envelopes, whose smallest and largest values are those of all saved instants.
+    signals : names of the signals of the plots, and, of a run, patterns in which * stands for any text; None: the main
+        signals, energies, and others up to 24.
+    title : title of the page; None: name of the mechanism.
+
+    Returns
+    -------
+    Path : the file.
+
+    Notes
+    -----
+    A point of a diagram opens the report of its run, where the folder of the page has one: "PARAMETER-VALUE.html" with
+    six digits, such as "speed-6.28319.html".
+
+    Raises
+    ------
+    InputError : another kind of result, a mechanism with other parts than the one that moved, a solution without saved
+        instants, an unknown signal, fewer than 2 frames, a path that does not end in .html or cannot be written.
+    """
+    target = checks.path("report", path)
+    if target.suffix.lower() not in ENDINGS:
+        raise InputError(f"report: path is {str(path)!r}; it must end in .html.")
+    if mechanism is not None and not isinstance(mechanism, Mechanism):
+        raise InputError(f"report: mechanism is {mechanism!r}; it must be a Mechanism.")
+    most = checks.count("report", "frames", frames, 2)
+    if isinstance(result, Solution):
+        _check_mechanism(result, mechanism)
+        return write_run(result, target, mechanism, most, signals, title)
+    import xarray as xr
+
+    kind = result.attrs.get("kind") if isinstance(result, xr.Dataset) else None
+    if kind == "bifurcation":
+        return write_sweep(result, target, signals, title)
+    if kind == "chaos":
+        return write_chaos({"": result}, target, signals, title)
+    wanted = "a Solution, or the dataset of a diagram (fm.bifurcation) or of `flexmb chaos`"
+    raise InputError(f"report: result is {type(result).__name__}; it must be {wanted}.")
+
+
+def _check_mechanism(sol: Solution, mechanism: Mechanism | None) -> None:
+    """Refuse a mechanism with other parts than the one that moved."""
+    moved = {part["name"] for part in sol.described().get("parts", ())}
+    if mechanism is None or not moved or moved == set(mechanism.names):
+        return
+    others = sorted(moved ^ set(mechanism.names))
+    raise InputError(
+        f"report: {mechanism.label} is not the one that moved in the solution of {sol.name!r}: {', '.join(others[:5])} "
+        "stand in one of them only. Give the mechanism of this run, or none."
+    )

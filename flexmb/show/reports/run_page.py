@@ -1,0 +1,346 @@
+"""Page of a run: the moving mechanism, plots, joints with clearance, tables."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from flexmb.errors import FlexmbError, InputError
+from flexmb.findings.check import check
+from flexmb.findings.report import Report
+from flexmb.model.mechanism import Mechanism, described
+from flexmb.results.contact_intervals import MODES, Episodes
+from flexmb.results.drawing import nearest_instants
+from flexmb.results.naming import matching
+from flexmb.results.solution import Solution
+from flexmb.results.status import main_signals, panels
+from flexmb.show.reports.document import (
+    MIDDLE,
+    Markup,
+    facts,
+    floats,
+    instants,
+    joined,
+    quantised,
+    quantity,
+    section,
+    table,
+    tag,
+    write_page,
+)
+from flexmb.show.reports.scene import fields_of, player, scene
+from flexmb.show.reports.tables import (
+    NOT_EXAMINED,
+    check_section,
+    energy_section,
+    key_numbers,
+    model_section,
+    peaks_table,
+    settings_section,
+    statistics_section,
+)
+
+# Signals of a page: chosen names, their panels, and curves whose peaks survive in long runs
+
+MOST_CURVES = 24
+"""Number of signals on a page where none are chosen."""
+
+MOST_CHOSEN = 200
+"""Number of chosen signals at most: each takes some 10 kB of a page."""
+
+MOST_IN_PANEL = 6
+"""Number of signals in a panel at most."""
+
+ROWS_PER_FRAME = 2
+"""Number of rows of a curve for each frame; longer curves become envelopes."""
+
+NODE_DOTS = 2
+"""Number of dots in the name of a signal of a node of a flexible part, at least."""
+
+
+def frame_instants(sol: Solution, frames: int) -> np.ndarray:
+    """Numbers of the saved instants of the frames: all, or `frames` of them evenly over the time.
+
+    Instants with numbers that are not finite are left out.
+    """
+    chosen = np.arange(len(sol.time))
+    if len(sol.time) > frames:
+        chosen = nearest_instants(sol, np.linspace(sol.time[0], sol.time[-1], frames))
+    return chosen[np.isfinite(sol.values[chosen]).all(axis=1)] if len(chosen) else chosen
+
+
+def chosen_names(sol: Solution, signals: Any) -> list[str]:
+    """Names of the signals on the page, the main ones first.
+
+    `signals` are names and patterns in which * stands for any text; None: the main signals, energies, signals of joints
+    and loads, motions of bodies, `MOST_CURVES` of them.
+    """
+    if signals is None:
+        plain = [name for name in sol.names if name.count(".") < NODE_DOTS]
+        bodies = {name.rpartition(".")[0] for name in plain if name.endswith(".alpha")}
+        energies = [name for name in plain if name.startswith("energy.")]
+        of_parts = [name for name in plain if name.rpartition(".")[0] not in {*bodies, "energy"}]
+        names = [*main_signals(sol), *energies, *_in_turn(of_parts), *plain]
+        return list(dict.fromkeys(names))[:MOST_CURVES]
+    if isinstance(signals, str):
+        raise InputError(f"report: signals is {signals!r}; it must be a list of names, e.g. [{signals!r}].")
+    found: dict[str, None] = {}
+    for name in signals:
+        fitting = matching(sol.names, name) if "*" in str(name) else []
+        found |= dict.fromkeys(fitting or [str(sol[name].attrs["name"])])
+    if len(found) > MOST_CHOSEN:
+        raise InputError(f"report: signals are {len(found)} signals; a page holds {MOST_CHOSEN} at most. Choose fewer.")
+    return list(found)
+
+
+def _in_turn(names: list[str]) -> list[str]:
+    """Names ordered so that the first signal of every part comes before the second one of any part."""
+    parts: dict[str, list[str]] = {}
+    for name in names:
+        parts.setdefault(name.rpartition(".")[0], []).append(name)
+    longest = max(map(len, parts.values()), default=0)
+    return [own[k] for k in range(longest) for own in parts.values() if k < len(own)]
+
+
+def curves(sol: Solution, names: list[str], frames: np.ndarray) -> dict[str, Any]:
+    """Signals for the page: values at the frames, and curves over the time.
+
+    A curve with more rows than `ROWS_PER_FRAME` for each frame becomes an envelope: for each of as many equal shares of
+    the rows as there are frames, the smallest and the largest value, in the order in which they occur.
+    """
+    values = np.stack([sol.array(name) for name in names], axis=1) if names else np.zeros((len(sol.time), 0))
+    first = panels(sol, None if set(main_signals(sol)) <= set(names) else names) or [names[:1]]
+    found: dict[str, Any] = {
+        "names": names,
+        "units": [sol.units(name) for name in names],
+        "panels": [panel[:MOST_IN_PANEL] for panel in first],
+        "time": instants(sol.time[frames]),
+    }
+    if len(sol.time) <= ROWS_PER_FRAME * len(frames) + 1:
+        return {**found, "rows": frames.tolist(), "abscissae": instants(sol.time), "curves": floats(values)}
+    times, narrow = envelope(sol.time, values, len(frames))
+    at_frames = floats(values[frames])
+    return {**found, "at_frames": at_frames, "abscissae": instants(times), "curves": floats(narrow), "envelope": True}
+
+
+def envelope(time: np.ndarray, values: np.ndarray, buckets: int) -> tuple[np.ndarray, np.ndarray]:
+    """Smallest and largest values (2 b, m) of b shares of the rows, and times (2 b,) [s] within these shares.
+
+    Times are (n,) [s], values (n, m); numbers that are not finite are left out.  b is n / 2 at most.
+    """
+    edges = np.linspace(0, len(time), buckets + 1).astype(int)
+    times, narrow = np.empty(2 * buckets), np.empty((2 * buckets, values.shape[1]))
+    columns = np.arange(values.shape[1])
+    for k, (begin, end) in enumerate(pairwise(edges)):
+        share = values[begin:end]
+        low = np.argmin(np.where(np.isfinite(share), share, np.inf), axis=0)
+        high = np.argmax(np.where(np.isfinite(share), share, -np.inf), axis=0)
+        first, second = np.minimum(low, high), np.maximum(low, high)
+        narrow[2 * k], narrow[2 * k + 1] = share[first, columns], share[second, columns]
+        times[2 * k], times[2 * k + 1] = time[begin], time[(begin + end) // 2]
+    return times, narrow
+
+
+# Joints with clearance on a page: path of the journal in its bearing, contact intervals
+
+ROUND = 1e-6
+"""Relative spread of |e| + gap, below which the journal moves in a circle."""
+
+MOST_POINTS = 4000
+"""Number of points of a path."""
+
+MOST_EPISODES = 300
+"""Number of listed contact intervals of a joint."""
+
+
+def clearance_of(sol: Solution, joint: str) -> float | None:
+    """Radius of the circle in which the centre of a journal moves freely [m]; None for a joint of another form."""
+    names = [f"{joint}.{signal}" for signal in ("ex", "ey", "penetration")]
+    if not len(sol.time) or not all(name in sol for name in names):
+        return None
+    ex, ey, depth = (sol.array(name) for name in names)
+    radius = np.hypot(ex, ey) - depth
+    middle = float(np.median(radius))
+    return middle if middle > 0.0 and np.ptp(radius) < ROUND * middle else None
+
+
+def joints_with_contacts(sol: Solution) -> list[str]:
+    """Names of all joints with contacts, journals in bearings first."""
+    named = [name.partition(".")[0] for name in sol.contacts.names]
+    named += [name.rpartition(".")[0] for name in sol.names if name.endswith(".ex") and name.count(".") == 1]
+    joints = list(dict.fromkeys(named))
+    return sorted(joints, key=lambda joint: clearance_of(sol, joint) is None)
+
+
+def clearance_data(sol: Solution, frames: np.ndarray) -> list[dict[str, Any]]:
+    """Journals for the scripts: clearance, values at the frames, and the path over all saved instants."""
+    every = np.unique(np.linspace(0, len(sol.time) - 1, MOST_POINTS).round().astype(int))
+    found = []
+    for joint in joints_with_contacts(sol):
+        clearance = clearance_of(sol, joint)
+        if clearance is None:
+            continue
+        pair = np.stack([sol.array(f"{joint}.ex"), sol.array(f"{joint}.ey")], axis=1)
+        depth, force = (_column(sol, f"{joint}.{name}") for name in ("penetration", "normal_force"))
+        now = np.column_stack([pair[frames], depth[frames], force[frames]])
+        touching = "".join("1" if x > 0.0 else "0" for x in depth[every])
+        path = {"path": quantised(pair[every], MIDDLE), "touching": touching}
+        found.append({"joint": joint, "clearance": clearance, "now": floats(now), **path})
+    return found
+
+
+def _column(sol: Solution, name: str) -> np.ndarray:
+    return np.nan_to_num(sol.array(name)) if name in sol else np.zeros(len(sol.time))
+
+
+def clearance_section(sol: Solution) -> Markup | None:
+    """Section of all joints with contacts; None for a solution without them."""
+    joints = joints_with_contacts(sol)
+    if not joints:
+        return None
+    return section("Joints with clearance", *(_joint(sol, joint) for joint in joints), anchor="clearances")
+
+
+def _joint(sol: Solution, joint: str) -> Markup:
+    """Picture, facts and contact intervals of a joint."""
+    clearance = clearance_of(sol, joint)
+    episodes = sol.episodes(joint) if _has_contact(sol, joint) else None
+    rows: list[tuple[str, str | None]] = []
+    if clearance is not None:
+        rows.append(("clearance", quantity(clearance, "m")))
+    if f"{joint}.penetration" in sol and len(sol.time):
+        depth = sol.array(f"{joint}.penetration")
+        rows.append(("in contact", f"{100.0 * np.mean(depth > 0.0):.3g} % of the saved instants"))
+        rows.append(("largest penetration", _peak(sol, f"{joint}.penetration")))
+    if f"{joint}.normal_force" in sol:
+        rows.append(("largest normal force", _peak(sol, f"{joint}.normal_force")))
+    if episodes is not None:
+        rows.append(("contact intervals", _counts(episodes)))
+    label = f"Journal of joint {joint} in its bearing, with the path of its centre"
+    picture = tag("canvas", class_="journal", role="img", aria_label=label, data_joint=joint)
+    left = tag("div", picture if clearance is not None else None, facts(rows), class_="journal-side")
+    listing = None if episodes is None else _intervals(episodes, joint)
+    return tag("article", tag("h3", joint), tag("div", left, listing, class_="joint"), class_="card")
+
+
+def _has_contact(sol: Solution, joint: str) -> bool:
+    return any(name.partition(".")[0] == joint for name in sol.contacts.names)
+
+
+def _peak(sol: Solution, name: str) -> str:
+    peak = sol.peak(name)
+    return f"{quantity(peak.value, sol.units(name))} at t = {peak.time:.6g} s"
+
+
+def _counts(episodes: Episodes) -> str:
+    counts = [(int((episodes.mode == mode).sum()), word) for mode, word in MODES.items()]
+    words = {"impact": "impacts", "continuous": "continuous contacts"}
+    return ", ".join(f"{count} {words[word]}" for count, word in counts if count) or "none"
+
+
+def _intervals(episodes: Episodes, joint: str) -> Markup:
+    """Table of contact intervals, each with a button that goes to its start."""
+    if not len(episodes):
+        return tag("p", "The surfaces did not touch.")
+    caption, several = f"Contact intervals of {joint}", len(set(episodes.contact)) > 1
+    if len(episodes) > MOST_EPISODES:
+        strongest = np.sort(np.argsort(-episodes.peak_force, kind="stable")[:MOST_EPISODES])
+        caption += f": the {MOST_EPISODES} with the largest forces of {len(episodes)}"
+        episodes = episodes[strongest]
+    rows = []
+    for e in episodes:
+        when = e.start if np.isfinite(e.start) else e.end
+        shown = f"{e.start:.6g}" if np.isfinite(e.start) else "before"
+        times = {"data_time": f"{when:.9g}", "data_end": f"{e.end:.9g}"} if np.isfinite(when) else {}
+        go = tag("button", shown, type="button", class_="go", **times)
+        numbers = (e.duration, e.approach_speed, e.peak_force, e.impulse, e.dissipated_contact)
+        cells = ["-" if not np.isfinite(x) else f"{x:.4g}" for x in numbers]
+        rows.append([go, *([e.contact] if several else []), MODES.get(e.mode, str(e.mode)), *cells])
+    heads = ["onset [s]", *(["contact"] if several else []), "kind", "duration [s]", "approach [m/s]"]
+    heads += ["largest force [N]", "impulse [N s]", "loss [J]"]
+    return tag("div", table(caption, heads, rows, numbers=range(len(heads) - 5, len(heads))), class_="intervals")
+
+
+# Page of a run: the moving mechanism, plots, joints with clearance, tables
+
+SCRIPTS = ("plots.js", "mesh.js", "scene.js", "drawing.js", "player.js", "journals.js", "run.js")
+LINKS = {
+    "peaks": "Largest values",
+    "clearances": "Clearances",
+    "energy": "Energies",
+    "statistics": "Statistics",
+    "model": "Model",
+    "check": "Examination",
+    "settings": "Settings",
+}
+"""Texts of the links to the sections, as far as they are there."""
+
+
+def write_run(
+    sol: Solution, path: Path, mechanism: Mechanism | None, frames: int, signals: Any, title: str | None
+) -> Path:
+    """Write the page of a run; see `flexmb.report`."""
+    if not len(sol.time):
+        raise InputError("report: the solution has no saved instants. Save some, e.g. by simulate(..., save=...).")
+    names, instants = chosen_names(sol, signals), frame_instants(sol, frames)
+    if len(instants) == 0:
+        raise InputError("report: no saved instant is finite. Look at sol.status for the end of the run.")
+    known = sol.mechanism if mechanism is None else mechanism
+    moving, missing = _scene(sol, known, instants)
+    data: dict[str, Any] = {"kind": "run", "name": sol.name, "signals": curves(sol, names, instants)}
+    data |= {"scene": moving, "journals": clearance_data(sol, instants)}
+    heading = sol.name if title is None else title
+    shown = tag("p", missing, class_="missing") if moving is None else player(sol, heading, fields=fields_of(moving))
+    description = described(known) if known is not None else dict(sol.description)
+    sections = joined([_body(sol, shown, known, description), settings_section(sol, len(instants))])
+    page = tag("main", sections, id="top")
+    links = {anchor: text for anchor, text in LINKS.items() if f'id="{anchor}"' in sections}
+    return write_page(path, heading, key_numbers(sol), links, page, SCRIPTS, data)
+
+
+def _scene(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> tuple[dict[str, Any] | None, str]:
+    """Moving mechanism, or None with the reason why it cannot be drawn."""
+    if not sol.shapes:
+        return None, "The solution has no shapes to draw."
+    try:
+        return scene(sol, mechanism, instants), ""
+    except InputError as error:  # poses that were not saved
+        return None, str(error)
+
+
+def _body(sol: Solution, moving: Markup, mechanism: Mechanism | None, description: dict[str, Any]) -> Markup:
+    """All sections but the last one."""
+    panels = tag("div", class_="plots", id="plots")
+    plots = tag("div", tag("h2", "Signals over the time t [s]"), panels, _more_signals(), class_="signals")
+    names = [name for name in main_signals(sol) if name in sol]
+    return joined(
+        [
+            tag("div", moving, plots, class_="stage"),
+            section("Largest values", peaks_table(sol, names), anchor="peaks") if names else None,
+            clearance_section(sol),
+            energy_section(sol),
+            statistics_section(sol),
+            model_section(sol, description),
+            check_section(_examined(mechanism)),
+        ]
+    )
+
+
+def _examined(mechanism: Mechanism | None) -> Report | str:
+    """Examination of a mechanism, or the reason why there is none."""
+    if mechanism is None:
+        return NOT_EXAMINED
+    try:
+        return check(mechanism)
+    except FlexmbError as error:
+        return f"The examination failed: {error}"
+
+
+def _more_signals() -> Markup:
+    """Choice of a further plot."""
+    select = tag("select", tag("option", "Add a plot ...", value=""), id="more-signals", aria_label="Add a plot")
+    hint = "Click or drag in a plot to set the time; Shift and drag to zoom in, double click to zoom out."
+    return tag("div", select, tag("p", hint, class_="hint"), class_="more")

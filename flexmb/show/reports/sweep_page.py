@@ -1,0 +1,160 @@
+"""Page of a bifurcation diagram: points coloured by verdict, table of all values, links to reports of runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.errors import InputError
+from flexmb.show.pictures.diagrams import VERDICT_COLOURS, default_signal, entry_of
+from flexmb.show.reports.document import (
+    Content,
+    Markup,
+    facts,
+    floats,
+    instants,
+    number,
+    pretty,
+    quantity,
+    section,
+    table,
+    tag,
+    write_page,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+SCRIPTS = ("diagram.js", "sweep.js")
+MOST_SIGNALS = 24
+"""Number of signals on a page where none are chosen."""
+
+GREY = "#8c8c8c"
+"""Colour of motions without a verdict."""
+
+KEYS = "Click a point to open the report of its run, where there is one; arrows choose a value, Enter opens its report."
+ZOOM = "Drag pans, + and - zoom, 0 or a double click fits."
+
+
+def write_sweep(diagram: xr.Dataset, path: Path, signals: Sequence[str] | None, title: str | None) -> Path:
+    """Write the page of a bifurcation diagram; see `flexmb.report`."""
+    names = _signals(diagram, signals)
+    rows = _rows(diagram, path)
+    if not rows:
+        raise InputError("report: the diagram has no finished point. Continue it with resume=True.")
+    parameter = diagram.attrs["parameter"]
+    data = {
+        "kind": "sweep",
+        "parameter": parameter,
+        "unit": diagram[parameter].attrs.get("units", ""),
+        "unit_of_exponent": diagram["exponent"].attrs.get("units", "1/s") if "exponent" in diagram else "",
+        "values": instants(diagram[parameter].values.astype(float)),
+        "rows": rows,
+        "legend": {row["entry"]: row["colour"] for row in rows if row["entry"]},
+        "signals": [_points(diagram, name, rows) for name in names],
+    }
+    heading = str(diagram.attrs["name"]) if title is None else title
+    return write_page(path, heading, _key_numbers(diagram, rows), LINKS, _main(diagram, rows), SCRIPTS, data)
+
+
+LINKS = {"section": "Diagram", "values": "Values", "settings": "Settings"}
+
+
+def point_file(parameter: str, value: float) -> str:
+    """Name of the report of the run at a value, beside the page of the diagram, with six digits: "speed-6.28.html"."""
+    return f"{parameter}-{value:.6g}.html"
+
+
+def _signals(diagram: xr.Dataset, signals: Sequence[str] | None) -> list[str]:
+    """Names of the signals on the page, that of the first picture first."""
+    known = [str(name) for name, points in diagram.data_vars.items() if "period" in points.dims]
+    if signals is not None:
+        given = checks.sequence("report", "signals", signals, "names")
+        return [checks.one_of("report", "signal", name, known) for name in given]
+    first = default_signal(diagram)
+    return [first, *(name for name in known if name != first)][:MOST_SIGNALS]
+
+
+def _rows(diagram: xr.Dataset, path: Path) -> list[dict[str, Any]]:
+    """Finished points of all directions, with verdict, status, and the report of the run where there is one."""
+    parameter, found = diagram.attrs["parameter"], []
+    several = "direction" in diagram.dims
+    directions = [str(name) for name in diagram["direction"].values] if several else [diagram.attrs["direction"]]
+    for d, direction in enumerate(directions):
+        part = diagram.isel(direction=d) if several else diagram
+        for k, value in enumerate(part[parameter].values):
+            status = str(part["status"].values[k])
+            if not status:
+                continue
+            verdict = str(part["verdict"].values[k])
+            entry, name = entry_of(verdict) if verdict else "", point_file(parameter, float(value))
+            found.append(
+                {
+                    "place": k,
+                    "direction": direction,
+                    "verdict": verdict,
+                    "entry": entry,
+                    "colour": _css(VERDICT_COLOURS[entry]),
+                    "exponent": float(part["exponent"].values[k]) if "exponent" in part else None,
+                    "ok": bool(part["ok"].values[k]),
+                    "status": status,
+                    "link": quote(name) if (path.parent / name).is_file() else None,
+                }
+            )
+    return found
+
+
+def _css(colour: str) -> str:
+    """Colour of matplotlib as one of CSS; "" for the colour of the text."""
+    return colour if colour.startswith("#") else "" if colour == "black" else GREY
+
+
+def _points(diagram: xr.Dataset, name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
+    """Section points of a signal, a column for each row."""
+    values = diagram[name].values
+    directions = list(diagram["direction"].values) if "direction" in diagram.dims else []
+    columns = [values[directions.index(r["direction"]), r["place"]] if directions else values[r["place"]] for r in rows]
+    shown = [column if row["ok"] else np.full_like(column, np.nan) for column, row in zip(columns, rows, strict=True)]
+    return {"name": name, "unit": diagram[name].attrs.get("units", ""), "points": floats(np.stack(shown, axis=1))}
+
+
+def _key_numbers(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> Markup:
+    parameter = diagram.attrs["parameter"]
+    values, unit = diagram[parameter].values, diagram[parameter].attrs.get("units", "")
+    failed = sum(not row["ok"] for row in rows)
+    badge = tag("span", f"{failed} failed" if failed else "finished", class_=f"badge {'error' if failed else 'good'}")
+    span = f"{quantity(float(values.min()), unit)} to {quantity(float(values.max()), unit)}"
+    text = f"bifurcation diagram: {parameter} from {span}, {len(values)} values, {diagram.sizes['period']} points each"
+    return tag("p", badge, Markup(" "), tag("span", text), class_="key-numbers")
+
+
+def _main(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> Markup:
+    label = f"Bifurcation diagram over {diagram.attrs['parameter']}; the table of values holds the same in words."
+    canvas = tag("canvas", label, id="diagram", class_="diagram", tabindex="0", role="img", aria_label=label)
+    choice = tag("label", "Signal", Markup(" "), tag("select", id="signal"))
+    controls = tag("div", choice, tag("button", "Fit", type="button", id="fit"), class_="row")
+    chosen = tag("p", "No value is chosen.", id="chosen", aria_live="polite")
+    legend, hint = tag("div", id="legend", class_="swatches"), tag("p", f"{KEYS} {ZOOM}", class_="hint")
+    picture = section("Diagram", controls, canvas, legend, chosen, hint, anchor="section")
+    listed = [(str(key), str(value)) for key, value in diagram.attrs.items() if key not in ("name", "kind")]
+    settings = section("Settings", facts(listed), anchor="settings")
+    return tag("main", picture, _values(diagram, rows), settings, id="top")
+
+
+def _values(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> Markup:
+    """Table of the verdicts of all values."""
+    parameter = diagram.attrs["parameter"]
+    values, unit = diagram[parameter].values, diagram[parameter].attrs.get("units", "")
+    cells: list[list[Content]] = []
+    for row in rows:
+        link = tag("a", "report", href=row["link"]) if row["link"] else ""
+        exponent = "-" if row["exponent"] is None else number(row["exponent"], 4)
+        cells.append([number(values[row["place"]]), row["direction"], row["verdict"], exponent, row["status"], link])
+    head = f"{parameter} [{pretty(unit)}]" if unit else parameter
+    heads = [head, "direction", "verdict", "exponent [1/s]", "status", "run"]
+    return section("Values", table("Verdicts of all values", heads, cells, numbers=[3]), anchor="values")

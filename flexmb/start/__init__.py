@@ -1,1 +1,0 @@
-"""Start values: closed loops; consistent positions, velocities, accelerations and multipliers."""

@@ -1,0 +1,601 @@
+"""Linear buckling: load factors at which a structure loses its stiffness, and whether they can be trusted.
+
+A pencil K0 + s K1 is linear in s, but an element that turns by s phi has the stiffness R K R^T.  Its first term,
+phi (S K - K S), couples stretching with bending; without the terms of s^2, which take its effect back, it makes a
+cantilever under a force across it buckle.  Classical linear buckling, which counts stresses alone, has no such terms.
+Bowing of beam elements and shortening of reduced bodies have the like: with deformations e(q), K = A^T D A of
+A = de/dq has the slope A'^T D A + A^T D A', to which no stress belongs.
+Equation (8.4) of docs/theory/equilibrium.md.
+
+Linear buckling assumes that the stiffness against the buckling shape x falls in proportion to the loads: with the
+forces w = K0 x, which cause x without loads, the compliance w . u of the answer u to w grows from c0 to
+
+    c(s) = c0 / (1 - s/f)
+
+at s times the loads.  With c(s) of the equilibrium at s = f/2, found with large displacements, this gives a factor
+
+    f' = s / (1 - c0 / c(s))
+
+which is f where the structure keeps its shape until it buckles, and another one where it bends before.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg as la
+import scipy.sparse as sp
+from scipy.sparse.linalg import ArpackNoConvergence
+
+from flexmb import arguments, checks
+from flexmb import display as html
+from flexmb.elastic.beams.corotational import (
+    AXIAL,
+    B11,
+    B12,
+    B22,
+    BOW11,
+    BOW12,
+    BOW22,
+    LENGTH,
+    OFFSET1,
+    OFFSET2,
+    PARAMETERS,
+)
+from flexmb.elastic.reduced.bases import frame_weights
+from flexmb.elastic.reduced.reduced import Reduced
+from flexmb.elastic.reduced.superelement import Superelement
+from flexmb.engine.linalg.large import negative_eigenvalues, solver
+from flexmb.engine.system.evaluate import COORDINATES, add_turns
+from flexmb.engine.system.state_evaluation import StateEvaluation
+from flexmb.errors import FlexmbError, InputError, SolveError
+from flexmb.model.contributions import ElementContribution, SignalContribution
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import Body, Part, refuse_controllers
+from flexmb.parts.bodies.flexible_body import FlexibleBody
+from flexmb.program.compiler import compile as compile_mechanism
+from flexmb.program.program import Program, resolve
+from flexmb.statics.eigen import DENSE_COORDINATES, is_stable, largest_of, largest_of_pencil, moves_most, null_space
+from flexmb.statics.equilibrium import (
+    at_rest,
+    carries,
+    contact_stiffness,
+    left_out_text,
+    open_contacts,
+    refuse_free_motion,
+)
+from flexmb.statics.steady_rotation import Spin
+
+# Geometric stiffness along a motion: the slope of the stiffness, less that by turning and bowing of elements
+
+FLAT = 1e-9
+"""Determinant of the second moments of points over the square of their trace, up to which they lie on a line."""
+
+ENDS = ((2, OFFSET1), (5, OFFSET2))
+"""Places of the rotations of a beam element among its coordinates, and of their offsets among its parameters."""
+
+PATH_STRIDE = 1e-3
+"""Difference along the prestress path between two evaluations of K, relative to the size of the mechanism."""
+
+
+def geometric_stiffness(
+    mechanism: Mechanism, system: StateEvaluation, q: np.ndarray, lam: np.ndarray, path: np.ndarray
+) -> sp.csc_matrix:
+    """Stiffness (n_q, n_q) by the stresses and multipliers that grow along a path, at the rate of its parameter s.
+
+    `q` (n_q,) and `lam` (n_c,) belong to s = 0, `path` (n_q + n_c,) are rates of coordinates and multipliers.  A
+    contact that carries at s = 0 adds the stiffness of its growing force alone.
+    """
+    by_contacts = contact_stiffness(system.at(q, lam=lam, weights=(1.0, 0.0, 0.0)), path[: system.program.n_q])
+    if len(system.program.names.contacts):
+        system = StateEvaluation(compile_mechanism(mechanism, closed=True))
+    program = system.program
+    u, rate = path[: program.n_q], path[program.n_q :]
+    sizes = np.where(program.tables.kind == 1, program.length, 1.0)
+    size = np.abs(u * sizes).max()
+    h = PATH_STRIDE * program.length / size if size else 1.0  # rigid bodies do not move: K is linear in the multipliers
+
+    def stiffness(k: int) -> sp.csc_matrix:
+        return system.at(q + k * h * u, lam=lam + k * h * rate, weights=(1.0, 0.0, 0.0)).block()
+
+    slope = 8.0 * (stiffness(1) - stiffness(-1)) - (stiffness(2) - stiffness(-2))
+    slope = slope / (12.0 * h) + by_contacts
+    if not size:
+        return slope.tocsc()
+    turned = _turns(mechanism, system, q, u, h) + _bowed(mechanism, program, q, u)
+    bodies = [body for body in mechanism.bodies if isinstance(body, Reduced)]
+    return sum((_bent(body, program, q, u, h) for body in bodies), slope - turned).tocsc()
+
+
+def _turns(mechanism: Mechanism, system: StateEvaluation, q: np.ndarray, u: np.ndarray, stride: float) -> sp.csc_matrix:
+    """Sum of phi (S K - K S) over all elements except reduced bodies."""
+    program, work = system.program, system.work
+    behind, here, ahead, still, size = (np.zeros(program.n_q + COORDINATES) for _ in range(5))
+    own = slice(0, program.n_q)
+    behind[own], here[own], ahead[own] = q - stride * u, q, q + stride * u
+    size[:] = 1.0
+    size[own] = np.where(program.tables.kind == 1, program.length, 1.0)
+    reduced = {body.name for body in mechanism.bodies if isinstance(body, Reduced)}
+    bodies, E = {body.name for body in mechanism.bodies}, program.tables.elements
+    given = np.full(len(E.p), np.nan)
+    for e, part in enumerate(program.names.elements):
+        if part in bodies:
+            dofs = E.dofs[E.dof[e] : E.dof[e + 1]]
+            x = dofs[dofs % COORDINATES == 0]
+            given[e] = 0.0 if part in reduced else _mean_turn(q[x], q[x + 1], u[x], u[x + 1])
+    room, spare, z = np.zeros(len(work.Kl)), np.zeros(len(work.Kl)), np.array(program.reference.z)
+    add_turns(program.tables, program.addresses, behind, here, ahead, still, stride, z, size, given, room, spare, work)
+    return system.block()
+
+
+def _mean_turn(x: np.ndarray, y: np.ndarray, ux: np.ndarray, uy: np.ndarray) -> float:
+    """Rotation of points by their displacements: of the best affine motion, or of the line that they lie on."""
+    place, moved = (np.column_stack(pair) - np.mean(pair, axis=1) for pair in ((x, y), (ux, uy)))
+    square = place.T @ place
+    if np.linalg.det(square) > FLAT * np.trace(square) ** 2:
+        gradient = np.linalg.solve(square, place.T @ moved)
+        return float(0.5 * (gradient[0, 1] - gradient[1, 0]))
+    size = np.trace(square)
+    return float((place[:, 0] @ moved[:, 1] - place[:, 1] @ moved[:, 0]) / size) if size > 0.0 else 0.0
+
+
+def _bowed(mechanism: Mechanism, program: Program, q: np.ndarray, u: np.ndarray) -> sp.csc_matrix:
+    """B'^T D B + B^T D B' of all beam elements but for turning: B, their deformations (e, u1, u2) by the coordinates.
+
+    The slope of e is that by bowing; the slope of u1 and u2, that of the turn of the chord, dy/l, by its shortening.
+    """
+    E = program.tables.elements
+    beams = {body.name for body in mechanism.bodies if isinstance(body, FlexibleBody)}
+    own = [e for e, part in enumerate(program.names.elements) if part in beams and np.diff(E.p[e]) == PARAMETERS]
+    if not own:
+        return sp.csc_matrix((program.n_q, program.n_q))
+    p = np.array([program.tables.p[slice(*E.p[e])] for e in own]).T
+    dofs = np.array([E.dofs[E.dof[e] : E.dof[e + 1]] for e in own])
+    place, moved = q[dofs], u[dofs]
+    dx, dy = place[:, 3] - place[:, 0], place[:, 4] - place[:, 1]
+    length, none = np.hypot(dx, dy), np.zeros(len(own))
+    c, s = dx / length, dy / length
+    along, turn = np.stack([-c, -s, none, c, s, none], 1), np.stack([s, -c, none, -s, c, none], 1) / length[:, None]
+    first, second = np.eye(6)[2] - turn, np.eye(6)[5] - turn
+    alpha = np.arctan2(dy, dx)
+    bent = [np.remainder(place[:, k] - alpha + p[offset] + np.pi, 2.0 * np.pi) - np.pi for k, offset in ENDS]
+
+    def by_bowing(x1: np.ndarray, x2: np.ndarray) -> np.ndarray:
+        g1 = p[LENGTH] / 30.0 * (2.0 * p[BOW11] * x1 - p[BOW12] * x2)
+        g2 = p[LENGTH] / 30.0 * (2.0 * p[BOW22] * x2 - p[BOW12] * x1)
+        return np.asarray(g1[:, None] * first + g2[:, None] * second)
+
+    shorter = ((along * moved).sum(axis=1) / length)[:, None] * turn
+    moments = (p[B11] + p[B12])[:, None] * first + (p[B12] + p[B22])[:, None] * second
+    along = along + by_bowing(*bent)
+    slope = p[AXIAL][:, None] * by_bowing((first * moved).sum(axis=1), (second * moved).sum(axis=1))
+    blocks = slope[:, :, None] * along[:, None, :] + shorter[:, :, None] * moments[:, None, :]
+    blocks += blocks.transpose(0, 2, 1)
+    rows, columns = np.repeat(dofs, 6, axis=1), np.tile(dofs, (1, 6))
+    return sp.csc_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(program.n_q, program.n_q))
+
+
+def _bent(body: Reduced, program: Program, q: np.ndarray, u: np.ndarray, stride: float) -> sp.csc_matrix:
+    """-(A'^T K A + A^T K A') of a reduced body (n_q, n_q): A, its deformations by its coordinates, and the slope A'."""
+    nodes, K = body.element.nodes, body.element.matrices["K"]
+    first = program.names.coordinates.index(f"{body.name}.{nodes[0].name}.x")
+    own = slice(first, first + COORDINATES * len(nodes))
+    ahead, behind = (_deformations(body.element, q[own] + h * u[own]) for h in (stride, -stride))
+    half = _deformations(body.element, q[own]).T @ K @ (ahead - behind) / (2.0 * stride)
+    found = sp.lil_matrix((program.n_q, program.n_q))
+    found[own, own] = -(half + half.T)
+    return found.tocsc()
+
+
+def _deformations(element: Superelement, q: np.ndarray) -> np.ndarray:
+    """A (n, n): changes of the deformation with its shortening, d + c(d), by the coordinates q (n,)."""
+    nodes, pins, n = element.nodes, element.pins, len(q)
+    place = q.reshape(-1, COORDINATES)
+    drawn = np.array([(node.x, node.y, node.theta) for node in nodes])
+    gradient = np.zeros(n)
+    if element.by_pin:
+        angle, gradient[COORDINATES - 1] = float(place[0, 2] - drawn[0, 2]), 1.0
+    else:
+        weights = frame_weights(nodes[:pins])
+        whole = complex((weights @ (1.0, -1.0j)) @ (place[:pins, :2] @ (1.0, 1.0j)))
+        turns = (weights @ (1.0, -1.0j)) / whole
+        angle = float(np.angle(whole))
+        gradient.reshape(-1, COORDINATES)[:pins, :2] = np.column_stack([turns.imag, turns.real])
+    c, s = math.cos(angle), math.sin(angle)
+    T = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    seen = place @ T.T
+    u = np.column_stack([-seen[:, 1], seen[:, 0], np.ones(len(seen))]).ravel()
+    rates = np.kron(np.eye(len(nodes)), T) - np.outer(u, gradient)
+    d = seen - drawn - (0.0, 0.0, angle)
+    d[:, :2] -= d[0, :2]
+    found = rates.copy()
+    for along in element.directions:
+        found += np.outer(along[0], (along[1:] @ d.ravel()) @ rates)
+    return found
+
+
+# Whether a linear load factor can be trusted: the first one, found again from the equilibrium under half of it
+
+TRUSTED = 0.1
+"""Difference of a load factor from that of the equilibrium under half of it, over the factor, up to which it counts."""
+
+SMALL_MOVEMENT = 0.1
+"""Movement under half of a load factor, relative to the size of the mechanism (or rad), up to which it counts."""
+
+LOAD_STEPS = (1, 4)
+"""Numbers of load steps with which the equilibrium is sought, until one finds it."""
+
+MOST_ITERATIONS = 15
+"""Newton iterations of a load step at most."""
+
+FOUND_STEP = 1e-9
+"""Newton step relative to the size of the mechanism, below which an equilibrium is found."""
+
+LONGEST_STEP = 0.5
+"""Newton step relative to the size of the mechanism (or rad), to which longer ones are cut."""
+
+
+@dataclass(frozen=True, eq=False)
+class LoadPath:
+    """Growing loads on a structure.
+
+    Parameters
+    ----------
+    program : the structure without loads.
+    start : (n_q,) coordinates and (n_c,) multipliers without loads.
+    force : (n_q,) residual of the loads at factor 1 there.
+    stiffness : (n_q, n_q) their stiffness there; to first order they are force + stiffness (q - q0).
+    """
+
+    program: Program
+    system: StateEvaluation
+    start: tuple[np.ndarray, np.ndarray]
+    force: np.ndarray
+    stiffness: sp.csc_matrix
+
+    def tangent(self, q: np.ndarray, lam: np.ndarray, s: float) -> tuple[sp.csc_matrix, sp.csr_matrix]:
+        """Tangent stiffness (n_q, n_q) under s times the loads and G (n_c, n_q) at coordinates and multipliers."""
+        self.system.at(q, lam=lam, weights=(1.0, 0.0, 0.0))
+        return (self.system.block() + s * self.stiffness).tocsc(), self.system.jacobian
+
+    def equilibrium(self, s: float) -> tuple[np.ndarray, np.ndarray] | None:
+        """Coordinates (n_q,) and multipliers (n_c,) under s times the loads; None where none is found."""
+        for steps in LOAD_STEPS:
+            q, lam = self.start
+            for share in np.arange(1, steps + 1) / steps:
+                found = self._newton(q, lam, float(share * s))
+                if found is None:
+                    break
+                q, lam = found
+            else:
+                return q, lam
+        return None
+
+    def solve_held(self, K: Any, G: Any, b: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """x (n_q,) and multipliers y (n_c,) of K x + G^T y = b, G x = c; `RuntimeError` for a singular matrix."""
+        scale = abs(K).max()
+        A = sp.block_array([[K / scale, G.T], [G, None]]).tocsc()
+        found = solver(A, self.program.symbolic.order)(np.append(b / scale, c))
+        return found[: len(b)], scale * found[len(b) :]
+
+    def _newton(self, q: np.ndarray, lam: np.ndarray, s: float) -> tuple[np.ndarray, np.ndarray] | None:
+        """Coordinates and multipliers under s times the loads, by Newton's method."""
+        program, start = self.program, self.start[0]
+        size = np.where(program.tables.kind == 1, 1.0, program.length)
+        for _ in range(MOST_ITERATIONS):
+            K, G = self.tangent(q, lam, s)
+            loads = s * (self.force + self.stiffness @ (q - start))
+            rest = self.system.force + self.system.constraint_force + loads
+            d, change = self.solve_held(K, G, -rest, -self.system.residual)
+            longest = float(np.abs(d / size).max())
+            if not math.isfinite(longest):
+                return None
+            part = min(1.0, LONGEST_STEP / longest) if longest else 1.0
+            q, lam = q + part * d, lam + part * change
+            if longest <= FOUND_STEP:
+                return q, lam
+        return None
+
+
+def factor_from_half(path: LoadPath, factor: float, shape: np.ndarray) -> tuple[float, float]:
+    """The load factor f' of a shape (n_q,), and how far the structure moves, under half of the linear `factor`.
+
+    The factor is inf where the stiffness against the shape does not fall.  The movement is the largest rotation [rad]
+    or displacement over the size of the mechanism.  Both are nan without an equilibrium.
+    """
+    program, s = path.program, 0.5 * factor
+    start = path.start[0]
+    try:
+        K, G = path.tangent(*path.start, 0.0)
+        pushed = K @ shape
+        found = path.equilibrium(s)
+        if found is None:
+            return math.nan, math.nan
+        answer, _ = path.solve_held(*path.tangent(*found, s), pushed, np.zeros(G.shape[0]))
+    except (FlexmbError, RuntimeError):
+        return math.nan, math.nan
+    lost = 1.0 - float(pushed @ shape) / float(pushed @ answer)
+    moved = np.abs(found[0] - start) / np.where(program.tables.kind == 1, 1.0, program.length)
+    return s / lost if lost > 0.0 else math.inf, float(moved.max())
+
+
+def trust_note(factor: float, from_half: float, moved: float) -> str:
+    """Note on a first load factor that the equilibrium under half of it does not confirm; "" where it does."""
+    if abs(from_half - factor) <= TRUSTED * factor and moved <= SMALL_MOVEMENT:
+        return ""
+    if math.isnan(from_half):
+        seen = "no equilibrium was found under half of these loads"
+    else:
+        share = 100.0 * 0.5 * factor / from_half
+        seen = f"under half of these loads the stiffness against the shape is {share:.3g} % lower, in place of 50 %"
+        seen += f", and the structure moves by {moved:.2g} of its size (or rad)"
+    return (
+        f"The load factor {factor:.6g} is no buckling load to rely on: {seen}, since it bends before it buckles. "
+        "Look for the load at which static_equilibrium(...) is no longer stable."
+    )
+
+
+# Linear buckling: the factors by which all loads must grow until a structure loses its stiffness
+
+ASYMMETRY = 1e-6
+"""Asymmetry of dK/ds over its largest entry, up to which it is that of differences."""
+
+MISSED = 1e-6
+"""Residual of an eigenvalue and its vector, relative to their product, up to which they are found."""
+
+REMEDY = "Give them pretension if they are to count."
+"""Sentence on contacts that are left out."""
+
+EIGENVALUE_ROUND_OFF = 1e-9
+"""Eigenvalue 1/s relative to the largest, below which it is round-off."""
+
+
+@dataclass(frozen=True)
+class Buckling:
+    """Critical load factors and shapes; `print(buckling)` shows a table.
+
+    Parameters
+    ----------
+    factors : (n,) factors on all loads at which the stiffness is lost: first those > 0, ascending, then those < 0 (all
+        loads reversed), nearest to zero first.
+    shapes : (n_q, n) buckling shapes, largest entry 1, rotations counted with the size of the model.
+    names : (n_q,) names of the coordinates.
+    aliases : other names of nodes.
+    moves : (n,) name of the coordinate that each shape moves most.
+    from_half : the first factor > 0 found again from the equilibrium under half of it, with large displacements: about
+        the same where the structure keeps its shape until it buckles; inf where its stiffness does not fall; nan
+        without an equilibrium or a factor > 0.
+    notes : a sentence where the two differ by more than a tenth, or the structure moves by more than a tenth of its
+        size (or rad) under half of the factor, so that the factors cannot be relied on.
+    left_out : names of contacts that do not carry without the loads, and so count as open.
+    """
+
+    factors: np.ndarray
+    shapes: np.ndarray
+    names: tuple[str, ...]
+    aliases: dict[str, str]
+    moves: tuple[str, ...]
+    from_half: float = math.nan
+    notes: tuple[str, ...] = ()
+    left_out: tuple[str, ...] = ()
+
+    def shape(self, mode: int, name: str) -> float:
+        """Amplitude of a coordinate in a shape.
+
+        Parameters
+        ----------
+        mode : number of the shape, from 0.
+        name : the coordinate, e.g. "column.node3.y".
+        """
+        if not 0 <= checks.count("Buckling", "mode", mode, 0) < len(self.factors):
+            raise InputError(f"Buckling: mode is {mode}; there are shapes 0 to {len(self.factors) - 1}.")
+        place = resolve(name, self.aliases)
+        return float(self.shapes[self.names.index(checks.one_of("Buckling", "coordinate", place, self.names)), mode])
+
+    def __repr__(self) -> str:
+        doubt = " (not to be relied on, see notes)" if self.notes else ""
+        return f"Buckling: load factors {', '.join(f'{factor:.6g}' for factor in self.factors) or 'none'}{doubt}"
+
+    def _repr_html_(self) -> str:
+        rows = [(k, f"{f:.6g}", moves) for k, (f, moves) in enumerate(zip(self.factors, self.moves, strict=True))]
+        table = html.table(rows, ("shape", "load factor", "moves most"))
+        remarks = self._remarks()
+        return html.page("Buckling", "", table, html.texts(remarks) if remarks else "")
+
+    def __str__(self) -> str:
+        """A table: number, factor, where it moves most; the notes; contacts that are left out."""
+        rows = ["shape  load factor  moves most"]
+        rows += [f"{k:5d}  {f:11.6g}  {self.moves[k]}" for k, f in enumerate(self.factors)]
+        return "\n".join([*rows, *self._remarks()])
+
+    def _remarks(self) -> tuple[str, ...]:
+        return (*self.notes, *([left_out_text(self.left_out, REMEDY)] if self.left_out else []))
+
+
+@arguments.checked
+def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
+    """Critical factors of the loads applied, when all of them grow together, gravity included.
+
+    Loads are gravity and every part that is no body and whose elements keep no energy: `Force`, `Torque`, and elements
+    of one's own without an energy kernel.  Springs belong to the structure, and so do cables, stops and other contacts
+    that carry without the loads, such as guys under pretension, with their tangent stiffness; open ones are left out.
+    Clearance joints are taken as ideal, drives are held.
+
+    Equations (8.3) to (8.5) of docs/theory/equilibrium.md.
+
+    Parameters
+    ----------
+    mechanism : the structure with its loads; closed and, but for contacts under pretension, free of stress in the
+        reference configuration without them.
+    count : number of factors > 0 and of factors < 0 at most.
+
+    Raises
+    ------
+    InputError : no load; a structure with stress or open joints in the reference configuration without its loads;
+        follower loads, whose stiffness is not symmetric.
+    SolveError : a motion that nothing resists (named); the eigensolver did not converge.
+
+    Notes
+    -----
+    With the displacements u and multipliers of the linear answer to the loads, K1 is the stiffness that its stresses,
+    multipliers and loads add, per factor; (K0 + s K1) x = 0 with G x = 0.  Elements that only turn with u add nothing
+    (`flexmb.statics.buckling`).
+    Right for structures that carry their loads by normal forces and move little until they buckle.  What bends before
+    may have no buckling load at all, such as a cantilever under a force across it.  So the first factor > 0 is compared
+    with that of the equilibrium under half of it, equation (8.5); where they differ by more than a tenth, or the
+    movement is no small one, `notes` says so, and `static_equilibrium(...).stable` finds the load.  Not for loads that
+    make a structure flutter.  Thick struts of corotated plane bodies lack a part of the shear correction: 0.8 % too
+    high at length over height 16, 2.8 % at 8.
+    Source: R. D. Cook, D. S. Malkus, M. E. Plesha, R. J. Witt, Concepts and Applications of Finite Element Analysis,
+    4th ed., Wiley 2002, chapter 18.
+    """
+    count = checks.count("buckling", "count", count)
+    if not isinstance(mechanism, Mechanism):
+        raise InputError(f"buckling: {mechanism!r} is not a Mechanism.")
+    refuse_controllers(mechanism, "buckling", "loads that depend on the motion have no factor at which they buckle")
+    bare = unloaded(mechanism)
+    program, loaded = (compile_mechanism(m, closed=True, touching=True) for m in (bare, mechanism))
+    system = StateEvaluation(program)
+    force, K_load = _loads(system, StateEvaluation(loaded), np.array(program.reference.q))
+    if not np.abs(force).any():
+        raise InputError(f"buckling: mechanism {mechanism.name!r} has no load. Add a Force, a Torque, or gravity.")
+    q, lam = _without_loads(bare, program, system)
+    force, K_load = _loads(system, StateEvaluation(loaded), q)
+    K, G = system.at(q, lam=lam, weights=(1.0, 0.0, 0.0)).block(), system.jacobian
+    left_out = open_contacts(system)
+    path = system.solve(np.append(-force, np.zeros(program.n_c)), f"buckling of {program.name!r}")
+    K_path = (geometric_stiffness(bare, system, q, lam, path) + K_load).tocsc()
+    solve = _dense if program.n_q <= DENSE_COORDINATES else _sparse
+    factors, x = solve(program, K, K_path, G, count)
+    x = x / np.abs(x * _sizes(program)[:, None]).max(axis=0, initial=0.0)
+    names = program.names
+    moves = tuple(moves_most(names.coordinates, program.length, shape) for shape in x.T)
+    if not (len(factors) and factors[0] > 0.0):
+        return Buckling(factors, x, names.coordinates, names.aliases, moves, left_out=left_out)
+    first = float(factors[0])
+    half, moved = factor_from_half(LoadPath(program, system, (q, lam), force, K_load), first, x[:, 0])
+    notes = tuple(filter(None, [trust_note(first, half, moved)]))
+    return Buckling(factors, x, names.coordinates, names.aliases, moves, half, notes, left_out)
+
+
+def _loads(system: StateEvaluation, loaded: StateEvaluation, q: np.ndarray) -> tuple[np.ndarray, sp.csc_matrix]:
+    """Residual (n_q,) and stiffness (n_q, n_q) of the loads alone at coordinates q (n_q,)."""
+    for one in (system, loaded):
+        one.at(q, weights=(1.0, 0.0, 0.0))
+    return loaded.force - system.force, (loaded.block() - system.block()).tocsc()
+
+
+def _without_loads(bare: Mechanism, program: Program, system: StateEvaluation) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates (n_q,), multipliers (n_c,) without loads: the reference configuration, or where contacts carry."""
+    if len(program.names.contacts):
+        q, lam, _ = at_rest(bare, program, system, 1, Spin(0.0, (0.0, 0.0)))
+        if carries(system.at(q, lam=lam)).any():
+            return q, lam
+    q = np.array(program.reference.q)
+    refuse_free_motion(program, system, q)
+    _refuse_stress(program, system, q)
+    return q, np.zeros(program.n_c)
+
+
+def unloaded(mechanism: Mechanism) -> Mechanism:
+    """The mechanism without gravity and without the parts that are loads."""
+    return mechanism.with_loads([part for part in mechanism.parts if not is_load(part, mechanism)], (0.0, 0.0))
+
+
+def is_load(part: Part, mechanism: Mechanism) -> bool:
+    """Whether a part is no body and has elements, none of which keeps energy, beside signals alone."""
+    found = () if isinstance(part, Body) else mechanism.contributions_of(part)
+    forces = [one for one in found if not isinstance(one, SignalContribution)]
+    return bool(forces) and all(isinstance(one, ElementContribution) and one.energy is None for one in forces)
+
+
+def _refuse_stress(program: Program, system: StateEvaluation, q: np.ndarray) -> None:
+    """Refuse a structure that forces or open joints would move from its reference configuration without loads."""
+    system.at(q, weights=(1.0, 0.0, 0.0))
+    step = system.solve(-np.append(system.force, system.residual), f"buckling of {program.name!r}")[: program.n_q]
+    step = np.abs(step) * _sizes(program) / program.length
+    if step.max() > 1e-9:
+        raise InputError(
+            f"buckling: without its loads mechanism {program.name!r} does not rest in the reference configuration; "
+            f"it would move {program.names.coordinates[int(step.argmax())]!r} most. "
+            "Draw it closed, with springs at their free length."
+        )
+
+
+def _sizes(program: Program) -> np.ndarray:
+    """Factors (n_q,) that turn coordinates into lengths [m]."""
+    return np.where(program.tables.kind == 1, program.length, 1.0)
+
+
+def _dense(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Factors and shapes by a dense eigensolver on the null space of G."""
+    Z = null_space(G.toarray())
+    k, k_path = Z.T @ (K @ Z), Z.T @ (K_path @ Z)
+    scale = np.abs(k_path).max(initial=0.0)
+    if np.abs(k_path - k_path.T).max(initial=0.0) > ASYMMETRY * scale:
+        raise InputError(
+            f"buckling: the loads of mechanism {program.name!r} follow its motion, so its stiffness is not symmetric "
+            f"and it may flutter before it buckles. Use modes(at=static_equilibrium(...)) at growing loads."
+        )
+    try:
+        inverse, y = la.eigh(-(k_path + k_path.T) / 2.0, (k + k.T) / 2.0)
+    except la.LinAlgError as error:
+        raise SolveError(_unstable(program)) from error
+    places = _order(inverse, count)
+    return 1.0 / inverse[places], Z @ y[:, places]
+
+
+def _sparse(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Factors and shapes from the largest eigenvalues of -K^-1 dK/ds with G x = 0."""
+    n, m = K.shape[0], G.shape[0]
+    scale, order = abs(K).max(), program.symbolic.order
+    solve = solver(sp.block_array([[K / scale, G.T], [G, None]]).tocsc(), order)
+
+    def held(force: np.ndarray) -> np.ndarray:
+        """K^-1 on the null space of G."""
+        return solve(np.append(force / scale, np.zeros(m)))[:n]
+
+    def beyond(inverse: float) -> int | None:
+        """Number of factors between 0 and 1/inverse."""
+        return negative_eigenvalues(K + K_path / inverse, G, order)
+
+    def inverses(x: np.ndarray) -> np.ndarray:
+        """1/s times x, on the null space of G."""
+        return -held(K_path @ x)
+
+    wanted = min(4 * count + 4, n // 4)
+    symmetric = abs(K_path - K_path.T).max() <= ASYMMETRY * abs(K_path).max()
+    if symmetric and is_stable(program, K, G) is False:
+        raise SolveError(_unstable(program))
+    try:
+        inverse, x = np.zeros(1), np.full((n, 1), np.nan)
+        if symmetric:
+            inverse, x = largest_of_pencil((K_path + K_path.T) / -2.0, (K + K.T) / 2.0, held, count, beyond)
+        # loads of low rank leave Lanczos' method too few vectors: the other one then finds them
+        off = [np.abs(inverses(v) - w * v).max() / np.abs(w * v).max() for w, v in zip(inverse, x.T, strict=True)]
+        if not (symmetric and max(off) <= MISSED and (x * (K @ x)).sum(axis=0).min() > 0.0):
+            inverse, x = largest_of(inverses, n, wanted)
+    except (ArpackNoConvergence, RuntimeError) as error:
+        raise SolveError(f"buckling: the eigensolver did not converge ({error}). Ask for fewer factors.") from error
+    if np.abs(inverse.imag).max() > 1e-6 * np.abs(inverse).max():
+        raise SolveError(_unstable(program))
+    places = _order(inverse.real, count)
+    return 1.0 / inverse.real[places], x[:, places].real
+
+
+def _unstable(program: Program) -> str:
+    return (
+        f"buckling: mechanism {program.name!r} without its loads is not stable in the reference configuration, "
+        "or its loads follow its motion; no load factors exist."
+    )
+
+
+def _order(inverse: np.ndarray, count: int) -> np.ndarray:
+    """Places of the chosen 1/s: s > 0 ascending, then s < 0 from zero down."""
+    real = np.abs(inverse) > EIGENVALUE_ROUND_OFF * np.abs(inverse).max(initial=0.0)
+    up, down = np.flatnonzero(real & (inverse > 0.0)), np.flatnonzero(real & (inverse < 0.0))
+    up, down = up[np.argsort(-inverse[up])][:count], down[np.argsort(inverse[down])][:count]
+    return np.concatenate([up, down])

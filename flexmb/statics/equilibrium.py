@@ -1,0 +1,541 @@
+"""Static equilibrium: Newton with load steps, dynamic relaxation; contacts that carry; whether a model is the same."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import splu
+
+from flexmb import arguments, checks
+from flexmb.display import listed
+from flexmb.engine.linalg.large import null_vector
+from flexmb.engine.system.constraints import report_forces
+from flexmb.engine.system.contacts import jacobians
+from flexmb.engine.system.outputs import FRICTION_ALONE
+from flexmb.engine.system.state_evaluation import StateEvaluation
+from flexmb.engine.system.work import FORCE_X, FORCE_Y, MOMENT, N_BY_GAP
+from flexmb.errors import InputError, SolveError
+from flexmb.kernels import GAP_SIZE
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import refuse_controllers
+from flexmb.places import (
+    ARM1_X,
+    ARM1_X_Q,
+    ARM1_Y,
+    ARM1_Y_Q,
+    ARM2_X,
+    ARM2_X_Q,
+    ARM2_Y,
+    ARM2_Y_Q,
+    NORMAL,
+    NORMAL_FORCE,
+    NORMAL_X,
+    NORMAL_X_Q,
+    NORMAL_Y,
+    NORMAL_Y_Q,
+)
+from flexmb.program.compiler import compile as compile_mechanism
+from flexmb.program.program import Program
+from flexmb.statics.eigen import is_stable
+from flexmb.statics.found import Equilibrium
+from flexmb.statics.start.consistent import check_independent
+from flexmb.statics.steady_rotation import Spin, check_spin
+
+# Contacts of a mechanism at rest: the ones that carry and the ones left out, and their geometric stiffness
+
+
+def carries(system: StateEvaluation) -> np.ndarray:
+    """Whether each contact has a normal force at the last evaluation (contacts,)."""
+    return np.asarray(system.work.contact[: len(system.program.names.contacts), NORMAL_FORCE] > 0.0)
+
+
+def open_contacts(system: StateEvaluation) -> tuple[str, ...]:
+    """Names of the contacts without a normal force at the last evaluation."""
+    return tuple(name for name, held in zip(system.program.names.contacts, carries(system), strict=True) if not held)
+
+
+def unpaired(mechanism: Mechanism) -> tuple[str, ...]:
+    """Names of the parts of a mechanism with contacts that no ideal joint replaces."""
+    found = mechanism.contributions()
+    replaced = {c.part for c in found.constraints if c.holds == "closed"}
+    return tuple(dict.fromkeys(c.part for c in found.contacts if c.part not in replaced))
+
+
+def left_out_text(left_out: tuple[str, ...], remedy: str) -> str:
+    """Sentence on contacts that a linearisation leaves out; "" without such contacts."""
+    return f"Without stiffness here, since they do not carry: {listed(left_out)}. {remedy}" if left_out else ""
+
+
+def contact_stiffness(system: StateEvaluation, u: np.ndarray) -> sp.csc_matrix:
+    """Stiffness (n_q, n_q) by the normal forces that grow along displacements u (n_q,): -dN dJ_n/dq of each contact."""
+    n, K = system.program.n_q, system.program.tables.contacts
+    moved, rows = np.append(u, np.zeros(3)), np.zeros((2, 6))
+    found = sp.lil_matrix((n + 3, n + 3))
+    for k in np.flatnonzero(carries(system)):
+        dofs, out = K.dofs[6 * k : 6 * k + 6], system.work.contact[k, :GAP_SIZE]
+        jacobians(out, rows)
+        growth = system.work.slopes[k, N_BY_GAP] * float(rows[NORMAL] @ moved[dofs])
+        found[np.ix_(dofs, dofs)] -= growth * _normal_slopes(out)
+    return found[:n, :n].tocsc()
+
+
+def _normal_slopes(out: np.ndarray) -> np.ndarray:
+    """Derivatives of J_n (6, 6) by the coordinates; rows are entries of J_n."""
+    nx, ny, ax, ay, bx, by = out[[NORMAL_X, NORMAL_Y, ARM1_X, ARM1_Y, ARM2_X, ARM2_Y]]
+    first = (NORMAL_X_Q, NORMAL_Y_Q, ARM1_X_Q, ARM1_Y_Q, ARM2_X_Q, ARM2_Y_Q)
+    x, y, axq, ayq, bxq, byq = (out[place : place + 6] for place in first)
+    turn1, turn2 = y * ax - x * ay + ny * axq - nx * ayq, y * bx - x * by + ny * bxq - nx * byq
+    return np.stack([x, y, turn1, -x, -y, -turn2])
+
+
+# Dynamic relaxation: equilibria in which loads alone resist some motions, as of pendulums
+
+MOST_STRIDES = 400
+"""Number of strides at most."""
+
+STRIDE_ITERATIONS = 12
+"""Number of Newton iterations of a stride at most."""
+
+LARGEST_STRIDE = 0.5
+"""Largest movement in a stride [rad, or relative to the size of the mechanism]."""
+
+INDEPENDENCE = 1e-14
+"""Number on the diagonal beside rows of constraints of length 1, which keeps them apart where they repeat others."""
+
+ROUND_OFF = 1e-15
+"""Force of springs without load relative to their stiffness times the size of the mechanism."""
+
+REST_STRIDE = 1e-9
+"""Movement in a stride with little viscosity at rest [rad, or relative to the size of the mechanism]."""
+
+
+def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) -> tuple[np.ndarray, np.ndarray] | None:
+    """Coordinates (n_q,) and multipliers (n_c,) at rest under all loads, after a motion with large viscosity; or None.
+
+    Strides of implicit Euler for eta D dq/ds + r(q) + G^T lam = 0, g(q) = 0, with a smaller eta after each success.
+    Every stride decreases the potential, so that the motion ends in a stable equilibrium; Newton's method would find
+    the nearest stationary point.
+    """
+    n, length = program.n_q, program.length
+    size = np.where(program.tables.kind == 1, 1.0, length)
+    diagonal = program.symbolic.positions(np.arange(n), np.arange(n))
+    spin.at(system, q)
+    forces = float(np.abs(system.force * size).max(initial=0.0))
+    lam = least_multipliers(system.jacobian, system.force)
+    unbalanced = float(np.abs((system.force + system.jacobian.T @ lam) * size).max(initial=0.0))
+    system.at(q, weights=(1.0, 0.0, 0.0))
+    stiffest = float((abs(system.block()) @ size * size).max(initial=0.0))
+    if unbalanced <= max(1e-12 * forces, ROUND_OFF * stiffest):
+        return q, lam  # an equilibrium already, or no load
+    unit = forces / length**2
+    eta = unit
+    for _ in range(MOST_STRIDES):
+        viscosity = eta * (length / size) ** 2
+        found = _stride(program, system, (q, lam), viscosity, diagonal, spin)
+        if found is None:
+            eta *= 4.0
+            if eta > 1e12 * unit:
+                return None
+            continue
+        moved = float(np.abs((found[0] - q) / size).max())
+        q, lam = found
+        if moved <= REST_STRIDE and eta <= 1e-3 * unit:
+            return q, lam
+        eta = max(eta / 3.0, 1e-14 * unit)
+    return None
+
+
+def least_multipliers(G: sp.csr_matrix, force: np.ndarray) -> np.ndarray:
+    """Multipliers (n_c,) that leave the least of G^T lam + force.
+
+    Redundant rows share their force as their round-off has it: `INDEPENDENCE` keeps the bordered matrix regular.
+    """
+    m, n = G.shape
+    lengths = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel())
+    scale = sp.diags_array(1.0 / np.where(lengths > 0.0, lengths, 1.0))
+    rows = scale @ G
+    bordered = sp.block_array([[sp.eye_array(n), rows.T], [rows, -INDEPENDENCE * sp.eye_array(m)]]).tocsc()
+    found: np.ndarray = scale @ splu(bordered).solve(np.concatenate([-force, np.zeros(m)]))[n:]
+    return found
+
+
+def _stride(
+    program: Program,
+    system: StateEvaluation,
+    start: tuple[np.ndarray, np.ndarray],
+    viscosity: np.ndarray,
+    diagonal: np.ndarray,
+    spin: Spin,
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """One implicit stride from (q, lam); None if Newton fails or the viscosity is too small."""
+    n, size = program.n_q, np.where(program.tables.kind == 1, 1.0, program.length)
+    first = start[0]
+    q, lam = first.copy(), start[1].copy()
+    last = np.inf
+    for _ in range(STRIDE_ITERATIONS):
+        v, a = spin.motion(q)
+        system.at(q, v, a, lam, weights=(1.0, 0.0, 0.0))
+        system.work.lu[diagonal] += viscosity
+        downhill = is_stable(program, system.block(), system.jacobian) is not False
+        force = system.force + system.constraint_force + viscosity * (q - first)
+        try:
+            d = system.solve(-np.concatenate([force, system.residual]), "settling")
+        except SolveError:
+            return None
+        step = float(np.abs(d[:n] / size).max())
+        q, lam = q + d[:n], lam + d[n:]
+        if not downhill or not step <= LARGEST_STRIDE or float(np.abs((q - first) / size).max()) > LARGEST_STRIDE:
+            return None
+        if step <= 1e-11 or (step <= 1e-7 and step >= 0.5 * last):
+            return q, lam
+        last = step
+    return None
+
+
+# Static equilibrium: Newton with load steps
+
+MOST_ITERATIONS, MOST_OF_LONG_STEP = 40, 10
+"""Number of Newton iterations at most, and that of a load step longer than those that were asked for."""
+
+STEP_ROUND_OFF = 1e-11
+
+STEP_ACCURACY, TANGENT_ACCURACY = 1e-6, 1e-2
+"""Accuracy of Newton's correction in a large model, which leaves its convergence as it is, and that of the tangent at
+the end of a load step, which is compared with factors of 4 and 10."""
+
+FOLLOWED = 0.25
+"""Difference of a load step from those by the tangents at both its ends, relative to the step, up to which it may be
+longer than those that were asked for."""
+
+LONG_LOAD_STEP, SNAP_LOAD_STEP = 4.0, 10.0
+"""Length of a load step over its length by one of the tangents, above which the step is halved, and by both of them,
+above which the smallest step is refused.  A string that is slack at first, u ~ s^(1/3), has 3."""
+
+CLOSED_GAP = 1e-9
+"""Gap of the joints relative to the size of the mechanism, below which they need no step of their own."""
+
+LEAST_JUMP = 1e-8
+"""Movement below which a load step is no jump [rad, or relative to the size of the mechanism]."""
+
+
+@arguments.checked
+def static_equilibrium(
+    mechanism: Mechanism, load_steps: int = 10, spin: float = 0.0, about: tuple[float, float] = (0.0, 0.0)
+) -> Equilibrium:
+    """Static equilibrium, reached from the reference configuration while all loads grow from zero.
+
+    Drives hold their position of t = 0.  A controller without states that acts at all times, such as a PD law, is a
+    spring with the force of its law at t = 0.  Clearance joints are open unless the reference configuration presses
+    them together, so replace them by `Revolute` for statics.
+
+    With `spin` the equilibrium is one in a frame that rotates at that speed, with the ground and the loads: centrifugal
+    forces stretch and stiffen the bodies.  The drive of the hub has the same speed or stands still.
+
+    Equation (8.1) of docs/theory/equilibrium.md.
+
+    Parameters
+    ----------
+    mechanism : the mechanism; every motion must be held by joints, drives, stiffness, or the loads themselves.
+    load_steps : number of load steps where the answer bends away from its tangents; elsewhere steps are longer, up to
+        all loads at once.  Each is halved, up to 8 times, when Newton fails.
+    spin : speed of the frame, counter-clockwise [rad/s].
+    about : centre of its rotation [m].
+
+    Raises
+    ------
+    InputError : a spin with gravity, or with drives of another speed, which are not steady.
+    SolveError : a motion without resistance (named), or no equilibrium found (load and coordinate named).
+    ModelError, AssemblyError : redundant joints (named), always or in the reference configuration; controllers with
+        states or samples, or in a turning frame.
+
+    Notes
+    -----
+    With the force r0 of the reference configuration, r(q) - (1 - s) r0 + G^T lam = 0 and g = 0 are solved for s = 0 ..
+    1; the square of the spin grows with s.  Follower forces are multiplied by s in r instead, since a rotated force
+    cannot balance r0.  Motions without stiffness in the reference configuration (pendulums) are found by dynamic
+    relaxation.
+    Limit points are not traced: a structure that snaps through ends with an error.  A straight column beyond its
+    buckling load stays straight; `stable` says that it would not.  Not for beams so thin that rounding decides: 16
+    elements still bend with EA L^2/EI = 1e11 (length over height 1e5), not with 1e13.
+    """
+    checks.count("static_equilibrium", "load_steps", load_steps)
+    full = Spin(
+        checks.number("static_equilibrium", "spin", spin, "rad/s"),
+        checks.point("static_equilibrium", "about", about),
+    )
+    reason = "a controller with states of its own, or a sampled one, moves what it holds until its input fits"
+    refuse_controllers(mechanism, "static_equilibrium", reason, with_memory=not full.speed)
+    program = compile_mechanism(mechanism)
+    system = StateEvaluation(program)
+    check_spin("static_equilibrium", mechanism, program, system.at(program.reference.q), full)
+    q, lam, total = at_rest(mechanism, program, system, load_steps, full)
+    full.at(system, q, lam)
+    forces, names = reactions(program, system, lam), program.names
+    K, _, _ = full.matrices(system, q, lam)
+    stable = is_stable(program, K, system.jacobian)
+    return Equilibrium(q, lam, names.coordinates, names.aliases, forces, total, full.speed, full.about, stable)
+
+
+def at_rest(
+    mechanism: Mechanism, program: Program, system: StateEvaluation, load_steps: int, full: Spin
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """Coordinates (n_q,), multipliers (n_c,) and Newton iterations of an equilibrium, from the reference pose on."""
+    q = np.array(program.reference.q)
+    free = unresisted(program, system, q)
+    if free:
+        return _held_by_loads(program, system, q, full, free)
+    return _grow_loads(mechanism, program, system, q, load_steps, full)
+
+
+def _grow_loads(
+    mechanism: Mechanism, program: Program, system: StateEvaluation, q: np.ndarray, load_steps: int, full: Spin
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """Coordinates, multipliers and iterations under full loads, which grow in steps.
+
+    The first step tries all loads.  One longer than 1/load_steps counts where the answer follows its tangents.
+    """
+    lam = np.zeros(program.n_c)
+    grow = load_growth(mechanism, program)
+    system.program = grow(0.0)
+    start = system.at(q).force
+    if (
+        np.abs(system.residual).max(initial=0.0) > CLOSED_GAP * program.length
+    ):  # a drive stands elsewhere: go there first
+        closed = _newton(program, system, q, lam, start, Spin(0.0, full.about))
+        q, lam = closed[:2] if closed is not None else (q, lam)
+    done, stride, total, usual = 0.0, 1.0, 0, 1.0 / load_steps
+    smallest = usual / 2**8
+    while done < 1.0 - 1e-12:
+        stride = min(stride, 1.0 - done)
+        part = done + stride
+        turning = Spin(full.speed * np.sqrt(part), full.about)
+        system.program = grow(part)
+        most = MOST_OF_LONG_STEP if stride > usual else MOST_ITERATIONS
+        found = _newton(program, system, q, lam, (1.0 - part) * start, turning, most)
+        jump, bend, snap = 0.0, 0.0, 0.0
+        if found is not None:
+            system.program, back = grow(done), Spin(full.speed * np.sqrt(done), full.about)
+            jump, bend, snap = _against_tangents(program, system, q, found, (1.0 - done) * start, back)
+        if found is None or jump > LONG_LOAD_STEP or (bend > FOLLOWED and stride > usual):
+            stride = max(stride / 2.0, usual) if stride > usual else stride / 2.0
+            if stride >= smallest:
+                continue
+            if found is None or snap > SNAP_LOAD_STEP:
+                check_independent(program, np.array(program.reference.q))
+                raise SolveError(_failure(program, system, done))
+            stride *= 2.0
+        q, lam, used, _ = found
+        done, total = part, total + used
+        stride *= 2.0 if bend <= 0.5 * FOLLOWED else 1.0
+    system.program = program  # tangents at the start of the last step had a part of the follower loads
+    return q, lam, total
+
+
+def _held_by_loads(
+    program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin, free: str
+) -> tuple[np.ndarray, np.ndarray, int]:
+    """Coordinates, multipliers and iterations of an equilibrium in which loads alone resist some motions."""
+    found = relax(program, system, q, spin)
+    if found is None:
+        check_independent(program, np.array(program.reference.q))
+        raise SolveError(f"{_free_motion_error(program, free)} Nor was a pose found in which the loads hold it.")
+    q, lam = found
+    exact = _newton(program, system, q, lam, np.zeros(program.n_q), spin)
+    if exact is None or unresisted(program, system, *exact[:2]):
+        raise SolveError(_free_motion_error(program, free))
+    return exact[:3]
+
+
+def load_growth(mechanism: Mechanism, program: Program) -> Callable[[float], Program]:
+    """Function of the load factor that returns the program with follower loads times that factor."""
+    parts = [load.share(0.0) for load in mechanism.parts]
+    if all(less is load for less, load in zip(parts, mechanism.parts, strict=True)):
+        return lambda _part: program
+    bare = mechanism.with_loads(parts, mechanism.gravity)
+    none, full = compile_mechanism(bare).tables.p, program.tables.p
+
+    def grown(part: float) -> Program:
+        """Parameters that the loads do not change are kept to the last digit: counts and places are among them."""
+        p = np.where(none == full, full, (1.0 - part) * none + part * full)
+        return replace(program, tables=program.tables.replaced(p=p))
+
+    return grown
+
+
+def _newton(
+    program: Program,
+    system: StateEvaluation,
+    q: np.ndarray,
+    lam: np.ndarray,
+    held: np.ndarray,
+    spin: Spin,
+    most: int = MOST_ITERATIONS,
+) -> tuple[np.ndarray, np.ndarray, int, np.ndarray] | None:
+    """Solution for one load and speed, its iterations, and the first tangent's step (n_q,); None if Newton fails."""
+    n, last, tangent = program.n_q, np.inf, np.zeros(0)
+    q, lam = q.copy(), lam.copy()
+    size = np.where(program.tables.kind == 1, 1.0, program.length)
+    for iteration in range(1, most + 1):
+        try:
+            d = correction(system, q, lam, held, spin, STEP_ACCURACY)
+        except SolveError:
+            return None
+        step = np.abs(d[:n] / size).max()
+        if not np.isfinite(step) or (iteration > 8 and step > 10.0 * last):
+            return None
+        tangent = tangent if len(tangent) else d[:n]
+        factor = min(1.0, 0.5 / step) if step > 0.5 else 1.0
+        q += factor * d[:n]
+        lam += factor * d[n:]
+        if step <= STEP_ROUND_OFF or (step <= 1e-7 and step >= 0.5 * last):
+            return q, lam, iteration, tangent
+        last = step
+    return None
+
+
+def _against_tangents(
+    program: Program,
+    system: StateEvaluation,
+    q: np.ndarray,
+    found: tuple[np.ndarray, np.ndarray, int, np.ndarray],
+    held: np.ndarray,
+    spin: Spin,
+) -> tuple[float, float, float]:
+    """Length of a load step over the shorter one by the tangents at its ends, difference from both, snap-through.
+
+    The system is evaluated at the start of the step.  Towards a limit point the distances by the tangents grow; only a
+    snap-through is longer than both.  Where a stop begins to carry, or ceases to, it is judged by the longer one.
+    """
+    ahead, lam, _, tangent = found
+
+    def length(move: np.ndarray) -> float:
+        return float(np.abs(move / np.where(program.tables.kind == 1, 1.0, program.length)).max())
+
+    moved = ahead - q
+    before = carries(system.at(q))
+    try:
+        back = -correction(system, ahead, lam, held, spin, TANGENT_ACCURACY)[: program.n_q]
+    except SolveError:
+        return 0.0, np.inf, 0.0  # exactly at a limit point
+    far = max(length(moved), LEAST_JUMP)
+    ends = sorted((max(length(tangent), LEAST_JUMP), max(length(back), LEAST_JUMP)))
+    bend = max(length(moved - tangent), length(moved - back)) / far
+    return length(moved) / ends[0], bend, length(moved) / ends[int((before != carries(system)).any())]
+
+
+def correction(
+    system: StateEvaluation,
+    q: np.ndarray,
+    lam: np.ndarray,
+    held: np.ndarray,
+    spin: Spin,
+    accuracy: float = 0.0,
+) -> np.ndarray:
+    """Newton's correction of (q, lam), as accurate as `StateEvaluation.solve`; `SolveError` for a singular matrix."""
+    if not spin.speed:
+        system.at(q, lam=lam, weights=(1.0, 0.0, 0.0))
+    else:
+        K, _, _ = spin.matrices(system, q, lam)
+    rest = np.concatenate([-(system.force - held + system.constraint_force), -system.residual])
+    if not spin.speed:
+        return system.solve(rest, "static equilibrium", accuracy)
+    G = system.jacobian
+    scale = abs(K).max()  # the bordered matrix with blocks of one size: the turning one has its own pattern
+    n = len(q)
+    rest[:n] /= scale
+    try:
+        d: np.ndarray = splu(sp.block_array([[K / scale, G.T], [G, None]]).tocsc()).solve(rest)
+    except RuntimeError as error:
+        raise SolveError(f"static equilibrium: {error}") from error
+    d[n:] *= scale
+    return d
+
+
+def refuse_free_motion(program: Program, system: StateEvaluation, q: np.ndarray) -> None:
+    """Refuse a mechanism with a motion without resistance."""
+    free = unresisted(program, system, q)
+    if free:
+        raise SolveError(_free_motion_error(program, free))
+
+
+def unresisted(program: Program, system: StateEvaluation, q: np.ndarray, lam: np.ndarray | None = None) -> str:
+    """Name of the coordinate that moves most in a free motion; "" without free motions."""
+    system.at(q, lam=lam, weights=(1.0, 0.0, 0.0))
+    if system.is_regular():
+        return ""
+    K, G = system.block(), system.jacobian
+    largest = abs(K).max(axis=1).toarray().ravel()
+    scale = sp.diags_array(1.0 / np.sqrt(np.where(largest > 0.0, largest, 1.0)))
+    free = null_vector(sp.vstack([scale @ K @ scale, G @ scale]))
+    return "" if free is None else program.names.coordinates[int(np.abs(free).argmax())]
+
+
+def _free_motion_error(program: Program, free: str) -> str:
+    return (
+        f"Mechanism {program.name!r} has no static equilibrium: a motion that moves {free!r} most "
+        "is resisted by nothing. Add a joint, a drive or a spring that holds it."
+    )
+
+
+def _failure(program: Program, system: StateEvaluation, done: float) -> str:
+    rest = np.abs(system.force + system.constraint_force)
+    name = program.names.coordinates[int(np.nanargmax(rest))]
+    return (
+        f"Mechanism {program.name!r}: no static equilibrium found beyond {100 * done:.3g} % of the loads; "
+        f"largest unbalance at {name!r}. Use more load_steps; if that does not help, "
+        "the structure buckles or snaps through there."
+    )
+
+
+def reactions(program: Program, system: StateEvaluation, lam: np.ndarray) -> dict[str, tuple[float, float, float]]:
+    """Reactions (fx, fy, moment) of every joint at the last evaluation, with multipliers lam (n_c,).
+
+    Constraints of a body of its own are left out: rotations of particles and of nodes of meshes, averaged pins.
+    """
+    report_forces(program.tables, lam, system.work)
+    found: dict[str, tuple[float, float, float]] = {}
+    own = set(program.names.bodies)
+    C = program.tables.constraints
+    for c in range(len(C.kernel)):
+        name = program.names.rows[int(C.row[c])].partition("[")[0]
+        if name in own:
+            continue
+        fx, fy, moment = system.work.joint[c, [FORCE_X, FORCE_Y, MOMENT]]
+        has_moment = C.moment[c] >= 0 or C.forces[c] <= FRICTION_ALONE
+        found[name] = (float(fx), float(fy), float(moment) if has_moment else 0.0)
+    return found
+
+
+# Whether an equilibrium belongs to a model: its coordinates, the equations of its joints, its forces
+
+OTHER_MODEL_STEP = 1e-6
+"""Newton step relative to the size of the mechanism, above which an equilibrium belongs to another model."""
+
+
+def refuse_other_names(owner: str, program: Program, at: Equilibrium) -> None:
+    """`InputError` when an equilibrium has other coordinates or joints than the model; `owner`: the caller."""
+    sizes = ((len(at.q), program.n_q, "coordinates"), (len(at.lam), program.n_c, "equations of joints"))
+    for given, own, noun in sizes:
+        if given != own:
+            raise InputError(f"{owner}: the equilibrium has {given} {noun}, the model {own}. Use its own.")
+    if at.names != program.names.coordinates:
+        other = next(a for a, b in zip(at.names, program.names.coordinates, strict=True) if a != b)
+        raise InputError(f"{owner}: the equilibrium has a coordinate {other!r}, the model has none. Use its own.")
+
+
+def refuse_other_forces(owner: str, program: Program, system: StateEvaluation, at: Equilibrium) -> None:
+    """`InputError` when the pose is no equilibrium of this model; `owner`: the caller."""
+    try:
+        step = correction(system, at.q, at.lam, np.zeros(program.n_q), Spin(at.spin, at.about))[: program.n_q]
+    except SolveError:
+        return  # on the verge of buckling: nothing can be said
+    step = np.abs(step) / np.where(program.tables.kind == 1, 1.0, program.length)
+    if step.max() > OTHER_MODEL_STEP:
+        raise InputError(
+            f"{owner}: the equilibrium given is none of mechanism {program.name!r}: its forces would move "
+            f"{program.names.coordinates[int(step.argmax())]!r} by {step.max():.3g} (of the model's size, or rad). "
+            "Compute it with the same mechanism."
+        )

@@ -1,0 +1,85 @@
+"""Record of a static equilibrium."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexmb import checks
+from flexmb import display as html
+from flexmb.display import counted, cut
+from flexmb.model.part import Part, name_of
+from flexmb.program.program import resolve
+
+
+@dataclass(frozen=True)
+class Equilibrium:
+    """A static equilibrium.
+
+    `equilibrium["rod.end.y"]` is a coordinate [m, rad]; `force("O")` the reaction of a joint.
+
+    Parameters
+    ----------
+    q : (n_q,) coordinates.
+    lam : (n_c,) multipliers.
+    names : (n_q,) names of the coordinates.
+    aliases : other names of nodes.
+    reactions : (fx, fy, moment) on the second body of every joint [N, N m]; moment 0 where the joint carries none.
+        What a body keeps within itself, such as the rotation of a particle, is no reaction.
+    iterations : Newton iterations of all load steps.
+    spin : speed of the frame in which the mechanism is at rest, counter-clockwise [rad/s].
+    about : centre of that rotation [m].
+    stable : whether small motions about it have positive stiffness; None for follower forces, and near a limit.
+    """
+
+    q: np.ndarray
+    lam: np.ndarray
+    names: tuple[str, ...]
+    aliases: dict[str, str]
+    reactions: dict[str, tuple[float, float, float]]
+    iterations: int
+    spin: float = 0.0
+    about: tuple[float, float] = (0.0, 0.0)
+    stable: bool | None = None
+
+    def __getitem__(self, name: str) -> float:
+        place = resolve(name, self.aliases)
+        return float(self.q[self.names.index(checks.one_of("Equilibrium", "coordinate", place, self.names))])
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return list(self.names)
+
+    def __repr__(self) -> str:
+        reactions = [cut(f"  reactions: {', '.join(self._reactions())}")] if self.reactions else []
+        return "\n".join([self._title(), *reactions])
+
+    def _title(self) -> str:
+        kind = {True: "stable", False: "unstable", None: "stability unknown"}[self.stable]
+        spin = f", turning at {self.spin:.6g} rad/s" if self.spin else ""
+        text = f"{counted(len(self.q), 'coordinate')}, {counted(self.iterations, 'Newton iteration')}"
+        return f"Equilibrium ({kind}{spin}): {text}"
+
+    def _reactions(self) -> list[str]:
+        found = []
+        for joint, (fx, fy, moment) in self.reactions.items():
+            force = float(np.hypot(fx, fy))
+            texts = [f"{force:.4g} N"] if force or not moment else []
+            texts += [f"{moment:.4g} N m"] if moment else []
+            found.append(f"{joint} {' and '.join(texts)}")
+        return found
+
+    def _repr_html_(self) -> str:
+        rows = [(joint, *(f"{value:.6g}" for value in values)) for joint, values in self.reactions.items()]
+        coordinates = [(name, f"{value:.6g}") for name, value in zip(self.names, self.q, strict=True)]
+        reactions = html.table(rows, ("reaction of", "fx [N]", "fy [N]", "moment [N m]"))
+        return html.page(self._title(), "", reactions, html.folded("coordinates", html.table(coordinates)))
+
+    def force(self, joint: Part | str) -> tuple[float, float, float]:
+        """(fx, fy, moment) that a joint exerts on its second body [N, N m].
+
+        Parameters
+        ----------
+        joint : the joint, or its name.
+        """
+        return self.reactions[checks.one_of("Equilibrium", "joint", name_of(joint), self.reactions)]

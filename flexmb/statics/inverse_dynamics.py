@@ -1,0 +1,135 @@
+"""Inverse dynamics: the drive forces that a prescribed motion of a rigid mechanism takes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from flexmb import arguments, checks
+from flexmb import display as html
+from flexmb.display import counted, cut, listed
+from flexmb.engine.system.state_evaluation import StateEvaluation
+from flexmb.errors import InputError
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import refuse_controllers
+from flexmb.program.compiler import compile as compile_mechanism
+from flexmb.program.program import Program, resolve
+from flexmb.statics.equilibrium import reactions
+from flexmb.statics.start.assemble import close_loops
+from flexmb.statics.start.consistent import accelerations, degrees_of_freedom, rigid_velocities
+
+
+@dataclass(frozen=True, repr=False)
+class DrivenMotion:
+    """Positions, velocities, accelerations, drive and joint forces at given instants.
+
+    Parameters
+    ----------
+    time : (n,) instants [s].
+    q, v, a : (n, n_q) coordinates and their derivatives.
+    names : (n_q,) names of the coordinates.
+    aliases : other names of nodes.
+    forces : for every joint and drive (n, 3): fx, fy on the second body [N] and moment or drive torque [N m, N].
+    notes : sentences on parts that a run may show in another way: contacts taken as closed, laws with a history.
+    """
+
+    time: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    names: tuple[str, ...]
+    aliases: dict[str, str]
+    forces: dict[str, np.ndarray]
+    notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        span = f", {self.time[0]:.6g} to {self.time[-1]:.6g} s" if len(self.time) else ""
+        head = f"Driven motion: {counted(len(self.time), 'instant')}{span}; {counted(len(self.names), 'coordinate')}"
+        return "\n".join([cut(f"{head}; forces of {listed(self.forces) or 'no part'}", 3), *self.notes])
+
+    def _repr_html_(self) -> str:
+        peaks = [(name, *(f"{x:.6g}" for x in np.abs(found).max(axis=0))) for name, found in self.forces.items()]
+        head, _, sizes = repr(self).partition("\n")[0].partition(": ")
+        heads = ("largest of", "fx [N]", "fy [N]", "moment or drive force [N m, N]")
+        folded = html.folded("coordinates", html.texts(self.names))
+        return html.page(head, sizes, html.table(peaks, heads), html.texts(self.notes) if self.notes else "", folded)
+
+    def position(self, name: str) -> np.ndarray:
+        """(n,) a coordinate [m, rad], such as "slider.x"."""
+        place = resolve(name, self.aliases)
+        return self.q[:, self.names.index(checks.one_of("DrivenMotion", "coordinate", place, self.names))]
+
+    def torque(self, drive: str) -> np.ndarray:
+        """(n,) torque of a drive on the second body of its joint [N m], or force [N]."""
+        return self.forces[checks.one_of("DrivenMotion", "drive", drive, self.forces)][:, 2]
+
+
+def undeclared(program: Program) -> Program:
+    """The program without the start velocities that its bodies declare."""
+    return replace(program, reference=replace(program.reference, v=np.full(program.n_q, np.nan)))
+
+
+@arguments.checked
+def inverse_dynamics(mechanism: Mechanism, times: Sequence[float] | np.ndarray) -> DrivenMotion:
+    """Motion and forces of a mechanism whose drives prescribe every motion; joints are ideal, bodies rigid.
+
+    Positions, velocities and accelerations follow from the joints and drives alone, one instant at a time, without any
+    integration in time; then the forces follow from the equations of motion.  Friction acts in ideal joints and in
+    clearance joints, which are taken as ideal.  Cables, stops and other contacts that no ideal joint replaces push and
+    pull as their laws say.  `notes` name contacts taken as closed.  Declared start velocities play no part.
+
+    Parameters
+    ----------
+    mechanism : as many drives as degrees of freedom; clearance joints are taken as ideal.
+    times : increasing instants [s].
+
+    Raises
+    ------
+    InputError : flexible bodies, too few drives.
+    AssemblyError : a loop that cannot close on the way.
+    """
+    refuse_controllers(mechanism, "inverse_dynamics", "the motion is given, and a controller would ask for another")
+    program = compile_mechanism(mechanism, start=True, touching=True)
+    label = f"inverse_dynamics {mechanism.name!r}"
+    if program.n_q != 3 * len(program.names.bodies):
+        raise InputError(f"{label}: flexible bodies have motions of their own; make them rigid for inverse dynamics.")
+    q, _ = close_loops(program, {})
+    free, _ = degrees_of_freedom(program, q)
+    if free:
+        raise InputError(f"{label}: {free} degree(s) of freedom are not driven; add drives or use simulate.")
+    system = StateEvaluation(program)
+    given = checks.sequence(label, "times", times, "instants [s]")
+    instants = np.array([checks.number(label, f"times[{k}]", t, "s") for k, t in enumerate(given)])
+    program = undeclared(program)  # drives prescribe all velocities; what bodies declare holds at the start alone
+    rows = []
+    for t in instants:
+        q, _ = close_loops(program, {}, start=q, t=float(t))
+        v = rigid_velocities(program, q, float(t))
+        a, lam = accelerations(program, q, v, float(t))
+        found = reactions(program, system.at(q, v, a, lam, t=float(t)), lam)
+        rows.append((q, v, a, found))
+    forces = {name: np.array([row[3][name] for row in rows]) for name in (rows[0][3] if rows else {})}
+    q_all, v_all, a_all = (np.array([row[k] for row in rows]) for k in range(3))
+    names, notes = program.names, tuple(_notes(mechanism))
+    return DrivenMotion(instants, q_all, v_all, a_all, names.coordinates, names.aliases, forces, notes)
+
+
+def _notes(mechanism: Mechanism) -> Iterator[str]:
+    """Sentences on contacts and elastic joints that ideal joints replace, and on friction laws with a history."""
+    found = mechanism.contributions()
+    ideal = dict.fromkeys(c.part for c in found.constraints if c.holds != "always")
+    if ideal:
+        yield (
+            f"Taken as ideal joints, which neither slip, yield nor lift off, and have no ends: {listed(ideal)}. Where "
+            "a run shows otherwise, its forces differ."
+        )
+    rubbing = [(c.part, c.joint_friction.friction) for c in found.constraints if c.joint_friction]
+    rubbing += [(c.part, c.friction) for c in found.contacts]
+    remembering = dict.fromkeys(part for part, law in rubbing if law.history())
+    if remembering:
+        yield (
+            f"Friction of {listed(remembering)} follows from a history, of which single instants know nothing: it is "
+            "that of the start of a run."
+        )

@@ -1,0 +1,288 @@
+"""Consistent start values: positions, velocities, accelerations and multipliers."""
+
+from __future__ import annotations
+
+from collections.abc import Container
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from flexmb.engine.linalg.dense import bordered_solution, plain, scaled_rows, stacked
+from flexmb.engine.linalg.rank import row_rank
+from flexmb.engine.system.state_evaluation import StateEvaluation
+from flexmb.errors import AssemblyError, ModelError, SolveError
+from flexmb.model.mechanism import Mechanism
+from flexmb.program.compiler import compile as compile_mechanism
+from flexmb.program.program import Program
+from flexmb.statics.start.assemble import RigidMotion, check_massless, close_loops
+from flexmb.statics.start.redundant_joints import least_norm, redundancy, redundant_rows, shaken_pose
+
+LISTED_PARTS = 12
+"""Number of parts in a list at most."""
+
+ROUND_OFF_OF_RATES = 1e-12
+"""Start velocity relative to the largest rate of the drives that is round-off of a motion which begins at rest."""
+
+RATES = 32
+"""Number of intervals of a motion at whose ends its rate is looked at."""
+
+SETTLED = 1e-12
+"""Last correction of the states of controls that begin at rest, relative to the states."""
+
+MOST_FRICTION_ITERATIONS = 30
+"""Number of Newton iterations at most on multipliers that friction depends on."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """Consistent start values, which satisfy constraints, their rates and the equations of motion.
+
+    Parameters
+    ----------
+    q, v, a : (n_q,) positions, velocities, accelerations.
+    lam : (n_c,) multipliers.
+    redundant : number of redundant constraint equations.
+    """
+
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    lam: np.ndarray
+    redundant: int = 0
+
+
+def consistent_start(
+    mechanism: Mechanism, program: Program, t: float = 0.0, *, redundant: bool = False, closed: Program | None = None
+) -> Start:
+    """Start values of a mechanism: clearance joints centred, bodies without a declared field unstressed and rigid.
+
+    The time is in s.  Joints that are `redundant` in every pose have the multipliers of least norm; `closed` is the
+    mechanism compiled with `start=True`.
+
+    An `AssemblyError` tells loops that cannot close, joints that are not independent, a singular pose, or declared
+    velocities that the joints forbid; a `SolveError` a coordinate without mass.
+    """
+    closed = compile_mechanism(mechanism, start=True) if closed is None else closed
+    q, _ = close_loops(closed, {}, t=t)
+    extra = redundant_rows(program, closed, q, t) if redundant else 0
+    system = StateEvaluation(program)
+    if extra == 0:
+        check_independent(program, with_states(program, q, q)[0], system)
+    check_massless(mechanism, program, with_states(program, q, q)[0])
+    v = rigid_velocities(closed, q, t, yielding_joints(program, closed), system if closed is program else None)
+    q, v = with_states(program, q, v)
+    if program.settled:
+        v = settled_states(system, q, v, t)
+    a, lam = least_norm(program, q, v, t) if extra else accelerations(program, q, v, t, system=system)
+    return Start(q, v, a, lam, extra)
+
+
+def with_states(program: Program, q: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Positions and velocities of bodies (n_b,), with the start values of the states of controls behind them (n_q,)."""
+    states = np.asarray(program.reference.v)[program.tables.sizes.n_b :]
+    if len(states) == 0 or len(q) == program.n_q:
+        return q, v
+    return np.append(q, np.zeros(len(states))), np.append(v, states)
+
+
+def settled_states(system: StateEvaluation, q: np.ndarray, v: np.ndarray, t: float) -> np.ndarray:
+    """Velocities (n_q,) in which the rates of some states of controls are 0, by Newton's method."""
+    v, dofs = v.copy(), np.array(system.program.settled)
+    for _ in range(MOST_FRICTION_ITERATIONS):
+        rate = system.at(q, v, t=t, weights=(0.0, 1.0, 0.0)).force[dofs]
+        slope = plain(system.blocks[0])[np.ix_(dofs, dofs)]
+        shift = np.linalg.lstsq(slope, rate, rcond=None)[0]
+        v[dofs] -= shift
+        if np.abs(shift).max() <= SETTLED * np.abs(v[dofs]).max():
+            return v
+    names = ", ".join(repr(system.program.names.coordinates[k]) for k in dofs)
+    raise SolveError(
+        f"Mechanism {system.program.name!r}: no start values of {names} make their rates 0. Give start values."
+    )
+
+
+def check_independent(program: Program, q: np.ndarray, system: StateEvaluation | None = None) -> None:
+    """Refuse redundant joints at q, with their names and whether the pose or the mechanism is the reason."""
+    system = system or StateEvaluation(program)
+    found = redundancy(program, q, system)
+    if found is None:
+        return
+    parts, count = found.parts, found.rows + found.excess
+    elsewhere = row_rank(system.at(shaken_pose(program, q)).blocks[1])
+    listed = ", ".join(repr(p) for p in parts[:LISTED_PARTS]) + (", ..." if len(parts) > LISTED_PARTS else "")
+    drives = [repr(p) for p in parts if p in {drive.partition(".")[0] for drive in program.drives}]
+    if len(elsewhere.redundant) < count:
+        raise AssemblyError(
+            f"Mechanism {program.name!r} starts in a singular pose: there, {listed} repeat one another, "
+            "and the motion can branch. Start a little beside it "
+            "(e.g. another crank angle), or, if the links are parallel on purpose, remove one joint, "
+            "make a link flexible, or simulate(..., redundant='least-norm')."
+        )
+    fewer = f"a drive ({', '.join(drives)})" if drives else "one"
+    raise ModelError(
+        f"Mechanism {program.name!r} is over-constrained by {count} row(s): {listed} "
+        f"repeat one another. Remove {fewer}, replace a Prismatic or "
+        "Fixed by a Revolute, make a link flexible, or simulate(..., redundant='least-norm')."
+    )
+
+
+def yielding_joints(program: Program, closed: Program) -> frozenset[str]:
+    """Names of the joints that yield to declared velocities: with clearance, or elastic."""
+    always = {row.partition("[")[0] for row in program.names.rows}
+    own = {name.partition(".")[0] for name in program.names.contacts}
+    return frozenset(own | ({row.partition("[")[0] for row in closed.names.rows} - always))
+
+
+def rigid_velocities(
+    closed: Program, q: np.ndarray, t: float, soft: Container[str] = (), system: StateEvaluation | None = None
+) -> np.ndarray:
+    """Velocities (n_q,) of rigid bodies by the drives, with least kinetic energy in all free motions.
+
+    Declared velocities hold exactly; `AssemblyError` if joints forbid them.  Joints named in `soft` (with clearance, or
+    elastic) yield to declared velocities, so that a journal can be thrown into its bearing.  v = B w + d, with rigid
+    motions B w and the remainder d of declared fields.
+
+    Equation (1.10) of docs/theory/equations_of_motion.md.
+    """
+    system, rigid = system or StateEvaluation(closed), RigidMotion(closed)
+    B = rigid.plain_basis(q)
+    declared, d = declared_rows(closed, rigid, B)
+    M, G = system.at(q, d, t=t, weights=(0.0, 0.0, 1.0)).blocks
+    A = stacked(G @ B, B[declared])
+    b = np.concatenate([-system.velocity_residual, (closed.reference.v - d)[declared]])
+    owners = [row.partition("[")[0] for row in closed.names.rows]
+    owners += [closed.names.coordinates[k] for k in declared]
+    inertia = B.T @ M @ B
+    wanted = 1e-7 * max(float(np.abs(b).max(initial=0.0)), float(np.abs(d).max(initial=0.0)), 1e-30)
+    w = least_energy(inertia, A, b)
+    hard = np.array([owner not in soft for owner in owners], dtype=bool)
+    if np.abs(A @ w - b).max(initial=0.0) > wanted and not hard.all():
+        weight = np.where(hard, 1e7, 1.0)
+        w = least_energy(inertia, scaled_rows(weight, A), weight * b)
+    missed = np.where(hard, np.abs(A @ w - b), 0.0)
+    if missed.max(initial=0.0) > wanted and missed.max() > ROUND_OFF_OF_RATES * largest_rate(closed):
+        # with declared velocities held, what stays open is the joint's: it shall be named, and by its own size
+        weight = np.where(np.arange(len(b)) >= len(b) - len(declared), 1e7, 1.0)
+        w = least_energy(inertia, scaled_rows(weight, A), weight * b)
+        missed = np.where(hard, np.abs(A @ w - b), 0.0)
+        raise AssemblyError(
+            f"Mechanism {closed.name!r}: no start velocities satisfy all joints, drives and declared velocities; "
+            f"largest violation {missed.max():.3g} m/s or rad/s at {owners[int(missed.argmax())]!r}. "
+            f"{_remedy_of_velocities(closed, declared)}"
+        )
+    velocities: np.ndarray = B @ w + d
+    return velocities
+
+
+def _remedy_of_velocities(closed: Program, declared: np.ndarray) -> str:
+    """Remedies for velocities that contradict one another: of drives, of declared velocities, of flexible bodies."""
+    remedies, owner = [], np.asarray(closed.reference.body)[: closed.tables.sizes.n_b]
+    if len(declared):
+        remedies.append("Correct the declared velocities, or leave out one that joints and drives impose.")
+        flexible = np.bincount(owner) > 3
+        flexible[owner[declared]] = False
+        names = ", ".join(f"{name!r}" for name, free in zip(closed.names.bodies, flexible, strict=True) if free)
+        if names:
+            remedies.append(
+                f"Flexible bodies begin as rigid ones: {names} without velocity= (of each node) cannot bend."
+            )
+    if closed.drives:
+        remedies.append("A drive cannot move a dead centre: start elsewhere.")
+        if len(closed.reference.q) > 3 * len(closed.names.bodies):
+            rest = "begin its motion at rest, e.g. CycloidalRamp, or Table(..., slopes=(0.0, 0.0))"
+            remedies.append(f"A flexible body begins as a rigid one: where a drive bends it, {rest}.")
+    return " ".join(remedies) or "Begin in another pose."
+
+
+def largest_rate(program: Program) -> float:
+    """Largest rate of all drives over their periods, or over their breaks or 1 s without a period [m/s, rad/s]."""
+    largest = 0.0
+    for motion in program.motions[: len(program.drives)]:
+        p, span = np.array(motion.parameters(), dtype=float), motion.period or max(1.0, *motion.breaks(1e3), 0.0)
+        rates = np.abs([motion.kernel(p, float(t))[1] for t in np.linspace(0.0, span, RATES + 1)])
+        largest = max(largest, float(rates[np.isfinite(rates)].max(initial=0.0)))
+    return largest
+
+
+def declared_rows(closed: Program, rigid: RigidMotion, B: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Coordinates that represent the declared rigid motions, and the remainder d (n_q,) of declared fields.
+
+    The rigid motion of a field is the nearest one, with equal weights of all nodes.
+    """
+    v = np.asarray(closed.reference.v)
+    declared = np.flatnonzero(~np.isnan(v))
+    body = rigid.body[declared // 3]  # in order, as the coordinates are
+    rows, d = [], np.zeros(len(v))
+    bounds = np.searchsorted(body, np.arange(rigid.count + 1)).tolist() if len(body) else [0]
+    for k, (begin, end) in enumerate(pairwise(bounds)):
+        given = declared[begin:end]
+        if len(given) > 3:
+            own = plain(B[given][:, 3 * k : 3 * k + 3])
+            size = np.array([1.0, 1.0, max(float(np.abs(own[:, 2]).max()), 1e-300)])
+            d[given] = v[given] - own @ (np.linalg.lstsq(own / size, v[given], rcond=None)[0] / size)
+        rows.append(given[:3])
+    return np.concatenate([*rows, np.zeros(0, dtype=np.int64)]).astype(np.int64), d
+
+
+def least_energy(inertia: Any, A: Any, b: np.ndarray) -> np.ndarray:
+    """The w of least energy w^T inertia w that minimises |A w - b|.
+
+    One linear system for independent rows of A; otherwise a dense least-squares problem.
+    """
+    n, m = A.shape[1], A.shape[0]
+    if m <= n:
+        scale = max(float(inertia.max()), 1e-300)
+        found = bordered_solution(inertia / scale, A, np.concatenate([np.zeros(n), b]))
+        if found is not None and np.abs(A @ found[:n] - b).max(initial=0.0) <= 1e-10 * np.abs(b).max(initial=1e-30):
+            return found[:n]
+    values, vectors = np.linalg.eigh(plain(inertia))
+    values = np.maximum(values, 1e-14 * values.max())  # bodies without inertia move as the joints want
+    root = vectors / np.sqrt(values)
+    w: np.ndarray = root @ np.linalg.lstsq(A @ root, b, rcond=1e-11)[0]
+    return w
+
+
+def accelerations(
+    program: Program,
+    q: np.ndarray,
+    v: np.ndarray,
+    t: float,
+    z: np.ndarray | None = None,
+    *,
+    system: StateEvaluation | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Accelerations (n_q,) and multipliers (n_c,): M a + G^T lam = -r(q, v, 0), G a = gamma.
+
+    z : history (n_z,) at this state, None: that at the start;  system : evaluation of the program, None: a new one
+
+    Equation (1.11) of docs/theory/equations_of_motion.md.
+    """
+    system, lam = system or StateEvaluation(program), np.zeros(program.n_c)
+    system.at(q, v, t=t, z=z, weights=(0.0, 0.0, 1.0))
+    M, G = system.blocks
+    sums = abs(M).sum(axis=1), abs(G).sum(axis=0)  # of sparse matrices these are matrices
+    free = np.flatnonzero(np.ravel(sums[0]) + np.ravel(sums[1]) == 0.0)
+    if len(free):
+        name = program.names.coordinates[free[0]]
+        raise SolveError(
+            f"Mechanism {program.name!r}: coordinate {name!r} has no mass and no joint; give it some mass."
+        )
+    for _ in range(MOST_FRICTION_ITERATIONS if program.tables.sizes.has_joint_friction else 1):
+        b = np.concatenate([-system.force - system.constraint_force, system.gamma])
+        x = system.solve(b, f"Accelerations of {program.name!r} at t = {t:.6g} s")
+        lam = lam + x[program.n_q :]
+        if np.abs(x[program.n_q :]).max(initial=0.0) <= 1e-14 * np.abs(lam).max(initial=0.0):
+            break
+        system.at(q, v, lam=lam, t=t, z=z, weights=(0.0, 0.0, 1.0))
+    return x[: program.n_q], lam
+
+
+def degrees_of_freedom(program: Program, q: np.ndarray) -> tuple[int, int]:
+    """Degrees of freedom of the bodies taken as rigid, with and without the drives' rows."""
+    system, rigid = StateEvaluation(program).at(q), RigidMotion(program)
+    A = system.blocks[1] @ rigid.plain_basis(q)
+    joints = np.flatnonzero(program.tables.constraints.motion < 0)
+    n = 3 * rigid.count
+    return n - row_rank(A).rank, n - row_rank(A[joints]).rank

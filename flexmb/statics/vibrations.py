@@ -1,0 +1,193 @@
+"""Energies of vibrations in a motion: modes about a moving pose, and how much of the motion they carry.
+
+The mechanism is linearised about a state with its drives held fast, contacts as they are there, laws of controllers
+and the stiffness of gravity included.  The forces that its inertia balances there, divided by omega^2, are the
+displacements y of the modes from the pose that drives and loads would give at rest; their first and second time
+derivatives are differences along the motion.  In a vibration omega^2 y^2, y'^2 and y''^2/omega^2 have one mean.  What
+follows a slower drive has less of the last, what follows a faster one less of the first, so the least of the three
+bounds the energy of the vibration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.linalg as la
+
+from flexmb.engine.system.state_evaluation import StateEvaluation
+from flexmb.errors import SolveError
+from flexmb.program.program import COMMON_Z, Program
+from flexmb.statics.eigen import null_space, undamped
+
+NEAR = 0.05
+"""Change of the pose [rad, or relative to the size of the mechanism] up to which modes are not computed anew."""
+
+RIGID, RIGID_OF_LARGE = 1e-12, 1e-9
+"""Stiffness over mass relative to the largest, below which a motion is rigid: the rest is round-off."""
+
+ROUND_OFF = 1e-12
+"""Displacement of a vibration over the size of the mechanism, or rotation [rad], below which it is round-off."""
+
+DENSE, LOWEST = 300, 24
+"""Number of coordinates up to which all modes are found, and number of the lowest ones that are found beyond."""
+
+
+class LinearModes(NamedTuple):
+    """Modes about a pose, drives held fast.
+
+    Parameters
+    ----------
+    omega : (k,) angular frequencies [rad/s], ascending.
+    decay : (k,) rates at which dampers let them die out [1/s].
+    shapes : (n_b, k) shapes x with x^T M x = 1.
+    elastic : (k,) whether more than half of the stiffness is elastic; of the others it is that of gravity.
+    """
+
+    omega: np.ndarray
+    decay: np.ndarray
+    shapes: np.ndarray
+    elastic: np.ndarray
+
+
+class State(NamedTuple):
+    """State of a run: time [s], coordinates and their rates (n_q,), histories (n_z,)."""
+
+    t: float
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    z: np.ndarray
+
+
+class Vibrations(NamedTuple):
+    """Vibrations at the states of a run in which the same contacts are closed.
+
+    Parameters
+    ----------
+    states : the states.
+    energies : (states, 3, k) omega^2 y^2, y'^2 and y''^2/omega^2 of the modes [J].
+    modes : means of frequencies and decays, shapes of the last state.
+    """
+
+    states: list[State]
+    energies: np.ndarray
+    modes: LinearModes
+
+
+def vibrations_of(program: Program, states: Sequence[State], dt: float) -> list[Vibrations]:
+    """Vibrations at some states, one group for each set of closed contacts."""
+    system, n_b = StateEvaluation(program), program.tables.sizes.n_b
+    sizes = np.where(np.asarray(program.tables.kind)[:n_b] == 1, 1.0, program.length)
+    known: dict[bytes, tuple[np.ndarray, LinearModes]] = {}
+    groups: dict[tuple[bytes, int], list[tuple[State, LinearModes, np.ndarray]]] = {}
+    for state in states:
+        closed, lam = closed_contacts(program, state.z).tobytes(), _multipliers_at_rest(system, state)
+        at, modes = known.get(closed, (None, None))
+        if at is None or modes is None or np.abs((state.q[:n_b] - at) / sizes).max(initial=0.0) > NEAR:
+            modes = linear_modes(system, state, lam)
+            known[closed] = state.q[:n_b], modes
+        if not len(modes.omega):
+            continue
+        evaluated = (_at(system, state, k * dt, lam=lam) for k in (-1, 0, 1))
+        before, now, after = (modes.shapes.T @ (one.force + one.constraint_force)[:n_b] for one in evaluated)
+        y = np.array([now, (after - before) / (2.0 * dt), (after - 2.0 * now + before) / dt**2])
+        energies = (y / modes.omega ** np.array([[1.0], [2.0], [3.0]])) ** 2
+        moved = np.sqrt(energies.max(axis=0)) / modes.omega * np.abs(modes.shapes / sizes[:, None]).max(axis=0)
+        energies[:, moved < ROUND_OFF] = 0.0
+        groups.setdefault((closed, len(modes.omega)), []).append((state, modes, energies))
+    found = []
+    for group in groups.values():
+        at_states, all_modes, energies = zip(*group, strict=True)
+        omega, decay = (np.mean([getattr(one, name) for one in all_modes], axis=0) for name in ("omega", "decay"))
+        found.append(Vibrations(list(at_states), np.array(energies), all_modes[-1]._replace(omega=omega, decay=decay)))
+    return found
+
+
+def closed_contacts(program: Program, z: np.ndarray) -> np.ndarray:
+    """Whether contacts are closed and joints that remember strained, (..., contacts + joints), of z (..., n_z)."""
+    begin, end = program.tables.constraints.joint_friction_z.T
+    closed: np.ndarray = z[..., [*program.tables.contacts.z[:, COMMON_Z], *begin[end > begin]]] != 0.0
+    return closed
+
+
+def _at(system: StateEvaluation, state: State, dt: float = 0.0, **more: Any) -> StateEvaluation:
+    """Evaluation at rest, a time dt [s] away from a state along its motion; states of controllers as they are then."""
+    n_b = system.program.tables.sizes.n_b
+    v = np.where(np.arange(len(state.q)) < n_b, 0.0, state.v + dt * state.a)
+    return system.at(state.q + dt * state.v + 0.5 * dt * dt * state.a, v, t=state.t, z=state.z, **more)
+
+
+def linear_modes(system: StateEvaluation, state: State, lam: np.ndarray) -> LinearModes:
+    """Modes with a positive stiffness about a state; of large models the lowest ones."""
+    n_b, none = system.program.tables.sizes.n_b, np.zeros(0)
+    if n_b > DENSE:
+        elastic = _at(system, state, weights=(1.0, 0.0, 0.0)).block()
+        K, C, M = (_at(system, state, lam=lam, weights=w).block() for w in np.eye(3))
+        order, held = system.program.symbolic.order, np.zeros((system.program.n_q, 0))
+        squares, x = undamped(K, M, system.jacobian, held, LOWEST, order)
+        rising = np.argsort(squares)
+        found = _positive(squares[rising], x[:, rising], C, elastic, RIGID_OF_LARGE)
+        return found._replace(shapes=found.shapes[:n_b])
+    elastic = _at(system, state, weights=(1.0, 0.0, 0.0)).dense[:n_b, :n_b]
+    K, C, M = (_at(system, state, lam=lam, weights=w).dense[:n_b, :n_b] for w in np.eye(3))
+    Z = null_space(system.dense[system.program.n_q :, :n_b])
+    if Z.shape[1] == 0:
+        return LinearModes(none, none, np.zeros((n_b, 0)), none)
+    k, m = (Z.T @ (A + A.T) @ Z / 2.0 for A in (K, M))
+    squares, y = la.eigh(k, m)
+    return _positive(squares, Z @ y, C, elastic, RIGID)
+
+
+def _positive(squares: np.ndarray, x: np.ndarray, C: Any, K: Any, rigid: float) -> LinearModes:
+    """Modes with a stiffness that is above round-off; K without the stiffness of gravity."""
+    positive = squares > rigid * np.abs(squares).max(initial=0.0)
+    x, squares = x[:, positive], squares[positive]
+    own = (x * (K @ x)).sum(axis=0)
+    return LinearModes(np.sqrt(squares), 0.5 * (x * (C @ x)).sum(axis=0), x, own > 0.5 * squares)
+
+
+def _multipliers_at_rest(system: StateEvaluation, state: State) -> np.ndarray:
+    """Multipliers (n_c,) of the joints if the mechanism were released from rest at a state."""
+    program = system.program
+    if not program.n_c:
+        return np.zeros(0)
+    r = _at(system, state, weights=(0.0, 0.0, 1.0)).force
+    try:
+        found = system.solve(np.concatenate([-r, np.zeros(program.n_c)]), "forces at rest")[program.n_q :]
+    except SolveError:  # redundant joints, or a motion without mass
+        found = np.linalg.lstsq(system.jacobian.toarray().T, -r, rcond=None)[0]
+    return found if np.isfinite(found).all() else np.zeros(program.n_c)
+
+
+class LoopModes(NamedTuple):
+    """Modes of controllers with states.
+
+    Parameters
+    ----------
+    values : (k,) eigenvalues with a frequency > 0 [1/s].
+    amplitudes : (k, states) amplitudes of the states of controllers in each.
+    """
+
+    values: np.ndarray
+    amplitudes: np.ndarray
+
+
+def loop_modes(program: Program, state: State) -> LoopModes:
+    """Modes of mechanism and controllers together that vibrate in the states of controllers, and their amplitudes.
+
+    The rates of the state, along a left eigenvector w, are s eta where it vibrates freely with the amplitude eta.
+    """
+    system, n, n_b = StateEvaluation(program), program.n_q, program.tables.sizes.n_b
+    v = np.where(np.arange(n) < n_b, 0.0, state.v)
+    K, C, M = (system.at(state.q, v, t=state.t, z=state.z, weights=w).dense[:n, :n] for w in np.eye(3))
+    Z = null_space(system.dense[n:, :n])
+    k, c, m = (Z.T @ A @ Z for A in (K, C, M))
+    A = np.block([[np.zeros_like(k), np.eye(len(k))], [-la.solve(m, k), -la.solve(m, c)]])
+    s, left, right = la.eig(A, left=True, right=True)
+    s, left, right = (x[..., s.imag > 0.0] for x in (s, left, right))
+    rates = np.concatenate([Z.T @ state.v, Z.T @ state.a])
+    eta = (left.conj().T @ rates) / ((left.conj() * right).sum(axis=0) * s)
+    states = (Z @ right[len(k) :])[n_b:]
+    return LoopModes(s, 2.0 * np.abs(states * eta).T)

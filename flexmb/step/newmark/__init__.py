@@ -1,1 +1,0 @@
-"""The Newmark family: implicit methods of second order, with the Newton iteration of their steps."""

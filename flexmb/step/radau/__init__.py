@@ -1,1 +1,0 @@
-"""Radau's method of order 5 (Radau IIA, three stages)."""
