@@ -1,6 +1,6 @@
 """Compile for a portable processor what an installation shall bring along: `python tests/ship.py FOLDER`.
 
-FOLDER then holds an index and a file of machine code (`flexmb/engine/compiled/shipped.py`); `make wheel` packs them.  Compiled
+FOLDER then holds an index and a file of machine code (`engine/compiled/shipped.py`); `make wheel` packs them.  Compiled
 is what is called by all kernels of the package, by a mechanism with each of its parts, and by short runs that use every
 loop.  Without FOLDER the same is compiled for this machine, into the user's cache.  With `--list` the names of the
 functions are printed; with `--wheel DIST` a wheel that carries them is built.

@@ -1,3 +1,7 @@
-"""The command line: `flexmb COMMAND`."""
+"""The command line: `flexmb COMMAND`.
 
-from flexmb.cli.command_line import main
+In: words typed in a shell. Out: files, tables, an exit status. A command is an entry of `arguments/index.py` and a
+function.
+"""
+
+from flexmb.cli.command_line import main as main

@@ -1,4 +1,4 @@
-"""What is told about a mechanism and its runs: errors, warnings, notes, each with a code, a name and a remedy.
+"""Findings on mechanisms and on runs: errors, warnings, notes, each with a name and a remedy.
 
-In: a mechanism before it moves; poses, peaks and status of a run. Out: findings and remarks. `check` and `report` are public.
+In: a mechanism before it moves; poses, peaks and status of a run. Out: findings and remarks.
 """

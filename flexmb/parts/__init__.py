@@ -1,5 +1,5 @@
 """Parts of mechanisms: bodies, joints, contact laws, loads, drives, couplings, cams, controllers, sensors.
 
 In: numbers and names that a user gives. Out: contributions to a program (`model.contributions`), shapes for pictures,
-remarks on a run. A part knows `model` and the kernels' contracts; nothing else of the package knows a part by its class.
+remarks on a run. A part knows `model` and the contracts of kernels.
 """

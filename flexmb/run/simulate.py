@@ -279,7 +279,7 @@ def chosen_step(step: Any) -> FixedStep | Adaptive:
 def check_method(label: str, method: Any) -> None:
     """Refuse an object of another kind than a method."""
     if not isinstance(method, Method):
-        known = "Newmark(...), RadauIIA(), RungeKutta4() or a method of your own (engine/step/method.py)"
+        known = "Newmark(...), RadauIIA(), RungeKutta4() or a method of your own (flexmb/engine/step/method.py)"
         raise InputError(f"{label}: method is {method!r}; it must be {known}.")
 
 

@@ -37,7 +37,8 @@ REFUSED = [
     ({"t_end": 1.0, "step": 0.0}, "FixedStep: size is 0 s; it must be > 0."),
     (
         {"t_end": 1.0, "method": "rk4"},
-        "method is 'rk4'; it must be Newmark(...), RadauIIA(), RungeKutta4() or a method of your own (engine/step/method.py).",
+        "method is 'rk4'; it must be Newmark(...), RadauIIA(), RungeKutta4() or a method of your own "
+        "(flexmb/engine/step/method.py).",
     ),
     ({"t_end": 1.0, "method": fm.RungeKutta4()}, "RungeKutta4 has no error estimate; give step=FixedStep(size)."),
     ({"t_end": 1.0, "max_steps": -1}, "simulate 'swing': max_steps is -1; it must be at least 1."),

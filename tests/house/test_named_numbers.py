@@ -22,36 +22,33 @@ ORDERED = {
 IN_FILES = {
     "flexmb/elastic/beams/corotational.py": {
         "accelerations and velocities of two ends in the axes of the chord": "chord_v chord_a",
-    },
-    "flexmb/elastic/beams/corotational.py": {
-        "accelerations of two ends in the axes of the chord": "chord_a",
         "forces on the ends, u1, u2 and alpha": "m n",
     },
     "flexmb/engine/radau/method.py": {"ends and stages of a step, in time": "past_lam"},
-    "flexmb/engine/radau/step.py": {"ends and stages of a step, in time": "past_lam"},
     "flexmb/engine/radau/step.py": {
         "ends and stages of a step, in time": "past_lam b to_d to_x to_y",
         "coordinates": "Q",
     },
     "flexmb/elastic/planes/cells.py": {"x and y of each node": "change own"},
     "flexmb/elastic/planes/elements.py": {
-        "x and y of each node, and of a row of its stiffness": "d rate left right k p"
+        "x and y of each node, and of a row of its stiffness": "d rate left right k p arms B",
+        "components 11, 22, 12 of stress and strain": "S E D U V",
     },
     "flexmb/elastic/planes/loads.py": {"x and y of each node": "arms B"},
     "flexmb/elastic/planes/mass_damping.py": {"x and y of each node": "e u f dx dv du df arms"},
     "flexmb/elastic/planes/stress.py": {"x and y of each node": "d p"},
-    "flexmb/elastic/planes/elements.py": {"x and y of each node": "arms B"},
-    "flexmb/elastic/planes/elements.py": {"components 11, 22, 12 of stress and strain": "S E D U V"},
     "flexmb/elastic/reduced/kernel.py": {
         "coordinates of nodes": "target of_x of_y w al rate total",
         "poses of nodes, in threes behind HEAD": "p",
     },
-    "flexmb/elastic/reduced/kernel.py": {"coordinates of nodes": "w rate", "poses of nodes behind HEAD": "p"},
     "flexmb/elastic/reduced/tangent.py": {"coordinates of nodes": "df both modal of_curve g1 g2 vt vs bd"},
     "flexmb/elastic/reduced/peak_stress.py": {"x, y, theta of nodes, as deformed": "e"},
     "flexmb/engine/linalg/symbolic.py": {"columns before": "ptr parent"},
-    "flexmb/engine/linalg/lu.py": {"a block of the matrix, row by row": "lu", "rows of a block": "seen order"},
-    "flexmb/engine/linalg/lu.py": {"a block of the matrix, row by row": "lu", "two right sides in turn": "pair"},
+    "flexmb/engine/linalg/lu.py": {
+        "a block of the matrix, row by row": "lu",
+        "rows of a block": "seen order",
+        "two right sides in turn": "pair",
+    },
 }
 """The same for names that mean this in one file only."""
 

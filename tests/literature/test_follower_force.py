@@ -2,7 +2,8 @@
 
 Column: a cantilever under a thrust P that stays tangential to its tip.  It has no other equilibrium than the straight
 one, whatever P; it is lost to flutter where two frequencies of the loaded column meet, at P L^2/(EI) = 20.05.  The
-matrices K, M of the compressed column come from `flexmb.engine.system.state_evaluation.StateEvaluation`; K is not symmetric.
+matrices K, M of the compressed column come from `StateEvaluation` (`engine/system/state_evaluation.py`); K is not
+symmetric.
 
 Cantilever: a force P that stays normal to the tip.  The elastica EI theta'' = -P cos(theta_L - theta) in the arc
 length is a pendulum equation whose values at the tip are known (theta = theta_L, theta' = 0), so it is integrated from

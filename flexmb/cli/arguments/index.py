@@ -20,7 +20,7 @@ class Command:
 
     Parameters
     ----------
-    name : its name; the function of the same name lies in `flexmb/cli/NAME.py`.
+    name : its name; the function of the same name lies in `flexmb/cli/NAME.py`, or where `call` says.
     help : first line of its help.
     add : function that adds its options to a parser.
     examples : lines as they are typed, shown at the end of its help; tests parse them.
@@ -73,6 +73,7 @@ COMMANDS = (
         ),
         MECHANISM,
         "Exit status 1 where a run could not be right.",
+        call="new.check",
     ),
     Command(
         "run",
@@ -94,6 +95,7 @@ COMMANDS = (
             "flexmb vtk out/slider-crank/slider-crank.nc",
             "flexmb vtk out/slider-crank/slider-crank.nc --out frames --frames 50",
         ),
+        call="saved.vtk",
     ),
     Command(
         "report",
@@ -103,6 +105,7 @@ COMMANDS = (
             "flexmb report out/slider-crank/slider-crank.nc",
             "flexmb report out/press/press.nc press.py --out press.html",
         ),
+        call="saved.report",
     ),
     Command(
         "animate",
@@ -113,6 +116,7 @@ COMMANDS = (
             "flexmb animate out/slider-crank/slider-crank.nc --out rod.mp4 --seconds 8s --magnify 50 --forces all",
         ),
         more=UNITS_HELP,
+        call="saved.animate",
     ),
     Command(
         "plot",
@@ -122,12 +126,14 @@ COMMANDS = (
             "flexmb plot out/slider-crank/slider-crank.nc slider.ax B.normal_force --out forces.png",
             "flexmb plot out/slider-crank/slider-crank.nc B.ey --x B.ex --out orbit.png",
         ),
+        call="saved.plot",
     ),
     Command(
         "rerun",
         "repeat a saved run and compare the results",
         options.add_rerun,
         ("flexmb rerun out/slider-crank/slider-crank.nc", "flexmb rerun out/press/press.nc press.py"),
+        call="saved.rerun",
     ),
     Command(
         "sweep",

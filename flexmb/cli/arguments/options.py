@@ -1,4 +1,4 @@
-"""Options of the commands, those of a mechanism by the signature of its function, arguments in the file of a run."""
+"""Options of the commands and of mechanisms, and arguments in the file of a run."""
 
 from __future__ import annotations
 

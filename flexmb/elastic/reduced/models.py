@@ -2,8 +2,8 @@
 
 The unstressed element is straight or an arc.  With the chord, whose rotation is alpha, a point of the axis moves along
 the chord by (1 - xi) x1 + xi x2 - w alpha and across it by (1 - xi) y1 + xi y2 + N2 u1 + N4 u2, where w is the bow of
-the arc and uk the rotation of the end k against the chord.  It is what the element of `flexmb.elastic.beams.corotational`
-becomes for small displacements.
+the arc and uk the rotation of the end k against the chord.  It is what the element of
+`flexmb.elastic.beams.corotational` becomes for small displacements.
 """
 
 from __future__ import annotations

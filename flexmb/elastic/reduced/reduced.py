@@ -1,4 +1,4 @@
-"""Flexible bodies by their pins and a few modes; what equal bodies share."""
+"""Flexible bodies by their pins and a few modes, and the matrices that equal bodies share."""
 
 from __future__ import annotations
 

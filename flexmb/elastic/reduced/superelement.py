@@ -6,8 +6,8 @@ In the axes of the frame the forces on the points of the body are c0 f + c1 J f,
     follower   (c0, c1) = (cos, sin) of the rotation of the first pin against the frame
     edges      (c0, c1) = (1, 0)
 
-Virtual work with the displacements Psi dw + dtheta_f Phi d of the points (`flexmb.elastic.reduced.kernel`), and with the
-geometric stiffness N0 of f and N1 of J f with all pins held, N = c0 N0 + c1 N1, gives
+Virtual work with the displacements Psi dw + dtheta_f Phi d of the points (`flexmb.elastic.reduced.kernel`), and with
+the geometric stiffness N0 of f and N1 of J f with all pins held, N = c0 N0 + c1 N1, gives
 
     F = c0 Psi' f + c1 Psi' J f + Psi' A d - N d
     m = d (c0 Phi' f + c1 Phi' J f + Phi' A d) + u N d;    r = -(F + g m)

@@ -6,8 +6,8 @@ the places of the rows are read once.  Panels of three unknowns, the coordinates
 Parts of arrays are taken by `part_of`: an index that is known to begin at 0 needs no look whether it counts from the
 end, which took a third of the time.
 
-The pattern comes from `flexmb.engine.linalg.symbolic`; all values are in one array of its layout.  The caller adds the entries
-of A at their positions, `factor` turns them into L and U in place, and `solve` uses the factors.
+The pattern comes from `flexmb.engine.linalg.symbolic`; all values are in one array of its layout.  The caller adds the
+entries of A at their positions, `factor` turns them into L and U in place, and `solve` uses the factors.
 
 Without pivoting, the accuracy of the factors depends on the pivots, which `factor` tests, and on the growth of entries,
 which it does not test.  Where results matter, compare `multiply` with the right-hand side, and call `PivotingSolver`

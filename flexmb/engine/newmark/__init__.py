@@ -1,4 +1,4 @@
 """The Newmark family: implicit methods of second order, with the Newton iteration of their steps.
 
-In: an accepted state, a step. Out: a trial state with its error estimate (`engine/step/__init__.py` has the map of a step).
+In: an accepted state, a step. Out: a trial state with its error estimate; `engine/step` has the map of a step.
 """

@@ -1,4 +1,4 @@
-"""Step of Radau's method with three stages: prediction, Newton iteration, projection, error estimate; states within a step.
+"""Step of Radau's method with three stages: prediction, Newton iteration, projection, error estimate.
 
 Constraints hold in velocities at the stages (index 2).  At the end of the step positions and velocities are projected
 onto the constraints; accelerations and multipliers follow from the equations of motion.  All are of order 5.

@@ -42,7 +42,7 @@ IMPACT, LASTING = 1.0, 2.0
 """Modes of a contact interval, as in the signal `mode`."""
 
 CLOSING_PHASE, LASTING_PHASE = 1.0, 3.0
-"""Phases of a contact (`engine/system/contacts.py`): in its first compression; compressed again after its first rebound."""
+"""Phases of a contact (`system/contacts.py`): in its first compression; compressed again after its first rebound."""
 
 ROUND_OFF_GAP = 2e-12
 """Gap at the start relative to the size of the mechanism, up to which it is round-off of closing the loops."""

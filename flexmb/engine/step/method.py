@@ -51,7 +51,7 @@ class Method(metaclass=arguments.CheckedType):
 
     @property
     def loops(self) -> tuple[Any, ...]:
-        """Compiled loops with annotated arguments; a second process may compile them (`flexmb/engine/compiled/ahead.py`)."""
+        """Compiled loops with annotated arguments; a second process may compile them (`compiled/ahead.py`)."""
         return ()
 
     def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:

@@ -1,4 +1,4 @@
-"""Beams of flexible bodies: nodes, matrices, contributions to the equations of motion, bosses, stresses, fields at the start."""
+"""Beams of flexible bodies: nodes, matrices, contributions to a program, bosses, stresses, start values."""
 
 from __future__ import annotations
 

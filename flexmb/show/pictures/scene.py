@@ -1,4 +1,4 @@
-"""Poses of a mechanism and of a run at several instants: what is drawn, and the figure."""
+"""Scenes of a run, and figures of a mechanism before it moves and at several instants."""
 
 from __future__ import annotations
 

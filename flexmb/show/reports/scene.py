@@ -37,8 +37,8 @@ def stresses(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -
     """Largest stress (n, m) of the outer fibres of each beam element, axial and bending stress added, >= 0 [Pa].
 
     None where the mechanism is unknown, or a section does not know its outer fibre.  The stress is Young's modulus
-    times the strain of `flexmb.elastic.beams.stress`, without damping; elements stand in the order of the shapes, instants by
-    the numbers (n,) of saved ones.
+    times the strain of `flexmb.elastic.beams.stress`, without damping; elements stand in the order of the shapes,
+    instants by the numbers (n,) of saved ones.
     """
     shapes = [shape for shape in sol.shapes if isinstance(shape, BeamShape)]
     found: dict[tuple[str, str, str], np.ndarray] = {}
