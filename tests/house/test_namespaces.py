@@ -12,14 +12,20 @@ import flexmb as fm
 
 MOST_NAMES_AT_THE_TOP = 85
 
+PARTS = ("bodies", "cams", "contact", "controllers", "couplings", "drives", "loads")
+
 FAR = {
     "": "flexmb",
-    "chaos": "flexmb",
-    "friction": "flexmb.friction",
-    "meshes": "flexmb.elastic.planes",
+    "chaos": "flexmb.dynamics",
+    "doctor": "flexmb.findings",
+    "equilibrium": "flexmb.statics",
+    "friction": "flexmb.parts.contact",
+    "meshes": "flexmb.elastic.meshes",
     "plots": "flexmb.show.pictures",
+    "sweeps": "flexmb.dynamics.sweeps",
+    **{space: f"flexmb.parts.{space}" for space in PARTS},
 }
-"""Package of which a namespace lists names, where it is not the one of the same name."""
+"""Room in which the names of a namespace are defined, where it is not the folder of the same name."""
 
 
 def test_the_top_can_be_browsed():

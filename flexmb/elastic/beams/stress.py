@@ -49,7 +49,7 @@ class BeamElements:
 
         The strains are those with the chord of an element, the shortening of the chord by bending, and the cubic shape
         of the corotational element: curvatures at the ends are (4 u1 + 2 u2)/L and (2 u1 + 4 u2)/L, where u1, u2 are
-        the rotations of the axis less those of the unstressed element.  Source: as of `flexmb.elastic.beams.corotational`.
+        the rotations of the axis less those of the unstressed element.  Source: as of `beams.corotational`.
         """
         dx, dy, L = np.diff(x, axis=1), np.diff(y, axis=1), self.lengths
         chord = np.arctan2(dy, dx)
