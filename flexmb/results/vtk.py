@@ -74,7 +74,8 @@ def write_vtk(sol: Solution, path: str | Path, frames: int | None = None, *, poi
     curvature and bending_stiffness of beams (signs as in `elastic.beams.shapes`), normal_force of contacts,
     and stress_x, stress_y, stress_xy in world axes and von_mises of plane bodies; 0 where it does not apply.  Cell
     data: part and kind, numbers whose names stand in names.json in the folder of the frames.  Paths of markers with
-    `trace` are part 1 of every frame, in one file with the time as point data.  Older frames of the same name are replaced.
+    `trace` are part 1 of each frame, in one file with the time as point data.  Older frames of the name are
+    replaced.
 
     Parameters
     ----------

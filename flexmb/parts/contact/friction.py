@@ -15,7 +15,7 @@ SCANNED = 4000
 """Number of speeds at which a law is evaluated before bisection finds its balance with the load to round-off."""
 
 
-def load_ratio(owner: str, value: object) -> float:
+def checked_ratio(owner: str, value: object) -> float:
     """`value` as a load relative to mu_s N, >= 0; `owner` names the law in messages."""
     return checks.not_negative(owner, "load_ratio", value)
 
@@ -78,7 +78,7 @@ class Frictionless(FrictionLaw):
 
     def creep_speed(self, load_ratio: float) -> float:
         """Slip speed [m/s] that balances a tangential load of `load_ratio` times nothing: 0 at rest, inf above."""
-        return math.inf if load_ratio("Frictionless", load_ratio) > 0.0 else 0.0
+        return math.inf if checked_ratio("Frictionless", load_ratio) > 0.0 else 0.0
 
 
 # Modified Coulomb friction of Ambrosio
@@ -136,7 +136,7 @@ class ModifiedCoulomb(FrictionLaw):
 
     def creep_speed(self, load_ratio: float) -> float:
         """Slip speed [m/s] that balances the tangential load `load_ratio` mu N; inf where no speed does."""
-        r = load_ratio("ModifiedCoulomb", load_ratio)
+        r = checked_ratio("ModifiedCoulomb", load_ratio)
         if r == 0.0:
             return 0.0
         return self.v0 + r * (self.v1 - self.v0) if r <= 1.0 else math.inf
@@ -186,7 +186,7 @@ class SmoothCoulomb(FrictionLaw):
 
     def creep_speed(self, load_ratio: float) -> float:
         """Slip speed [m/s] that balances the tangential load `load_ratio` mu N; inf where no speed does."""
-        r = load_ratio("SmoothCoulomb", load_ratio)
+        r = checked_ratio("SmoothCoulomb", load_ratio)
         return self.v0 * math.atanh(r) if r < 1.0 else math.inf
 
 
@@ -263,7 +263,7 @@ class Stribeck(FrictionLaw):
 
     def creep_speed(self, load_ratio: float) -> float:
         """Slip speed [m/s] that balances the tangential load `load_ratio` mu_s N; inf where no speed of creep does."""
-        r = load_ratio("Stribeck", load_ratio)
+        r = checked_ratio("Stribeck", load_ratio)
         return first_balance(self, r * self.static, 3.0 * self.stribeck_speed)
 
 
@@ -328,7 +328,7 @@ class BengisuAkay(FrictionLaw):
 
     def creep_speed(self, load_ratio: float) -> float:
         """Slip speed [m/s] that balances the tangential load `load_ratio` mu_s N; inf where no speed does."""
-        r = load_ratio("BengisuAkay", load_ratio)
+        r = checked_ratio("BengisuAkay", load_ratio)
         return self.v0 * (1.0 - math.sqrt(1.0 - r)) if r <= 1.0 else math.inf
 
 
@@ -392,7 +392,7 @@ class BrownMcPhee(FrictionLaw):
 
     def creep_speed(self, load_ratio: float) -> float:
         """Slip speed [m/s] that balances the dry load `load_ratio` mu_s N; inf where no speed of creep does."""
-        r = load_ratio("BrownMcPhee", load_ratio)
+        r = checked_ratio("BrownMcPhee", load_ratio)
         dry = BrownMcPhee(self.static, self.kinetic, self.transition_speed)
         return first_balance(dry, r * self.static, 3.0 * self.transition_speed)
 
@@ -443,7 +443,7 @@ class Threlfall(FrictionLaw):
 
     def creep_speed(self, load_ratio: float) -> float:
         """Slip speed [m/s] that balances the tangential load `load_ratio` mu N; inf where no speed does."""
-        r = load_ratio("Threlfall", load_ratio)
+        r = checked_ratio("Threlfall", load_ratio)
         return -self.v0 / 3.0 * math.log1p(-r) if r < 1.0 else math.inf
 
 
@@ -572,4 +572,4 @@ class LuGre(FrictionLaw):
 
     def creep_speed(self, load_ratio: float) -> float:
         """Slip speed [m/s] that balances the tangential load `load_ratio` mu_s N: 0 up to 1, inf above."""
-        return 0.0 if load_ratio("LuGre", load_ratio) <= 1.0 else math.inf
+        return 0.0 if checked_ratio("LuGre", load_ratio) <= 1.0 else math.inf
