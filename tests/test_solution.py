@@ -150,7 +150,7 @@ def test_repr_of_a_run_without_instants():
 def test_stats_are_one_line():
     text = str(Stats(steps=10, rejected=2, newton_iterations=31, smallest_step=1e-6, largest_step=1e-3))
     assert "\n" not in text
-    assert text.startswith("10 steps of 1e-06 to 0.001 s (2 rejected), 31 Newton iterations")
+    assert text.startswith("10 steps of 1e-06 to 0.001 s (2 rejected: 2 for the error), 31 Newton iterations")
 
 
 @pytest.mark.parametrize(

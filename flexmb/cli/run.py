@@ -77,7 +77,7 @@ def _run_rows(sol: Solution) -> Iterator[tuple[str, str]]:
     yield (
         "steps",
         (
-            f"{stats.steps} of {stats.smallest_step:.3g} to {stats.largest_step:.3g} s, {stats.rejected} rejected, "
+            f"{stats.steps} of {stats.smallest_step:.3g} to {stats.largest_step:.3g} s, {stats.rejections}; "
             f"{stats.newton_iterations} Newton iterations"
         ),
     )

@@ -35,12 +35,14 @@ class Stats:
     Parameters
     ----------
     steps : accepted steps.
-    rejected : steps tried again with a smaller size.
+    rejected : steps tried again with a smaller size; all others than those of the last two numbers exceeded the error.
     newton_iterations : iterations of all steps, the rejected ones included.
     evaluations : evaluations of the equations of motion.
     factorisations : factorisations of the iteration matrix.
     smallest_step, largest_step : among the accepted steps [s].
     wall_time : time that passed on the clock, without that of compilations [s].
+    rejected_at_contacts : rejected steps that reached beyond the beginning or the end of a contact.
+    not_converged : rejected steps whose Newton iteration did not converge.
     """
 
     steps: int = 0
@@ -51,11 +53,22 @@ class Stats:
     smallest_step: float = 0.0
     largest_step: float = 0.0
     wall_time: float = 0.0
+    rejected_at_contacts: int = 0
+    not_converged: int = 0
+
+    @property
+    def rejections(self) -> str:
+        """Number of rejected steps, with the reasons that occurred."""
+        at_contacts, not_converged = self.rejected_at_contacts, self.not_converged
+        by_error = self.rejected - at_contacts - not_converged
+        reasons = ((by_error, "for the error"), (at_contacts, "at contacts"), (not_converged, "without convergence"))
+        told = ", ".join(f"{count} {reason}" for count, reason in reasons if count)
+        return f"{self.rejected} rejected" + (f": {told}" if told else "")
 
     def __str__(self) -> str:
         """One line."""
         return (
-            f"{self.steps} steps of {self.smallest_step:.3g} to {self.largest_step:.3g} s ({self.rejected} rejected), "
+            f"{self.steps} steps of {self.smallest_step:.3g} to {self.largest_step:.3g} s ({self.rejections}), "
             f"{self.newton_iterations} Newton iterations, {self.evaluations} evaluations, "
             f"{self.factorisations} factorisations, {self.wall_time:.3g} s on the clock"
         )

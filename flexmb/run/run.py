@@ -495,7 +495,8 @@ class Run:
         """Statistics of the run so far; `wall_time`: time on the clock [s]."""
         count, step = self.record.count, self.record.report
         numbers = (count.steps, count.rejected, count.iterations, count.evaluations, count.factorisations)
-        return Stats(*numbers, step.smallest if count.steps else 0.0, step.largest, wall_time)
+        smallest = step.smallest if count.steps else 0.0
+        return Stats(*numbers, smallest, step.largest, wall_time, count.rejected_at_contacts, count.not_converged)
 
     def contact_log(self) -> ContactLog:
         """Rows of all contact intervals since saving began, running ones included."""

@@ -111,3 +111,17 @@ def test_a_refused_trial_leaves_no_trace_in_the_tolerance():
         assert flow.take_step(end), flow.status
     assert flow.run.record.count.rejected > refused + 10, "this says something only if trials were refused"
     assert flow.run.flow.largest_speeds.max() <= most * (1.0 + 1e-12)
+
+
+def test_each_rejected_step_has_its_reason(two_turns):
+    """Impacts are approached by trials that reach beyond an onset; a mechanism without contacts has none of these."""
+    stats = two_turns.stats
+    by_error = stats.rejected - stats.rejected_at_contacts - stats.not_converged
+    assert stats.rejected_at_contacts >= CONVERGED["contacts"]
+    assert by_error >= 0
+    assert f"{stats.rejected_at_contacts} at contacts" in str(stats)
+    crank = fm.RigidLink("crank", (0.0, 0.0), (0.05, 0.0), 0.30, 1e-5)
+    joint = fm.Revolute("A", fm.GROUND, crank, (0.0, 0.0))
+    kick = fm.Torque("kick", crank, 1.0, history=fm.drives.Pulse(0.0101, 0.0102))
+    smooth = fm.simulate(fm.Mechanism("m", (crank, joint, kick)), 0.05).stats
+    assert smooth.rejected_at_contacts == 0

@@ -150,6 +150,10 @@ def accept_or_reject(h, error, growth, options, flow, trial, record):
         return growth
     if error > 1.0:
         shorten_step(h, min(growth, SAFETY), flow, record)
+    elif flow.clock.retry_step > 0.0:
+        record.count.rejected_at_contacts += 1
+    else:
+        record.count.not_converged += 1
     flow.clock.rejected_trials += 1.0
     record.count.rejected += 1
     record.report.rejected_size = h

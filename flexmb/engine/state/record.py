@@ -137,6 +137,7 @@ class Counters(Record):
     """Counters of a run, and codes of its last step.
 
     steps, rejected, iterations, evaluations, factorisations, solves : totals of the run
+    rejected_at_contacts, not_converged : rejected for a contact event within, or since Newton's iteration failed
     rows, episodes : instants and ended contact intervals in the buffers
     lost_pivot : unknown whose pivot was lost
     held_steps : number of steps with held multipliers
@@ -148,6 +149,8 @@ class Counters(Record):
 
     steps: int
     rejected: int
+    rejected_at_contacts: int
+    not_converged: int
     iterations: int
     evaluations: int
     factorisations: int

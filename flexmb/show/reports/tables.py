@@ -177,7 +177,7 @@ def statistics_section(sol: Solution) -> Markup:
     rows: list[tuple[str, Content]] = [
         ("status", sol.status),
         ("accepted steps", f"{stats.steps}"),
-        ("rejected steps", f"{stats.rejected}"),
+        ("rejected steps", stats.rejections.replace(" rejected", "")),
         ("step size", f"{stats.smallest_step:.3g} to {stats.largest_step:.3g} s"),
         ("Newton iterations", f"{stats.newton_iterations}"),
         ("evaluations", f"{stats.evaluations}"),
