@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb import checks
-from flexmb import display as html
+from flexmb import checks, display
 from flexmb.display import cut
 from flexmb.dynamics.evidence import (
     SEPARATE,
@@ -121,7 +120,7 @@ class Verdict:
 
     def _repr_html_(self) -> str:
         rows = [(name, f"{value:.6g}") for name, value in self.evidence.items()]
-        return html.page(f"Verdict: {self}", self.reason, html.folded("evidence", html.table(rows)))
+        return display.page(f"Verdict: {self}", self.reason, display.folded("evidence", display.table(rows)))
 
     def __reduce__(self) -> tuple[Any, ...]:  # a mapping proxy cannot be pickled
         return type(self), (self.kind, self.reason, self.k, dict(self.evidence))

@@ -6,7 +6,7 @@ import json
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
-from flexmb import display as html
+from flexmb import display
 from flexmb.display import counted, cut
 from flexmb.findings.finding import ERROR, SEVERITIES, Finding
 
@@ -87,8 +87,8 @@ class Report:
     def _repr_html_(self) -> str:
         rows = [(f.severity, f.code, f.text, f.remedy) for f in self.findings]
         head = ("severity", "code", "finding", "remedy")
-        details = html.folded("bodies, joints, signals", html.texts(str(replace(self, findings=())).splitlines()))
-        return html.page(*repr(self).split(": ", 1), html.table(rows, head), details)
+        details = display.folded("bodies, joints, signals", display.texts(str(replace(self, findings=())).splitlines()))
+        return display.page(*repr(self).split(": ", 1), display.table(rows, head), details)
 
     def __str__(self) -> str:
         """A small table, and the findings."""

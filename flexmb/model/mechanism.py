@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb import arguments, checks
-from flexmb import display as html
+from flexmb import arguments, checks, display
 from flexmb.display import counted, cut, given_fields, listed, number_text, value_text
 from flexmb.docstrings import parameters, units
 from flexmb.errors import FlexmbError, InputError, ModelError
@@ -50,8 +49,8 @@ def mechanism_text(mechanism: Mechanism) -> str:
 def mechanism_html(mechanism: Mechanism) -> str:
     """Table of all parts with their classes, connections and given fields."""
     head = ("part", "class", "connects", "given")
-    rows = html.table([_row(part) for part in mechanism.parts], head)
-    return html.page(f"Mechanism {mechanism.name!r}", f"{_numbers(mechanism)}; {_gravity(mechanism)}", rows)
+    rows = display.table([_row(part) for part in mechanism.parts], head)
+    return display.page(f"Mechanism {mechanism.name!r}", f"{_numbers(mechanism)}; {_gravity(mechanism)}", rows)
 
 
 def _numbers(mechanism: Mechanism) -> str:

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb import display as html
+from flexmb import display
 from flexmb.display import counted
 from flexmb.engine.compiled.digest import digest
 from flexmb.engine.compiled.records import Integers, IntegerTable, Places, Record, Vector
@@ -335,7 +335,7 @@ class Program:
 
     def _repr_html_(self) -> str:
         head, _, sizes = repr(self).partition(": ")
-        return html.page(head, sizes, html.folded("coordinates", html.texts(self.names.coordinates)))
+        return display.page(head, sizes, display.folded("coordinates", display.texts(self.names.coordinates)))
 
     @cached_property
     def shown(self) -> np.ndarray | None:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from flexmb import checks
-from flexmb import display as html
+from flexmb import checks, display
 from flexmb.display import Shown
 from flexmb.errors import InputError
 
@@ -245,8 +244,8 @@ class Episodes:
 
     def _repr_html_(self) -> str:
         units = (f"{head} [{UNITS[key]}]" for head, key in TABLE_HEADS.items())
-        rows = html.table(map(self._row, range(min(len(self), html.MOST_ROWS + 1))), ("contact", "mode", *units))
-        return html.page(repr(self).partition("\n")[0], "", rows)
+        rows = display.table(map(self._row, range(min(len(self), display.MOST_ROWS + 1))), ("contact", "mode", *units))
+        return display.page(repr(self).partition("\n")[0], "", rows)
 
     def _row(self, k: int) -> tuple[str, ...]:
         numbers = (float(getattr(self, key)[k]) for key in TABLE_HEADS.values())

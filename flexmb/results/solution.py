@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
 
-from flexmb import display as html
+from flexmb import display
 from flexmb.display import counted, cut, listed, number_text
 from flexmb.errors import InputError, SolveError
 from flexmb.model.shape import LateShapes, Shapes
@@ -209,14 +209,14 @@ def solution_html(sol: Solution) -> str:
     rows = [("saved", _saved(sol)), ("cost", str(sol.stats))]
     rows += [("contacts", listed(sol.contacts.names))] if sol.contacts.names else []
     peaks = [(name, *_peak_cells(sol, name)) for name in largest_signals(sol)[:IN_TABLE]]
-    signals = html.table([(owner, ", ".join(names)) for owner, names in _by_part(sol).items()])
-    return html.page(
+    signals = display.table([(owner, ", ".join(names)) for owner, names in _by_part(sol).items()])
+    return display.page(
         f"Solution of {sol.name!r}",
         sol.status,
-        html.table(rows),
-        html.table(peaks, ("signal", "largest absolute value", "unit", "at t [s]")),
-        html.folded(counted(len(sol.notes), "note"), html.texts(sol.notes)) if sol.notes else "",
-        html.folded(_signals(sol), signals),
+        display.table(rows),
+        display.table(peaks, ("signal", "largest absolute value", "unit", "at t [s]")),
+        display.folded(counted(len(sol.notes), "note"), display.texts(sol.notes)) if sol.notes else "",
+        display.folded(_signals(sol), signals),
     )
 
 

@@ -30,8 +30,7 @@ import scipy.linalg as la
 import scipy.sparse as sp
 from scipy.sparse.linalg import ArpackNoConvergence
 
-from flexmb import arguments, checks
-from flexmb import display as html
+from flexmb import arguments, checks, display
 from flexmb.elastic.beams.corotational import (
     AXIAL,
     B11,
@@ -401,9 +400,9 @@ class Buckling:
 
     def _repr_html_(self) -> str:
         rows = [(k, f"{f:.6g}", moves) for k, (f, moves) in enumerate(zip(self.factors, self.moves, strict=True))]
-        table = html.table(rows, ("shape", "load factor", "moves most"))
+        table = display.table(rows, ("shape", "load factor", "moves most"))
         remarks = self._remarks()
-        return html.page("Buckling", "", table, html.texts(remarks) if remarks else "")
+        return display.page("Buckling", "", table, display.texts(remarks) if remarks else "")
 
     def __str__(self) -> str:
         """A table: number, factor, where it moves most; the notes; contacts that are left out."""

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexmb import checks
-from flexmb import display as html
+from flexmb import checks, display
 from flexmb.display import counted, cut
 from flexmb.model.part import Part, name_of
 from flexmb.program.program import resolve
@@ -72,8 +71,8 @@ class Equilibrium:
     def _repr_html_(self) -> str:
         rows = [(joint, *(f"{value:.6g}" for value in values)) for joint, values in self.reactions.items()]
         coordinates = [(name, f"{value:.6g}") for name, value in zip(self.names, self.q, strict=True)]
-        reactions = html.table(rows, ("reaction of", "fx [N]", "fy [N]", "moment [N m]"))
-        return html.page(self._title(), "", reactions, html.folded("coordinates", html.table(coordinates)))
+        reactions = display.table(rows, ("reaction of", "fx [N]", "fy [N]", "moment [N m]"))
+        return display.page(self._title(), "", reactions, display.folded("coordinates", display.table(coordinates)))
 
     def force(self, joint: Part | str) -> tuple[float, float, float]:
         """(fx, fy, moment) that a joint exerts on its second body [N, N m].

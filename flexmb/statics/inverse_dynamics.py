@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flexmb import arguments, checks
-from flexmb import display as html
+from flexmb import arguments, checks, display
 from flexmb.display import counted, cut, listed
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
@@ -53,8 +52,10 @@ class DrivenMotion:
         peaks = [(name, *(f"{x:.6g}" for x in np.abs(found).max(axis=0))) for name, found in self.forces.items()]
         head, _, sizes = repr(self).partition("\n")[0].partition(": ")
         heads = ("largest of", "fx [N]", "fy [N]", "moment or drive force [N m, N]")
-        folded = html.folded("coordinates", html.texts(self.names))
-        return html.page(head, sizes, html.table(peaks, heads), html.texts(self.notes) if self.notes else "", folded)
+        folded = display.folded("coordinates", display.texts(self.names))
+        return display.page(
+            head, sizes, display.table(peaks, heads), display.texts(self.notes) if self.notes else "", folded
+        )
 
     def position(self, name: str) -> np.ndarray:
         """(n,) a coordinate [m, rad], such as "slider.x"."""

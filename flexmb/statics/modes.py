@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from flexmb import arguments, checks
-from flexmb import display as html
+from flexmb import arguments, checks, display
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError, SolveError
 from flexmb.model.mechanism import Mechanism
@@ -97,9 +96,9 @@ class Modes:
     def _repr_html_(self) -> str:
         columns = zip(self.frequencies, self.damping, self.kinds, self.moves, strict=True)
         rows = [(k, f"{f:.6g}", f"{d:.4g}", kind, moves) for k, (f, d, kind, moves) in enumerate(columns)]
-        table = html.table(rows, ("mode", "frequency [Hz]", "damping", "kind", "moves most"))
+        table = display.table(rows, ("mode", "frequency [Hz]", "damping", "kind", "moves most"))
         left_out = [left_out_text(self.left_out, REMEDY)] if self.left_out else []
-        return html.page(repr(self), "", table, html.texts(left_out) if left_out else "")
+        return display.page(repr(self), "", table, display.texts(left_out) if left_out else "")
 
     def __str__(self) -> str:
         """A table: number, frequency, damping ratio, kind, where it moves most; contacts that are left out."""

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb import arguments
-from flexmb import display as html
+from flexmb import arguments, display
 from flexmb.display import cut
 from flexmb.dynamics.sections.points import SectionSignals
 from flexmb.dynamics.verdict import Verdict
@@ -308,8 +307,8 @@ class Exponents(arguments.Checked):
         values = zip(self.spectrum, self.errors, again, strict=True)
         rows = [(k, f"{v:.4g}", f"{e:.2g}", other) for k, (v, e, other) in enumerate(values, 1)]
         head = ("exponent", f"value [{self.units}]", "error", "second run")
-        reason = "" if self.verdict is None else html.texts([f"{self.verdict}: {self.verdict.reason}"])
-        return html.page(f"Exponents of {self.name!r}", self.status, html.table(rows, head), reason)
+        reason = "" if self.verdict is None else display.texts([f"{self.verdict}: {self.verdict.reason}"])
+        return display.page(f"Exponents of {self.name!r}", self.status, display.table(rows, head), reason)
 
     def __str__(self) -> str:
         listed = ", ".join(f"{v:.4g} +/- {e:.1g}" for v, e in zip(self.spectrum, self.errors, strict=True))

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from flexmb import arguments, checks
-from flexmb import display as html
+from flexmb import arguments, checks, display
 from flexmb.display import Shown
 from flexmb.errors import InputError
 from flexmb.parts.cams.spans import area, crossing, curvatures, reversed_spans, sampled
@@ -212,7 +211,7 @@ class ClosedCurve(arguments.Checked):
         least, most, _ = self.extreme_curvature()
         rows = [("width", f"{self.size:.6g}", "m"), ("length", f"{self.length:.6g}", "m")]
         rows += [("least curvature", f"{least:.6g}", "1/m"), ("largest curvature", f"{most:.6g}", "1/m")]
-        return html.page("ClosedCurve", f"{len(self.points)} points", html.table(rows))
+        return display.page("ClosedCurve", f"{len(self.points)} points", display.table(rows))
 
     @cached_property
     def array(self) -> np.ndarray:
