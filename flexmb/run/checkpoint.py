@@ -14,6 +14,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.engine.compiled.records import fitting
+from flexmb.engine.state.flow import Clock
 from flexmb.errors import FileFormatError, InputError
 from flexmb.program.program import Program
 from flexmb.results.contact_intervals import COLUMNS
@@ -37,12 +38,15 @@ DIFFERENCES = (
 """What differs, by the row of the fingerprint."""
 
 
-def refuse_broken_clock(clock: np.ndarray, label: str) -> None:
-    """Refuse a restart whose numbers are not finite, or that saves later than it stands: it would never end."""
-    t, _, save_start = clock[:3]
-    if not np.isfinite(clock).all() or save_start > t:
-        text = f"{label}: restart is damaged: its clock holds {clock.tolist()}"
-        raise InputError(f"{text}, not finite or with a begin of saving after the present. Use an undamaged one.")
+def refuse_broken_clock(clock: Clock, label: str) -> None:
+    """Refuse a restart with times, steps or counters that no run has, as one that saves later than it stands."""
+    numbers, least = clock.numbers(), Clock.zeros()
+    least.save_start = least.held_steps = -1.0
+    if not np.isfinite(numbers).all() or (numbers < least.numbers()).any() or clock.save_start > clock.t:
+        text = f"{label}: restart is damaged: its clock holds {numbers.tolist()}"
+        raise InputError(
+            f"{text}, negative or not finite, or with a begin of saving after the present. Use an undamaged one."
+        )
 
 
 def refuse_other_model(program: Program, restart: Mapping[str, np.ndarray], label: str) -> None:
@@ -91,6 +95,9 @@ class Checkpoints:
 
     def __init__(self, path: str | Path, every: float, command: Mapping[str, Any], model: Mapping[str, Any]) -> None:
         self.path, self.every = checks.path("checkpoint", path), checks.not_negative("checkpoint", "every", every, "s")
+        if self.path.is_dir():  # "" is the present one
+            text = f"checkpoint: the path is {str(path)!r}, {'a folder' if str(path) else 'empty'}"
+            raise InputError(f"{text}. Give a file, such as run.checkpoint.nc.")
         self.command, self.model = dict(command), dict(model)
         self.last = time.monotonic()
         self.failure = ""
