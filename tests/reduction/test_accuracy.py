@@ -75,10 +75,21 @@ def test_forces_at_pins_are_exact_and_modes_help_the_rest(make):
 @pytest.mark.parametrize("make", [beam, eyes])
 def test_shapes_of_inertia_are_exact_under_unit_accelerations(make):
     found = make(inertia_shapes=True).accuracy()
-    for name in ("acceleration along x", "acceleration along y", "angular acceleration"):
+    for name in ("acceleration along x", "acceleration along y", "angular acceleration", "rotation"):
         assert max(found.loads[name].deflection_error, found.loads[name].stress_error) < 1e-9
-    assert found.modes == 0
-    assert found.coordinates == 9
+    assert found.modes == 2  # beside four static shapes
+    assert found.coordinates == 12
+
+
+@pytest.mark.parametrize(("elements", "coordinates"), [(1, 6), (2, 9), (3, 12)])
+def test_no_shape_of_rotation_where_it_is_none_of_its_own(elements, coordinates):
+    """A rod of two elements has one axial displacement inside, one of three elements and three modes no room."""
+    section = fm.Rectangle(width=0.01, height=0.02)
+    few = fm.FlexibleLink("rod", (0.0, 0.0), (L, 0.0), section=section, material=STEEL, elements=elements)
+    options = {"modes": 3 * (elements - 2), "inertia_shapes": True} if elements > 1 else {}
+    found = fm.Reduced(few, **options).accuracy()
+    assert found.coordinates == coordinates
+    assert all(load.stress_error < 1e-9 for load in found.loads.values())
 
 
 def test_given_loads():
