@@ -64,9 +64,9 @@ def load_remarks(mechanism: Mechanism) -> Iterator[str]:
         whole, left = left_out(body, body.model.shape.T @ load.on(load.plane_of(body)).forces.ravel())
         if left > LEFT_OUT * whole:
             yield (
-                f"{load.label} acts on {body.label}, whose kept shapes leave out {100.0 * left / whole:.3g} % of its strain "
-                "energy: pins move rightly, but deflection and stress between them are too small. Keep its shape: "
-                f"Reduced(..., load_shapes=({load.name},))."
+                f"{load.label} acts on {body.label}, whose kept shapes leave out {100.0 * left / whole:.3g} % of its "
+                "strain energy: pins move rightly, but deflection and stress between them are too small. Keep its "
+                f"shape: Reduced(..., load_shapes=({load.name},))."
             )
 
 
@@ -100,7 +100,7 @@ def _at_edge(body: Reduced, d: np.ndarray, time: np.ndarray, whole: float) -> It
 
 
 def _of_rotation(body: Reduced, whole: float, seen: Seen) -> Iterator[str]:
-    """The sentence on centrifugal forces that the kept shapes leave out, beside the largest strain energy of the run."""
+    """The sentence on centrifugal forces that the kept shapes leave out, beside the largest strain energy."""
     from flexmb.reduction.craig_bampton import inertia_loads
     from flexmb.reduction.loads import left_out
 
