@@ -93,7 +93,7 @@ def checked_loads(body: MeshBody, given: object) -> tuple[MeshLoad, ...]:
 
 
 def left_out(body: Reduced, force: Array) -> tuple[float, float]:
-    """Strain energy of forces with all pins held, and what the kept shapes of a reduced body leave out of it [J].
+    """Strain energy of forces with all pins held, and its part without the kept shapes of a reduced body [J].
 
     Parameters
     ----------

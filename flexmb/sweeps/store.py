@@ -115,7 +115,7 @@ class Store:
         return found
 
     def refuse_lost(self, name: str, needed: np.ndarray, inner: int) -> None:
-        """Refuse a store in which chunks are missing, or are those of other points or arrays."""
+        """Refuse a store with missing chunks, or with chunks of other points or arrays."""
         for index in np.ndindex(needed.shape):
             place = self._place(name, index, inner)
             if place.is_file():
