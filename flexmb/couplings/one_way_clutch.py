@@ -51,8 +51,7 @@ def clutch_kernel(p, h, slip, angle, z, z_new):
         w_rate = 0.5 * h * rate * (rate - 2.0 * last) / (span * span)
     z_new[LAST_RATE], z_new[LAST_ANGLE], z_new[BEGUN] = rate, angle, 1.0
     if w <= 0.0:
-        z_new[WIND_UP] = 0.0
-        return 0.0, 0.0, 0.0
+        w, w_rate, w_angle = 0.0, 0.0, 0.0
     z_new[WIND_UP] = w
     torque = k * w + d * rate
     if torque <= 0.0:

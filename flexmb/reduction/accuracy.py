@@ -15,7 +15,7 @@ import scipy.sparse.linalg as sla
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.planes.recovery import von_mises
-from flexmb.reduction.craig_bampton import DENSE, RIGID, Basis
+from flexmb.reduction.craig_bampton import DENSE, RIGID, Basis, inertia_loads
 from flexmb.reduction.elastic_model import ElasticModel, Sparse
 from flexmb.reduction.superelement import Superelement
 
@@ -63,7 +63,7 @@ class Accuracy:
     compliance_error : largest difference of the compliances at pins under unit forces and moments there, over the
         geometric mean of those of both pins [1]; 0 where no pin moves.
     loads : statics by load, with the held pins: "acceleration along x" and "acceleration along y" of 1 m/s^2 in the
-        axes of the body, "rotation" about the first pin at 1 rad/s, "angular acceleration" about it of 1 rad/s^2, then
+        axes of the body, "angular acceleration" about the first pin of 1 rad/s^2, "rotation" about it at 1 rad/s, then
         given loads.
     dropped_frequency : lowest frequency with all pins held that is left out [Hz]; infinite where none is left.
 
@@ -195,7 +195,7 @@ def accuracy(
             raise InputError(f"{model.label}: held is empty, and a free body has no statics. Name a pin.")
         fixed = [3 * k + axis for k in places for axis in range(3)]
         holding = ", ".join(given)
-    forces = _own_loads(model) | {name: _forces(model, name, load) for name, load in (loads or {}).items()}
+    forces = inertia_loads(model) | {name: _forces(model, name, load) for name, load in (loads or {}).items()}
     supported = Comparison(found, element, fixed)
     return Accuracy(
         model.label,
@@ -209,19 +209,6 @@ def accuracy(
         dict(zip(forces, supported.under(np.stack(list(forces.values()), axis=1)), strict=True)),
         float(found.held[found.vibrations]) if len(found.held) > found.vibrations else math.inf,
     )
-
-
-def _own_loads(model: ElasticModel) -> dict[str, Array]:
-    """Forces (N,) of unit accelerations."""
-    arms = model.points - np.array([model.pins[0].x, model.pins[0].y])
-    one, zero = np.ones(len(arms)), np.zeros(len(arms))
-    fields = {
-        "acceleration along x": np.stack([one, zero], axis=1),
-        "acceleration along y": np.stack([zero, one], axis=1),
-        "rotation": arms,
-        "angular acceleration": np.stack([-arms[:, 1], arms[:, 0]], axis=1),
-    }
-    return {name: model.force_of(field) for name, field in fields.items()}
 
 
 def _forces(model: ElasticModel, name: str, load: Load) -> Array:

@@ -10,7 +10,9 @@ them different velocities.  Shortening takes the added nodes along with the pins
 R : rigid motion of the added nodes by the pins;  A : amplitudes by their scale.
 
 On request a node for the static shapes of the own inertia comes first, Phi_z = K_ii^-1 M_i x for unit accelerations
-along x, along y and about the first pin, and static shapes K_ii^-1 f_i of given loads f precede the vibrations.
+along x, along y and about the first pin.  The static shape of a steady rotation about the first pin, the fourth of
+these (a turn about another point adds uniform accelerations), and those of given loads f, K_ii^-1 f_i, precede the
+vibrations.
 Vibrations then have no static part of these: phi - Phi_z c.
 Source: R. R. Craig, M. C. C. Bampton, AIAA J. 6 (1968) 1313.  Equations (12.17) to (12.21) of docs/theory/reduced.md.
 """
@@ -106,9 +108,10 @@ def basis(
     """
     m, K, M = model.count, model.stiffness.tocsc(), model.mass_matrix()
     inner = K.shape[0] - m
+    solve = _solver(model, K[m:, m:]) if inner else np.zeros_like
     forces = np.zeros((K.shape[0], 0)) if loads is None else loads
     if inertia:
-        forces = np.hstack([_own_inertia(model), forces])
+        forces = np.hstack([_own_inertia(model, solve, inner - modes - forces.shape[1]), forces])
     static_shapes = forces.shape[1]
     if modes + static_shapes > inner - inner % 3:
         besides = f", {static_shapes} for static shapes of inertia and loads" if static_shapes else ""
@@ -117,7 +120,6 @@ def basis(
             f"at a time{besides}. Keep fewer modes, or take more elements."
         )
     require_room(model, _in_threes(modes, static_shapes) + static_shapes)
-    solve = _solver(model, K[m:, m:]) if inner else np.zeros_like
     static = np.vstack([np.eye(m), -solve(K[m:, :m].toarray())]) if inner else np.eye(m)
     count = _in_threes(modes, static_shapes) + 1 if up_to is None else FIRST_TRIAL
     omega, phi = _vibrations(model, K[m:, m:], M[m:, m:], count, up_to, solve)
@@ -141,12 +143,31 @@ def _in_threes(modes: int, static_shapes: int) -> int:
     return 3 * math.ceil((modes + static_shapes) / 3) - static_shapes
 
 
-def _own_inertia(model: ElasticModel) -> Array:
-    """(N, 3) forces of unit accelerations along x, along y and about the first pin."""
+def _own_inertia(model: ElasticModel, solve: Callable[[Array], Array], room: int) -> Array:
+    """(N, 4) forces of `inertia_loads`; (N, 3) without the rotation where it bends as the others do, or has no room."""
+    forces = np.stack(list(inertia_loads(model).values()), axis=1)
+    inner = forces[model.count :]
+    work = inner.T @ solve(inner)
+    rest = work[3, 3] - work[3, :3] @ np.linalg.lstsq(work[:3, :3], work[:3, 3], rcond=LEAST_SHARE)[0]
+    return forces if rest > LEAST_SHARE * work[3, 3] and room > RIGID else forces[:, :3]
+
+
+def inertia_loads(model: ElasticModel) -> dict[str, Array]:
+    """Forces (N,) of unit accelerations along x, along y and about the first pin, and of a turn about it at 1 rad/s.
+
+    Parameters
+    ----------
+    model : the body.
+    """
     arms = model.points - np.array([model.pins[0].x, model.pins[0].y])
     one, zero = np.ones(len(arms)), np.zeros(len(arms))
-    fields = np.stack([one, zero]), np.stack([zero, one]), np.stack([-arms[:, 1], arms[:, 0]])
-    return np.stack([model.force_of(field.T) for field in fields], axis=1)
+    fields = {
+        "acceleration along x": np.stack([one, zero], axis=1),
+        "acceleration along y": np.stack([zero, one], axis=1),
+        "angular acceleration": np.stack([-arms[:, 1], arms[:, 0]], axis=1),
+        "rotation": arms,
+    }
+    return {name: model.force_of(field) for name, field in fields.items()}
 
 
 def _with_static(model: ElasticModel, K: Sparse, phi: Array, shapes: Array) -> Array:

@@ -74,17 +74,12 @@ def checked_loads(body: MeshBody, given: object) -> tuple[MeshLoad, ...]:
     return loads
 
 
-def left_out(load: MeshLoad, body: Reduced) -> float:
-    """Share [1] of the strain energy of a load, all pins held, that the kept shapes of a reduced body leave out."""
-    found, model, m = body.basis, body.model, body.basis.model.count
-    force = np.asarray(model.shape.T @ load.on(load.plane_of(body)).forces.ravel())
-    z, inner = found.static(force), found.shapes[:, m:]
-    whole = float(z @ force)
-    if not whole > 0.0:
-        return 0.0
-    kept = inner.T @ force
-    stiff = inner.T @ (model.stiffness @ inner)
-    return 1.0 - (float(kept @ np.linalg.solve(stiff, kept)) / whole if len(kept) else 0.0)
+def left_out(body: Reduced, force: Array) -> tuple[float, float]:
+    """Strain energy [J] of forces (N,) [N] on the model with all pins held, and its part without the kept shapes."""
+    found, m = body.basis, body.basis.model.count
+    kept = (found.shapes.T @ force)[m:]
+    whole = 0.5 * float(found.static(force) @ force)
+    return whole, whole - 0.5 * float(kept @ np.linalg.solve(body.element.matrices["K"][m:, m:], kept))
 
 
 def _quarter(rows: Array) -> Array:

@@ -52,16 +52,16 @@ class Reduced(MeshBody):
     Parameters
     ----------
     body : a body of beams or arcs (`FlexibleLink`, `FlexibleFrame`) or a `PlaneBody`.
-    modes : least number of vibrations with all pins held.  They come in threes, together with the shapes of loads, so
-        4 keeps 6, and 5 beside one load; 0 keeps static shapes.
+    modes : least number of vibrations with all pins held.  They come in threes, together with the shapes of rotation
+        and of loads, so 4 keeps 6, and 5 beside one of these; 0 keeps static shapes.
     up_to : all vibrations with held pins up to this frequency are kept [Hz], in place of `modes`.
     pins : names of the nodes where parts may be attached; None: the corners of beams, the holes of a plane body.
     frame : "chord": the frame of the body follows the positions of all pins; "pin", or where all pins stand at one
         place: the first pin.
     stiffening : whether rotation, and forces of the pins, stiffen or soften bending.
     inertia_shapes : whether the static shapes of the own inertia are kept, a node "inertia" for unit accelerations
-        along x, along y and about the first pin.  Weight then bends exactly, and all stress inside counts in the
-        stiffening.
+        along x, along y and about the first pin, and a shape for a steady rotation beside the modes.  Weight and
+        rotations then bend and stress exactly, and all stress inside counts in the stiffening.
     load_shapes : loads on edges or in the body whose static shapes are kept, beside the modes.  Such a load then bends
         the body exactly, with its exact stress, which counts in the stiffening.
     damping : stiffness-proportional damping time [s]; None: that of the body.

@@ -1,4 +1,4 @@
-"""Remarks of a run on reduced bodies: much strain energy in the highest modes, loads without their static shapes."""
+"""Remarks of a run on reduced bodies: much strain energy in the highest modes, loads and rotations without shapes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ Default steps leave some 3e-9 in bodies that are so stiff that their deformation
 
 
 def basis_remarks(mechanism: Mechanism, seen: Seen) -> Iterator[str]:
-    """A sentence on each reduced body whose last three modes hold much of its strain energy at a pose that is kept.
+    """Sentences on each reduced body whose highest modes hold much of its strain energy, or that lacks that of a turn.
 
     Parameters
     ----------
@@ -40,8 +40,8 @@ def basis_remarks(mechanism: Mechanism, seen: Seen) -> Iterator[str]:
     seen : what is seen of the run.
     """
     for body, time, d in deformations(mechanism, seen):
-        if body.basis.vibrations >= AT_EDGE and np.isfinite(d).all():
-            yield from _remark(body, d, time)
+        if np.isfinite(d).all():
+            yield from _remark(body, d, time, seen)
 
 
 def load_remarks(mechanism: Mechanism) -> Iterator[str]:
@@ -59,32 +59,58 @@ def load_remarks(mechanism: Mechanism) -> Iterator[str]:
 
     for load in mechanism.parts:
         body = mechanism.find(load.body.name) if isinstance(load, MeshLoad) else None
-        share = left_out(load, body) if isinstance(load, MeshLoad) and isinstance(body, Reduced) else 0.0
-        if body is not None and share > LEFT_OUT:
+        if not isinstance(load, MeshLoad) or not isinstance(body, Reduced):
+            continue
+        whole, left = left_out(body, body.model.shape.T @ load.on(load.plane_of(body)).forces.ravel())
+        if left > LEFT_OUT * whole:
             yield (
-                f"{load.label} acts on {body.label}, whose kept shapes leave out {100.0 * share:.3g} % of its strain "
-                "energy: pins move rightly, but deflection and stress between them are too small. Keep its shape: "
-                f"Reduced(..., load_shapes=({load.name},))."
+                f"{load.label} acts on {body.label}, whose kept shapes leave out {100.0 * left / whole:.3g} % of its "
+                "strain energy: pins move rightly, but deflection and stress between them are too small. Keep its "
+                f"shape: Reduced(..., load_shapes=({load.name},))."
             )
 
 
-def _remark(body: Reduced, d: np.ndarray, time: np.ndarray) -> Iterator[str]:
-    """The sentence on one body with the deformations d (t, n)."""
+def _remark(body: Reduced, d: np.ndarray, time: np.ndarray, seen: Seen) -> Iterator[str]:
+    """The sentences on one body with the deformations d (t, n)."""
     from flexmb.results.surfaces import shortened
 
-    pins, d = body.basis.model.count, shortened(d.reshape(len(d), -1, 3), body.element.directions)
-    stiffness, last = body.element.matrices["K"], slice(d.shape[1] - AT_EDGE, None)
+    d = shortened(d.reshape(len(d), -1, 3), body.element.directions)
+    whole = 0.5 * np.einsum("ti,ij,tj->t", d, body.element.matrices["K"], d).max()
+    yield from _of_rotation(body, float(whole), seen)
+    if body.basis.vibrations >= AT_EDGE:
+        yield from _at_edge(body, d, time, float(whole))
+
+
+def _at_edge(body: Reduced, d: np.ndarray, time: np.ndarray, whole: float) -> Iterator[str]:
+    """The sentence on strain energy in the highest modes."""
+    pins, last = body.basis.model.count, slice(d.shape[1] - AT_EDGE, None)
     eta = d[:, last] - d[:, :pins] @ body.basis.followed[-AT_EDGE:].T
-    whole = 0.5 * np.einsum("ti,ij,tj->t", d, stiffness, d)
-    edge = 0.5 * np.einsum("ti,ij,tj->t", eta, stiffness[last, last], eta)
+    edge = 0.5 * np.einsum("ti,ij,tj->t", eta, body.element.matrices["K"][last, last], eta)
     when = int(np.argmax(edge))
     size = np.ptp(body.model.points, axis=0).max()
     moved = np.abs(eta * (1.0, 1.0, size)).max(axis=1)  # the shape of a rotation of 1 moves by the size
-    share = float(edge[when] / whole.max()) if moved[when] > STEP_ERROR * size else 0.0
+    share = float(edge[when]) / whole if moved[when] > STEP_ERROR * size else 0.0
     if share >= EDGE_SHARE:
         frequency, more = body.dropped_frequency, body.basis.vibrations + AT_EDGE
         beyond = f" The lowest one left out has {frequency:.4g} Hz with held pins." if np.isfinite(frequency) else ""
         yield (
             f"{body.label}: at t = {time[when]:.6g} s its three highest modes hold {100.0 * share:.3g} % of its "
             f"largest strain energy, so modes are missing.{beyond} Keep more: modes={more}."
+        )
+
+
+def _of_rotation(body: Reduced, whole: float, seen: Seen) -> Iterator[str]:
+    """The sentence on centrifugal forces that the kept shapes leave out, beside the largest strain energy."""
+    from flexmb.reduction.craig_bampton import inertia_loads
+    from flexmb.reduction.loads import left_out
+
+    model, force = body.model, inertia_loads(body.model)["rotation"]
+    speed, when = min(seen.motion.peak(f"{body.name}.{pin.name}.omega") for pin in model.pins)
+    moved, size = np.abs(model.shape @ body.basis.static(force)).max(), np.ptp(model.points, axis=0).max()
+    left = speed**4 * left_out(body, force)[1]
+    if left > LEFT_OUT * (whole + left) and speed**2 * moved > STEP_ERROR * size:
+        yield (
+            f"{body.label}: at t = {when:.6g} s it turns at {speed:.4g} rad/s, and its kept shapes leave out "
+            f"{100.0 * left / (whole + left):.3g} % of its strain energy, by centrifugal forces: stress inside is too "
+            "small. Keep their shape, Reduced(..., inertia_shapes=True), or more modes."
         )

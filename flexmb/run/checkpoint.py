@@ -51,6 +51,9 @@ class Checkpoints:
 
     def __init__(self, path: str | Path, every: float, command: Mapping[str, Any], model: Mapping[str, Any]) -> None:
         self.path, self.every = checks.path("checkpoint", path), checks.not_negative("checkpoint", "every", every, "s")
+        if self.path.is_dir():  # "" is the present one
+            text = f"checkpoint: the path is {str(path)!r}, {'a folder' if str(path) else 'empty'}"
+            raise InputError(f"{text}. Give a file, such as run.checkpoint.nc.")
         self.command, self.model = dict(command), dict(model)
         self.last = time.monotonic()
         self.failure = ""

@@ -8,6 +8,7 @@ import numpy as np
 
 from flexmb.errors import InputError
 from flexmb.program.program import Program
+from flexmb.state.flow import Clock
 
 MODEL = "model"
 """Name of the fingerprint of the program in a restart."""
@@ -21,12 +22,15 @@ DIFFERENCES = (
 """What differs, by the row of the fingerprint."""
 
 
-def refuse_broken_clock(clock: np.ndarray, label: str) -> None:
-    """Refuse a restart whose numbers are not finite, or that saves later than it stands: it would never end."""
-    t, _, save_start = clock[:3]
-    if not np.isfinite(clock).all() or save_start > t:
-        text = f"{label}: restart is damaged: its clock holds {clock.tolist()}"
-        raise InputError(f"{text}, not finite or with a begin of saving after the present. Use an undamaged one.")
+def refuse_broken_clock(clock: Clock, label: str) -> None:
+    """Refuse a restart with times, steps or counters that no run has, as one that saves later than it stands."""
+    numbers, least = clock.numbers(), Clock.zeros()
+    least.save_start = least.held_steps = -1.0
+    if not np.isfinite(numbers).all() or (numbers < least.numbers()).any() or clock.save_start > clock.t:
+        text = f"{label}: restart is damaged: its clock holds {numbers.tolist()}"
+        raise InputError(
+            f"{text}, negative or not finite, or with a begin of saving after the present. Use an undamaged one."
+        )
 
 
 def refuse_other_model(program: Program, restart: Mapping[str, np.ndarray], label: str) -> None:

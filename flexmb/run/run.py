@@ -159,7 +159,7 @@ class Run:
                 "limits). Use `restart` of a solution of the same mechanism."
             ) from error
         refuse_other_model(self.program, restart, label)
-        refuse_broken_clock(self.flow.clock.numbers(), label)
+        refuse_broken_clock(self.flow.clock, label)
         if redundant:
             G = StateEvaluation(self.program).at(self.flow.q[: self.program.n_q], t=self.flow.clock.t).jacobian
             self._set_redundancy(len(row_rank(G).redundant))

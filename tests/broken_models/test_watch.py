@@ -173,10 +173,26 @@ def test_drives_that_contradict_one_another_are_named():
         fm.simulate(two, t_end=0.1)
 
 
-def test_a_restart_with_a_broken_clock_is_refused():
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        (0, math.nan),
+        (0, -1.0),
+        (1, -1e-5),
+        (2, 0.02),
+        (2, -3.0),
+        (3, -1.0),
+        (4, -1e-6),
+        (5, -2.0),
+        (6, -1.0),
+        (8, -1.0),
+    ],
+)
+def test_a_restart_with_a_broken_clock_is_refused(place, value):
+    """Time, step, begin of saving, saved instants, last step, held steps, step within an impact, rejected trials."""
     first = fm.simulate(pendulum(), t_end=0.01).restart
     clock = first["clock"].copy()
-    clock[0] = math.nan
+    clock[place] = value
     with pytest.raises(InputError, match="restart is damaged: its clock holds"):
         fm.simulate(pendulum(), t_end=0.02, restart={**first, "clock": clock})
 

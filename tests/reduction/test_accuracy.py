@@ -75,10 +75,23 @@ def test_forces_at_pins_are_exact_and_modes_help_the_rest(make):
 @pytest.mark.parametrize("make", [beam, eyes])
 def test_shapes_of_inertia_are_exact_under_unit_accelerations(make):
     found = make(inertia_shapes=True).accuracy()
-    for name in ("acceleration along x", "acceleration along y", "angular acceleration"):
+    for name in ("acceleration along x", "acceleration along y", "angular acceleration", "rotation"):
         assert max(found.loads[name].deflection_error, found.loads[name].stress_error) < 1e-9
-    assert found.modes == 0
-    assert found.coordinates == 9
+    assert found.modes == 2  # beside four static shapes
+    assert found.coordinates == 12
+
+
+def test_no_shape_of_rotation_where_it_is_none_of_its_own_or_has_no_room():
+    """A rod of two elements has one axial displacement inside; three vibrations leave three shapes to an L of two."""
+    lines = {"section": fm.Rectangle(width=0.01, height=0.02), "material": STEEL}
+    whole, half = (fm.FlexibleLink("rod", (0.0, 0.0), (L, 0.0), elements=n, **lines) for n in (1, 2))
+    bent = fm.FlexibleFrame("L", ((0.0, 0.0), (0.3, 0.0), (0.4, 0.2)), ((0, 1), (1, 2)), elements=1, **lines)
+    start = {"pins": (bent.nodes()[0].name,)}
+    cases = [(whole, {"pins": ("start",)}), (half, {}), (bent, {"modes": 3, **start}), (bent, start)]
+    found = [fm.Reduced(body, inertia_shapes=True, **options).accuracy() for body, options in cases]
+    assert [one.coordinates for one in found] == [6, 9, 9, 9]
+    assert [one.modes for one in found] == [0, 0, 3, 2]
+    assert max(load.stress_error for one in found for load in one.loads.values()) < 1e-9
 
 
 def test_given_loads():

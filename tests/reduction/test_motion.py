@@ -77,7 +77,7 @@ def drifts(kind, step):
 @pytest.mark.parametrize("kind", BODIES)
 def test_a_free_body_keeps_its_momenta_and_its_energy(kind):
     """Up to the error of the integrator, which falls with the square of the step."""
-    step = {"shapes of inertia": 1e-5, "pin": 2e-5}.get(kind, 4e-5)  # axial vibrations have 2 kHz
+    step = {"shapes of inertia": 1e-5, "pin": 2e-5, "arc": 2.5e-5}.get(kind, 4e-5)  # axial vibrations have 2 to 3 kHz
     coarse, fine = (np.array(drifts(kind, h)) for h in (step, 0.25 * step))
     assert np.all(coarse < 1e-3)
     assert np.all((fine < 0.2 * coarse) | (fine < 1e-10))

@@ -201,6 +201,17 @@ def test_a_run_that_is_interrupted_leaves_its_checkpoint(tmp_path, monkeypatch, 
     same(fm.simulate(worn(), **LONG, checkpoint=path, resume=True), fm.simulate(worn(), **LONG))
 
 
+@pytest.mark.parametrize(("given", "words"), [("", "'', empty"), (".", "'.', a folder"), ("there", "there', a folder")])
+def test_a_folder_or_no_name_is_refused_before_the_run(tmp_path, monkeypatch, given, words):
+    """They were noted at the first checkpoint, so after 30 s, or when the run was killed."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "there").mkdir()
+    checkpoint = tmp_path / given if given == "there" else given
+    for resume in (False, True):
+        with pytest.raises(InputError, match=f"checkpoint: the path is .*{words}. Give a file"):
+            fm.simulate(fm.mechanisms.slider_crank(), t_end=1e9, checkpoint=checkpoint, resume=resume)
+
+
 def test_a_checkpoint_that_cannot_be_written_is_noted(tmp_path, monkeypatch, small_blocks):
     def full(file):
         raise OSError(errno.ENOSPC, "No space left on device")

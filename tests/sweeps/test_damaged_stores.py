@@ -3,6 +3,7 @@
 The expected numbers are those of the undamaged store.
 """
 
+import itertools
 import json
 import shutil
 
@@ -115,6 +116,65 @@ def test_a_lost_chunk_of_a_finished_point_is_refused_by_name(stores, tmp_path, c
     for read in (lambda: fm.sweeps.load_sweep(copy), lambda: diagram_in(copy, resume=True)):
         with pytest.raises(fm.errors.FileFormatError, match=f"'{column}/c/0/1.*is lost"):
             read()
+
+
+def chunk(store, array, *index):
+    """File of the chunk of a point; its dimensions inside have one chunk."""
+    place = store.joinpath(array, "c", *map(str, index))
+    return place if place.is_file() else next((file for file in place.rglob("*") if file.is_file()), None)
+
+
+def exchanged(one, other):
+    """Exchange two files."""
+    kept = one.read_bytes()
+    one.write_bytes(other.read_bytes())
+    other.write_bytes(kept)
+
+
+@pytest.mark.parametrize(("kind", "again"), [("diagram", diagram_in), ("sweep", sweep_in)])
+def test_chunks_that_are_exchanged_between_points_are_refused(stores, tmp_path, kind, again):
+    """Each variable, also of failed points: they loaded as each other's values before, with ok=True."""
+    path, tried = stores[kind][0], set()
+    columns = sorted(one.name for one in path.iterdir() if chunk(path, one.name, 0, 1))
+    points = [(0, 1), (0, 3), (0, 2)] if kind == "diagram" else [(0, 1), (2, 0), (0, 0)]
+    for column, (first, second) in itertools.product(columns, itertools.combinations(points, 2)):
+        if chunk(path, column, *first) and chunk(path, column, *second):  # no results of a failed point
+            copy = shutil.copytree(path, tmp_path / "s")
+            exchanged(chunk(copy, column, *first), chunk(copy, column, *second))
+            with pytest.raises(fm.errors.FileFormatError, match=f"'{column}/c.*values of another point|is lost"):
+                fm.sweeps.load_sweep(copy)
+            with pytest.raises(fm.errors.FileFormatError, match=f"'{column}/c.*values of another point|is lost"):
+                again(copy, resume=True)
+            shutil.rmtree(copy)
+            tried.add(column)
+    assert tried == set(columns)
+    assert len(tried) >= 6
+
+
+@pytest.mark.parametrize("case", ["another variable", "a status of another point", "a result of another point"])
+def test_chunks_that_are_copied_are_refused(stores, tmp_path, case):
+    copy = shutil.copytree(stores["sweep"][0], tmp_path / "s")
+    if case == "another variable":
+        exchanged(chunk(copy, "status", 1, 0), chunk(copy, "word", 1, 0))
+    elif case == "a status of another point":  # lost, then another one in its place
+        chunk(copy, "status", 1, 0).unlink()
+        shutil.copy(chunk(copy, "status", 1, 1), copy / "status" / "c" / "1" / "0")
+    else:  # one that failed has none
+        shutil.copy(chunk(copy, "sum", 0, 1), copy / "sum" / "c" / "0" / "0")
+    for read in (lambda: fm.sweeps.load_sweep(copy), lambda: sweep_in(copy, resume=True)):
+        with pytest.raises(fm.errors.FileFormatError, match="holds values of another point"):
+            read()
+
+
+@pytest.mark.parametrize("point", [(0, 0), (0, 1), (2, 1)])
+def test_any_deleted_status_makes_a_point_unfinished(stores, tmp_path, point):
+    path, whole = stores["sweep"]
+    copy = shutil.copytree(path, tmp_path / "s")
+    chunk(copy, "status", *point).unlink()
+    found = fm.sweeps.load_sweep(copy)
+    assert not found["ok"].values[point]
+    assert holds_no_wrong_number(found, whole)
+    assert sweep_in(copy, resume=True).identical(whole)
 
 
 def test_a_point_without_a_status_is_not_ok(stores, tmp_path):
