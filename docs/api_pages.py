@@ -19,16 +19,16 @@ import flexmb
 HERE = Path(__file__).parent / "api"
 
 ROOMS = {
-    "Mechanisms and parts": ("model.", "planes.", "reduction."),
-    "Sections of beams": ("beams.",),
-    "Joints": ("joints.",),
-    "Loads and springs": ("loads.",),
-    "Sensors": ("sensors.",),
-    "Statics, modes, inverse dynamics": ("equilibrium.",),
-    "Runs and their methods": ("run.", "step.", "program.", "start.", "doctor."),
-    "Results": ("results.", "pictures.", "reports."),
+    "Mechanisms and parts": ("model.", "elastic.planes.", "elastic.reduced."),
+    "Sections of beams": ("elastic.beams.",),
+    "Joints": ("parts.joints.",),
+    "Loads and springs": ("parts.loads.",),
+    "Sensors": ("parts.sensors",),
+    "Statics, modes, inverse dynamics": ("statics.",),
+    "Runs and their methods": ("run.", "engine.", "program.", "statics.start.", "findings."),
+    "Results": ("results.", "show."),
 }
-"""Sections of the page of `fm`, with the rooms of their names."""
+"""Sections of the page of `fm`, with the rooms of their names; of two rooms that fit, the inner one counts."""
 
 
 def namespaces() -> list[str]:
@@ -44,10 +44,9 @@ def room_of(name: str) -> str:
         if not isinstance(thing, type(flexmb.GROUND) | flexmb.Material)
         else "flexmb.model."
     )
-    for section, rooms in ROOMS.items():
-        if home.removeprefix("flexmb.").startswith(rooms):
-            return section
-    return "Others"
+    path = home.removeprefix("flexmb.")
+    fitting = {room: section for section, rooms in ROOMS.items() for room in rooms if path.startswith(room)}
+    return fitting[max(fitting, key=len)] if fitting else "Others"
 
 
 def pages() -> dict[str, dict[str, list[str]]]:
@@ -82,7 +81,8 @@ def directive(name: str) -> str:
 def documented(name: str) -> str:
     """Text below the assignment of a public constant where there is one, else its value and the line of its class."""
     space, _, last = name.rpartition(".")
-    stub = Path(flexmb.__file__).parent / Path(*space.split(".")) / "__init__.pyi"
+    folder = Path(flexmb.__file__).parent / Path(*space.split("."))
+    stub = folder / "__init__.pyi" if folder.is_dir() else folder.with_suffix(".pyi")
     (home,) = re.findall(rf"^from (\S+) import {last} as", stub.read_text(encoding="utf-8"), re.MULTILINE)
     module = import_module(home)
     for statement, below in itertools.pairwise(ast.parse(inspect.getsource(module)).body):

@@ -1,4 +1,4 @@
-"""Which form of the constraints: the measurement behind docs/design.md.
+"""Which form of the constraints: the measurement behind docs/decisions/017-form-of-the-constraints.md.
 
     python docs/constraint_forms.py
 

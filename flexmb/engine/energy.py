@@ -7,7 +7,7 @@ ends of a step does the work
 
 which is exact for potentials of second degree.  With this rule for the forces of inertia, loads, drives and contacts
 alike, all works add up to round-off if the equations of motion hold at both ends and the mass is constant, for any
-relation between q, v and a.  The remaining terms are in docs/design.md.
+relation between q, v and a.  The remaining terms are in docs/decisions/031-balance-of-energies.md.
 Equations (7.1), (7.3) and (7.5) of docs/theory/energy.md.
 """
 

@@ -1,6 +1,7 @@
-"""A file imports only from lower floors or from its own folder (the table of docs/design.md, section 2)."""
+"""A file imports only from lower floors or from its own folder (the floors of docs/design.md)."""
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import PurePosixPath
 
@@ -141,6 +142,12 @@ def violations(path: str, tree: ast.Module) -> list[str]:
 def test_every_import_goes_down(package_sources):
     found = [text for source in package_sources for text in violations(source.path, source.tree)]
     assert not found, "imports that do not go down:\n" + "\n".join(found)
+
+
+def test_the_map_shows_the_floors(root):
+    text = (root / "docs" / "design.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^    ([ \d]\d)  (.+)$", text, re.MULTILINE)
+    assert {name: int(floor) for floor, names in rows for name in names.split(", ")} == FLOORS
 
 
 @pytest.mark.parametrize(

@@ -5,9 +5,9 @@ A step runs through these functions in this order:
     start_iteration       predicted state; decision whether factors of an earlier step are reused
     evaluate_trial        residual; with the iteration matrix, or with the energies
     factor_matrix         factors of a new iteration matrix; redundant constraints
-    residual_vectors      right side: minus the residual, gaps of the constraints (`newton_correction.py`)
-    solve_correction      correction of q, v, a, x, lam, and position shift (`newton_correction.py`)
-    apply_correction      corrected state; size of the correction over its tolerance (`newton_correction.py`)
+    residual_vectors      right side: minus the residual, gaps of the constraints
+    solve_correction      correction of q, v, a, x, lam, and position shift
+    apply_correction      corrected state; size of the correction over its tolerance
     after_reused_factors  convergence test and contraction rate with factors of an earlier matrix
     after_own_factors     convergence test with factors of the present matrix
 """

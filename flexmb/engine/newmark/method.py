@@ -124,7 +124,7 @@ class Newmark(Method):
     alpha_m, alpha_f : weights of the averages of accelerations.
     beta, gamma : Newmark's numbers.
     constraints : "gear-gupta-leimkuhler" (positions and velocities hold together, the default), "position" (index 3),
-        "velocity" (index 2, positions drift).  The measured difference is in docs/design.md.
+        "velocity" (index 2, positions drift).  Measured: docs/decisions/017-form-of-the-constraints.md.
 
     Raises
     ------

@@ -129,7 +129,7 @@ class StateEvaluation:
 
     @property
     def blocks(self) -> tuple[np.ndarray, np.ndarray] | tuple[sp.csc_matrix, sp.csr_matrix]:
-        """`block()` and `jacobian`; plain arrays for at most DENSE_UNKNOWNS unknowns (see `dense_or_sparse.py`)."""
+        """`block()` and `jacobian`; plain arrays for at most DENSE_UNKNOWNS unknowns (see `engine/linalg/dense.py`)."""
         n = self.program.n_q
         if self.small:
             A = self.dense

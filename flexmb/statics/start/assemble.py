@@ -48,7 +48,7 @@ class RigidMotion:
         return sp.csr_matrix(self._entries(q), shape=(self.program.n_q, 3 * self.count))
 
     def plain_basis(self, q: np.ndarray) -> np.ndarray | sp.csr_matrix:
-        """`basis` as a plain array, for at most DENSE_UNKNOWNS unknowns (see `dense_or_sparse.py`)."""
+        """`basis` as a plain array, for at most DENSE_UNKNOWNS unknowns (see `engine/linalg/dense.py`)."""
         if self.program.symbolic.n > DENSE_UNKNOWNS:
             return self.basis(q)
         values, places = self._entries(q)

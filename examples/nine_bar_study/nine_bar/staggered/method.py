@@ -85,8 +85,9 @@ class Staggered(Method):
     the rigid counterpart, without influence of the elastic compliance.  With "shared" displacements the method
     converges to the coupled linear equations as h tends to 0.  The load of step 3 is one step late and nearly as large
     as the inertia of the rigid counterpart.  During a contact this delay acts as negative damping, and runs with one
-    pass diverge at practicable steps (docs/design.md).  Repeated passes give the impacts of the coupled equations, to
-    first order in h.  Without mean axes, rigid motions of U are neutrally stable.
+    pass diverge at practicable steps (docs/decisions/038-feedback-of-the-staggered-scheme.md).  Repeated passes give
+    the impacts of the coupled equations, to first order in h.  Without mean axes, rigid motions of U are neutrally
+    stable.
 
     Source: X. Chen, S. Jiang, Y. Deng, Q. Wang, Nonlinear Dynamics (2018), section 4, eqs (26)-(30) and 4.4.  In the
     equations the vectors U^1 and U^2 share the coordinates of the clearance joint; the text calls them independent.
