@@ -37,7 +37,7 @@ def main() -> int:
     if options.folder is None:
         compile_kernels() if options.kernels else compile_here()
         return 0
-    processors = runpy.run_path(str(ROOT / "flexmb" / "compiled" / "processors.py"))
+    processors = runpy.run_path(str(ROOT / "flexmb" / "engine" / "compiled" / "processors.py"))
     cpu = processors["PORTABLE_PROCESSORS"].get(platform.machine())
     if cpu is None:
         print(f"No code is shipped for {platform.machine()}: it is compiled where it runs.", file=sys.stderr)
@@ -66,7 +66,7 @@ def pack(folder: Path, target: Path) -> None:
         pure = next(Path(work).glob("*.whl"))
         python("wheel", "unpack", "--dest", work, str(pure))
         tree = next(path for path in Path(work).iterdir() if path.is_dir())
-        shutil.copytree(folder, tree / "flexmb" / "compiled" / "shipped", dirs_exist_ok=True)
+        shutil.copytree(folder, tree / "flexmb" / "engine" / "compiled" / "shipped", dirs_exist_ok=True)
         python("wheel", "pack", "--dest-dir", str(target), str(tree))
     tags = ("--python-tag", number, "--abi-tag", number, "--platform-tag", kind)
     python("wheel", "tags", "--remove", *tags, str(target / pure.name))

@@ -150,7 +150,7 @@ def materials_of(owner: object, depth: int = 2) -> list[Material]:
         for item in _flat(value):
             if isinstance(item, Material):
                 found_here.append(item)
-            elif depth > 1 and type(item).__module__.startswith("flexmb.contact"):
+            elif depth > 1 and type(item).__module__.startswith("flexmb.parts.contact"):
                 found_here += materials_of(item, depth - 1)
     return list(dict.fromkeys(found_here))
 

@@ -73,7 +73,7 @@ def installed(tmp_path_factory):
         pytest.skip("no code is shipped for this machine")
     folder = tmp_path_factory.mktemp("installed")
     shutil.copytree(ROOT / "flexmb", folder / "flexmb", ignore=shutil.ignore_patterns("__pycache__"))
-    target = folder / "flexmb" / "compiled" / "shipped"
+    target = folder / "flexmb" / "engine" / "compiled" / "shipped"
     subprocess.run([sys.executable, ROOT / "tests" / "ship.py", target], check=True, cwd=ROOT, capture_output=True)
     return folder
 
