@@ -33,7 +33,7 @@ from flexmb.engine.compiled.shipped import shipment
 FIRST = "flexmb.engine.system.evaluate.evaluate"
 """Function that every program is compiled with; where it is kept, the time for a second process is over."""
 
-PACKAGE_PARENT = Path(__file__).resolve().parents[2]
+PACKAGE_PARENT = Path(__file__).resolve().parents[3]
 
 
 class SecondProcess:

@@ -26,8 +26,8 @@ from numba.core.serialize import dumps
 from flexmb.engine.compiled.notice import say
 from flexmb.engine.compiled.processors import REQUIRED_FEATURES
 
-PACKAGE = Path(__file__).resolve().parents[1]
-FOLDER = PACKAGE / "compiled" / "shipped"
+PACKAGE = Path(__file__).resolve().parents[2]
+FOLDER = Path(__file__).resolve().parent / "shipped"
 INDEX, CODE = "index.json", "code.bin"
 
 
