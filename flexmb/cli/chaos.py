@@ -6,7 +6,8 @@ import argparse
 from pathlib import Path
 
 from flexmb.cli.run import flow_options, periods_of, require_folder, require_those_of, tell
-from flexmb.dynamics.report import plan
+from flexmb.dynamics.report import Plan
+from flexmb.dynamics.sections.maps import StroboscopicMap
 from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
@@ -32,9 +33,9 @@ def chaos(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     flow = MechanismFlow(mechanism, **flow_options(options))
     signals = [text.strip() for text in options.signals.split(",")] if options.signals else None
     shared = {option: vars(options)[option] for option in SHARED}
-    planned = plan(OWNER, flow, option="--", signals=signals, confirm=not options.no_confirm, **shared)
+    plan = Plan(StroboscopicMap(flow), signals=signals, confirm=not options.no_confirm, **shared).checked(OWNER, "--")
     require_folder(folder)
-    found = planned.report(progress=not options.quiet)
+    found = plan.report(progress=not options.quiet)
     written = [found.to_netcdf(folder / f"{STEM}.nc")]
     if not options.no_plots:
         from flexmb.show.pictures.chaos import plot_report  # noqa: PLC0415 - matplotlib when a picture is asked for

@@ -155,12 +155,8 @@ PERIODS = 2.0
 """Default length of a run, in periods."""
 
 METHODS: dict[str, Callable[..., Newmark | RungeKutta4]] = {
-    "generalised-alpha": Newmark.generalised_alpha,
-    "hht": Newmark.hht,
-    "wbz": Newmark.wbz,
-    "trapezoidal": Newmark.trapezoidal,
-    "runge-kutta": RungeKutta4,
-}
+    name: getattr(Newmark, name.replace("-", "_")) for name in ("generalised-alpha", "hht", "wbz", "trapezoidal")
+} | {"runge-kutta": RungeKutta4}
 WITH_NUMBER = ("generalised-alpha", "hht", "wbz")
 """Methods that take a number."""
 

@@ -6,7 +6,7 @@ import argparse
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
@@ -47,16 +47,6 @@ def names_of(text: str | None) -> list[str]:
     return [name.strip() for name in (text or "").split(",") if name.strip()]
 
 
-def pixels(text: str | None) -> tuple[int, int] | None:
-    """Width and height in a text such as 600x400; None without a text."""
-    if text is None:
-        return None
-    found = re.fullmatch(r"(\d+)x(\d+)", text)
-    if found is None:
-        raise InputError(f"--size: {text!r} is no size; write width and height in pixels, e.g. 600x400.")
-    return int(found[1]), int(found[2])
-
-
 # `flexmb animate`: film of a saved run
 
 ALL = "all"
@@ -68,21 +58,20 @@ def animate(options: argparse.Namespace) -> int:
     from flexmb.show.pictures.films import animate as film  # noqa: PLC0415 - matplotlib when a picture is asked for
 
     units = {"seconds": "s", "fps": "", "magnify": ""}
-    numbers = {name: quantity(vars(options)[name], unit, f"--{name}") for name, unit in units.items()}
-    size = pixels(options.size)
-    sol = load(options.file)
-    times = None
+    given: dict[str, Any] = {name: quantity(vars(options)[name], unit, f"--{name}") for name, unit in units.items()}
+    pixels = re.fullmatch(r"(\d+)x(\d+)", options.size or "")
+    if options.size is not None and pixels is None:
+        raise InputError(f"--size: {options.size!r} is no size; write width and height in pixels, e.g. 600x400.")
+    sol, times = load(options.file), None
     if (options.begin is not None or options.end is not None) and len(sol.time):
         begin = float(sol.time[0]) if options.begin is None else quantity(options.begin, "s", "--from")
         end = float(sol.time[-1]) if options.end is None else quantity(options.end, "s", "--to")
         times = (begin, end)
-    lists = {
-        name: True if vars(options)[name] == ALL else names_of(vars(options)[name]) for name in ("traces", "forces")
-    }
-    lists["traces"] = lists["traces"] or None
     colour = None if options.colour == "none" else options.colour
-    look = {"times": times, "colour": colour, "size": size, "follow": options.follow}
-    print(film(sol, options.out, **numbers, **look, **lists))
+    traces, forces = (text == ALL or names_of(text) for text in (options.traces, options.forces))
+    given |= {"traces": traces or None, "forces": forces, "colour": colour, "follow": options.follow}
+    size = None if pixels is None else (int(pixels[1]), int(pixels[2]))
+    print(film(sol, options.out, times=times, size=size, **given))
     return 0
 
 
@@ -110,8 +99,9 @@ def report(options: argparse.Namespace) -> int:
 def command_of(sol: Solution) -> list[str]:
     """Arguments of `flexmb run` that a saved run was made with; [] where they are unknown."""
     command = sol.model.get(COMMAND)
-    known = isinstance(command, list) and len(command) > 1 and command[0] == "run"
-    return list(map(str, command)) if known else []
+    if not isinstance(command, list) or len(command) < 2 or command[0] != "run":
+        return []
+    return list(map(str, command))
 
 
 def declared_again(command: list[str], name: str | None) -> tuple[Mechanism, argparse.Namespace]:

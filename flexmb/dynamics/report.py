@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -191,81 +191,67 @@ class ChaosReport:
 
 @dataclass(frozen=True)
 class Plan:
-    """Checked arguments of a report, before the long run.
+    """Arguments of a report.
 
     Parameters
     ----------
     strobe : map of the flow over one period.
-    skip, keep, exponents, series, samples, dimension, recurrence, confirm : see `report`.
-    signals : names of the signals to be analysed.
+    skip, keep, exponents, signals, series, samples, dimension, recurrence, confirm : see `report`.
     """
 
     strobe: StroboscopicMap
     skip: int
     keep: int
     exponents: int
-    signals: tuple[str, ...]
+    signals: Sequence[str] | None
     series: int
     samples: int
     dimension: bool
     recurrence: bool
     confirm: bool
 
+    def checked(self, label: str, option: str = "") -> Plan:
+        """The plan with the names of the signals; arguments without a possible result are refused.
+
+        `label` and `option` begin messages and the names of arguments in them.
+        """
+        flow, most = self.strobe.flow, self.strobe.dimension
+        if 0 < checks.count(label, f"{option}series", self.series, 0) < FEWEST_PERIODS:
+            text = f"{label}: {option}series is {self.series}; estimates from signals need {FEWEST_PERIODS} periods"
+            raise InputError(f"{text} at least, and 0 leaves them out.")
+        if checks.count(label, f"{option}samples", self.samples) < FEWEST_SAMPLES:
+            text = f"{label}: {option}samples is {self.samples}; it must be {FEWEST_SAMPLES} at least"
+            raise InputError(f"{text}: with fewer samples impacts are missed.")
+        if self.series == 0 and (self.dimension or self.recurrence):
+            idle, sign = "dimension" if self.dimension else "recurrence", " " if option else "="
+            text = f"{label}: {option}{idle} needs the motion between the points"
+            raise InputError(f"{text}. Give {option}series{sign}{FEWEST_PERIODS}.")
+        if most == 0:
+            text = f"Mechanism {flow.name!r}: its drives prescribe the whole motion, so it has no neighbours and no"
+            advice = "Give a joint clearance, let a link bend, or drive it by a force or torque."
+            raise InputError(f"{text} exponents. {advice}")
+        if checks.count(label, f"{option}exponents", self.exponents) > most:
+            raise InputError(f"{label}: {option}exponents is {self.exponents}; {flow.name!r} has {most}.")
+        places = [flow.number_of(f"{label}: {option}signals", name) for name in self.signals or ()]
+        names = tuple(flow.names[place] for place in dict.fromkeys(places))
+        return replace(self, signals=names or flow.main_signals)
+
     def report(self, *, progress: bool) -> ChaosReport:
         """Report by this plan: exponents with a second run, and fine samples of further periods of the first run."""
-        flow, period = self.strobe.flow, self.strobe.period
-        run = {"count": self.exponents, "confirm": self.confirm, "progress": progress}
+        flow, period, signals = self.strobe.flow, self.strobe.period, tuple(self.signals or ())
+        run: dict[str, Any] = {"count": self.exponents, "confirm": self.confirm, "progress": progress}
         exponents = lyapunov(self.strobe, skip=self.skip, periods=self.keep, **run)
-        pairs = planes(self.signals, flow.names)
+        pairs = planes(signals, flow.names)
         partners = (name for plane in pairs for name in plane if name is not None)
-        names = tuple(dict.fromkeys([*self.signals, *partners]))
+        names = tuple(dict.fromkeys([*signals, *partners]))
         places = [flow.names.index(name) for name in names]
         series = self.series if exponents.ok else 0
         times, fine, trouble = continued_motion(flow, period, series, self.samples, shown=progress)
         units = tuple(flow.units[place] for place in places)
         motion = Motion(names, units, exponents.points[:, places], period, times, fine[:, places], trouble)
         estimates = {"dimension": self.dimension, "recurrent": self.recurrence}
-        found = tuple(signal_estimates(motion, name, **estimates) for name in self.signals)
+        found = tuple(signal_estimates(motion, name, **estimates) for name in signals)
         return ChaosReport(exponents, period, self.skip, motion, found, tuple(pairs))
-
-
-def plan(
-    label: str,
-    flow: Any,
-    signals: Sequence[str] | None,
-    series: int,
-    samples: int,
-    *,
-    period: float | None = None,
-    option: str = "",
-    **others: Any,
-) -> Plan:
-    """Plan of a report from its arguments; those without a possible result are refused.
-
-    `label` and `option` begin messages and names of arguments in them; `others` are further fields of `Plan`.
-    """
-    strobe, asked = StroboscopicMap(flow, period), {"series": series, "samples": samples}
-    if 0 < checks.count(label, f"{option}series", series, 0) < FEWEST_PERIODS:
-        text = f"{label}: {option}series is {series}; estimates from signals need {FEWEST_PERIODS} periods at least"
-        raise InputError(f"{text}, and 0 leaves them out.")
-    if checks.count(label, f"{option}samples", samples) < FEWEST_SAMPLES:
-        text = f"{label}: {option}samples is {samples}; it must be {FEWEST_SAMPLES} at least"
-        raise InputError(f"{text}: with fewer samples impacts are missed.")
-    idle = next((name for name in ("dimension", "recurrence") if others[name] and not series), None)
-    if idle is not None:
-        text = f"{label}: {option}{idle} needs the motion between the points"
-        raise InputError(f"{text}. Give {option}series{' ' if option else '='}{FEWEST_PERIODS}.")
-    if flow.dimension == 0:
-        text = f"Mechanism {flow.name!r}: its drives prescribe the whole motion, so it has no neighbours"
-        raise InputError(
-            f"{text} and no exponents. Give a joint clearance, let a link bend, or drive it by a force or torque."
-        )
-    if checks.count(label, f"{option}exponents", others["exponents"]) > flow.dimension:
-        text = f"{label}: {option}exponents is {others['exponents']}; {flow.name!r} has {flow.dimension}."
-        raise InputError(text)
-    places = [flow.number_of(f"{label}: {option}signals", name) for name in signals or ()]
-    names = tuple(flow.names[place] for place in dict.fromkeys(places)) or flow.main_signals
-    return Plan(strobe, signals=names, **asked, **others)
 
 
 @arguments.checked
@@ -334,14 +320,9 @@ def report(
     ('periodic', -1.0)
     """
     flow = dynamics_of("chaos.report", system, period=period, step=step, method=method)
-    more: dict[str, Any] = {
-        "dimension": dimension,
-        "recurrence": recurrence,
-        "confirm": confirm,
-        "exponents": exponents,
-    }
-    more |= {"skip": skip, "keep": keep, "period": period if flow is system else None}
-    return plan(f"chaos.report {flow.name!r}", flow, signals, series, samples, **more).report(progress=progress)
+    strobe = StroboscopicMap(flow, period if flow is system else None)
+    asked = Plan(strobe, skip, keep, exponents, signals, series, samples, dimension, recurrence, confirm)
+    return asked.checked(f"chaos.report {flow.name!r}").report(progress=progress)
 
 
 def planes(names: Sequence[str], known: Sequence[str]) -> list[tuple[str, str | None]]:

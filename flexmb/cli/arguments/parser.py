@@ -7,7 +7,7 @@ import textwrap
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from flexmb.cli.arguments.index import COMMANDS, UNITS_HELP, Command, add_rows
+from flexmb.cli.arguments.index import COMMANDS, UNITS_HELP, add_rows
 from flexmb.cli.arguments.options import Option, add_options
 from flexmb.errors import FlexmbError
 from flexmb.version import installed_version
@@ -54,9 +54,10 @@ def parser_of(source: Source | None, wanted: str) -> tuple[argparse.ArgumentPars
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", title="commands")
     found: list[Option] = []
     for command in COMMANDS:
-        own = commands.add_parser(
-            command.name, help=command.help, epilog=_epilog(command), allow_abbrev=False, formatter_class=Layout
-        )
+        examples = textwrap.indent("\n".join(command.examples), "  ")
+        units = f"{UNITS_HELP} " if command.begins_with_mechanism else ""
+        own = commands.add_parser(command.name, help=command.help, allow_abbrev=False, formatter_class=Layout)
+        own.epilog = f"{units}{command.more}\nexamples:\n{examples}"
         add_rows(own, command.rows)
         own.add_argument("--debug", action="store_true", help="show the traceback of an error")
         own.set_defaults(own_parser=own)
@@ -76,12 +77,6 @@ def source_of(given: Sequence[str]) -> Source | None:
     from flexmb.cli.arguments.source import find  # noqa: PLC0415 - imports numba: not for `flexmb --help`
 
     return find(given[1])
-
-
-def _epilog(command: Command) -> str:
-    units = f"{UNITS_HELP} " if command.begins_with_mechanism else ""
-    lines = textwrap.indent("\n".join(command.examples), "  ")
-    return f"{units}{command.more}\nexamples:\n{lines}"
 
 
 def _add_maker(command: argparse.ArgumentParser, source: Source) -> list[Option]:
