@@ -119,12 +119,10 @@ def datasets_of(path: Path) -> dict[str, xr.Dataset]:
     """Datasets of a file of `flexmb sweep` or `flexmb chaos` by group; {} for another file."""
     try:
         with h5py.File(path, "r") as file:
-            kind = file.attrs.get("kind", b"")
+            known = file.attrs.get("kind", b"") in ("bifurcation", "chaos", b"bifurcation", b"chaos")
     except READ_ERRORS:
         return {}
-    if kind not in ("bifurcation", "chaos", b"bifurcation", b"chaos"):
-        return {}
-    return load_netcdf(path, GROUPS)
+    return load_netcdf(path, GROUPS) if known else {}
 
 
 # `flexmb vtk`: VTK files of a saved run

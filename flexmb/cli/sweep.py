@@ -40,16 +40,18 @@ def sweep(source: Source, makers: list[Option], options: argparse.Namespace) -> 
     require_those_of(options)
     require_folder(folder)
     workers, solver = checks.count("flexmb sweep", "--workers", options.workers), flow_options(options)
-    if options.plot and not options.no_plots:
-        _require_signals(options, Family(make, parameter, fixed, **solver), values)
+    signals = options.signals.split(",") if options.signals else None
+    pictures = options.plot.split(",") if options.plot and not options.no_plots else []
+    known = signals or (first_of(Family(make, parameter, fixed, **solver), values).names if pictures else ())
+    for name in pictures:  # before the long run
+        checks.one_of("--plot", "signal", name, known)
     with worker_pool(workers, find, options.source) if workers > 1 else nullcontext() as pool:
         shared = {name: vars(options)[name] for name in SHARED}
-        signals = options.signals.split(",") if options.signals else None
         given = {"fixed": fixed, "signals": signals, "executor": pool, "progress": not options.quiet, **solver}
         diagram = bifurcation(make, parameter, values, **shared, **given)
     written = [Path(options.store)] if options.store else [write_netcdf(folder / f"{STEM}.nc", {"": diagram})]
     if not options.no_plots:
-        written += _pictures(diagram, folder, options.plot)
+        written += _pictures(diagram, folder, pictures)
     if not options.no_report and (diagram["status"].values != "").any():
         written.append(report(diagram, folder / f"{STEM}.html"))
     bad = ~diagram["ok"].values
@@ -66,11 +68,8 @@ def values_of(text: str, option: Option) -> list[float]:
     if len(parts) != 3:
         raise InputError(f"{option.flag}: {text!r} is no range; give {RANGE}.")
     first, last = (quantity(part, option.unit, option.flag) for part in parts[:2])
-    number = checks.count(
-        "flexmb sweep",
-        f"the number of values in {option.flag}",
-        quantity(parts[2], "", f"{option.flag}: number of values"),
-    )
+    typed = quantity(parts[2], "", f"{option.flag}: number of values")
+    number = checks.count("flexmb sweep", f"the number of values in {option.flag}", typed)
     values = np.linspace(first, last, number).tolist()
     return [option.value(repr(value)) for value in values] if option.kind == "count" else values
 
@@ -98,19 +97,11 @@ def _varied(
     return mechanism, path, values_of(text, field_option(mechanism, path, "vary")), {}
 
 
-def _require_signals(options: argparse.Namespace, family: Family, values: list[float]) -> None:
-    """Refuse unknown signals of pictures before the long run."""
-    known = options.signals.split(",") if options.signals else first_of(family, values).names
-    for name in options.plot.split(","):
-        checks.one_of("--plot", "signal", name, known)
-
-
-def _pictures(diagram: xr.Dataset, folder: Path, asked: str | None) -> list[Path]:
+def _pictures(diagram: xr.Dataset, folder: Path, signals: list[str]) -> list[Path]:
     """Pictures of the chosen signals, or of one default signal."""
     from flexmb.show.pictures.diagrams import default_signal, plot_bifurcation  # noqa: PLC0415 - only when asked for
 
-    signals = asked.split(",") if asked else [default_signal(diagram)]
-    written = {signal: folder / f"{STEM}-{signal}.png" for signal in signals}
+    written = {signal: folder / f"{STEM}-{signal}.png" for signal in signals or [default_signal(diagram)]}
     for signal, path in written.items():
         plot_bifurcation(diagram, signal).savefig(path, dpi=150)
     return list(written.values())
