@@ -319,7 +319,7 @@ def report(
     >>> found.exponents.verdict.kind, round(found.exponents.sum, 6)  # the sum is minus the damping
     ('periodic', -1.0)
     """
-    flow = dynamics_of("chaos.report", system, period=period, step=step, method=method)
+    flow: Any = dynamics_of("chaos.report", system, period=period, step=step, method=method)
     strobe = StroboscopicMap(flow, period if flow is system else None)
     asked = Plan(strobe, skip, keep, exponents, signals, series, samples, dimension, recurrence, confirm)
     return asked.checked(f"chaos.report {flow.name!r}").report(progress=progress)
