@@ -421,6 +421,8 @@ dynamics.series.exponent.SMALLEST | 1 | spread | smallest distance
 dynamics.series.zero_one.ENOUGH | points | nothing | least points
 dynamics.series.zero_one.REGULAR | 1 | 0-1 test | regular below
 dynamics.series.zero_one.CHAOTIC | 1 | 0-1 test | chaotic above
+dynamics.report.ENOUGH | samples | period | most for estimates from a signal
+dynamics.report.LEAST | points | nothing | least points of a 0-1 test
 engine.linalg.symbolic.WIDEST_PANEL | unknowns | nothing | widest supernode
 engine.linalg.symbolic.PANEL_ZEROS | 1 | entries | zeros that supernodes may hold
 elastic.beams.mesh.SAME_PLACE | 1 | size of the mesh | nodes at one place
@@ -455,7 +457,7 @@ def _left_out() -> dict[str, str]:
     """Why, by place."""
     reasons = """
     the default of an argument that is varied: parts.contact.onset.LEAST_APPROACH engine.step.step_size.RTOL
-    a factor of a formula: dynamics.exponents.exponents.LATE parts.contact.friction.PASSIVE
+    a factor of a formula: dynamics.report.HALF dynamics.exponents.exponents.LATE parts.contact.friction.PASSIVE
         engine.energy.GAUSS_POINT
         statics.start.projection.WHOLE_TURN
         dynamics.evidence.TURN dynamics.orbits.shooting.TURN elastic.beams.corotational.TURN
@@ -470,7 +472,7 @@ def _left_out() -> dict[str, str]:
         engine.state.flow.IMPACT_SIZE engine.state.flow.CONTACT_MEMORY_SIZE
         results.contact_intervals.IMPACT
         results.contact_intervals.CONTINUOUS
-        results.netcdf.FORMAT results.netcdf.SINGLE
+        results.netcdf.FORMAT results.netcdf.SINGLE dynamics.sweeps.store.FORMAT
         engine.newmark.implicit_step.CONTINUE engine.newmark.implicit_step.EVALUATE_AGAIN
         run.run.NOT_SAVING engine.sensitivity.tangent_step.TANGENT_LOST
         engine.step.contact_log.IMPACT engine.step.contact_log.LASTING
@@ -480,7 +482,8 @@ def _left_out() -> dict[str, str]:
         dynamics.basins.UNDECIDED
         program.signals.CONTACT_PENETRATION program.program.CONTACT_COMMON elastic.beams.stress.SIZE
         program.program.NO_FACTOR program.program.FIRST_OUTPUT engine.system.outputs.FRICTION_ALONE
-    decides a remark or a refusal, and no number of a run: findings.watch.DEEP findings.watch.THROUGH findings.watch.LEAST_STEPS findings.watch.SHARE
+    decides a remark or a refusal, and no number of a run: dynamics.report.FEWEST_PERIODS dynamics.report.FEWEST_SAMPLES
+        dynamics.report.MORE_THAN dynamics.report.POINTS dynamics.jobs.files.NO_ROOM findings.watch.DEEP findings.watch.THROUGH findings.watch.LEAST_STEPS findings.watch.SHARE
         findings.watch.LARGE_STRAIN findings.watch.IMPOSSIBLE_STRAIN parts.couplings.one_way_clutch.LARGE_WIND_UP parts.cams.curve_on_curve.PULL parts.couplings.cable.LARGE_STRETCH
         parts.couplings.belt.LARGE_STRETCH parts.couplings.gear.LARGE_PLAY parts.couplings.rack.PARTED findings.loads.TOO_STIFF results.stress.CAPTURED
         findings.watch.LEAST
@@ -507,14 +510,16 @@ def _left_out() -> dict[str, str]:
     squares of smaller numbers are 0 among floats: run.simulate.SHORTEST_RUN
     stands for infinity: engine.state.record.NEVER
     stands for a clearance that does not exist: parts.joints.stop.NO_CLEARANCE
-    a size of a buffer, a block or a store: elastic.reduced.reduced.REMEMBERED engine.state.flow.PAST_STATES run.run.BUFFER_ROWS
+    a size of a buffer, a block or a store: dynamics.jobs.executors.PENDING dynamics.jobs.files.DIGEST
+        elastic.reduced.reduced.REMEMBERED engine.state.flow.PAST_STATES run.run.BUFFER_ROWS
         run.run.BLOCK_SECONDS run.run.FIRST_BLOCK_UPDATES dynamics.basins.CHUNKS dynamics.series.embedding.BLOCK
         dynamics.series.correlation.BLOCK program.compiler.REMEMBERED_CALLS program.structure.REMEMBERED_STRUCTURES
         program.structure.REMEMBERED_UNKNOWNS program.structure.FIELDWISE_FROM run.run.BUFFER_NUMBERS run.run.LEAST_BUFFER_ROWS
         run.saving.MOST_RESERVED_BYTES results.naming.BLOCK
     size of a symbol in a picture: results.drawing.COILS results.drawing.WIDTH results.drawing.ARROW results.drawing.HEAD parts.loads.mesh_loads.ARROWS parts.loads.mesh_loads.NO_ARROW
         results.drawing.CIRCLE_POINTS results.drawing.ARC_POINTS results.drawing.OVERHANG
-    how many are printed or written: results.netcdf.MOST_SINGLE results.status.MOST results.solution.MOST_OF_A_KIND results.status.PANELS statics.start.consistent.LISTED_PARTS results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS
+    how many are printed or written: dynamics.report.LINES dynamics.report.ROUND_OFF dynamics.jobs.progress.EVERY
+        results.netcdf.MOST_SINGLE results.status.MOST results.solution.MOST_OF_A_KIND results.status.PANELS statics.start.consistent.LISTED_PARTS results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS
         model.signal.MOST_COMPARED_NAMES results.solution.IN_TEXT results.solution.IN_TABLE results.solution.ROUND_OFF
         statics.modes.SHOWN_MODES dynamics.exponents.exponents.SHOWN
     shortens what another number decides: engine.linalg.rank.CERTAIN_EIGENVALUE

@@ -10,6 +10,8 @@ from flexmb.dynamics.orbits.branch import BranchPoint as BranchPoint
 from flexmb.dynamics.orbits.continuation import follow as follow
 from flexmb.dynamics.orbits.periodic_orbit import PeriodicOrbit as PeriodicOrbit
 from flexmb.dynamics.orbits.periodic_orbit import periodic_orbit as periodic_orbit
+from flexmb.dynamics.report import ChaosReport as ChaosReport
+from flexmb.dynamics.report import report as report
 from flexmb.dynamics.sections.maps import SectionMap as SectionMap
 from flexmb.dynamics.sections.maps import StroboscopicMap as StroboscopicMap
 from flexmb.dynamics.sections.points import section as section

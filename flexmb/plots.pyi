@@ -1,5 +1,6 @@
 """Public names of `flexmb.plots`: pictures and films of runs, diagrams, orbits and spectra."""
 
+from flexmb.show.pictures.chaos import plot_report as plot_report
 from flexmb.show.pictures.diagrams import plot_basin as plot_basin
 from flexmb.show.pictures.diagrams import plot_bifurcation as plot_bifurcation
 from flexmb.show.pictures.diagrams import plot_branch as plot_branch

@@ -12,6 +12,7 @@ from typing import Any
 
 from flexmb.checks import did_you_mean
 from flexmb.cli.arguments.index import COMMANDS, SOURCE
+from flexmb.cli.arguments.options import keywords_of
 from flexmb.cli.arguments.parser import parser_of, source_of
 from flexmb.errors import USER_ERRORS, FlexmbError
 
@@ -66,29 +67,27 @@ def reader_is_gone() -> bool:
     """Whether the reader of the output has closed the pipe, as `head` does; further output goes nowhere then."""
     try:
         print(flush=True)  # what failed is no longer in the buffer
+        return False
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return True
-    return False
 
 
 def with_negative_numbers(arguments: Sequence[str]) -> list[str]:
     """Arguments with negative numbers joined to their options: --speed -2pi becomes --speed=-2pi."""
     joined: list[str] = []
     for text in arguments:
-        if joined and re.match(r"-[.\d]|-pi", text) and joined[-1].startswith("--") and "=" not in joined[-1]:
-            joined[-1] = f"{joined[-1]}={text}"
-        else:
-            joined.append(text)
+        follows = joined and re.match(r"-[.\d]|-pi", text) and joined[-1].startswith("--") and "=" not in joined[-1]
+        joined.append(f"{joined.pop()}={text}" if follows else text)
     return joined
 
 
 def _dispatch(given: list[str]) -> int:
     source = source_of(given)
     parser, maker_options = parser_of(source, given[0] if given else "")
-    names = [command.name for command in COMMANDS]
-    if given and not given[0].startswith("-") and given[0] not in names:
-        parser.error(f"there is no command {given[0]!r}. {did_you_mean(given[0], names)}")
+    commands = {command.name: command for command in COMMANDS}
+    if given and not given[0].startswith("-") and given[0] not in commands:
+        parser.error(f"there is no command {given[0]!r}. {did_you_mean(given[0], commands)}")
     options, unknown = parser.parse_known_args(given)
     if unknown:
         known = [name for name in vars(options.own_parser)["_option_string_actions"] if name.startswith("--")]
@@ -98,7 +97,7 @@ def _dispatch(given: list[str]) -> int:
     options.arguments = given
     if getattr(options, "quiet", False):
         os.environ["FLEXMB_MESSAGES"] = "0"  # no messages on compilation, also in worker processes
-    command = next(command for command in COMMANDS if command.name == options.command)
+    command = commands[options.command]
     module, function = command.place
     call: Any = vars(import_module(module))[function]
     if not command.begins_with_mechanism:
@@ -108,5 +107,5 @@ def _dispatch(given: list[str]) -> int:
     source = source.with_changes(options.set)
     if command.takes == SOURCE:
         return int(call(source, maker_options, options))
-    keywords = import_module("flexmb.cli.arguments.options").keywords_of(options, maker_options)
+    keywords = keywords_of(options, maker_options)
     return int(call(source.mechanism(keywords), source.name, options))

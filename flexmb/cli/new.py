@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import shlex
 from keyword import iskeyword
 from pathlib import Path
@@ -104,7 +105,9 @@ def new(options: argparse.Namespace) -> int:
     path = Path(options.file)
     path = path if path.suffix == ".py" else path.with_name(f"{path.name}.py")
     if not path.stem.isidentifier() or iskeyword(path.stem):
-        text = f"{path.stem!r} is no name of a Python file, such as {_identifier(path.stem)!r}"
+        plain = re.sub(r"\W", "_", path.stem) or "model"
+        plain = plain if plain.isidentifier() and not iskeyword(plain) else f"m{plain}"
+        text = f"{path.stem!r} is no name of a Python file, such as {plain!r}"
         raise InputError(f"{text}. Take letters, digits and underscores, with a letter first.")
     if path.exists() and not options.force:
         raise InputError(f"{str(path)!r} is there already. Take another name, or replace it with --force.")
@@ -113,9 +116,3 @@ def new(options: argparse.Namespace) -> int:
     typed = shlex.quote(str(path))
     print(f"  flexmb check {typed}\n  flexmb run {typed} --speed 300rpm")
     return 0
-
-
-def _identifier(stem: str) -> str:
-    """A name of a Python module that resembles a text."""
-    plain = "".join(c if c.isalnum() or c == "_" else "_" for c in stem) or "model"
-    return plain if plain.isidentifier() and not iskeyword(plain) else f"m{plain}"

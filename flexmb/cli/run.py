@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.cli.arguments.options import COMMAND, without_output
 from flexmb.cli.arguments.units import quantity
+from flexmb.display import counted
 from flexmb.dynamics.jobs.files import unwritable
 from flexmb.engine.newmark.method import Newmark
 from flexmb.engine.step.runge_kutta import RungeKutta4
@@ -46,6 +46,23 @@ def require_packages(needed: Mapping[str, tuple[str, str]]) -> None:
             raise MissingPackageError(f"{text},{other}." if other else f"{text}.")
 
 
+def require_those_of(options: argparse.Namespace) -> None:
+    """Refuse to start without the packages that a command with these options needs."""
+    needed = {"h5netcdf": ("results", ""), "h5py": ("results", "")}
+    if not options.no_plots:
+        needed["matplotlib"] = ("pictures", " or leave them out with --no-plots")
+    if not getattr(options, "no_vtk", True):
+        needed["meshio"] = ("VTK files", " or leave them out with --no-vtk")
+    require_packages(needed)
+
+
+def tell(text: str, written: Sequence[Path], *troubles: str | None) -> None:
+    """Print a summary with the written files, and troubles, if any, as errors."""
+    print(text, "", "written:", *(f"  {path}" for path in written), sep="\n")
+    for trouble in filter(None, troubles):
+        print(f"flexmb: {trouble}", file=sys.stderr)
+
+
 def require_folder(folder: Path) -> None:
     """Create a folder, and refuse to start if it cannot be written."""
     try:
@@ -74,13 +91,8 @@ def _run_rows(sol: Solution) -> Iterator[tuple[str, str]]:
     stats = sol.stats
     yield "mechanism", sol.name
     yield "status", sol.status
-    yield (
-        "steps",
-        (
-            f"{stats.steps} of {stats.smallest_step:.3g} to {stats.largest_step:.3g} s, {stats.rejections}; "
-            f"{stats.newton_iterations} Newton iterations"
-        ),
-    )
+    sizes = f"{stats.steps} of {stats.smallest_step:.3g} to {stats.largest_step:.3g} s"
+    yield "steps", f"{sizes}, {stats.rejections}; {stats.newton_iterations} Newton iterations"
     yield "wall time", f"{stats.wall_time:.3g} s"
     if len(sol.time):
         yield "saved", f"{len(sol.time)} instants from {sol.time[0]:.6g} to {sol.time[-1]:.6g} s"
@@ -119,10 +131,9 @@ def _contact_rows(sol: Solution) -> Iterator[tuple[str, str]]:
 def impacts(episodes: Episodes) -> str:
     """Number of impacts, longest free flight, largest impulse of an impact."""
     hits = episodes[episodes.mode == IMPACT]
-    lasting = len(episodes) - len(hits)
-    text = f"{len(hits)}"
+    lasting, text = len(episodes) - len(hits), f"{len(hits)}"
     if lasting:
-        text += f" and {lasting} continuous contact{'' if lasting == 1 else 's'}"
+        text += f" and {counted(lasting, 'continuous contact')}"
     if len(hits):
         text += f", largest impulse {hits.impulse.max():.3g} N s"
     flights = episodes.flight[np.isfinite(episodes.flight)]
@@ -133,16 +144,19 @@ def impacts(episodes: Episodes) -> str:
 
 # `flexmb run`: simulate a mechanism, write its files, print a summary
 
+COMMAND = "command"
+"""Name of the arguments of `flexmb run` in `Solution.model`."""
+
+OUTPUT = ("--out", "--frames", "--checkpoint")
+FLAGS = ("--resume", "--no-vtk", "--no-plots", "--no-report", "--quiet", "--debug")
+"""Options of output, with values and without, which are not repeated."""
+
 PERIODS = 2.0
 """Default length of a run, in periods."""
 
 METHODS: dict[str, Callable[..., Newmark | RungeKutta4]] = {
-    "generalised-alpha": Newmark.generalised_alpha,
-    "hht": Newmark.hht,
-    "wbz": Newmark.wbz,
-    "trapezoidal": Newmark.trapezoidal,
-    "runge-kutta": RungeKutta4,
-}
+    name: getattr(Newmark, name.replace("-", "_")) for name in ("generalised-alpha", "hht", "wbz", "trapezoidal")
+} | {"runge-kutta": RungeKutta4}
 WITH_NUMBER = ("generalised-alpha", "hht", "wbz")
 """Methods that take a number."""
 
@@ -152,7 +166,7 @@ def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     folder = Path(options.out or Path("out") / name)
     if not options.no_vtk:
         checks.count("run", "--frames", options.frames, 2)
-    require_packages(_needed(options))
+    require_those_of(options)
     keywords = keywords_of_run(mechanism, options)
     require_folder(folder)
     keywords |= _checkpoints(folder / f"{name}.checkpoint.nc", options)
@@ -161,32 +175,31 @@ def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
         sol = replace(sol, model={**sol.model, COMMAND: without_output(options.arguments)})
         written = [sol.to_netcdf(folder / f"{name}.nc")]  # before the pictures, which can be drawn again
     lost = _write_rest(mechanism, sol, folder, name, options, written)
-    print(table(mechanism, sol))
-    print("\nwritten:", *(f"  {path}" for path in written), sep="\n")
-    for text in filter(None, [*(one.failure for one in checkpoints), lost]):
-        print(f"flexmb: {text}", file=sys.stderr)
-    if not sol.ok:
-        print(f"flexmb: {sol.status}", file=sys.stderr)
+    tell(table(mechanism, sol), written, *(one.failure for one in checkpoints), lost, "" if sol.ok else sol.status)
     return 0 if sol.ok and not lost else 1
+
+
+def without_output(arguments: Sequence[str]) -> list[str]:
+    """Arguments of `flexmb run` without output options."""
+    values = [False, *(text in OUTPUT for text in arguments)]
+    pairs = zip(arguments, values, strict=False)
+    return [text for text, is_value in pairs if not is_value and text.partition("=")[0] not in (*OUTPUT, *FLAGS)]
 
 
 def keywords_of_run(mechanism: Mechanism, options: argparse.Namespace) -> dict[str, Any]:
     """Keywords of `simulate` for times, steps, method and restart."""
-    keywords = {**_times(mechanism, options), **solver_of(options)}
-    if options.restart is not None:
-        keywords["restart"] = load(options.restart).restart
-    return keywords
+    restart = {} if options.restart is None else {"restart": load(options.restart).restart}
+    return {**_times(mechanism, options), **solver_of(options), **restart}
 
 
 def _checkpoints(path: Path, options: argparse.Namespace) -> dict[str, Any]:
     """Keywords of `simulate` for checkpoints; prints a note on an existing or missing checkpoint."""
     every = quantity(options.checkpoint, "s", "--checkpoint")
-    if path.is_file() and not options.resume and not options.quiet:
-        print(
-            f"flexmb: {path} is of an interrupted run, which --resume continues; this run starts anew.", file=sys.stderr
-        )
-    if options.resume and not path.is_file() and not options.quiet:
-        print(f"flexmb: there is no {path}; the run starts at the beginning.", file=sys.stderr)
+    note = f"there is no {path}; the run starts at the beginning."
+    if not options.resume:
+        note = f"{path} is of an interrupted run, which --resume continues; this run starts anew."
+    if path.is_file() != options.resume and not options.quiet:
+        print(f"flexmb: {note}", file=sys.stderr)
     return {"checkpoint": path, "checkpoint_every": every, "resume": options.resume}
 
 
@@ -209,57 +222,38 @@ def method_of(text: str) -> Newmark | RungeKutta4:
 def _times(mechanism: Mechanism, options: argparse.Namespace) -> dict[str, Any]:
     """End of the run and begin of saving, as keywords of `simulate`."""
     keywords: dict[str, Any] = {}
-    if options.t_end is not None:
-        keywords["t_end"] = quantity(options.t_end, "s", "--t-end")
-    elif options.periods is not None:
-        keywords["periods"] = quantity(options.periods, "", "--periods")
-    elif periods_of(mechanism):
-        keywords["periods"] = PERIODS
-    else:
-        raise InputError(f"Mechanism {mechanism.name!r} has no periodic drive. Say how long it shall run: --t-end 1s.")
-    if options.save_from_period is not None:
-        keywords["save_from_period"] = quantity(options.save_from_period, "", "--save-from-period")
+    for name, unit in {"t_end": "s", "periods": "", "save_from_period": ""}.items():
+        if vars(options)[name] is not None:
+            keywords[name] = quantity(vars(options)[name], unit, f"--{name.replace('_', '-')}")
     if options.save is not None:
         keywords["save"] = _saved(options.save)
+    if options.t_end is None and options.periods is None:
+        if not periods_of(mechanism):
+            text = f"Mechanism {mechanism.name!r} has no periodic drive"
+            raise InputError(f"{text}. Say how long it shall run: --t-end 1s.")
+        keywords["periods"] = PERIODS
     return keywords
 
 
 def _saved(text: str) -> int | float | str:
     """Value of `--save`: a number of instants, a time with its unit, or "steps"."""
-    if text == "steps":
-        return text
-    if text.rstrip()[-1:].isalpha():
-        return quantity(text, "s", "--save")
+    if text == "steps" or text.rstrip()[-1:].isalpha():
+        return text if text == "steps" else quantity(text, "s", "--save")
     return checks.count("flexmb run", "--save", quantity(text, "", "--save"), hint="An interval has a unit: 1ms.")
 
 
 def solver_of(options: argparse.Namespace) -> dict[str, Any]:
     """Step and method as keywords; options without a value are omitted."""
-    keywords: dict[str, Any] = {}
+    method = {} if options.method is None else {"method": method_of(options.method)}
     if options.step is not None:
-        keywords["step"] = FixedStep(quantity(options.step, "s", "--step"))
-    elif options.rtol is not None:
-        keywords["step"] = Adaptive(rtol=quantity(options.rtol, "", "--rtol"))
-    if options.method is not None:
-        keywords["method"] = method_of(options.method)
-    return keywords
+        return {"step": FixedStep(quantity(options.step, "s", "--step")), **method}
+    return method if options.rtol is None else {"step": Adaptive(rtol=quantity(options.rtol, "", "--rtol")), **method}
 
 
 def flow_options(options: argparse.Namespace) -> dict[str, Any]:
     """Period, step and method of a flow as keywords; options without a value are omitted."""
-    if options.period is None:
-        return solver_of(options)
-    return {"period": quantity(options.period, "s", "--period"), **solver_of(options)}
-
-
-def _needed(options: argparse.Namespace) -> dict[str, tuple[str, str]]:
-    """Purpose and advice by required package."""
-    needed = {"h5netcdf": ("results", ""), "h5py": ("results", "")}
-    if not options.no_plots:
-        needed["matplotlib"] = ("pictures", " or leave them out with --no-plots")
-    if not options.no_vtk:
-        needed["meshio"] = ("VTK files", " or leave them out with --no-vtk")
-    return needed
+    period = {} if options.period is None else {"period": quantity(options.period, "s", "--period")}
+    return {**period, **solver_of(options)}
 
 
 def _write_rest(
@@ -272,18 +266,14 @@ def _write_rest(
 
     if len(sol.time) < 2:
         return "nothing was saved, so there are no pictures and no VTK files. Run longer, or save earlier."
-    shown = panels(sol)
-    writers: list[tuple[str, Callable[[Path], object]]] = []
-    if not options.no_vtk:
-        writers.append((f"{name}.pvd", lambda path: write_vtk(sol, path, frames=options.frames)))
-    if not options.no_plots and shown:
-        writers.append(("signals.png", lambda path: plot(sol, shown).savefig(path, dpi=150)))
-    if not options.no_plots:
-        writers.append(("mechanism.png", lambda path: render(sol, four_instants(mechanism, sol), path=path)))
-    if not options.no_report:
-        writers.append((REPORT, lambda path: report(sol, path, mechanism=mechanism)))
-    missing = []
-    for file, write in writers:
+    shown, missing = panels(sol), []
+    writers: dict[str, tuple[bool, Callable[[Path], object]]] = {
+        f"{name}.pvd": (options.no_vtk, lambda path: write_vtk(sol, path, frames=options.frames)),
+        "signals.png": (options.no_plots or not shown, lambda path: plot(sol, shown).savefig(path, dpi=150)),
+        "mechanism.png": (options.no_plots, lambda path: render(sol, four_instants(mechanism, sol), path=path)),
+        REPORT: (options.no_report, lambda path: report(sol, path, mechanism=mechanism)),
+    }
+    for file, write in ((file, write) for file, (left_out, write) in writers.items() if not left_out):
         try:
             write(folder / file)
             written.append(folder / file)

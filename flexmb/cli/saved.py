@@ -6,17 +6,17 @@ import argparse
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
 
-from flexmb.cli.arguments.options import COMMAND, arguments_of, keywords_of
+from flexmb.cli.arguments.options import keywords_of
 from flexmb.cli.arguments.parser import parser_of, source_of
 from flexmb.cli.arguments.units import quantity
-from flexmb.cli.run import REPORT, keywords_of_run
+from flexmb.cli.run import COMMAND, REPORT, keywords_of_run
 from flexmb.dynamics.jobs.files import READ_ERRORS, load_netcdf
-from flexmb.errors import InputError
+from flexmb.errors import FileFormatError, InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.results.netcdf import load
 from flexmb.results.solution import Solution
@@ -34,31 +34,17 @@ if TYPE_CHECKING:
 
 def plot(options: argparse.Namespace) -> int:
     """`flexmb plot`: draw signals of a saved run, and print the path of the picture."""
-    from flexmb.show.pictures.signals import (  # noqa: PLC0415 - matplotlib when a picture is asked for
-        plot as picture_of,
-    )
+    from flexmb.show.pictures import signals  # noqa: PLC0415 - matplotlib when a picture is asked for
 
     panels = [names_of(text) for text in options.signals]
-    figure = picture_of(load(options.file), panels, title=options.title, x=options.x)
-    target = Path(options.out)
-    figure.savefig(target, dpi=150)
-    print(target)
+    signals.plot(load(options.file), panels, title=options.title, x=options.x).savefig(options.out, dpi=150)
+    print(Path(options.out))
     return 0
 
 
 def names_of(text: str | None) -> list[str]:
     """Names in a text, separated by commas."""
     return [name.strip() for name in (text or "").split(",") if name.strip()]
-
-
-def pixels(text: str | None) -> tuple[int, int] | None:
-    """Width and height in a text such as 600x400; None without a text."""
-    if text is None:
-        return None
-    found = re.fullmatch(r"(\d+)x(\d+)", text)
-    if found is None:
-        raise InputError(f"--size: {text!r} is no size; write width and height in pixels, e.g. 600x400.")
-    return int(found[1]), int(found[2])
 
 
 # `flexmb animate`: film of a saved run
@@ -71,30 +57,21 @@ def animate(options: argparse.Namespace) -> int:
     """`flexmb animate`: write the film of a saved run, and print its path."""
     from flexmb.show.pictures.films import animate as film  # noqa: PLC0415 - matplotlib when a picture is asked for
 
-    seconds, fps = quantity(options.seconds, "s", "--seconds"), quantity(options.fps, "", "--fps")
-    magnify = quantity(options.magnify, "", "--magnify")
-    size = pixels(options.size)
-    sol = load(options.file)
-    times = None
+    units = {"seconds": "s", "fps": "", "magnify": ""}
+    given: dict[str, Any] = {name: quantity(vars(options)[name], unit, f"--{name}") for name, unit in units.items()}
+    pixels = re.fullmatch(r"(\d+)x(\d+)", options.size or "")
+    if options.size is not None and pixels is None:
+        raise InputError(f"--size: {options.size!r} is no size; write width and height in pixels, e.g. 600x400.")
+    sol, times = load(options.file), None
     if (options.begin is not None or options.end is not None) and len(sol.time):
         begin = float(sol.time[0]) if options.begin is None else quantity(options.begin, "s", "--from")
         end = float(sol.time[-1]) if options.end is None else quantity(options.end, "s", "--to")
         times = (begin, end)
-    print(
-        film(
-            sol,
-            options.out,
-            seconds=seconds,
-            fps=fps,
-            times=times,
-            magnify=magnify,
-            colour=None if options.colour == "none" else options.colour,
-            traces=True if options.traces == ALL else names_of(options.traces) or None,
-            forces=True if options.forces == ALL else names_of(options.forces),
-            size=size,
-            follow=options.follow,
-        )
-    )
+    colour = None if options.colour == "none" else options.colour
+    traces, forces = (text == ALL or names_of(text) for text in (options.traces, options.forces))
+    given |= {"traces": traces or None, "forces": forces, "colour": colour, "follow": options.follow}
+    size = None if pixels is None else (int(pixels[1]), int(pixels[2]))
+    print(film(sol, options.out, times=times, size=size, **given))
     return 0
 
 
@@ -107,53 +84,45 @@ GROUPS = ("", "motion")
 def report(options: argparse.Namespace) -> int:
     """`flexmb report`: write the page of a saved run, with its mechanism if the file or the user names it."""
     if groups := datasets_of(options.file):
-        print(write_diagram(groups, options.out or options.file.with_suffix(".html")))
+        target = options.out or options.file.with_suffix(".html")
+        is_chaos = groups[""].attrs["kind"] == "chaos"
+        print(write_chaos(groups, target, None, None) if is_chaos else page_of(groups[""], target))
         return 0
-    target = options.out or options.file.with_name(REPORT)
-    sol = load(options.file)
-    print(page_of(sol, target, mechanism=_mechanism(sol, options.name), frames=options.frames))
+    sol, mechanism = load(options.file), None
+    command = command_of(sol)
+    if options.name is not None or (command and ".py" not in command[1]):
+        mechanism, _ = declared_again(command, options.name)
+    print(page_of(sol, options.out or options.file.with_name(REPORT), mechanism=mechanism, frames=options.frames))
     return 0
 
 
-def _mechanism(sol: Solution, name: str | None) -> Mechanism | None:
-    """Mechanism of a saved run, declared again; None where it is unknown."""
-    given = repeated_command(sol, name)
+def command_of(sol: Solution) -> list[str]:
+    """Arguments of `flexmb run` that a saved run was made with; [] where they are unknown."""
+    command = sol.model.get(COMMAND)
+    if not isinstance(command, list) or len(command) < 2 or command[0] != "run":
+        return []
+    return list(map(str, command))
+
+
+def declared_again(command: list[str], name: str | None) -> tuple[Mechanism, argparse.Namespace]:
+    """Mechanism of a saved run, of its command or of the given `name`, and the other options of the command."""
+    given = ["run", name or command[1], *command[2:]]
     source = source_of(given)
-    if source is None:
-        return None
     parser, maker_options = parser_of(source, "run")
     options = parser.parse_args(given)
-    changed = source.with_changes(options.set)
-    return changed.mechanism(keywords_of(options, maker_options))
+    if source is None:
+        raise InputError(f"the command of the run, {' '.join(given)!r}, names no mechanism. Give it as NAME.")
+    return source.with_changes(options.set).mechanism(keywords_of(options, maker_options)), options
 
 
 def datasets_of(path: Path) -> dict[str, xr.Dataset]:
     """Datasets of a file of `flexmb sweep` or `flexmb chaos` by group; {} for another file."""
     try:
         with h5py.File(path, "r") as file:
-            kind = file.attrs.get("kind", b"")
+            known = file.attrs.get("kind", b"") in ("bifurcation", "chaos", b"bifurcation", b"chaos")
     except READ_ERRORS:
         return {}
-    if kind not in ("bifurcation", "chaos", b"bifurcation", b"chaos"):
-        return {}
-    return load_netcdf(path, GROUPS)
-
-
-def write_diagram(groups: dict[str, xr.Dataset], path: Path) -> Path:
-    """Page of a diagram or of a study of a motion."""
-    if groups[""].attrs["kind"] == "chaos":
-        return write_chaos(groups, path, None, None)
-    return page_of(groups[""], path)
-
-
-def repeated_command(sol: Solution, given: str | None) -> list[str]:
-    """Arguments of `flexmb run` with which the mechanism of a saved run can be built; [] for an unknown mechanism."""
-    command = sol.model.get(COMMAND)
-    if not isinstance(command, list) or len(command) < 2 or command[0] != "run":
-        return [] if given is None else ["run", given]
-    if given is None and ".py" in command[1]:
-        return []
-    return ["run", given or command[1], *map(str, command[2:])]
+    return load_netcdf(path, GROUPS) if known else {}
 
 
 # `flexmb vtk`: VTK files of a saved run
@@ -161,15 +130,11 @@ def repeated_command(sol: Solution, given: str | None) -> list[str]:
 
 def vtk(options: argparse.Namespace) -> int:
     """`flexmb vtk`: write the VTK files of a saved run, and print the name of their list."""
-    print(write_vtk(load(options.file), place_of(options.file, options.out), frames=options.frames))
+    place = options.out or options.file.with_suffix(".pvd")
+    if options.out is not None and (place.is_dir() or not place.suffix):
+        place /= f"{options.file.stem}.pvd"
+    print(write_vtk(load(options.file), place, frames=options.frames))
     return 0
-
-
-def place_of(file: Path, out: Path | None) -> Path:
-    """The .pvd file: beside the run, in the folder `out`, or `out` itself where it has an ending."""
-    if out is None:
-        return file.with_suffix(".pvd")
-    return out / f"{file.stem}.pvd" if out.is_dir() or not out.suffix else out
 
 
 # `flexmb rerun`: repeat a saved run and compare the results
@@ -228,15 +193,20 @@ def rerun(options: argparse.Namespace) -> int:
 
     Returns 0 if the runs agree, else 1.
     """
-    given = arguments_of(options.file, options.name)
-    source = source_of(given)
-    parser, maker_options = parser_of(source, "run")
-    again = parser.parse_args(given)
-    if source is None:
-        raise InputError(f"{options.file}: names no mechanism. Name it: flexmb rerun {options.file} NAME")
-    mechanism = source.with_changes(again.set).mechanism(keywords_of(again, maker_options))
-    progress = not options.quiet
-    return tell(options.file, simulate(mechanism, progress=progress, **keywords_of_run(mechanism, again)))
+    saved = load(options.file)
+    command = command_of(saved)
+    if not command:
+        raise FileFormatError(f"{str(options.file)!r}: does not say how it was made; `flexmb run` writes such files.")
+    if options.name is None and ".py" in command[1]:
+        text = f"{str(options.file)!r} is a run of {command[1]}, a file that would be executed"
+        raise InputError(f"{text}. Name it if you trust it: flexmb rerun {options.file} {command[1]}")
+    mechanism, given = declared_again(command, options.name)
+    again = simulate(mechanism, progress=not options.quiet, **keywords_of_run(mechanism, given))
+    found = compare(saved, again)
+    print(found)
+    if saved.model.get("flexmb") != installed_version():
+        print(f"The file was written by flexmb {saved.model.get('flexmb')}, this is {installed_version()}.")
+    return EQUAL if found.good and saved.status == again.status else DIFFERENT
 
 
 def compare(one: Solution, other: Solution) -> Comparison:
@@ -247,20 +217,6 @@ def compare(one: Solution, other: Solution) -> Comparison:
     with np.errstate(all="ignore"):
         part = np.nan_to_num(np.abs(one.values - other.values) / np.where(ranges > 0.0, ranges, 1.0), nan=np.inf)
     part[np.isnan(one.values) & np.isnan(other.values)] = 0.0
-    worst = part.max(axis=1)
-    place = int(np.argmax(part.max(axis=0)))
-    parted = np.flatnonzero(worst > DIVERGED)
-    begin = worst[: max(2, int(BEGIN * len(worst)))].max()
-    return Comparison(
-        float(worst.max()), one.names[place], float(begin), float(one.time[parted[0]]) if len(parted) else None
-    )
-
-
-def tell(path: Path, again: Solution) -> int:
-    """Print the comparison of a saved run with its repetition; exit code 0 if they agree."""
-    saved = load(path)
-    found = compare(saved, again)
-    print(found)
-    if saved.model.get("flexmb") != installed_version():
-        print(f"The file was written by flexmb {saved.model.get('flexmb')}, this is {installed_version()}.")
-    return EQUAL if found.good and saved.status == again.status else DIFFERENT
+    worst, signal = part.max(axis=1), one.names[int(np.argmax(part.max(axis=0)))]
+    parted = next((float(time) for time, size in zip(one.time, worst, strict=True) if size > DIVERGED), None)
+    return Comparison(float(worst.max()), signal, float(worst[: max(2, int(BEGIN * len(worst)))].max()), parted)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections import Counter
 from contextlib import nullcontext
 from pathlib import Path
@@ -15,7 +14,7 @@ from flexmb import checks
 from flexmb.cli.arguments.options import Option, keywords_of
 from flexmb.cli.arguments.source import Source, field_option, find
 from flexmb.cli.arguments.units import quantity
-from flexmb.cli.run import flow_options, require_folder, require_packages
+from flexmb.cli.run import flow_options, require_folder, require_those_of, tell
 from flexmb.dynamics.jobs.executors import worker_pool
 from flexmb.dynamics.jobs.files import write_netcdf
 from flexmb.dynamics.sweeps.bifurcation import Family, bifurcation, first_of
@@ -27,6 +26,8 @@ if TYPE_CHECKING:
 
 RANGE = "FROM:TO:NUMBER, e.g. 0.5pi:2.5pi:50, or values with commas between them"
 STEM = "bifurcation"
+SHARED = ("skip", "keep", "direction", "chunks", "exponent", "store", "resume")
+"""Options that are arguments of `bifurcation`."""
 
 
 def sweep(source: Source, makers: list[Option], options: argparse.Namespace) -> int:
@@ -36,40 +37,26 @@ def sweep(source: Source, makers: list[Option], options: argparse.Namespace) -> 
     """
     make, parameter, values, fixed = _varied(source, makers, options)
     folder = Path(options.out or Path("out") / source.name)
-    pictures = {} if options.no_plots else {"matplotlib": ("pictures", " or leave them out with --no-plots")}
-    require_packages({"h5netcdf": ("results", ""), **pictures})
+    require_those_of(options)
     require_folder(folder)
     workers, solver = checks.count("flexmb sweep", "--workers", options.workers), flow_options(options)
-    if options.plot and not options.no_plots:
-        _require_signals(options, Family(make, parameter, fixed, **solver), values)
+    signals = options.signals.split(",") if options.signals else None
+    pictures = options.plot.split(",") if options.plot and not options.no_plots else []
+    known = signals or (first_of(Family(make, parameter, fixed, **solver), values).names if pictures else ())
+    for name in pictures:  # before the long run
+        checks.one_of("--plot", "signal", name, known)
     with worker_pool(workers, find, options.source) if workers > 1 else nullcontext() as pool:
-        diagram = bifurcation(
-            make,
-            parameter,
-            values,
-            fixed=fixed,
-            skip=options.skip,
-            keep=options.keep,
-            direction=options.direction,
-            chunks=options.chunks,
-            signals=options.signals.split(",") if options.signals else None,
-            exponent=options.exponent,
-            executor=pool,
-            store=options.store,
-            resume=options.resume,
-            progress=not options.quiet,
-            **solver,
-        )
+        shared = {name: vars(options)[name] for name in SHARED}
+        given = {"fixed": fixed, "signals": signals, "executor": pool, "progress": not options.quiet, **solver}
+        diagram = bifurcation(make, parameter, values, **shared, **given)
     written = [Path(options.store)] if options.store else [write_netcdf(folder / f"{STEM}.nc", {"": diagram})]
     if not options.no_plots:
-        written += _pictures(diagram, folder, options.plot)
+        written += _pictures(diagram, folder, pictures)
     if not options.no_report and (diagram["status"].values != "").any():
         written.append(report(diagram, folder / f"{STEM}.html"))
-    failed = _failures(diagram)
-    print(_summary(diagram))
-    print("\nwritten:", *(f"  {path}" for path in written), sep="\n")
-    if failed:
-        print(f"flexmb: {failed}", file=sys.stderr)
+    bad = ~diagram["ok"].values
+    failed = f"{bad.sum()} of {bad.size} points failed; the first one: " if bad.any() else ""
+    tell(_summary(diagram), written, failed and failed + diagram["status"].values[bad][0])
     return 1 if failed else 0
 
 
@@ -81,33 +68,28 @@ def values_of(text: str, option: Option) -> list[float]:
     if len(parts) != 3:
         raise InputError(f"{option.flag}: {text!r} is no range; give {RANGE}.")
     first, last = (quantity(part, option.unit, option.flag) for part in parts[:2])
-    number = checks.count("flexmb sweep", f"the number of values in {option.flag}", _whole(parts[2], option.flag))
+    typed = quantity(parts[2], "", f"{option.flag}: number of values")
+    number = checks.count("flexmb sweep", f"the number of values in {option.flag}", typed)
     values = np.linspace(first, last, number).tolist()
     return [option.value(repr(value)) for value in values] if option.kind == "count" else values
-
-
-def _whole(text: str, flag: str) -> float:
-    return quantity(text, "", f"{flag}: number of values")
 
 
 def _varied(
     source: Source, makers: list[Option], options: argparse.Namespace
 ) -> tuple[Any, str, list[float], dict[str, Any]]:
     """Function or mechanism, parameter, its values, and fixed values of other parameters."""
-    arguments = vars(options)
-    typed_ranges = {
-        option.name: arguments.get(f"maker.{option.name}") for option in makers if option.kind in ("number", "count")
-    }
-    ranges = [option for option in makers if any(sign in (typed_ranges.get(option.name) or "") for sign in ":,")]
+    numbers = [option.name for option in makers if option.kind in ("number", "count")]
+    typed = {name: vars(options).get(f"maker.{name}") or "" for name in numbers}
+    ranges = [option for option in makers if any(sign in typed.get(option.name, "") for sign in ":,")]
     if len(ranges) + (options.vary is not None) != 1:
         flags = ", ".join([option.flag for option in ranges] + (["--vary"] if options.vary else [])) or "none"
-        example = next((f"{option.flag} " for option in makers if option.name in typed_ranges), "--vary crank.mass=")
+        example = next((f"{option.flag} " for option in makers if option.name in typed), "--vary crank.mass=")
         text = f"flexmb sweep: one parameter must have a range, found: {flags}"
         raise InputError(f"{text}. Give it as {example}{RANGE}.")
     fixed = keywords_of(options, [option for option in makers if option not in ranges])
     if ranges:
         option = ranges[0]
-        return source.make, option.name, values_of(str(typed_ranges[option.name]), option), fixed
+        return source.make, option.name, values_of(typed[option.name], option), fixed
     mechanism = source.mechanism(fixed)
     path, equals, text = options.vary.partition("=")
     if not equals:
@@ -115,31 +97,14 @@ def _varied(
     return mechanism, path, values_of(text, field_option(mechanism, path, "vary")), {}
 
 
-def _require_signals(options: argparse.Namespace, family: Family, values: list[float]) -> None:
-    """Refuse unknown signals of pictures before the long run."""
-    known = options.signals.split(",") if options.signals else first_of(family, values).names
-    for name in options.plot.split(","):
-        checks.one_of("--plot", "signal", name, known)
-
-
-def _pictures(diagram: xr.Dataset, folder: Path, asked: str | None) -> list[Path]:
+def _pictures(diagram: xr.Dataset, folder: Path, signals: list[str]) -> list[Path]:
     """Pictures of the chosen signals, or of one default signal."""
     from flexmb.show.pictures.diagrams import default_signal, plot_bifurcation  # noqa: PLC0415 - only when asked for
 
-    written = []
-    for signal in asked.split(",") if asked else [default_signal(diagram)]:
-        path = folder / f"{STEM}-{signal}.png"
+    written = {signal: folder / f"{STEM}-{signal}.png" for signal in signals or [default_signal(diagram)]}
+    for signal, path in written.items():
         plot_bifurcation(diagram, signal).savefig(path, dpi=150)
-        written.append(path)
-    return written
-
-
-def _failures(diagram: xr.Dataset) -> str:
-    """Number of failed points, with the status of the first one; "" without failures."""
-    failed = ~diagram["ok"].values
-    if not failed.any():
-        return ""
-    return f"{failed.sum()} of {failed.size} points failed; the first one: {diagram['status'].values[failed][0]}"
+    return list(written.values())
 
 
 def _summary(diagram: xr.Dataset) -> str:
@@ -148,6 +113,5 @@ def _summary(diagram: xr.Dataset) -> str:
     parameter = diagram.attrs["parameter"]
     values, unit = diagram[parameter].values, diagram[parameter].attrs.get("units", "")
     head = f"{diagram.attrs['name']}: {len(values)} values of {parameter} from {values.min():.6g} to {values.max():.6g}"
-    return "\n".join(
-        [f"{head} {unit}".rstrip(), *(f"  {name:<16s}{count}" for name, count in sorted(verdicts.items()))]
-    )
+    lines = (f"  {name:<16s}{count}" for name, count in sorted(verdicts.items()))
+    return "\n".join([f"{head} {unit}".rstrip(), *lines])

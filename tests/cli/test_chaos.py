@@ -7,9 +7,10 @@ import pytest
 import xarray as xr
 
 import flexmb as fm
-from flexmb.cli.chaos_study import Motion, _widened, goes_round, planes, wrapped
 from flexmb.cli.command_line import main
+from flexmb.dynamics.report import Motion, goes_round, planes, wrapped
 from flexmb.dynamics.verdict import meaning_of
+from flexmb.show.pictures.chaos import _widened
 
 MODEL = """
 import math

@@ -7,6 +7,7 @@ import pytest
 
 import flexmb as fm
 from flexmb.cli.command_line import main
+from flexmb.cli.run import without_output
 from flexmb.cli.saved import compare
 
 RUN = "run slider-crank --speed 600rpm --clearance 0.1mm --t-end 20ms --save 50 --no-plots --no-vtk --quiet".split()
@@ -69,3 +70,11 @@ def test_other_files_are_refused(tmp_path, capsys):
     path = fm.simulate(fm.mechanisms.slider_crank(), t_end=1e-3).to_netcdf(tmp_path / "plain.nc")
     assert main(["rerun", str(path)]) == 2
     assert "does not say how it was made" in capsys.readouterr().err
+
+
+def test_options_of_output_are_not_repeated_those_of_the_mechanism_are():
+    """`--no-flexible` was dropped with `--no-vtk`: a mechanism that is flexible by default was another one."""
+    typed = (
+        "run rod.py --out a --no-flexible --frames=3 --outer 2 --no-vtk --resume --checkpoint 1s --set a.b=-1 --debug"
+    )
+    assert without_output(typed.split()) == "run rod.py --no-flexible --outer 2 --set a.b=-1".split()

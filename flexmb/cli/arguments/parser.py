@@ -5,15 +5,14 @@ from __future__ import annotations
 import argparse
 import textwrap
 from collections.abc import Sequence
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from flexmb.cli.arguments.index import COMMANDS, UNITS_HELP, Command
+from flexmb.cli.arguments.index import COMMANDS, UNITS_HELP, add_rows
+from flexmb.cli.arguments.options import Option, add_options
 from flexmb.errors import FlexmbError
 from flexmb.version import installed_version
 
 if TYPE_CHECKING:
-    from flexmb.cli.arguments.options import Option
     from flexmb.cli.arguments.source import Source
 
 SOURCE_HELP = "a ready mechanism (see `flexmb list`), or FILE.py[:NAME] with a Mechanism or a function that returns one"
@@ -55,10 +54,11 @@ def parser_of(source: Source | None, wanted: str) -> tuple[argparse.ArgumentPars
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", title="commands")
     found: list[Option] = []
     for command in COMMANDS:
-        own = commands.add_parser(
-            command.name, help=command.help, epilog=_epilog(command), allow_abbrev=False, formatter_class=Layout
-        )
-        command.add(own)
+        examples = textwrap.indent("\n".join(command.examples), "  ")
+        units = f"{UNITS_HELP} " if command.begins_with_mechanism else ""
+        own = commands.add_parser(command.name, help=command.help, allow_abbrev=False, formatter_class=Layout)
+        own.epilog = f"{units}{command.more}\nexamples:\n{examples}"
+        add_rows(own, command.rows)
         own.add_argument("--debug", action="store_true", help="show the traceback of an error")
         own.set_defaults(own_parser=own)
         if command.begins_with_mechanism:
@@ -74,22 +74,14 @@ def source_of(given: Sequence[str]) -> Source | None:
     named = {command.name for command in COMMANDS if command.begins_with_mechanism}
     if len(given) < 2 or given[0] not in named or given[1].startswith("-"):
         return None
-    find: Any = import_module("flexmb.cli.arguments.source").find  # which imports numba: not for `flexmb --help`
-    found: Source = find(given[1])
-    return found
+    from flexmb.cli.arguments.source import find  # noqa: PLC0415 - imports numba: not for `flexmb --help`
 
-
-def _epilog(command: Command) -> str:
-    units = f"{UNITS_HELP} " if command.begins_with_mechanism else ""
-    lines = textwrap.indent("\n".join(command.examples), "  ")
-    return f"{units}{command.more}\nexamples:\n{lines}"
+    return find(given[1])
 
 
 def _add_maker(command: argparse.ArgumentParser, source: Source) -> list[Option]:
-    add: Any = import_module("flexmb.cli.arguments.options").add_options
     try:
-        found: list[Option] = add(command, source.make, f"options of {source.name}")
+        return add_options(command, source.make, f"options of {source.name}")
     except argparse.ArgumentError as error:
         text = f"{source.name}: a parameter has the name of an option of this command ({error})."
         raise FlexmbError(f"{text} Rename the parameter.") from error
-    return found

@@ -74,34 +74,20 @@ def field_option(mechanism: Mechanism, path: str, flag: str) -> Option:
 
 
 def _value(option: Option, text: str) -> Any:
-    if option.kind == "number" and not option.unit:
-        return _of_either_unit(option, text)
-    if option.kind != "flag":
-        return option.value(text.strip("()[]") if option.kind == "numbers" else text)
-    return TRUTH[checks.one_of(option.flag, "value", text.lower(), TRUTH)]
-
-
-def _of_either_unit(option: Option, text: str) -> Any:
-    """Number of a field whose unit depends on another one: "rad/s for an angle, m/s for a travel"."""
-    words = f" {option.help.replace(',', ' ')} "
-    units = [unit for unit in UNITS if unit and f" {unit} " in words]
-    for unit in units:
+    """Value of a typed text; the unit may depend on another field: "rad/s for an angle, m/s for a travel"."""
+    if option.kind == "flag":
+        return TRUTH[checks.one_of(option.flag, "value", text.lower(), TRUTH)]
+    words = f" {option.help.replace(',', ' ')} " if option.kind == "number" and not option.unit else ""
+    for unit in (unit for unit in UNITS if unit and f" {unit} " in words):
         with suppress(InputError):
             return replace(option, unit=unit).value(text)
-    return option.value(text)
+    return option.value(text.strip("()[]") if option.kind == "numbers" else text)
 
 
 # Source of a mechanism: a ready one by its name, or FILE.py[:NAME]
 
 NAMES = ("mech", "mechanism")
 """Default names of a mechanism in a file."""
-
-
-def _no_parameters(mechanism: Mechanism) -> Callable[[], Mechanism]:
-    def make() -> Mechanism:
-        return mechanism
-
-    return make
 
 
 @dataclass(frozen=True)
@@ -128,10 +114,8 @@ class Source:
         try:
             inspect.signature(self.make).bind(**keywords)
         except TypeError as error:
-            text = f"{self.name}: the function cannot be called with what was typed: {error}."
-            raise InputError(
-                f"{text} Give its parameters defaults, or annotate them float, int, bool or str."
-            ) from error
+            text = f"{self.name}: the function cannot be called with what was typed: {error}. Give its parameters"
+            raise InputError(f"{text} defaults, or annotate them float, int, bool or str.") from error
         try:
             mechanism = self.make(**keywords)
         except FlexmbError:
@@ -141,9 +125,8 @@ class Source:
                 raise
             raise InputError(f"{self.file}, {_told(error, self.file)}") from error
         if not isinstance(mechanism, Mechanism):
-            raise InputError(
-                f"{self.name}: the function returned {type(mechanism).__name__}; it must return a Mechanism."
-            )
+            text = f"{self.name}: the function returned {type(mechanism).__name__}"
+            raise InputError(f"{text}; it must return a Mechanism.")
         return mechanism
 
 
@@ -171,14 +154,10 @@ class Changed:
 
 def ready() -> dict[str, Callable[..., Any]]:
     """Ready mechanisms by the name on the command line: functions that return a mechanism."""
-    public = {name: getattr(mechanisms, name) for name in mechanisms.__all__}
+    public = {name.replace("_", "-"): getattr(mechanisms, name) for name in mechanisms.__all__}
     makers = {name: make for name, make in public.items() if inspect.isfunction(make)}
-    return {name.replace("_", "-"): make for name, make in makers.items() if returns_mechanism(make)}
-
-
-def returns_mechanism(make: Callable[..., Any]) -> bool:
-    """Whether the annotated result of a function `make` is a Mechanism."""
-    return inspect.signature(make).return_annotation in (Mechanism, Mechanism.__name__)
+    results = (Mechanism, Mechanism.__name__)
+    return {name: make for name, make in makers.items() if inspect.signature(make).return_annotation in results}
 
 
 def find(text: str) -> Source:
@@ -189,27 +168,25 @@ def find(text: str) -> Source:
     path, colon, name = text.rpartition(":") if ".py:" in text else (text, "", "")
     if path.endswith(".py"):
         return _from_file(Path(path), name if colon else None)
-    makers = ready()
-    plain = text.replace("_", "-")
-    if plain in makers:
-        return Source(plain, makers[plain])
-    hint = checks.did_you_mean(plain, makers)
-    raise InputError(f"{text!r} is no mechanism and no file ending in .py. {hint}")
+    makers, plain = ready(), text.replace("_", "-")
+    if plain not in makers:
+        hint = checks.did_you_mean(plain, makers)
+        raise InputError(f"{text!r} is no mechanism and no file ending in .py. {hint}")
+    return Source(plain, makers[plain])
 
 
 def _from_file(path: Path, name: str | None) -> Source:
     module = _load(path)
-    names = [name] if name is not None else [n for n in NAMES if n in vars(module)]
     usable = [n for n, value in vars(module).items() if _is_source(value, module)]
-    if not names:
-        alone = [n for n in usable if isinstance(vars(module)[n], Mechanism)]
-        names = alone if len(alone) == 1 else []
-    if not names or not _is_source(vars(module).get(names[0]), module):
+    alone = [n for n in usable if isinstance(vars(module)[n], Mechanism)]
+    names = [name] if name is not None else [n for n in NAMES if n in vars(module)]
+    names = names or (alone if len(alone) == 1 else [])
+    if not names or names[0] not in usable:
         wanted = f"no mechanism {name!r}" if name else "no mechanism `mech`"
         offer = f"It has: {', '.join(usable)}." if usable else "Write mech = fm.Mechanism(...) in it."
         raise InputError(f"{path}: the file has {wanted}. {offer} Choose with {path}:NAME.")
     value = vars(module)[names[0]]
-    make = _no_parameters(value) if isinstance(value, Mechanism) else value
+    make = (lambda: value) if isinstance(value, Mechanism) else value
     return Source(path.stem if name is None else f"{path.stem}-{name}", make, path)
 
 

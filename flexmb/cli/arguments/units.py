@@ -16,48 +16,41 @@ Scale = tuple[Fraction, int]
 """Factor to SI as a fraction and a power of pi; by exact fractions 0.3mm is the double 3e-4."""
 
 
-def _plain(**factors: str) -> dict[str, Scale]:
-    return {unit: (Fraction(factor), 0) for unit, factor in factors.items()}
-
-
-UNITS: dict[str, dict[str, Scale]] = {
-    "m": _plain(m="1", cm="1e-2", mm="1e-3", um="1e-6", µm="1e-6", nm="1e-9"),
-    "s": _plain(s="1", ms="1e-3", us="1e-6", µs="1e-6", ns="1e-9", min="60"),
-    "kg": _plain(kg="1", g="1e-3", t="1000"),
-    "N": _plain(N="1", mN="1e-3", kN="1e3"),
-    "Pa": _plain(Pa="1", kPa="1e3", MPa="1e6", GPa="1e9"),
-    "rad": {"rad": (Fraction(1), 0), "mrad": (Fraction(1, 1000), 0), "deg": (Fraction(1, 180), 1)},
-    "rad/s": {"rad/s": (Fraction(1), 0), "rpm": (Fraction(1, 30), 1), "deg/s": (Fraction(1, 180), 1)},
-    "m/s": {"m/s": (Fraction(1), 0), "mm/s": (Fraction(1, 1000), 0)},
-    "m/s^2": {"m/s^2": (Fraction(1), 0)},
-    "N m": {"N m": (Fraction(1), 0), "kN m": (Fraction(1000), 0)},
-    "kg m^2": {"kg m^2": (Fraction(1), 0)},
-    "kg/m^3": {"kg/m^3": (Fraction(1), 0)},
-    "N/m": {"N/m": (Fraction(1), 0), "kN/m": (Fraction(1000), 0)},
-    "N s/m": {"N s/m": (Fraction(1), 0)},
-    "N m/rad": {"N m/rad": (Fraction(1), 0)},
-    "s/m": {"s/m": (Fraction(1), 0)},
-    "Hz": {"Hz": (Fraction(1), 0), "kHz": (Fraction(1000), 0)},
-    "": {},
+KINDS = {
+    "m": ("a length", "m=1 cm=1e-2 mm=1e-3 um=1e-6 μm=1e-6 nm=1e-9"),
+    "s": ("a time", "s=1 ms=1e-3 us=1e-6 μs=1e-6 ns=1e-9 min=60"),
+    "kg": ("a mass", "kg=1 g=1e-3 t=1000"),
+    "N": ("a force", "N=1 mN=1e-3 kN=1e3"),
+    "Pa": ("a stress", "Pa=1 kPa=1e3 MPa=1e6 GPa=1e9"),
+    "rad": ("an angle", "rad=1 mrad=1/1000 deg=1/180*pi"),
+    "rad/s": ("an angular speed", "rad/s=1 rpm=1/30*pi deg/s=1/180*pi"),
+    "m/s": ("a speed", "m/s=1 mm/s=1/1000"),
+    "m/s^2": ("an acceleration", "m/s^2=1"),
+    "N m": ("a moment", "N_m=1 kN_m=1000"),
+    "kg m^2": ("a moment of inertia", "kg_m^2=1"),
+    "kg/m^3": ("a density", "kg/m^3=1"),
+    "N/m": ("", "N/m=1 kN/m=1000"),
+    "N s/m": ("", "N_s/m=1"),
+    "N m/rad": ("", "N_m/rad=1"),
+    "s/m": ("", "s/m=1"),
+    "Hz": ("", "Hz=1 kHz=1000"),
+    "": ("a number without unit", ""),
 }
+"""Quantity, for messages, and typed units with their factors, by SI unit of the parameter; "_" is a blank in a unit."""
+
+NOUNS = {unit: quantity for unit, (quantity, _) in KINDS.items() if quantity}
+"""Quantity of an SI unit, for messages."""
+
+
+def _scales(text: str) -> dict[str, Scale]:
+    pairs = (entry.split("=") for entry in text.split())
+    return {unit.replace("_", " "): (Fraction(f.removesuffix("*pi")), int(f.endswith("*pi"))) for unit, f in pairs}
+
+
+UNITS = {unit: _scales(text) for unit, (_, text) in KINDS.items()}
 """Units on the command line by SI unit of the parameter; "": a parameter without a unit."""
 
-NOUNS = {
-    "m": "a length",
-    "s": "a time",
-    "kg": "a mass",
-    "N": "a force",
-    "Pa": "a stress",
-    "rad": "an angle",
-    "rad/s": "an angular speed",
-    "m/s": "a speed",
-    "m/s^2": "an acceleration",
-    "N m": "a moment",
-    "kg m^2": "a moment of inertia",
-    "kg/m^3": "a density",
-    "": "a number without unit",
-}
-"""Quantity of an SI unit, for messages."""
+EXAMPLES = {"m": "0.5mm", "s": "0.1s", "kg": "200g", "rad/s": "2pi", "rad": "30deg"}
 WITH_PI = ("rad", "rad/s", "")
 """SI units of the parameters that may be multiples of pi: 2pi, 2pi rad/s."""
 
@@ -68,8 +61,7 @@ DIVISOR = re.compile(rf"\s*/\s*({NUMBER})(.*)")
 
 def known_unit(text: str) -> str | None:
     """SI unit in `UNITS` of a `text` ("kg m2": "kg m^2"); None for an unknown unit."""
-    same = {_bare(unit): unit for unit in UNITS}
-    return same.get(_bare(text))
+    return {_bare(unit): unit for unit in UNITS}.get(_bare(text))
 
 
 def noun(unit: str) -> str:
@@ -112,7 +104,9 @@ def _scale(unit_text: str, unit: str, text: str, name: str, *, pi: bool) -> Scal
     """Factor from the typed unit to SI."""
     allowed = UNITS[unit]
     if pi and (unit not in WITH_PI or (unit_text and _bare(unit_text) != _bare(unit))):
-        where = f"it needs {noun(unit)}, e.g. {_example(unit)}" if unit not in WITH_PI else f"give 2pi or 2pi {unit}"
+        where = f"give 2pi or 2pi {unit}"
+        if unit not in WITH_PI:
+            where = f"it needs {noun(unit)}, e.g. {EXAMPLES.get(unit, '1.5')}"
         raise InputError(f"{name}: {text!r}: pi goes with angles and angular speeds in rad and rad/s only; {where}.")
     if not unit_text:
         return Fraction(1), int(pi)
@@ -133,13 +127,9 @@ def _bare(unit: str) -> str:
     return re.sub(r"[\s.*^]", "", unit).replace("μ", "µ")
 
 
-def _example(unit: str) -> str:
-    return {"m": "0.5mm", "s": "0.1s", "kg": "200g", "rad/s": "2pi", "rad": "30deg"}.get(unit, "1.5")
-
-
 def _typed(name: str, unit: str) -> str:
     """A good value as it is typed: "--clearance 0.5mm", "--set B.clearance=0.5mm", "--method hht:0.05"."""
     if ": " in name:  # a part of the value
-        return _example(unit)
+        return EXAMPLES.get(unit, "1.5")
     between = "" if name.endswith(":") else "=" if " " in name else " "
-    return f"{name}{between}{_example(unit)}"
+    return f"{name}{between}{EXAMPLES.get(unit, '1.5')}"

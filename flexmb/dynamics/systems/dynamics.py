@@ -78,6 +78,11 @@ class Dynamics(ABC):
         return tuple(range(len(self.names)))
 
     @property
+    def main_signals(self) -> tuple[str, ...]:
+        """Names of the signals that a report analyses by default."""
+        return self.names[:1]
+
+    @property
     def resolution(self) -> np.ndarray | None:
         """Differences (len(names),) of the signals that integration errors can make; None: 1e-6 of their sizes."""
         return None

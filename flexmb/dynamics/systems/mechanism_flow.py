@@ -25,6 +25,7 @@ from flexmb.parts.contact.onset import HISTORY
 from flexmb.parts.contact.validity import HISTORY_WITH_EXTREMES
 from flexmb.program.compiler import clash, compile_with_start
 from flexmb.program.program import Program
+from flexmb.results.status import followed, slides
 from flexmb.run.simulate import Step, period_or_none
 from flexmb.statics.start.consistent import Start, accelerations, consistent_start
 from flexmb.statics.start.projection import metric_of, projected
@@ -178,6 +179,19 @@ class MechanismFlow(ContinuousFlow):
     @property
     def telling(self) -> tuple[int, ...]:
         return motion_signals(self.names, self.program.n_q)
+
+    @property
+    def main_signals(self) -> tuple[str, ...]:
+        """Position of the first journal with clearance, else of the slider in its guide, or the last body's angle."""
+        journal = next((name for name in self.names if name.endswith(PLACES[0])), None)
+        if journal is not None:
+            return journal, journal.removesuffix(PLACES[0]) + PLACES[1]
+        body = followed(self.mechanism)
+        if body is None:
+            return self.names[:1]
+        guide = slides(self.mechanism, body)
+        axis = "theta" if guide is None else "x" if abs(guide.along[0]) >= abs(guide.along[1]) else "y"
+        return (self.names[self.number_of(f"MechanismFlow of {self.name!r}", f"{body.name}.{axis}")],)
 
     @property
     def resolution(self) -> np.ndarray:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from flexmb import arguments, checks
+from flexmb.dynamics.report import ChaosReport
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.results.solution import Solution
@@ -25,7 +26,7 @@ ENDINGS = {".html", ".htm"}
 
 @arguments.checked
 def report(
-    result: Solution | xr.Dataset,
+    result: Solution | ChaosReport | xr.Dataset,
     path: str | Path,
     *,
     mechanism: Mechanism | None = None,
@@ -40,7 +41,8 @@ def report(
 
     Parameters
     ----------
-    result : the solution; or the dataset of `bifurcation`; or a dataset that `flexmb chaos` wrote.
+    result : the solution; or the dataset of `bifurcation`; or the result of `chaos.report`, or a dataset
+        that `flexmb chaos` wrote.
     path : the file, which ends in .html; missing folders are made, an older file is replaced.
     mechanism : the mechanism that moved, for the examination of a solution that was read from a file; None: the one
         that the solution knows.
@@ -73,6 +75,8 @@ def report(
     if isinstance(result, Solution):
         _check_mechanism(result, mechanism)
         return write_run(result, target, mechanism, most, signals, title)
+    if isinstance(result, ChaosReport):
+        return write_chaos(result.groups, target, signals, title)
     import xarray as xr
 
     kind = result.attrs.get("kind") if isinstance(result, xr.Dataset) else None

@@ -1,0 +1,511 @@
+"""Report on a motion: exponents, verdict and estimates from its signals, as a record, a table and datasets."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexmb import arguments, checks
+from flexmb.dynamics.exponents.exponents import Exponents
+from flexmb.dynamics.exponents.lyapunov import lyapunov
+from flexmb.dynamics.jobs.files import write_netcdf
+from flexmb.dynamics.jobs.progress import ProgressBar
+from flexmb.dynamics.sections.maps import StroboscopicMap
+from flexmb.dynamics.series.correlation import CorrelationDimension, Recurrence, correlation_dimension, recurrence
+from flexmb.dynamics.series.exponent import SeriesExponent, rosenstein
+from flexmb.dynamics.series.samples import PowerSpectrum, power_spectrum
+from flexmb.dynamics.series.zero_one import ZeroOne, zero_one_test
+from flexmb.dynamics.systems.dynamics import ContinuousFlow
+from flexmb.dynamics.systems.mechanism_flow import dynamics_of
+from flexmb.dynamics.verdict import MEANING, meaning_of
+from flexmb.engine.newmark.method import Newmark
+from flexmb.errors import InputError
+from flexmb.run.simulate import Step
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Report on a motion: exponents and verdict of the motion, and estimates from its signals
+
+FEWEST_PERIODS = 20
+"""Smallest number of periods for estimates from a signal."""
+
+FEWEST_SAMPLES = 50
+"""Smallest number of samples a period; with fewer, 20 periods are too few for a correlation dimension."""
+
+BESIDE = {"ex": "ey", "x": "vx", "y": "vy", "theta": "omega"}
+"""Signal of the ordinate by signal of the abscissa: the journal in its plane, a position against its velocity."""
+
+HALF = np.pi
+"""Half a turn [rad]."""
+
+ENOUGH = 100
+"""Largest number of samples a period for estimates whose cost grows with their number."""
+
+LEAST = 20
+"""Smallest number of points of the 0-1 test."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Signals of the motion, once a period and finely sampled.
+
+    Parameters
+    ----------
+    names, units : names and units (m,) of the signals.
+    points : signals (n, m) once a period [units].
+    period : time between two points [s].
+    times : times (k,) of the fine samples [s].
+    fine : fine samples (k, m) [units]; k = 0 without fine samples.
+    trouble : reason why the fine samples end early, or "".
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    points: np.ndarray
+    period: float
+    times: np.ndarray
+    fine: np.ndarray
+    trouble: str = ""
+
+
+Continued = tuple[np.ndarray, np.ndarray, str]
+"""Times (k,) [s], all signals (k, m), and reason of an early end or ""."""
+
+
+@dataclass(frozen=True)
+class SignalEstimates:
+    """Estimates from one signal.
+
+    Parameters
+    ----------
+    name : name of the signal, or "sin(NAME)" for a rotating angle.
+    unit : unit of the signal.
+    zero_one : 0-1 test of the points; None: too few points.
+    exponent, spectrum : estimates from the fine samples; None without fine samples.
+    dimension, recurrence : estimates from the fine samples; None if not selected.
+    """
+
+    name: str
+    unit: str
+    zero_one: ZeroOne | None
+    exponent: SeriesExponent | None
+    spectrum: PowerSpectrum | None
+    dimension: CorrelationDimension | None
+    recurrence: Recurrence | None
+
+
+@dataclass(frozen=True, eq=False)
+class ChaosReport:
+    """Report on a motion: its text is a table of all results with errors, units and meanings.
+
+    Parameters
+    ----------
+    exponents : exponents, section points, verdict.
+    period : time between two points [s].
+    skip : number of periods before the first point.
+    motion : signals once a period and finely sampled.
+    signals : estimates from each selected signal.
+    planes : pairs of signals to be drawn; the second one is None for a signal without a partner.
+    """
+
+    exponents: Exponents
+    period: float
+    skip: int
+    motion: Motion
+    signals: tuple[SignalEstimates, ...]
+    planes: tuple[tuple[str, str | None], ...]
+
+    @property
+    def ok(self) -> bool:
+        """Whether the motion was computed to its end."""
+        return not self.trouble
+
+    @property
+    def trouble(self) -> str:
+        """Reason why results are missing, or ""."""
+        return self.motion.trouble if self.exponents.ok else self.exponents.status
+
+    @property
+    def dimension(self) -> float:
+        """Lyapunov dimension of the section; NaN unless the exponents reach from a sum >= 0 to a sum < 0.
+
+        j + (sum of the first j) / |exponent j + 1|, with the largest j whose sum is >= 0 (J. L. Kaplan and J. A. Yorke,
+        Lecture Notes in Mathematics 730 (1979) 204).
+        """
+        sums = np.cumsum(self.exponents.spectrum)
+        if len(sums) < 2 or not np.isfinite(sums).all() or sums[0] < 0.0 or sums[-1] >= 0.0:
+            return float("nan")
+        j = int(np.argmax(sums < 0.0))
+        return float(j + sums[j - 1] / abs(self.exponents.spectrum[j]))
+
+    @cached_property
+    def groups(self) -> dict[str, xr.Dataset]:
+        """Datasets by the name of their group in the file of `flexmb chaos`.
+
+        The root "" holds all signals once a period, exponents with errors (of the first run alone, and of both runs)
+        and history, the exponents of the second run, and the verdict with its evidence.  "motion" holds the fine
+        samples of the selected signals, "series" and "spectrum" the estimates from each signal.
+        """
+        from flexmb.dynamics.report_data import datasets
+
+        return datasets(self)
+
+    @property
+    def tree(self) -> xr.DataTree:
+        """The groups as one tree."""
+        import xarray as xr
+
+        return xr.DataTree.from_dict({name or "/": dataset for name, dataset in self.groups.items()})
+
+    def to_netcdf(self, path: str | Path) -> Path:
+        """Write the groups as one netCDF file, as `flexmb chaos` does; returns its path.
+
+        Parameters
+        ----------
+        path : the file; missing folders are made, an older file is replaced.
+
+        Raises
+        ------
+        InputError : a path that cannot be written.
+        """
+        return write_netcdf(checks.path("ChaosReport.to_netcdf", path), self.groups)
+
+    def text(self, option: str = "") -> str:
+        """Table of all results.
+
+        Parameters
+        ----------
+        option : text before the names of arguments in advice: "--" on the command line.
+        """
+        return "\n".join(_table(self, option))
+
+    def __repr__(self) -> str:
+        return self.text()
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Arguments of a report.
+
+    Parameters
+    ----------
+    strobe : map of the flow over one period.
+    skip, keep, exponents, signals, series, samples, dimension, recurrence, confirm : see `report`.
+    """
+
+    strobe: StroboscopicMap
+    skip: int
+    keep: int
+    exponents: int
+    signals: Sequence[str] | None
+    series: int
+    samples: int
+    dimension: bool
+    recurrence: bool
+    confirm: bool
+
+    def checked(self, label: str, option: str = "") -> Plan:
+        """The plan with the names of the signals; arguments without a possible result are refused.
+
+        `label` and `option` begin messages and the names of arguments in them.
+        """
+        flow, most = self.strobe.flow, self.strobe.dimension
+        if 0 < checks.count(label, f"{option}series", self.series, 0) < FEWEST_PERIODS:
+            text = f"{label}: {option}series is {self.series}; estimates from signals need {FEWEST_PERIODS} periods"
+            raise InputError(f"{text} at least, and 0 leaves them out.")
+        if checks.count(label, f"{option}samples", self.samples) < FEWEST_SAMPLES:
+            text = f"{label}: {option}samples is {self.samples}; it must be {FEWEST_SAMPLES} at least"
+            raise InputError(f"{text}: with fewer samples impacts are missed.")
+        if self.series == 0 and (self.dimension or self.recurrence):
+            idle, sign = "dimension" if self.dimension else "recurrence", " " if option else "="
+            text = f"{label}: {option}{idle} needs the motion between the points"
+            raise InputError(f"{text}. Give {option}series{sign}{FEWEST_PERIODS}.")
+        if most == 0:
+            text = f"Mechanism {flow.name!r}: its drives prescribe the whole motion, so it has no neighbours and no"
+            advice = "Give a joint clearance, let a link bend, or drive it by a force or torque."
+            raise InputError(f"{text} exponents. {advice}")
+        if checks.count(label, f"{option}exponents", self.exponents) > most:
+            raise InputError(f"{label}: {option}exponents is {self.exponents}; {flow.name!r} has {most}.")
+        places = [flow.number_of(f"{label}: {option}signals", name) for name in self.signals or ()]
+        names = tuple(flow.names[place] for place in dict.fromkeys(places))
+        return replace(self, signals=names or flow.main_signals)
+
+    def report(self, *, progress: bool) -> ChaosReport:
+        """Report by this plan: exponents with a second run, and fine samples of further periods of the first run."""
+        flow, period, signals = self.strobe.flow, self.strobe.period, tuple(self.signals or ())
+        run: dict[str, Any] = {"count": self.exponents, "confirm": self.confirm, "progress": progress}
+        exponents = lyapunov(self.strobe, skip=self.skip, periods=self.keep, **run)
+        pairs = planes(signals, flow.names)
+        partners = (name for plane in pairs for name in plane if name is not None)
+        names = tuple(dict.fromkeys([*signals, *partners]))
+        places = [flow.names.index(name) for name in names]
+        series = self.series if exponents.ok else 0
+        times, fine, trouble = continued_motion(flow, period, series, self.samples, shown=progress)
+        units = tuple(flow.units[place] for place in places)
+        motion = Motion(names, units, exponents.points[:, places], period, times, fine[:, places], trouble)
+        estimates = {"dimension": self.dimension, "recurrent": self.recurrence}
+        found = tuple(signal_estimates(motion, name, **estimates) for name in signals)
+        return ChaosReport(exponents, period, self.skip, motion, found, tuple(pairs))
+
+
+@arguments.checked
+def report(
+    system: Any,
+    *,
+    skip: int = 20,
+    keep: int = 200,
+    exponents: int = 1,
+    period: float | None = None,
+    signals: Sequence[str] | None = None,
+    series: int = 64,
+    samples: int = 400,
+    dimension: bool = False,
+    recurrence: bool = False,
+    confirm: bool = True,
+    step: Step | None = None,
+    method: Newmark | None = None,
+    progress: bool = False,
+) -> ChaosReport:
+    """Report on one motion: exponents, section, verdict and estimates from its signals, as of `flexmb chaos`.
+
+    Exponents and verdict come first (`lyapunov`).  Then the same motion goes on without tangent vectors, finely
+    sampled: exponent by M. T. Rosenstein's method and power spectrum of each signal.  The 0-1 test takes the points.
+
+    Parameters
+    ----------
+    system : a mechanism, which starts from its reference configuration; or a flow, which continues from its present
+        state.
+    skip : number of periods before the first point, for the transient.
+    keep : number of points, one a period; 50 at least.
+    exponents : number of exponents, the largest first.
+    period : time between two points [s]; None: the common period of the drives.
+    signals : names of the signals to be analysed; None: the position of the first journal with clearance, else of the
+        slider along its guide, or the angle of the last body; of a differential equation the first entry of its state.
+    series : number of finely sampled periods after the points, 20 at least; 0: none, and no estimates from them.
+    samples : number of samples in each of these periods, 50 at least.
+    dimension : whether the correlation dimension of each signal is estimated; it needs some 300 periods.
+    recurrence : whether the recurrence of each signal is quantified.
+    confirm : whether a second run confirms errors and verdict, see `lyapunov`.
+    step, method : for a mechanism only, see `simulate`.
+    progress : whether progress bars with the remaining time are shown.
+
+    Returns
+    -------
+    ChaosReport : exponents with verdict [1/s], estimates by signal, and all datasets.  After a failure midway ok is
+        False, and the record holds the results before the failure.
+
+    Raises
+    ------
+    InputError : a map; a flow without a period; fewer periods or samples than the estimates need; an unknown signal;
+        more exponents than the system has directions; see `lyapunov`.
+    ModelError, AssemblyError, KernelError : a mechanism that cannot start.
+
+    Notes
+    -----
+    `plot_report` draws the pictures of `flexmb chaos`, `to_netcdf` writes its file, `flexmb.report` its page.
+
+    Examples
+    --------
+    >>> import flexmb as fm
+    >>> import numpy as np
+    >>> sprung = fm.chaos.ODE(lambda t, x: [x[1], np.sin(t) - x[0] - x[1]], [0.0, 0.0], period=2.0 * np.pi)
+    >>> found = fm.chaos.report(sprung, keep=50, exponents=2, series=0, confirm=False)
+    >>> found.exponents.verdict.kind, round(found.exponents.sum, 6)  # the sum is minus the damping
+    ('periodic', -1.0)
+    """
+    flow: Any = dynamics_of("chaos.report", system, period=period, step=step, method=method)
+    strobe = StroboscopicMap(flow, period if flow is system else None)
+    asked = Plan(strobe, skip, keep, exponents, signals, series, samples, dimension, recurrence, confirm)
+    return asked.checked(f"chaos.report {flow.name!r}").report(progress=progress)
+
+
+def planes(names: Sequence[str], known: Sequence[str]) -> list[tuple[str, str | None]]:
+    """Pairs (x, y) of the selected signals to be drawn; y is None for a signal without a partner."""
+    pairs = {x: _beside(x) for x in known if _beside(x) in known}
+    back = {y: x for x, y in pairs.items()}
+    planes_found: dict[tuple[str, str | None], None] = {}
+    for name in names:
+        first = back.get(name, name)
+        planes_found[first, pairs.get(first)] = None
+    return list(planes_found)
+
+
+def _beside(name: str) -> str:
+    owner, dot, last = name.rpartition(".")
+    return f"{owner}{dot}{BESIDE.get(last, '')}"
+
+
+def continued_motion(flow: ContinuousFlow, period: float, periods: int, samples: int, *, shown: bool) -> Continued:
+    """Fine samples from the present state on: times (k,) [s], signals (k, m), reason of an early end or "".
+
+    `period` is the time between two section points [s], with `samples` samples; the flow stays at the end.
+    """
+    if periods == 0 or not flow.ok:
+        return np.zeros(0), np.zeros((0, len(flow.names))), ""
+    begin, progress = flow.time, ProgressBar(f"{flow.name}, saved", float(periods), shown=shown, of="periods")
+    times, rows, trouble = [begin], [flow.observe()], ""
+    for number in range(1, periods * samples + 1):
+        if not flow.advance(begin + number * period / samples - flow.time):
+            trouble = flow.status
+            break
+        times.append(begin + number * period / samples)
+        rows.append(flow.observe())
+        if number % samples == 0:
+            progress.update(1)
+    progress.close()
+    return np.array(times), np.array(rows), trouble
+
+
+def signal_estimates(motion: Motion, name: str, *, dimension: bool, recurrent: bool) -> SignalEstimates:
+    """Estimates from one signal of a motion."""
+    place = motion.names.index(name)
+    unit, points, fine = motion.units[place], motion.points[:, place], motion.fine[:, place]
+    label = name
+    if goes_round(unit, np.concatenate([points, fine])):
+        label, unit, points, fine = f"sin({name})", "", np.sin(points), np.sin(fine)
+    zero_one = zero_one_test(points, thin=1) if len(points) >= LEAST else None
+    if len(fine) == 0 or motion.trouble:
+        return SignalEstimates(label, unit, zero_one, None, None, None, None)
+    thin = max(1, round(motion.period / (motion.times[1] - motion.times[0]) / ENOUGH))
+    times, thinned = motion.times[::thin], fine[::thin]
+    return SignalEstimates(
+        label,
+        unit,
+        zero_one,
+        rosenstein(thinned, times),
+        power_spectrum(fine, motion.times),
+        correlation_dimension(thinned) if dimension else None,
+        recurrence(thinned) if recurrent else None,
+    )
+
+
+def goes_round(unit: str, values: np.ndarray) -> bool:
+    """Whether a signal (n,) is an angle with a range above 2 pi."""
+    return unit == "rad" and len(values) > 0 and bool(np.ptp(values) > 2.0 * HALF)
+
+
+def wrapped(unit: str, values: np.ndarray) -> np.ndarray:
+    """Values (n,) of a signal; a rotating angle is reduced to -pi ... pi."""
+    return (values + HALF) % (2.0 * HALF) - HALF if goes_round(unit, values) else values
+
+
+# Table of a report
+
+SPECTRUM = {
+    "lines": "periodic or nearly so",
+    "mixed": "lines on a floor",
+    "broad": "chaotic or random",
+    "constant": "the signal is constant",
+}
+"""Meaning of the kinds of a power spectrum."""
+
+MORE_THAN = 2.0
+"""Smallest dimension of a chaotic motion in time: curves on a surface cannot cross."""
+
+ROUND_OFF = 1e-14
+"""Magnitude below which a number is shown as 0."""
+
+POINTS = 0.5
+"""Dimension below which the set consists of separate points."""
+
+LINES = 5
+"""Largest number of listed lines of a spectrum."""
+
+
+def _table(report: ChaosReport, option: str) -> Iterator[str]:
+    """Lines of all results of a report; `option` stands before the names of arguments."""
+    exponents, points = report.exponents, len(report.exponents.points)
+    yield f"{exponents.name}: {exponents.verdict or 'no verdict'}"
+    if exponents.verdict is not None:
+        yield f"  {exponents.verdict.reason}"
+    yield f"  {points} periods of {report.period:.6g} s, after {report.skip} skipped ones. {exponents.status}"
+    yield ""
+    yield from _exponents(exponents, report.period)
+    if np.isfinite(report.dimension):
+        text = "of the section, from the exponents; the motion in time has 1 more"
+        yield _line("Lyapunov dimension", report.dimension, None, "", text)
+    if exponents.verdict is not None:
+        evidence = exponents.verdict.evidence
+        yield from ("", "evidence of the verdict")
+        yield from (_line(name, evidence[name], None, "", MEANING[name]) for name in evidence if name in MEANING)
+    for found in report.signals:
+        yield from ("", f"signal {found.name}" + (f" [{found.unit}]" if found.unit else ""))
+        yield from _signal(found, exponents, option)
+
+
+def _line(name: str, value: float, error: float | None, unit: str, meaning: str) -> str:
+    number = f"{value if abs(value) > ROUND_OFF else 0.0:.4g}" if np.isfinite(value) else "-"
+    band = f"+- {error:.2g}" if error is not None and np.isfinite(error) else ""
+    return f"  {name:<24s}{number:>11s} {band:<11s}{unit:<6s}{meaning}".rstrip()
+
+
+def _exponents(exponents: Exponents, period: float) -> Iterator[str]:
+    """Lines of the exponents with their errors, and of both runs if there was a second run."""
+    second = exponents.confirmed
+    origin = "of this run alone" if second is None else "with the difference of the second run"
+    yield f"Lyapunov exponents, from the tangent of the steps; errors are one standard deviation, {origin}"
+    pairs = list(zip(exponents.spectrum, exponents.errors, strict=True))
+    for k, (value, error) in enumerate(pairs):
+        name = "largest exponent" if k == 0 else f"exponent {k + 1}"
+        yield _line(name, float(value), float(error), exponents.units, meaning_of(float(value), float(error), period))
+        if second is not None:
+            yield _line("  this run alone", float(value), float(exponents.statistical[k]), exponents.units, "")
+            steps = f"{second.fineness}, another start, {second.periods} periods"
+            yield _line("  second run", float(second.spectrum[k]), float(second.errors[k]), exponents.units, steps)
+    if len(pairs) > 1:
+        text = "rate at which areas grow" if len(pairs) == 2 else "rate at which volumes of the first ones grow"
+        yield _line(f"sum of these {len(pairs)}", exponents.sum, None, exponents.units, text)
+
+
+def _signal(f: SignalEstimates, system: Exponents, option: str) -> Iterator[str]:
+    """Lines of the estimates from a signal; without a value, the reason."""
+    if f.zero_one is not None:
+        text = f.zero_one.kind if f.zero_one.ok else f"no value: {f.zero_one.status} Give a larger {option}keep."
+        yield _line("0-1 test", f.zero_one.value, f.zero_one.spread if f.zero_one.ok else None, "", text)
+    if f.exponent is not None:
+        text = _compared(f, system) if f.exponent.ok else f"no value: {f.exponent.status}"
+        yield _line("exponent (Rosenstein)", f.exponent.value, f.exponent.error, f.exponent.units, text)
+    if f.spectrum is not None:
+        strongest = ", ".join(f"{x:.4g}" for x in f.spectrum.peaks[:LINES])
+        text = f"of the power in lines: {SPECTRUM[f.spectrum.kind]}" + (
+            f"; strongest {strongest} Hz" if strongest else ""
+        )
+        yield _line("power spectrum", 100.0 * f.spectrum.line_share, None, "%", text)
+    if f.dimension is not None:
+        yield _line(
+            "correlation dimension", f.dimension.value, f.dimension.error, "", _about_dimension(f, system, option)
+        )
+    if f.recurrence is not None:
+        r = f.recurrence
+        yield _line("recurrence: rate", r.rate, None, "", "fraction of the pairs of states that are near each other")
+        yield _line("  determinism", r.determinism, None, "", "fraction of these that stay so for some samples")
+        length = "most samples for which two states stay near each other; the whole record for a periodic motion"
+        yield _line("  longest diagonal", r.longest_diagonal, None, "", length)
+
+
+def _about_dimension(f: SignalEstimates, system: Exponents, option: str) -> str:
+    """Meaning of a correlation dimension; a dimension below 2 contradicts chaos in time."""
+    dimension = f.dimension
+    if dimension is None or not dimension.ok:
+        return "" if dimension is None else f"no value: {dimension.status} Give a larger {option}series."
+    if dimension.value < POINTS:
+        return "a few separate points: a cycle that is sampled in step with its period"
+    if str(system.verdict) == "chaotic" and dimension.value + dimension.error < MORE_THAN:
+        return f"too low: chaos in time has more than 2. The record shows few neighbours; give a larger {option}series"
+    return "of the motion in time; the section has 1 less"
+
+
+def _compared(f: SignalEstimates, system: Exponents) -> str:
+    """Comparison of the exponent of a signal with that of the system."""
+    if f.exponent is None or not np.isfinite(system.error):
+        return ""
+    difference = abs(f.exponent.value - system.value)
+    if difference <= f.exponent.error + 2.0 * system.error:
+        return "agrees with that of the system within both errors"
+    return "differs from that of the system: trust the tangent vectors, a signal has finite distances only"
