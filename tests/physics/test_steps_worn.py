@@ -123,5 +123,5 @@ def test_each_rejected_step_has_its_reason(two_turns):
     crank = fm.RigidLink("crank", (0.0, 0.0), (0.05, 0.0), 0.30, 1e-5)
     joint = fm.Revolute("A", fm.GROUND, crank, (0.0, 0.0))
     kick = fm.Torque("kick", crank, 1.0, history=fm.drives.Pulse(0.0101, 0.0102))
-    smooth = fm.simulate(fm.Mechanism("m", (crank, joint, kick)), 0.05).stats
+    smooth = fm.simulate(fm.Mechanism("m", (crank, joint, kick)), t_end=0.05).stats
     assert smooth.rejected_at_contacts == 0

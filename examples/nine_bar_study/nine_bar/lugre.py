@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from flexmb import checks
 from flexmb.kernels import friction_law
 from flexmb.model.law import FrictionLaw
-from flexmb.parts.contact.friction import checked_ratio
-from flexmb.parts.contact.friction import static_not_below_kinetic
+from flexmb.parts.contact.friction import checked_ratio, static_not_below_kinetic
 
 (DEFLECTION,) = range(1)
 """Index of the bristle deflection in the history."""
