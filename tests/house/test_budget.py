@@ -9,7 +9,13 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 BUDGET = json.loads((Path(__file__).parent / "budget.json").read_text(encoding="utf-8"))
 MOST_DOORS = 15
-MOST_FILES_OF_A_ROOM = 12
+MOST_FILES_OF_A_ROOM = 8
+ABOVE = {
+    **dict.fromkeys(("engine/system", "engine/compiled", "parts/cams", "results"), 9),
+    "show/pictures": 10,
+    "findings": 11,
+}
+"""Rooms that have more files than a room shall have, and how many."""
 
 
 def door_of(path: str) -> str:
@@ -56,5 +62,6 @@ def test_rooms_are_small():
         for path in (ROOT / "flexmb").rglob("*.py")
         if path.name != "__init__.py"
     )
-    crowded = {room: count for room, count in rooms.items() if count > MOST_FILES_OF_A_ROOM and room != "flexmb"}
+    most = {f"flexmb/{room}": count for room, count in ABOVE.items()}
+    crowded = {room: n for room, n in rooms.items() if n > most.get(room, MOST_FILES_OF_A_ROOM) and room != "flexmb"}
     assert not crowded, f"rooms of more than {MOST_FILES_OF_A_ROOM} files: {crowded}"

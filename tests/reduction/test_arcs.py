@@ -97,6 +97,16 @@ def test_a_turning_arc_is_stiffened_as_it_is_with_all_nodes(frame):
     assert abs(pins_alone[1] / full[1] - 1.0) > 0.5
 
 
+def test_a_ring_that_is_clamped_to_its_axis():
+    """The table of docs/theory/reduced.md: a quarter ring on a hub of radius 0."""
+    link = fm.FlexibleLink("arc", (0.0, 0.0), (R, R), section=SECTION, material=STEEL, elements=12, turn=0.5 * math.pi)
+    rows = (link, fm.Reduced(link, modes=12), fm.Reduced(link, modes=12, inertia_shapes=True))
+    full, alone, found = (stiffened(body, link.start, 2.0) for body in rows)
+    assert full == pytest.approx([0.0411, 8.06, 34.10], rel=2e-3)
+    assert alone == pytest.approx([-0.0430, 17.3, 20.05], rel=2e-3)
+    assert found == pytest.approx(full, rel=4e-3)
+
+
 def test_drawn_sides_lie_on_two_circles():
     link = quarter()
     (shape,) = fm.Reduced(link, modes=3).shapes(fm.Mechanism("m", [link]))
