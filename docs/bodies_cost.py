@@ -43,7 +43,9 @@ def model(
 ) -> fm.Mechanism:
     """The mechanism with a marker at corner C of the panel; rigid without modes and elements."""
     flexible = modes is not None or elements > 0
-    mech = fm.mechanisms.nine_bar(SPEED, clearance=PLAY, flexible=flexible, elements=elements or 4)
+    mech = fm.mechanisms.nine_bar(
+        SPEED, clearance=PLAY, flexible=flexible, elements=elements or 4, data=limits.LIGHTLY_DAMPED
+    )
     for body in mech.bodies:
         if not isinstance(body, fm.FlexibleLink | fm.FlexibleFrame):
             continue

@@ -112,8 +112,8 @@ def peaks_of(mech: fm.Mechanism, turns: int) -> Iterator[dict[str, Any]]:
 
 def nine_bar_model(label: str, turns: int, skip: int) -> dict[str, Any]:
     """One model: frequencies at the start with an ideal joint, and the turns that count."""
-    ideal = MODELS[label](fm.mechanisms.nine_bar(SPEED, flexible=True))
-    worn = MODELS[label](fm.mechanisms.nine_bar(SPEED, clearance=PLAY, flexible=True))
+    ideal = MODELS[label](fm.mechanisms.nine_bar(SPEED, flexible=True, data=limits.LIGHTLY_DAMPED))
+    worn = MODELS[label](fm.mechanisms.nine_bar(SPEED, clearance=PLAY, flexible=True, data=limits.LIGHTLY_DAMPED))
     found = [*peaks_of(worn, skip + turns)][skip:]
     frequencies = [float(f) for f in fm.modes(ideal).frequencies[:5]]
     print(label, frequencies, found[-1], flush=True)
@@ -122,7 +122,7 @@ def nine_bar_model(label: str, turns: int, skip: int) -> dict[str, Any]:
 
 def impact_picture(hardest: float) -> None:
     """Stress of the plates at the hardest impact, from a run that saves finely about it."""
-    worn = plates.of_plates(fm.mechanisms.nine_bar(SPEED, clearance=PLAY, flexible=True))
+    worn = plates.of_plates(fm.mechanisms.nine_bar(SPEED, clearance=PLAY, flexible=True, data=limits.LIGHTLY_DAMPED))
     step = fm.Adaptive(max=1e-3 * 2.0 * math.pi / SPEED)
     state, turns = None, math.floor(hardest * SPEED / (2.0 * math.pi))
     for k in range(1, turns + 1):

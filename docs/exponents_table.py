@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import flexmb as fm
-from flexmb.mechanisms import nine_bar, slider_crank
+from flexmb.mechanisms import NineBarData, nine_bar, slider_crank
 
 HERE = Path(__file__).resolve().parent
 PAGE, RUNS = HERE / "chaos.md", HERE / "exponents.json"
@@ -59,7 +59,8 @@ def of_nine_bar(model: str, speed: float, clearance: float, keep: int) -> Row:
     T = 2.0 / speed
 
     def make() -> fm.Mechanism:
-        return nine_bar(speed * math.pi, clearance=clearance, flexible=model == "flexible", ramp=2.0 * T)
+        data = NineBarData(damping=NineBarData.LIGHT_DAMPING)
+        return nine_bar(speed * math.pi, clearance=clearance, flexible=model == "flexible", ramp=2.0 * T, data=data)
 
     name = f"nine-bar, {model}, {speed:g} pi, {1e3 * clearance:g} mm"
     return Row(name, "P1", clearance, make, T, 30, keep, 2e-4)

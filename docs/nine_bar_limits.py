@@ -11,7 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from flexmb.mechanisms import nine_bar
+from flexmb.mechanisms import NineBarData, nine_bar
 
 measures = SimpleNamespace(**runpy.run_path(str(Path(__file__).parents[1] / "tests/mechanisms/nine_bar_measures.py")))
 
@@ -30,6 +30,7 @@ SIGNALS = {
 FACTORS = (1.0, 10.0, 100.0, 1000.0)
 STEPS = (5e-4, 1e-4)  # s
 PLAY = 0.5e-3  # m
+LIGHTLY_DAMPED = NineBarData(damping=NineBarData.LIGHT_DAMPING)
 ONSET = (1.50, 1.55, 1.60, 1.65, 1.70, 1.75, 1.80)  # over pi
 FIRST, LAST = 11, 20  # turns that count
 

@@ -33,6 +33,8 @@ that no user gave, and what happens to results when it is made smaller and large
 `docs/numbers.json`. Numbers of the compiled loop are varied in one special build that reads them at run time
 (`docs/numbers_live.py`); the list is in `docs/numbers_list.py`, and a test holds that it is complete.
 
+The runs of this page began on {day}.
+
 Quantities are means over turns. A change counts in sigmas: by Welch's test of the two means (with the number of turns
 that are independent), as that many standard deviations of a normal distribution. Errors below {floor:g} of a mean are
 taken as that. A number **moves** a run where a change is above {sigmas:g} sigmas and {numerical:.0%}. Of {count}
@@ -180,12 +182,14 @@ def ranking(cases: Mapping[str, Rows]) -> Iterator[str]:
         yield f"| `{number.place}` | {len(moved)} in {' '.join(kinds)} | {moved[0].case} {moved[0]} |"
 
 
-def page(cases: Mapping[str, Rows], titles: Mapping[str, str], values: Mapping[str, str]) -> str:
-    """The whole page; `values` says by place what each number is."""
+def page(cases: Mapping[str, Rows], titles: Mapping[str, str], values: Mapping[str, str], day: str) -> str:
+    """The whole page; `values` says by place what each number is, `day` when the runs began."""
     count = sum(len(rows["base 0"]["values"]) * (len(rows) - 1) for rows in cases.values())
     sure = float(-ndtri(0.025 / max(count, 1)))
     chance = 0.0027 * count
-    lines = [HEAD.format(floor=FLOOR, sigmas=SIGMAS, numerical=NUMERICAL, count=count, chance=chance, sure=sure)]
+    lines = [
+        HEAD.format(day=day, floor=FLOOR, sigmas=SIGMAS, numerical=NUMERICAL, count=count, chance=chance, sure=sure)
+    ]
     lines += [f"- {case}: {title}" for case, title in titles.items() if case in cases]
     lines += ["", "## Scatter of the runs as they are", ""]
     lines += ["Runs whose starts differ a little; the last column is each of them against the others [sigmas].", ""]

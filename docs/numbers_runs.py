@@ -10,7 +10,7 @@ import numpy as np
 from nine_bar_study.statistics import Mean
 
 import flexmb as fm
-from flexmb.mechanisms import nine_bar, slider_crank
+from flexmb.mechanisms import NineBarData, nine_bar, slider_crank
 from flexmb.program.compiler import compile_with_start
 from flexmb.run.run import Run
 
@@ -64,7 +64,8 @@ def model(case: str, repeat: int = 0) -> fm.Mechanism:
     if case == "a":
         return slider_crank(2.0 * math.pi / CASES["a"].period, clearance=0.5e-3, friction="coulomb", start=angle)
     if case in ("b", "c"):
-        return nine_bar(2.0 * math.pi, clearance=0.05e-3, flexible=case == "c", start=(angle, 0.0))
+        data = NineBarData(damping=NineBarData.LIGHT_DAMPING)
+        return nine_bar(2.0 * math.pi, clearance=0.05e-3, flexible=case == "c", start=(angle, 0.0), data=data)
     return light(0.0)
 
 

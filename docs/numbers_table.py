@@ -3,7 +3,8 @@
     python docs/numbers_table.py [--runs a b d c] [--places landing ledger] [--mild] [--page]
 
 The special build is compiled once (some minutes, kept in out/numbers).  Results stand in docs/numbers.json, one a run;
-what is there is not run again, unless the code of flexmb has changed since: then all of it is.  On a quiet core a takes
+what is there is not run again, unless the code of flexmb has changed since: then all of it is.  With `--page` the page
+is written from what is there, whatever its code, and tells the day of its runs.  On a quiet core a takes
 some six minutes, b fifty, d seven; c an hour and a half, with numbers and factors chosen (`FLEXIBLE_TOO`, a tenth to
 ten).
 """
@@ -15,6 +16,7 @@ import importlib
 import json
 import sys
 from collections.abc import Iterator, Sequence
+from datetime import date
 from pathlib import Path
 from typing import Any
 
@@ -25,10 +27,7 @@ from numbers_list import ASKED, ELSEWHERE, FLEXIBLE_TOO, READ, Number
 HERE = Path(__file__).resolve().parent
 PAGE, ROWS = HERE / "numbers.md", HERE / "numbers.json"
 FLEXMB = HERE.parent / "flexmb"
-UNUSED = (
-    *("cli.py", "commands/", "compiled/", "dynamics/", "paper/", "results/", "series/", "sweeps/", "testing/"),
-    "pictures/",
-)
+UNUSED = ("cli/", "dynamics/", "engine/compiled/", "results/", "show/", "testing/")
 """Folders and files on which no result of the runs depends."""
 
 CACHE = HERE.parent / "out" / "numbers" / "cache"
@@ -52,11 +51,12 @@ def _is_text(line: ast.AST) -> bool:
     return isinstance(line, ast.Expr) and isinstance(line.value, ast.Constant)
 
 
-def kept() -> dict[str, Any]:
-    """The results of this code that are there."""
+def kept(*, of_any_code: bool = False) -> dict[str, Any]:
+    """The results of this code that are there; those of any code for the page alone."""
     code = code_of_flexmb()
     found = json.loads(ROWS.read_text(encoding="utf-8")) if ROWS.exists() else {}
-    return found if found.get("code") == code else {"code": code, "values": {}, "runs": {}}
+    empty = {"code": code, "day": f"{date.today():%Y-%m-%d}", "values": {}, "runs": {}}
+    return found if found and (of_any_code or found["code"] == code) else empty
 
 
 def wanted(chosen: argparse.Namespace) -> Iterator[tuple[str, Number, float]]:
@@ -144,7 +144,7 @@ def write_page(store: dict[str, Any], titles: dict[str, str]) -> None:
     import numbers_page  # noqa: PLC0415 - scipy is not asked for before flexmb is
 
     cases = {case: rows for case, rows in sorted(store["runs"].items()) if "base 0" in rows}
-    PAGE.write_text(numbers_page.page(cases, titles, values_of(store)), encoding="utf-8")
+    PAGE.write_text(numbers_page.page(cases, titles, values_of(store), store["day"]), encoding="utf-8")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -155,7 +155,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--mild", action="store_true", help="only factors from a tenth to ten: a third of the time")
     parser.add_argument("--page", action="store_true", help="only write the page from what is there")
     chosen = parser.parse_args(arguments)
-    store, build = kept(), numbers_live.Build([n.place for n in READ], CACHE)
+    store, build = kept(of_any_code=chosen.page), numbers_live.Build([n.place for n in READ], CACHE)
     sys.path.insert(0, str(HERE.parent / "examples"))  # statistics of the study
     import numbers_runs  # noqa: PLC0415 - flexmb is imported after its build was made
 

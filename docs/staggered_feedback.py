@@ -12,7 +12,7 @@ import scipy.linalg as la
 
 import flexmb as fm
 from flexmb.engine.system.state_evaluation import StateEvaluation
-from flexmb.mechanisms import nine_bar
+from flexmb.mechanisms import NineBarData, nine_bar
 from flexmb.statics.eigen import null_space
 from flexmb.statics.start.assemble import RigidMotion
 
@@ -51,7 +51,7 @@ def restitution(ratio: float, phase: float) -> float:
 
 def main() -> None:
     """Both tables."""
-    mech = nine_bar(2.0 * np.pi, clearance=5e-4, flexible=True)
+    mech = nine_bar(2.0 * np.pi, clearance=5e-4, flexible=True, data=NineBarData(damping=NineBarData.LIGHT_DAMPING))
     for shared in (True, False):
         for step in STEPS:
             found = multipliers(mech, shared=shared, step=step)

@@ -55,7 +55,8 @@ def options_of(way: str) -> dict[str, Any]:
 def mechanism_of(case: str, way: str) -> tuple[fm.Mechanism, float]:
     """The nine-bar of a case, and its period [s]."""
     speed, play = (float(x) for x in case.split("/"))
-    mech = nine_bar(speed * np.pi, clearance=1e-3 * play, flexible=way != "rigid")
+    flexible = way != "rigid"
+    mech = nine_bar(speed * np.pi, clearance=1e-3 * play, flexible=flexible, data=limits.LIGHTLY_DAMPED)
     return mech, 2.0 / speed
 
 

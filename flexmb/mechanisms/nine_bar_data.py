@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
+from typing import ClassVar
 
 from flexmb import checks
 from flexmb.elastic.beams.section import Rectangle
@@ -17,10 +18,6 @@ from flexmb.parts.contact.onset import LARGEST, LEAST_APPROACH, ONSET
 POINTS = ("pivot1", "pivot4", "pivot6")
 MAY_BE_ANYTHING = ("slider_line", "gravity")
 MAY_BE_ZERO = ("friction_coefficient", "v0", "damping", "mass_damping", "least_approach")
-
-INFERRED_DAMPING, LIGHT_DAMPING = 2e-5, 1e-6
-"""Values of zeta2 [s]: the default, under which the paper's statements on chaos hold together, and that of light steel
-structures, .07 % of critical damping in the first bending mode of link 3; see docs/nine_bar.md, "Damping"."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,8 +52,8 @@ class NineBarData:
     young, density : E [Pa] and rho [kg/m^3] of the beams.  Fitted to the table's masses.
     depth, thickness, thickness3 : depth of all bars in the plane of motion, thickness of all but link 3, thickness of
         link 3 [m].  Fitted to the table's masses.
-    damping : zeta2, stiffness-proportional damping of the beams [s].  Inferred from what the paper says of chaos; the
-        paper gives no value, and light steel structures have about `LIGHT_DAMPING`.
+    damping : zeta2, stiffness-proportional damping of the beams [s].  Inferred from what the paper says of chaos; it
+        gives no value, and steel structures have about `NineBarData.LIGHT_DAMPING`, see docs/nine_bar.md.
     mass_damping : zeta1, mass-proportional damping of the beams [1/s].  Reconstructed.
     gravity : acceleration of gravity along X [m/s^2].  Eq. (13), U = sum m g x, means the direction -X.
 
@@ -74,6 +71,9 @@ class NineBarData:
     >>> NineBarData(mass9=1.0).mass9
     1.0
     """
+
+    LIGHT_DAMPING: ClassVar[float] = 1e-6
+    """zeta2 [s] of light steel structures: .07 % of critical damping in the first bending mode of link 3."""
 
     length1: float = 0.045
     length2: float = 0.326
@@ -119,7 +119,7 @@ class NineBarData:
     depth: float = 0.025
     thickness: float = 0.012
     thickness3: float = 0.006
-    damping: float = INFERRED_DAMPING
+    damping: float = 2e-5
     mass_damping: float = 0.0
     gravity: float = -9.81
 

@@ -135,5 +135,21 @@ def test_the_page_ranks_what_moves(modules):
     assert page.cell("a", rows, third).startswith("×0.1 fails: Stopped")
     lines = list(page.ranking({"a": rows}))
     assert [line.split("`")[1] for line in lines] == [second.place, third.place]
-    text = page.page({"a": rows}, {"a": "a run"}, {})
+    text = page.page({"a": rows}, {"a": "a run"}, {}, "2026-11-22")
+    assert "began on 2026-11-22" in text
     assert text.count("\n| `") == len(lines) + len(listed.READ) + len(listed.ASKED) + len(listed.ELSEWHERE)
+
+
+def test_the_page_holds_the_kept_runs_whatever_code_they_are_of(modules, monkeypatch):
+    """A page written after a change of the code had lost all its runs."""
+    table = modules[3]
+    monkeypatch.setattr(table, "code_of_flexmb", lambda: "a later code")
+    store = table.kept(of_any_code=True)
+    written = table.PAGE.read_text(encoding="utf-8")
+    assert f"began on {store['day']}" in " ".join(written.split())
+    known = {n.place for n in (*modules[0].READ, *modules[0].ASKED)}
+    for case, rows in store["runs"].items():
+        assert f"\n| {case} | peak force [N] | " in written
+        varied = {key.rpartition(" ")[0] for key in rows} - {"base"}
+        assert len(varied - known) < 0.1 * len(varied)  # a number that moves takes its runs along
+    assert table.kept()["runs"] == {}

@@ -28,7 +28,7 @@ import models  # noqa: E402 - found beside this folder
 from nine_bar_study.nine_bar.staggered.method import Staggered  # noqa: E402
 
 import flexmb as fm  # noqa: E402
-from flexmb.mechanisms import four_bar, nine_bar, slider_crank  # noqa: E402
+from flexmb.mechanisms import NineBarData, four_bar, nine_bar, slider_crank  # noqa: E402
 
 BY_SIGNAL, SIGNALS = ("last", "peaks"), "signals"
 ARRAYS, TEXTS = HERE / "golden.npz", HERE / "golden.json"
@@ -124,7 +124,7 @@ def restarted() -> Found:
 
 def nine(**options) -> fm.Mechanism:
     """The nine-bar mechanism from a start at full speed."""
-    return nine_bar(2.0 * math.pi, **options)
+    return nine_bar(2.0 * math.pi, data=NineBarData(damping=NineBarData.LIGHT_DAMPING), **options)
 
 
 RUNS: dict[str, Callable[[], Found]] = {

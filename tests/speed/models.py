@@ -160,7 +160,7 @@ def chain(links: int, elements: int) -> fm.Mechanism:
 
 def nine_bar(*, flexible: bool = False, elements: int = 4) -> fm.Mechanism:
     """The nine-bar mechanism with 0.5 mm of play at 2 pi rad/s."""
-    data = fm.mechanisms.NineBarData(v0=0.0)
+    data = fm.mechanisms.NineBarData(v0=0.0, damping=fm.mechanisms.NineBarData.LIGHT_DAMPING)
     return fm.mechanisms.nine_bar(
         NINE_BAR_SPEED, clearance=NINE_BAR_PLAY, flexible=flexible, elements=elements, data=data
     )

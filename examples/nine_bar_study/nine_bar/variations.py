@@ -13,7 +13,7 @@ from nine_bar_study.case import Case
 from nine_bar_study.nine_bar.staggered.method import Staggered
 
 from flexmb.errors import FlexmbError, RestitutionWarning
-from flexmb.mechanisms.nine_bar_data import LIGHT_DAMPING, NineBarData
+from flexmb.mechanisms.nine_bar_data import NineBarData
 from flexmb.parts.contact.onset import LARGEST
 
 DATA = NineBarData()
@@ -108,7 +108,7 @@ VARIATIONS = (
     Variation("g", "R1 = 5 mm", {"bearing_radius": 0.005}, play_only=True),
     Variation("h", "R1 = 20 mm", {"bearing_radius": 0.020}, play_only=True),
     Variation("i", "zeta2 = 0", {"damping": 0.0}, beams_only=True),
-    Variation("j", "zeta2 = 1e-6 s, light steel structures", {"damping": LIGHT_DAMPING}, beams_only=True),
+    Variation("j", "zeta2 = 1e-6 s, light steel structures", {"damping": NineBarData.LIGHT_DAMPING}, beams_only=True),
     Variation("k", "zeta2 = 1e-5 s", {"damping": 1e-5}, beams_only=True),
     Variation("l", "zeta2 = 1e-4 s", {"damping": 1e-4}, beams_only=True),
     Variation("m", "zeta1 = 10 1/s, on rates of deformation", {"mass_damping": 10.0}, beams_only=True),
