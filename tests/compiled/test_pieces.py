@@ -9,6 +9,7 @@ import numba
 import numpy as np
 import pytest
 
+from flexmb import version
 from flexmb.engine.compiled import pieces
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -102,8 +103,36 @@ def test_one_module_is_kept_for_what_python_calls(layers, tmp_path):
     assert len(list(cache.rglob("*.nbc"))) == 1
 
 
-def test_another_numba_compiles_in_the_ordinary_way(monkeypatch):
-    monkeypatch.setattr(pieces.numba, "__version__", "0.70.0")
-    assert not pieces.supported()
-    monkeypatch.setattr(pieces.numba, "__version__", "0.68.1")
-    assert pieces.supported()
+def test_versions_of_numba(monkeypatch):
+    assert [version.compiles_fast(one) for one in ("0.60.0", "0.67.1", "0.68.0", "0.68.3rc1", "0.69.0", "1.0")] == [
+        *(False, False, True, True, False, False)
+    ]
+    monkeypatch.setattr(version, "version", lambda _: "0.69.0")
+    assert version.versions().endswith("numba 0.69.0 (compiles slowly; fast is 0.68)")
+
+
+OTHER = """
+import numba
+numba.__version__ = {!r}
+import flexmb as fm
+from flexmb import version
+from flexmb.engine.compiled import pieces
+from flexmb.engine.newmark.method import advance
+assert isinstance(advance, pieces.Whole) == ({!r} == "0.68.1"), type(advance)
+sol = fm.simulate(fm.mechanisms.slider_crank(clearance=5e-4), t_end=2e-3)
+assert sol.ok, sol.status
+print(*(f"{{v:.9e}}" for v in sol.values[-1]))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("other", ["0.67.0", "0.69.0"])
+def test_another_numba_finds_the_same(tmp_path, other):
+    """The next older and the next newer version: nothing private of numba is used, and the motion is the same."""
+    found = []
+    for number in ("0.68.1", other):
+        environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / number), "FLEXMB_MESSAGES": "0"}
+        command = [sys.executable, "-c", OTHER.format(number, number)]
+        done = subprocess.run(command, env=environment, check=True, capture_output=True, text=True)
+        found.append([float(word) for word in done.stdout.split()])
+    assert found[1] == pytest.approx(found[0], rel=1e-5, abs=1e-8)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from flexmb.cli.arguments.index import COMMANDS, UNITS_HELP, add_rows
 from flexmb.cli.arguments.options import Option, add_options
 from flexmb.errors import FlexmbError
-from flexmb.version import installed_version
+from flexmb.version import versions
 
 if TYPE_CHECKING:
     from flexmb.cli.arguments.source import Source
@@ -50,7 +50,7 @@ def parser_of(source: Source | None, wanted: str) -> tuple[argparse.ArgumentPars
         allow_abbrev=False,
         formatter_class=Layout,
     )
-    parser.add_argument("--version", action="version", version=f"flexmb {installed_version()}")
+    parser.add_argument("--version", action="version", version=versions())
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", title="commands")
     found: list[Option] = []
     for command in COMMANDS:

@@ -5,8 +5,8 @@ hundred functions is optimised many times over.  Here a function that compiled c
 piece).  Where Python calls one, its piece and those that it reaches are linked into one module, which is optimised and
 emitted once and cached by numba as ever.
 
-Pieces rest on numba's own pipeline and code library.  `supported` says whether this numba has them as they are known
-here; else every function is compiled in the ordinary way.
+Pieces rest on numba's own pipeline and code library.  `flexmb.version.FAST_NUMBA` are the versions that have them as
+they are known here; else every function is compiled in the ordinary way.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ from numba.extending import register_model
 from flexmb.engine.compiled.ahead import finished
 from flexmb.engine.compiled.code_cache import CodeCache
 from flexmb.engine.compiled.notice import UNPIECED_FACTOR, notice
+from flexmb.version import compiles_fast
 
 # Addresses of kernels, as compiled code calls them
 
@@ -80,17 +81,8 @@ def _call_kernel(context: Any, builder: Any, signature: Any, arguments: Any) -> 
 
 # Compiled functions as pieces: each is lowered once; functions called from Python are optimised as a whole
 
-SUPPORTED_NUMBA = ((0, 68), (0, 69))
-"""Versions of numba, from and below, whose pipeline is as it is here."""
-
 INLINE_BELOW = 600
 """Instructions of intermediate code below which a piece is always inlined; of longer ones LLVM decides."""
-
-
-def supported() -> bool:
-    """Whether pieces can be made with this numba."""
-    major, minor = (int(part) for part in numba.__version__.split(".")[:2])
-    return SUPPORTED_NUMBA[0] <= (major, minor) < SUPPORTED_NUMBA[1]
 
 
 class QuickFlags(Flags):
@@ -323,7 +315,7 @@ class Whole(CPUDispatcher):
 
 def whole(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     """A decorator like `numba.njit(cache=True, **options)`, whose functions are pieces of one another."""
-    if config.DISABLE_JIT or not supported():
+    if config.DISABLE_JIT or not compiles_fast(numba.__version__):
         notice.times = UNPIECED_FACTOR
         return numba.njit(cache=True, **options)  # type: ignore[no-any-return]
 
