@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from flexmb import version
-from flexmb.engine.compiled import pieces
 
 ROOT = Path(__file__).resolve().parents[2]
 
