@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +12,7 @@ from nine_bar_study.item import StudyPage, once
 from nine_bar_study.markdown import paragraph, table
 from nine_bar_study.nine_bar.claims import CLAIMS
 from nine_bar_study.nine_bar.measures import FAST, MIDDLE, NEAREST, SMALL, SMALLEST, key
-from nine_bar_study.nine_bar.pages.sensitivity import row_of, written
+from nine_bar_study.nine_bar.pages.sensitivity import Row, row_of, written
 from nine_bar_study.nine_bar.variations import DAMPED, ZETAS
 from nine_bar_study.run import Results
 
@@ -41,7 +42,7 @@ def damping(effort: Effort) -> StudyPage:
 
     def write(results: Results) -> tuple[str, xr.Dataset]:
         text, data = written(results, rows, effort, INTRODUCTION)
-        return f"{text}\n{standing(data['verdict'].values[: len(ZETAS)])}\n", data
+        return f"{text}\n{standing(data['verdict'].values[: len(ZETAS)])}\n\n{exponents(rows, results)}\n", data
 
     runs = once([run for row in rows for run in (*row.plan.runs, row.reaction)])
     return StudyPage("damping", "Claims over the damping, which nobody printed", runs, write, slow=True)
@@ -56,6 +57,27 @@ def standing(verdicts: np.ndarray) -> str:
     rows = [[str(claim.number), claim.text, _stands(verdicts[:, k])] for k, claim in enumerate(CLAIMS)]
     shown = table(["claim", "what the paper says", f"over zeta2 from {ZETAS[0]:g} to {ZETAS[-1]:g} s"], rows, left=3)
     return f"## What disagrees, and what depends on the damping\n\n{paragraph(text)}\n\n{shown}"
+
+
+def exponents(rows: Sequence[Row], results: Results) -> str:
+    """Table of the exponents of the flexible mechanism on which the claims rest: rows by variation, columns by case."""
+    plans = [row.plan.growths for row in rows]
+    found = {one for plan in plans for one in plan if one.model == "flexible"}
+    keys = sorted(found, key=lambda one: (one.speed, one.clearance))
+    head = [f"{one.speed:g} pi, {1e3 * one.clearance:g} mm" for one in keys]
+    lines = [
+        [row.variation.what, *(_growth(results[plan[one]]) if one in plan else "" for one in keys)]
+        for row, plan in zip(rows, plans, strict=True)
+    ]
+    text = (
+        "Largest exponent [1/s] of the flexible mechanism by speed [rad/s] and clearance, its error, and the verdict."
+    )
+    return f"## Exponents\n\n{paragraph(text)}\n\n{table(['variation', *head], lines, left=1)}"
+
+
+def _growth(data: xr.Dataset) -> str:
+    """Exponent and verdict of a run."""
+    return f"{float(data['exponent']):.3g} ± {float(data['exponent_error']):.1g} {data.attrs['verdict']}"
 
 
 def _stands(verdicts: np.ndarray) -> str:
