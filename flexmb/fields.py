@@ -1,22 +1,19 @@
 """Fields of inputs: each says once what it means, its unit and its range; checks, texts, help and pages read it there.
 
-    @record
-    class Pin(Input):
-        radius: float = field("radius of the pin", "m", positive)
-        length: float | None = field("length; None: the slot has no ends", "m", not_negative, default=None)
+@record
+class Pin(Input):
+    radius: float = field("radius of the pin", "m", positive)
+    length: float | None = field("length; None: the slot has no ends", "m", not_negative, default=None)
 """
 
 from __future__ import annotations
 
 import dataclasses
 import inspect
-import math
-from collections.abc import Callable, Iterator
-from dataclasses import MISSING
+from collections.abc import Callable
 from functools import cache
-from itertools import groupby
 from numbers import Real
-from typing import Any, NamedTuple, TypeVar, dataclass_transform, get_type_hints
+from typing import Any, NamedTuple, TypeVar, dataclass_transform
 
 from flexmb import checks
 from flexmb.arguments import Checked
@@ -42,31 +39,33 @@ class Rule(NamedTuple):
     shown: str = ""
 
 
-def _as_given(check: Callable[..., Any]) -> Callable[[str, str, Any, str, str], Any]:
-    """A check after which the field keeps its value as it was given: 1 stays 1, not 1.0."""
-
-    def checked(owner: str, name: str, value: Any, unit: str, hint: str) -> Any:
-        check(owner, name, value, unit, hint)
-        return value
-
-    return checked
-
-
-positive = Rule(_as_given(checks.positive), "> 0")
-not_negative = Rule(_as_given(checks.not_negative), ">= 0")
-number = Rule(_as_given(lambda owner, name, value, unit, _: checks.number(owner, name, value, unit)))
-flag = Rule(_as_given(lambda owner, name, value, *_: checks.flag(owner, name, value)))
-point = Rule(lambda owner, name, value, unit, _: checks.point(owner, name, value, unit))
-direction = Rule(lambda owner, name, value, *_: checks.direction(owner, name, value))
+number = Rule(lambda owner, name, value, unit, _: checks.number(owner, name, value, unit))
+positive = Rule(checks.positive, "> 0")
+not_negative = Rule(checks.not_negative, ">= 0")
+flag = Rule(lambda owner, name, value, *_: checks.flag(owner, name, value))
+vector = Rule(lambda owner, name, value, unit, _: checks.point(owner, name, value, unit))
+point = Rule(vector.check, "in the reference configuration")
+directed = Rule(
+    lambda owner, name, value, *_: checks.direction(owner, name, value),
+    "in the reference configuration (any length > 0)",
+)
 
 
 def between(low: float, high: float) -> Rule:
     """A number in [`low`, `high`]."""
+    return Rule(
+        lambda owner, name, value, unit, hint: checks.between(owner, name, value, low, high, unit, hint),
+        f"between {low:g} and {high:g}",
+    )
 
-    def check(owner: str, name: str, value: Any, unit: str, hint: str) -> None:
-        checks.between(owner, name, value, low, high, unit, hint)
 
-    return Rule(_as_given(check), f"between {low:g} and {high:g}")
+def both(first: Rule, second: Rule) -> Rule:
+    """What two rules allow."""
+
+    def check(owner: str, name: str, value: Any, unit: str, hint: str) -> Any:
+        return second.check(owner, name, first.check(owner, name, value, unit, hint), unit, hint)
+
+    return Rule(check, f"{first.shown}, {second.shown}")
 
 
 def count(least: int = 1) -> Rule:
@@ -79,14 +78,33 @@ def one_of(*allowed: str) -> Rule:
     return Rule(lambda owner, name, value, *_: checks.one_of(owner, name, value, allowed))
 
 
-def points(of: str = "points") -> Rule:
-    """Any number of points, `of` which kind the message says."""
+def several(rule: Rule, of: str) -> Rule:
+    """Any number of values of which each keeps a rule, `of` which kind the message says."""
 
-    def check(owner: str, name: str, value: Any, unit: str, _: str) -> tuple[tuple[float, float], ...]:
+    def check(owner: str, name: str, value: Any, unit: str, hint: str) -> tuple[Any, ...]:
         given = checks.sequence(owner, name, value, of)
-        return tuple(checks.point(owner, f"{name}[{k}]", p, unit) for k, p in enumerate(given))
+        return tuple(rule.check(owner, f"{name}[{k}]", x, unit, hint) for k, x in enumerate(given))
 
-    return Rule(check)
+    return Rule(check, rule.shown)
+
+
+def either(kind: Any, rule: Rule) -> Rule:
+    """An object of a class, or what a rule allows."""
+    return Rule(
+        lambda owner, name, value, *more: value if isinstance(value, kind) else rule.check(owner, name, value, *more)
+    )
+
+
+def two(rule: Rule, of: str, example: str) -> Rule:
+    """Two values of which each keeps a rule, `of` which kind and for example which the message says."""
+
+    def check(owner: str, name: str, value: Any, unit: str, hint: str) -> tuple[Any, ...]:
+        given = checks.sequence(owner, name, value, f"two {of}")
+        if len(given) != 2:
+            raise InputError(f"{owner}: {name} is {value!r}; give two {of}, e.g. {example}.")
+        return tuple(rule.check(owner, f"{name}[{k}]", x, unit, hint) for k, x in enumerate(given))
+
+    return Rule(check, rule.shown)
 
 
 def instance(kind: type | tuple[type, ...], wanted: str) -> Rule:
@@ -117,19 +135,21 @@ class Field(NamedTuple):
     @property
     def text(self) -> str:
         """Meaning, with unit and range before its first semicolon."""
-        head, mark, rest = self.meaning.partition(";")
-        unit = f" [{self.unit}]" if self.unit else ""
-        shown = f", {self.rule.shown}" if self.rule and self.rule.shown else ""
-        text = f"{head}{unit}{shown}{mark}{rest}"
-        return text if text.endswith(".") else f"{text}."
+        return with_unit(self.meaning, self.unit, f", {self.rule.shown}" if self.rule and self.rule.shown else "")
 
 
-def field(meaning: str, unit: str = "", rule: Rule | None = None, *, hint: str = "", **options: Any) -> Any:
+def with_unit(meaning: str, unit: str, more: str = "") -> str:
+    """A meaning with its unit in brackets, and `more`, before its first semicolon."""
+    head, mark, rest = meaning.rstrip(".").partition(";")
+    return f"{head}{f' [{unit}]' if unit else ''}{more}{mark}{rest}."
+
+
+def field(meaning: str = "", unit: str = "", rule: Rule | None = None, *, hint: str = "", **options: Any) -> Any:
     """Field of a record; `options` are those of `dataclasses.field`, such as default=1.0.
 
     Parameters
     ----------
-    meaning : what it is; further sentences follow a semicolon.
+    meaning : what it is; further words follow a semicolon.  Without it the field is not in the docstring.
     unit : SI unit; "rad or m" where it depends on another field.
     rule : what the value must be; None, where that is the default of the field, is always allowed.
     hint : remedy, at the end of messages on numbers out of range.
@@ -152,41 +172,41 @@ def _said(field: dataclasses.Field[Any]) -> Field:
 def unit_of(thing: Any, name: str) -> str:
     """Unit of a field of a dataclass, or of a parameter of a function, length: Annotated[float, "m"]; "" without."""
     if dataclasses.is_dataclass(thing):
-        return next((field.unit for field in fields_of(thing) if field.name == name), "")
+        return next((one.unit for one in fields_of(thing) if one.name == name), "")  # type: ignore[arg-type]
     try:
-        hints = get_type_hints(thing, include_extras=True)
-    except (NameError, TypeError):  # imported for type checking only; no function
-        hints = getattr(thing, "__annotations__", {})
-    return next((one for one in getattr(hints.get(name), "__metadata__", ()) if isinstance(one, str)), "")
+        taken = inspect.signature(thing, eval_str=True).parameters
+    except (NameError, TypeError, ValueError):  # names for type checking alone; no signature
+        return ""
+    told = getattr(taken[name].annotation, "__metadata__", ()) if name in taken else ()
+    return next((one for one in told if isinstance(one, str)), "")
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field, dataclasses.field))
 def record(cls: Kind) -> Kind:
     """Decorator: frozen dataclass whose docstring has an entry for each of its fields."""
     made: Any = dataclasses.dataclass(frozen=True)(cls)
-    document(made)
+    texts = sections(inspect.cleandoc(made.__doc__ or ""))
+    taken = [field.name for field in dataclasses.fields(made) if field.init]
+    said = [field for field in fields_of(made) if field.name in taken and field.meaning]
+    texts["Parameters"] = "\n".join(f"{field.name} : {field.text}" for field in said)
+    made.__doc__ = joined(texts)
     return made  # type: ignore[no-any-return]
 
 
-def document(kind: Any) -> None:
-    """Complete the docstring of a dataclass by the section "Parameters", from what its fields say."""
-    described = sections(inspect.cleandoc(kind.__doc__ or ""))
-    taken = {field.name for field in dataclasses.fields(kind) if field.init}
-    said = [field for field in fields_of(kind) if field.name in taken and field.meaning]
-    entries = (f"{', '.join(one.name for one in same)} : {text}" for text, same in _grouped(said))
-    kind.__doc__ = joined({"": described.pop(""), "Parameters": "\n".join(entries), **described})
-
-
-def _grouped(said: list[Field]) -> Iterator[tuple[str, list[Field]]]:
-    """Neighbours of one text."""
-    return ((text, list(same)) for text, same in groupby(said, key=lambda field: field.text))
+@dataclass_transform(frozen_default=True, field_specifiers=(field, dataclasses.field))
+def variant(cls: Kind) -> Kind:
+    """Decorator: record whose docstring also has the paragraphs below the first line, and the errors, of its base."""
+    own, base = sections(inspect.cleandoc(cls.__doc__ or "")), sections(inspect.cleandoc(cls.__base__.__doc__ or ""))
+    own[""] = "\n\n".join([own[""], *base[""].split("\n\n")[1:]])
+    cls.__doc__ = joined({"Raises": base.get("Raises", ""), **own})
+    return record(cls)
 
 
 # Inputs: what users declare
 
 
 class Input(Checked):
-    """Base of what users declare: parts, laws, sections, materials, steps, data; its fields are checked when it is made.
+    """Base of what users declare: parts, laws, sections, materials, steps, data; it checks its fields when it is made.
 
     A subclass that relates several fields to one another does so in its `__post_init__`, after that of the base.
     """
@@ -197,7 +217,7 @@ class Input(Checked):
 
 
 def check_fields(record: Any, owner: str) -> None:
-    """Check all fields of a record by their rules; those without one must be finite where they are numbers."""
+    """Check all fields of a record; those without a rule must be finite where they are numbers."""
     unusable = None
     for field in fields_of(type(record)):
         value = getattr(record, field.name)
@@ -208,24 +228,20 @@ def check_fields(record: Any, owner: str) -> None:
         except InputError as error:
             unusable = unusable or error
             checks.refuse(str(error))
-            continue
-        if kept is not value:
-            object.__setattr__(record, field.name, kept)
+        else:
+            if kept is not value:
+                object.__setattr__(record, field.name, kept)
     if unusable:
         raise unusable
 
 
-LARGEST_COUNT = 10**15
-"""Whole numbers below it are floats without loss."""
-
-
 def _kept(field: Field, owner: str, value: Any) -> Any:
-    """What a field keeps of a value."""
+    """What a field keeps of a value: a float of a number, so that equal records compare, hash and print alike."""
     if field.rule is not None:
         return field.rule.check(owner, field.name, value, field.unit, field.hint)
-    kind = value.__class__
-    plain = (kind is float and math.isfinite(value)) or (kind is int and abs(value) < LARGEST_COUNT)
-    if not plain and (field.type in ("float", "float | None") or is_kind_of_number(kind)):
+    if field.type in ("float", "float | None"):
+        return checks.number(owner, field.name, value, field.unit)
+    if is_kind_of_number(value.__class__):  # in a field of another type
         checks.number(owner, field.name, value, field.unit)
     return value
 
