@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import math
 from collections.abc import Callable
 from functools import cache
 from numbers import Real
@@ -41,7 +42,9 @@ class Rule(NamedTuple):
 
 number = Rule(lambda owner, name, value, unit, _: checks.number(owner, name, value, unit))
 positive = Rule(checks.positive, "> 0")
+"""Rule of a field: a number > 0."""
 not_negative = Rule(checks.not_negative, ">= 0")
+"""Rule of a field: a number >= 0."""
 flag = Rule(lambda owner, name, value, *_: checks.flag(owner, name, value))
 vector = Rule(lambda owner, name, value, unit, _: checks.point(owner, name, value, unit))
 point = Rule(vector.check, "in the reference configuration")
@@ -145,7 +148,7 @@ def with_unit(meaning: str, unit: str, more: str = "") -> str:
 
 
 def field(meaning: str = "", unit: str = "", rule: Rule | None = None, *, hint: str = "", **options: Any) -> Any:
-    """Field of a record; `options` are those of `dataclasses.field`, such as default=1.0.
+    """Field of a `record`: what it means, its unit and its range.
 
     Parameters
     ----------
@@ -153,6 +156,7 @@ def field(meaning: str = "", unit: str = "", rule: Rule | None = None, *, hint: 
     unit : SI unit; "rad or m" where it depends on another field.
     rule : what the value must be; None, where that is the default of the field, is always allowed.
     hint : remedy, at the end of messages on numbers out of range.
+    options : as of `dataclasses.field`, such as default=1.0.
     """
     return dataclasses.field(metadata={"said": (meaning, unit, rule, hint)}, **options)
 
@@ -165,8 +169,8 @@ def fields_of(kind: type) -> tuple[Field, ...]:
 
 def _said(field: dataclasses.Field[Any]) -> Field:
     declared = str(getattr(field.type, "__name__", field.type))
-    optional = field.default is None or "None" in declared
-    return Field(field.name, declared, *field.metadata.get("said", ("", "", None, "")), optional)
+    meaning, unit, rule, hint = field.metadata.get("said", ("", "", None, ""))
+    return Field(field.name, declared, meaning, unit, rule, hint, field.default is None or "None" in declared)
 
 
 def unit_of(thing: Any, name: str) -> str:
@@ -183,7 +187,7 @@ def unit_of(thing: Any, name: str) -> str:
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field, dataclasses.field))
 def record(cls: Kind) -> Kind:
-    """Decorator: frozen dataclass whose docstring has an entry for each of its fields."""
+    """Decorator: the class `cls` as a frozen dataclass whose docstring has an entry for each of its fields."""
     made: Any = dataclasses.dataclass(frozen=True)(cls)
     texts = sections(inspect.cleandoc(made.__doc__ or ""))
     taken = [field.name for field in dataclasses.fields(made) if field.init]
@@ -229,7 +233,8 @@ def check_fields(record: Any, owner: str) -> None:
             unusable = unusable or error
             checks.refuse(str(error))
         else:
-            if kept is not value:
+            refused = isinstance(kept, float) and not math.isfinite(kept)
+            if kept is not value and not refused:
                 object.__setattr__(record, field.name, kept)
     if unusable:
         raise unusable
@@ -237,16 +242,17 @@ def check_fields(record: Any, owner: str) -> None:
 
 def _kept(field: Field, owner: str, value: Any) -> Any:
     """What a field keeps of a value: a float of a number, so that equal records compare, hash and print alike."""
+    kind: Any = type(value)
     if field.rule is not None:
         return field.rule.check(owner, field.name, value, field.unit, field.hint)
     if field.type in ("float", "float | None"):
         return checks.number(owner, field.name, value, field.unit)
-    if is_kind_of_number(value.__class__):  # in a field of another type
+    if is_number(kind):  # in a field of another type
         checks.number(owner, field.name, value, field.unit)
     return value
 
 
 @cache
-def is_kind_of_number(kind: type) -> bool:
+def is_number(kind: type) -> bool:
     """Whether a class is one of real numbers; remembered, since abstract base classes are slow."""
     return issubclass(kind, Real) and not issubclass(kind, bool)

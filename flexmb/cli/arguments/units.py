@@ -80,11 +80,11 @@ def quantity(text: str, unit: str, name: str) -> float:
     >>> quantity("3000rpm", "rad/s", "--speed")
     314.1592653589793
     """
-    first, either, other = unit.partition(" or ")
-    if either:  # "rad or m"
-        with suppress(InputError):
-            return quantity(text, first, name)
-        return quantity(text, other, name)
+    if " or " in unit:
+        for one in unit.split(" or "):
+            with suppress(InputError):
+                return quantity(text, one, name)
+        raise InputError(f"{name}: {text!r} is no number in {unit}.")
     match = TEXT.fullmatch(text.strip())
     if match is None or not (match["number"] or match["pi"]) or (match["times"] and not match["pi"]):
         raise InputError(f"{name}: {text!r} is no number; give {noun(unit)}, e.g. {_typed(name, unit)}.")
