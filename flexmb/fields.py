@@ -1,9 +1,12 @@
-"""Fields of inputs: each says once what it means, its unit and its range; checks, texts, help and pages read it there.
+"""Fields of inputs with their meaning, unit and range, for checks, texts of objects, the command line and docstrings.
 
-@record
-class Pin(Input):
-    radius: float = field("radius of the pin", "m", positive)
-    length: float | None = field("length; None: the slot has no ends", "m", not_negative, default=None)
+    @record
+    class Pin(Input):
+        radius: float = field("radius of the pin", "m", positive)
+        length: float | None = field("length; None: the slot has no ends", "m", not_negative, default=None)
+
+A plain field of a dataclass, as in parts of users, has neither meaning nor unit; if it is declared a number, it must be
+finite.
 """
 
 from __future__ import annotations
@@ -24,11 +27,11 @@ from flexmb.errors import InputError
 
 Kind = TypeVar("Kind", bound=type)
 
-# Rules: what the value of a field must be
+# Rules of values
 
 
 class Rule(NamedTuple):
-    """What the value of a field must be.
+    """Rule of the values of a field.
 
     Parameters
     ----------
@@ -63,7 +66,7 @@ def between(low: float, high: float) -> Rule:
 
 
 def both(first: Rule, second: Rule) -> Rule:
-    """What two rules allow."""
+    """Two rules, one after the other."""
 
     def check(owner: str, name: str, value: Any, unit: str, hint: str) -> Any:
         return second.check(owner, name, first.check(owner, name, value, unit, hint), unit, hint)
@@ -82,7 +85,7 @@ def one_of(*allowed: str) -> Rule:
 
 
 def several(rule: Rule, of: str) -> Rule:
-    """Any number of values of which each keeps a rule, `of` which kind the message says."""
+    """A list of any length; a rule for each of its values, and their kind (`of`) for messages."""
 
     def check(owner: str, name: str, value: Any, unit: str, hint: str) -> tuple[Any, ...]:
         given = checks.sequence(owner, name, value, of)
@@ -92,14 +95,14 @@ def several(rule: Rule, of: str) -> Rule:
 
 
 def either(kind: Any, rule: Rule) -> Rule:
-    """An object of a class, or what a rule allows."""
+    """An object of a class, or else a rule."""
     return Rule(
         lambda owner, name, value, *more: value if isinstance(value, kind) else rule.check(owner, name, value, *more)
     )
 
 
 def two(rule: Rule, of: str, example: str) -> Rule:
-    """Two values of which each keeps a rule, `of` which kind and for example which the message says."""
+    """A pair; a rule for each of its values, and their kind (`of`) and an example for messages."""
 
     def check(owner: str, name: str, value: Any, unit: str, hint: str) -> tuple[Any, ...]:
         given = checks.sequence(owner, name, value, f"two {of}")
@@ -125,7 +128,7 @@ def instance(kind: type | tuple[type, ...], wanted: str) -> Rule:
 
 
 class Field(NamedTuple):
-    """What a field of a dataclass says of itself; a field of the standard library says its name and type alone."""
+    """Declaration of a field of a dataclass; one of the standard library has a name and a type alone."""
 
     name: str
     type: str = ""
@@ -148,7 +151,7 @@ def with_unit(meaning: str, unit: str, more: str = "") -> str:
 
 
 def field(meaning: str = "", unit: str = "", rule: Rule | None = None, *, hint: str = "", **options: Any) -> Any:
-    """Field of a `record`: what it means, its unit and its range.
+    """Field of a `record` with its meaning, unit and range.
 
     Parameters
     ----------
@@ -163,7 +166,7 @@ def field(meaning: str = "", unit: str = "", rule: Rule | None = None, *, hint: 
 
 @cache
 def fields_of(kind: type) -> tuple[Field, ...]:
-    """Fields of a dataclass, with what they say of themselves."""
+    """Declarations of the fields of a dataclass."""
     return tuple(_said(field) for field in dataclasses.fields(kind))
 
 
@@ -206,11 +209,11 @@ def variant(cls: Kind) -> Kind:
     return record(cls)
 
 
-# Inputs: what users declare
+# Base of inputs
 
 
 class Input(Checked):
-    """Base of what users declare: parts, laws, sections, materials, steps, data; it checks its fields when it is made.
+    """Base of all inputs: parts, laws, sections, materials, steps, data; fields are checked at the construction.
 
     A subclass that relates several fields to one another does so in its `__post_init__`, after that of the base.
     """
@@ -221,7 +224,7 @@ class Input(Checked):
 
 
 def check_fields(record: Any, owner: str) -> None:
-    """Check all fields of a record; those without a rule must be finite where they are numbers."""
+    """Check all fields of a record; numbers without a rule must be finite."""
     unusable = None
     for field in fields_of(type(record)):
         value = getattr(record, field.name)
@@ -241,7 +244,7 @@ def check_fields(record: Any, owner: str) -> None:
 
 
 def _kept(field: Field, owner: str, value: Any) -> Any:
-    """What a field keeps of a value: a float of a number, so that equal records compare, hash and print alike."""
+    """Value as a field keeps it: numbers as floats, so that equal records compare, hash and print alike."""
     kind: Any = type(value)
     if field.rule is not None:
         return field.rule.check(owner, field.name, value, field.unit, field.hint)

@@ -24,7 +24,9 @@ from flexmb.fields import Input, field, instance, positive, record
 
 @record
 class Material(Input, Shown):
-    """Linear elastic, isotropic material; without a yield stress a run does not say where a contact yields.
+    """Linear elastic, isotropic material.
+
+    Without a yield stress a run does not say where a contact yields.
 
     Raises
     ------

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from flexmb import checks
 from flexmb.errors import InputError, ModelError
-from flexmb.fields import directed, field, not_negative, point, positive, record
+from flexmb.fields import directed, field, instance, not_negative, point, positive, record
 from flexmb.kernels import compiled, constraint_kernel, signal_kernel
 from flexmb.model.contributions import (
     ConstraintContribution,
@@ -114,10 +114,6 @@ class Guide(Joint):
     at: Any = field("the joint's point; None: the main node of the second body", "m", point, default=None)
     along: tuple[float, float] = field("direction of the guide", rule=directed, default=(1.0, 0.0))
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "along", checks.direction(self.label, "along", self.along))
-
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """The slider's point, and the guide in the first body."""
         guide, slider = self.ends(mechanism)
@@ -210,6 +206,10 @@ def clamp_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     G[2, 5] = 1.0
 
 
+MOTION = instance(Motion, "a motion, e.g. Ramp(6.28, 0.5)")
+"""Rule of the motions of a clamp."""
+
+
 @record
 class Clamp(Joint):
     """Rigid connection of two bodies at a point, moved: angle and position of the second follow motions.
@@ -231,13 +231,9 @@ class Clamp(Joint):
     """
 
     _: KW_ONLY
-    angle: Motion | None = field("motion of the relative angle; None: constant", "rad", default=None)
-    x: Motion | None = field(
-        "motion of the point along the x-axis of the first body; None: constant", "m", default=None
-    )
-    y: Motion | None = field(
-        "motion of the point along the y-axis of the first body; None: constant", "m", default=None
-    )
+    angle: Motion | None = field("motion of the relative angle; None: constant", "rad", MOTION, default=None)
+    x: Motion | None = field("motion of the point along x of the first body; None: constant", "m", MOTION, default=None)
+    y: Motion | None = field("motion of the point along y of the first body; None: constant", "m", MOTION, default=None)
 
     kind = "fixed"
 
@@ -245,8 +241,6 @@ class Clamp(Joint):
         super().__post_init__()
         given = {name: getattr(self, name) for name, *_ in ROWS}
         for name, motion in given.items():
-            if motion is not None and not isinstance(motion, Motion):
-                raise InputError(f"{self.label}: {name} is {motion!r}; it must be a motion, e.g. Ramp(6.28, 0.5).")
             if motion is not None and not motion.is_smooth:
                 raise InputError(
                     f"{self.label}: {name} is {type(motion).__name__}(...), whose value or speed jumps; a clamp would "
