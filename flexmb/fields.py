@@ -225,8 +225,9 @@ class Input(Checked):
 
 def check_fields(record: Any, owner: str) -> None:
     """Check all fields of a record; numbers without a rule must be finite."""
+    kind: Any = type(record)
     unusable = None
-    for field in fields_of(type(record)):
+    for field in fields_of(kind):
         value = getattr(record, field.name)
         if value is None and field.optional:
             continue
