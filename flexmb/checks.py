@@ -3,9 +3,8 @@
 import math
 from collections.abc import Callable, Iterable, Mapping
 from contextvars import ContextVar
-from dataclasses import fields
 from difflib import get_close_matches
-from functools import cache, wraps
+from functools import wraps
 from importlib import import_module
 from numbers import Real
 from os import PathLike
@@ -13,7 +12,6 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from flexmb.docstrings import unit_of
 from flexmb.errors import USER_ERRORS, FlexmbError, InputError, MissingPackageError
 
 _COLLECTED: ContextVar[list[str] | None] = ContextVar("collected", default=None)
@@ -173,33 +171,6 @@ def path(owner: str, value: object) -> Path:
     return Path(value)
 
 
-LARGEST_COUNT = 10**15
-"""Whole numbers below it are floats without loss."""
-
-
-def number_fields(owner: Any, label: str) -> None:
-    """Refuse a dataclass with a field declared as a number that holds none, or one that is not finite."""
-    for name, declared in declared_fields(owner.__class__):
-        value = getattr(owner, name)
-        wanted = declared == "float" or (declared == "float | None" and value is not None)
-        kind = value.__class__  # units are looked up for the few values that are no plain numbers
-        plain = (kind is float and math.isfinite(value)) or (kind is int and abs(value) < LARGEST_COUNT)
-        if not plain and (wanted or is_kind_of_number(value.__class__)):
-            number(label, name, value, unit_of(owner.__class__, name))
-
-
-@cache
-def is_kind_of_number(kind: type) -> bool:
-    """Whether a class is one of real numbers; remembered, since abstract base classes are slow."""
-    return issubclass(kind, Real) and not issubclass(kind, bool)
-
-
-@cache
-def declared_fields(kind: type) -> tuple[tuple[str, str], ...]:
-    """Names of the fields of a dataclass, with their declared types."""
-    return tuple((f.name, str(getattr(f.type, "__name__", f.type))) for f in fields(kind))
-
-
 def identifier(owner: str, value: object) -> str:
     """`value` as a name of a part: a non-empty string without dot, slash, NUL or white space at its ends."""
     if not isinstance(value, str) or not value or value != value.strip() or set(value) & {".", "/", "\0"}:
@@ -214,10 +185,11 @@ def no_name_of_nodes(owner: str, names: Iterable[str], stem: str, nodes: str) ->
             raise InputError(f"{owner}: the pin {name!r} has a name of the {nodes}, {stem!r} and a number. Rename it.")
 
 
-def flag(owner: str, name: str, value: object) -> None:
-    """Check that `value` is True or False."""
+def flag(owner: str, name: str, value: object) -> bool:
+    """`value` if it is True or False, or `InputError`."""
     if not isinstance(value, bool):
         refuse(f"{owner}: {name} is {value!r}; it must be True or False.")
+    return bool(value)
 
 
 def one_of(owner: str, name: str, value: object, allowed: Iterable[str]) -> str:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.docstrings import parameters, units
+from flexmb.fields import unit_of
 
 # Short texts of values and of records
 
@@ -209,11 +209,7 @@ class Shown(Inside):
 
     def _repr_html_(self) -> str:
         """HTML for notebooks."""
-        described, given = parameters(type(self)), given_fields(self)
+        given = given_fields(self)
         name = given.pop("name", None)
-        rows = [(field, value_text(value), _unit(described.get(field, ""))) for field, value in given.items()]
+        rows = [(field, value_text(value), unit_of(type(self), field)) for field, value in given.items()]
         return page(type(self).__name__, "" if name is None else str(name), table(rows))
-
-
-def _unit(text: str) -> str:
-    return next(iter(units(text)), "")

@@ -44,17 +44,18 @@ All numbers are in SI units. `flexmb run @FILE@ --help` shows the parameters of 
 """
 
 import math
+from typing import Annotated
 
 import flexmb as fm
 
 
-def mechanism(speed: float = 10 * math.pi, *, mass: float = 0.5) -> fm.Mechanism:
+def mechanism(speed: Annotated[float, "rad/s"] = 10 * math.pi, *, mass: Annotated[float, "kg"] = 0.5) -> fm.Mechanism:
     """Slider-crank with a constant speed of the crank.
 
     Parameters
     ----------
-    speed : speed of the crank [rad/s].
-    mass : mass of the slider [kg].
+    speed : speed of the crank.
+    mass : mass of the slider.
     """
     # Joints in the position of the start [m]. Bodies are drawn here, and all joints close in this position.
     O, A, B = (0.0, 0.0), (0.05, 0.0), (0.2, 0.0)

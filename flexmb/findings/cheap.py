@@ -8,9 +8,8 @@ from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
-from flexmb.checks import declared_fields
-from flexmb.docstrings import parameters, units
 from flexmb.errors import FlexmbError
+from flexmb.fields import fields_of
 from flexmb.findings.finding import Finding, found
 from flexmb.model.law import FrictionLaw, Law, Motion, NormalLaw
 from flexmb.model.mechanism import Mechanism
@@ -59,7 +58,7 @@ def implausible_findings(mechanism: Mechanism) -> list[Finding]:
 
 
 def _angles(part: Part) -> Iterator[tuple[str, float]]:
-    """Numbers of a part, of its motion and of the target of a controller that are angles by their documented unit."""
+    """Numbers of a part, of its motion and of the target of a controller that are angles by their unit."""
     motion, target = vars(part).get("motion"), vars(part).get("target")
     owners: list[Any] = [part, motion] if isinstance(motion, Motion) else [part]
     for owner in owners:
@@ -74,10 +73,8 @@ def _angles(part: Part) -> Iterator[tuple[str, float]]:
 
 @cache
 def _angle_fields(kind: type) -> tuple[str, ...]:
-    """Fields whose first unit in the docstring is rad; amplitudes and means of motions have the unit of their joint."""
-    texts, named = parameters(kind), ("amplitude", "mean") if issubclass(kind, Motion) else ()
-    names = [name for name, _ in declared_fields(kind)]
-    return tuple(name for name in names if name in named or units(texts.get(name, ""))[:1] == ["rad"])
+    """Fields in rad, or in rad or m as their joint has it."""
+    return tuple(field.name for field in fields_of(kind) if field.unit in ("rad", "rad or m"))
 
 
 def _turns(mechanism: Mechanism, joint: Part | str) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 from flexmb.elastic.beams.section import Section
 from flexmb.model.law import Material
 from flexmb.model.mechanism import Mechanism
@@ -13,14 +15,14 @@ from flexmb.parts.loads.force import Force, Torque
 
 
 def cantilever(
-    length: float,
+    length: Annotated[float, "m"],
     section: Section,
     material: Material,
     *,
     elements: Elements = 16,
-    force: tuple[float, float] = (0.0, 0.0),
-    moment: float = 0.0,
-    gravity: tuple[float, float] = (0.0, 0.0),
+    force: Annotated[tuple[float, float], "N"] = (0.0, 0.0),
+    moment: Annotated[float, "N m"] = 0.0,
+    gravity: Annotated[tuple[float, float], "m/s^2"] = (0.0, 0.0),
 ) -> Mechanism:
     """A beam along +X, clamped to the ground at the origin, with a dead force and a moment on its tip.
 
@@ -28,13 +30,13 @@ def cantilever(
 
     Parameters
     ----------
-    length : distance from clamp to tip [m], > 0.
+    length : distance from clamp to tip, > 0.
     section : cross section, from clamp to tip.
     material : material.
     elements : number of equal elements, or increasing positions of the inner nodes over the length.
-    force : force (fx, fy) on the tip [N], constant in direction.
-    moment : moment on the tip, counter-clockwise [N m].
-    gravity : acceleration (gx, gy) of gravity [m/s^2].
+    force : force (fx, fy) on the tip, constant in direction.
+    moment : moment on the tip, counter-clockwise.
+    gravity : acceleration (gx, gy) of gravity.
 
     Returns
     -------

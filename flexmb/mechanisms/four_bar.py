@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import KW_ONLY
 from functools import partial
+from typing import Annotated
 
 from flexmb import arguments, checks
 from flexmb.elastic.beams.section import Rectangle
 from flexmb.errors import InputError
+from flexmb.fields import Input, field, not_negative, positive, record
 from flexmb.mechanisms.choices import Friction, check_flag, crank_motion, friction_law, pin
 from flexmb.mechanisms.geometry import LEFT, Point, at_angle, corner
 from flexmb.model.law import Material
@@ -24,22 +26,9 @@ from flexmb.parts.joints.revolute import Revolute
 NAME = "four-bar"
 
 
-@dataclass(frozen=True, kw_only=True)
-class FourBarData:
+@record
+class FourBarData(Input):
     """Data of the four-bar mechanism.
-
-    Parameters
-    ----------
-    ground, crank, coupler, rocker : lengths [m].
-    width : width of all links, normal to the plane of motion [m].
-    crank_depth, coupler_depth, rocker_depth : depths of the links in the plane of motion [m].
-    bearing_mass : mass of the bearing between coupler and rocker, at the end of the coupler [kg].
-    young, poisson, density : E [Pa], nu and rho [kg/m^3] of the links.
-    damping : zeta2, stiffness-proportional damping of flexible links [s].
-    bearing_radius : radius of the bearing on the coupler [m].
-    restitution : coefficient of restitution of the contact.
-    contact_young, contact_poisson : E and nu of journal and bearing, steel on steel [Pa, 1].
-    friction_coefficient, v0, v1 : modified Coulomb friction [1, m/s, m/s].
 
     Raises
     ------
@@ -53,32 +42,30 @@ class FourBarData:
     sections 1 by 0.167 and 1 by 0.063; 340 rpm); not compared with the original.  Damping and contact are chosen here.
     """
 
-    ground: float = 0.2540
-    crank: float = 0.1080
-    coupler: float = 0.2794
-    rocker: float = 0.2705
-    width: float = 0.0254
-    crank_depth: float = 0.00424
-    coupler_depth: float = 0.0016
-    rocker_depth: float = 0.0016
-    bearing_mass: float = 0.042
-    young: float = 71e9
-    poisson: float = 0.33
-    density: float = 2710.0
-    damping: float = 1e-5
-    bearing_radius: float = 0.005
-    restitution: float = 0.9
-    contact_young: float = 207e9
-    contact_poisson: float = 0.29
-    friction_coefficient: float = 0.03
-    v0: float = 1e-4
-    v1: float = 1e-3
+    _: KW_ONLY
+    ground: float = field("distance of the pivots in the frame", "m", positive, default=0.2540)
+    crank: float = field("length of the crank", "m", positive, default=0.1080)
+    coupler: float = field("length of the coupler", "m", positive, default=0.2794)
+    rocker: float = field("length of the rocker", "m", positive, default=0.2705)
+    width: float = field("width of all links, normal to the plane of motion", "m", positive, default=0.0254)
+    crank_depth: float = field("depth of the crank in the plane of motion", "m", positive, default=0.00424)
+    coupler_depth: float = field("depth of the coupler", "m", positive, default=0.0016)
+    rocker_depth: float = field("depth of the rocker", "m", positive, default=0.0016)
+    bearing_mass: float = field("mass of the bearing at the end of the coupler", "kg", not_negative, default=0.042)
+    young: float = field("E of the links", "Pa", positive, default=71e9)
+    poisson: float = field("nu of the links", rule=positive, default=0.33)
+    density: float = field("rho of the links", "kg/m^3", positive, default=2710.0)
+    damping: float = field("zeta2, stiffness-proportional damping of flexible links", "s", not_negative, default=1e-5)
+    bearing_radius: float = field("radius of the bearing on the coupler", "m", positive, default=0.005)
+    restitution: float = field("coefficient of restitution of the contact", rule=positive, default=0.9)
+    contact_young: float = field("E of journal and bearing, steel on steel", "Pa", positive, default=207e9)
+    contact_poisson: float = field("nu of journal and bearing", rule=positive, default=0.29)
+    friction_coefficient: float = field("coefficient of the modified Coulomb friction", rule=not_negative, default=0.03)
+    v0: float = field("first slip speed of the friction", "m/s", not_negative, default=1e-4)
+    v1: float = field("second slip speed of the friction", "m/s", positive, default=1e-3)
 
     def __post_init__(self) -> None:
-        for name in (f.name for f in fields(self)):
-            allowed = ("friction_coefficient", "v0", "damping", "bearing_mass")
-            check = checks.not_negative if name in allowed else checks.positive
-            check("FourBarData", name, getattr(self, name))
+        super().__post_init__()
         shortest, *_, longest = lengths = sorted((self.ground, self.crank, self.coupler, self.rocker))
         if self.crank > shortest or shortest + longest >= lengths[1] + lengths[2]:
             raise InputError(
@@ -90,14 +77,14 @@ class FourBarData:
 
 @arguments.checked
 def four_bar(
-    speed: float = 340.0 * 2.0 * math.pi / 60.0,
+    speed: Annotated[float, "rad/s"] = 340.0 * 2.0 * math.pi / 60.0,
     *,
-    clearance: float | None = None,
+    clearance: Annotated[float | None, "m"] = None,
     flexible: bool = False,
     friction: Friction = None,
     elements: int = 4,
-    start: float = 0.0,
-    ramp: float | None = None,
+    start: Annotated[float, "rad"] = 0.0,
+    ramp: Annotated[float | None, "s"] = None,
     data: FourBarData | None = None,
 ) -> Mechanism:
     """A crank-rocker mechanism with rigid or flexible links, and with or without clearance at B; no gravity.
@@ -106,14 +93,14 @@ def four_bar(
 
     Parameters
     ----------
-    speed : speed of the crank [rad/s].
-    clearance : radius of the bearing on the coupler less radius of the journal on the rocker, at B [m]; None: ideal
+    speed : speed of the crank.
+    clearance : radius of the bearing on the coupler less radius of the journal on the rocker, at B; None: ideal
         joint.
     flexible : whether the links are beams.
     friction : friction at B: "coulomb" for the modified Coulomb law with the data, a friction law, or None.
     elements : number of beam elements of each link.
-    start : angle of the crank at the start, from +X [rad].
-    ramp : time in which the crank reaches its speed from rest [s]; None: it starts at full speed.
+    start : angle of the crank at the start, from +X.
+    ramp : time in which the crank reaches its speed from rest; None: it starts at full speed.
     data : data of the mechanism; None: `FourBarData()`.
 
     Raises

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from flexmb import arguments, checks, planar
 from flexmb.errors import InputError
@@ -30,14 +30,14 @@ SLIDER_SIZE = (0.060, 0.036)
 
 @arguments.checked
 def nine_bar(
-    speed: float = 2.0 * math.pi,
+    speed: Annotated[float, "rad/s"] = 2.0 * math.pi,
     *,
-    clearance: float | None = None,
+    clearance: Annotated[float | None, "m"] = None,
     flexible: bool = False,
     friction: Friction = "coulomb",
     elements: int = 4,
-    start: tuple[float, float] = (0.0, 0.0),
-    ramp: float | None = None,
+    start: Annotated[tuple[float, float], "rad"] = (0.0, 0.0),
+    ramp: Annotated[float | None, "s"] = None,
     mesh: str | None = None,
     data: NineBarData | None = None,
 ) -> Mechanism:
@@ -54,13 +54,13 @@ def nine_bar(
 
     Parameters
     ----------
-    speed : speed w [rad/s]; crank 1 turns with -w, crank 4 with +w.
-    clearance : radius of the bearing on crank 1 less radius of the journal on link 2 [m]; None: ideal joint.
+    speed : speed w; crank 1 turns with -w, crank 4 with +w.
+    clearance : radius of the bearing on crank 1 less radius of the journal on link 2; None: ideal joint.
     flexible : whether the links are beams; the slider is always rigid.
     friction : friction at P1: "coulomb" for the modified Coulomb law with the data, a friction law, or None.
     elements : number of beam elements of each link, and of each side of the panel.
-    start : angles of cranks 1 and 4 at the start, from +X [rad].
-    ramp : time in which the cranks reach their speed from rest [s]; None: they start at full speed.
+    start : angles of cranks 1 and 4 at the start, from +X.
+    ramp : time in which the cranks reach their speed from rest; None: they start at full speed.
     mesh : folder of the line meshes crank1.msh, link2.msh, ..., panel7.msh of beams, as in `meshes/` of the repository
         (tag 1: section of the bars, tag 2: of link 3); with it, links are beams and `elements` is not used.  None: no
         files.

@@ -3,59 +3,31 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import KW_ONLY, dataclass
 from typing import ClassVar
 
-from flexmb import checks
 from flexmb.elastic.beams.section import Rectangle
 from flexmb.errors import InputError
+from flexmb.fields import Input, field, not_negative, one_of, point, positive, record
 from flexmb.mechanisms.geometry import LEFT, RIGHT, Point, at_angle, corner, on_line
 from flexmb.model.law import Material
 from flexmb.parts.contact.friction import ModifiedCoulomb
 from flexmb.parts.contact.hysteresis_laws import LankaraniNikravesh
 from flexmb.parts.contact.onset import LARGEST, LEAST_APPROACH, ONSET
 
-POINTS = ("pivot1", "pivot4", "pivot6")
-MAY_BE_ANYTHING = ("slider_line", "gravity")
-MAY_BE_ZERO = ("friction_coefficient", "v0", "damping", "mass_damping", "least_approach")
 
-
-@dataclass(frozen=True, kw_only=True)
-class NineBarData:
+@record
+class NineBarData(Input):
     """Data of the nine-bar mechanism; the digit in a name is the number of the link.
 
-    "Table": the value is printed in the paper.  "Fitted" or "reconstructed": the paper leaves it out or prints it
-    wrong; see docs/nine_bar.md.
+    From table 1 of the paper: distances of hinges, pivots 1 and 4, masses, moments of inertia, `centre7`.  Eq. (11) has
+    no m v^2/2 of links 1, 4 and 6, so their J is about the axis in the frame.  For the panel the table prints 3.802e-3,
+    too small for a triangle of that size; the default has the exponent -2.  Gravity: eq. (13), U = sum m g x.
 
-    Parameters
-    ----------
-    length1, length2, length3, length4, length6 : distance of the hinges [m].  Table 1.
-    length8 : length of link 8 [m].  Twice its centre of mass .168; the printed length repeats another row.
-    side_ab, side_ac, side_bc : sides of panel 7 between its hinges [m].  Fitted; the table repeats other rows.
-    pivot1, pivot4 : axes of the cranks in the frame [m].  Table 1: .430 m apart.
-    pivot6 : axis of rocker 6 [m].  Fitted; only drawn in the paper.
-    slider_line : Y of the line on which the slider's hinge moves [m].  Fitted; only drawn in the paper.
-    mass1, mass2, mass3, mass4, mass6, mass7, mass8, mass9 : masses [kg].  Table 1.
-    inertia1, inertia4, inertia6 : moments of inertia about the axis in the frame [kg m^2].  Table 1; eq. (11) has no
-        m v^2/2 of these links, so their J contains it.
-    inertia2, inertia3, inertia8 : moments of inertia about the centre of mass [kg m^2].  Table 1.
-    inertia7 : moment of inertia of panel 7 about the centre of mass [kg m^2].  Table 1 prints 3.802e-3, which is too
-        small for a triangle of that size; the default has the exponent -2.
-    inertia9 : moment of inertia of the slider [kg m^2], > 0.  The slider does not turn, so it has no influence.
-    centre7 : distance of the panel's centre of mass from hinge A, towards the centroid of A, B, C [m].  Table 1.
-    bearing_radius : R1 at P1 [m].  Reconstructed; the paper's table 3 is missing.
-    restitution : coefficient of restitution of the contact.  Reconstructed.
-    contact_young, contact_poisson : E [Pa] and nu of journal and bearing.  Reconstructed.
-    least_approach, reference_speed : arguments of the normal law, see `LankaraniNikravesh`.  Eq. (6) of the paper takes
-        the speed at the onset, however small.
-    friction_coefficient, v0, v1 : cf and the slip speeds of eq. (8) [1, m/s, m/s].  Reconstructed.
-    young, density : E [Pa] and rho [kg/m^3] of the beams.  Fitted to the table's masses.
-    depth, thickness, thickness3 : depth of all bars in the plane of motion, thickness of all but link 3, thickness of
-        link 3 [m].  Fitted to the table's masses.
-    damping : zeta2, stiffness-proportional damping of the beams [s].  The paper gives no value; default:
-        `LIGHT_DAMPING`, and `NineBarData.INFERRED_DAMPING` is fitted to what the paper says of chaos.
-    mass_damping : zeta1, mass-proportional damping of the beams [1/s].  Reconstructed.
-    gravity : acceleration of gravity along X [m/s^2].  Eq. (13), U = sum m g x, means the direction -X.
+    The paper leaves the others out or prints them wrong, see docs/nine_bar.md.  `length8` is twice its centre of mass
+    .168, since the printed length repeats another row.  Fitted: sides of the panel, where the table repeats other rows;
+    pivot 6 and the line of the slider, which are only drawn; the beams, to the table's masses.  Reconstructed: contact,
+    friction and damping.  Eq. (6) takes the speed at the onset, however small.
 
     Raises
     ------
@@ -78,75 +50,64 @@ class NineBarData:
     INFERRED_DAMPING: ClassVar[float] = 2e-5
     """zeta2 [s] under which most of the paper's statements hold together; see docs/nine_bar.md, "Damping"."""
 
-    length1: float = 0.045
-    length2: float = 0.326
-    length3: float = 0.497
-    length4: float = 0.095
-    length6: float = 0.230
-    length8: float = 0.336
-    side_ab: float = 0.229
-    side_ac: float = 0.304
-    side_bc: float = 0.315
-    pivot1: Point = (0.0, 0.0)
-    pivot4: Point = (0.0, 0.430)
-    pivot6: Point = (-0.580, 0.190)
-    slider_line: float = 0.090
-    mass1: float = 0.148
-    mass2: float = 0.805
-    mass3: float = 0.603
-    mass4: float = 0.265
-    mass6: float = 0.581
-    mass7: float = 4.334
-    mass8: float = 0.827
-    mass9: float = 0.801
-    inertia1: float = 2.382e-4
-    inertia2: float = 8.001e-3
-    inertia3: float = 1.337e-2
-    inertia4: float = 1.210e-3
-    inertia6: float = 1.212e-2
-    inertia7: float = 3.802e-2
-    inertia8: float = 8.663e-3
-    inertia9: float = 1e-3
-    centre7: float = 0.147
-    bearing_radius: float = 0.010
-    restitution: float = 0.9
-    contact_young: float = 207e9
-    contact_poisson: float = 0.29
-    least_approach: float = LEAST_APPROACH
-    reference_speed: str = ONSET
-    friction_coefficient: float = 0.01
-    v0: float = 1e-4
-    v1: float = 1e-3
-    young: float = 207e9
-    density: float = 7801.0
-    depth: float = 0.025
-    thickness: float = 0.012
-    thickness3: float = 0.006
-    damping: float = LIGHT_DAMPING
-    mass_damping: float = 0.0
-    gravity: float = -9.81
+    _: KW_ONLY
+    length1: float = field("distance of the hinges", "m", positive, default=0.045)
+    length2: float = field("distance of the hinges", "m", positive, default=0.326)
+    length3: float = field("distance of the hinges", "m", positive, default=0.497)
+    length4: float = field("distance of the hinges", "m", positive, default=0.095)
+    length6: float = field("distance of the hinges", "m", positive, default=0.230)
+    length8: float = field("distance of the hinges", "m", positive, default=0.336)
+    side_ab: float = field("side of panel 7 between its hinges", "m", positive, default=0.229)
+    side_ac: float = field("side of panel 7 between its hinges", "m", positive, default=0.304)
+    side_bc: float = field("side of panel 7 between its hinges", "m", positive, default=0.315)
+    pivot1: Point = field("axis of the crank in the frame", "m", point, default=(0.0, 0.0))
+    pivot4: Point = field("axis of the crank in the frame", "m", point, default=(0.0, 0.430))
+    pivot6: Point = field("axis of the rocker in the frame", "m", point, default=(-0.580, 0.190))
+    slider_line: float = field("Y of the line on which the slider's hinge moves", "m", default=0.090)
+    mass1: float = field("mass", "kg", positive, default=0.148)
+    mass2: float = field("mass", "kg", positive, default=0.805)
+    mass3: float = field("mass", "kg", positive, default=0.603)
+    mass4: float = field("mass", "kg", positive, default=0.265)
+    mass6: float = field("mass", "kg", positive, default=0.581)
+    mass7: float = field("mass", "kg", positive, default=4.334)
+    mass8: float = field("mass", "kg", positive, default=0.827)
+    mass9: float = field("mass", "kg", positive, default=0.801)
+    inertia1: float = field("moment of inertia about the axis in the frame", "kg m^2", positive, default=2.382e-4)
+    inertia2: float = field("moment of inertia about the centre of mass", "kg m^2", positive, default=8.001e-3)
+    inertia3: float = field("moment of inertia about the centre of mass", "kg m^2", positive, default=1.337e-2)
+    inertia4: float = field("moment of inertia about the axis in the frame", "kg m^2", positive, default=1.210e-3)
+    inertia6: float = field("moment of inertia about the axis in the frame", "kg m^2", positive, default=1.212e-2)
+    inertia7: float = field("moment of inertia about the centre of mass", "kg m^2", positive, default=3.802e-2)
+    inertia8: float = field("moment of inertia about the centre of mass", "kg m^2", positive, default=8.663e-3)
+    inertia9: float = field("without influence, as the slider does not turn", "kg m^2", positive, default=1e-3)
+    centre7: float = field("of mass of the panel, from A towards the centroid of A, B, C", "m", positive, default=0.147)
+    bearing_radius: float = field("R1 at P1", "m", positive, default=0.010)
+    restitution: float = field("coefficient of restitution of the contact", rule=positive, default=0.9)
+    contact_young: float = field("E of journal and bearing", "Pa", positive, default=207e9)
+    contact_poisson: float = field("nu of journal and bearing", default=0.29)
+    least_approach: float = field("as of `LankaraniNikravesh`", "m/s", not_negative, default=LEAST_APPROACH)
+    reference_speed: str = field("as of `LankaraniNikravesh`", rule=one_of(ONSET, LARGEST), default=ONSET)
+    friction_coefficient: float = field("cf of eq. (8)", rule=not_negative, default=0.01)
+    v0: float = field("first slip speed of eq. (8)", "m/s", not_negative, default=1e-4)
+    v1: float = field("second slip speed of eq. (8)", "m/s", positive, default=1e-3)
+    young: float = field("E of the beams", "Pa", positive, default=207e9)
+    density: float = field("rho of the beams", "kg/m^3", positive, default=7801.0)
+    depth: float = field("depth of all bars in the plane of motion", "m", positive, default=0.025)
+    thickness: float = field("thickness of all bars but that of link 3", "m", positive, default=0.012)
+    thickness3: float = field("thickness of the bar of link 3", "m", positive, default=0.006)
+    damping: float = field(
+        "zeta2, stiffness-proportional damping of the beams", "s", not_negative, default=LIGHT_DAMPING
+    )
+    mass_damping: float = field("zeta1, mass-proportional damping of the beams", "1/s", not_negative, default=0.0)
+    gravity: float = field("acceleration of gravity along X", "m/s^2", default=-9.81)
 
     def __post_init__(self) -> None:
-        owner = "NineBarData"
-        for name in (f.name for f in fields(self)):
-            value = getattr(self, name)
-            if name in POINTS:
-                object.__setattr__(self, name, checks.point(owner, name, value))
-            elif name == "reference_speed":
-                checks.one_of(owner, name, value, (ONSET, LARGEST))
-            elif name in MAY_BE_ANYTHING:
-                checks.number(owner, name, value)
-            elif name in MAY_BE_ZERO:
-                checks.not_negative(owner, name, value)
-            elif name == "contact_poisson":
-                checks.number(owner, name, value)
-            else:
-                checks.positive(owner, name, value)
+        super().__post_init__()
         sides = sorted((self.side_ab, self.side_ac, self.side_bc))
         if sides[2] >= sides[0] + sides[1]:
             raise InputError(
-                f"{owner}: sides of {sides[0]:g}, {sides[1]:g} and {sides[2]:g} m form no triangle; the longest must "
-                "be shorter than the other two together."
+                f"NineBarData: sides of {sides[0]:g}, {sides[1]:g} and {sides[2]:g} m form no triangle; the longest "
+                "must be shorter than the other two together."
             )
 
     def own_inertia(self, number: int) -> float:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import KW_ONLY
+from typing import Annotated
 
 from flexmb import arguments, checks
 from flexmb.elastic.beams.section import Rectangle
 from flexmb.errors import InputError
+from flexmb.fields import Input, field, not_negative, positive, record
 from flexmb.mechanisms.choices import Friction, check_flag, crank_motion, friction_law, pin
 from flexmb.mechanisms.geometry import at_angle, box, on_line
 from flexmb.model.law import Material
@@ -26,23 +28,9 @@ SLIDER_SIZE = (0.030, 0.020)
 """Width and height of the slider in pictures [m]."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class SliderCrankData:
+@record
+class SliderCrankData(Input):
     """Data of the slider-crank with a worn piston pin.
-
-    Parameters
-    ----------
-    crank, rod : lengths [m].
-    crank_mass, rod_mass, slider_mass : masses [kg]; centres of mass of the links at mid-length.
-    crank_inertia : moment of inertia of the crank about its centre of mass [kg m^2].
-    rod_inertia : moment of inertia of the rod about its centre of mass [kg m^2]; None: uniform rod, m l^2/12.
-    slider_inertia : moment of inertia of the slider [kg m^2], > 0; the slider does not turn, so it has no influence.
-    bearing_radius : radius of the bearing in the rod [m].
-    restitution : coefficient of restitution of the contact.
-    young, poisson : E [Pa] and nu of journal and bearing, and of a flexible rod.
-    density : density of a flexible rod [kg/m^3]; with the mass of the rod it gives the square section.
-    friction_coefficient, v0, v1 : modified Coulomb friction [1, m/s, m/s].
-    damping : zeta2, stiffness-proportional damping of a flexible rod [s].
 
     Raises
     ------
@@ -54,31 +42,27 @@ class SliderCrankData:
     Claro, H. M. Lankarani, Kinematics and Dynamics of Multibody Systems with Imperfect Joints, Springer 2008.
     """
 
-    crank: float = 0.05
-    rod: float = 0.12
-    crank_mass: float = 0.30
-    rod_mass: float = 0.21
-    slider_mass: float = 0.14
-    crank_inertia: float = 1.0e-5
-    rod_inertia: float | None = 2.5e-4
-    slider_inertia: float = 1.0e-4
-    bearing_radius: float = 0.010
-    restitution: float = 0.9
-    young: float = 207e9
-    poisson: float = 0.3
-    density: float = 7801.0
-    friction_coefficient: float = 0.03
-    v0: float = 1e-4
-    v1: float = 1e-3
-    damping: float = 1e-6
+    _: KW_ONLY
+    crank: float = field("length of the crank", "m", positive, default=0.05)
+    rod: float = field("length of the rod", "m", positive, default=0.12)
+    crank_mass: float = field("mass of the crank, its centre at mid-length", "kg", positive, default=0.30)
+    rod_mass: float = field("mass of the rod, its centre at mid-length", "kg", positive, default=0.21)
+    slider_mass: float = field("mass of the slider", "kg", positive, default=0.14)
+    crank_inertia: float = field("J of the crank about its centre of mass", "kg m^2", positive, default=1.0e-5)
+    rod_inertia: float | None = field("J of the rod; None: uniform, m l^2/12", "kg m^2", positive, default=2.5e-4)
+    slider_inertia: float = field("without influence, as the slider does not turn", "kg m^2", positive, default=1.0e-4)
+    bearing_radius: float = field("radius of the bearing in the rod", "m", positive, default=0.010)
+    restitution: float = field("coefficient of restitution of the contact", rule=positive, default=0.9)
+    young: float = field("E of journal and bearing, and of a flexible rod", "Pa", positive, default=207e9)
+    poisson: float = field("nu of journal and bearing, and of a flexible rod", rule=positive, default=0.3)
+    density: float = field("rho of a flexible rod, for its square section", "kg/m^3", positive, default=7801.0)
+    friction_coefficient: float = field("coefficient of the modified Coulomb friction", rule=not_negative, default=0.03)
+    v0: float = field("first slip speed of the friction", "m/s", not_negative, default=1e-4)
+    v1: float = field("second slip speed of the friction", "m/s", positive, default=1e-3)
+    damping: float = field("zeta2, stiffness-proportional damping of a flexible rod", "s", not_negative, default=1e-6)
 
     def __post_init__(self) -> None:
-        for name in (f.name for f in fields(self)):
-            value = getattr(self, name)
-            if name in ("friction_coefficient", "v0", "damping"):
-                checks.not_negative("SliderCrankData", name, value)
-            elif value is not None or name != "rod_inertia":
-                checks.positive("SliderCrankData", name, value)
+        super().__post_init__()
         if self.rod <= self.crank:
             raise InputError(
                 f"SliderCrankData: rod is {self.rod:g} m; it must be longer than the crank, {self.crank:g} m, or the "
@@ -98,14 +82,14 @@ class SliderCrankData:
 
 @arguments.checked
 def slider_crank(
-    speed: float = 5000.0 * 2.0 * math.pi / 60.0,
+    speed: Annotated[float, "rad/s"] = 5000.0 * 2.0 * math.pi / 60.0,
     *,
-    clearance: float | None = None,
+    clearance: Annotated[float | None, "m"] = None,
     flexible: bool = False,
     friction: Friction = None,
     elements: int = 8,
-    start: float = 0.0,
-    ramp: float | None = None,
+    start: Annotated[float, "rad"] = 0.0,
+    ramp: Annotated[float | None, "s"] = None,
     data: SliderCrankData | None = None,
 ) -> Mechanism:
     """The slider-crank with or without clearance in the piston pin, and with a rigid or flexible rod; no gravity.
@@ -114,14 +98,14 @@ def slider_crank(
 
     Parameters
     ----------
-    speed : speed of the crank [rad/s].
-    clearance : radius of the bearing in the rod less radius of the pin on the slider [m]; None: ideal joint.
+    speed : speed of the crank.
+    clearance : radius of the bearing in the rod less radius of the pin on the slider; None: ideal joint.
     flexible : whether the rod is a beam.
     friction : friction in the piston pin: "coulomb" for the modified Coulomb law with the data, a friction law, or
         None.
     elements : number of beam elements of a flexible rod.
-    start : angle of the crank at the start, from +X [rad].
-    ramp : time in which the crank reaches its speed from rest [s]; None: it starts at full speed.
+    start : angle of the crank at the start, from +X.
+    ramp : time in which the crank reaches its speed from rest; None: it starts at full speed.
     data : data of the mechanism; None: `SliderCrankData()`.
 
     Raises

@@ -8,30 +8,25 @@ from __future__ import annotations
 import math
 from abc import ABC
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from numbers import Real
 from typing import Any, ClassVar
 
 import numpy as np
 
-from flexmb import arguments, checks, kernels
+from flexmb import kernels
 from flexmb.display import Shown
 from flexmb.errors import USER_ERRORS, InputError, KernelError
+from flexmb.fields import Input, field, instance, positive, record
 
 # Linear elastic, isotropic material
 
 
-@dataclass(frozen=True)
-class Material(arguments.Checked, Shown):
+@record
+class Material(Input, Shown):
     """Linear elastic, isotropic material.
 
-    Parameters
-    ----------
-    young : Young's modulus E [Pa], > 0.
-    density : rho [kg/m^3], > 0.
-    poisson : Poisson's ratio nu, -1 < nu < 0.5; contacts use it, and beams with shear.
-    yield_stress : uniaxial yield stress Y [Pa], > 0, or None when it is not known; a run then does not say where a
-        contact yields.
+    Without a yield stress a run does not say where a contact yields.
 
     Raises
     ------
@@ -44,25 +39,16 @@ class Material(arguments.Checked, Shown):
     71700000000.0
     """
 
-    young: float
-    density: float
-    poisson: float = 0.3
-    yield_stress: float | None = None
+    young: float = field("Young's modulus E", "Pa", positive, hint="Young's modulus of steel is 207e9 Pa.")
+    density: float = field("rho", "kg/m^3", positive)
+    poisson: float = field("Poisson's ratio nu, -1 < nu < 0.5; of contacts, and of beams with shear", default=0.3)
+    yield_stress: float | None = field("uniaxial yield stress Y; None: not known", "Pa", positive, default=None)
 
     def __post_init__(self) -> None:
-        hint = "Young's modulus of steel is 207e9 Pa."
-        values = {
-            "young": checks.positive("Material", "young", self.young, "Pa", hint),
-            "density": checks.positive("Material", "density", self.density, "kg/m^3"),
-            "poisson": checks.number("Material", "poisson", self.poisson),
-        }
-        if self.yield_stress is not None:
-            values["yield_stress"] = checks.positive("Material", "yield_stress", self.yield_stress, "Pa")
-        if not -1.0 < values["poisson"] < 0.5:
+        super().__post_init__()
+        if not -1.0 < self.poisson < 0.5:
             text = f"Material: poisson is {self.poisson:g}; it must lie between -1 and 0.5, both excluded."
             raise InputError(f"{text} For rubber take 0.499.")
-        for name, value in values.items():
-            object.__setattr__(self, name, value)
 
     @property
     def shear_modulus(self) -> float:
@@ -112,8 +98,8 @@ def number_fields(owner: Any, skip: tuple[str, ...] = ()) -> tuple[float, ...]:
     return tuple([float(v) for _, v in values if type(v) is float or (isinstance(v, Real) and not isinstance(v, bool))])
 
 
-@dataclass(frozen=True)
-class Law(arguments.Checked, Shown, ABC):
+@record
+class Law(Input, Shown, ABC):
     """Base of all laws: a kernel, its parameters, the start values of its history."""
 
     kernel: ClassVar[kernels.Kernel]
@@ -125,12 +111,9 @@ class Law(arguments.Checked, Shown, ABC):
             require_kernel(cls, cls.contract)
 
     def __post_init__(self) -> None:
-        self._require_finite()
-
-    def _require_finite(self) -> None:
         if getattr(type(self), "kernel", None) is None:
             raise KernelError(f"{type(self).__name__} has no kernel; it cannot be used as a law.")
-        checks.number_fields(self, type(self).__name__)
+        super().__post_init__()
 
     def parameters(self) -> tuple[float, ...]:
         """Parameters p of the kernel."""
@@ -141,7 +124,7 @@ class Law(arguments.Checked, Shown, ABC):
         return ()
 
 
-@dataclass(frozen=True)
+@record
 class NormalLaw(Law):
     """Base of normal contact laws; the kernel returns N >= 0 and its derivatives by gap and gap rate."""
 
@@ -160,7 +143,11 @@ class NormalLaw(Law):
         return ()
 
 
-@dataclass(frozen=True)
+NORMAL_LAW = instance(NormalLaw, "a normal law, e.g. LankaraniNikravesh")
+"""Rule of a field that holds a normal law."""
+
+
+@record
 class FrictionLaw(Law):
     """Base of friction laws; the kernel returns the force T on the second body along the slip direction."""
 
@@ -168,7 +155,11 @@ class FrictionLaw(Law):
     formerly = (("mu", "coefficient"),)
 
 
-@dataclass(frozen=True)
+FRICTION_LAW = instance(FrictionLaw, "a friction law, e.g. ModifiedCoulomb")
+"""Rule of a field that holds a friction law."""
+
+
+@record
 class Motion(Law):
     """Base of prescribed motions; the kernel returns s, s_dot, s_ddot from the reference configuration.
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass, replace
 from difflib import get_close_matches
-from functools import cache, cached_property
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,8 +14,8 @@ import numpy as np
 
 from flexmb import arguments, checks, display
 from flexmb.display import counted, cut, given_fields, listed, number_text, value_text
-from flexmb.docstrings import parameters, units
 from flexmb.errors import FlexmbError, InputError, ModelError
+from flexmb.fields import unit_of
 from flexmb.model.contributions import (
     ConstraintContribution,
     ContactContribution,
@@ -107,18 +107,9 @@ def _part(part: Part) -> dict[str, Any]:
 
 def _fields(owner: Any) -> dict[str, list[Any]]:
     """Values and units of the declared fields of a record, without its name and without fields that are None."""
-    kind: Any = type(owner)
-    known = units_of_fields(kind)
     names = (field.name for field in fields(owner) if field.init and field.name != "name")
     values = {name: getattr(owner, name) for name in names}
-    return {name: [plain(value), known.get(name, "")] for name, value in values.items() if value is not None}
-
-
-@cache
-def units_of_fields(kind: type) -> dict[str, str]:
-    """Units of the fields of a class in its docstring, by name."""
-    found = {name: next(iter(units(text)), "") for name, text in parameters(kind).items()}
-    return {name: unit for name, unit in found.items() if unit}
+    return {name: [plain(value), unit_of(type(owner), name)] for name, value in values.items() if value is not None}
 
 
 def plain(value: Any) -> Any:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from flexmb import arguments, checks, kernels
+from flexmb import checks, kernels
 from flexmb.display import Shown
 from flexmb.errors import InputError, ModelError
+from flexmb.fields import Input, field, fields_of, point, record
 from flexmb.model.contributions import (
     AXES,
     Attachment,
@@ -47,30 +48,25 @@ def declared_state(value: Any) -> dict[str, Any]:
     return {k: v for k, v in vars(value).items() if not isinstance(getattr(kind, k, None), cached_property)}
 
 
-@dataclass(frozen=True)
-class Part(arguments.Checked, Shown, ABC):
-    """Base of all parts of a mechanism.
+@record
+class Part(Input, Shown, ABC):
+    """Base of all parts of a mechanism."""
 
-    Parameters
-    ----------
-    name : the part's name, unique in its mechanism.
-    """
-
-    name: str
+    name: str = field("its name, unique in the mechanism")
     by_name: ClassVar[tuple[str, ...]] = ()
     """Fields that hold names of parts, and take the parts themselves as well."""
 
     def __post_init__(self) -> None:
         checks.identifier(type(self).__name__, self.name)
-        for field in self.by_name:
-            given = getattr(self, field)
+        for name in self.by_name:
+            given = getattr(self, name)
             names = tuple(map(name_of, given)) if isinstance(given, list | tuple) else name_of(given)
-            if not isinstance(names, str | tuple) and getattr(type(self), field, "") is not None:
-                raise InputError(f"{self.label}: {field} is {given!r}; it must be a {field} or its name.")
-            object.__setattr__(self, field, names)
-        checks.number_fields(self, self.label)
-        for name, declared in checks.declared_fields(type(self)):
-            if declared == "Part" and not isinstance(value := getattr(self, name), Part):
+            if not isinstance(names, str | tuple) and getattr(type(self), name, "") is not None:
+                raise InputError(f"{self.label}: {name} is {given!r}; it must be a {name} or its name.")
+            object.__setattr__(self, name, names)
+        super().__post_init__()
+        for name in [one.name for one in fields_of(type(self)) if one.type == "Part"]:
+            if not isinstance(value := getattr(self, name), Part):
                 hint = " Give the part itself, not its name." if isinstance(value, str) else ""
                 raise InputError(f"{self.label}: {name} is {value!r}; it must be a body or GROUND.{hint}")
 
@@ -109,7 +105,7 @@ class Part(arguments.Checked, Shown, ABC):
 
     def references(self) -> tuple[str, ...]:
         """Names of the parts to which this part is connected."""
-        values = [getattr(self, name) for name, _ in checks.declared_fields(type(self))]
+        values = [getattr(self, field.name) for field in fields_of(type(self))]
         return tuple([v.name for v in values if _is_part(v.__class__)])
 
     @property
@@ -131,7 +127,7 @@ def _is_part(kind: type) -> bool:
     return issubclass(kind, Part)
 
 
-@dataclass(frozen=True)
+@record
 class Body(Part):
     """Base of bodies: parts with nodes, to which other parts are attached."""
 
@@ -183,7 +179,7 @@ class Body(Part):
         raise InputError(f"{self.label} has no node {name!r}. {checks.did_you_mean(name, names)}")
 
 
-@dataclass(frozen=True)
+@record
 class Ground(Body):
     """The fixed frame; use the constant `GROUND`."""
 
@@ -216,7 +212,7 @@ def require_signals(kind: type[Element]) -> None:
             )
 
 
-@dataclass(frozen=True)
+@record
 class Element(Part):
     """Base of elements written by users: one kernel on named coordinates.
 
@@ -226,10 +222,6 @@ class Element(Part):
     damps energy may have an energy kernel, `energy`; without one its work is counted as that of a load.  The signals of
     an element stand in `signals`: (name, unit, signal kernel) each, with its p and its coordinates.
     `force_kernel` and `tangent_kernel` may give the same forces and tangents at less cost.
-
-    Parameters
-    ----------
-    name : the part's name, unique in its mechanism.
     """
 
     kernel: ClassVar[kernels.Kernel]
@@ -285,28 +277,18 @@ class Element(Part):
         return body.name, node, AXES.index(words[-1])
 
 
-@dataclass(frozen=True)
+@record
 class Joint(Part):
-    """Base of joints between two bodies at a point of the reference configuration.
+    """Base of joints between two bodies at a point of the reference configuration."""
 
-    Parameters
-    ----------
-    name : the joint's name.
-    first, second : the bodies; reported forces act on the second one.
-    at : the joint's point in the reference configuration [m].
-    """
-
-    first: Part
-    second: Part
-    at: tuple[float, float]
+    first: Part = field("first body; `GROUND` is the frame")
+    second: Part = field("second body, on which reported forces act")
+    at: tuple[float, float] = field("the joint's point", "m", point)
 
     kind: ClassVar[str] = "joint"
-    at_may_be_left_out: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.at is not None or not self.at_may_be_left_out:
-            object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
         if self.first.name == self.second.name:
             raise ModelError(f"{self.label} joins {self.first.name!r} to itself; give two different bodies.")
 
@@ -378,14 +360,9 @@ class WatchedMotion(NamedTuple):
 # Base of controllers: parts with inputs, states of their own, and outputs that are factors of loads
 
 
-@dataclass(frozen=True)
+@record
 class Controller(Part):
-    """Base of parts that compute the factors of loads from signals.
-
-    Parameters
-    ----------
-    name : name of the controller.
-    """
+    """Base of parts that compute the factors of loads from signals."""
 
     @abstractmethod
     def control(self) -> ControlContribution:

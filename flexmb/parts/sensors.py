@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from flexmb import checks
+from flexmb.fields import field, point, record
 from flexmb.kernels import signal_kernel
 from flexmb.model.contributions import Contribution, signal_contributions
 from flexmb.model.part import GROUND, Part
@@ -39,7 +38,7 @@ def marker_kernel(p, t, q, v, a):
     return a[0] - a[2] * ey - w2 * ex if number == 4.0 else a[1] + a[2] * ex - w2 * ey
 
 
-@dataclass(frozen=True)
+@record
 class Marker(Part):
     """A point of a body, or of a node of a flexible body, without mass: it reports its motion.
 
@@ -47,25 +46,14 @@ class Marker(Part):
 
     Signals: x, y [m], vx, vy [m/s], ax, ay [m/s2], theta [rad] and omega [rad/s] of the body there, in world axes.
 
-    Parameters
-    ----------
-    name : the marker's name.
-    body : the body.
-    at : the point in the reference configuration [m].
-    trace : whether pictures show its path.
-
     Raises
     ------
     InputError : a point where a flexible body has no node.
     """
 
-    body: Part
-    at: tuple[float, float]
-    trace: bool = False
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
+    body: Part = field("the body")
+    at: tuple[float, float] = field("the point", "m", point)
+    trace: bool = field("whether pictures show its path", default=False)
 
     @property
     def marker(self) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 from flexmb import checks, display
 from flexmb.display import Shown
 from flexmb.errors import InputError
+from flexmb.fields import field, record
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -71,34 +72,22 @@ class UnknownContactError(InputError, KeyError):
         return str(self.args[0])
 
 
-@dataclass(frozen=True)
+@record
 class Episode(Shown):
-    """One contact interval; see `Episodes` for the fields.
-
-    Parameters
-    ----------
-    contact : name of the contact.
-    mode : 1 impact, 2 continuous contact.
-    start, end : instants [s].
-    approach_speed, separation_speed : of the surfaces at these instants, along the normal, >= 0 [m/s].
-    impulse : of the normal force [N s].
-    peak_force : largest normal force [N].
-    peak_penetration : largest depth [m].
-    dissipated_contact, dissipated_friction : energy lost [J].
-    """
+    """One contact interval; see `Episodes` for the fields."""
 
     _: KW_ONLY
-    contact: str
-    mode: int
-    start: float
-    end: float
-    approach_speed: float
-    separation_speed: float
-    impulse: float
-    peak_force: float
-    peak_penetration: float
-    dissipated_contact: float
-    dissipated_friction: float
+    contact: str = field("name of the contact")
+    mode: int = field("1 impact, 2 continuous contact")
+    start: float = field("begin", "s")
+    end: float = field("end", "s")
+    approach_speed: float = field("speed of the surfaces at the begin, along the normal, >= 0", "m/s")
+    separation_speed: float = field("speed of the surfaces at the end, along the normal, >= 0", "m/s")
+    impulse: float = field("impulse of the normal force", "N s")
+    peak_force: float = field("largest normal force", "N")
+    peak_penetration: float = field("largest depth", "m")
+    dissipated_contact: float = field("energy lost in the normal direction", "J")
+    dissipated_friction: float = field("energy lost in friction", "J")
 
     @property
     def duration(self) -> float:

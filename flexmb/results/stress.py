@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -17,6 +18,7 @@ from flexmb.elastic.planes.plane_body import PlaneBody
 from flexmb.elastic.planes.stress import principal, von_mises
 from flexmb.elastic.reduced.reduced import Reduced
 from flexmb.errors import InputError
+from flexmb.fields import Input, field, not_negative, positive, record
 from flexmb.model.shape import BeamShape, MeshShape
 from flexmb.parts.bodies.flexible import knows_stress, number_of, section_factors
 from flexmb.parts.bodies.flexible_body import FlexibleBody
@@ -251,16 +253,9 @@ CAPTURED = 0.98
 """Largest saved stress over the largest of all accepted steps, below which cycles are said to be missed."""
 
 
-@dataclass(frozen=True)
-class WoehlerLine:
+@record
+class WoehlerLine(Input):
     """Cycles to failure over the amplitude of a stress: N = cycles (amplitude/sigma_a)^slope (Basquin).
-
-    Parameters
-    ----------
-    amplitude : stress amplitude that is borne for `cycles` [Pa], > 0.
-    slope : exponent k [1], > 0.
-    cycles : number of cycles at this point of the line, > 0.
-    limit : amplitude up to which there is no damage [Pa], >= 0; 0: every cycle counts.
 
     Raises
     ------
@@ -277,16 +272,10 @@ class WoehlerLine:
     31250.0
     """
 
-    amplitude: float
-    slope: float = 5.0
-    cycles: float = 1e6
-    limit: float = 0.0
-
-    def __post_init__(self) -> None:
-        checks.positive("WoehlerLine", "amplitude", self.amplitude, "Pa")
-        checks.positive("WoehlerLine", "slope", self.slope)
-        checks.positive("WoehlerLine", "cycles", self.cycles)
-        checks.not_negative("WoehlerLine", "limit", self.limit, "Pa")
+    amplitude: float = field("stress amplitude that is borne for `cycles`", "Pa", positive)
+    slope: float = field("exponent k", rule=positive, default=5.0)
+    cycles: float = field("number of cycles at this point of the line", rule=positive, default=1e6)
+    limit: float = field("amplitude without damage; 0: every cycle counts", "Pa", not_negative, default=0.0)
 
     def life(self, amplitude: float | np.ndarray) -> np.ndarray:
         """Cycles to failure; infinite up to the limit.
@@ -338,9 +327,9 @@ class Fatigue:
     body: str
     node: int
     place: tuple[float, float]
-    ranges: np.ndarray = field(repr=False)
-    means: np.ndarray = field(repr=False)
-    counts: np.ndarray = field(repr=False)
+    ranges: np.ndarray = dataclasses.field(repr=False)
+    means: np.ndarray = dataclasses.field(repr=False)
+    counts: np.ndarray = dataclasses.field(repr=False)
     duration: float
     woehler: WoehlerLine | None
     captured: float = math.nan

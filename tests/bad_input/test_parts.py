@@ -151,7 +151,7 @@ REFUSED = [
         "Drive 'motor': motion is 6.0; it must be a motion, e.g. ConstantSpeed(6.28).",
     ),
     (lambda: fm.Drive("motor", 5, fm.ConstantSpeed(1.0)), "Drive 'motor': joint is 5; it must be a joint or its name."),
-    (lambda: fm.ConstantSpeed("6"), "ConstantSpeed: speed is '6'; it must be a number."),
+    (lambda: fm.ConstantSpeed("6"), "ConstantSpeed: speed is '6'; it must be a number in rad/s or m/s."),
     (lambda: fm.drives.Polynomial(3.0), "Polynomial: coefficients is 3.0; it must be a list of numbers."),
     (lambda: fm.drives.Table(3.0, 4.0), "Table: times is 3.0; it must be a list of numbers."),
     (lambda: fm.Torque("load", crank(), "3"), "Torque 'load': torque is '3'; it must be a number in N m."),

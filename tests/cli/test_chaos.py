@@ -14,17 +14,18 @@ from flexmb.show.pictures.chaos import _widened
 
 MODEL = """
 import math
+from typing import Annotated
 import flexmb as fm
 
 DAMPING = 0.5
 
-def pendulum(push: float = 0.9, burst: float = 0.0):
+def pendulum(push: float = 0.9, burst: Annotated[float, "s"] = 0.0):
     '''x'' + x'/2 + sin x = push cos(2 t / 3): the pendulum of G. L. Baker and J. P. Gollub, Chaotic Dynamics (1990).
 
     Parameters
     ----------
     push : amplitude.
-    burst : when a force of 1e200 N sets in, if it is > 0 [s].
+    burst : when a force of 1e200 N sets in, if it is > 0.
     '''
     rod = fm.RigidLink("rod", (0.0, 0.0), (0.0, -2.0), mass=1.0, inertia=1.0 / 3.0)
     J = 4.0 / 3.0

@@ -16,17 +16,18 @@ SHORT = ["--t-end", "2ms", "--step", "20us", "--save", "20", "--quiet"]
 
 MODEL = """
 import math
+from typing import Annotated
 import flexmb as fm
 
 O, A = (0.0, 0.0), (1.0, 0.0)
 
-def swing(length: float = 1.0, *, gravity: float = 9.81, light: bool = False):
+def swing(length: Annotated[float, "m"] = 1.0, *, gravity: Annotated[float, "m/s^2"] = 9.81, light: bool = False):
     '''A pendulum.
 
     Parameters
     ----------
-    length : of the bar [m].
-    gravity : downwards [m/s^2].
+    length : of the bar.
+    gravity : downwards.
     light : whether it weighs little.
     '''
     bar = fm.RigidLink("bar", O, (length, 0.0), mass=0.1 if light else 2.0, inertia=0.01)

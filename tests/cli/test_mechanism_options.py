@@ -2,6 +2,7 @@
 
 import argparse
 import inspect
+from typing import Annotated
 
 import pytest
 
@@ -12,12 +13,12 @@ from flexmb.mechanisms import nine_bar
 
 
 def maker(
-    speed: float,
+    speed: Annotated[float, "rad/s"],
     *,
-    clearance: float | None = None,
+    clearance: Annotated[float | None, "m"] = None,
     flexible: bool = False,
     elements: int = 4,
-    start: tuple[float, float] = (0.0, 1.0),
+    start: Annotated[tuple[float, float], "rad"] = (0.0, 1.0),
     friction: "str | None" = "coulomb",
     material: object = None,
     bare=0.5,
@@ -27,10 +28,10 @@ def maker(
 
     Parameters
     ----------
-    speed : of the crank [rad/s]; may be < 0.
-    clearance : play [m]; None: none.
+    speed : of the crank; may be < 0.
+    clearance : play; None: none.
     start : angles, each in [0, 1]
-        of both cranks [rad].
+        of both cranks.
     bare : share.
     material : of the links.
     """
@@ -54,6 +55,13 @@ def test_kinds_and_units():
         "friction": ("text", ""),
         "bare": ("number", ""),
     }
+
+
+def test_help_has_the_units():
+    texts = {o.name: o.help for o in options_of(maker)}
+    assert texts["speed"] == "of the crank [rad/s]; may be < 0."
+    assert texts["start"] == "angles, each in [0, 1] of both cranks [rad]."
+    assert texts["bare"] == "share."
 
 
 def test_what_is_not_typed_is_not_passed_on():

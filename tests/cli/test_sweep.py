@@ -10,15 +10,16 @@ from flexmb.cli.command_line import main
 from flexmb.cli.sweep import values_of
 
 MODEL = """
+from typing import Annotated
 import flexmb as fm
 
-def swing(speed: float = 10.0, *, length: float = 1.0, bars: int = 1):
+def swing(speed: Annotated[float, "rad/s"] = 10.0, *, length: Annotated[float, "m"] = 1.0, bars: int = 1):
     '''A driven bar.
 
     Parameters
     ----------
-    speed : of the motor [rad/s].
-    length : of the bar [m].
+    speed : of the motor.
+    length : of the bar.
     bars : how many.
     '''
     if speed == 15.0:

@@ -96,20 +96,12 @@ def test_a_record_of_many_numbers_tells_how_many():
 
 
 def test_parts_of_users_show_themselves_in_the_same_way():
-    @dataclasses.dataclass(frozen=True)
+    @fm.model.record
     class Sled(fm.Part):
-        """A sled.
+        """A sled."""
 
-        Parameters
-        ----------
-        name : name.
-        body : a body.
-        stiffness : stiffness [N/m].
-        table : numbers.
-        """
-
-        body: fm.Part
-        stiffness: float = 1e3
+        body: fm.Part = fm.model.field("a body")
+        stiffness: float = fm.model.field("stiffness", "N/m", default=1e3)
         table: tuple[float, ...] = ()
 
         def contributions(self, mechanism):

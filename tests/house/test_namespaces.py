@@ -21,6 +21,7 @@ FAR = {
     "equilibrium": "flexmb.statics",
     "friction": "flexmb.parts.contact",
     "meshes": "flexmb.elastic.meshes",
+    "model": "flexmb",  # its records, and the fields of flexmb/fields.py
     "plots": "flexmb.show.pictures",
     "sweeps": "flexmb.dynamics.sweeps",
     **{space: f"flexmb.parts.{space}" for space in PARTS},

@@ -5,6 +5,7 @@ import signal
 import threading
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from functools import partial
+from typing import Annotated
 
 import numpy as np
 import pytest
@@ -318,14 +319,8 @@ def test_designs():
     assert found["value"].dims == ("design",)
 
 
-def total(a, b, c):
-    """The sum.
-
-    Parameters
-    ----------
-    a, b : lengths [mm].
-    c : another one [m].
-    """
+def total(a: Annotated[float, "mm"], b: Annotated[float, "mm"], c: Annotated[float, "m"]):
+    """The sum of lengths."""
     return a + b + c
 
 

@@ -1,9 +1,8 @@
 """LuGre friction law of the paper, with a stiffness of the bristles proportional to the normal force."""
 
 import math
-from dataclasses import dataclass
 
-from flexmb import checks
+from flexmb.fields import field, not_negative, positive, record
 from flexmb.kernels import friction_law
 from flexmb.model.law import FrictionLaw
 from flexmb.parts.contact.friction import checked_ratio, static_not_below_kinetic
@@ -29,22 +28,13 @@ def load_scaled_lugre_kernel(p, h, slip, N, z, z_new):
     return -(sigma0 * new + sigma1 * (slip - wear * new / g) + sigma2 * slip) * N
 
 
-@dataclass(frozen=True)
+@record
 class LoadScaledLuGre(FrictionLaw):
     """LuGre friction with a stiffness of the bristles proportional to the normal force.
 
     z' = slip - sigma_0 |slip| z / g,  g = mu_k + (mu_s - mu_k) exp(-(slip/v_s)^2),
     T = -(sigma_0 z + sigma_1 z' + sigma_2 slip) N,
     z [m] is the bristle deflection, the history of the law.  A separation of the surfaces sets z = 0.
-
-    Parameters
-    ----------
-    static : coefficient of static friction mu_s >= mu_k.
-    kinetic : coefficient of kinetic friction mu_k > 0.
-    stribeck_speed : v_s, slip of the transition from static to kinetic friction [m/s], > 0.
-    stiffness : stiffness of the bristles per normal force sigma_0 [1/m], > 0.
-    damping : damping of the bristles per normal force sigma_1 [s/m], >= 0.
-    viscous : viscous friction per normal force sigma_2 [s/m], >= 0.
 
     Raises
     ------
@@ -58,23 +48,18 @@ class LoadScaledLuGre(FrictionLaw):
     Source: Chen, Jiang, Deng, Wang, Nonlinear Dynamics (2018), their references 32 and 33.
     """
 
-    static: float
-    kinetic: float
-    stribeck_speed: float
-    stiffness: float
-    damping: float = 0.0
-    viscous: float = 0.0
+    static: float = field("coefficient of static friction mu_s, >= mu_k", rule=not_negative)
+    kinetic: float = field("coefficient of kinetic friction mu_k", rule=positive)
+    stribeck_speed: float = field("v_s, slip of the transition from static to kinetic friction", "m/s", positive)
+    stiffness: float = field("sigma_0 of the bristles per normal force", "1/m", positive)
+    damping: float = field("sigma_1 of the bristles per normal force", "s/m", not_negative, default=0.0)
+    viscous: float = field("sigma_2, viscous friction per normal force", "s/m", not_negative, default=0.0)
 
     kernel = load_scaled_lugre_kernel
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        static_not_below_kinetic("LoadScaledLuGre", self.static, self.kinetic)
-        checks.positive("LoadScaledLuGre", "kinetic", self.kinetic)
-        checks.positive("LoadScaledLuGre", "stribeck_speed", self.stribeck_speed, "m/s")
-        checks.positive("LoadScaledLuGre", "stiffness", self.stiffness, "1/m")
-        checks.not_negative("LoadScaledLuGre", "damping", self.damping, "s/m")
-        checks.not_negative("LoadScaledLuGre", "viscous", self.viscous, "s/m")
+        static_not_below_kinetic(self)
 
     def history(self) -> tuple[float, ...]:
         """Initial bristle deflection [m]."""

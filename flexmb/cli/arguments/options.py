@@ -10,8 +10,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from flexmb.cli.arguments.units import known_unit, quantity
-from flexmb.docstrings import parameters, units
+from flexmb.docstrings import parameters
 from flexmb.errors import InputError
+from flexmb.fields import unit_of, with_unit
 
 Maker = Callable[..., Any]
 KINDS = {"bool": "flag", "float": "number", "int": "count", "str": "text"}
@@ -28,8 +29,8 @@ class Option:
     name : name of the parameter.
     kind : "number", "count", "numbers" (a tuple), "flag" or "text".
     default : default value, or `inspect.Parameter.empty`.
-    unit : SI unit, "" for none.
-    help : description in the docstring.
+    unit : SI unit, "" for none; "rad or m" where it depends on another field.
+    help : description in the docstring, with the unit.
     """
 
     name: str
@@ -65,8 +66,9 @@ class Option:
 def options_of(maker: Maker) -> list[Option]:
     """Options for the parameters of a function that are numbers, tuples of numbers, flags or texts.
 
-    Units are read from the numpydoc docstring, in brackets: "length : length of the rod [m]".  Other parameters, such
-    as laws or materials, have no option.
+    A parameter has its unit in its annotation, length: Annotated[float, "m"], and its help in the numpydoc docstring,
+    "length : length of the rod"; a class has both in its fields.  Other parameters, such as laws or materials, have no
+    option.
     """
     described, options = parameters(maker), []
     try:
@@ -75,8 +77,9 @@ def options_of(maker: Maker) -> list[Option]:
         signature = inspect.signature(maker)
     for parameter in signature.parameters.values():
         if kind := _kind(parameter):
-            text = described.get(parameter.name, "")
-            unit = next(filter(None, map(known_unit, units(text))), "")  # the first one of the command line
+            told, text = unit_of(maker, parameter.name), described.get(parameter.name, "")
+            text = text if inspect.isclass(maker) or not text else with_unit(text, told)
+            unit = " or ".join(filter(None, map(known_unit, told.split(" or "))))  # those of the command line
             options.append(Option(parameter.name, kind, parameter.default, unit, text))
     return options
 

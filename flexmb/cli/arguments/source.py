@@ -8,7 +8,6 @@ import inspect
 import sys
 import traceback
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, is_dataclass, replace
 from pathlib import Path
 from types import ModuleType
@@ -16,7 +15,6 @@ from typing import Any
 
 from flexmb import checks, mechanisms
 from flexmb.cli.arguments.options import Option, options_of, shown_default
-from flexmb.cli.arguments.units import UNITS
 from flexmb.errors import USER_ERRORS, FlexmbError, InputError
 from flexmb.model.mechanism import Mechanism, require_field
 from flexmb.model.part import Part
@@ -49,7 +47,7 @@ def changed(mechanism: Mechanism, texts: Sequence[str]) -> Mechanism:
 
 
 def field_option(mechanism: Mechanism, path: str, flag: str) -> Option:
-    """The field of a part as an option, with the kind and the unit in the docstring of its class.
+    """The field of a part as an option, with the kind and the unit that its class declares.
 
     The path is "PART.FIELD", "PART.FIELD.FIELD", or "gravity"; `flag` is the option that names the field, for messages.
     """
@@ -74,13 +72,9 @@ def field_option(mechanism: Mechanism, path: str, flag: str) -> Option:
 
 
 def _value(option: Option, text: str) -> Any:
-    """Value of a typed text; the unit may depend on another field: "rad/s for an angle, m/s for a travel"."""
+    """Value of a typed text."""
     if option.kind == "flag":
         return TRUTH[checks.one_of(option.flag, "value", text.lower(), TRUTH)]
-    words = f" {option.help.replace(',', ' ')} " if option.kind == "number" and not option.unit else ""
-    for unit in (unit for unit in UNITS if unit and f" {unit} " in words):
-        with suppress(InputError):
-            return replace(option, unit=unit).value(text)
     return option.value(text.strip("()[]") if option.kind == "numbers" else text)
 
 

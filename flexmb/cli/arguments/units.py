@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from contextlib import suppress
 from fractions import Fraction
 
 from flexmb.checks import did_you_mean
@@ -70,7 +71,7 @@ def noun(unit: str) -> str:
 
 
 def quantity(text: str, unit: str, name: str) -> float:
-    """Number of a typed text ("0.5mm", "2pi", "1.5*pi", "pi/2", "3000rpm", "-5deg") in an SI unit of `UNITS`.
+    """Number of a typed text ("0.5mm", "2pi", "1.5*pi", "pi/2", "3000rpm", "-5deg") in a unit of `UNITS` or "rad or m".
 
     Examples
     --------
@@ -79,6 +80,11 @@ def quantity(text: str, unit: str, name: str) -> float:
     >>> quantity("3000rpm", "rad/s", "--speed")
     314.1592653589793
     """
+    if " or " in unit:
+        for one in unit.split(" or "):
+            with suppress(InputError):
+                return quantity(text, one, name)
+        raise InputError(f"{name}: {text!r} is no number in {unit}.")
     match = TEXT.fullmatch(text.strip())
     if match is None or not (match["number"] or match["pi"]) or (match["times"] and not match["pi"]):
         raise InputError(f"{name}: {text!r} is no number; give {noun(unit)}, e.g. {_typed(name, unit)}.")

@@ -11,7 +11,6 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.arguments import checked, require_arguments
-from flexmb.docstrings import unit_of
 from flexmb.dynamics.exponents.exponents import FEWEST, Exponents
 from flexmb.dynamics.exponents.lyapunov import lyapunov
 from flexmb.dynamics.jobs.executors import (
@@ -34,6 +33,7 @@ from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.engine.compiled.digest import digest
 from flexmb.engine.newmark.method import Newmark
 from flexmb.errors import AssemblyError, FlexmbError, InputError, SolveError
+from flexmb.fields import unit_of
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import common_period
 from flexmb.run.simulate import Step

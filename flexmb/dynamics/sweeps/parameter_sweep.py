@@ -16,7 +16,6 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.arguments import checked, require_arguments
-from flexmb.docstrings import unit_of
 from flexmb.dynamics.jobs.executors import (
     DONE,
     PENDING,
@@ -47,6 +46,7 @@ from flexmb.dynamics.sweeps.store import (
 )
 from flexmb.engine.compiled.digest import digest
 from flexmb.errors import InputError
+from flexmb.fields import unit_of
 from flexmb.version import installed_version
 
 if TYPE_CHECKING:

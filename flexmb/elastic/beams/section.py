@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, fields
+from dataclasses import KW_ONLY, fields
 
 import numpy as np
 import numpy.typing as npt
 
-from flexmb import arguments, checks
+from flexmb import checks
 from flexmb.display import Shown
 from flexmb.errors import InputError
+from flexmb.fields import Input, Rule, field, instance, positive, record
 
 Array = npt.NDArray[np.float64]
 Place = npt.ArrayLike
 """Place along the beam: s in [0, 1], a number or an array of any shape."""
 
 
-class Section(arguments.Checked, Shown, ABC):
+class Section(Input, Shown, ABC):
     """Cross-section of a straight beam as a function of s in [0, 1], start to end.
 
     For a section of your own, derive from this class and write the two methods; both must keep the shape of s.
@@ -93,14 +94,18 @@ class Prismatic(Section):
         return self.shear_factor_of(poisson, *_constant(self.dimensions(), s))
 
 
-@dataclass(frozen=True)
+def checked_factor(owner: str, name: str, value: object, *_: str) -> float:
+    """A shear factor given as a number: 0 < ks <= 1."""
+    factor = checks.positive(owner, name, value)
+    if factor > 1.0:
+        text = f"{owner}: {name} is {factor:g}; a shear factor is at most 1."
+        checks.refuse(f"{text} Where a book multiplies the shear angle by 6/5, give 5/6.")
+    return factor
+
+
+@record
 class Rectangle(Prismatic):
     """Solid rectangle: A = b h, I = b h^3 / 12.
-
-    Parameters
-    ----------
-    width : b, normal to the plane of motion [m], > 0.
-    height : h, IN the plane of motion, the direction of bending [m], > 0.
 
     Raises
     ------
@@ -112,11 +117,8 @@ class Rectangle(Prismatic):
     array([0.0002, 0.0002])
     """
 
-    width: float
-    height: float
-
-    def __post_init__(self) -> None:
-        _check_dimensions(self)
+    width: float = field("b, normal to the plane of motion", "m", positive)
+    height: float = field("h, IN the plane of motion, the direction of bending", "m", positive)
 
     @staticmethod
     def area_of(*dimensions: Array) -> Array:
@@ -143,23 +145,16 @@ class Rectangle(Prismatic):
         return np.full_like(b, 10.0 * (1.0 + poisson) / (12.0 + 11.0 * poisson))
 
 
-@dataclass(frozen=True)
+@record
 class Circle(Prismatic):
     """Solid circle: A = pi d^2 / 4, I = pi d^4 / 64.
-
-    Parameters
-    ----------
-    diameter : d [m], > 0.
 
     Raises
     ------
     InputError : a diameter that is not a number > 0.
     """
 
-    diameter: float
-
-    def __post_init__(self) -> None:
-        _check_dimensions(self)
+    diameter: float = field("d", "m", positive)
 
     @staticmethod
     def area_of(*dimensions: Array) -> Array:
@@ -186,26 +181,20 @@ class Circle(Prismatic):
         return np.full_like(d, 6.0 * (1.0 + poisson) / (7.0 + 6.0 * poisson))
 
 
-@dataclass(frozen=True)
+@record
 class Tube(Prismatic):
     """Round tube: A = pi (D^2 - d^2) / 4, I = pi (D^4 - d^4) / 64.
-
-    Parameters
-    ----------
-    outer : outer diameter D [m], > inner.
-    inner : inner diameter d [m], > 0.
 
     Raises
     ------
     InputError : a diameter that is not a number > 0, inner not smaller than outer.
     """
 
-    outer: float
-    inner: float
+    outer: float = field("outer diameter D, > inner", "m", positive)
+    inner: float = field("inner diameter d", "m", positive, hint="For a solid bar use Circle(diameter=...).")
 
     def __post_init__(self) -> None:
-        checks.positive("Tube", "inner", self.inner, "m", "For a solid bar use Circle(diameter=...).")
-        _check_dimensions(self)
+        super().__post_init__()
         if self.inner >= self.outer:
             text = f"Tube: inner is {self.inner:g} m and outer is {self.outer:g} m; inner must be smaller than outer."
             raise InputError(f"{text} Both are diameters.")
@@ -240,36 +229,22 @@ class Tube(Prismatic):
         return 6.0 * (1.0 + poisson) * both / ((7.0 + 6.0 * poisson) * both + (20.0 + 12.0 * poisson) * m2)
 
 
-@dataclass(frozen=True, kw_only=True)
+@record
 class GeneralSection(Prismatic):
     """Any section, given by its area and second moment; symmetric about the plane of motion.
 
-    Parameters
-    ----------
-    area : A [m^2], > 0.
-    second_moment : I about the axis normal to the plane of motion [m^4], > 0.
-    outer_fibre : distance of the outermost fibre from the centroid [m], > 0; None: unknown, then there are no stresses.
-    shear_factor : ks [1], 0 < ks <= 1, for beams with shear; None: unknown.
+    Without `outer_fibre` there are no stresses, and without `shear_factor` no beams with shear.
 
     Raises
     ------
     InputError : a value that is not a number > 0; when the outer fibre or the shear factor is asked for and unknown.
     """
 
-    area: float
-    second_moment: float
-    outer_fibre: float | None = None
-    shear_factor: float | None = None
-
-    def __post_init__(self) -> None:
-        _positive_field(self, "area", "m^2")
-        _positive_field(self, "second_moment", "m^4")
-        if self.outer_fibre is not None:
-            _positive_field(self, "outer_fibre", "m")
-        if self.shear_factor is not None:
-            object.__setattr__(
-                self, "shear_factor", checked_factor("GeneralSection", "shear_factor", self.shear_factor)
-            )
+    _: KW_ONLY
+    area: float = field("A", "m^2", positive)
+    second_moment: float = field("I about the axis normal to the plane of motion", "m^4", positive)
+    outer_fibre: float | None = field("distance of the outer fibre from the centroid", "m", positive, default=None)
+    shear_factor: float | None = field("ks, at most 1", rule=Rule(checked_factor, "> 0"), default=None)
 
     def dimensions(self) -> tuple[float, ...]:
         """Area, second moment, outer fibre and shear factor; NaN for an unknown one."""
@@ -305,15 +280,15 @@ class GeneralSection(Prismatic):
         return factor
 
 
-@dataclass(frozen=True)
+PRISMATIC = instance(Prismatic, "a section with constant dimensions, such as Rectangle(width=..., height=...)")
+"""Rule of the ends of a tapered section."""
+
+
+@record
 class Tapered(Section):
     """Linear change of the dimensions between two sections of the same class.
 
     A tapered rectangle has A of degree two and I of degree four in s; a tapered `GeneralSection` has A and I linear.
-
-    Parameters
-    ----------
-    start, end : the sections at s = 0 and s = 1, both Rectangle, Circle, Tube or GeneralSection.
 
     Raises
     ------
@@ -326,14 +301,11 @@ class Tapered(Section):
     array([0.0003, 0.0002, 0.0001])
     """
 
-    start: Prismatic
-    end: Prismatic
+    start: Prismatic = field("section at s = 0: Rectangle, Circle, Tube or GeneralSection", rule=PRISMATIC)
+    end: Prismatic = field("section at s = 1, of the same class", rule=PRISMATIC)
 
     def __post_init__(self) -> None:
-        for name, section in (("start", self.start), ("end", self.end)):
-            if not isinstance(section, Prismatic):
-                text = f"Tapered: {name} is {section!r}; it must be a section with constant dimensions"
-                raise InputError(f"{text}, such as Rectangle(width=..., height=...).")
+        super().__post_init__()
         if type(self.start) is not type(self.end):
             classes = f"{type(self.start).__name__} and end a {type(self.end).__name__}"
             text = f"Tapered: start is a {classes}; both must be of one class"
@@ -365,15 +337,6 @@ class Tapered(Section):
         return type(self.start), [(1.0 - x) * a + x * b for a, b in pairs]
 
 
-def checked_factor(owner: str, name: str, value: object) -> float:
-    """A shear factor given as a number: 0 < ks <= 1."""
-    factor = checks.positive(owner, name, value)
-    if factor > 1.0:
-        text = f"{owner}: {name} is {factor:g}; a shear factor is at most 1."
-        checks.refuse(f"{text} Where a book multiplies the shear angle by 6/5, give 5/6.")
-    return factor
-
-
 def shear_factors(section: Section, shear: bool | float, poisson: float, s: Array) -> Array:
     """Checked shear factors [1] at s: of the section for True, else the number `shear`."""
     if shear is not True:
@@ -387,13 +350,3 @@ def shear_factors(section: Section, shear: bool | float, poisson: float, s: Arra
 
 def _constant(dimensions: tuple[float, ...], s: Place) -> list[Array]:
     return [np.full(np.shape(s), value) for value in dimensions]
-
-
-def _check_dimensions(section: Prismatic) -> None:
-    for field in fields(section):  # type: ignore[arg-type]
-        _positive_field(section, field.name, "m")
-
-
-def _positive_field(section: Prismatic, name: str, unit: str) -> None:
-    # stored as float, so that equal sections compare, hash and print alike
-    object.__setattr__(section, name, checks.positive(type(section).__name__, name, getattr(section, name), unit))

@@ -27,6 +27,7 @@ from flexmb.elastic.planes.mass_damping import damping_contributions, far_node
 from flexmb.elastic.planes.pins import AVERAGED, RIGID, Interface, Tie, averaged_pin, tie
 from flexmb.elastic.planes.stress import peak_stress_signal
 from flexmb.errors import InputError, SolveError
+from flexmb.fields import field, flag, instance, not_negative, one_of, point, record
 from flexmb.model.contributions import (
     Attachment,
     ConstraintContribution,
@@ -277,38 +278,21 @@ REMEMBERED = 4
 """Number of bodies whose matrices are kept, for bodies that differ in their place or their joints alone."""
 
 
-@dataclass(frozen=True)
+@record
 class PlaneBody(MeshBody):
     """A flexible body whose shape is a plane mesh; joints are attached to pins, the centres of its holes.
 
     Nodes are the pins, with the names of their sets, then the nodes of the mesh that no rigid pin holds: "node0",
     "node1", ... as numbered in the mesh.  theta of a pin is the direction of the mesh's x-axis at the start; nodes of
-    the mesh have no rotation.
+    the mesh have no rotation.  Signals: `von_mises` [Pa] and `von_mises_node`, the number of its node.
 
-    Parameters
-    ----------
-    name : the body's name.
-    mesh : its mesh, see `meshes`.
-    start, end : points of the pins "start" and "end" in the reference configuration [m]; their distance must be that in
-        the mesh.
-    at : point of the mesh's origin in the reference configuration [m], in place of start and end.
-    angle : direction of the mesh's x-axis [rad], beside `at`.
-    thickness : across the plane [m], or thicknesses by region of the mesh.
-    material : material, or materials by region of the mesh.
-    state : "stress" for plates, thin against their extent, "strain" for bodies that are held across the plane.
-    pins : names of the sets that are pins; None: all sets that are a whole hole.
-    interface : "rigid": a pin holds the nodes of its set as a rigid body; "averaged": it moves with their mean; or a
-        dictionary by pin.
-    damping : stiffness-proportional damping time [s], >= 0.
-    mass_damping : mass-proportional damping rate zeta1 [1/s] (Rayleigh), >= 0; see the notes.
-    formulation : "corotated": linear elasticity in axes that turn with each cell; "total-lagrange": strains
-        against the reference configuration, St. Venant and Kirchhoff's material, at twice the cost.
-    stress : whether every accepted step looks for the largest von Mises stress: signals `von_mises` [Pa] and
-        `von_mises_node`, the number of its node.
-    velocity : (vx, vy, omega) of the first pin at the start, the body moving as a rigid body, or one (vx, vy, omega)
-        per node; None: as driven.
-    displacement : (dx, dy, dtheta) per node at the start [m, rad], added to the reference configuration; None: no
-        displacement.
+    - state: "stress" for plates, thin against their extent, "strain" for bodies that are held across the plane.
+    - interface: "rigid", a pin holds the nodes of its set as a rigid body; "averaged", it moves with their mean; or a
+      dictionary by pin.
+    - formulation: "corotated", linear elasticity in axes that turn with each cell; "total-lagrange", strains against
+      the reference configuration, St. Venant and Kirchhoff's material, at twice the cost.
+    - velocity: of the first pin, the body moving as a rigid body, or one (vx, vy, omega) per node; displacement: per
+      node [m, rad], added to the reference configuration.
 
     Raises
     ------
@@ -324,39 +308,31 @@ class PlaneBody(MeshBody):
     vibration of the angular frequency omega has the damping ratio (zeta1/omega + zeta2 omega)/2, zeta2 being `damping`.
     """
 
-    mesh: PlaneMesh
+    mesh: PlaneMesh = field("its mesh", rule=instance(PlaneMesh, "a PlaneMesh, such as meshes.read(path)"))
     _: KW_ONLY
-    start: Point | None = None
-    end: Point | None = None
-    at: Point | None = None
-    angle: float = 0.0
-    thickness: float | Mapping[str, float] | tuple[tuple[str, float], ...]
-    material: Material | Mapping[str, Material] | tuple[tuple[str, Material], ...]
-    state: str = STRESS
-    pins: tuple[str, ...] | None = None
-    interface: str | Mapping[str, str] | tuple[tuple[str, str], ...] = RIGID
-    damping: float = 0.0
-    mass_damping: float = 0.0
-    formulation: str = "corotated"
-    stress: bool = True
-    velocity: Triple | Field | None = None
-    displacement: Field | None = None
+    start: Point | None = field('point of the pin "start"', "m", point, default=None)
+    end: Point | None = field('point of the pin "end", as far from "start" as in the mesh', "m", point, default=None)
+    at: Point | None = field("point of the mesh's origin, in place of start and end", "m", point, default=None)
+    angle: float = field("direction of the mesh's x-axis, beside `at`", "rad", default=0.0)
+    thickness: float | Mapping[str, float] | tuple[tuple[str, float], ...] = field(
+        "across the plane, or by region", "m"
+    )
+    material: Material | Mapping[str, Material] | tuple[tuple[str, Material], ...] = field("material, or by region")
+    state: str = field('"stress" or "strain", see above', rule=one_of(STRESS, STRAIN), default=STRESS)
+    pins: tuple[str, ...] | None = field("names of sets; None: all sets that are a whole hole", default=None)
+    interface: str | Mapping[str, str] | tuple[tuple[str, str], ...] = field("of pins, see above", default=RIGID)
+    damping: float = field("stiffness-proportional damping time", "s", not_negative, default=0.0)
+    mass_damping: float = field("mass-proportional damping rate zeta1 (Rayleigh)", "1/s", not_negative, default=0.0)
+    formulation: str = field("of large rotations, see above", rule=one_of(*FORMULATIONS), default="corotated")
+    stress: bool = field("whether every accepted step looks for the largest von Mises stress", rule=flag, default=True)
+    velocity: Triple | Field | None = field("(vx, vy, omega) at the start, see above; None: as driven", default=None)
+    displacement: Field | None = field("(dx, dy, dtheta) at the start, see above; None: none", default=None)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not isinstance(self.mesh, PlaneMesh):
-            raise InputError(f"{self.label}: mesh is {self.mesh!r}; it must be a PlaneMesh, such as meshes.read(path).")
-        checks.one_of(self.label, "state", self.state, (STRESS, STRAIN))
-        checks.one_of(self.label, "formulation", self.formulation, FORMULATIONS)
-        checks.not_negative(self.label, "damping", self.damping, "s")
-        checks.not_negative(self.label, "mass_damping", self.mass_damping, "1/s")
-        checks.flag(self.label, "stress", self.stress)
-        for field in ("thickness", "material", "interface"):
-            if isinstance(value := getattr(self, field), Mapping):
-                object.__setattr__(self, field, by_region(self.label, field, value))
-        for field in ("start", "end", "at"):
-            if (point := getattr(self, field)) is not None:
-                object.__setattr__(self, field, checks.point(self.label, field, point))
+        for name in ("thickness", "material", "interface"):
+            if isinstance(value := getattr(self, name), Mapping):
+                object.__setattr__(self, name, by_region(self.label, name, value))
         object.__setattr__(self, "pins", self._checked_pins())
         checks.no_name_of_nodes(self.label, cast("tuple[str, ...]", self.pins), "node", "nodes of the mesh")
         _ = self._place, self.tie  # refuse points and pins that do not fit
@@ -367,8 +343,8 @@ class PlaneBody(MeshBody):
         cell_values(self.mesh, "thickness", self.thickness)
         elasticity(self.mesh, self.material, self.state)
         count = len(self.interfaces) + len(self.mesh.points) - len(self._held)
-        for field, checked in (("velocity", start_velocity), ("displacement", start_displacement)):
-            object.__setattr__(self, field, checked(self.label, getattr(self, field), count, None))
+        for name, checked in (("velocity", start_velocity), ("displacement", start_displacement)):
+            object.__setattr__(self, name, checked(self.label, getattr(self, name), count, None))
 
     def _checked_pins(self) -> tuple[str, ...]:
         """Names of the sets that are pins."""

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 import numpy as np
 
 from flexmb import arguments, checks, planar
-from flexmb.docstrings import documented
 from flexmb.elastic.planes.plane_body import MeshBody, PlaneBody
 from flexmb.elastic.reduced.accuracy import Accuracy, Load, accuracy
 from flexmb.elastic.reduced.bases import Basis, ElasticModel, basis, frame_weights
@@ -28,6 +27,7 @@ from flexmb.elastic.reduced.tangent import (
     reduced_tangent,
 )
 from flexmb.errors import InputError
+from flexmb.fields import Rule, count, field, flag, not_negative, one_of, positive, variant
 from flexmb.model.contributions import Attachment, Contribution, ElementContribution, Node
 from flexmb.model.part import Body
 from flexmb.model.shape import MeshShape, Shapes
@@ -161,34 +161,30 @@ ROUND_OFF = 1e-12
 """Distance of two pins over that from the origin [1] up to which they stand at one place."""
 
 
-@documented
+def pin_names(label: str, name: str, value: Any, *_: str) -> tuple[Any, ...]:
+    """Names of pins as a tuple, or `InputError`."""
+    return checks.sequence(label, name, value, "names of pins")
+
+
+@variant
 class Reduced(MeshBody):
     """A flexible body by the static shapes of its pins and a few vibrations with held pins (Craig and Bampton).
 
     The body keeps its name, so joints find it: `mechanism.with_part(fm.Reduced(rod, modes=4))` replaces `rod`.
-    Its nodes are its pins, and "modes1", "modes2", ... for every three vibrations.
+    Its nodes are its pins, and "modes1", "modes2", ... for every three vibrations.  Signals of the stress: `von_mises`
+    [Pa] and `von_mises_node`.  What is left out of name, damping, mass_damping and stress is that of the body.
 
-    Parameters
-    ----------
-    body : a body of beams or arcs (`FlexibleLink`, `FlexibleFrame`) or a `PlaneBody`.
-    modes : least number of vibrations with all pins held.  They come in threes, together with the shapes of rotation
-        and of loads, so 4 keeps 6, and 5 beside one of these; 0 keeps static shapes.
-    up_to : all vibrations with held pins up to this frequency are kept [Hz], in place of `modes`.
-    pins : names of the nodes where parts may be attached; None: the corners of beams, the holes of a plane body.
-    frame : "chord": the frame of the body follows the positions of all pins; "pin", or where all pins stand at one
-        place: the first pin.
-    stiffening : whether rotation, and forces of the pins, stiffen or soften bending.
-    inertia_shapes : whether the static shapes of the own inertia are kept, a node "inertia" for unit accelerations
-        along x, along y and about the first pin, and a shape for a steady rotation beside the modes.  Weight and
-        rotations then bend and stress exactly, and all stress inside counts in the stiffening.
-    load_shapes : loads on edges or in the body whose static shapes are kept, beside the modes.  Such a load then bends
-        the body exactly, with its exact stress, which counts in the stiffening.
-    damping : stiffness-proportional damping time [s]; None: that of the body.
-    mass_damping : mass-proportional damping rate [1/s], against the frame; None: that of the body.
-    damping_ratios : damping ratio of all vibrations of the free body, or one for each of the lowest ones.
-    stress : whether every accepted step looks for the largest stress: signals `von_mises` [Pa] and `von_mises_node`.
-        Of a fine mesh it takes longer than the rest of a step.  None: as the body.
-    name : name of the part; None: that of the body.
+    - modes: vibrations come in threes, together with the shapes of rotation and of loads, so 4 keeps 6, and 5 beside
+      one of these; 0 keeps static shapes.  `up_to` is in place of it.
+    - pins: left out, the corners of beams, the holes of a plane body.
+    - frame: of "chord" it follows the positions of all pins; of "pin", or where all pins stand at one place, the first.
+    - inertia_shapes: a node "inertia" for unit accelerations along x, along y and about the first pin, and a shape for
+      a steady rotation beside the modes.  Weight and rotations then bend and stress exactly, and all stress inside
+      counts in the stiffening.
+    - load_shapes: such a load on edges or in the body bends the body exactly, beside the modes, with its exact stress,
+      which counts in the stiffening.
+    - mass_damping acts against the frame; damping_ratios are those of the vibrations of the free body.
+    - stress: of a fine mesh it takes longer than the rest of a step.
 
     Raises
     ------
@@ -217,18 +213,18 @@ class Reduced(MeshBody):
     [1182.9]
     """
 
-    body: FlexibleBody | PlaneBody
-    modes: int = 0
-    up_to: float | None = None
-    pins: tuple[str, ...] | None = None
-    frame: str = "chord"
-    stiffening: bool = True
-    inertia_shapes: bool = False
-    load_shapes: tuple[MeshLoad, ...] = ()
-    damping: float | None = None
-    mass_damping: float | None = None
-    damping_ratios: float | tuple[float, ...] = 0.0
-    stress: bool | None = None
+    body: FlexibleBody | PlaneBody = field("a `FlexibleLink`, `FlexibleFrame` or `PlaneBody`")
+    modes: int = field("least number of vibrations with all pins held", rule=count(0), default=0)
+    up_to: float | None = field("frequency up to which all of them are kept", "Hz", positive, default=None)
+    pins: tuple[str, ...] | None = field("nodes where parts may be attached", rule=Rule(pin_names), default=None)
+    frame: str = field('"chord" or "pin", see above', rule=one_of(*FRAMES), default="chord")
+    stiffening: bool = field("whether rotation, and forces of the pins, stiffen or soften bending", default=True)
+    inertia_shapes: bool = field("whether the static shapes of the own inertia are kept", default=False)
+    load_shapes: tuple[MeshLoad, ...] = field("loads whose static shapes are kept", default=())
+    damping: float | None = field("stiffness-proportional damping time", "s", not_negative, default=None)
+    mass_damping: float | None = field("mass-proportional damping rate", "1/s", not_negative, default=None)
+    damping_ratios: float | tuple[float, ...] = field("of all vibrations, or one for each of the lowest", default=0.0)
+    stress: bool | None = field("whether every step looks for the largest stress", rule=flag, default=None)
 
     def __init__(
         self,
@@ -270,15 +266,6 @@ class Reduced(MeshBody):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        object.__setattr__(self, "modes", checks.count(self.label, "modes", self.modes, least=0))
-        if self.up_to is not None:
-            checks.positive(self.label, "up_to", self.up_to, "Hz")
-        checks.one_of(self.label, "frame", self.frame, FRAMES)
-        for name, unit in (("damping", "s"), ("mass_damping", "1/s")):
-            if (value := getattr(self, name)) is not None:
-                checks.not_negative(self.label, name, value, unit)
-        if self.pins is not None:
-            object.__setattr__(self, "pins", checks.sequence(self.label, "pins", self.pins, "names of pins"))
         for ratio in self.damping_ratios if isinstance(self.damping_ratios, tuple) else (self.damping_ratios,):
             checks.not_negative(self.label, "damping_ratios", ratio)
         if not isinstance(self.body, FlexibleBody | PlaneBody):
@@ -287,8 +274,6 @@ class Reduced(MeshBody):
                 "PlaneBody; leave others as they are."
             )
         object.__setattr__(self, "load_shapes", checked_loads(self, self.load_shapes))
-        if self.stress is not None:
-            checks.flag(self.label, "stress", self.stress)
         if self.stress and isinstance(self.body, FlexibleBody):
             _ = replace(self.body, stress=True)  # refuses sections without outer fibres
         names = [pin.name for pin in self._pins]

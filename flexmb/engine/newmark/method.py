@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from flexmb import checks
@@ -34,6 +34,7 @@ from flexmb.engine.step.contact_events import planned_step, update_impacts
 from flexmb.engine.step.method import Method, Stepper
 from flexmb.engine.system.outputs import write_extrema
 from flexmb.engine.system.work import Work
+from flexmb.fields import field, one_of, positive, record
 from flexmb.kernels import compiled, copy
 from flexmb.program.program import Addresses, Program, Tables
 
@@ -106,7 +107,7 @@ def take_steps(tables, address, lu, options, flow, trial, work, record, steps):
 # Methods of the Newmark family: implicit, of second order, for stiff and flexible mechanisms with contacts
 
 
-@dataclass(frozen=True)
+@record
 class Newmark(Method):
     """Newmark, HHT, WBZ and generalised-alpha as one implicit method.
 
@@ -117,14 +118,10 @@ class Newmark(Method):
     both are of second order.  When the step changes, x is carried over as a + ratio (x - a), which keeps the order of
     the motion; joint forces fall to first order where the step changes all the time and nothing dissipates (radius 1).
 
-    Equations (4.1), (4.2) and (4.6) of docs/theory/integrators.md.
+    With `constraints` "gear-gupta-leimkuhler" positions and velocities hold together; "position": index 3; "velocity":
+    index 2, positions drift.  Measured: docs/decisions/017-form-of-the-constraints.md.
 
-    Parameters
-    ----------
-    alpha_m, alpha_f : weights of the averages of accelerations.
-    beta, gamma : Newmark's numbers.
-    constraints : "gear-gupta-leimkuhler" (positions and velocities hold together, the default), "position" (index 3),
-        "velocity" (index 2, positions drift).  Measured: docs/decisions/017-form-of-the-constraints.md.
+    Equations (4.1), (4.2) and (4.6) of docs/theory/integrators.md.
 
     Raises
     ------
@@ -139,17 +136,11 @@ class Newmark(Method):
     estimates_error: ClassVar[bool] = True
     has_tangent: ClassVar[bool] = True
 
-    alpha_m: float = 0.0
-    alpha_f: float = 0.0
-    beta: float = 0.25
-    gamma: float = 0.5
-    constraints: str = "gear-gupta-leimkuhler"
-
-    def __post_init__(self) -> None:
-        for name in ("alpha_m", "alpha_f", "beta", "gamma"):
-            checks.number("Newmark", name, getattr(self, name))
-        checks.positive("Newmark", "beta", self.beta)
-        checks.one_of("Newmark", "constraints", self.constraints, ["gear-gupta-leimkuhler", "position", "velocity"])
+    alpha_m: float = field("weight of the acceleration x0 beside x1", default=0.0)
+    alpha_f: float = field("weight of the true acceleration a0 beside a1", default=0.0)
+    beta: float = field("Newmark's number of the positions", rule=positive, default=0.25)
+    gamma: float = field("Newmark's number of the velocities", default=0.5)
+    constraints: str = field("form of the constraints, see above", rule=one_of(*FORMS), default="gear-gupta-leimkuhler")
 
     @property
     def starting(self) -> Newmark:

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from flexmb import arguments
 from flexmb.engine.energy import RESIDUAL_LIMIT, contact_losses, update_balance
 from flexmb.engine.state.flow import Flow
 from flexmb.engine.state.record import (
@@ -26,6 +25,7 @@ from flexmb.engine.system.constraints import report_forces
 from flexmb.engine.system.evaluate import evaluate_accepted
 from flexmb.engine.system.outputs import write_outputs
 from flexmb.errors import InputError
+from flexmb.fields import Input
 from flexmb.program.program import Program
 from flexmb.statics.start.consistent import Start, consistent_start
 
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Method(metaclass=arguments.CheckedType):
+class Method(Input):
     """Base of `Newmark`, `RungeKutta4`, `RadauIIA`, and of methods of users as in examples/nine_bar_study.
 
     A further method derives from this class and returns its `Stepper` in `stepper`.  Class variables:

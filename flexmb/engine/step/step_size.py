@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Self
 
-from flexmb import arguments, checks
 from flexmb.errors import InputError
+from flexmb.fields import Input, count, field, positive, record
 
 RTOL = 1e-4
 """Accepted error of velocities in a step relative to the largest speed, by default."""
@@ -27,42 +27,31 @@ of 2e-6 in the balance of energies.
 """
 
 
-@dataclass(frozen=True)
-class FixedStep(arguments.Checked):
-    """Fixed steps.
+@record
+class FixedStep(Input):
+    """Fixed steps."""
 
-    Parameters
-    ----------
-    size : step [s], > 0; where t_end is no multiple of it, the last two are shorter.
-    """
-
-    size: float
-
-    def __post_init__(self) -> None:
-        checks.positive("FixedStep", "size", self.size, "s")
+    size: float = field("step; where t_end is no multiple of it, the last two are shorter", "s", positive)
 
     def finer(self) -> Self:
         """Steps of half the size."""
         return replace(self, size=0.5 * self.size)
 
 
-@dataclass(frozen=True)
-class Adaptive(arguments.Checked):
+@record
+class Adaptive(Input):
     """Steps chosen by an estimate of the local error, which end at contact events.
 
-    Parameters
-    ----------
-    rtol : accepted error of the velocities of bodies in a step, relative to the largest speed of the run so far
-        (angular speeds count by the size of the mechanism); the error of a run falls with rtol^(2/3).
-    atol : accepted error of the positions in a step [m]; for angles it is divided by the size of the mechanism.  None:
-        2 rtol times the least clearance (at most 2e-2 rtol times the size of the mechanism), 4 rtol times with flexible
-        bodies; 1e-3 rtol times the size without clearance.  With rigid bodies alone and no closed contact a
-        tenth of it: errors in free flight add up, and decide the place of the next impact.
-    max : largest step [s]; None: 1/250 of the period of the drives, or of the duration; 1/1000 without clearance.
-        At most 1/20 of a cycle of a drive or load in any case.
-    min : smallest step [s]; a run that needs a smaller one ends.  None: 16 units of round-off of the time.
-    impact_steps : least number of steps of an impact, from the onset to the end of the contact; None: 32 for the
-        default rtol, proportional to rtol^(-1/3).
+    `rtol` is relative to the largest speed of the run so far, where angular speeds count by the size of the mechanism;
+    the error of a run falls with rtol^(2/3).  `atol` is divided by the size of the mechanism for angles.  Left out:
+
+    - atol: 2 rtol times the least clearance (at most 2e-2 rtol times the size of the mechanism), 4 rtol times with
+      flexible bodies; 1e-3 rtol times the size without clearance.  With rigid bodies alone and no closed contact a
+      tenth of it: errors in free flight add up, and decide the place of the next impact.
+    - max: 1/250 of the period of the drives, or of the duration; 1/1000 without clearance.  In any case steps are at
+      most 1/20 of a cycle of a drive or load.
+    - min: 16 units of round-off of the time.
+    - impact_steps: 32 for the default rtol, proportional to rtol^(-1/3).
 
     Raises
     ------
@@ -76,21 +65,18 @@ class Adaptive(arguments.Checked):
     unresolved.
     """
 
-    rtol: float = RTOL
-    atol: float | None = None
-    max: float | None = None
-    min: float | None = None
-    impact_steps: int | None = None
+    rtol: float = field("accepted error of the velocities of bodies in a step, < 1", rule=positive, default=RTOL)
+    atol: float | None = field("accepted error of the positions in a step", "m", positive, default=None)
+    max: float | None = field("largest step", "s", positive, default=None)
+    min: float | None = field("smallest step; a run that needs a smaller one ends", "s", positive, default=None)
+    impact_steps: int | None = field(
+        "least number of steps from the onset to the end of an impact", rule=count(), default=None
+    )
 
     def __post_init__(self) -> None:
-        checks.positive("Adaptive", "rtol", self.rtol)
-        for name, unit in (("atol", "m"), ("max", "s"), ("min", "s")):
-            if getattr(self, name) is not None:
-                checks.positive("Adaptive", name, getattr(self, name), unit)
+        super().__post_init__()
         if self.rtol >= 1.0:
             raise InputError(f"Adaptive: rtol is {self.rtol:g}; it must be < 1, e.g. {RTOL:g}.")
-        if self.impact_steps is not None:
-            checks.count("Adaptive", "impact_steps", self.impact_steps)
         if self.max is not None and self.min is not None and self.min > self.max:
             raise InputError(f"Adaptive: min is {self.min:g} s; it must not be larger than max = {self.max:g} s.")
 

@@ -71,9 +71,9 @@ def start_velocity(label: str, given: object, nodes: int, places: Sequence[float
     if not callable(given) and isinstance(given, Iterable) and not isinstance(given, str):
         given = checks.sequence(label, "velocity", given, f"{VELOCITY[0]}, or one triple")
         if not any(isinstance(item, Iterable) for item in given):
-            return checked_velocity(label, given)
+            return checked_velocity(label, "velocity", given)
     elif not callable(given):
-        return checked_velocity(label, given)
+        return checked_velocity(label, "velocity", given)
     return field(label, "velocity", given, nodes, places, *VELOCITY)
 
 

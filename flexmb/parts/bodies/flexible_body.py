@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY
 from functools import cached_property
 from typing import TYPE_CHECKING, cast
 
-from flexmb import checks, planar
+from flexmb import planar
 from flexmb.elastic.beams.corotational import chord_share
 from flexmb.elastic.beams.section import Section
 from flexmb.errors import InputError
+from flexmb.fields import field, instance, not_negative, positive, record
 from flexmb.model.contributions import Attachment, Contribution
 from flexmb.model.law import Material
 from flexmb.model.part import Body
@@ -47,38 +48,44 @@ if TYPE_CHECKING:
 Point = tuple[float, float]
 
 
-@dataclass(frozen=True)
+@record
 class FlexibleBody(Body):
     """Base of bodies made of beams; a subclass lays them out and fits bosses to the nodes at its corners.
 
-    Parameters
-    ----------
-    material : material.
-    damping : stiffness-proportional damping time zeta2 [s] (Rayleigh), >= 0.
-    mass_damping : mass-proportional damping rate zeta1 [1/s] (Rayleigh), >= 0; see the notes.
-    rotary_inertia : rotary inertia of the sections (Rayleigh beam): False for none, True for rho I, or a number
-        [kg m] >= 0.  None: rho I with shear, none without.
-    shear : shear deformation (Timoshenko beam): False for none, True for the shear factor of the section (Cowper's, for
-        Poisson's ratio of the material), or the shear factor [1], such as 5/6.
-    stress : whether every accepted step looks for the largest normal stress in the outer fibres: signals `von_mises`
-        [Pa] and `von_mises_node`, the number of its node.  None: where the material has a yield stress and all sections
-        know their outer fibres.
+    - elements: a number of equal elements, or increasing fractions of the length where inner nodes stand.
+    - mass, inertia: bosses at the corners add to the beams what is missing.
+    - rotary_inertia (Rayleigh beam): False for none, True for rho I, or a number >= 0; None: rho I with shear, none
+      without.
+    - shear (Timoshenko beam): False for none, True for the shear factor of the section (Cowper's, for Poisson's ratio
+      of the material), or the shear factor, such as 5/6.
+    - stress: the largest normal stress in the outer fibres, signals `von_mises` [Pa] and `von_mises_node`, the number
+      of its node.  None: where the material has a yield stress and all sections know their outer fibres.
+    - velocity: of a rigid motion, or one (vx, vy, omega) per node; displacement: per node [m, rad], added to the
+      reference configuration.
     """
 
     _: KW_ONLY
-    section: Section | tuple[Section, ...]
-    material: Material
-    elements: Elements | tuple[Elements, ...] = 4
-    mass: float | None = None
-    inertia: float | None = None
-    centre: float | Point | None = None
-    damping: float = 0.0
-    mass_damping: float = 0.0
-    rotary_inertia: bool | float | None = None
-    shear: bool | float = False
-    stress: bool | None = None
-    velocity: Triple | FieldLike | None = None
-    displacement: FieldLike | None = None
+    section: Section | tuple[Section, ...] = field("cross section of all beams, or one a beam")
+    material: Material = field("material", rule=instance(Material, "a Material(...)"))
+    elements: Elements | tuple[Elements, ...] = field(
+        "elements a beam, or fractions of its length, or such a beam", default=4
+    )
+    mass: float | None = field("total mass; None: the beams' own", "kg", positive, default=None)
+    inertia: float | None = field("about the centre of mass; None: the beams' own", "kg m^2", positive, default=None)
+    centre: float | Point | None = field("of mass, when mass or inertia is given; None: the beams' own", default=None)
+    damping: float = field("stiffness-proportional damping time zeta2 (Rayleigh)", "s", not_negative, default=0.0)
+    mass_damping: float = field("mass-proportional damping rate zeta1 (Rayleigh)", "1/s", not_negative, default=0.0)
+    rotary_inertia: bool | float | None = field("of the sections, see above", "kg m", default=None)
+    shear: bool | float = field("whether beams have shear, see above", default=False)
+    stress: bool | None = field(
+        "whether every accepted step looks for the largest stress, see above",
+        rule=instance(bool, "True, False or None"),
+        default=None,
+    )
+    velocity: Triple | FieldLike | None = field(
+        "(vx, vy, omega) at the start, see above; None: as driven", default=None
+    )
+    displacement: FieldLike | None = field("(dx, dy, dtheta) at the start, see above; None: none", default=None)
 
     @property
     @abstractmethod
@@ -112,15 +119,6 @@ class FlexibleBody(Body):
                 raise InputError(
                     f"{self.label}: section is {section!r}; it must be a cross section such as Rectangle(...)."
                 )
-        if not isinstance(self.material, Material):
-            raise InputError(f"{self.label}: material is {self.material!r}; it must be a Material(...).")
-        for name, unit in (("mass", "kg"), ("inertia", "kg m^2")):
-            if getattr(self, name) is not None:
-                checks.positive(self.label, name, getattr(self, name), unit)
-        checks.not_negative(self.label, "damping", self.damping, "s")
-        checks.not_negative(self.label, "mass_damping", self.mass_damping, "1/s")
-        if self.stress is not None and not isinstance(self.stress, bool):
-            raise InputError(f"{self.label}: stress is {self.stress!r}; it must be True, False or None.")
         if self.stress and not all(map(knows_stress, self._sections)):
             text = f"{self.label}: stress is True, and a section does not know its outer fibre"
             raise InputError(f"{text}. Give outer_fibre=... [m] to the section.")

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from flexmb import checks, planar
-from flexmb.docstrings import documented
 from flexmb.elastic.beams.corotational import checked_turn, points, tangents
 from flexmb.elastic.beams.section import Section
 from flexmb.errors import InputError
+from flexmb.fields import between, field, not_negative, point, record, several, variant
 from flexmb.model.contributions import Contribution, Node, SignalContribution
 from flexmb.model.law import Material
 from flexmb.model.part import Body
@@ -44,29 +44,20 @@ Point = tuple[float, float]
 Edge = tuple[int, int]
 
 
-@dataclass(frozen=True)
+@record
 class Edges(Body):
     """Base of bodies of edges between corners of the reference configuration.
-
-    Parameters
-    ----------
-    name : the body's name.
-    points : corners [m].
-    edges : pairs of corner numbers.
 
     Raises
     ------
     InputError : a pair that joins no two different corners, an edge twice, corners that no edge reaches.
     """
 
-    points: Sequence[Point]
-    edges: Sequence[Edge]
+    points: Sequence[Point] = field("corners, unstressed", "m", several(point, "corners (x, y)"))
+    edges: Sequence[Edge] = field("pairs of corner numbers, one for each beam")
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        corners = checks.sequence(self.label, "points", self.points, "corners (x, y)")
-        points = tuple(checks.point(self.label, f"points[{i}]", p) for i, p in enumerate(corners))
-        object.__setattr__(self, "points", points)
         edges = checks.sequence(self.label, "edges", self.edges, "pairs of corner numbers")
         object.__setattr__(self, "edges", tuple(self._checked_edge(i, e) for i, e in enumerate(edges)))
         pairs = [frozenset(edge) for edge in self.edges]
@@ -75,7 +66,7 @@ class Edges(Body):
                 raise InputError(
                     f"{self.label}: edges[{i}] is {self.edges[i]}, which joins two corners once more; remove it."
                 )
-        lonely = set(range(len(points))) - {i for edge in self.edges for i in edge}
+        lonely = set(range(len(self.points))) - {i for edge in self.edges for i in edge}
         if lonely or not self.edges:
             raise InputError(f"{self.label}: corners {sorted(lonely)} belong to no edge. Remove them or add edges.")
 
@@ -148,30 +139,14 @@ def smooth_turns(points: Iterable[Point], closed: bool = False) -> tuple[float, 
 # A flexible frame: beams, straight or arcs, welded at corners
 
 
-@documented
+@variant
 class FlexibleFrame(FlexibleBody, Edges):
     """Beams between corners, straight or arcs, welded there; theta of every node is 0 in the reference configuration.
 
     Nodes are called node0, node1, ...: first the corners in the order of `points`, then the inner nodes edge by edge.
-    The body's own signals are the signals of node0.
-
-    Parameters
-    ----------
-    name : the frame's name.
-    points : corners in the reference configuration [m], unstressed.
-    edges : pairs of corner numbers, one a beam.
-    section : cross section of all beams, or one a beam.
-    turns : by which an unstressed beam turns from its first corner to its second along a circular arc [rad],
-        counter-clockwise > 0, between -2 pi and 2 pi; one for all edges, or one an edge; 0: straight.  Turns of a
-        smooth curve through the corners: `flexmb.bodies.smooth_turns`.
-    elements : elements a beam (number, or fractions of the length where inner nodes stand), or one entry a beam.
-    mass : total mass [kg]; bosses at the corners and their mean add the rest.  None: the beams' own.
-    inertia : moment of inertia about the centre of mass [kg m^2].  None: the beams' own.
-    centre : centre of mass in the reference configuration [m], when mass or inertia is given.  None: the beams' own.
-    velocity : (vx, vy, omega) of node0 at the start, the frame moving as a rigid body, or one (vx, vy, omega) per node;
-        None: as driven.
-    displacement : (dx, dy, dtheta) per node at the start [m, rad], added to the reference configuration; None: no
-        displacement.
+    The body's own signals are the signals of node0.  A rigid `velocity` is that of node0.  `turns` are those by which
+    an unstressed beam turns from its first corner to its second along a circular arc, counter-clockwise > 0, between -2
+    pi and 2 pi; turns of a smooth curve through the corners:  `flexmb.bodies.smooth_turns`.
 
     Raises
     ------
@@ -194,8 +169,10 @@ class FlexibleFrame(FlexibleBody, Edges):
     """
 
     _: KW_ONLY
-    centre: Point | None = None
-    turns: float | tuple[float, ...] = 0.0
+    centre: Point | None = field(
+        "of mass, when mass or inertia is given; None: the beams' own", "m", point, default=None
+    )
+    turns: float | tuple[float, ...] = field("turns of all arcs, or one an edge; 0: straight", "rad", default=0.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -203,8 +180,6 @@ class FlexibleFrame(FlexibleBody, Edges):
             raise InputError(f"{self.label}: {len(self.section)} sections for {len(self.edges)} edges; give one each.")
         object.__setattr__(self, "elements", self._checked_elements())
         object.__setattr__(self, "turns", self._checked_turns())
-        if self.centre is not None:
-            object.__setattr__(self, "centre", checks.point(self.label, "centre", self.centre))
         self._check_fields(len(self.nodes()), None)
         _ = self._bosses  # refuses mass properties out of reach
 
@@ -297,8 +272,8 @@ class FlexibleFrame(FlexibleBody, Edges):
         """Corners, then inner nodes edge by edge."""
         found = {f"node{i}": p for i, p in enumerate(self.points)}
         for beam in self.beams:
-            for name, point in zip(beam.nodes, beam.points, strict=True):
-                found.setdefault(name, point)
+            for name, place in zip(beam.nodes, beam.points, strict=True):
+                found.setdefault(name, place)
         return tuple(Node(name, *point, 0.0) for name, point in found.items())
 
     @cached_property
@@ -330,30 +305,14 @@ class FlexibleFrame(FlexibleBody, Edges):
 # A flexible bar between two points: a chain of corotational beam elements
 
 
-@documented
+@variant
 class FlexibleLink(FlexibleBody, Bar):
     """A beam between two points, straight or an arc; theta of a node is the direction of its axis, counted from +X.
 
     Nodes are called node0 .. nodeN from `start` to `end`; "start" and "end" are other names of the outer ones, and the
-    body's own signals are the signals of the node in the middle.
-
-    Parameters
-    ----------
-    name : the link's name.
-    start, end : its ends in the reference configuration [m], unstressed.
-    section : cross section.
-    elements : number of equal elements, or increasing fractions of the length where inner nodes stand.
-    mass : total mass [kg]; bosses at the ends add the difference to the beam.  None: the beam's own.
-    inertia : moment of inertia about the centre of mass [kg m^2], reached by the bosses.  None: that of beam and
-        bosses.
-    centre : place of the centre of mass between start (0) and end (1), when `mass` is given.
-    pivot_inertia : further moment of inertia at the start node [kg m^2], not counted in `inertia`.
-    turn : by which the unstressed link turns from start to end along a circular arc [rad], counter-clockwise > 0,
-        between -2 pi and 2 pi; 0: straight.
-    velocity : (vx, vy, omega) of the middle node at the start, the link moving as a rigid body; or one (vx, vy, omega)
-        per node, or a function of s that returns it, s being 0 at the start and 1 at the end; None: as driven.
-    displacement : (dx, dy, dtheta) per node at the start [m, rad], or a function of s that returns it, added to the
-        reference configuration; None: no displacement.
+    body's own signals are the signals of the node in the middle.  A rigid `velocity` is that of the middle node; fields
+    of velocity and displacement may be functions of s, 0 at the start and 1 at the end.  An unstressed link with a
+    `turn` turns from start to end along a circular arc, counter-clockwise > 0, between -2 pi and 2 pi.
 
     Raises
     ------
@@ -383,11 +342,13 @@ class FlexibleLink(FlexibleBody, Bar):
     """
 
     _: KW_ONLY
-    section: Section
-    elements: Elements = 4
-    centre: float = 0.5
-    pivot_inertia: float = 0.0
-    turn: float = 0.0
+    section: Section = field("cross section")
+    elements: Elements = field("number of elements, or fractions of the length where inner nodes stand", default=4)
+    centre: float = field(
+        "of mass, from start (0) to end (1), when `mass` is given", rule=between(0.0, 1.0), default=0.5
+    )
+    pivot_inertia: float = field("at the start node, not counted in `inertia`", "kg m^2", not_negative, default=0.0)
+    turn: float = field("turn of an arc from start to end, see above; 0: straight", "rad", default=0.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -396,8 +357,6 @@ class FlexibleLink(FlexibleBody, Bar):
             text = f"{self.label}: mass and inertia are for straight links, since they fix a centre on the line between"
             raise InputError(f"{text} the ends. For an arc use FlexibleFrame with one edge, whose centre is a point.")
         object.__setattr__(self, "elements", checked_elements(self.label, self.elements))
-        checks.between(self.label, "centre", self.centre, 0.0, 1.0)
-        checks.not_negative(self.label, "pivot_inertia", self.pivot_inertia, "kg m^2")
         places = fractions(self.elements)
         self._check_fields(len(places), places)
         _ = self._bosses  # refuses mass properties out of reach

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb import checks, planar
+from flexmb import planar
 from flexmb.errors import InputError, ModelError
+from flexmb.fields import field, point, positive, record, vector
 from flexmb.kernels import (
     GAP_SIZE,
     account_kernel,
@@ -212,19 +212,12 @@ def held_rotation_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     G[0, 0] = 1.0
 
 
-@dataclass(frozen=True)
+@record
 class PointMass(Body):
     """A particle: a mass at a point, with x and y and without rotation.
 
     A constraint equation of its own holds its theta at 0, so the equations of motion stay regular, and a particle has
     two degrees of freedom.  Parts may hold, push or tie the point; a part that turns it is refused.
-
-    Parameters
-    ----------
-    name : the particle's name.
-    at : the point in the reference configuration [m].
-    mass : mass [kg], > 0.
-    velocity : (vx, vy) at the start [m/s]; None: as joints and drives impose, with least kinetic energy.
 
     Raises
     ------
@@ -238,16 +231,14 @@ class PointMass(Body):
     `couplings.Distance`.
     """
 
-    at: Point
-    mass: float
-    velocity: tuple[float, float] | None = None
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
-        checks.positive(self.label, "mass", self.mass, "kg")
-        if self.velocity is not None:
-            object.__setattr__(self, "velocity", checks.point(self.label, "velocity", self.velocity, "m/s"))
+    at: Point = field("the point", "m", point)
+    mass: float = field("mass", "kg", positive)
+    velocity: tuple[float, float] | None = field(
+        "(vx, vy) at the start; None: as joints and drives impose, with least kinetic energy",
+        "m/s",
+        vector,
+        default=None,
+    )
 
     def nodes(self) -> tuple[Node, ...]:
         """The node at the point."""

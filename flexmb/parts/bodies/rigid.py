@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any
 
 from flexmb import checks, planar
 from flexmb.errors import InputError
+from flexmb.fields import Rule, between, field, point, positive, record, several
 from flexmb.model.contributions import Attachment, Contribution, Node
 from flexmb.model.part import Body, Joint
 from flexmb.model.shape import RigidShape, Shapes
@@ -22,24 +22,29 @@ if TYPE_CHECKING:
 Point = tuple[float, float]
 
 
-@dataclass(frozen=True)
-class Bar(Body):
-    """Base of bodies between two points of the reference configuration.
+def checked_velocity(label: str, name: str, velocity: Any, *_: str) -> tuple[float, float, float]:
+    """A start velocity (vx, vy, omega) as floats, or `InputError`."""
+    try:
+        vx, vy, omega = velocity
+    except (TypeError, ValueError):
+        raise InputError(f"{label}: velocity is {velocity!r}; it must be (vx, vy, omega).") from None
+    return (
+        checks.number(label, "velocity[0]", vx, "m/s"),
+        checks.number(label, "velocity[1]", vy, "m/s"),
+        checks.number(label, "velocity[2]", omega, "rad/s"),
+    )
 
-    Parameters
-    ----------
-    name : the bar's name.
-    start, end : its ends in the reference configuration [m], apart from each other.
-    """
+
+@record
+class Bar(Body):
+    """Base of bodies between two points of the reference configuration."""
 
     formerly = (("at", "start"), ("to", "end"))
-    start: Point
-    end: Point
+    start: Point = field("one end", "m", point)
+    end: Point = field("the other end", "m", point)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("start", "end"):
-            object.__setattr__(self, name, checks.point(self.label, name, getattr(self, name)))
         if planar.distance(self.start, self.end) <= 0.0:
             raise InputError(f"{self.label}: start and end are both {self.start}; a link must have a length > 0 m.")
 
@@ -57,19 +62,9 @@ class Bar(Body):
 # Rigid body with its node at the centre of mass
 
 
-@dataclass(frozen=True)
+@record
 class RigidBody(Body):
     """A rigid body with its node at the centre of mass.
-
-    Parameters
-    ----------
-    name : the body's name.
-    at : centre of mass in the reference configuration [m].
-    mass : mass [kg], > 0.
-    inertia : moment of inertia about the centre of mass [kg m^2], > 0.
-    theta : rotation in the reference configuration [rad].
-    velocity : (vx, vy, omega) at the start [m/s, rad/s]; None: as the drives impose, with least kinetic energy.
-    outline : points of a polyline in the reference configuration [m], for pictures; empty: a line to every joint.
 
     Raises
     ------
@@ -77,22 +72,18 @@ class RigidBody(Body):
     """
 
     formerly = (("angle", "theta"),)
-    at: Point
-    mass: float
-    inertia: float
-    theta: float = 0.0
-    velocity: tuple[float, float, float] | None = None
-    outline: Sequence[Point] = ()
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
-        given = checks.sequence(self.label, "outline", self.outline, "points")
-        outline = tuple(checks.point(self.label, f"outline[{i}]", p) for i, p in enumerate(given))
-        object.__setattr__(self, "outline", outline)
-        checks.positive(self.label, "mass", self.mass, "kg")
-        checks.positive(self.label, "inertia", self.inertia, "kg m^2")
-        object.__setattr__(self, "velocity", checked_velocity(self.label, self.velocity))
+    at: Point = field("centre of mass", "m", point)
+    mass: float = field("mass", "kg", positive)
+    inertia: float = field("moment of inertia about the centre of mass", "kg m^2", positive)
+    theta: float = field("rotation in the reference configuration", "rad", default=0.0)
+    velocity: tuple[float, float, float] | None = field(
+        "(vx, vy, omega) at the start; None: as the drives impose, with least kinetic energy",
+        rule=Rule(checked_velocity),
+        default=None,
+    )
+    outline: Sequence[Point] = field(
+        "polyline, for pictures; empty: a line to every joint", "m", several(point, "points"), default=()
+    )
 
     def nodes(self) -> tuple[Node, ...]:
         """The node at the centre of mass."""
@@ -132,21 +123,6 @@ def held_points(body: Body, mechanism: Mechanism) -> list[Point]:
     return [end.offset for joint in joints for end in joint.ends(mechanism) if end.part == body.name]
 
 
-def checked_velocity(label: str, velocity: object) -> tuple[float, float, float] | None:
-    """A start velocity (vx, vy, omega) as floats, or None."""
-    if velocity is None:
-        return None
-    try:
-        vx, vy, omega = cast("tuple[object, object, object]", velocity)
-    except (TypeError, ValueError):
-        raise InputError(f"{label}: velocity is {velocity!r}; it must be (vx, vy, omega).") from None
-    return (
-        checks.number(label, "velocity[0]", vx, "m/s"),
-        checks.number(label, "velocity[1]", vy, "m/s"),
-        checks.number(label, "velocity[2]", omega, "rad/s"),
-    )
-
-
 # A rigid bar between two points
 
 MASSLESS = 1e-8
@@ -156,18 +132,9 @@ AXIS_TOLERANCE = 1e-3
 """Distance from the axis over the length [1] up to which a point counts as one of the axis."""
 
 
-@dataclass(frozen=True)
+@record
 class RigidLink(Bar):
     """A rigid bar; theta is the direction from `start` to `end`, counted from +X.
-
-    Parameters
-    ----------
-    name : the link's name.
-    start, end : its ends in the reference configuration [m].
-    mass : mass [kg], > 0; 0 with inertia 0 for a massless link.
-    inertia : moment of inertia about the centre of mass [kg m^2], > 0; 0 for a massless link.
-    centre : place of the centre of mass between start (0) and end (1).
-    velocity : (vx, vy, omega) of the centre of mass at the start; None: as the drives impose.
 
     Raises
     ------
@@ -179,18 +146,20 @@ class RigidLink(Bar):
     A massless link has MASSLESS times the smallest mass of the other bodies, so that equations of motion stay regular.
     """
 
-    mass: float
-    inertia: float
-    centre: float = 0.5
-    velocity: tuple[float, float, float] | None = None
+    mass: float = field("mass, > 0; 0 with inertia 0 for a massless link", "kg")
+    inertia: float = field("moment of inertia about the centre of mass, > 0; 0 for a massless link", "kg m^2")
+    centre: float = field("of mass, from start (0) to end (1)", rule=between(0.0, 1.0), default=0.5)
+    velocity: tuple[float, float, float] | None = field(
+        "(vx, vy, omega) of the centre of mass at the start; None: as the drives impose",
+        rule=Rule(checked_velocity),
+        default=None,
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if not self.is_massless:
             checks.positive(self.label, "mass", self.mass, "kg")
             checks.positive(self.label, "inertia", self.inertia, "kg m^2")
-        checks.between(self.label, "centre", self.centre, 0.0, 1.0)
-        object.__setattr__(self, "velocity", checked_velocity(self.label, self.velocity))
 
     @property
     def is_massless(self) -> bool:

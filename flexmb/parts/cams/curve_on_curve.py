@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb import checks, planar
+from flexmb import planar
 from flexmb.errors import InputError, ModelError
+from flexmb.fields import field, instance, one_of, point, record
 from flexmb.model.contributions import Contribution, Coordinate, Node, SignalContribution, node_coordinates
 from flexmb.model.law import FrictionLaw, NormalLaw
 from flexmb.model.part import Part
@@ -131,29 +132,25 @@ OVERLAP = 1e-3
 """Largest overlap in the reference configuration with which a contact may start open, over the same."""
 
 
-@dataclass(frozen=True)
+NORMAL = instance(NormalLaw, "a normal law, e.g. HuntCrossley, or None")
+FRICTION = instance(FrictionLaw, "a friction law, e.g. ModifiedCoulomb, or None")
+"""Rules of the laws of a pair."""
+
+
+@record
 class CurveOnCurve(Part):
     """Two curves of two bodies that touch: cam with flat, roller or curved follower, two cams.
+
+    One of the curves must be a `ClosedCurve`, the other is a `Line`, `CircularCurve` or `ClosedCurve`.  With a law the
+    contact can open; a law made from materials has the stiffness of the places of largest curvature of both curves.  It
+    starts "touching", with loops closed and velocities found as for an ideal pair, or "open": the bodies stand and move
+    as declared.
 
     Signals, ideal: force (contact force, > 0: the bodies press on each other) [N]; normal_speed (velocity along the
     normal there, of the body with the `Line` or `CircularCurve`, else of the second one) [m/s]; power (force times
     normal_speed, given to this body) [W]; with `friction` also friction_force [N].  With `normal`: as of a contact (see
     `RevoluteClearance`; ex, ey from the surface of the first curve to that of the second).  With a `Line` also place
     (of the contact along it from its start) [m].
-
-    Parameters
-    ----------
-    name : name of the pair.
-    first : the first body.
-    first_curve : its curve, in the reference configuration.
-    second : the second body.
-    second_curve : its curve, in the reference configuration: `Line`, `CircularCurve` or `ClosedCurve`.  One
-        of both must be a `ClosedCurve`.
-    normal : law of the normal force, for a contact that can open; None: ideal, the curves never part.  A law made from
-        materials has the stiffness of the places of largest curvature of both curves.
-    friction : law of friction; None: none.
-    start : of a contact: "touching", the loops are closed and the velocities found as for an ideal pair; "open", the
-        bodies stand and move as declared.
 
     Raises
     ------
@@ -171,14 +168,16 @@ class CurveOnCurve(Part):
     Source: J. J. Uicker, G. R. Pennock, J. E. Shigley, Theory of Machines and Mechanisms, 4th ed., Oxford 2011, ch. 6.
     """
 
-    first: Part
-    first_curve: Any
-    second: Part
-    second_curve: Any
+    first: Part = field("first body")
+    first_curve: Any = field("its curve, in the reference configuration")
+    second: Part = field("second body")
+    second_curve: Any = field("its curve, in the reference configuration")
     _: KW_ONLY
-    normal: NormalLaw | None = None
-    friction: FrictionLaw | None = None
-    start: str = TOUCHING
+    normal: NormalLaw | None = field(
+        "law of the normal force; None: ideal, the curves never part", rule=NORMAL, default=None
+    )
+    friction: FrictionLaw | None = field("law of friction", rule=FRICTION, default=None)
+    start: str = field("of a contact, see above", rule=one_of(TOUCHING, OPEN), default=TOUCHING)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -283,14 +282,9 @@ class CurveOnCurve(Part):
 
 
 def check_pair(part: Any) -> None:
-    """Check bodies, laws and start of a pair of curves."""
+    """Check bodies and start of a pair of curves."""
     if part.first.name == part.second.name:
         raise ModelError(f"{part.label} joins {part.first.name!r} to itself; give two different bodies.")
-    for name, kind, example in (("normal", NormalLaw, "HuntCrossley"), ("friction", FrictionLaw, "ModifiedCoulomb")):
-        law = getattr(part, name)
-        if law is not None and not isinstance(law, kind):
-            raise InputError(f"{part.label}: {name} is {law!r}; it must be a {name} law, e.g. {example}, or None.")
-    checks.one_of(part.label, "start", part.start, (TOUCHING, OPEN))
     if part.normal is None and part.start == OPEN:
         raise InputError(f"{part.label}: an ideal pair cannot start open; give normal=..., or leave start.")
 
@@ -326,24 +320,14 @@ POINT = 1e-9
 """Radius that stands for a point in checks of distances, over the size of the curve."""
 
 
-@dataclass(frozen=True)
+@record
 class PointOnCurve(Part):
     """A point of the second body that stays on a closed curve of the first: knife edge, pin in a groove.
 
     Signals, ideal: force (along the outward normal of the curve on the second body) [N], normal_speed (velocity
     of the point along it) [m/s], power (of the force, given to the second body) [W]; with `friction` also
-    friction_force [N].  With `normal`: as of a contact (see `RevoluteClearance`).
-
-    Parameters
-    ----------
-    name : name of the pair.
-    first : the body with the curve.
-    curve : its curve, in the reference configuration.
-    second : the body with the point.
-    at : the point in the reference configuration [m].
-    normal : law of the normal force, for an edge that can lift off outwards; None: ideal, a pin in a groove.
-    friction : law of friction; None: none.
-    start : of a contact: "touching" or "open", see `CurveOnCurve`.
+    friction_force [N].  With `normal`, of an edge that can lift off outwards: as of a contact (see
+    `RevoluteClearance`).
 
     Raises
     ------
@@ -355,21 +339,20 @@ class PointOnCurve(Part):
     The groove has no clearance.  A pin with clearance in a straight slot is `PinSlotClearance`.
     """
 
-    first: Part
-    curve: ClosedCurve
-    second: Part
-    at: tuple[float, float]
+    first: Part = field("body with the curve")
+    curve: ClosedCurve = field("its curve", rule=instance(ClosedCurve, "a ClosedCurve"))
+    second: Part = field("body with the point")
+    at: tuple[float, float] = field("the point", "m", point)
     _: KW_ONLY
-    normal: NormalLaw | None = None
-    friction: FrictionLaw | None = None
-    start: str = TOUCHING
+    normal: NormalLaw | None = field(
+        "law of the normal force of an edge; None: ideal, a pin in a groove", rule=NORMAL, default=None
+    )
+    friction: FrictionLaw | None = field("law of friction", rule=FRICTION, default=None)
+    start: str = field("of a contact, see `CurveOnCurve`", rule=one_of(TOUCHING, OPEN), default=TOUCHING)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
         check_pair(self)
-        if not isinstance(self.curve, ClosedCurve):
-            raise InputError(f"{self.label}: curve is {self.curve!r}; it must be a ClosedCurve.")
 
     @property
     def pin_radius(self) -> float:

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from flexmb import arguments, checks, display
+from flexmb import checks, display
 from flexmb.display import Shown
 from flexmb.errors import InputError
+from flexmb.fields import Input, field, point, positive, record
 from flexmb.parts.cams.spans import area, crossing, curvatures, reversed_spans, sampled
 
 # Straight segment and circle of a body: flat face and roller
@@ -22,25 +22,20 @@ CIRCLE_POINTS = 72
 """Number of segments of a drawn circle."""
 
 
-@dataclass(frozen=True)
-class Line(arguments.Checked, Shown):
+@record
+class Line(Input, Shown):
     """Straight segment, e.g. the face of a flat follower.
-
-    Parameters
-    ----------
-    start, end : its ends in the reference configuration of the mechanism [m], apart from each other.
 
     Raises
     ------
     InputError : ends that coincide or are not finite.
     """
 
-    start: tuple[float, float]
-    end: tuple[float, float]
+    start: tuple[float, float] = field("one end", "m", point)
+    end: tuple[float, float] = field("the other end", "m", point)
 
     def __post_init__(self) -> None:
-        for name in ("start", "end"):
-            object.__setattr__(self, name, checks.point("Line", name, getattr(self, name)))
+        super().__post_init__()
         if math.dist(self.start, self.end) == 0.0:
             raise InputError(
                 f"Line: both ends are {self.start}; a segment needs a length. Use PointOnCurve for an edge."
@@ -61,14 +56,9 @@ class Line(arguments.Checked, Shown):
         return self.start, self.end
 
 
-@dataclass(frozen=True)
-class CircularCurve(arguments.Checked, Shown):
+@record
+class CircularCurve(Input, Shown):
     """Circle, e.g. a roller or a pin.
-
-    Parameters
-    ----------
-    centre : its centre in the reference configuration of the mechanism [m].
-    radius : its radius [m], > 0.
 
     Raises
     ------
@@ -79,13 +69,8 @@ class CircularCurve(arguments.Checked, Shown):
     The circle is fixed to its body.  A roller that turns on its follower is a body of its own with a `Revolute`.
     """
 
-    centre: tuple[float, float]
-    radius: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "centre", checks.point("CircularCurve", "centre", self.centre))
-        hint = "For an edge without radius use PointOnCurve(...)."
-        checks.positive("CircularCurve", "radius", self.radius, "m", hint)
+    centre: tuple[float, float] = field("its centre", "m", point)
+    radius: float = field("its radius", "m", positive, hint="For an edge without radius use PointOnCurve(...).")
 
     @property
     def size(self) -> float:
@@ -120,16 +105,13 @@ DRAWN_POINTS = 360
 """Fewest points of a drawing."""
 
 
-@dataclass(frozen=True, repr=False)
-class ClosedCurve(arguments.Checked):
+@record
+class ClosedCurve(Input):
     """Closed curve without corners: a periodic quintic spline through points.
 
-    Parameters
-    ----------
-    points : (n, 2) points in the reference configuration of the mechanism [m], at least 8, in order; the first one is
-        not repeated at the end (a repeated one is left out).  Either direction; stored counter-clockwise.
-    spans : (n, 2, 8) coefficients of polynomials x(u), y(u), 0 <= u <= 1, between the points; left out: those of the
-        spline.
+    Points are in order, in either direction; stored counter-clockwise.  The first one is not repeated at the end (a
+    repeated one is left out).  Other curves than the spline have `spans`, polynomials x(u), y(u) with 0 <= u <= 1 from
+    each point to the next.
 
     Raises
     ------
@@ -153,8 +135,8 @@ class ClosedCurve(arguments.Checked):
     '0.188495559'
     """
 
-    points: Any
-    spans: Any = field(default=None, repr=False)
+    points: Any = field("(n, 2) points in the reference configuration, n >= 8", "m")
+    spans: Any = field("(n, 2, 8) coefficients of the polynomials; None: of the spline", default=None, repr=False)
 
     def __post_init__(self) -> None:
         points = checked_points("ClosedCurve", self.points)

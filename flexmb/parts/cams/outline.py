@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from flexmb import arguments, checks
+from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.fields import Input, field, record
 from flexmb.parts.cams.curves import ClosedCurve, point_array, tuples
 from flexmb.parts.cams.spans import area, crossing, sampled
 
@@ -93,16 +94,12 @@ DOUBLED = 1e-12
 """Length of a piece over the size of the outline below which its ends count as one point."""
 
 
-@dataclass(frozen=True, repr=False)
-class Outline(arguments.Checked):
+@record
+class Outline(Input):
     """Closed chain of straight lines and circular arcs, with corners: wheels with slots, ratchets, pawls.
 
-    Parameters
-    ----------
-    points : (n, 2) points in the reference configuration of the mechanism [m], in order, at least 2; either direction,
-        stored counter-clockwise.
-    bulges : (n,) tan(angle/4) of the arc from each point to the next one, > 0 for an arc that turns
-        counter-clockwise, 0 for a straight line, at most 1, a semicircle; left out: all straight.
+    Points are in either direction; stored counter-clockwise.  A bulge is that of the line from its point to the next
+    one: > 0 for an arc that turns counter-clockwise, 0 for a straight line, at most 1, a semicircle.
 
     Raises
     ------
@@ -121,8 +118,8 @@ class Outline(arguments.Checked):
     '1.392699082'
     """
 
-    points: Any
-    bulges: Any = ()
+    points: Any = field("(n, 2) points in the reference configuration, in order, n >= 2", "m")
+    bulges: Any = field("(n,) tan(angle/4) of the arcs; left out: all straight", default=())
 
     def __post_init__(self) -> None:
         points = point_array("Outline", self.points)

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError, ModelError
+from flexmb.fields import field, instance, record
 from flexmb.model.contributions import ContactContribution, Contribution, Node
-from flexmb.model.law import FrictionLaw, NormalLaw
+from flexmb.model.law import FRICTION_LAW, NORMAL_LAW, FrictionLaw, NormalLaw
 from flexmb.model.part import Part
 from flexmb.model.shape import Shapes
 from flexmb.parts.cams.curve_on_curve import TOLERANCE_LENGTH, carriers, in_frame, pair_shapes, signed_distance
@@ -22,7 +23,6 @@ from flexmb.parts.cams.outline_kernels import PART, PART_WITHOUT_START, WHOLE, o
 from flexmb.parts.cams.round_kernels import round_gap_kernel
 from flexmb.parts.cams.spans import meeting
 from flexmb.parts.contact.friction import Frictionless
-from flexmb.parts.joints.revolute_clearance import check_laws
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -30,23 +30,12 @@ if TYPE_CHECKING:
 # Contact of an outline of one body with a circle of another: pin in a Geneva wheel, pawl and ratchet, roller
 
 
-@dataclass(frozen=True)
+@record
 class OutlineContact(Part):
     """Contact between an outline of the first body and a circle of the second, on the outside of both.
 
     Signals: as of a contact (see `RevoluteClearance`; ex, ey from the outline to the circle).  An outline with hollow
     corners has one contact between two such corners, `name.side1`, `name.side2`, ...; one without them a single one.
-
-    Parameters
-    ----------
-    name : name of the contact.
-    first : the body with the outline.
-    outline : its outline, in the reference configuration.
-    second : the body with the circle.
-    circle : its circle, in the reference configuration.
-    normal : law of the normal force; made from materials, it has the stiffness of the circle against a flat side.
-    friction : law of friction; left out: frictionless.
-    names : names of your own for contacts in place of side1, ..., e.g. names={"side1": "slot"}.
 
     Raises
     ------
@@ -59,24 +48,24 @@ class OutlineContact(Part):
     The distance is exact for lines, arcs and corners.  Each contact has its own history and touches at its nearest
     point, so a circle in a hollow corner has two.  A pin in a slot touches one side at a time, which needs a slot wider
     than the pin.  With hollow corners the centre of the circle must stay outside: an overlap is less than its radius.
-    Bodies start and move as declared.
+    Bodies start and move as declared.  A law made from materials has the stiffness of the circle against a flat side.
     """
 
-    first: Part
-    outline: Outline
-    second: Part
-    circle: CircularCurve
+    first: Part = field("body with the outline")
+    outline: Outline = field("its outline", rule=instance(Outline, "of the kind Outline"))
+    second: Part = field("body with the circle")
+    circle: CircularCurve = field("its circle", rule=instance(CircularCurve, "of the kind CircularCurve"))
     _: KW_ONLY
-    normal: NormalLaw
-    friction: FrictionLaw = field(default_factory=Frictionless)
-    names: Mapping[str, str] = field(default_factory=dict)
+    normal: NormalLaw = field("law of the normal force", rule=NORMAL_LAW)
+    friction: FrictionLaw = field("law of friction", rule=FRICTION_LAW, default_factory=Frictionless)
+    names: Mapping[str, str] = field('of contacts, e.g. {"side1": "slot"}', default_factory=dict)
 
     lost_beyond: ClassVar[float] = 0.9
     """Penetration over `pin_radius` beyond which the circle is lost: a side sees nothing behind it."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_outlines(self, outline=Outline, circle=CircularCurve)
+        require_two(self)
         chains = self.outline.chains() if self.outline.hollow_corners() else []
         check_names(self, [f"side{number}" for number, _ in enumerate(chains, 1)])
         for k, (x, y) in enumerate(self.outline.points):
@@ -129,16 +118,10 @@ class OutlineContact(Part):
         return pair_shapes(mechanism, self, self.outline, self.circle)
 
 
-def check_outlines(part: Any, **kinds: type) -> None:
-    """Check bodies and laws of a contact, and the kinds of its outlines by the names of their fields."""
+def require_two(part: Any) -> None:
+    """Refuse a body against itself."""
     if part.first.name == part.second.name:
         raise ModelError(f"{part.label} joins {part.first.name!r} to itself; give two different bodies.")
-    check_laws(part)
-    for name, kind in kinds.items():
-        if not isinstance(getattr(part, name), kind):
-            raise InputError(
-                f"{part.label}: {name} is {getattr(part, name)!r}; it must be of the kind {kind.__name__}."
-            )
 
 
 def check_names(part: Any, contacts: Iterable[str]) -> None:
@@ -177,7 +160,7 @@ MOST_CONTACTS = 256
 """Largest number of contacts of a pair."""
 
 
-@dataclass(frozen=True)
+@record
 class OutlineOnOutline(Part):
     """Contact of two outlines of two bodies, on the outside of both, at as many places as touch.
 
@@ -188,17 +171,6 @@ class OutlineOnOutline(Part):
 
     Signals: as of a contact (see `RevoluteClearance`; ex, ey from the first outline to the second), of each contact, as
     `name.second1.normal_force`.
-
-    Parameters
-    ----------
-    name : name of the pair.
-    first : the first body.
-    first_outline : its outline, in the reference configuration.
-    second : the second body.
-    second_outline : its outline, in the reference configuration.
-    normal : law of the normal force at each contact, with a stiffness of its own.
-    friction : law of friction; left out: frictionless.
-    names : names of your own for contacts, e.g. names={"second2": "tip", "first1_side1": "slot"}.
 
     Raises
     ------
@@ -217,21 +189,21 @@ class OutlineOnOutline(Part):
     Bodies start and move as declared.
     """
 
-    first: Part
-    first_outline: Outline
-    second: Part
-    second_outline: Outline
+    first: Part = field("first body")
+    first_outline: Outline = field("its outline", rule=instance(Outline, "of the kind Outline"))
+    second: Part = field("second body")
+    second_outline: Outline = field("its outline", rule=instance(Outline, "of the kind Outline"))
     _: KW_ONLY
-    normal: NormalLaw
-    friction: FrictionLaw = field(default_factory=Frictionless)
-    names: Mapping[str, str] = field(default_factory=dict)
+    normal: NormalLaw = field("law of the normal force, with a stiffness of its own", rule=NORMAL_LAW)
+    friction: FrictionLaw = field("law of friction", rule=FRICTION_LAW, default_factory=Frictionless)
+    names: Mapping[str, str] = field('of contacts, e.g. {"side1": "slot"}', default_factory=dict)
 
     lost_beyond: ClassVar[float] = 0.45
     """Penetration over the size beyond which a body is lost: at half of its half height another side may be nearer."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_outlines(self, first_outline=Outline, second_outline=Outline)
+        require_two(self)
         try:
             self.normal.parameters()
         except InputError as error:

@@ -7,15 +7,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from flexmb import arguments, checks
+from flexmb import checks
 from flexmb.display import Shown
 from flexmb.errors import InputError
+from flexmb.fields import Input, field, one_of, record, several, vector
 from flexmb.parts.cams.curves import ClosedCurve
 from flexmb.parts.cams.spans import hermite_spans, sampled
 
@@ -92,16 +92,15 @@ LAWS = ("cycloidal", *POLYNOMIALS, "harmonic")
 """Names of the laws."""
 
 
-@dataclass(frozen=True)
-class Lift(arguments.Checked, Shown):
+@record
+class Lift(Input, Shown):
     """Lift of a follower over the cam angle: stations, joined by a law of rise and fall.
 
-    Parameters
-    ----------
-    stations : (angle, lift) with increasing cam angles [rad] within a turn and lifts [m, or rad of an oscillating
-        follower]; equal lifts of neighbours are a dwell.  The last station is followed by the first one, a turn later.
-    law : "cycloidal", u - sin(2 pi u)/(2 pi); "3-4-5" or "4-5-6-7", polynomials with these powers; "harmonic",
-        (1 - cos(pi u))/2, whose acceleration jumps at dwells.
+    Cam angles increase within a turn; lifts are in m, of an oscillating follower in rad.  Equal lifts of neighbours are
+    a dwell.  The last station is followed by the first one, a turn later.
+
+    Laws: "cycloidal", u - sin(2 pi u)/(2 pi); "3-4-5" or "4-5-6-7", polynomials with these powers; "harmonic",
+    (1 - cos(pi u))/2, whose acceleration jumps at dwells.
 
     Raises
     ------
@@ -118,23 +117,22 @@ class Lift(arguments.Checked, Shown):
     0.005
     """
 
-    stations: tuple[tuple[float, float], ...]
-    law: str = "cycloidal"
+    stations: tuple[tuple[float, float], ...] = field(
+        "pairs (angle, lift)", "rad and m", several(vector, "pairs (angle, lift)")
+    )
+    law: str = field("law of the rises and falls", rule=one_of(*LAWS), default="cycloidal")
 
     def __post_init__(self) -> None:
-        given = checks.sequence("Lift", "stations", self.stations, "pairs (angle, lift)")
-        stations = tuple(checks.point("Lift", f"stations[{k}]", s, "rad and m") for k, s in enumerate(given))
-        checks.one_of("Lift", "law", self.law, LAWS)
-        if len(stations) < 2:
-            raise InputError(f"Lift: {len(stations)} stations; give at least two, e.g. ((0.0, 0.0), (1.0, 0.01)).")
-        angles = [angle for angle, _ in stations]
+        super().__post_init__()
+        if len(self.stations) < 2:
+            raise InputError(f"Lift: {len(self.stations)} stations; give at least two, e.g. ((0.0, 0.0), (1.0, 0.01)).")
+        angles = [angle for angle, _ in self.stations]
         for k, (before, after) in enumerate(pairwise([*angles, angles[0] + 2.0 * math.pi])):
             if after <= before:
                 raise InputError(
                     f"Lift: the angle of station {k} is {before:g} rad and that of the next one {after:g} rad; angles "
                     "must increase and span less than a turn (2 pi) in all."
                 )
-        object.__setattr__(self, "stations", stations)
 
     def intervals(self) -> list[tuple[float, float, float, float]]:
         """Angles at both ends [rad] and lifts at both ends of each interval."""

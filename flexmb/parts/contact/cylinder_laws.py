@@ -13,16 +13,15 @@ import copy
 import math
 from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import field
 from typing import Self
 
 from flexmb import checks
-from flexmb.docstrings import documented
 from flexmb.errors import InputError
+from flexmb.fields import Rule, field, not_negative, one_of, positive, variant
 from flexmb.kernels import compiled, normal_law
 from flexmb.model.law import Material
 from flexmb.parts.contact import validity
-from flexmb.parts.contact.hysteresis import DampedElasticLaw, damped, two_materials
+from flexmb.parts.contact.hysteresis import RESTITUTION, DampedElasticLaw, damped, two_materials
 from flexmb.parts.contact.onset import LARGEST, LEAST_APPROACH, ONSET, reference_speed
 from flexmb.parts.contact.restitution import exact_chi
 
@@ -72,18 +71,13 @@ def cylinder_kernel(p, h, gap, gap_rate, z, z_new):
     return N, dN_dgap, dN_drate
 
 
-@documented
+@variant
 class CylinderLaw(DampedElasticLaw):
     """Base of the laws depth = sigma f ln(A/f) of a cylinder in a hollow; a subclass gives A.
 
     R1 and R2 are the radii of bearing and journal, f = N/L, sigma = (1 - nu1^2)/(pi E1) + (1 - nu2^2)/(pi E2).  The
     elastic force follows its tangent beyond ln(A/f) = 2.  It is multiplied by (1 + chi depth_rate/w) with the chi whose
     free impacts return exactly e.
-
-    Parameters
-    ----------
-    length : length L of the contact, out of the plane [m], > 0.
-    materials : materials of bearing and journal.
 
     Raises
     ------
@@ -94,11 +88,11 @@ class CylinderLaw(DampedElasticLaw):
     For long parallel cylinders with a contact much narrower than the radii.
     """
 
-    length: float
-    materials: tuple[Material, Material]
-    restitution: float = 0.9
-    least_approach: float = LEAST_APPROACH
-    reference_speed: str = ONSET
+    length: float = field("length L of the contact, out of the plane", "m", positive)
+    materials: tuple[Material, Material] = field("materials of bearing and journal", rule=Rule(two_materials))
+    restitution: float = field("coefficient of restitution e asked for", rule=RESTITUTION, default=0.9)
+    least_approach: float = field("least approach speed", "m/s", not_negative, default=LEAST_APPROACH)
+    reference_speed: str = field('"onset" or "largest"', rule=one_of(ONSET, LARGEST), default=ONSET)
     radii: tuple[float, float] | None = field(default=None, init=False, repr=False, compare=False)
 
     kernel = cylinder_kernel
@@ -111,13 +105,6 @@ class CylinderLaw(DampedElasticLaw):
     @abstractmethod
     def load_scale(self, sigma: float, bearing_radius: float, journal_radius: float) -> float:
         """A of depth = `sigma` f ln(A/f) [N/m], for the radii R1 = `bearing_radius` and R2 = `journal_radius` [m]."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        name = type(self).__name__
-        checks.positive(name, "length", self.length, "m")
-        two_materials(name, self.materials)
-        self._check_damping()
 
     @property
     def sigma(self) -> float:
@@ -181,7 +168,7 @@ class CylinderLaw(DampedElasticLaw):
 # Published normal laws of a cylinder in a hollow: a class for each, with its formula, range and source
 
 
-@documented
+@variant
 class Johnson(CylinderLaw):
     """Cylinder in a cylindrical hollow, depth = sigma f [ln(4 (R1 - R2)/(sigma f)) - 1].
 
@@ -198,7 +185,7 @@ class Johnson(CylinderLaw):
         return 4.0 * (bearing_radius - journal_radius) / (sigma * math.e)
 
 
-@documented
+@variant
 class Radzimovsky(CylinderLaw):
     """Cylinder in a cylindrical hollow, depth = sigma f [ln(4 R1/b) + ln(4 R2/b) + 2/3].
 
@@ -220,7 +207,7 @@ class Radzimovsky(CylinderLaw):
         return math.exp(2.0 / 3.0) * 16.0 * bearing_radius * journal_radius / b2_over_f
 
 
-@documented
+@variant
 class Goldsmith(CylinderLaw):
     """Cylinder in a cylindrical hollow, depth = sigma f [ln(1 m^2/(R sigma f)) + 1],  R = R1 R2/(R1 - R2).
 
@@ -240,7 +227,7 @@ class Goldsmith(CylinderLaw):
         return math.e * (bearing_radius - journal_radius) / (bearing_radius * journal_radius * sigma)
 
 
-@documented
+@variant
 class DubowskyFreudenstein(CylinderLaw):
     """Cylinder in a cylindrical hollow, depth = sigma f [ln(L^2 (R1 - R2)/(R1 R2 sigma f)) + 1].
 
@@ -258,7 +245,7 @@ class DubowskyFreudenstein(CylinderLaw):
         return math.e * self.length**2 * (bearing_radius - journal_radius) / (bearing_radius * journal_radius * sigma)
 
 
-@documented
+@variant
 class ESDU78035(CylinderLaw):
     """Cylinder in a cylindrical hollow, depth = sigma f [ln(4 (R1 - R2)/(sigma f)) + 1].
 

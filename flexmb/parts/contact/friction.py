@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import Any
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.fields import field, not_negative, positive, record
 from flexmb.kernels import friction_law
 from flexmb.model.law import FrictionLaw
 
@@ -20,13 +21,12 @@ def checked_ratio(owner: str, value: object) -> float:
     return checks.not_negative(owner, "load_ratio", value)
 
 
-def static_not_below_kinetic(owner: str, static: float, kinetic: float) -> None:
-    """Refuse a `static` coefficient below the `kinetic` one, and negative ones; `owner` names the law."""
-    checks.not_negative(owner, "kinetic", kinetic)
-    checks.not_negative(owner, "static", static)
-    if static < kinetic:
+def static_not_below_kinetic(law: Any) -> None:
+    """Refuse a static coefficient below the kinetic one."""
+    if law.static < law.kinetic:
         raise InputError(
-            f"{owner}: static is {static:g}; it must be >= kinetic = {kinetic:g}. Did you exchange the two?"
+            f"{type(law).__name__}: static is {law.static:g}; it must be >= kinetic = {law.kinetic:g}. "
+            "Did you exchange the two?"
         )
 
 
@@ -70,7 +70,7 @@ def frictionless_kernel(p, h, slip, N, z, z_new):
     return 0.0, 0.0, 0.0
 
 
-@dataclass(frozen=True)
+@record
 class Frictionless(FrictionLaw):
     """Surfaces without friction."""
 
@@ -98,16 +98,11 @@ def modified_coulomb_kernel(p, h, slip, N, z, z_new):
     return -mu * cd * N * sign, -mu * N / (v1 - v0), -mu * cd * sign
 
 
-@dataclass(frozen=True)
+@record
 class ModifiedCoulomb(FrictionLaw):
     """Coulomb friction that rises from nothing at the slip speed v0 to mu N at v1.
 
     Equation (5.13) of docs/theory/contact.md.
-
-    Parameters
-    ----------
-    coefficient : mu >= 0.
-    v0, v1 : slip speeds [m/s], 0 <= v0 < v1.
 
     Raises
     ------
@@ -121,16 +116,14 @@ class ModifiedCoulomb(FrictionLaw):
     equations (7)-(8) of Chen et al., Nonlinear Dynamics (2018).
     """
 
-    coefficient: float
-    v0: float = 1e-4
-    v1: float = 1e-3
+    coefficient: float = field("mu", rule=not_negative)
+    v0: float = field("slip speed up to which there is no friction", "m/s", not_negative, default=1e-4)
+    v1: float = field("slip speed from which friction is mu N, > v0", "m/s", default=1e-3)
 
     kernel = modified_coulomb_kernel
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        checks.not_negative("ModifiedCoulomb", "coefficient", self.coefficient)
-        checks.not_negative("ModifiedCoulomb", "v0", self.v0, "m/s")
         if self.v1 <= self.v0:
             raise InputError(f"ModifiedCoulomb: v1 is {self.v1:g} m/s; it must be > v0 = {self.v0:g} m/s.")
 
@@ -152,14 +145,9 @@ def smooth_coulomb_kernel(p, h, slip, N, z, z_new):
     return -mu * N * math.tanh(slip / v0)
 
 
-@dataclass(frozen=True)
+@record
 class SmoothCoulomb(FrictionLaw):
     """Coulomb friction without a corner, T = -mu N tanh(slip/v0).
-
-    Parameters
-    ----------
-    coefficient : mu >= 0.
-    v0 : slip speed at which 76 % of mu N are reached [m/s], > 0.
 
     Raises
     ------
@@ -174,15 +162,10 @@ class SmoothCoulomb(FrictionLaw):
     mechanical systems, Nonlinear Dynamics 86 (2016) 1407-1443.
     """
 
-    coefficient: float
-    v0: float = 1e-3
+    coefficient: float = field("mu", rule=not_negative)
+    v0: float = field("slip speed at which 76 % of mu N are reached", "m/s", positive, default=1e-3)
 
     kernel = smooth_coulomb_kernel
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        checks.not_negative("SmoothCoulomb", "coefficient", self.coefficient)
-        checks.positive("SmoothCoulomb", "v0", self.v0, "m/s")
 
     def creep_speed(self, load_ratio: float) -> float:
         """Slip speed [m/s] that balances the tangential load `load_ratio` mu N; inf where no speed does."""
@@ -207,22 +190,13 @@ def stribeck_kernel(p, h, slip, N, z, z_new):
     return -mu * N, -slope * N, -mu
 
 
-@dataclass(frozen=True)
+@record
 class Stribeck(FrictionLaw):
     """Friction that falls from static to kinetic with the slip speed, and may rise again.
 
     T = -N {[mu_k + (mu_s - mu_k) exp(-|slip/v_s|^n)] tanh(slip/v0) + c slip}.
 
     Equation (5.14) of docs/theory/contact.md.
-
-    Parameters
-    ----------
-    static : mu_s >= mu_k.
-    kinetic : mu_k >= 0.
-    stribeck_speed : v_s, slip speed of the fall [m/s], > 0.
-    v0 : slip speed of the rise from rest [m/s], 0 < v0 < stribeck_speed.
-    exponent : n >= 1; 2 gives a bell, 1 an exponential.
-    viscous : c >= 0 [s/m], of the part that rises with the slip; in proportion to N, so it ends with the contact.
 
     Raises
     ------
@@ -239,25 +213,22 @@ class Stribeck(FrictionLaw):
     (2007) 580-587.
     """
 
-    static: float
-    kinetic: float
-    stribeck_speed: float = 1e-2
-    v0: float = 1e-3
-    exponent: float = 2.0
-    viscous: float = 0.0
+    static: float = field("mu_s, >= mu_k", rule=not_negative)
+    kinetic: float = field("mu_k", rule=not_negative)
+    stribeck_speed: float = field("v_s, slip speed of the fall", "m/s", positive, default=1e-2)
+    v0: float = field("slip speed of the rise from rest, < stribeck_speed", "m/s", positive, default=1e-3)
+    exponent: float = field("n >= 1; 2 gives a bell, 1 an exponential", default=2.0)
+    viscous: float = field("c of a part that rises with the slip, in proportion to N", "s/m", not_negative, default=0.0)
 
     kernel = stribeck_kernel
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        static_not_below_kinetic("Stribeck", self.static, self.kinetic)
-        checks.positive("Stribeck", "stribeck_speed", self.stribeck_speed, "m/s")
-        checks.positive("Stribeck", "v0", self.v0, "m/s")
+        static_not_below_kinetic(self)
         checks.between(
             "Stribeck", "v0", self.v0, 0.0, math.nextafter(self.stribeck_speed, 0.0), "m/s",
             "Friction must rise faster than it falls; choose v0 ten times below stribeck_speed.",
         )  # fmt: skip
-        checks.not_negative("Stribeck", "viscous", self.viscous, "s/m")
         if self.exponent < 1.0:
             raise InputError(f"Stribeck: exponent is {self.exponent:g}; it must be >= 1, or the slope has no bound.")
 
@@ -287,18 +258,11 @@ def bengisu_akay_kernel(p, h, slip, N, z, z_new):
     return -signed * N, -slope * N, -signed
 
 
-@dataclass(frozen=True)
+@record
 class BengisuAkay(FrictionLaw):
     """Static friction reached on a parabola at v0, falling to kinetic friction exponentially.
 
     |T| / N = mu_s [1 - (|slip|/v0 - 1)^2] up to v0, mu_k + (mu_s - mu_k) exp(-xi (|slip| - v0)) beyond.
-
-    Parameters
-    ----------
-    static : mu_s >= mu_k.
-    kinetic : mu_k >= 0.
-    v0 : slip speed at which mu_s is reached [m/s], > 0.
-    decay : xi [s/m], > 0, rate of the fall from mu_s to mu_k.
 
     Raises
     ------
@@ -313,18 +277,16 @@ class BengisuAkay(FrictionLaw):
     of Sound and Vibration 171 (1994) 557-570; F. Marques et al., Nonlinear Dynamics 86 (2016) 1407-1443.
     """
 
-    static: float
-    kinetic: float
-    v0: float = 1e-3
-    decay: float = 1e3
+    static: float = field("mu_s, >= mu_k", rule=not_negative)
+    kinetic: float = field("mu_k", rule=not_negative)
+    v0: float = field("slip speed at which mu_s is reached", "m/s", positive, default=1e-3)
+    decay: float = field("xi, rate of the fall from mu_s to mu_k", "s/m", positive, default=1e3)
 
     kernel = bengisu_akay_kernel
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        static_not_below_kinetic("BengisuAkay", self.static, self.kinetic)
-        checks.positive("BengisuAkay", "v0", self.v0, "m/s")
-        checks.positive("BengisuAkay", "decay", self.decay, "s/m")
+        static_not_below_kinetic(self)
 
     def creep_speed(self, load_ratio: float) -> float:
         """Slip speed [m/s] that balances the tangential load `load_ratio` mu_s N; inf where no speed does."""
@@ -348,19 +310,11 @@ def brown_mcphee_kernel(p, h, slip, N, z, z_new):
     return -mu * N - c * slip * wet, -slope * N / vt - c * wet, -mu - 4.0 * c * slip * (1.0 - wet * wet) / Nt
 
 
-@dataclass(frozen=True)
+@record
 class BrownMcPhee(FrictionLaw):
     """Static, kinetic and viscous friction in one smooth curve of the slip speed.
 
     T = -N {mu_k tanh(4 s) + (mu_s - mu_k) s / [(s/2)^2 + 3/4]^2} - c slip tanh(4 N/N_t) with s = slip/v_t.
-
-    Parameters
-    ----------
-    static : mu_s >= mu_k.
-    kinetic : mu_k >= 0.
-    transition_speed : v_t, slip speed of the largest friction [m/s], > 0.
-    viscous : c >= 0 [N s/m].
-    transition_load : N_t, normal force above which the viscous part acts in full [N], > 0.
 
     Raises
     ------
@@ -375,20 +329,17 @@ class BrownMcPhee(FrictionLaw):
     meaningful parameters, Journal of Computational and Nonlinear Dynamics 11 (2016) 054502.
     """
 
-    static: float
-    kinetic: float
-    transition_speed: float = 1e-3
-    viscous: float = 0.0
-    transition_load: float = 1.0
+    static: float = field("mu_s, >= mu_k", rule=not_negative)
+    kinetic: float = field("mu_k", rule=not_negative)
+    transition_speed: float = field("v_t, slip speed of the largest friction", "m/s", positive, default=1e-3)
+    viscous: float = field("c", "N s/m", not_negative, default=0.0)
+    transition_load: float = field("N_t, from which the viscous part acts in full", "N", positive, default=1.0)
 
     kernel = brown_mcphee_kernel
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        static_not_below_kinetic("BrownMcPhee", self.static, self.kinetic)
-        checks.positive("BrownMcPhee", "transition_speed", self.transition_speed, "m/s")
-        checks.not_negative("BrownMcPhee", "viscous", self.viscous, "N s/m")
-        checks.positive("BrownMcPhee", "transition_load", self.transition_load, "N")
+        static_not_below_kinetic(self)
 
     def creep_speed(self, load_ratio: float) -> float:
         """Slip speed [m/s] that balances the dry load `load_ratio` mu_s N; inf where no speed of creep does."""
@@ -409,14 +360,9 @@ def threlfall_kernel(p, h, slip, N, z, z_new):
     return -mu * N * c, -3.0 * mu * N * (1.0 - short) / v0, -mu * c
 
 
-@dataclass(frozen=True)
+@record
 class Threlfall(FrictionLaw):
     """Coulomb friction that rises exponentially with the slip speed, T = -mu N (1 - exp(-3 |slip|/v0)) sign(slip).
-
-    Parameters
-    ----------
-    coefficient : mu >= 0.
-    v0 : slip speed at which 95 % of mu N are reached [m/s], > 0.
 
     Raises
     ------
@@ -431,15 +377,10 @@ class Threlfall(FrictionLaw):
     Mechanism and Machine Theory 13 (1978) 475-483; F. Marques et al., Nonlinear Dynamics 86 (2016) 1407-1443.
     """
 
-    coefficient: float
-    v0: float = 1e-3
+    coefficient: float = field("mu", rule=not_negative)
+    v0: float = field("slip speed at which 95 % of mu N are reached", "m/s", positive, default=1e-3)
 
     kernel = threlfall_kernel
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        checks.not_negative("Threlfall", "coefficient", self.coefficient)
-        checks.positive("Threlfall", "v0", self.v0, "m/s")
 
     def creep_speed(self, load_ratio: float) -> float:
         """Slip speed [m/s] that balances the tangential load `load_ratio` mu N; inf where no speed does."""
@@ -500,7 +441,7 @@ def lugre_kernel(p, h, slip, N, z, z_new):
     )
 
 
-@dataclass(frozen=True)
+@record
 class LuGre(FrictionLaw):
     """Friction of surfaces with elastic bristles: stiction, break-away and sliding.
 
@@ -509,15 +450,6 @@ class LuGre(FrictionLaw):
     z [m] is the deflection of the bristles and the history of the law.
 
     Equations (5.15) and (5.17) of docs/theory/contact.md.
-
-    Parameters
-    ----------
-    static : mu_s >= mu_k.
-    kinetic : mu_k > 0.
-    stribeck_speed : v_s, slip speed of the fall from static to kinetic friction [m/s], > 0.
-    stiffness : sigma_0 of all bristles together [N/m], > 0.
-    damping : sigma_1 of the bristles for each newton of load [s/m]; 0 <= sigma_1 <= 9.33 mu_k / v_s.
-    viscous : sigma_2 for each newton of load [s/m], >= 0.
 
     Raises
     ------
@@ -541,24 +473,18 @@ class LuGre(FrictionLaw):
     101-114.
     """
 
-    static: float
-    kinetic: float
-    stribeck_speed: float = 1e-2
-    stiffness: float = 1e6
-    damping: float = 0.0
-    viscous: float = 0.0
+    static: float = field("mu_s, >= mu_k", rule=not_negative)
+    kinetic: float = field("mu_k", rule=positive, hint="For surfaces without friction use Frictionless().")
+    stribeck_speed: float = field("v_s, slip speed of the fall to kinetic friction", "m/s", positive, default=1e-2)
+    stiffness: float = field("sigma_0 of all bristles together", "N/m", positive, default=1e6)
+    damping: float = field("sigma_1 for each newton of load, <= 9.33 mu_k / v_s", "s/m", not_negative, default=0.0)
+    viscous: float = field("sigma_2 for each newton of load", "s/m", not_negative, default=0.0)
 
     kernel = lugre_kernel
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        static_not_below_kinetic("LuGre", self.static, self.kinetic)
-        hint = "For surfaces without friction use Frictionless()."
-        checks.positive("LuGre", "kinetic", self.kinetic, hint=hint)
-        checks.positive("LuGre", "stribeck_speed", self.stribeck_speed, "m/s")
-        checks.positive("LuGre", "stiffness", self.stiffness, "N/m")
-        checks.not_negative("LuGre", "damping", self.damping, "s/m")
-        checks.not_negative("LuGre", "viscous", self.viscous, "s/m")
+        static_not_below_kinetic(self)
         most = PASSIVE * self.kinetic / self.stribeck_speed
         if self.damping > most:
             raise InputError(

@@ -8,12 +8,11 @@ import sys
 import warnings
 from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Self
+from typing import Any, Self
 
 from flexmb import checks
-from flexmb.docstrings import documented
 from flexmb.errors import InputError, RestitutionWarning
+from flexmb.fields import Rule, between, both, field, not_negative, one_of, positive, record, variant
 from flexmb.kernels import compiled, normal_law
 from flexmb.model.law import Material, NormalLaw
 from flexmb.parts.contact import validity
@@ -47,13 +46,9 @@ class DampedElasticLaw(NormalLaw):
 
     w is the reference speed: by default the approach speed, which is located inside the step.
 
-    Parameters
-    ----------
-    restitution : coefficient of restitution e asked for, in (0, 1].
-    least_approach : least approach speed [m/s]; a contact that begins slower, at rest or grazing, refers to the
-        largest speed since its onset instead.
-    reference_speed : "onset": the approach speed, as published; "largest": the largest speed since the onset, for
-        contacts that are pressed together or released faster than they met (docs/contact.md).
+    A contact that begins slower than `least_approach`, at rest or grazing, refers to the largest speed since its onset
+    instead.  `reference_speed` "onset": the approach speed, as published; "largest": the largest speed since the onset,
+    for contacts that are pressed together or released faster than they met (docs/contact.md).
     """
 
     restitution: float
@@ -82,24 +77,21 @@ class DampedElasticLaw(NormalLaw):
         """The history with the least approach speed, so that round-off of a rate at rest is none of the force."""
         return (max(self.least_approach, LEAST_APPROACH), 0.0, 0.0, *self.history()[3:])
 
-    def _check_damping(self) -> None:
-        """Refuse restitution, least approach and reference speed out of their ranges."""
-        name = type(self).__name__
-        checks.positive(name, "restitution", self.restitution)
-        checks.between(name, "restitution", self.restitution, 0.0, 1.0)
-        checks.not_negative(name, "least_approach", self.least_approach, "m/s")
-        checks.one_of(name, "reference_speed", self.reference_speed, (ONSET, LARGEST))
-
     def _no_radii(self) -> InputError:
         """Error of a law that has no stiffness yet, since its radii are unknown."""
         return InputError(f"{type(self).__name__}: the stiffness depends on radii; use it in a clearance joint.")
 
 
-def two_materials(name: str, materials: object) -> None:
-    """Refuse anything but two materials."""
-    pair = checks.sequence(name, "materials", materials, "two materials")
+RESTITUTION = both(positive, between(0.0, 1.0))
+"""Rule of a coefficient of restitution e."""
+
+
+def two_materials(name: str, field_name: str, materials: object, *_: str) -> Any:
+    """Two materials, or `InputError`."""
+    pair = checks.sequence(name, field_name, materials, "two materials")
     if len(pair) != 2 or not all(isinstance(m, Material) for m in pair):
         raise InputError(f"{name}: materials are {pair!r}; they must be two Material(...), bearing first.")
+    return materials
 
 
 # Base of the normal laws N = K depth^n (1 + chi depth_rate/w), and their kernel
@@ -122,19 +114,13 @@ def hysteresis_kernel(p, h, gap, gap_rate, z, z_new):
     return N, dN_dgap, dN_drate
 
 
-@documented
+@variant
 class HysteresisLaw(DampedElasticLaw):
     """Base of the laws of hysteresis damping; a subclass gives the damping factor chi(e).
 
     N = K depth^n (1 + chi depth_rate/w), cut at zero, so the surfaces never pull.
 
     Equation (5.5) of docs/theory/contact.md.
-
-    Parameters
-    ----------
-    stiffness : K [N/m^n], > 0; None with `materials`: Hertz, from the radii of the joint.
-    exponent : n, > 0.
-    materials : materials of bearing and journal, when `stiffness` is None.
 
     Raises
     ------
@@ -147,12 +133,14 @@ class HysteresisLaw(DampedElasticLaw):
     when it is made.
     """
 
-    stiffness: float | None = None
-    exponent: float = 1.5
-    restitution: float = 0.9
-    least_approach: float = LEAST_APPROACH
-    materials: tuple[Material, Material] | None = None
-    reference_speed: str = ONSET
+    stiffness: float | None = field("K; None: Hertz's, from `materials` and the radii", "N/m^n", positive, default=None)
+    exponent: float = field("n", rule=positive, default=1.5)
+    restitution: float = field("coefficient of restitution e asked for", rule=RESTITUTION, default=0.9)
+    least_approach: float = field("least approach speed", "m/s", not_negative, default=LEAST_APPROACH)
+    materials: tuple[Material, Material] | None = field(
+        "materials of bearing and journal, when `stiffness` is None", rule=Rule(two_materials), default=None
+    )
+    reference_speed: str = field('"onset" or "largest"', rule=one_of(ONSET, LARGEST), default=ONSET)
     radii: tuple[float, float] | None = field(default=None, init=False, repr=False, compare=False)
 
     kernel = hysteresis_kernel
@@ -162,12 +150,6 @@ class HysteresisLaw(DampedElasticLaw):
         name = type(self).__name__
         if self.stiffness is None and self.materials is None:
             raise InputError(f"{name}: stiffness is missing; give stiffness=..., or use {name}.from_materials(...).")
-        if self.materials is not None:
-            two_materials(name, self.materials)
-        if self.stiffness is not None:
-            checks.positive(name, "stiffness", self.stiffness, "N/m^n")
-        checks.positive(name, "exponent", self.exponent)
-        self._check_damping()
         self._warn_of_a_miss()
 
     @classmethod
@@ -244,15 +226,9 @@ def _levels_inside() -> int:
 # Elastic normal law of Hertz
 
 
-@dataclass(frozen=True)
+@record
 class Hertz(HysteresisLaw):
     """Elastic contact, N = K depth^n, without losses: the coefficient of restitution is 1.
-
-    Parameters
-    ----------
-    stiffness : K [N/m^n], > 0; None with `materials`: Hertz, from the radii of the joint.
-    exponent : n, > 0.
-    materials : materials of bearing and journal, when `stiffness` is None.
 
     Raises
     ------

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import math
 
-from flexmb.docstrings import documented
+from flexmb.fields import variant
 from flexmb.parts.contact.hysteresis import HysteresisLaw
 from flexmb.parts.contact.restitution import exact_chi
 
 
-@documented
+@variant
 class ExactRestitution(HysteresisLaw):
     """Hysteresis damping whose free impacts return exactly e: chi (1 + e) = ln[(1 + chi)/(1 - chi e)], chi > 0.
 
@@ -36,7 +36,7 @@ class ExactRestitution(HysteresisLaw):
         return exact_chi(restitution)
 
 
-@documented
+@variant
 class HuntCrossley(HysteresisLaw):
     """Hysteresis damping, chi = 3 (1 - e)/2.
 
@@ -52,7 +52,7 @@ class HuntCrossley(HysteresisLaw):
         return 1.5 * (1.0 - restitution)
 
 
-@documented
+@variant
 class HerbertMcWhannell(HysteresisLaw):
     """Hysteresis damping, chi = 6 (1 - e)/[(2 e - 1)^2 + 3].
 
@@ -68,7 +68,7 @@ class HerbertMcWhannell(HysteresisLaw):
         return 6.0 * (1.0 - restitution) / ((2.0 * restitution - 1.0) ** 2 + 3.0)
 
 
-@documented
+@variant
 class LeeWang(HysteresisLaw):
     """Hysteresis damping, chi = 3 (1 - e)/4.
 
@@ -84,7 +84,7 @@ class LeeWang(HysteresisLaw):
         return 0.75 * (1.0 - restitution)
 
 
-@documented
+@variant
 class LankaraniNikravesh(HysteresisLaw):
     """Hysteresis damping, chi = 3 (1 - e^2)/4.
 
@@ -100,7 +100,7 @@ class LankaraniNikravesh(HysteresisLaw):
         return 0.75 * (1.0 - restitution * restitution)
 
 
-@documented
+@variant
 class Gonthier(HysteresisLaw):
     """Hysteresis damping, chi = (1 - e^2)/e.
 
@@ -116,7 +116,7 @@ class Gonthier(HysteresisLaw):
         return (1.0 - restitution * restitution) / restitution
 
 
-@documented
+@variant
 class ZhiyingQishao(HysteresisLaw):
     """Hysteresis damping, chi = 3 (1 - e^2)/4 exp[2 (1 - e)].
 
@@ -132,7 +132,7 @@ class ZhiyingQishao(HysteresisLaw):
         return 0.75 * (1.0 - restitution * restitution) * math.exp(2.0 * (1.0 - restitution))
 
 
-@documented
+@variant
 class Flores(HysteresisLaw):
     """Hysteresis damping, chi = 8 (1 - e)/(5 e).
 
@@ -148,7 +148,7 @@ class Flores(HysteresisLaw):
         return 8.0 * (1.0 - restitution) / (5.0 * restitution)
 
 
-@documented
+@variant
 class HuGuo(HysteresisLaw):
     """Hysteresis damping, chi = 3 (1 - e)/(2 e).
 
@@ -164,7 +164,7 @@ class HuGuo(HysteresisLaw):
         return 1.5 * (1.0 - restitution) / restitution
 
 
-@documented
+@variant
 class CarvalhoMartins(HysteresisLaw):
     """Hysteresis damping, chi = (3/2) (1 - e) (11 - e)/(1 + 9 e).
 

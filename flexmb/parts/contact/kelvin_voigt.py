@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Self
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.fields import field, not_negative, positive, record
 from flexmb.kernels import normal_law
 from flexmb.model.law import NormalLaw
 from flexmb.parts.contact import validity
@@ -34,18 +34,11 @@ def kelvin_voigt_kernel(p, h, gap, gap_rate, z, z_new):
     return N, -K + C * s_depth * gap_rate, -C * s
 
 
-@dataclass(frozen=True)
+@record
 class KelvinVoigt(NormalLaw):
     """Linear spring beside a linear damper, N = K depth + C depth_rate, cut at zero so that it never pulls.
 
     Equation (5.10) of docs/theory/contact.md.
-
-    Parameters
-    ----------
-    stiffness : K [N/m], > 0.
-    damping : C [N s/m], >= 0.
-    ramp : depth [m], >= 0, over which the damper force grows to its full value as 3 x^2 - 2 x^3 of x = depth/ramp; 0:
-        the damper acts from the onset on.
 
     Raises
     ------
@@ -54,24 +47,19 @@ class KelvinVoigt(NormalLaw):
     Notes
     -----
     The force jumps by C times the approach speed at the onset.  Newton's method does not converge on a jump, so fixed
-    steps can end a run there.  Error-controlled steps pass the jump; a `ramp` of several steps removes it.
+    steps can end a run there.  Error-controlled steps pass the jump; a `ramp` of several steps removes it: up to that
+    depth the damper force grows as 3 x^2 - 2 x^3 of x = depth/ramp.
     The restitution depends on the mass: `for_restitution` and `delivered_restitution` hold for a free impact of a
     reduced mass, without ramp.
     Source: W. Goldsmith, Impact: The Theory and Physical Behaviour of Colliding Solids, Edward Arnold 1960, for the
     law; the cut at zero is that of any contact without adhesion.
     """
 
-    stiffness: float
-    damping: float
-    ramp: float = 0.0
+    stiffness: float = field("K", "N/m", positive)
+    damping: float = field("C", "N s/m", not_negative)
+    ramp: float = field("depth over which the damper force grows; 0: it acts at once", "m", not_negative, default=0.0)
 
     kernel = kelvin_voigt_kernel
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        checks.positive("KelvinVoigt", "stiffness", self.stiffness, "N/m")
-        checks.not_negative("KelvinVoigt", "damping", self.damping, "N s/m")
-        checks.not_negative("KelvinVoigt", "ramp", self.ramp, "m")
 
     @classmethod
     def for_restitution(cls, stiffness: float, restitution: float, mass: float) -> Self:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY
 from typing import Any
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.fields import Rule, field, number, record, several
 from flexmb.kernels import CONTROL, Kernel
 from flexmb.model.contributions import ControlContribution, MotionInput
 from flexmb.model.law import Motion
@@ -17,26 +18,91 @@ LEAST_SAMPLE = 1e-9
 """Shortest time between two instants of a sampled controller [s]; each instant costs some 0.3 ms of computing."""
 
 
-@dataclass(frozen=True)
+def checked_sample(label: str, name: str, sample: Any, unit: str, _: str) -> float:
+    """A time between two instants that is not so short that a run would not get on."""
+    hint = "For a controller that acts at all times leave it out."
+    if (value := checks.positive(label, name, sample, unit, hint)) < LEAST_SAMPLE:
+        checks.refuse(f"{label}: {name} is {value:g} s; it must be at least {LEAST_SAMPLE:g} s. {hint}")
+    return value
+
+
+def checked_law(label: str, name: str, law: Any, *_: str) -> Kernel:
+    """A control kernel, or `InputError`."""
+    if not isinstance(law, Kernel) or law.contract is not CONTROL:
+        text = f"{label}: {name} is {law!r}; it must be a function (p, t, u, x, dx, y)"
+        raise InputError(f"{text} with the decorator @flexmb.control_kernel.")
+    return law
+
+
+def checked_inputs(label: str, field: str, given: object, *_: str) -> tuple[str | Motion, ...]:
+    """Names of signals and motions, or `InputError`."""
+    found = checks.sequence(label, field, given, "names of signals")
+    for wanted in found:
+        if not isinstance(wanted, Motion) and not is_signal_name(wanted):
+            text = f"{label}: {field} holds {wanted!r}; it must hold names of signals such as 'arm.omega', or motions"
+            raise InputError(f"{text} such as Ramp(...).")
+    return found
+
+
+def is_signal_name(value: object) -> bool:
+    """Whether a value can be the name of a signal."""
+    return isinstance(value, str) and "." in value.strip(".")
+
+
+def signal(example: str) -> Rule:
+    """The name of a signal."""
+
+    def check(label: str, name: str, value: Any, *_: str) -> str:
+        if not is_signal_name(value):
+            raise InputError(f"{label}: {name} is {value!r}; it must be the name of a signal, as {example!r}.")
+        return str(value)
+
+    return Rule(check)
+
+
+def names(label: str, field: str, given: object, *_: str) -> tuple[str, ...]:
+    """Names without repetition, or `InputError`."""
+    found = checks.sequence(label, field, given, "names")
+    for name in found:
+        if not isinstance(name, str) or not name or "." in name or name != name.strip():
+            raise InputError(f"{label}: {field} holds {name!r}; it must hold names without '.'.")
+        if found.count(name) > 1:
+            raise InputError(f"{label}: {field} holds {name!r} twice; name each once.")
+    return found
+
+
+def checked_states(label: str, field: str, given: Any, *_: str) -> tuple[tuple[str, float | None], ...]:
+    """Names and start values of states, from their number, their start values, or start values by name."""
+    if isinstance(given, Mapping):
+        pairs = tuple(given.items())
+    elif isinstance(given, (str, bytes)) or given is None:
+        raise InputError(f"{label}: {field} is {given!r}; it must be a number of states, or their start values.")
+    elif isinstance(given, int):
+        pairs = tuple((f"state{k}", 0.0) for k in range(1, checks.count(label, field, given, 0) + 1))
+    else:
+        values = checks.sequence(label, field, given, "start values")
+        named = all(isinstance(value, tuple) and len(value) == 2 for value in values)
+        pairs = values if named else tuple((f"state{k}", value) for k, value in enumerate(values, 1))
+    names(label, field, tuple(name for name, _ in pairs))
+    return tuple(
+        (name, None if value is None else checks.number(label, f"start value of {name!r}", value))
+        for name, value in pairs
+    )
+
+
+@record
 class Control(Controller):
     """A controller with a law of one's own: loads that depend on signals, at all times or sampled.
 
-    Signals: every state and every output by its name (state1, ..., output1, ... without names of one's own).
+    The law reads the numbers p, the time t [s], the inputs u (values of signals and motions, in their order) and its
+    own states x; it writes the rates dx of its states [1/s] and the outputs y.  Values of the loads are multiplied by
+    the outputs, in their order; further outputs are signals alone, which other controllers may read.
 
-    Parameters
-    ----------
-    name : the controller's name.
-    inputs : names of signals, as "tip.x" or "arm.omega", and motions, whose value is read; in the order of u.
-    loads : names of forces and torques; their values are multiplied by the outputs y, in this order.
-    law : function (p, t, u, x, dx, y) with the decorator `control_kernel`; it reads the numbers p, the time t [s],
-        the inputs u and its own states x, and writes the rates dx of its states [1/s] and the outputs y.
-    numbers : parameters p of the law.
-    states : number of own states, which start at 0; or their start values; or start values by name.  The start value
-        None stands for the value at which the rate of the state is 0 at the start.
-    outputs : names of the outputs, those of loads first; further ones are signals alone, which other controllers may
-        read.  None: output1, ... for the loads.
-    sample : time between the instants at which the law acts [s]: it reads the signals, its outputs hold until the
-        next instant, and a state x becomes x + sample dx.  None: the law acts at all times.
+    States start at 0, or at the values given, also by name; None stands for the value at which the rate of the state is
+    0 at the start.  With `sample` the law reads the signals at these instants, its outputs hold until the next one, and
+    a state x becomes x + sample dx; without, it acts at all times.
+
+    Signals: every state and every output by its name (state1, ..., output1, ... without names of one's own).
 
     Raises
     ------
@@ -67,34 +133,20 @@ class Control(Controller):
     0.73576
     """
 
-    inputs: Sequence[str | Motion]
+    inputs: Sequence[str | Motion] = field('names of signals, as "tip.x", and motions', rule=Rule(checked_inputs))
     by_name = ("loads",)
-    loads: Sequence[Part | str]
-    law: Kernel
+    loads: Sequence[Part | str] = field("names of forces and torques, multiplied by the outputs", rule=Rule(names))
+    law: Kernel = field("function (p, t, u, x, dx, y) with the decorator `control_kernel`", rule=Rule(checked_law))
     _: KW_ONLY
-    numbers: Sequence[float] = ()
-    states: Any = ()
-    outputs: Sequence[str] | None = None
-    sample: float | None = None
+    numbers: Sequence[float] = field("parameters p of the law", rule=several(number, "numbers"), default=())
+    states: Any = field("number of own states, or their start values", rule=Rule(checked_states), default=())
+    outputs: Sequence[str] | None = field("names of the outputs; None: output1, ...", rule=Rule(names), default=None)
+    sample: float | None = field(
+        "time between the instants at which the law acts", "s", Rule(checked_sample), default=None
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        object.__setattr__(self, "inputs", checked_inputs(self.label, self.inputs))
-        object.__setattr__(self, "loads", names(self.label, "loads", self.loads))
-        given = checks.sequence(self.label, "numbers", self.numbers, "numbers")
-        numbers = tuple(checks.number(self.label, f"numbers[{k}]", x) for k, x in enumerate(given))
-        object.__setattr__(self, "numbers", numbers)
-        object.__setattr__(self, "states", checked_states(self.label, self.states))
-        if not isinstance(self.law, Kernel) or self.law.contract is not CONTROL:
-            text = f"{self.label}: law is {self.law!r}; it must be a function (p, t, u, x, dx, y)"
-            raise InputError(f"{text} with the decorator @flexmb.control_kernel.")
-        self._check_outputs()
-        check_sample(self.label, self.sample)
-
-    def _check_outputs(self) -> None:
-        """Check the names of outputs and states."""
-        if self.outputs is not None:
-            object.__setattr__(self, "outputs", names(self.label, "outputs", self.outputs))
         known = self.output_names
         if not known:
             raise InputError(f"{self.label} has no output; give loads=[...], the names of forces or torques.")
@@ -129,57 +181,3 @@ class Control(Controller):
             ("",) * len(self.output_names),
             tuple(k for k, (_, value) in enumerate(self.states) if value is None),
         )
-
-
-def check_sample(label: str, sample: float | None) -> None:
-    """Refuse a time between two instants that is no time, or so short that a run would not get on."""
-    if sample is None:
-        return
-    hint = "For a controller that acts at all times leave it out."
-    if checks.positive(label, "sample", sample, "s", hint) < LEAST_SAMPLE:
-        checks.refuse(f"{label}: sample is {sample:g} s; it must be at least {LEAST_SAMPLE:g} s. {hint}")
-
-
-def checked_inputs(label: str, given: object) -> tuple[str | Motion, ...]:
-    """Names of signals and motions, or `InputError`."""
-    found = checks.sequence(label, "inputs", given, "names of signals")
-    for wanted in found:
-        if not isinstance(wanted, Motion) and not is_signal_name(wanted):
-            text = f"{label}: inputs holds {wanted!r}; it must hold names of signals such as 'arm.omega', or motions"
-            raise InputError(f"{text} such as Ramp(...).")
-    return found
-
-
-def is_signal_name(value: object) -> bool:
-    """Whether a value can be the name of a signal."""
-    return isinstance(value, str) and "." in value.strip(".")
-
-
-def names(label: str, field: str, given: object) -> tuple[str, ...]:
-    """Names without repetition, or `InputError`."""
-    found = checks.sequence(label, field, given, "names")
-    for name in found:
-        if not isinstance(name, str) or not name or "." in name or name != name.strip():
-            raise InputError(f"{label}: {field} holds {name!r}; it must hold names without '.'.")
-        if found.count(name) > 1:
-            raise InputError(f"{label}: {field} holds {name!r} twice; name each once.")
-    return found
-
-
-def checked_states(label: str, given: Any) -> tuple[tuple[str, float | None], ...]:
-    """Names and start values of states, from their number, their start values, or start values by name."""
-    if isinstance(given, Mapping):
-        pairs = tuple(given.items())
-    elif isinstance(given, (str, bytes)) or given is None:
-        raise InputError(f"{label}: states is {given!r}; it must be a number of states, or their start values.")
-    elif isinstance(given, int):
-        pairs = tuple((f"state{k}", 0.0) for k in range(1, checks.count(label, "states", given, 0) + 1))
-    else:
-        values = checks.sequence(label, "states", given, "start values")
-        named = all(isinstance(value, tuple) and len(value) == 2 for value in values)
-        pairs = values if named else tuple((f"state{k}", value) for k, value in enumerate(values, 1))
-    names(label, "states", tuple(name for name, _ in pairs))
-    return tuple(
-        (name, None if value is None else checks.number(label, f"start value of {name!r}", value))
-        for name, value in pairs
-    )

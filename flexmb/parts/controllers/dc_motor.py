@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY
+from typing import Any
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.fields import Rule, field, not_negative, positive, record
 from flexmb.kernels import control_kernel
 from flexmb.model.contributions import ControlContribution, MotionInput
 from flexmb.model.law import Motion
 from flexmb.model.part import Controller, Part, name_of
-from flexmb.parts.controllers.control import is_signal_name
+from flexmb.parts.controllers.control import is_signal_name, signal
 
 (CURRENT,) = range(1)
 """Place of the current among the states."""
@@ -31,26 +33,21 @@ def dc_motor_law(p, t, u, x, dx, y):
         y[2] = current
 
 
-@dataclass(frozen=True)
+def checked_voltage(label: str, name: str, value: Any, unit: str, _: str) -> Any:
+    """A number, a motion or the name of a signal."""
+    if isinstance(value, str) and not is_signal_name(value):
+        raise InputError(f"{label}: {name} is {value!r}; a signal is called as 'servo.output'.")
+    return value if isinstance(value, str | Motion) else checks.number(label, name, value, unit)
+
+
+@record
 class DCMotor(Controller):
     """Direct-current motor with constant field, and an ideal gear: the current is a state.
 
-    L di/dt = V - R i - k n omega, torque = k n i, with the speed omega behind the gear.
+    L di/dt = V - R i - k n omega, torque = k n i, with the speed omega behind the gear.  Without inductance the current
+    is an output instead of a state.  A linear motor has a speed [m/s], a force of 1 N as its load, and k [N/A].
 
     Signals: current [A], torque (behind the gear) [N m], voltage [V].
-
-    Parameters
-    ----------
-    name : the motor's name.
-    speed : name of the signal of the speed behind the gear, as "arm.omega" [rad/s]; of a linear motor [m/s].
-    load : name of a torque of 1 N m on the driven body, which the motor multiplies by its torque (-1: reversed); of a
-        linear motor a force of 1 N.
-    voltage : V, a number [V], a motion, or the name of a signal, as "servo.output" of a controller.
-    resistance : R [ohm], > 0.
-    inductance : L [H]; 0: the current follows without delay, and is an output instead of a state.
-    torque_constant : k [N m/A], which is the voltage constant [V s/rad], too; of a linear motor [N/A].
-    gear_ratio : n, speed of the motor over that of the driven body [1].
-    current : current at the start [A].
 
     Raises
     ------
@@ -76,28 +73,19 @@ class DCMotor(Controller):
     240.0
     """
 
-    speed: str
+    speed: str = field("name of the signal of the speed behind the gear", "rad/s or m/s", signal("arm.omega"))
     by_name = ("load",)
-    load: Part | str
+    load: Part | str = field("name of a torque of 1 N m that the motor multiplies (-1: reversed)")
     _: KW_ONLY
-    voltage: float | Motion | str
-    resistance: float
-    torque_constant: float
-    inductance: float = 0.0
-    gear_ratio: float = 1.0
-    current: float = 0.0
+    voltage: float | Motion | str = field("V, also a motion, or the name of a signal", "V", Rule(checked_voltage))
+    resistance: float = field("R", "ohm", positive)
+    torque_constant: float = field("k, which is the voltage constant [V s/rad], too", "N m/A")
+    inductance: float = field("L; 0: the current follows without delay", "H", not_negative, default=0.0)
+    gear_ratio: float = field("n, speed of the motor over that of the driven body", default=1.0)
+    current: float = field("current at the start", "A", default=0.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not is_signal_name(self.speed):
-            raise InputError(f"{self.label}: speed is {self.speed!r}; it must be the name of a signal, as 'arm.omega'.")
-        if isinstance(self.voltage, str):
-            if not is_signal_name(self.voltage):
-                raise InputError(f"{self.label}: voltage is {self.voltage!r}; a signal is called as 'servo.output'.")
-        elif not isinstance(self.voltage, Motion):
-            checks.number(self.label, "voltage", self.voltage, "V")
-        checks.positive(self.label, "resistance", self.resistance, "ohm")
-        checks.not_negative(self.label, "inductance", self.inductance, "H")
         if self.torque_constant == 0.0 or self.gear_ratio == 0.0:
             raise InputError(f"{self.label}: torque_constant and gear_ratio must not be 0; the motor has no torque.")
         if self.current != 0.0 and self.inductance == 0.0:

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY
 from typing import Any
 
 import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.fields import Rule, either, field, number, one_of, positive, record
 from flexmb.kernels import control_kernel
 from flexmb.model.contributions import ControlContribution, MotionInput
 from flexmb.model.law import Motion
 from flexmb.model.part import Controller, Part, name_of
-from flexmb.parts.controllers.control import check_sample, is_signal_name
+from flexmb.parts.controllers.control import checked_sample, signal
 
 FILTER_RATIO = 10.0
 """Ratio kd / kp of derivative action over the time constant of its filter, where none is given [1]."""
@@ -52,29 +53,17 @@ def pid_law(p, t, u, x, dx, y):
         dx[INTEGRAL] = ki * (r - u[0]) + reset * (y[0] - wanted)
 
 
-@dataclass(frozen=True)
+@record
 class PID(Controller):
     """PID controller: output = kp (b r - m) + ki integral of (r - m) + kd derivative, within limits.
 
     r is the target, m the measured signal.  Signals: output; integral (the integral term, where ki is not 0); filter
-    (the filtered signal, where the derivative comes from a filter).
+    (the filtered signal, where the derivative comes from a filter).  Without a load the output is a signal alone, which
+    a motor may read.
 
-    Parameters
-    ----------
-    name : the controller's name.
-    measure : name of the measured signal m, as "tip.theta".
-    load : name of a force or torque, whose value is multiplied by the output; None: the output is a signal alone,
-        which a motor may read.
-    target : target r, a number or a motion, in the unit of m.
-    kp, ki, kd : gains of proportional, integral and derivative action.
-    limit : largest absolute value of the output, or a pair (lowest, highest); None: without limits.
-    rate : name of the signal of the rate of m, as "tip.omega"; the derivative is then its value, without a filter.
-    filter_time : time constant of the filter of the derivative [s]; None: kd / (10 kp).
-    tracking_time : time constant with which the integral gives way while the output is limited [s]; None:
-        sqrt(kd / ki), without derivative action kp / ki.
-    weight : weight b of the target in proportional action.
-    derivative_of : "measurement": targets that jump make no peaks; "error": moving targets are followed.
-    sample : time between the instants at which the controller acts [s]; None: it acts at all times.
+    With `rate` the derivative is the value of that signal, without a filter; of "measurement": targets that jump make
+    no peaks; of "error": moving targets are followed.  Left out, filter_time is kd / (10 kp); tracking_time sqrt(kd /
+    ki), without derivative action kp / ki.
 
     Raises
     ------
@@ -105,36 +94,26 @@ class PID(Controller):
     1.325
     """
 
-    measure: str
+    measure: str = field("name of the measured signal m", rule=signal("arm.theta"))
     by_name = ("load",)
-    load: Part | str | None = None
+    load: Part | str | None = field("name of a force or torque that the output multiplies", default=None)
     _: KW_ONLY
-    target: float | Motion = 0.0
-    kp: float = 0.0
-    ki: float = 0.0
-    kd: float = 0.0
-    limit: Any = None
-    rate: str | None = None
-    filter_time: float | None = None
-    tracking_time: float | None = None
-    weight: float = 1.0
-    derivative_of: str = MEASUREMENT
-    sample: float | None = None
+    target: float | Motion = field("target r, in the unit of m", rule=either(Motion, number), default=0.0)
+    kp: float = field("gain of proportional action", default=0.0)
+    ki: float = field("gain of integral action", default=0.0)
+    kd: float = field("gain of derivative action", default=0.0)
+    limit: Any = field("largest absolute value of the output, or a pair (lowest, highest)", default=None)
+    rate: str | None = field("name of the signal of the rate of m", rule=signal("arm.theta"), default=None)
+    filter_time: float | None = field("time constant of the filter of the derivative", "s", positive, default=None)
+    tracking_time: float | None = field("time constant of the limited integral", "s", positive, default=None)
+    weight: float = field("weight b of the target in proportional action", default=1.0)
+    derivative_of: str = field(
+        '"measurement" or "error", see above', rule=one_of(MEASUREMENT, ERROR), default=MEASUREMENT
+    )
+    sample: float | None = field("time between instants; None: at all times", "s", Rule(checked_sample), default=None)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for field, value in (("measure", self.measure), *((("rate", self.rate),) if self.rate is not None else ())):
-            if not is_signal_name(value):
-                raise InputError(
-                    f"{self.label}: {field} is {value!r}; it must be the name of a signal, as 'arm.theta'."
-                )
-        if not isinstance(self.target, Motion):
-            checks.number(self.label, "target", self.target)
-        checks.one_of(self.label, "derivative_of", self.derivative_of, [MEASUREMENT, ERROR])
-        for field in ("filter_time", "tracking_time"):
-            if getattr(self, field) is not None:
-                checks.positive(self.label, field, getattr(self, field), "s")
-        check_sample(self.label, self.sample)
         if self.kp == self.ki == self.kd == 0.0:
             raise InputError(f"{self.label} has no gain; give kp=, ki= or kd=.")
         self.limits()

@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import KW_ONLY, dataclass, replace
+from dataclasses import KW_ONLY, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flexmb import checks, planar
+from flexmb import planar
 from flexmb.errors import InputError, ModelError
+from flexmb.fields import field, positive, record, two
 from flexmb.kernels import compiled, element_kernel, energy_kernel, signal_kernel
 from flexmb.model.contributions import (
     Contribution,
@@ -160,7 +161,7 @@ LARGE_STRETCH = 0.02
 """Change of the length that a belt would need, over its length, above which there is a remark."""
 
 
-@dataclass(frozen=True)
+@record
 class Belt(Wheels):
     """Belt over two wheels without mass and stretch: ideal, as a chain or timing belt, or with friction that can slip.
 
@@ -171,18 +172,6 @@ class Belt(Wheels):
     power (of second_torque) [W].  With friction also slip (speed of the surface of the first wheel over that of the
     second) [m/s]; tight_tension, slack_tension (of the strands) [N]; tension_ratio [1].
 
-    Parameters
-    ----------
-    name : name of the belt.
-    first, second : the wheels, which need joints of their own.
-    radii : radii of the belt's middle line on both wheels [m], > 0.
-    crossed : whether the strands cross.
-    arm : body that carries the axes; `GROUND` for fixed axes.
-    centres : centres of the wheels, see `Wheels`.
-    coefficient : coefficient of friction mu [1], > 0, with `pretension` and `creep`; None: an ideal belt.
-    pretension : tension T0 of both strands while no torque acts [N], > 0; None, of an ideal belt: as a chain hangs.
-    creep : slip [m/s], > 0, at which the belt carries tanh(1) = 76 % of its largest force.
-
     Raises
     ------
     InputError : numbers out of range; friction without pretension and creep, or creep without friction.
@@ -192,7 +181,7 @@ class Belt(Wheels):
     -----
     Both strands pull along their tangents at both wheels, so they load the bearings.  Without slip only the difference
     F of the tensions does work, so an ideal belt needs no pretension: its strands have F and 0, as those of a chain, or
-    T0 +- F/2 while F < 2 T0.  Work of this pull on axes that move is booked with friction in joints.
+    T0 +- F/2 while F < 2 T0 if it is given.  Work of this pull on axes that move is booked with friction in joints.
 
     With friction the centres of mass are the centres of the wheels.  The tensions are T0 +- F/2 (Poncelet: the length
     of the belt stays).  The belt slips where their ratio reaches exp(mu wrap) (Euler, Eytelwein), at F = 2 T0 tanh(mu
@@ -205,37 +194,27 @@ class Belt(Wheels):
 
     formerly = (("mu", "coefficient"),)
     _: KW_ONLY
-    radii: tuple[float, float]
-    crossed: bool = False
-    coefficient: float | None = None
-    pretension: float | None = None
-    creep: float | None = None
+    radii: tuple[float, float] = field(
+        "radii of the belt's middle line on both wheels", "m", two(positive, "numbers", "(0.05, 0.1)")
+    )
+    crossed: bool = field("whether the strands cross", default=False)
+    coefficient: float | None = field("coefficient of friction mu; None: an ideal belt", rule=positive, default=None)
+    pretension: float | None = field("tension T0 of both strands without torque", "N", positive, default=None)
+    creep: float | None = field("slip that carries tanh(1) = 76 % of the largest force", "m/s", positive, default=None)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        given = checks.sequence(self.label, "radii", self.radii, "two numbers")
-        if len(given) != 2:
-            raise InputError(f"{self.label}: radii is {self.radii!r}; give two numbers, e.g. (0.05, 0.1).")
-        radii = tuple(checks.positive(self.label, f"radii[{k}]", r, "m") for k, r in enumerate(given))
-        object.__setattr__(self, "radii", radii)
         self._check_friction()
 
     def _check_friction(self) -> None:
         """Check that friction has creep and pretension; an ideal belt may have a pretension alone."""
-        given = {
-            "coefficient": (self.coefficient, "1"),
-            "pretension": (self.pretension, "N"),
-            "creep": (self.creep, "m/s"),
-        }
-        missing = [name for name, (value, _) in given.items() if value is None]
+        given = {"coefficient": self.coefficient, "pretension": self.pretension, "creep": self.creep}
+        missing = [name for name, value in given.items() if value is None]
         if missing and not (self.coefficient is None and self.creep is None):
             raise InputError(
                 f"{self.label}: {' and '.join(missing)} not given; a belt with friction needs coefficient, pretension "
                 "and creep. For an ideal belt leave coefficient and creep out."
             )
-        for name, (value, unit) in given.items():
-            if value is not None:
-                checks.positive(self.label, name, value, unit)
 
     def least_wrap(self, mechanism: Mechanism) -> float:
         """Least angle that the belt wraps around a wheel in the reference configuration [rad].

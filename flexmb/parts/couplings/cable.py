@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY
 from typing import TYPE_CHECKING
 
-from flexmb import checks, planar
+from flexmb import planar
 from flexmb.errors import InputError, ModelError
+from flexmb.fields import Rule, field, point, positive, record, vector
 from flexmb.kernels import compiled, constraint_kernel
 from flexmb.model.contributions import (
     Attachment,
@@ -23,7 +24,7 @@ from flexmb.model.part import Part
 from flexmb.model.shape import CABLE, ROD, CircleShape, LineShape, Shapes
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import dot
-from flexmb.parts.joints.stop import NO_CLEARANCE, check_own_stiffness, strand, strand_gap_kernel, strand_length
+from flexmb.parts.joints.stop import NO_CLEARANCE, own_stiffness, strand, strand_gap_kernel, strand_length
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -77,18 +78,11 @@ def distance_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     add_bending(lam[0], size, across, H)
 
 
-@dataclass(frozen=True)
+@record
 class Distance(Part):
     """Massless rigid rod with a pin at each end: two points of two bodies keep their distance.
 
     Signals: force (tension of the rod; negative: pressure) [N].
-
-    Parameters
-    ----------
-    name : name of the rod.
-    first, second : the bodies; `GROUND` is the frame.
-    at : point of the first body in the reference configuration [m].
-    to : point of the second body in the reference configuration [m].
 
     Raises
     ------
@@ -97,15 +91,13 @@ class Distance(Part):
     """
 
     formerly = (("start", "at"), ("end", "to"))
-    first: Part
-    second: Part
-    at: tuple[float, float]
-    to: tuple[float, float]
+    first: Part = field("first body; `GROUND` is the frame")
+    second: Part = field("second body")
+    at: tuple[float, float] = field("point of the first body", "m", point)
+    to: tuple[float, float] = field("point of the second body", "m", point)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("at", "to"):
-            object.__setattr__(self, name, checks.point(self.label, name, getattr(self, name)))
         if planar.distance(self.at, self.to) == 0.0:
             raise InputError(f"{self.label}: both points are {self.at}; a rod needs a length. Use Revolute(...).")
         if self.first.name == self.second.name:
@@ -135,28 +127,18 @@ LARGE_STRETCH = 0.2
 """Elongation over length above which there is a remark."""
 
 
-@dataclass(frozen=True)
+@record
 class Cable(Part):
     """Cable, rope or chain without mass between two points or drums: slack it does nothing, taut it pulls.
 
     A contact whose gap is the slack and whose penetration is the elongation.  A drum winds R theta of the cable up, and
-    is pulled at the tangent of the strand, which moves with drum and load.
+    is pulled at the tangent of the strand, which moves with drum and load; a radius > 0 winds up while the drum turns
+    counter-clockwise, < 0 clockwise.  With a free length below the distance of the points it starts under tension.  The
+    law of a linear cable is `KelvinVoigt(K, damping)` with K = E A / free_length [N/m].
 
     Signals: distance of the points (free length between drums) [m], and those of a contact (see `RevoluteClearance`):
     penetration (elongation) [m], normal_force (tension) [N], fx, fy, force (on the second body) [N], mode (0 slack, 1
     jerk, 2 taut); ex, ey from the first point to the second [m].
-
-    Parameters
-    ----------
-    name : name of the cable.
-    first, second : the bodies; `GROUND` is the frame.
-    at : point of the first body, or centre of its drum, in the reference configuration [m].
-    to : the same of the second body.
-    free_length : length without tension in the reference configuration [m], > 0; with less than the distance of the
-        points it starts under tension; None: the distance, so that it is just taut.
-    radii : radii of the drums of both bodies [m]; 0: a point; > 0: a drum that winds up while it turns
-        counter-clockwise, < 0: clockwise.
-    normal : tension over elongation; of a linear cable K = E A / free_length [N/m], `KelvinVoigt(K, damping)`.
 
     Raises
     ------
@@ -177,24 +159,20 @@ class Cable(Part):
     """
 
     formerly = (("length", "free_length"), ("start", "at"), ("end", "to"))
-    first: Part
-    second: Part
-    at: tuple[float, float]
-    to: tuple[float, float]
+    first: Part = field("first body; `GROUND` is the frame")
+    second: Part = field("second body")
+    at: tuple[float, float] = field("point of the first body, or centre of its drum", "m", point)
+    to: tuple[float, float] = field("the same of the second body", "m", point)
     _: KW_ONLY
-    free_length: float | None = None
-    normal: NormalLaw
-    radii: tuple[float, float] = (0.0, 0.0)
+    free_length: float | None = field(
+        "length without tension; None: distance of the points", "m", positive, default=None
+    )
+    normal: NormalLaw = field("tension over elongation", rule=Rule(own_stiffness))
+    radii: tuple[float, float] = field("radii of both drums, see above; 0: a point", "m", vector, default=(0.0, 0.0))
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("at", "to"):
-            object.__setattr__(self, name, checks.point(self.label, name, getattr(self, name)))
-        object.__setattr__(self, "radii", checks.point(self.label, "radii", self.radii))
-        check_own_stiffness(self.label, self.normal)
-        if self.free_length is not None:
-            checks.positive(self.label, "free_length", self.free_length, "m")
-        elif planar.distance(self.at, self.to) == 0.0:
+        if self.free_length is None and planar.distance(self.at, self.to) == 0.0:
             raise InputError(
                 f"{self.label}: both points are {self.at}, so the cable needs a length. Give free_length= in m."
             )

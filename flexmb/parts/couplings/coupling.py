@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from flexmb import checks
 from flexmb.errors import InputError, ModelError
+from flexmb.fields import field, record
 from flexmb.kernels import compiled, constraint_kernel, signal_kernel
 from flexmb.model.contributions import ConstraintContribution, Contribution, Coordinate, Reaction, SignalContribution
 from flexmb.model.mechanism import Mechanism
@@ -51,24 +51,19 @@ def angles_contribution(
 # Equal rotation of two bodies
 
 
-@dataclass(frozen=True)
+@record
 class SameRotation(Part):
     """Two bodies that keep their relative angle, as a parallel guide or a coupling of shafts does; they may be apart.
 
     Signals: torque (on the second body) [N m].
-
-    Parameters
-    ----------
-    name : name of the coupling.
-    first, second : the bodies; `GROUND` for a body that must not turn.
 
     Raises
     ------
     ModelError : a body with itself.
     """
 
-    first: Part
-    second: Part
+    first: Part = field("first body; `GROUND` for a body that must not turn")
+    second: Part = field("second body")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -154,7 +149,7 @@ def travel_rate(p, t, q, v, a):
     return dot(J, v)
 
 
-@dataclass(frozen=True)
+@record
 class Coupling(Part):
     """Linear relation of joint coordinates: the sum of factor times angle or travel of named joints is constant.
 
@@ -162,13 +157,6 @@ class Coupling(Part):
 
     Signals of each joint J: J_torque (on its second body) [N m] or J_force (along its guide) [N], J_speed [rad/s or
     m/s], J_power [W]; the powers add up to 0.
-
-    Parameters
-    ----------
-    name : name of the coupling.
-    factors : factor of each joint by its name, not 0; the joints are `Revolute` (angle in rad) or `Prismatic` (travel
-        in m), counted from the reference configuration.
-    value : value of the sum; units are those of factor times coordinate.
 
     Raises
     ------
@@ -181,8 +169,8 @@ class Coupling(Part):
     the factors.  Ideal: no mass, no backlash, no losses.  Angles count on over whole turns.
     """
 
-    factors: Any
-    value: float = 0.0
+    factors: Any = field("factor of each joint by its name, not 0")
+    value: float = field("value of the sum, in the units of factor times coordinate", default=0.0)
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import KW_ONLY, dataclass, replace
+from dataclasses import KW_ONLY, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from flexmb import checks, planar
 from flexmb.errors import InputError, ModelError
+from flexmb.fields import between, count, field, positive, record, two
 from flexmb.model.contributions import ContactContribution, Contribution, node_coordinates
 from flexmb.model.law import NormalLaw
 from flexmb.model.part import GROUND
@@ -36,7 +37,7 @@ FLANKS = {"forward": 1.0, "backward": -1.0}
 """Names of the contacts of a pair with backlash; 1 where the first wheel pushes while it turns counter-clockwise."""
 
 
-@dataclass(frozen=True)
+@record
 class Gear(Wheels):
     """Gear pair of two wheels, ideal or with backlash; the wheels need joints of their own.
 
@@ -47,21 +48,6 @@ class Gear(Wheels):
     second_torque) [W].  The tooth force itself loads the bearings of both wheels.  With backlash: of both contacts,
     forward and backward (`mesh.forward.normal_force`, ...), as of `RevoluteClearance`; the forward one carries where
     the first wheel drives counter-clockwise.
-
-    Parameters
-    ----------
-    name : name of the pair.
-    first, second : the wheels; `GROUND` for a ring that stands still.
-    teeth : numbers of teeth of both wheels, > 0.
-    internal : whether the wheel with more teeth is a ring with inner teeth.
-    arm : body that carries the axes; `GROUND` for fixed axes.
-    centres : centres of the wheels, see `Wheels`.
-    distance : distance of the axes [m], > 0, that sets the pitch circles; None: of the centres as they are drawn.
-    module : module of the teeth, pitch diameter over number of teeth [m]; None: as the distance has it.
-    backlash : play of the teeth along the pitch circles [m], > 0, with `normal`; None: an ideal pair.
-    normal : law of the normal force of the flanks along the line of action, of a pair with backlash.
-    pressure_angle : pressure angle alpha in the reference configuration [rad], between 0 and pi/4; 0, of an ideal pair
-        alone: no radial force.
 
     Raises
     ------
@@ -87,29 +73,31 @@ class Gear(Wheels):
     """
 
     _: KW_ONLY
-    teeth: tuple[int, int]
-    internal: bool = False
-    distance: float | None = None
-    module: float | None = None
-    backlash: float | None = None
-    normal: NormalLaw | None = None
-    pressure_angle: float = STANDARD_PRESSURE_ANGLE
+    teeth: tuple[int, int] = field("numbers of teeth of both wheels", rule=two(count(), "whole numbers", "(20, 40)"))
+    internal: bool = field("whether the wheel with more teeth is a ring with inner teeth", default=False)
+    distance: float | None = field("of the axes, for the pitch circles; None: as drawn", "m", positive, default=None)
+    module: float | None = field("pitch diameter over teeth; None: by the distance", "m", positive, default=None)
+    backlash: float | None = field(
+        "play of the teeth along the pitch circles",
+        "m",
+        positive,
+        hint="For an ideal pair leave backlash out.",
+        default=None,
+    )
+    normal: NormalLaw | None = field("law of the flanks along the line of action, with backlash", default=None)
+    pressure_angle: float = field(
+        "alpha; 0, of an ideal pair: no radial force",
+        "rad",
+        between(0.0, 0.25 * math.pi),
+        default=STANDARD_PRESSURE_ANGLE,
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        given = checks.sequence(self.label, "teeth", self.teeth, "two whole numbers")
-        if len(given) != 2:
-            raise InputError(f"{self.label}: teeth is {self.teeth!r}; give two whole numbers, e.g. (20, 40).")
-        object.__setattr__(
-            self, "teeth", tuple(checks.count(self.label, f"teeth[{k}]", z) for k, z in enumerate(given))
-        )
-        for name in ("distance", "module"):
-            if getattr(self, name) is not None:
-                checks.positive(self.label, name, getattr(self, name), "m")
         if self.internal and self.teeth[0] == self.teeth[1]:
             raise InputError(f"{self.label}: both wheels have {self.teeth[0]} teeth; a ring needs more than its wheel.")
-        least = 0.0 if self.backlash is None else 1e-3
-        checks.between(self.label, "pressure_angle", self.pressure_angle, least, 0.25 * math.pi, "rad")
+        if self.backlash is not None:
+            checks.between(self.label, "pressure_angle", self.pressure_angle, 1e-3, 0.25 * math.pi, "rad")
         self._check_backlash()
 
     def _check_backlash(self) -> None:
@@ -120,7 +108,6 @@ class Gear(Wheels):
                     f"{self.label}: normal is given without backlash; give backlash=... in m, or leave it."
                 )
             return
-        checks.positive(self.label, "backlash", self.backlash, "m", "For an ideal pair leave backlash out.")
         if not isinstance(self.normal, NormalLaw):
             raise InputError(
                 f"{self.label}: normal is {self.normal!r}; a pair with backlash needs a normal law, e.g. KelvinVoigt."

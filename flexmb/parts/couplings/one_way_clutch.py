@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING
 
-from flexmb import checks
+from flexmb.fields import field, not_negative, one_of, positive, record
 from flexmb.kernels import friction_law, joint_friction_kernel
 from flexmb.model.contributions import Contribution, JointFriction
 from flexmb.model.law import FrictionLaw
@@ -81,7 +81,7 @@ class WindUp(FrictionLaw):
         return 0.0, 0.0, 0.0, 0.0
 
 
-@dataclass(frozen=True)
+@record
 class OneWayClutch(Joint):
     """Pin with a one-way clutch (freewheel, roller or sprag clutch, backstop): its second body turns freely one way.
 
@@ -89,15 +89,6 @@ class OneWayClutch(Joint):
     where the relative rotation turns back and ends where w is 0 again; the torque never changes its sign.
 
     Signals: fx, fy, force (on the second body) [N], torque (on the second body) [N m].
-
-    Parameters
-    ----------
-    name : the joint's name.
-    first, second : the bodies; `GROUND` is the frame.
-    at : the pin in the reference configuration [m].
-    stiffness : torsional stiffness of the engaged clutch [N m/rad], > 0.
-    damping : damping of the engaged clutch [N m s/rad], >= 0.
-    free : rotation of the second body against the first that is free, "counter-clockwise" or "clockwise".
 
     Raises
     ------
@@ -113,17 +104,13 @@ class OneWayClutch(Joint):
     """
 
     _: KW_ONLY
-    stiffness: float
-    damping: float = 0.0
-    free: str = COUNTER_CLOCKWISE
+    stiffness: float = field("torsional stiffness of the engaged clutch", "N m/rad", positive)
+    damping: float = field("damping of the engaged clutch", "N m s/rad", not_negative, default=0.0)
+    free: str = field(
+        "free rotation of the second body", rule=one_of(COUNTER_CLOCKWISE, CLOCKWISE), default=COUNTER_CLOCKWISE
+    )
 
     kind = "revolute"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        checks.positive(self.label, "stiffness", self.stiffness, "N m/rad")
-        checks.not_negative(self.label, "damping", self.damping, "N m s/rad")
-        checks.one_of(self.label, "free", self.free, (COUNTER_CLOCKWISE, CLOCKWISE))
 
     def remarks(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[str]:  # noqa: ARG002 - see `Part`
         """Sentence on a wind-up that no clutch bears."""

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flexmb import checks
 from flexmb.errors import ModelError
+from flexmb.fields import between, directed, field, point, record
 from flexmb.kernels import constraint_kernel
 from flexmb.model.contributions import ConstraintContribution, Contribution, JointFriction, Reaction
 from flexmb.model.part import GROUND, Part
@@ -35,21 +35,12 @@ def rack_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     G[0, 5] += radius
 
 
-@dataclass(frozen=True)
+@record
 class Rack(Part):
     """Ideal rack and pinion, or a wheel that rolls on a straight track without slipping; both may move.
 
     Signals: force (on the pinion, along the rack) [N], torque (on the pinion, about its centre, against that of the
     force) [N m]; power (of both, given to the pinion) [W].
-
-    Parameters
-    ----------
-    name : name of the pair.
-    pinion : the wheel; its centre of mass is the centre of its pitch circle.
-    rack : the rack or track; `GROUND` for a fixed one.
-    at : a point of the pitch line of the rack in the reference configuration [m].
-    along : direction of the pitch line in the reference configuration.
-    pressure_angle : pressure angle alpha of the teeth [rad], between 0 and pi/4; 0 for a wheel that rolls.
 
     Raises
     ------
@@ -63,17 +54,16 @@ class Rack(Part):
     and presses the pinion off the rack with |F| tan(alpha), in either direction of F.
     """
 
-    pinion: Part
-    rack: Part
-    at: tuple[float, float]
-    along: tuple[float, float] = (1.0, 0.0)
-    pressure_angle: float = STANDARD_PRESSURE_ANGLE
+    pinion: Part = field("the wheel; its centre of mass is the centre of its pitch circle")
+    rack: Part = field("the rack or track; `GROUND` for a fixed one")
+    at: tuple[float, float] = field("a point of the pitch line of the rack", "m", point)
+    along: tuple[float, float] = field("direction of the pitch line", rule=directed, default=(1.0, 0.0))
+    pressure_angle: float = field(
+        "alpha of the teeth; 0: it rolls", "rad", between(0.0, 0.25 * math.pi), default=STANDARD_PRESSURE_ANGLE
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
-        object.__setattr__(self, "along", checks.direction(self.label, "along", self.along))
-        checks.between(self.label, "pressure_angle", self.pressure_angle, 0.0, 0.25 * math.pi, "rad")
         if self.pinion.name in (self.rack.name, GROUND.name):
             raise ModelError(
                 f"{self.label}: the pinion is {self.pinion.name!r}; give a moving body other than the rack."

@@ -18,6 +18,7 @@ import numpy as np
 
 from flexmb import checks, planar
 from flexmb.errors import InputError, ModelError
+from flexmb.fields import field, record
 from flexmb.kernels import Kernel, compiled, constraint_kernel, friction_law, gap_kernel, joint_friction_kernel
 from flexmb.model.contributions import Attachment, ConstraintContribution, Coordinate, JointFriction, Reaction
 from flexmb.model.law import FrictionLaw
@@ -203,17 +204,12 @@ COAXIAL = 1e-9
 """Distance of two centres relative to their radii, below which they are one: a gearbox with shafts in line."""
 
 
-@dataclass(frozen=True)
+@record
 class Wheels(Part):
     """Base of pairs of wheels that turn one another.
 
-    Parameters
-    ----------
-    name : name of the pair.
-    first, second : the wheels.
-    arm : body that carries the axes; `GROUND` for fixed axes.
-    centres : centres of both wheels in the reference configuration [m]; None, also for one of them: the pin between
-        wheel and arm, else the centre of mass; of the ground a pin of the arm.
+    Left out, also one by one, the centres are the pin between wheel and arm, else the centre of mass; of the ground a
+    pin of the arm.
 
     Raises
     ------
@@ -221,11 +217,11 @@ class Wheels(Part):
     ModelError : a wheel that turns itself.
     """
 
-    first: Part
-    second: Part
+    first: Part = field("first wheel")
+    second: Part = field("second wheel")
     _: KW_ONLY
-    arm: Part = GROUND
-    centres: Any = None
+    arm: Part = field("body that carries the axes; `GROUND` for fixed axes", default=GROUND)
+    centres: Any = field("centres of both wheels in the reference configuration, see `Wheels`", "m", default=None)
 
     def __post_init__(self) -> None:
         super().__post_init__()

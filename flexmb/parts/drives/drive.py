@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from flexmb import checks
 from flexmb.errors import InputError, ModelError
+from flexmb.fields import field, instance, record
 from flexmb.model.contributions import ConstraintContribution, Contribution, RowMotion
 from flexmb.model.law import Motion
 from flexmb.model.part import GROUND, Joint, Part
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
 
 
-@dataclass(frozen=True)
+@record
 class Drive(Part):
     """Prescribed angle of a revolute joint, or travel of a prismatic one, counted from the reference configuration.
 
@@ -25,12 +26,6 @@ class Drive(Part):
 
     Equation (1.6) of docs/theory/equations_of_motion.md.
 
-    Parameters
-    ----------
-    name : the drive's name.
-    joint : the joint, or its name.
-    motion : the motion, e.g. `ConstantSpeed`.
-
     Raises
     ------
     ModelError : no such joint, a joint that cannot be driven, or one that is driven already.
@@ -38,13 +33,11 @@ class Drive(Part):
     """
 
     by_name = ("joint",)
-    joint: Part | str
-    motion: Motion
+    joint: Part | str = field("the joint, or its name")
+    motion: Motion = field("the motion", rule=instance(Motion, "a motion, e.g. ConstantSpeed(6.28)"))
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not isinstance(self.motion, Motion):
-            raise InputError(f"{self.label}: motion is {self.motion!r}; it must be a motion, e.g. ConstantSpeed(6.28).")
         if not self.motion.is_smooth:
             raise InputError(
                 f"{self.label}: motion is {type(self.motion).__name__}(...), whose value or speed jumps; a joint would "

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
-from flexmb import checks
-from flexmb.docstrings import documented
 from flexmb.errors import InputError
+from flexmb.fields import field, number, positive, record, several, variant
 from flexmb.kernels import drive_kernel
 from flexmb.model.law import CHORDS_OF_A_SINE, Motion
 
@@ -22,16 +20,11 @@ def constant_speed_kernel(p, t):
     return w * t, w, 0.0
 
 
-@dataclass(frozen=True)
+@record
 class ConstantSpeed(Motion):
-    """s = speed t.
+    """s = speed t."""
 
-    Parameters
-    ----------
-    speed : rad/s for an angle, m/s for a travel.
-    """
-
-    speed: float
+    speed: float = field("speed of an angle or a travel", "rad/s or m/s")
 
     kernel = constant_speed_kernel
     swings = False
@@ -53,16 +46,9 @@ def harmonic_kernel(p, t):
     return m + A * s, A * w * c, -A * w * w * s
 
 
-@dataclass(frozen=True)
+@record
 class Harmonic(Motion):
     """s = mean + amplitude sin(2 pi frequency t + phase).
-
-    Parameters
-    ----------
-    amplitude : largest deviation from the mean, rad for an angle, m for a travel, a number for the factor of a load.
-    frequency : cycles a second [Hz], > 0; an angular speed divided by 2 pi.
-    phase : angle at t = 0 [rad]; pi/2 makes a cosine.
-    mean : middle, in the unit of the amplitude.
 
     Raises
     ------
@@ -79,16 +65,12 @@ class Harmonic(Motion):
     0.25
     """
 
-    amplitude: float
-    frequency: float
-    phase: float = 0.0
-    mean: float = 0.0
+    amplitude: float = field("largest deviation from the mean; a number for the factor of a load", "rad or m")
+    frequency: float = field("cycles a second; an angular speed divided by 2 pi", "Hz", positive)
+    phase: float = field("angle at t = 0; pi/2 makes a cosine", "rad", default=0.0)
+    mean: float = field("mean value", "rad or m", default=0.0)
 
     kernel = harmonic_kernel
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        checks.positive("Harmonic", "frequency", self.frequency, "Hz")
 
     def parameters(self) -> tuple[float, ...]:
         """Amplitude, angular speed [rad/s], phase, mean."""
@@ -118,31 +100,24 @@ def polynomial_kernel(p, t):
     return s, v, 2.0 * half_a
 
 
-@dataclass(frozen=True)
+@record
 class Polynomial(Motion):
     """s = c0 + c1 t + c2 t^2 + ...
-
-    Parameters
-    ----------
-    coefficients : c0, c1, ... [rad or m, over s^k].
 
     Raises
     ------
     InputError : no coefficient, or one that is not finite.
     """
 
-    coefficients: Sequence[float]
+    coefficients: Sequence[float] = field("c0, c1, ... of t^k; rad or m over s^k", rule=several(number, "numbers"))
 
     kernel = polynomial_kernel
     swings = False
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        given = checks.sequence("Polynomial", "coefficients", self.coefficients, "numbers")
-        values = tuple(checks.number("Polynomial", f"coefficients[{i}]", c) for i, c in enumerate(given))
-        if not values:
+        if not self.coefficients:
             raise InputError("Polynomial: coefficients is empty; give at least one, e.g. (0.0, 6.28).")
-        object.__setattr__(self, "coefficients", values)
 
     def parameters(self) -> tuple[float, ...]:
         """The coefficients."""
@@ -179,14 +154,9 @@ def cycloidal_ramp_kernel(p, t):
     return w / T * (0.5 * t * t - bend / (k * k)), w / T * (t - math.sin(k * t) / k), w / T * bend
 
 
-@dataclass(frozen=True)
+@record
 class SpinUp(Motion):
     """Base of motions from rest to a constant speed.
-
-    Parameters
-    ----------
-    speed : final speed w, rad/s for an angle, m/s for a travel.
-    time : duration T of the start [s], > 0.
 
     Raises
     ------
@@ -195,12 +165,8 @@ class SpinUp(Motion):
 
     swings = False
 
-    speed: float
-    time: float
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        checks.positive(type(self).__name__, "time", self.time, "s")
+    speed: float = field("final speed w of an angle or a travel", "rad/s or m/s")
+    time: float = field("duration T of the start", "s", positive)
 
     @property
     def period(self) -> float | None:
@@ -208,7 +174,7 @@ class SpinUp(Motion):
         return 2.0 * math.pi / abs(self.speed) if self.speed else None
 
 
-@documented
+@variant
 class Ramp(SpinUp):
     """From rest to `speed` within `time`, with continuous acceleration and jerk-free ends.
 
@@ -218,7 +184,7 @@ class Ramp(SpinUp):
     kernel = ramp_kernel
 
 
-@documented
+@variant
 class CycloidalRamp(SpinUp):
     """From rest to `speed` within `time`; the acceleration is a full wave 1 - cos and vanishes at both ends.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -12,6 +11,7 @@ from scipy.interpolate import CubicSpline
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.fields import field, number, record, two
 from flexmb.kernels import drive_kernel
 from flexmb.model.law import CHORD, Motion, swing_of
 
@@ -54,14 +54,9 @@ def piecewise_linear_kernel(p, t):
     return p[n + low] + rate * (t - p[low]), rate, 0.0
 
 
-@dataclass(frozen=True)
+@record
 class PiecewiseLinear(Motion):
     """Straight lines between points, before the first and after the last one constant.
-
-    Parameters
-    ----------
-    times : increasing instants [s], at least 2.
-    values : the factor at these instants.
 
     Raises
     ------
@@ -80,8 +75,8 @@ class PiecewiseLinear(Motion):
     (0.5, 1.0)
     """
 
-    times: Sequence[float]
-    values: Sequence[float]
+    times: Sequence[float] = field("increasing instants, at least 2", "s")
+    values: Sequence[float] = field("the factor at these instants")
 
     kernel = piecewise_linear_kernel
     is_smooth = swings = False
@@ -111,15 +106,9 @@ def pulse_kernel(p, t):
     return (value if start <= t < end else 0.0), 0.0, 0.0
 
 
-@dataclass(frozen=True)
+@record
 class Pulse(Motion):
     """s = value for start <= t < end, else 0: a load that is switched on and off.
-
-    Parameters
-    ----------
-    value : the factor from start to end.
-    start : first instant [s]; 0: from the beginning.
-    end : end of the pulse [s], > start; None: no end.
 
     Raises
     ------
@@ -136,9 +125,9 @@ class Pulse(Motion):
     (1.0, 3.0)
     """
 
-    value: float = 1.0
-    start: float = 0.0
-    end: float | None = None
+    value: float = field("the factor from start to end", default=1.0)
+    start: float = field("first instant; 0: from the beginning", "s", default=0.0)
+    end: float | None = field("end of the pulse, > start; None: no end", "s", default=None)
 
     kernel = pulse_kernel
     is_smooth = swings = False
@@ -192,17 +181,9 @@ def table_kernel(p, t):
     return ((c3 * x + c2) * x + c1) * x + c0 + v * beyond + rest, v, a
 
 
-@dataclass(frozen=True)
+@record
 class Table(Motion):
     """Cubic spline through points, continuous in acceleration.
-
-    Parameters
-    ----------
-    times : increasing instants [s], at least 4.
-    values : the motion at these instants [rad or m].
-    periodic : whether the table is repeated; the motion may grow by values[-1] - values[0] a period.
-    slopes : speeds at the first and the last instant [rad/s or m/s] (clamped spline); (0, 0) begins and ends at rest.
-        None: the third derivative does not jump at the second point and the last but one (not-a-knot spline).
 
     Raises
     ------
@@ -211,15 +192,19 @@ class Table(Motion):
 
     Notes
     -----
-    Outside a table that is not repeated the motion goes on at the speed of its end; the acceleration jumps there, so a
-    run ends a step at that instant.  Inside, the acceleration has kinks at the points; methods of second order keep
-    their order there.
+    With slopes it is a clamped spline; (0, 0) begins and ends at rest.  Without, the third derivative does not jump at
+    the second point and the last but one (not-a-knot spline).  A repeated motion may grow by values[-1] - values[0] a
+    period.  Outside a table that is not repeated the motion goes on at the speed of its end; the acceleration jumps
+    there, so a run ends a step at that instant.  Inside, the acceleration has kinks at the points; methods of second
+    order keep their order there.
     """
 
-    times: Sequence[float]
-    values: Sequence[float]
-    periodic: bool = False
-    slopes: tuple[float, float] | None = None
+    times: Sequence[float] = field("increasing instants, at least 4", "s")
+    values: Sequence[float] = field("the motion at these instants", "rad or m")
+    periodic: bool = field("whether the table is repeated", default=False)
+    slopes: tuple[float, float] | None = field(
+        "speeds at both ends", "rad/s or m/s", two(number, "speeds", "(0.0, 0.0)"), default=None
+    )
 
     kernel = table_kernel
 
@@ -228,14 +213,7 @@ class Table(Motion):
         times, values = checked_points("Table", self.times, self.values, 4)
         object.__setattr__(self, "times", times)
         object.__setattr__(self, "values", values)
-        if self.slopes is None:
-            return
-        given = checks.sequence("Table", "slopes", self.slopes, "two numbers")
-        if len(given) != 2:
-            raise InputError(f"Table: slopes is {self.slopes!r}; give two speeds, e.g. (0.0, 0.0).")
-        slopes = tuple(checks.number("Table", f"slopes[{k}]", slope, "rad/s or m/s") for k, slope in enumerate(given))
-        object.__setattr__(self, "slopes", slopes)
-        if self.periodic:
+        if self.slopes is not None and self.periodic:
             raise InputError("Table: slopes are given, but a table that is repeated has no ends. Leave slopes out.")
 
     def parameters(self) -> tuple[float, ...]:

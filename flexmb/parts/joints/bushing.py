@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass
-from typing import TYPE_CHECKING
+from dataclasses import KW_ONLY
+from typing import TYPE_CHECKING, Any
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.fields import Rule, directed, field, not_negative, record
 from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel, signal_kernel
 from flexmb.model.contributions import (
     Attachment,
@@ -132,24 +133,23 @@ SIGNALS = (
 """Signals with their units, in the order of `bushing_signal`."""
 
 
-@dataclass(frozen=True)
+def pair(owner: str, name: str, given: Any, unit: str, _: str) -> tuple[float, ...]:
+    """A number for both axes or a pair of them, each >= 0."""
+    both = given if isinstance(given, (tuple, list)) else (given, given)
+    if len(both) != 2:
+        raise InputError(f"{owner}: {name} is {given!r}; it must be a number or a pair along both axes.")
+    return tuple(checks.not_negative(owner, name, x, unit) for x in both)
+
+
+@record
 class Bushing(Joint):
     """Elastic joint: linear springs and dampers along two axes of the first body and in rotation.
+
+    The deflection is 0 in the reference configuration.
 
     Signals: dx, dy (deflection of the second body's point along the axes) [m], angle [rad], fx, fy, force (on the
     second body) [N], moment (on the second body, about its point) [N m], dx_rate, dy_rate [m/s], omega [rad/s],
     energy (of the springs) [J].
-
-    Parameters
-    ----------
-    name : the joint's name.
-    first, second : the bodies; the axes of the bushing turn with the first one.
-    at : the joint's point in the reference configuration [m], at which the deflection is 0.
-    stiffness : radial stiffness [N/m], > 0; or a pair along both axes, each >= 0.
-    damping : radial damping [N s/m], >= 0; or a pair.
-    torsion : stiffness of the rotation [N m/rad], >= 0.
-    torsion_damping : damping of the rotation [N m s/rad], >= 0.
-    along : direction of the first axis in the reference configuration.
 
     Raises
     ------
@@ -165,28 +165,18 @@ class Bushing(Joint):
     """
 
     _: KW_ONLY
-    stiffness: Pair
-    damping: Pair = 0.0
-    torsion: float = 0.0
-    torsion_damping: float = 0.0
-    along: tuple[float, float] = (1.0, 0.0)
+    stiffness: Pair = field("radial stiffness, or a pair along both axes, one of them > 0", "N/m", Rule(pair, ">= 0"))
+    damping: Pair = field("radial damping, or a pair along both axes", "N s/m", Rule(pair, ">= 0"), default=0.0)
+    torsion: float = field("stiffness of the rotation", "N m/rad", not_negative, default=0.0)
+    torsion_damping: float = field("damping of the rotation", "N m s/rad", not_negative, default=0.0)
+    along: tuple[float, float] = field("direction of the first axis", rule=directed, default=(1.0, 0.0))
 
     kind = "bushing"
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name, unit in (("stiffness", "N/m"), ("damping", "N s/m")):
-            given = getattr(self, name)
-            pair = given if isinstance(given, (tuple, list)) else (given, given)
-            if len(pair) != 2:
-                raise InputError(f"{self.label}: {name} is {given!r}; it must be a number or a pair along both axes.")
-            both = tuple(checks.not_negative(self.label, name, x, unit) for x in pair)
-            object.__setattr__(self, name, both)
         if max(self.stiffness) <= 0.0:  # type: ignore[arg-type]
             raise InputError(f"{self.label}: stiffness is {self.stiffness}; one of both must be > 0 N/m.")
-        checks.not_negative(self.label, "torsion", self.torsion, "N m/rad")
-        checks.not_negative(self.label, "torsion_damping", self.torsion_damping, "N m s/rad")
-        object.__setattr__(self, "along", checks.direction(self.label, "along", self.along))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One element, the signals, and the coincidence of the points at the start."""

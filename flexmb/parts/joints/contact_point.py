@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.fields import instance
 from flexmb.kernels import compiled, joint_friction_kernel
 from flexmb.model.law import FrictionLaw
 from flexmb.places import (
@@ -172,12 +172,12 @@ def guide_friction(p, q, lam, out, H):
     add_curvature(1.0, nx, ny, far, near, H)
 
 
+JOINT_FRICTION = instance(FrictionLaw, "a friction law, e.g. ModifiedCoulomb, or None")
+"""Rule of the friction of an ideal joint."""
+
+
 def check_friction(joint: Any, size: str) -> None:
     """Check friction law, `size` of the surfaces and preload: all given, or none."""
-    if joint.friction is not None and not isinstance(joint.friction, FrictionLaw):
-        raise InputError(
-            f"{joint.label}: friction is {joint.friction!r}; it must be a friction law, e.g. ModifiedCoulomb, or None."
-        )
     value = getattr(joint, size)
     if joint.friction is None:
         if value is not None or joint.preload:
@@ -185,5 +185,3 @@ def check_friction(joint: Any, size: str) -> None:
         return
     if value is None:
         raise InputError(f"{joint.label}: {size} is missing, which friction needs; give {size}=... in m.")
-    checks.positive(joint.label, size, value, "m")
-    checks.not_negative(joint.label, "preload", joint.preload, "N")

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, field, replace
+from dataclasses import KW_ONLY, replace
 from typing import TYPE_CHECKING, cast
 
-from flexmb import checks
+from flexmb.fields import directed, field, not_negative, positive, record
 from flexmb.kernels import constraint_kernel, gap_kernel, joint_friction_kernel
 from flexmb.model.contributions import ConstraintContribution, ContactContribution, Contribution, Coordinate
-from flexmb.model.law import FrictionLaw, NormalLaw
+from flexmb.model.law import FRICTION_LAW, NORMAL_LAW, FrictionLaw, NormalLaw
 from flexmb.model.part import Joint
 from flexmb.model.shape import PointShape, Shapes
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import add_curvature, direction, put_column, put_eccentricity, put_point
 from flexmb.parts.joints.prismatic import direction_row, travel_contributions
-from flexmb.parts.joints.revolute_clearance import check_laws, rubbing
+from flexmb.parts.joints.revolute_clearance import rubbing
 from flexmb.places import LOAD, LOAD_BY_LAM, SLIDING
 
 if TYPE_CHECKING:
@@ -101,31 +101,22 @@ def slot_gap_kernel(p, q, v, out):
         put_column(out, j, nqx, nqy, Xq + ahead * nqx - 0.5 * grows * nx, Yq + ahead * nqy - 0.5 * grows * ny)
 
 
-@dataclass(frozen=True)
+@record
 class PinSlot(Joint):
     """Ideal pin in a straight slot: a point of the second body stays on a line of the first, and turns freely.
 
-    Signals: fx, fy, force (on the second body) [N], travel of the pin along the slot [m], speed [m/s].
+    The pin and the middle of the slot are at `at`.
 
-    Parameters
-    ----------
-    name : the joint's name.
-    first, second : the bodies with the slot and with the pin.
-    at : the pin in the reference configuration, and the middle of the slot [m].
-    along : direction of the slot in the reference configuration (any length > 0).
+    Signals: fx, fy, force (on the second body) [N], travel of the pin along the slot [m], speed [m/s].
 
     Raises
     ------
     InputError : a direction without length.
     """
 
-    along: tuple[float, float] = (1.0, 0.0)
+    along: tuple[float, float] = field("direction of the slot", rule=directed, default=(1.0, 0.0))
 
     kind = "slot"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "along", checks.direction(self.label, "along", self.along))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One constraint equation, travel and speed."""
@@ -147,24 +138,12 @@ class PinSlot(Joint):
         return (*first.coordinates, *second.coordinates), p
 
 
-@dataclass(frozen=True)
+@record
 class PinSlotClearance(PinSlot):
     """Round pin of the second body with clearance in a slot of the first; the slot has round ends.
 
     Signals: as of a contact (see `RevoluteClearance`; ex, ey from the middle line of the slot), travel [m] and
     speed [m/s].
-
-    Parameters
-    ----------
-    name : the joint's name.
-    first, second : the bodies with the slot and with the pin.
-    at : the pin in the reference configuration, and the middle of the slot [m].
-    along : direction of the slot in the reference configuration (any length > 0).
-    clearance : half the width of the slot less the radius of the pin [m], > 0.
-    pin_radius : radius of the pin [m], > 0.
-    length : travel of the pin's centre from one round end to the other [m], >= 0; None: the slot has no ends.
-    normal : law of the normal force; made from materials, it has the stiffness of the pin against a flat side.
-    friction : law of friction; left out: frictionless.
 
     Raises
     ------
@@ -172,25 +151,20 @@ class PinSlotClearance(PinSlot):
 
     Notes
     -----
-    At the start the pin is in the middle of the slot's width and moves as in an ideal `PinSlot`.
+    At the start the pin is in the middle of the slot's width and moves as in an ideal `PinSlot`.  A law made from
+    materials has the stiffness of the pin against a flat side.
     """
 
     _: KW_ONLY
-    clearance: float
-    pin_radius: float
-    length: float | None = None
-    normal: NormalLaw
-    friction: FrictionLaw = field(default_factory=Frictionless)
+    clearance: float = field(
+        "half width of the slot less pin radius", "m", positive, hint="For a pin without clearance use PinSlot(...)."
+    )
+    pin_radius: float = field("radius of the pin", "m", positive)
+    length: float | None = field("travel between the round ends; None: no ends", "m", not_negative, default=None)
+    normal: NormalLaw = field("law of the normal force", rule=NORMAL_LAW)
+    friction: FrictionLaw = field("law of friction", rule=FRICTION_LAW, default_factory=Frictionless)
 
     kind = "clearance"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        checks.positive(self.label, "clearance", self.clearance, "m", "For a pin without clearance use PinSlot(...).")
-        checks.positive(self.label, "pin_radius", self.pin_radius, "m")
-        if self.length is not None:
-            checks.not_negative(self.label, "length", self.length, "m")
-        check_laws(self)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One contact, travel and speed, and the ideal slot at the start."""

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, replace
+from dataclasses import KW_ONLY, replace
 from typing import TYPE_CHECKING, Any
 
 from flexmb import checks
 from flexmb.errors import InputError, ModelError
+from flexmb.fields import directed, field, instance, not_negative, point, positive, record
 from flexmb.kernels import compiled, constraint_kernel, signal_kernel
 from flexmb.model.contributions import (
     ConstraintContribution,
@@ -22,6 +23,7 @@ from flexmb.model.law import FrictionLaw, Motion
 from flexmb.model.part import Joint, Part
 from flexmb.model.shape import PointShape, Shapes
 from flexmb.parts.joints.contact_point import (
+    JOINT_FRICTION,
     add_curvature,
     check_friction,
     curvature_times,
@@ -105,26 +107,12 @@ def travel_contributions(
     )
 
 
-@dataclass(frozen=True)
+@record
 class Guide(Joint):
-    """Base of joints whose second body slides along a guide of the first.
+    """Base of joints whose second body slides along a guide of the first."""
 
-    Parameters
-    ----------
-    name : the joint's name.
-    first, second : the bodies with the guide and with the slider.
-    at : the joint's point in the reference configuration [m]; None: the main node of the second body.
-    along : direction of the guide in the reference configuration (any length > 0).
-    """
-
-    at: Any = None
-    along: tuple[float, float] = (1.0, 0.0)
-
-    at_may_be_left_out = True
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        object.__setattr__(self, "along", checks.direction(self.label, "along", self.along))
+    at: Any = field("the joint's point; None: the main node of the second body", "m", point, default=None)
+    along: tuple[float, float] = field("direction of the guide", rule=directed, default=(1.0, 0.0))
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """The slider's point, and the guide in the first body."""
@@ -147,24 +135,14 @@ class Guide(Joint):
         return (*first.coordinates, *second.coordinates), p, drawn_angle(mechanism, ends)
 
 
-@dataclass(frozen=True)
+@record
 class Prismatic(Guide):
     """Ideal prismatic joint (slider) between any two bodies; the guide belongs to the first one.
 
     Signals: fx, fy, force (on the second body) [N], moment (on the second body, about its joint point) [N m]; travel
     along the guide (0 in the reference configuration) [m], speed [m/s]; with friction also friction_force (on the
-    second body, along the guide) [N], which fx and fy do not contain.
-
-    Parameters
-    ----------
-    name : the joint's name.
-    first, second : the bodies; `GROUND` is the frame.
-    at : the joint's point in the reference configuration [m]; left out: the main node of the second body.
-    along : direction of the guide in the reference configuration (any length > 0).
-    friction : law of friction between slider and guide; None: none.
-    length : length of the slider along the guide [m], > 0, with friction: force F and moment M of the joint press its
-        two ends, N = |F/2 + M/l| + |F/2 - M/l|.
-    preload : further normal load [N], >= 0.
+    second body, along the guide) [N], which fx and fy do not contain.  Force F and moment M of the joint press the two
+    ends of a slider of length l, N = |F/2 + M/l| + |F/2 - M/l|.
 
     Raises
     ------
@@ -172,9 +150,9 @@ class Prismatic(Guide):
     """
 
     _: KW_ONLY
-    friction: FrictionLaw | None = None
-    length: float | None = None
-    preload: float = 0.0
+    friction: FrictionLaw | None = field("law of friction between slider and guide", rule=JOINT_FRICTION, default=None)
+    length: float | None = field("length l of the slider along the guide, with friction", "m", positive, default=None)
+    preload: float = field("further normal load, with friction", "N", not_negative, default=0.0)
 
     kind = "prismatic"
 
@@ -228,7 +206,11 @@ def clamp_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     G[2, 5] = 1.0
 
 
-@dataclass(frozen=True)
+MOTION = instance(Motion, "a motion, e.g. Ramp(6.28, 0.5)")
+"""Rule of the motions of a clamp."""
+
+
+@record
 class Clamp(Joint):
     """Rigid connection of two bodies at a point, moved: angle and position of the second follow motions.
 
@@ -238,14 +220,6 @@ class Clamp(Joint):
     Signals: fx, fy, force (on the second body, world axes) [N], moment (on the second body, about its point) [N m]; for
     each motion x, x_rate, x_force, x_power [m, m/s, N, W], the same of y, and angle, angle_rate, angle_torque,
     angle_power [rad, rad/s, N m, W]; the forces act on the second body along the axes of the first.
-
-    Parameters
-    ----------
-    name : the joint's name.
-    first, second : the bodies; `GROUND` is the frame.
-    at : the point in the reference configuration [m].
-    angle : motion of the relative angle [rad]; None: constant.
-    x, y : motions of the second body's point along the axes of the first body [m]; None: constant.
 
     Raises
     ------
@@ -257,9 +231,9 @@ class Clamp(Joint):
     """
 
     _: KW_ONLY
-    angle: Motion | None = None
-    x: Motion | None = None
-    y: Motion | None = None
+    angle: Motion | None = field("motion of the relative angle; None: constant", "rad", MOTION, default=None)
+    x: Motion | None = field("motion of the point along x of the first body; None: constant", "m", MOTION, default=None)
+    y: Motion | None = field("motion of the point along y of the first body; None: constant", "m", MOTION, default=None)
 
     kind = "fixed"
 
@@ -267,8 +241,6 @@ class Clamp(Joint):
         super().__post_init__()
         given = {name: getattr(self, name) for name, *_ in ROWS}
         for name, motion in given.items():
-            if motion is not None and not isinstance(motion, Motion):
-                raise InputError(f"{self.label}: {name} is {motion!r}; it must be a motion, e.g. Ramp(6.28, 0.5).")
             if motion is not None and not motion.is_smooth:
                 raise InputError(
                     f"{self.label}: {name} is {type(motion).__name__}(...), whose value or speed jumps; a clamp would "

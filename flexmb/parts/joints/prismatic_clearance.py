@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, field, replace
+from dataclasses import KW_ONLY, replace
 from typing import TYPE_CHECKING
 
-from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.fields import field, positive, record
 from flexmb.kernels import compiled, gap_kernel, signal_kernel
 from flexmb.model.contributions import ContactContribution, Contribution, SignalContribution
-from flexmb.model.law import FrictionLaw, NormalLaw
+from flexmb.model.law import FRICTION_LAW, NORMAL_LAW, FrictionLaw, NormalLaw
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import guide_friction, put_column, put_eccentricity, put_point
 from flexmb.parts.joints.prismatic import Guide, travel_contributions
-from flexmb.parts.joints.revolute_clearance import check_laws, rubbing
+from flexmb.parts.joints.revolute_clearance import rubbing
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -84,7 +84,7 @@ def slider_signal(p, t, q, v, a):
 SIGNALS = (("travel", "m"), ("offset", "m"), ("tilt", "rad"), ("mode", ""))
 
 
-@dataclass(frozen=True)
+@record
 class PrismaticClearance(Guide):
     """Slider with clearance in a straight guide: four corners, each against its side of the guide.
 
@@ -93,52 +93,33 @@ class PrismaticClearance(Guide):
     its end. Signals of the slider: travel, offset [m], speed [m/s], tilt [rad], and mode: 0 free, 1 one corner, 2 two
     corners across (tilted), 3 two corners on one side (its face), 4 more.
 
-    Parameters
-    ----------
-    name : the joint's name.
-    first, second : the bodies with the guide and with the slider.
-    at : centre of the slider in the reference configuration [m], in the middle of the guide; left out: the second
-        body's main node.
-    along : direction of the guide in the reference configuration (any length > 0).
-    clearance : gap on either side when the slider is centred [m], > 0.
-    half_length, half_height : half sides of the slider along and across the guide [m], > 0.
-    normal : law of the normal force of a corner.
-    friction : law of friction of a corner; left out: frictionless.
-    corner_radius : rounding of the corners [m], > 0, which gives laws made from materials their stiffness on a flat
-        side; it does not change the geometry, so it must be small beside the sides.
-
     Raises
     ------
     InputError : sizes out of range, laws of the wrong kind, a law from materials without corner_radius.
 
     Notes
     -----
-    The guide has no ends.  At the start the slider is centred and moves as in an ideal `Prismatic`.  A face that lies
-    on its side is two corners, so its pressure is not resolved between them.
-    Source of the contact states: P. Flores, J. Ambrosio, J. C. P. Claro, H. M. Lankarani, Kinematics and Dynamics of
-    Multibody Systems with Imperfect Joints, Springer 2008, chapter on translational joints with clearance.
+    A `corner_radius` gives laws made from materials their stiffness on a flat side.  It does not change the geometry,
+    so it must be small beside the sides.  The guide has no ends.  At the start the slider is centred and moves as in an
+    ideal `Prismatic`.  A face that lies on its side is two corners, so its pressure is not resolved between them.
+    Source of the contact states:  P.  Flores, J.  Ambrosio, J.  C.  P.  Claro, H.  M.  Lankarani, Kinematics and
+    Dynamics of Multibody Systems with Imperfect Joints, Springer 2008, chapter on translational joints with clearance.
     """
 
     _: KW_ONLY
-    clearance: float
-    half_length: float
-    half_height: float
-    normal: NormalLaw
-    friction: FrictionLaw = field(default_factory=Frictionless)
-    corner_radius: float | None = None
+    clearance: float = field(
+        "gap on either side, centred", "m", positive, hint="For a joint without clearance use Prismatic(...)."
+    )
+    half_length: float = field("half side of the slider along the guide", "m", positive)
+    half_height: float = field("half side of the slider across the guide", "m", positive)
+    normal: NormalLaw = field("law of the normal force of a corner", rule=NORMAL_LAW)
+    friction: FrictionLaw = field("law of friction of a corner", rule=FRICTION_LAW, default_factory=Frictionless)
+    corner_radius: float | None = field("rounding of the corners", "m", positive, default=None)
 
     kind = "clearance"
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        checks.positive(
-            self.label, "clearance", self.clearance, "m", "For a joint without clearance use Prismatic(...)."
-        )
-        for name in ("half_length", "half_height"):
-            checks.positive(self.label, name, getattr(self, name), "m")
-        check_laws(self)
-        if self.corner_radius is not None:
-            checks.positive(self.label, "corner_radius", self.corner_radius, "m")
         if self.clearance >= self.half_length:
             raise InputError(
                 f"{self.label}: clearance is {self.clearance:g} m, half_length {self.half_length:g} m; the slider "

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, replace
+from dataclasses import KW_ONLY, replace
 from typing import TYPE_CHECKING
 
+from flexmb.fields import field, not_negative, positive, record
 from flexmb.kernels import compiled, constraint_kernel
 from flexmb.model.contributions import (
     AngleContribution,
@@ -17,7 +18,7 @@ from flexmb.model.contributions import (
 )
 from flexmb.model.law import FrictionLaw
 from flexmb.model.part import Joint
-from flexmb.parts.joints.contact_point import check_friction, journal_friction
+from flexmb.parts.joints.contact_point import JOINT_FRICTION, check_friction, journal_friction
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -99,21 +100,12 @@ def coincidence_piece(
     return ConstraintContribution(part, coincidence_kernel, coordinates, p, 2, second=second.coordinates, holds=holds)
 
 
-@dataclass(frozen=True)
+@record
 class Revolute(Joint):
     """Ideal revolute joint (pin) between two bodies.
 
     Signals: fx, fy, force (on the second body) [N]; angle (of the second body against the first, 0 in the reference
     configuration) [rad], omega [rad/s]; with friction also friction_torque (on the second body) [N m].
-
-    Parameters
-    ----------
-    name : the joint's name.
-    first, second : the bodies; `GROUND` is the frame.
-    at : the pin in the reference configuration [m].
-    friction : law of friction of the pin; None: none.
-    radius : radius of the pin [m], > 0, with friction: N is the joint's force, the slip radius (omega2 - omega1).
-    preload : further normal load [N], >= 0.
 
     Raises
     ------
@@ -121,14 +113,15 @@ class Revolute(Joint):
 
     Notes
     -----
+    With friction N is the joint's force, and the slip radius (omega2 - omega1).
     The torque of a sliding Coulomb pin is mu radius |force| (the circle of friction has the radius mu radius; exactly
     mu/sqrt(1 + mu^2) radius, since fx and fy are the joint's force without the friction on its surface).
     """
 
     _: KW_ONLY
-    friction: FrictionLaw | None = None
-    radius: float | None = None
-    preload: float = 0.0
+    friction: FrictionLaw | None = field("law of friction of the pin", rule=JOINT_FRICTION, default=None)
+    radius: float | None = field("radius of the pin, with friction", "m", positive, default=None)
+    preload: float = field("further normal load, with friction", "N", not_negative, default=0.0)
 
     kind = "revolute"
 
@@ -154,17 +147,11 @@ class Revolute(Joint):
         return ConstraintContribution(self.name, angle_kernel, coordinates, p, 1, is_drive=True)
 
 
-@dataclass(frozen=True)
+@record
 class Fixed(Joint):
     """Rigid connection of two bodies at a point.
 
     Signals: fx, fy, force (on the second body) [N], moment (on the second body, about the point) [N m].
-
-    Parameters
-    ----------
-    name : the joint's name.
-    first, second : the bodies; `GROUND` is the frame.
-    at : the point in the reference configuration [m].
     """
 
     kind = "fixed"

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, field
-from typing import TYPE_CHECKING, Any
+from dataclasses import KW_ONLY
+from typing import TYPE_CHECKING
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.fields import field, positive, record
 from flexmb.kernels import Kernel, constraint_kernel, gap_kernel
 from flexmb.model.contributions import (
     ConstraintContribution,
@@ -17,7 +18,7 @@ from flexmb.model.contributions import (
     Coordinate,
     JointFriction,
 )
-from flexmb.model.law import FrictionLaw, NormalLaw
+from flexmb.model.law import FRICTION_LAW, NORMAL_LAW, FrictionLaw, NormalLaw
 from flexmb.model.part import GROUND, Joint
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import journal_friction, put_arms, put_column, put_eccentricity
@@ -98,7 +99,7 @@ TOUCHING = 1.0 + 1e-12
 """Largest eccentricity over the clearance [1] of a journal in contact, round-off included."""
 
 
-@dataclass(frozen=True)
+@record
 class RevoluteClearance(Joint):
     """Revolute joint with clearance: the first body carries the bearing, the second one the journal.
 
@@ -107,18 +108,9 @@ class RevoluteClearance(Joint):
     closing of the gap to the end of the first rebound, 2 continuous contact); angle (of the second body against the
     first, 0 in the reference configuration) [rad], omega [rad/s].
 
-    Parameters
-    ----------
-    name : the joint's name.
-    first, second : the bodies with the bearing and with the journal.
-    at : centre of the bearing in the reference configuration [m]; the journal's centre is declared there for any
-        `start`.
-    clearance : radius of the bearing less that of the journal [m], > 0 and < bearing_radius.
-    bearing_radius : radius of the bearing [m], > 0.
-    normal : law of the normal force.
-    friction : law of friction; left out: frictionless.
-    start : place of the journal in the bearing at the start: "centred"; "seated", in contact in the direction of
-        gravity; or (ex, ey), the journal's centre less the bearing's along X and Y [m], at most `clearance` long.
+    The centre of the bearing is `at`, and the journal's centre is declared there for any `start`: "centred"; "seated",
+    in contact in the direction of gravity; or (ex, ey), the journal's centre less the bearing's along X and Y [m], at
+    most `clearance` long.
 
     Raises
     ------
@@ -134,25 +126,23 @@ class RevoluteClearance(Joint):
     """
 
     _: KW_ONLY
-    clearance: float
-    bearing_radius: float
-    normal: NormalLaw
-    friction: FrictionLaw = field(default_factory=Frictionless)
-    start: str | tuple[float, float] = CENTRED
+    clearance: float = field(
+        "bearing radius less journal radius", "m", positive, hint="For a joint without clearance use Revolute(...)."
+    )
+    bearing_radius: float = field("radius of the bearing, > clearance", "m", positive)
+    normal: NormalLaw = field("law of the normal force", rule=NORMAL_LAW)
+    friction: FrictionLaw = field("law of friction", rule=FRICTION_LAW, default_factory=Frictionless)
+    start: str | tuple[float, float] = field("place of the journal at the start, see above", "m", default=CENTRED)
 
     kind = "clearance"
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        hint = "For a joint without clearance use Revolute(...)."
-        checks.positive(self.label, "clearance", self.clearance, "m", hint)
-        checks.positive(self.label, "bearing_radius", self.bearing_radius, "m")
         if self.clearance >= self.bearing_radius:
             raise InputError(
                 f"{self.label}: clearance is {self.clearance:g} m; it must be smaller than the bearing radius "
                 f"{self.bearing_radius:g} m. Did you mix up metres and millimetres?"
             )
-        check_laws(self)
         self._check_start()
 
     def _check_start(self) -> None:
@@ -224,15 +214,3 @@ class RevoluteClearance(Joint):
 def rubbing(law: FrictionLaw, kernel: Kernel, p: tuple[float, ...]) -> JointFriction | None:
     """Friction of the ideal joint that stands for one with clearance; None without friction."""
     return None if isinstance(law, Frictionless) else JointFriction(kernel, p, law)
-
-
-def check_laws(joint: Any) -> None:
-    """Check that a joint has a normal law and a friction law."""
-    for name, kind, example in (
-        ("normal", NormalLaw, "LankaraniNikravesh"),
-        ("friction", FrictionLaw, "ModifiedCoulomb"),
-    ):
-        if not isinstance(getattr(joint, name), kind):
-            raise InputError(
-                f"{joint.label}: {name} is {getattr(joint, name)!r}; it must be a {name} law, e.g. {example}."
-            )

@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb import checks, planar
+from flexmb import planar
 from flexmb.errors import InputError, ModelError
+from flexmb.fields import Rule, directed, field, point, positive, record
 from flexmb.kernels import Kernel, compiled, gap_kernel, signal_kernel
 from flexmb.model.contributions import ContactContribution, Contribution, Coordinate
 from flexmb.model.law import Motion, NormalLaw
@@ -146,7 +147,22 @@ def travel_gap_kernel(p, q, v, out):
     put_column(out, 5, 0.0, 0.0, -by, bx)
 
 
-@dataclass(frozen=True)
+def own_stiffness(label: str, name: str, law: Any, *_: str) -> NormalLaw:
+    """A normal law whose stiffness does not follow from the radii of a joint, or `InputError`."""
+    if not isinstance(law, NormalLaw):
+        text = "it must be a normal law, e.g. KelvinVoigt(stiffness=1e5, damping=50.0, ramp=1e-4)"
+        raise InputError(f"{label}: {name} is {law!r}; {text}.")
+    try:
+        law.parameters()
+    except InputError as error:
+        raise InputError(
+            f"{label}: the stiffness of {type(law).__name__} depends on the radii of a journal and its bearing, which "
+            "this part has not. Give a law with a stiffness of its own, e.g. HuntCrossley or KelvinVoigt."
+        ) from error
+    return law
+
+
+@record
 class Stop(Part):
     """Limits of a joint, or of the way between two bodies: a contact that closes at a limit, and opens again.
 
@@ -156,25 +172,13 @@ class Stop(Part):
     are given: the way of the point `to` of the second body from the point `at` of the first is limited, along a
     direction of the first body or, without `along`, as the distance of the points, along which the force acts.
 
+    Of a joint, `along` points from the pin to the face of the second body; left out, to the centre of the second body,
+    of the first where the second one is the ground or centred at the pin.
+
     Signals: those of a contact (see `RevoluteClearance`): penetration [m],
     penetration_rate [m/s], normal_force, fx, fy, force (on the second body) [N], mode (0 open, 1 impact, 2 lasting
     contact); ex, ey: from the face of the first body to that of the second [m].  With both limits they stand under
     "name.above" and "name.below".  The torque of a stop is radius times normal_force.
-
-    Parameters
-    ----------
-    name : name of the stop.
-    joint : a `Revolute` or `Prismatic` joint, or its name; None: `first` and `second` are given.
-    first, second : two bodies without a common joint, or `GROUND`.
-    at, to : points of the first and the second body in the reference configuration [m]; `to` None: the same point.
-    above : largest angle [rad] or travel [m], counted from the reference configuration, >= 0; None: no limit.
-    below : smallest angle or travel, <= 0; None: no limit.
-    normal : law of the normal force.
-    radius : distance of the faces from the pin of a revolute joint [m], > 0; with 1 m, N/m and N m/rad are the same
-        number.
-    along : direction from the pin to the face of the second body in the reference configuration; None: to the centre
-        of the second body, of the first where the second one is the ground or centred at the pin.  Without a joint the
-        direction of the way in the reference configuration, which turns with the first body; None: the distance.
 
     Raises
     ------
@@ -191,25 +195,21 @@ class Stop(Part):
     """
 
     by_name = ("joint",)
-    joint: Any = None
+    joint: Any = field("a `Revolute` or `Prismatic` joint, or its name; None: two bodies", default=None)
     _: KW_ONLY
-    first: Any = None
-    second: Any = None
-    at: Any = None
-    to: Any = None
-    above: float | None = None
-    below: float | None = None
-    normal: NormalLaw
-    radius: float = 1.0
-    along: Any = None
+    first: Any = field("without a joint: first body, or `GROUND`", default=None)
+    second: Any = field("without a joint: second body, or `GROUND`", default=None)
+    at: Any = field("point of the first body", "m", point, default=None)
+    to: Any = field("point of the second body; None: the same point", "m", point, default=None)
+    above: float | None = field("largest angle or travel, >= 0; None: no limit", "rad or m", default=None)
+    below: float | None = field("smallest angle or travel, <= 0; None: no limit", "rad or m", default=None)
+    normal: NormalLaw = field("law of the normal force", rule=Rule(own_stiffness))
+    radius: float = field("distance of the faces from the pin; with 1 m, N/m are N m/rad", "m", positive, default=1.0)
+    along: Any = field("direction from the pin to the face, or of the way, see above", rule=directed, default=None)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         self._check_ends()
-        checks.positive(self.label, "radius", self.radius, "m")
-        if self.along is not None:
-            object.__setattr__(self, "along", checks.direction(self.label, "along", self.along))
-        check_own_stiffness(self.label, self.normal)
         self._check_limits()
 
     def _check_ends(self) -> None:
@@ -224,9 +224,8 @@ class Stop(Part):
             )
         if self.first.name == self.second.name:
             raise ModelError(f"{self.label} stops {self.first.name!r} against itself; give two different bodies.")
-        for name in ("at", "to"):
-            point = self.at if getattr(self, name) is None else getattr(self, name)
-            object.__setattr__(self, name, checks.point(self.label, name, point))
+        if self.to is None:
+            object.__setattr__(self, "to", self.at)
         if self.along is None and self.at == self.to:
             raise InputError(f"{self.label}: both points are {self.at}; give along=, or another point to=.")
 
@@ -329,17 +328,3 @@ class Stop(Part):
             if body.name != GROUND.name and planar.distance(joint.at, (node.x, node.y)) > 0.0:
                 return node.x - joint.at[0], node.y - joint.at[1]
         return 1.0, 0.0
-
-
-def check_own_stiffness(label: str, law: Any) -> None:
-    """Refuse an object that is no normal law, or a law whose stiffness follows from the radii of a joint."""
-    if not isinstance(law, NormalLaw):
-        text = "it must be a normal law, e.g. KelvinVoigt(stiffness=1e5, damping=50.0, ramp=1e-4)"
-        raise InputError(f"{label}: normal is {law!r}; {text}.")
-    try:
-        law.parameters()
-    except InputError as error:
-        raise InputError(
-            f"{label}: the stiffness of {type(law).__name__} depends on the radii of a journal and its bearing, which "
-            "this part has not. Give a law with a stiffness of its own, e.g. HuntCrossley or KelvinVoigt."
-        ) from error

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, replace
+from dataclasses import KW_ONLY, replace
 from typing import TYPE_CHECKING
 
-from flexmb import checks, planar
-from flexmb.errors import InputError, ModelError
+from flexmb import planar
+from flexmb.errors import ModelError
+from flexmb.fields import field, instance, point, record, vector
 from flexmb.kernels import compiled, element_kernel, signal_kernel
 from flexmb.model.contributions import MULTIPLIES, Contribution, ElementContribution, signal_contributions
 from flexmb.model.law import Motion
@@ -82,20 +83,15 @@ def force_signal(p, t, q, v, a):
     return fx * (v[0] - v[2] * by) + fy * (v[1] + v[2] * bx)
 
 
-@dataclass(frozen=True)
+HISTORY = instance(Motion, "a motion whose value multiplies the load, e.g. Pulse(end=0.1), or None for a constant load")
+"""Rule of the history of a load."""
+
+
+@record
 class Force(Part):
     """A force on a point that moves with a body: dead (of constant direction in the plane), or a follower.
 
     Signals: fx, fy [N], force (its size times the value of `history`) [N], power [W].
-
-    Parameters
-    ----------
-    name : the load's name.
-    body : the loaded body.
-    at : point of application in the reference configuration [m]; of a flexible body a node.
-    force : (fx, fy) in the reference configuration [N].
-    history : a motion whose value at the time t multiplies the force, e.g. `Pulse(end=0.1)`; None: constant.
-    follower : whether the direction turns with the node that carries the point (a thrust, a jet, a pressure).
 
     Raises
     ------
@@ -108,24 +104,20 @@ class Force(Part):
     `modes` refuses such a load.  Static equilibrium takes the history at t = 0.
     """
 
-    body: Part
-    at: tuple[float, float]
-    force: tuple[float, float]
+    body: Part = field("the loaded body")
+    at: tuple[float, float] = field("point of application; of a flexible body a node", "m", point)
+    force: tuple[float, float] = field("(fx, fy) in the reference configuration", "N", vector)
     _: KW_ONLY
-    history: Motion | None = None
-    follower: bool = False
+    history: Motion | None = field("motion whose value multiplies the force", rule=HISTORY, default=None)
+    follower: bool = field(
+        "whether the direction turns with the node that carries the point (a thrust, a jet)",
+        rule=instance(bool, "True (the direction turns with the body) or False (it stays)"),
+        default=False,
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
         check_loaded(self, self.body)
-        check_history(self, self.history)
-        object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
-        object.__setattr__(self, "force", checks.point(self.label, "force", self.force, "N"))
-        if not isinstance(self.follower, bool):
-            raise InputError(
-                f"{self.label}: follower is {self.follower!r}; it must be True (the direction turns with the body) "
-                "or False (it stays)."
-            )
 
     def share(self, part: float) -> Force:
         """The load with the fraction `part` of its force, if the force is a follower."""
@@ -162,15 +154,6 @@ def check_loaded(load: Part, body: Part) -> None:
         raise ModelError(f"{load.label} acts on the ground, which cannot move. Give a moving body.")
 
 
-def check_history(load: Part, history: object) -> None:
-    """Refuse a history that is neither a motion nor None."""
-    if history is not None and not isinstance(history, Motion):
-        raise InputError(
-            f"{load.label}: history is {history!r}; it must be a motion whose value multiplies the load, "
-            "e.g. Pulse(end=0.1), or None for a constant load."
-        )
-
-
 # A torque on a body, constant or changing in time
 
 TORQUE_SIGNALS = (("torque", "N m"), ("power", "W"))
@@ -191,20 +174,11 @@ def torque_signal(p, t, q, v, a):
     return torque if number == 0.0 else torque * v[0]
 
 
-@dataclass(frozen=True)
+@record
 class Torque(Part):
     """A torque on a body, or on one node of a flexible one (an end moment of a beam).
 
     Signals: torque (times the value of `history`) [N m], power [W].
-
-    Parameters
-    ----------
-    name : the load's name.
-    body : the loaded body.
-    torque : counter-clockwise [N m].
-    at : point of the reference configuration [m] whose node takes the torque; None: the body's main node, of a flexible
-        link the middle one.
-    history : a motion whose value at the time t multiplies the torque, e.g. `Pulse(end=0.1)`; None: constant.
 
     Raises
     ------
@@ -216,18 +190,15 @@ class Torque(Part):
     Static equilibrium takes the history at t = 0.
     """
 
-    body: Part
-    torque: float
-    at: tuple[float, float] | None = None
+    body: Part = field("the loaded body")
+    torque: float = field("counter-clockwise", "N m")
+    at: tuple[float, float] | None = field("point whose node takes it; None: main node", "m", point, default=None)
     _: KW_ONLY
-    history: Motion | None = None
+    history: Motion | None = field("motion whose value multiplies the torque", rule=HISTORY, default=None)
 
     def __post_init__(self) -> None:
         super().__post_init__()
         check_loaded(self, self.body)
-        check_history(self, self.history)
-        if self.at is not None:
-            object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One element on theta of the node, and two signals."""

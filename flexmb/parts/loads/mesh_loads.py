@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import KW_ONLY, dataclass, replace
+from dataclasses import KW_ONLY, replace
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
-from flexmb import checks, planar
+from flexmb import planar
 from flexmb.elastic.planes.loads import (
     Array,
     Field,
@@ -25,11 +25,12 @@ from flexmb.elastic.planes.loads import (
 )
 from flexmb.elastic.planes.plane_body import MeshBody, PlaneBody
 from flexmb.errors import InputError, ModelError
+from flexmb.fields import either, field, flag, number, record, vector
 from flexmb.model.contributions import Contribution
 from flexmb.model.law import Motion
 from flexmb.model.part import Part
 from flexmb.model.shape import ArrowShape, Shapes
-from flexmb.parts.loads.force import check_history
+from flexmb.parts.loads.force import HISTORY
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -43,24 +44,20 @@ NO_ARROW = 1e-9
 """Nodal force over the largest one [1] up to which a drawing shows none."""
 
 
-@dataclass(frozen=True)
+FIELD, STRESS = either(Callable, vector), either(Callable, number)
+"""Rules of a load on all of an edge or body: two numbers or one, or a function of points."""
+
+
+@record
 class MeshLoad(Part):
-    """A load on the mesh of a plane body, with all its nodes or reduced.
+    """A load on the mesh of a plane body, with all its nodes or reduced."""
 
-    Parameters
-    ----------
-    name : the load's name.
-    body : the loaded body.
-    history : a motion whose value at the time t multiplies the load; None: constant.
-    """
-
-    body: Part
+    body: Part = field("the loaded body, a `PlaneBody` or a `Reduced` one")
     _: KW_ONLY
-    history: Motion | None = None
+    history: Motion | None = field("motion whose value multiplies the load", rule=HISTORY, default=None)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_history(self, self.history)
         _ = self.on(self.plane_of(self.body))
 
     @abstractmethod
@@ -163,21 +160,14 @@ def _turn(plane: PlaneBody) -> Array:
 # Loads on edges of plane bodies: a traction of given direction, and stresses that follow the edge
 
 
-@dataclass(frozen=True)
+@record
 class EdgeLoad(MeshLoad):
     """A force per area on an edge of a plane body: dead (of constant direction in the plane), or a follower.
 
-    Signals: fx, fy [N], power [W], times the value of `history`.
+    It acts on all edges of the boundary whose ends lie in a set of the mesh.  `traction` is per area of the undeformed
+    edge, in the reference configuration; a function takes points (p, 2) there [m] and returns (p, 2).
 
-    Parameters
-    ----------
-    name : the load's name.
-    body : the loaded body, a `PlaneBody` or a `Reduced` one.
-    edge : name of a set of its mesh; the load acts on all edges of the boundary whose ends lie in the set.
-    traction : (tx, ty) in the reference configuration [Pa], per area of the undeformed edge; or a function of points
-        (p, 2) of the reference configuration [m] that returns (p, 2).
-    history : a motion whose value at the time t multiplies the load, e.g. `Pulse(end=0.1)`; None: constant.
-    follower : whether the direction turns with the first pin of the body.
+    Signals: fx, fy [N], power [W], times the value of `history`.
 
     Raises
     ------
@@ -202,15 +192,10 @@ class EdgeLoad(MeshLoad):
     40.0
     """
 
-    edge: str
-    traction: Sequence[float] | Callable[[Array], Any]
+    edge: str = field("name of a set of the mesh")
+    traction: Sequence[float] | Callable[[Array], Any] = field("(tx, ty), or a function, see above", "Pa", FIELD)
     _: KW_ONLY
-    follower: bool = False
-
-    def __post_init__(self) -> None:
-        checks.flag(f"{type(self).__name__} {self.name!r}", "follower", self.follower)
-        object.__setattr__(self, "traction", checked_field(self, "traction", self.traction, "Pa"))
-        super().__post_init__()
+    follower: bool = field("whether the direction turns with the first pin of the body", rule=flag, default=False)
 
     def share(self, part: float) -> EdgeLoad:
         """The load with the fraction `part` of its traction, if it is a follower."""
@@ -228,22 +213,14 @@ class EdgeLoad(MeshLoad):
         return NodalLoad(forces.reshape(-1, 2), nodes, self.follower)
 
 
-@dataclass(frozen=True)
+@record
 class EdgePressure(MeshLoad):
     """A pressure, and a shear, on an edge of a plane body; both follow the deformed edge.
 
-    Signals: fx, fy [N], power [W], times the value of `history`.
+    They act on all edges of the boundary whose ends lie in a set of the mesh, such as a hole.  A shear > 0 acts with
+    the body on its left.  Functions take points (p, 2) of the reference configuration [m] and return (p,).
 
-    Parameters
-    ----------
-    name : the load's name.
-    body : the loaded body, a `PlaneBody` or a `Reduced` one.
-    edge : name of a set of its mesh, such as a hole; the load acts on all edges of the boundary whose ends lie in the
-        set.
-    pressure : force per area [Pa], > 0 pushes into the body; or a function of points (p, 2) of the reference
-        configuration [m] that returns (p,).
-    shear : force per area [Pa] along the edge, > 0 with the body on the left; or such a function.
-    history : a motion whose value at the time t multiplies the load, e.g. `Pulse(end=0.1)`; None: constant.
+    Signals: fx, fy [N], power [W], times the value of `history`.
 
     Raises
     ------
@@ -260,15 +237,9 @@ class EdgePressure(MeshLoad):
     Equation (11.13) of docs/theory/plane_bodies.md.
     """
 
-    edge: str
-    pressure: float | Callable[[Array], Any]
-    shear: float | Callable[[Array], Any] = 0.0
-
-    def __post_init__(self) -> None:
-        for name in ("pressure", "shear"):
-            if not callable(value := getattr(self, name)):
-                object.__setattr__(self, name, checks.number(f"EdgePressure {self.name!r}", name, value, "Pa"))
-        super().__post_init__()
+    edge: str = field("name of a set of the mesh")
+    pressure: float | Callable[[Array], Any] = field("> 0 into the body, or a function, see above", "Pa", STRESS)
+    shear: float | Callable[[Array], Any] = field("along the edge, or a function, see above", "Pa", STRESS, default=0.0)
 
     def share(self, part: float) -> EdgePressure:
         """The load with the fraction `part` of its stresses."""
@@ -287,13 +258,6 @@ class EdgePressure(MeshLoad):
         return NodalLoad(forces, np.unique(edges.nodes), edges=FollowedEdges(edges.nodes, normal, along))
 
 
-def checked_field(load: MeshLoad, name: str, value: Any, unit: str) -> Field:
-    """A field of vectors: a function, or two numbers."""
-    if callable(value):
-        return value  # type: ignore[no-any-return]
-    return checks.point(f"{type(load).__name__} {load.name!r}", name, value, unit)
-
-
 def scaled(value: Any, part: float) -> Any:
     """A number, a vector or a function, times a number."""
     if callable(value):
@@ -308,20 +272,14 @@ def _placed(plane: PlaneBody, stress: Stress) -> Stress:
 # Force per volume in plane bodies
 
 
-@dataclass(frozen=True)
+@record
 class BodyForce(MeshLoad):
     """A force per volume in a plane body (magnetic, of a field): dead, or a follower.
 
-    Signals: fx, fy [N], power [W], times the value of `history`.
+    It is per volume of the undeformed body, in the reference configuration; a function takes points (p, 2) there [m]
+    and returns (p, 2).
 
-    Parameters
-    ----------
-    name : the load's name.
-    body : the loaded body, a `PlaneBody` or a `Reduced` one.
-    force : (fx, fy) in the reference configuration [N/m^3], per volume of the undeformed body; or a function of points
-        (p, 2) of the reference configuration [m] that returns (p, 2).
-    history : a motion whose value at the time t multiplies the load, e.g. `Pulse(end=0.1)`; None: constant.
-    follower : whether the direction turns with the first pin of the body.
+    Signals: fx, fy [N], power [W], times the value of `history`.
 
     Raises
     ------
@@ -336,14 +294,9 @@ class BodyForce(MeshLoad):
     Equation (11.12) of docs/theory/plane_bodies.md.
     """
 
-    force: Sequence[float] | Callable[[Array], Any]
+    force: Sequence[float] | Callable[[Array], Any] = field("(fx, fy), or a function, see above", "N/m^3", FIELD)
     _: KW_ONLY
-    follower: bool = False
-
-    def __post_init__(self) -> None:
-        checks.flag(f"{type(self).__name__} {self.name!r}", "follower", self.follower)
-        object.__setattr__(self, "force", checked_field(self, "force", self.force, "N/m^3"))
-        super().__post_init__()
+    follower: bool = field("whether the direction turns with the first pin of the body", rule=flag, default=False)
 
     def share(self, part: float) -> BodyForce:
         """The load with the fraction `part` of its force, if it is a follower."""

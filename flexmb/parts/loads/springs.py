@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, dataclass, replace
+from dataclasses import KW_ONLY, replace
 from numbers import Real
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,7 @@ import numpy as np
 
 from flexmb import checks, planar
 from flexmb.errors import InputError
+from flexmb.fields import Rule, field, not_negative, point, record
 from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel, signal_kernel
 from flexmb.model.contributions import (
     ADDS,
@@ -74,10 +75,12 @@ def rest_at_start(label: str, name: str, rest: Any) -> float:
     return value
 
 
-def check_rest(label: str, name: str, rest: object, unit: str) -> None:
-    """Refuse a rest length or rest angle that is neither a number nor a motion."""
-    if isinstance(rest, Motion) or (isinstance(rest, Real) and not isinstance(rest, bool)):
-        return
+def checked_rest(label: str, name: str, rest: Any, unit: str, _: str) -> float | Motion:
+    """A rest length or rest angle: a number or a motion."""
+    if isinstance(rest, Motion):
+        return rest
+    if isinstance(rest, Real) and not isinstance(rest, bool):
+        return checks.number(label, name, rest, unit)
     raise InputError(
         f"{label}: {name} is {rest!r}; it must be a number in {unit}, or a motion whose value it is, e.g. "
         "Harmonic(0.01, frequency=2.0, mean=0.2)."
@@ -210,23 +213,12 @@ def spring_damper_signal(p, t, q, v, a):
     return strain
 
 
-@dataclass(frozen=True)
+@record
 class SpringDamper(Part):
     """Linear spring and damper between a point of one body and a point of another.
 
     Signals: length [m], rate (of the length) [m/s], force (tension of spring and damper; negative: pressure) [N],
     energy (of the spring) [J].
-
-    Parameters
-    ----------
-    name : the part's name.
-    first, second : the bodies; `GROUND` is the frame.
-    at : point of the first body in the reference configuration [m].
-    to : point of the second body in the reference configuration [m].
-    stiffness : k [N/m], >= 0.
-    damping : d [N s/m], >= 0.
-    free_length : length without force [m], >= 0; None: the distance of the points; a motion: its value at each time, as
-        of a spring whose far end an actuator moves.
 
     Raises
     ------
@@ -234,31 +226,28 @@ class SpringDamper(Part):
 
     Notes
     -----
+    The free length may be a motion: its value at each time, as of a spring whose far end an actuator moves.
     With a free length that moves, the energy of the spring is counted with the free length at t = 0, and the rest of
     its force as a load: the work of the load is the actuator's, less what the spring holds more than is counted.
     """
 
     formerly = (("start", "at"), ("end", "to"))
-    first: Part
-    second: Part
-    at: tuple[float, float]
-    to: tuple[float, float]
+    first: Part = field("first body; `GROUND` is the frame")
+    second: Part = field("second body")
+    at: tuple[float, float] = field("point of the first body", "m", point)
+    to: tuple[float, float] = field("point of the second body", "m", point)
     _: KW_ONLY
-    stiffness: float
-    damping: float = 0.0
-    free_length: float | Motion | None = None
+    stiffness: float = field("k", "N/m", not_negative)
+    damping: float = field("d", "N s/m", not_negative, default=0.0)
+    free_length: float | Motion | None = field(
+        "length without force; None: as drawn", "m", Rule(checked_rest), default=None
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("at", "to"):
-            object.__setattr__(self, name, checks.point(self.label, name, getattr(self, name)))
-        checks.not_negative(self.label, "stiffness", self.stiffness, "N/m")
-        checks.not_negative(self.label, "damping", self.damping, "N s/m")
         if self.free_length is not None:
-            check_rest(self.label, "free_length", self.free_length, "m")
-            checks.not_negative(
-                self.label, "free_length", rest_at_start(self.label, "free_length", self.free_length), "m"
-            )
+            length = rest_at_start(self.label, "free_length", self.free_length)
+            checks.not_negative(self.label, "free_length", length, "m")
         if planar.distance(self.at, self.to) == 0.0:
             raise InputError(f"{self.label}: both points are {self.at}; a spring without length has no direction.")
 
@@ -364,22 +353,12 @@ def torsion_spring_signal(p, t, q, v, a):
     return -k * turn - d * rate if which == 2 else 0.5 * k * turn * turn
 
 
-@dataclass(frozen=True)
+@record
 class TorsionSpring(Part):
     """Linear torsion spring and damper between two bodies.
 
     Signals: angle (of the second body against the first, 0 in the reference configuration) [rad], rate [rad/s], torque
     (of spring and damper, on the second body) [N m], energy (of the spring) [J].
-
-    Parameters
-    ----------
-    name : the part's name.
-    first, second : the bodies; `GROUND` is the frame.
-    stiffness : k [N m/rad], >= 0.
-    damping : d [N m s/rad], >= 0.
-    free_angle : relative rotation without moment [rad], counted from the reference configuration; a motion: its value
-        at each time, as of a spring whose far end an actuator turns.
-    at : point of the reference configuration [m] whose nodes are connected; None: the main nodes.
 
     Raises
     ------
@@ -387,27 +366,24 @@ class TorsionSpring(Part):
 
     Notes
     -----
-    With a rest angle that moves, the energy of the spring is counted with the rest angle at t = 0, and the rest of its
-    moment as a load: the work of the load is the actuator's, less what the spring holds more than is counted.
+    The rest angle counts from the reference configuration.  It may be a motion, as of a spring whose far end an
+    actuator turns.  With a rest angle that moves, the energy of the spring is counted with the rest angle at t = 0, and
+    the rest of its moment as a load: the work of the load is the actuator's, less what the spring holds more than is
+    counted.
     """
 
     formerly = (("rest_angle", "free_angle"),)
-    first: Part
-    second: Part
+    first: Part = field("first body; `GROUND` is the frame")
+    second: Part = field("second body")
     _: KW_ONLY
-    stiffness: float
-    damping: float = 0.0
-    free_angle: float | Motion = 0.0
-    at: tuple[float, float] | None = None
+    stiffness: float = field("k", "N m/rad", not_negative)
+    damping: float = field("d", "N m s/rad", not_negative, default=0.0)
+    free_angle: float | Motion = field("relative rotation without moment", "rad", Rule(checked_rest), default=0.0)
+    at: tuple[float, float] | None = field("point whose nodes it ties; None: main nodes", "m", point, default=None)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        checks.not_negative(self.label, "stiffness", self.stiffness, "N m/rad")
-        checks.not_negative(self.label, "damping", self.damping, "N m s/rad")
-        check_rest(self.label, "free_angle", self.free_angle, "rad")
         rest_at_start(self.label, "free_angle", self.free_angle)
-        if self.at is not None:
-            object.__setattr__(self, "at", checks.point(self.label, "at", self.at))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One element on two angles and four signals; with a rest angle that moves two loads more, and no energy."""

@@ -1,0 +1,262 @@
+"""Fields of inputs with their meaning, unit and range, for checks, texts of objects, the command line and docstrings.
+
+    @record
+    class Pin(Input):
+        radius: float = field("radius of the pin", "m", positive)
+        length: float | None = field("length; None: the slot has no ends", "m", not_negative, default=None)
+
+A plain field of a dataclass, as in parts of users, has neither meaning nor unit; if it is declared a number, it must be
+finite.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import math
+from collections.abc import Callable
+from functools import cache
+from numbers import Real
+from typing import Any, NamedTuple, TypeVar, dataclass_transform
+
+from flexmb import checks
+from flexmb.arguments import Checked
+from flexmb.checks import collecting
+from flexmb.docstrings import joined, sections
+from flexmb.errors import InputError
+
+Kind = TypeVar("Kind", bound=type)
+
+# Rules of values
+
+
+class Rule(NamedTuple):
+    """Rule of the values of a field.
+
+    Parameters
+    ----------
+    check : function (owner, name, value, unit, hint) that refuses a wrong value, and returns what the field keeps.
+    shown : the rule in documentation, "> 0".
+    """
+
+    check: Callable[[str, str, Any, str, str], Any]
+    shown: str = ""
+
+
+number = Rule(lambda owner, name, value, unit, _: checks.number(owner, name, value, unit))
+positive = Rule(checks.positive, "> 0")
+"""Rule of a field: a number > 0."""
+not_negative = Rule(checks.not_negative, ">= 0")
+"""Rule of a field: a number >= 0."""
+flag = Rule(lambda owner, name, value, *_: checks.flag(owner, name, value))
+vector = Rule(lambda owner, name, value, unit, _: checks.point(owner, name, value, unit))
+point = Rule(vector.check, "in the reference configuration")
+directed = Rule(
+    lambda owner, name, value, *_: checks.direction(owner, name, value),
+    "in the reference configuration (any length > 0)",
+)
+
+
+def between(low: float, high: float) -> Rule:
+    """A number in [`low`, `high`]."""
+    return Rule(
+        lambda owner, name, value, unit, hint: checks.between(owner, name, value, low, high, unit, hint),
+        f"between {low:g} and {high:g}",
+    )
+
+
+def both(first: Rule, second: Rule) -> Rule:
+    """Two rules, one after the other."""
+
+    def check(owner: str, name: str, value: Any, unit: str, hint: str) -> Any:
+        return second.check(owner, name, first.check(owner, name, value, unit, hint), unit, hint)
+
+    return Rule(check, f"{first.shown}, {second.shown}")
+
+
+def count(least: int = 1) -> Rule:
+    """A whole number >= `least`."""
+    return Rule(lambda owner, name, value, _, hint: checks.count(owner, name, value, least, hint), f">= {least}")
+
+
+def one_of(*allowed: str) -> Rule:
+    """One of some texts."""
+    return Rule(lambda owner, name, value, *_: checks.one_of(owner, name, value, allowed))
+
+
+def several(rule: Rule, of: str) -> Rule:
+    """A list of any length; a rule for each of its values, and their kind (`of`) for messages."""
+
+    def check(owner: str, name: str, value: Any, unit: str, hint: str) -> tuple[Any, ...]:
+        given = checks.sequence(owner, name, value, of)
+        return tuple(rule.check(owner, f"{name}[{k}]", x, unit, hint) for k, x in enumerate(given))
+
+    return Rule(check, rule.shown)
+
+
+def either(kind: Any, rule: Rule) -> Rule:
+    """An object of a class, or else a rule."""
+    return Rule(
+        lambda owner, name, value, *more: value if isinstance(value, kind) else rule.check(owner, name, value, *more)
+    )
+
+
+def two(rule: Rule, of: str, example: str) -> Rule:
+    """A pair; a rule for each of its values, and their kind (`of`) and an example for messages."""
+
+    def check(owner: str, name: str, value: Any, unit: str, hint: str) -> tuple[Any, ...]:
+        given = checks.sequence(owner, name, value, f"two {of}")
+        if len(given) != 2:
+            raise InputError(f"{owner}: {name} is {value!r}; give two {of}, e.g. {example}.")
+        return tuple(rule.check(owner, f"{name}[{k}]", x, unit, hint) for k, x in enumerate(given))
+
+    return Rule(check, rule.shown)
+
+
+def instance(kind: type | tuple[type, ...], wanted: str) -> Rule:
+    """An object of a class; `wanted` ends the message: "it must be a motion, e.g. Ramp(6.28, 0.5)"."""
+
+    def check(owner: str, name: str, value: Any, *_: str) -> Any:
+        if not isinstance(value, kind):
+            raise InputError(f"{owner}: {name} is {value!r}; it must be {wanted}.")
+        return value
+
+    return Rule(check)
+
+
+# Fields, and records of them
+
+
+class Field(NamedTuple):
+    """Declaration of a field of a dataclass; one of the standard library has a name and a type alone."""
+
+    name: str
+    type: str = ""
+    meaning: str = ""
+    unit: str = ""
+    rule: Rule | None = None
+    hint: str = ""
+    optional: bool = False
+
+    @property
+    def text(self) -> str:
+        """Meaning, with unit and range before its first semicolon."""
+        return with_unit(self.meaning, self.unit, f", {self.rule.shown}" if self.rule and self.rule.shown else "")
+
+
+def with_unit(meaning: str, unit: str, more: str = "") -> str:
+    """A meaning with its unit in brackets, and `more`, before its first semicolon."""
+    head, mark, rest = meaning.rstrip(".").partition(";")
+    return f"{head}{f' [{unit}]' if unit else ''}{more}{mark}{rest}."
+
+
+def field(meaning: str = "", unit: str = "", rule: Rule | None = None, *, hint: str = "", **options: Any) -> Any:
+    """Field of a `record` with its meaning, unit and range.
+
+    Parameters
+    ----------
+    meaning : what it is; further words follow a semicolon.  Without it the field is not in the docstring.
+    unit : SI unit; "rad or m" where it depends on another field.
+    rule : what the value must be; None, where that is the default of the field, is always allowed.
+    hint : remedy, at the end of messages on numbers out of range.
+    options : as of `dataclasses.field`, such as default=1.0.
+    """
+    return dataclasses.field(metadata={"said": (meaning, unit, rule, hint)}, **options)
+
+
+@cache
+def fields_of(kind: type) -> tuple[Field, ...]:
+    """Declarations of the fields of a dataclass."""
+    return tuple(_said(field) for field in dataclasses.fields(kind))
+
+
+def _said(field: dataclasses.Field[Any]) -> Field:
+    declared = str(getattr(field.type, "__name__", field.type))
+    meaning, unit, rule, hint = field.metadata.get("said", ("", "", None, ""))
+    return Field(field.name, declared, meaning, unit, rule, hint, field.default is None or "None" in declared)
+
+
+def unit_of(thing: Any, name: str) -> str:
+    """Unit of a field of a dataclass, or of a parameter of a function, length: Annotated[float, "m"]; "" without."""
+    if dataclasses.is_dataclass(thing):
+        return next((one.unit for one in fields_of(thing) if one.name == name), "")  # type: ignore[arg-type]
+    try:
+        taken = inspect.signature(thing, eval_str=True).parameters
+    except (NameError, TypeError, ValueError):  # names for type checking alone; no signature
+        return ""
+    told = getattr(taken[name].annotation, "__metadata__", ()) if name in taken else ()
+    return next((one for one in told if isinstance(one, str)), "")
+
+
+@dataclass_transform(frozen_default=True, field_specifiers=(field, dataclasses.field))
+def record(cls: Kind) -> Kind:
+    """Decorator: the class `cls` as a frozen dataclass whose docstring has an entry for each of its fields."""
+    made: Any = dataclasses.dataclass(frozen=True)(cls)
+    texts = sections(inspect.cleandoc(made.__doc__ or ""))
+    taken = [field.name for field in dataclasses.fields(made) if field.init]
+    said = [field for field in fields_of(made) if field.name in taken and field.meaning]
+    texts["Parameters"] = "\n".join(f"{field.name} : {field.text}" for field in said)
+    made.__doc__ = joined(texts)
+    return made  # type: ignore[no-any-return]
+
+
+@dataclass_transform(frozen_default=True, field_specifiers=(field, dataclasses.field))
+def variant(cls: Kind) -> Kind:
+    """Decorator: record whose docstring also has the paragraphs below the first line, and the errors, of its base."""
+    own, base = sections(inspect.cleandoc(cls.__doc__ or "")), sections(inspect.cleandoc(cls.__base__.__doc__ or ""))
+    own[""] = "\n\n".join([own[""], *base[""].split("\n\n")[1:]])
+    cls.__doc__ = joined({"Raises": base.get("Raises", ""), **own})
+    return record(cls)
+
+
+# Base of inputs
+
+
+class Input(Checked):
+    """Base of all inputs: parts, laws, sections, materials, steps, data; fields are checked at the construction.
+
+    A subclass that relates several fields to one another does so in its `__post_init__`, after that of the base.
+    """
+
+    @collecting
+    def __post_init__(self) -> None:
+        check_fields(self, getattr(self, "label", type(self).__name__))
+
+
+def check_fields(record: Any, owner: str) -> None:
+    """Check all fields of a record; numbers without a rule must be finite."""
+    kind: Any = type(record)
+    unusable = None
+    for field in fields_of(kind):
+        value = getattr(record, field.name)
+        if value is None and field.optional:
+            continue
+        try:
+            kept = _kept(field, owner, value)
+        except InputError as error:
+            unusable = unusable or error
+            checks.refuse(str(error))
+        else:
+            refused = isinstance(kept, float) and not math.isfinite(kept)
+            if kept is not value and not refused:
+                object.__setattr__(record, field.name, kept)
+    if unusable:
+        raise unusable
+
+
+def _kept(field: Field, owner: str, value: Any) -> Any:
+    """Value as a field keeps it: numbers as floats, so that equal records compare, hash and print alike."""
+    kind: Any = type(value)
+    if field.rule is not None:
+        return field.rule.check(owner, field.name, value, field.unit, field.hint)
+    if field.type in ("float", "float | None"):
+        return checks.number(owner, field.name, value, field.unit)
+    if is_number(kind):  # in a field of another type
+        checks.number(owner, field.name, value, field.unit)
+    return value
+
+
+@cache
+def is_number(kind: type) -> bool:
+    """Whether a class is one of real numbers; remembered, since abstract base classes are slow."""
+    return issubclass(kind, Real) and not issubclass(kind, bool)
