@@ -15,7 +15,7 @@ from flexmb.errors import InputError, SolveError
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.model.signal import Signals, hint, resolved
 from flexmb.results.contact_intervals import ContactLog, Episodes, select
-from flexmb.results.naming import SAVED_KEY, LateField, LateValues, long_name, matching
+from flexmb.results.naming import SAVED_KEY, long_name, matching
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -306,7 +306,7 @@ class Solution:
 
     _: KW_ONLY
     time: np.ndarray
-    values: np.ndarray = LateField()  # type: ignore[assignment] # noqa: RUF009 - a descriptor is no default
+    values: np.ndarray
     signals: Signals
     peaks: Peaks
     status: str
@@ -327,7 +327,7 @@ class Solution:
         n_s = len(self.signals)
         time = _frozen("time", self.time, (None,))
         self._set("time", time)
-        self._set("values", _frozen("values", vars(self)["values"], (len(time), n_s)))
+        self._set("values", _frozen("values", self.values, (len(time), n_s)))
         largest, when = self.peaks
         self._set("peaks", Peaks(_frozen("peaks.values", largest, (n_s,)), _frozen("peaks.times", when, (n_s,))))
         self._set("contacts", self.contacts.checked())
@@ -397,8 +397,7 @@ class Solution:
 
     def array(self, name: str) -> np.ndarray:
         """The signal `name` as a read-only array (n,): `sol[name].values` without the cost of labels."""
-        place, held = self._place(name), vars(self)["values"]
-        column: np.ndarray = held.column(place) if isinstance(held, LateValues) else held[:, place]
+        column: np.ndarray = self.values[:, self._place(name)]
         return column
 
     def units(self, name: str) -> str:
@@ -598,18 +597,16 @@ class Solution:
 
 
 def _frozen(name: str, values: Any, shape: tuple[int | None, ...]) -> Any:
-    """`values` as a read-only float array of that shape (None: any length), late values as they are.
+    """`values` as a read-only float array of that shape (None: any length).
 
     An array that is read-only already is taken as it is: copying what a run saved would take as long as saving it.
     """
-    late = isinstance(values, LateValues)
-    array: Any = values if late or _is_fixed(values) else np.array(values, dtype=np.float64, order="C")
-    fits = len(array.shape) == len(shape) and all(want in (None, n) for n, want in zip(array.shape, shape, strict=True))
+    array: Any = values if _is_fixed(values) else np.array(values, dtype=np.float64, order="C")
+    fits = array.ndim == len(shape) and all(want in (None, n) for n, want in zip(array.shape, shape, strict=True))
     if not fits:
         wanted = ", ".join("n" if n is None else str(n) for n in shape)
         raise InputError(f"Solution: {name} has shape {array.shape}; it must have shape ({wanted}).")
-    if not late:
-        array.flags.writeable = False
+    array.flags.writeable = False
     return array
 
 

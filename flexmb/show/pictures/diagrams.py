@@ -13,7 +13,7 @@ from flexmb.dynamics.orbits.branch import Branch, BranchPoint
 from flexmb.dynamics.orbits.periodic_orbit import BRANCH, FLIP, FOLD, GRAZING, NEIMARK_SACKER
 from flexmb.errors import InputError
 from flexmb.results.solution import Solution
-from flexmb.show.pictures.style import COLOURS, grid, label_axis
+from flexmb.show.pictures.style import COLOURS, label_axis, legend_beside, panel_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -64,8 +64,6 @@ def plot_bifurcation(diagram: xr.Dataset, signal: str, *, title: str | None = No
     """
     import xarray
 
-    from flexmb.show.pictures.figure import Picture
-
     attributes = diagram.attrs if isinstance(diagram, xarray.Dataset) else {}
     if attributes.get("kind") != "bifurcation":
         text = f"plot_bifurcation: the dataset is of kind {attributes.get('kind')!r}"
@@ -73,8 +71,7 @@ def plot_bifurcation(diagram: xr.Dataset, signal: str, *, title: str | None = No
     parameter = diagram.attrs["parameter"]
     signals = [str(name) for name, pieces in diagram.data_vars.items() if pieces.dims[-2:] == (parameter, "period")]
     checks.one_of("plot_bifurcation", "signal", signal, signals)
-    figure = Picture(figsize=DIAGRAM_SIZE, layout="constrained")
-    ax = figure.subplots()
+    figure, ax = panel_of(DIAGRAM_SIZE)
     pieces: dict[tuple[str, str], list[Any]] = {}
     for direction, row in _rows(diagram):
         _gather(pieces, row, parameter, signal, direction)
@@ -136,7 +133,6 @@ def _draw(ax: Axes, pieces_of: dict[tuple[str, str], list[Any]]) -> None:
         style: dict[str, Any] = {"color": VERDICT_COLOURS[verdict], "marker": MARKERS[name], "markersize": size}
         style["markeredgewidth"] = 0.0
         ax.plot(across, points, linestyle="none", rasterized=count > MANY_POINTS, **style)
-    grid(ax)
 
 
 def _legend(ax: Axes, pieces: dict[tuple[str, str], list[Any]]) -> None:
@@ -154,7 +150,7 @@ def _legend(ax: Axes, pieces: dict[tuple[str, str], list[Any]]) -> None:
     if any(line.get_linestyle() == ":" for line in ax.lines):
         handles.append(Line2D([], [], color="0.75", linestyle=":", label="seam"))
     if handles:
-        ax.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="small")
+        legend_beside(ax, handles=handles)
 
 
 # Branches of periodic orbits and basins of attraction as matplotlib figures
@@ -191,8 +187,6 @@ def plot_branch(
     ------
     InputError : no branch, an unknown signal or value, missing extremes, different parameters.
     """
-    from flexmb.show.pictures.figure import Picture
-
     drawn = [branches] if isinstance(branches, Branch) else list(branches)
     if not drawn or not all(isinstance(b, Branch) for b in drawn):
         raise InputError(f"plot_branch: branches is {branches!r}; it must be one or several results of follow().")
@@ -200,19 +194,16 @@ def plot_branch(
         text = ", ".join(dict.fromkeys(b.parameter for b in drawn))
         raise InputError(f"plot_branch: the branches have different parameters: {text}. Plot them one by one.")
     checks.one_of("plot_branch", "value", value, ("section", "max", "min", "amplitude"))
-    figure = Picture(figsize=ORBITS_SIZE, layout="constrained")
-    ax = figure.subplots()
+    first = drawn[0]
+    figure, ax = panel_of(ORBITS_SIZE, first.name if title is None else title)
     labelled: set[str] = set()
     for branch in drawn:
         _draw_branch(ax, branch, signal, value, labelled)
-    first = drawn[0]
     units = first.period_units if signal == "period" else dict(zip(first.names, first.units, strict=True))[signal]
     ax.set_xlabel(first.parameter)
     ylabel = signal if value == "section" or signal == "period" else f"{value} of {signal}"
     label_axis(ax.yaxis, ylabel, units)
-    grid(ax)
     ax.legend(loc="best", fontsize="small", framealpha=0.9)
-    figure.suptitle(first.name if title is None else title)
     return figure
 
 
@@ -271,14 +262,12 @@ def plot_basin(basin: Basin, *, title: str | None = None) -> Figure:
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
 
-    from flexmb.show.pictures.figure import Picture
-
     if not isinstance(basin, Basin):
         raise InputError(f"plot_basin: basin is {basin!r}; it must be the result of basin().")
     count = len(basin.attractors)
     colours = [LOST_COLOUR, OPEN_COLOUR, *(COLOURS[k % len(COLOURS)] for k in range(count))]
-    figure = Picture(figsize=ORBITS_SIZE, layout="constrained")
-    ax = figure.subplots()
+    figure, ax = panel_of(ORBITS_SIZE, basin.name if title is None else title)
+    ax.grid(visible=False)  # hidden by the cells
     colour_map, top = ListedColormap(colours), count + 0.5
     ax.pcolormesh(basin.x, basin.y, basin.number, cmap=colour_map, vmin=-1.5, vmax=top, shading="nearest")
     (ax_name, ay_name), (ax_unit, ay_unit) = basin.axes, basin.units
@@ -295,7 +284,6 @@ def plot_basin(basin: Basin, *, title: str | None = None) -> Figure:
         for k, fraction in basin.fractions.items()
     ]
     figure.legend(handles=patches, loc="outside right upper", frameon=False, fontsize="small")
-    figure.suptitle(basin.name if title is None else title)
     return figure
 
 
@@ -411,7 +399,7 @@ def plot_exponents(exponents: Exponents, *, title: str | None = None) -> Figure:
     if history.ndim != 2 or len(history) == 0:
         text = f"plot_exponents: the history of {exponents.name!r} has shape {history.shape}"
         raise InputError(f"{text}; it must hold exponents over time. A run that failed at once has none.")
-    figure, ax = _named_figure(exponents.name if title is None else title)
+    figure, ax = panel_of(PORTRAIT_SIZE, exponents.name if title is None else title)
     for k, curve in enumerate(history.T):
         colour = COLOURS[k % len(COLOURS)]
         value, error = float(exponents.spectrum[k]), float(exponents.errors[k])
@@ -447,18 +435,7 @@ def _signal(label: str, data: xr.Dataset, name: str) -> np.ndarray:
 
 
 def _figure(data: xr.Dataset, title: str | None) -> tuple[Figure, Axes]:
-    return _named_figure(str(data.attrs.get("name", "")) if title is None else title)
-
-
-def _named_figure(title: str) -> tuple[Figure, Axes]:
-    from flexmb.show.pictures.figure import Picture
-
-    figure = Picture(figsize=PORTRAIT_SIZE, layout="constrained")
-    ax = figure.subplots()
-    grid(ax)
-    if title:
-        figure.suptitle(title)
-    return figure, ax
+    return panel_of(PORTRAIT_SIZE, str(data.attrs.get("name", "")) if title is None else title)
 
 
 def _labels(ax: Axes, data: xr.Dataset, x: str, y: str) -> None:
