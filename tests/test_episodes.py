@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import flexmb as fm
-from flexmb.cli.run import impacts
+from flexmb.results.contact_intervals import impacts
 from flexmb.errors import InputError
 from flexmb.results.contact_intervals import COLUMNS, ContactLog
 

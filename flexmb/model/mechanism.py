@@ -8,12 +8,12 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from difflib import get_close_matches
 from functools import cache, cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from flexmb import arguments, checks, display
-from flexmb.display import counted, cut, given_fields, listed, number_text, value_text
+from flexmb.display import counted, cut, listed, number_text, pretty
 from flexmb.docstrings import parameters, units
 from flexmb.errors import FlexmbError, InputError, ModelError
 from flexmb.model.contributions import (
@@ -47,9 +47,9 @@ def mechanism_text(mechanism: Mechanism) -> str:
 
 
 def mechanism_html(mechanism: Mechanism) -> str:
-    """Table of all parts with their classes, connections and given fields."""
-    head = ("part", "class", "connects", "given")
-    rows = display.table([_row(part) for part in mechanism.parts], head)
+    """Table of all parts with their classes, connections and values."""
+    head = ("part", "class", "connects", "values")
+    rows = display.table([(p.name, p.kind, p.connects, p.values) for p in part_facts(described(mechanism))], head)
     return display.page(f"Mechanism {mechanism.name!r}", f"{_numbers(mechanism)}; {_gravity(mechanism)}", rows)
 
 
@@ -73,13 +73,6 @@ def _names(parts: Sequence[Part]) -> str:
         kinds.setdefault(type(part).__name__, []).append(part.name)
     shown = ", ".join(f"{listed(names, LISTED_PARTS)} ({kind})" for kind, names in kinds.items())
     return f"{shown} and {len(parts) - LISTED_PARTS} more" if len(parts) > LISTED_PARTS else shown
-
-
-def _row(part: Part) -> tuple[str, str, str, str]:
-    given = given_fields(part)
-    rest = {name: value for name, value in given.items() if name != "name" and not isinstance(value, Part)}
-    fields = ", ".join(f"{name}={value_text(value, nested=False)}" for name, value in rest.items())
-    return part.name, type(part).__name__, ", ".join(part.references()), fields
 
 
 # Description of a mechanism in plain values: parts with their classes, numbers and units
@@ -136,6 +129,55 @@ def plain(value: Any) -> Any:
         return [plain(item) for item in value] if short else f"{len(value)} values"
     name = getattr(value, "__name__", type(value).__name__)
     return str(name)
+
+
+LEFT_OUT = frozenset({"first", "second", "body", "mass", "outline", "class"})
+"""Fields that have a column of their own, and drawings."""
+
+
+class PartFacts(NamedTuple):
+    """A part in a table: its name and class, what it connects, its mass [kg] (None: unknown), its values as a text."""
+
+    name: str
+    kind: str
+    connects: str
+    mass: float | None
+    values: str
+    is_body: bool
+
+
+def part_facts(description: Mapping[str, Any]) -> list[PartFacts]:
+    """Facts of the parts of a mechanism, of its description; zeros and disabled switches are left out."""
+    found = []
+    for part in description.get("parts", ()):
+        fields, mass = part["fields"], part.get("mass")
+        ends = (fields[key][0] for key in ("first", "second", "body", "joint") if key in fields)
+        connects = " and ".join(str(name) for name in ends if isinstance(name, str))
+        known = mass if isinstance(mass, int | float) else None
+        text = "; ".join(_value_texts(fields))
+        found.append(PartFacts(part["name"], part["class"], connects, known, text, part["kind"] == "body"))
+    return found
+
+
+def _value_texts(fields: Mapping[str, Any]) -> Iterator[str]:
+    """Values of a part or law, from [value, unit] by field."""
+    for name, (value, unit) in fields.items():
+        if name in LEFT_OUT or value is None or value is False or value == 0:
+            continue
+        word = name.replace("_", " ")
+        if isinstance(value, Mapping):
+            inner = ", ".join(_value_texts(value["fields"]))
+            yield f"{word} {value['class']}" + (f" ({inner})" if inner else "")
+        else:
+            yield word if value is True else f"{word} {_value_text(value)} {pretty(unit)}".rstrip()
+
+
+def _value_text(value: Any) -> str:
+    if isinstance(value, list):
+        return f"({', '.join(_value_text(item) for item in value)})"
+    if isinstance(value, Mapping):
+        return str(value.get("class", ""))
+    return number_text(value) if isinstance(value, float) else str(value)
 
 
 # Declaration of a mechanism: named parts and gravity

@@ -1,4 +1,4 @@
-"""A solution as a netCDF file: all signals as one variable over time, the rest as JSON, groups for restart and contacts.
+"""A solution as a netCDF file: signals as one variable over time, the rest as JSON, groups for restart and contacts.
 
 `values(time, signal)` can be read by any netCDF reader: with xarray as `file["values"].sel(signal="slider.ax")`.  The
 names are the coordinate `signal`; `units`, `long_name`, `peak` and `peak_time` belong to them.

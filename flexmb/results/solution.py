@@ -14,7 +14,7 @@ from flexmb.display import counted, cut, listed, number_text
 from flexmb.errors import InputError, SolveError
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.model.signal import Signals, hint, resolved
-from flexmb.results.contact_intervals import ContactLog, Episodes, select
+from flexmb.results.contact_intervals import ContactLog, Episodes, impacts, select
 from flexmb.results.naming import SAVED_KEY, long_name, matching
 
 if TYPE_CHECKING:
@@ -144,7 +144,59 @@ class Peaks(NamedTuple):
     times: np.ndarray
 
 
-# Text and HTML of a solution: end of the run, saved instants, main peaks, notes, cost
+# Facts of a run: one list for the command line, notebooks and pages
+
+
+class Fact(NamedTuple):
+    """A fact: what it is, its value as a text, unit, note."""
+
+    label: str
+    value: str
+    unit: str = ""
+    note: str = ""
+
+    @property
+    def text(self) -> str:
+        """Value, unit and note."""
+        return ", ".join(filter(None, (f"{self.value} {self.unit}".rstrip(), self.note)))
+
+
+def facts(sol: Solution) -> list[Fact]:
+    """Saved instants and signals, cost, error of the balance of energies, contacts."""
+    stats = sol.stats
+    size = f"of {stats.smallest_step:.3g} to {stats.largest_step:.3g} s"
+    more = f"{stats.evaluations} evaluations, {stats.factorisations} factorisations"
+    span = f"{sol.time[0]:.6g} to {sol.time[-1]:.6g} s" if len(sol.time) else ""
+    found = [
+        Fact("saved", counted(len(sol.time), "instant"), note=span),
+        Fact("signals", f"{counted(len(sol.names), 'signal')} of {counted(len(_by_part(sol)), 'part')}"),
+        Fact("steps", counted(stats.steps, "step"), size, stats.rejections),
+        Fact("iterations", counted(stats.newton_iterations, "Newton iteration"), note=more),
+        Fact("wall time", f"{stats.wall_time:.3g}", "s"),
+    ]
+    if "energy.residual" in sol and "energy.turned_over" in sol:
+        residual, turned = sol.peak("energy.residual").value, sol.peak("energy.turned_over").value
+        share = f"{residual / turned:.2g} of the energy turned over" if turned > 0.0 else ""
+        found.append(Fact("energy residual", f"{residual:.3g}", "J", share))
+    names = [name.rpartition(".")[0] for name in sol.names if name.endswith(".penetration")]
+    for name in dict.fromkeys([*names, *sol.contacts.names]):
+        found += [fact._replace(label=f"{fact.label} in {name}") for fact in contact_facts(sol, name)]
+    return found
+
+
+def contact_facts(sol: Solution, name: str) -> list[Fact]:
+    """Facts of a joint, or of one of its contacts: share of the saved instants, impacts."""
+    found = []
+    if f"{name}.penetration" in sol and len(sol.time):
+        share, deepest = 100.0 * np.mean(sol.array(f"{name}.penetration") > 0.0), sol.peak(f"{name}.penetration")
+        text = f"deepest {max(deepest.value, 0.0):.3g} m at t = {deepest.time:.6g} s"
+        found.append(Fact("contact", f"{share:.3g}", "% of the saved instants", text))
+    if any(name in (contact, contact.partition(".")[0]) for contact in sol.contacts.names):
+        found.append(Fact("impacts", impacts(sol.episodes(name))))
+    return found
+
+
+# Text and HTML of a solution: end of the run, main peaks, notes, facts
 
 MAIN_ENDINGS = ("torque", "normal_force", "deflection", "von_mises")
 """Endings of the main signals: of drives, of contacts, of flexible links, of all bodies that deform."""
@@ -196,8 +248,9 @@ def _scales(sol: Solution) -> dict[str, float]:
 
 def solution_text(sol: Solution) -> str:
     """Name and status; saved instants, signals, cost; main peaks and number of notes: three lines, five at most."""
-    parts = f"{counted(len(sol.names), 'signal')} of {counted(len(_by_part(sol)), 'part')}"
-    lines = [cut(f"Solution of {sol.name!r}: {sol.status}", 3), f"  {_saved(sol)}; {parts}; {_cost(sol)}"]
+    saved, signals, steps, _, clock, *_ = facts(sol)
+    lines = [cut(f"Solution of {sol.name!r}: {sol.status}", 3)]
+    lines += [f"  {saved.text}; {signals.text}; {steps.value} in {clock.text} on the clock"]
     peaks = [f"{name} {_peak(sol, name)}" for name in _largest(sol)[:IN_TEXT]]
     last = ["largest " + ", ".join(peaks)] if peaks else []
     last += [counted(len(sol.notes), "note") + " in sol.notes"] if sol.notes else []
@@ -206,14 +259,12 @@ def solution_text(sol: Solution) -> str:
 
 def solution_html(sol: Solution) -> str:
     """Table of the end of the run, the main peaks, notes, and the names of all signals on a click."""
-    rows = [("saved", _saved(sol)), ("cost", str(sol.stats))]
-    rows += [("contacts", listed(sol.contacts.names))] if sol.contacts.names else []
     peaks = [(name, *_peak_cells(sol, name)) for name in largest_signals(sol)[:IN_TABLE]]
     signals = display.table([(owner, ", ".join(names)) for owner, names in _by_part(sol).items()])
     return display.page(
         f"Solution of {sol.name!r}",
         sol.status,
-        display.table(rows),
+        display.table((fact.label, fact.text) for fact in facts(sol)),
         display.table(peaks, ("signal", "largest absolute value", "unit", "at t [s]")),
         display.folded(counted(len(sol.notes), "note"), display.texts(sol.notes)) if sol.notes else "",
         display.folded(_signals(sol), signals),
@@ -240,11 +291,6 @@ def _peak_cells(sol: Solution, name: str) -> tuple[str, str, str]:
     return f"{value:.6g}", sol.units(name), f"{time:.6g}"
 
 
-def _saved(sol: Solution) -> str:
-    span = f", {sol.time[0]:.6g} to {sol.time[-1]:.6g} s" if len(sol.time) else ""
-    return f"{counted(len(sol.time), 'instant')}{span}"
-
-
 def _signals(sol: Solution) -> str:
     return f"{counted(len(sol.names), 'signal')} of {listed(_by_part(sol), 5) or 'no part'}"
 
@@ -256,10 +302,6 @@ def _by_part(sol: Solution) -> dict[str, list[str]]:
         part, _, own = name.partition(".")
         found.setdefault(part, []).append(own)
     return found
-
-
-def _cost(sol: Solution) -> str:
-    return f"{counted(sol.stats.steps, 'step')} in {sol.stats.wall_time:.3g} s on the clock"
 
 
 # The record of a run: named signals over time, status, statistics, final state

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb.model.shape import MARKER, TRACE
+from flexmb.results.drawing import directions
 from flexmb.show.pictures.style import CLEARANCE, COLOURS, TRACED, make_drawable
 
 if TYPE_CHECKING:
@@ -408,9 +409,7 @@ def body_colours(scene: Scene) -> dict[str, str]:
 
 def edges(line: Line, least: float) -> tuple[np.ndarray, np.ndarray]:
     """Both edges (n, m, 2) of a beam in its depth, drawn with the half depth `least` [m] at least."""
-    along = np.gradient(line.points, axis=1)
-    along /= np.maximum(np.hypot(along[..., 0], along[..., 1]), 1e-300)[..., None]
-    normal = np.stack([-along[..., 1], along[..., 0]], axis=-1)
+    _, _, normal = directions(np.gradient(line.points, axis=1))
     depth = np.zeros(line.points.shape[1]) if line.depth is None else line.depth
     half = np.maximum(0.5 * depth, least)[:, None]
     return line.points + half * normal, line.points - half * normal

@@ -15,7 +15,7 @@ from flexmb import arguments, checks
 from flexmb.errors import InputError
 from flexmb.model.signal import Signal, Signals
 from flexmb.results import drawing
-from flexmb.results.drawing import ARROW, HEAD, Line, Mark, Surface, SymbolLine, symbols
+from flexmb.results.drawing import ARROW, HEAD, Line, Mark, Surface, SymbolLine, arrow_line, symbols
 from flexmb.results.solution import Peaks, Solution, Stats
 from flexmb.show.pictures.pose import RING, Pose, body_colours, place_names
 from flexmb.show.pictures.style import CLEARANCE, panel_of, panels_of
@@ -159,13 +159,7 @@ def joint_forces(
         if name not in places:
             raise InputError(f"forces: {name!r} is no joint that is drawn. Known: {', '.join(places)}.")
         arrow = ARROW * size * vector / np.maximum(np.hypot(*vector.T), top)[:, None]
-        length = np.hypot(*arrow.T)[:, None]
-        unit = arrow / np.where(length > 0.0, length, 1.0)
-        normal = np.stack([-unit[:, 1], unit[:, 0]], axis=-1)
-        head = np.minimum(HEAD * size, 0.6 * length)
-        base, tip = places[name], places[name] + arrow
-        back, side = tip - head * unit, 0.4 * head * normal
-        points = np.stack([base, tip, back + side, tip, back - side], axis=1)
+        points = arrow_line(places[name], places[name] + arrow, HEAD * size)
         found.append(SymbolLine(name, "force", points))
     return found
 

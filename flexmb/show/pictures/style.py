@@ -101,7 +101,7 @@ def grid(ax: Axes) -> None:
 
 
 def panels_of(
-    size: tuple[float, float], title: str = "", *, rows: int = 1, columns: int = 1, **sharing: bool
+    size: tuple[float, float], title: str = "", *, rows: int = 1, columns: int = 1, **sharing: Any
 ) -> tuple[Figure, list[Axes]]:
     """Figure of a size [inch] with a title and panels on pale grids, row by row; `sharing` as of matplotlib."""
     from flexmb.show.pictures.figure import Picture

@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.display import pretty
 from flexmb.dynamics.jobs.files import write_text
 
 # HTML whose texts are escaped when it is made
@@ -98,11 +99,6 @@ def number(value: float, digits: int = 6) -> str:
 def quantity(value: float, unit: str = "", digits: int = 6) -> str:
     """A number with its unit."""
     return f"{number(value, digits)} {pretty(unit)}".rstrip()
-
-
-def pretty(unit: str) -> str:
-    """A unit with raised exponents: "m/s^2" becomes "m/s²"."""
-    return unit.replace("^2", "²").replace("s2", "s²").replace("m2", "m²").replace("m^3", "m³")
 
 
 # Arrays as compressed texts inside a page

@@ -15,7 +15,7 @@ from flexmb.model.mechanism import Mechanism, described
 from flexmb.results.contact_intervals import MODES, Episodes
 from flexmb.results.drawing import nearest_instants
 from flexmb.results.naming import matching
-from flexmb.results.solution import Solution
+from flexmb.results.solution import Solution, contact_facts
 from flexmb.results.status import main_signals, panels
 from flexmb.show.reports.document import (
     MIDDLE,
@@ -207,38 +207,17 @@ def clearance_section(sol: Solution) -> Markup | None:
 def _joint(sol: Solution, joint: str) -> Markup:
     """Picture, facts and contact intervals of a joint."""
     clearance = clearance_of(sol, joint)
-    episodes = sol.episodes(joint) if _has_contact(sol, joint) else None
-    rows: list[tuple[str, str | None]] = []
-    if clearance is not None:
-        rows.append(("clearance", quantity(clearance, "m")))
-    if f"{joint}.penetration" in sol and len(sol.time):
-        depth = sol.array(f"{joint}.penetration")
-        rows.append(("in contact", f"{100.0 * np.mean(depth > 0.0):.3g} % of the saved instants"))
-        rows.append(("largest penetration", _peak(sol, f"{joint}.penetration")))
+    known = any(name.partition(".")[0] == joint for name in sol.contacts.names)
+    rows: list[tuple[str, str | None]] = [("clearance", quantity(clearance, "m"))] if clearance is not None else []
+    rows += [(fact.label, fact.text) for fact in contact_facts(sol, joint)]
     if f"{joint}.normal_force" in sol:
-        rows.append(("largest normal force", _peak(sol, f"{joint}.normal_force")))
-    if episodes is not None:
-        rows.append(("contact intervals", _counts(episodes)))
+        peak = sol.peak(f"{joint}.normal_force")
+        rows.append(("largest normal force", f"{quantity(peak.value, 'N')} at t = {peak.time:.6g} s"))
     label = f"Journal of joint {joint} in its bearing, with the path of its centre"
     picture = tag("canvas", class_="journal", role="img", aria_label=label, data_joint=joint)
     left = tag("div", picture if clearance is not None else None, facts(rows), class_="journal-side")
-    listing = None if episodes is None else _intervals(episodes, joint)
+    listing = _intervals(sol.episodes(joint), joint) if known else None
     return tag("article", tag("h3", joint), tag("div", left, listing, class_="joint"), class_="card")
-
-
-def _has_contact(sol: Solution, joint: str) -> bool:
-    return any(name.partition(".")[0] == joint for name in sol.contacts.names)
-
-
-def _peak(sol: Solution, name: str) -> str:
-    peak = sol.peak(name)
-    return f"{quantity(peak.value, sol.units(name))} at t = {peak.time:.6g} s"
-
-
-def _counts(episodes: Episodes) -> str:
-    counts = [(int((episodes.mode == mode).sum()), word) for mode, word in MODES.items()]
-    words = {"impact": "impacts", "continuous": "continuous contacts"}
-    return ", ".join(f"{count} {words[word]}" for count, word in counts if count) or "none"
 
 
 def _intervals(episodes: Episodes, joint: str) -> Markup:

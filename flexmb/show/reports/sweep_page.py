@@ -10,6 +10,7 @@ from urllib.parse import quote
 import numpy as np
 
 from flexmb import checks
+from flexmb.display import pretty
 from flexmb.errors import InputError
 from flexmb.show.pictures.diagrams import VERDICT_COLOURS, default_signal, entry_of
 from flexmb.show.reports.document import (
@@ -19,7 +20,6 @@ from flexmb.show.reports.document import (
     floats,
     instants,
     number,
-    pretty,
     quantity,
     section,
     table,

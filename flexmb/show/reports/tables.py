@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import platform
 import shlex
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from flexmb.display import pretty
 from flexmb.findings.finding import SEVERITIES
 from flexmb.findings.report import Report
+from flexmb.model.mechanism import part_facts
+from flexmb.results.naming import ENERGIES
 from flexmb.results.solution import Solution
-from flexmb.show.reports.document import Content, Markup, facts, joined, number, pretty, quantity, section, table, tag
+from flexmb.results.solution import facts as facts_of
+from flexmb.show.reports.document import Content, Markup, facts, joined, number, quantity, section, table, tag
 from flexmb.version import installed_version
 
 # Tables of the parts of a mechanism: bodies, joints, loads, with their numbers, sections, materials and laws
@@ -26,9 +30,6 @@ NOT_EXAMINED = (
     "report(sol, path, mechanism=mech) examines it."
 )
 
-LEFT_OUT = frozenset({"first", "second", "body", "mass", "outline", "class"})
-"""Fields that have a column of their own, and drawings."""
-
 
 def model_section(sol: Solution, description: Mapping[str, Any]) -> Markup:
     """Section of all parts, in plain values (see `flexmb.model.mechanism`); empty: unknown."""
@@ -36,64 +37,25 @@ def model_section(sol: Solution, description: Mapping[str, Any]) -> Markup:
     if not parts:
         names = ", ".join(dict.fromkeys(name.partition(".")[0] for name in sol.names)) or "no part"
         return section("Model", tag("p", UNKNOWN), facts([("signals of", names)]), anchor="model")
-    bodies = [part for part in parts if part["kind"] == "body"]
-    others = [part for part in parts if part["kind"] != "body"]
-    mass = sum(part["mass"] for part in bodies if isinstance(part.get("mass"), int | float))
+    known = part_facts(description)
+    bodies = [part for part in known if part.is_body]
+    others = [[p.name, p.kind, p.connects, p.values] for p in known if not p.is_body]
     gx, gy = description.get("gravity", (0.0, 0.0))
     summary = [
         ("parts", f"{len(parts)}"),
-        ("mass", quantity(mass, "kg")),
+        ("mass", quantity(sum(part.mass or 0.0 for part in bodies), "kg")),
         ("gravity", f"({number(gx)}, {number(gy)}) {pretty('m/s^2')}"),
     ]
-    body_rows = [[p["name"], p["class"], _mass(p), values_text(p["fields"])] for p in bodies]
-    other_rows = [[p["name"], p["class"], _ends(p["fields"]), values_text(p["fields"])] for p in others]
+    rows = [[p.name, p.kind, "-" if p.mass is None else number(p.mass), p.values] for p in bodies]
     return section(
         "Model",
         facts(summary),
-        table("Bodies", ["name", "class", "mass [kg]", "values"], body_rows, numbers=[2]) if bodies else None,
-        table("Joints, drives, loads and other parts", ["name", "class", "between", "values"], other_rows)
+        table("Bodies", ["name", "class", "mass [kg]", "values"], rows, numbers=[2]) if bodies else None,
+        table("Joints, drives, loads and other parts", ["name", "class", "between", "values"], others)
         if others
         else None,
         anchor="model",
     )
-
-
-def _mass(part: Mapping[str, Any]) -> str:
-    mass = part.get("mass")
-    return number(mass) if isinstance(mass, int | float) else "-"
-
-
-def _ends(fields: Mapping[str, Any]) -> str:
-    """Bodies or joints that a part connects."""
-    names = [fields[key][0] for key in ("first", "second", "body", "joint") if key in fields]
-    return " and ".join(str(name) for name in names if isinstance(name, str))
-
-
-def values_text(fields: Mapping[str, Any]) -> str:
-    """Values of a part or law in one line, from [value, unit] by field; zeros and disabled switches are left out."""
-    return "; ".join(_values(fields))
-
-
-def _values(fields: Mapping[str, Any]) -> Iterator[str]:
-    for name, (value, unit) in fields.items():
-        if name in LEFT_OUT or value is None or value is False or value == 0:
-            continue
-        word = name.replace("_", " ")
-        if isinstance(value, Mapping):
-            inner = ", ".join(_values(value["fields"]))
-            yield f"{word} {value['class']}" + (f" ({inner})" if inner else "")
-        elif value is True:
-            yield word
-        else:
-            yield f"{word} {_plain(value)} {pretty(unit)}".rstrip()
-
-
-def _plain(value: Any) -> str:
-    if isinstance(value, list):
-        return f"({', '.join(_plain(item) for item in value)})"
-    if isinstance(value, Mapping):
-        return str(value.get("class", ""))
-    return number(value) if isinstance(value, float) else str(value)
 
 
 def check_section(report: Report | str) -> Markup:
@@ -117,22 +79,6 @@ def check_section(report: Report | str) -> Markup:
 
 # Tables of a run: peaks, balance of energies, statistics, settings and versions
 
-MEANING = {
-    "kinetic": "kinetic energy",
-    "strain": "strain energy",
-    "gravity": "potential energy of gravity",
-    "drive_work": "work of the drives",
-    "load_work": "work of loads",
-    "dissipated_contact": "loss in normal contact",
-    "dissipated_friction": "loss by friction",
-    "dissipated_damping": "loss by damping",
-    "dissipated_algorithm": "loss by the time integration",
-    "residual": "residual of the balance",
-    "turned_over": "energy turned over",
-}
-"""Meaning of the energies by signal, in the order of the balance."""
-
-
 CAPTION = "Energies [J] at the first and the last saved instant, and their largest absolute values"
 
 
@@ -149,20 +95,15 @@ def peaks_table(sol: Solution, names: list[str]) -> Markup:
 
 def energy_section(sol: Solution) -> Markup | None:
     """Section of the balance of energies; None for a solution without energies."""
-    names = {key: f"energy.{key}" for key in MEANING if f"energy.{key}" in sol}
+    names = {key: f"energy.{key}" for key in ENERGIES if f"energy.{key}" in sol}
     if not names or not len(sol.time):
         return None
     rows = []
     for key, name in names.items():
         first, last = sol.array(name)[[0, -1]]
-        rows.append([MEANING[key], number(first), number(last), number(sol.peak(name).value)])
+        rows.append([ENERGIES[key], number(first), number(last), number(sol.peak(name).value)])
     heads = ["energy", "first", "last", "largest"]
-    made = table(
-        CAPTION,
-        heads,
-        rows,
-        numbers=[1, 2, 3],
-    )
+    made = table(CAPTION, heads, rows, numbers=[1, 2, 3])
     share = None
     if {"residual", "turned_over"} <= names.keys() and sol.peak(names["turned_over"]).value > 0.0:
         part = sol.peak(names["residual"]).value / sol.peak(names["turned_over"]).value
@@ -172,18 +113,8 @@ def energy_section(sol: Solution) -> Markup | None:
 
 
 def statistics_section(sol: Solution) -> Markup:
-    """Section of status, notes and cost of a run."""
-    stats = sol.stats
-    rows: list[tuple[str, Content]] = [
-        ("status", sol.status),
-        ("accepted steps", f"{stats.steps}"),
-        ("rejected steps", stats.rejections.replace(" rejected", "")),
-        ("step size", f"{stats.smallest_step:.3g} to {stats.largest_step:.3g} s"),
-        ("Newton iterations", f"{stats.newton_iterations}"),
-        ("evaluations", f"{stats.evaluations}"),
-        ("factorisations", f"{stats.factorisations}"),
-        ("wall time", f"{stats.wall_time:.3g} s"),
-    ]
+    """Section of status, facts and notes of a run."""
+    rows = [("status", sol.status), *((fact.label, fact.text) for fact in facts_of(sol))]
     notes = tag("ul", *(tag("li", note) for note in sol.notes), class_="notes") if sol.notes else None
     return section("Statistics", facts(rows), tag("h3", "Notes") if notes else None, notes, anchor="statistics")
 
@@ -192,9 +123,8 @@ def settings_section(sol: Solution, frames: int) -> Markup:
     """Section of settings, versions and the command of a run."""
     model = dict(sol.model)
     command = model.pop("command", None)
-    saved = f"{len(sol.time)} instants, {sol.time[0]:.6g} to {sol.time[-1]:.6g} s; {frames} of them are frames here"
     rows: list[tuple[str, Content]] = [("command", tag("code", command_text(command)))] if command else []
-    rows += [("mechanism", sol.name), ("saved", saved), ("signals", f"{len(sol.names)}")]
+    rows += [("mechanism", sol.name), ("frames here", f"{frames} of {len(sol.time)} saved instants")]
     rows += [(key, _short(value)) for key, value in model.items() if key not in ("name", "flexmb", "version")]
     written = model.get("flexmb", model.get("version", "unknown"))
     here = f"flexmb {installed_version()}, Python {platform.python_version()}, numpy {np.__version__}"
