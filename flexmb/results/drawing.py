@@ -337,6 +337,12 @@ def parts(sol: Solution) -> tuple[str, ...]:
     return tuple(dict.fromkeys(shape.part for shape in sol.shapes))
 
 
+def bodies(sol: Solution) -> tuple[str, ...]:
+    """Names of the bodies with lines, in the order of the shapes, by which bodies have their colours."""
+    drawn = (s for s in sol.shapes if isinstance(s, BeamShape | MeshShape) or (isinstance(s, RigidShape) and s.lines))
+    return tuple(dict.fromkeys(shape.part for shape in drawn))
+
+
 def _beam(sol: Solution, beam: BeamShape, instants: np.ndarray, xi: np.ndarray) -> Line:
     begin, end = (pose(sol, beam.part, node, instants) for node in (beam.start, beam.end))
     forces = hermite.section_forces(begin, end, beam, xi)

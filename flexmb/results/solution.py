@@ -77,58 +77,30 @@ class Stats:
 # Largest absolute values of signals over all accepted steps
 
 
-class Peak(NamedTuple):
-    """The largest absolute value of a signal over all accepted steps.
-
-    Parameters
-    ----------
-    value : the largest absolute value, in the unit of the signal.
-    time : when it was reached [s].
-    """
+class _Peak(NamedTuple):
+    """Value and time."""
 
     value: float
     time: float
 
-    def __repr__(self) -> str:
-        return f"Peak(value={number_text(self.value)}, time={number_text(self.time)})"
 
-    @property
-    def node(self) -> int | None:
-        """Number of the node where a stress was largest, of a mesh that in the mesh; None of other signals."""
-        return None
+class Peak(_Peak):
+    """The largest absolute value of a signal over all accepted steps; `value, time = peak`.
 
-    @property
-    def place(self) -> tuple[float, float] | None:
-        """Place of this node in the reference configuration [m]; None of other signals."""
-        return None
-
-
-class PeakOfStress(Peak):
-    """The peak of a stress, with its place.
-
-    Parameters
+    Attributes
     ----------
-    peak : value and time.
-    node : number of the node.
-    place : its place in the reference configuration [m]; None of beams and reduced bodies of a file.
+    value : the largest absolute value, in the unit of the signal.
+    time : when it was reached [s].
+    node : number of the node where a stress was largest, of a mesh that in the mesh; None of other signals.
+    place : place of this node in the reference configuration [m]; None of other signals, and of beams and reduced
+        bodies of a file.
     """
 
-    def __new__(cls, peak: Peak, node: int, place: tuple[float, float] | None) -> PeakOfStress:
-        """The peak with its place."""
-        own = super().__new__(cls, *peak)
-        own.__dict__["at"] = (node, place)
-        return own
+    node: int | None = None
+    place: tuple[float, float] | None = None
 
-    @property
-    def node(self) -> int:
-        """Number of the node where the stress was largest."""
-        return int(self.__dict__["at"][0])
-
-    @property
-    def place(self) -> tuple[float, float] | None:
-        """Place of this node in the reference configuration [m]; None of beams and reduced bodies of a file."""
-        found: tuple[float, float] | None = self.__dict__["at"][1]
-        return found
+    def __repr__(self) -> str:
+        return f"Peak(value={number_text(self.value)}, time={number_text(self.time)})"
 
 
 class Peaks(NamedTuple):
@@ -454,12 +426,12 @@ class Solution:
         k = self._place(name)
         peak = Peak(float(self.peaks.values[k]), float(self.peaks.times[k]))
         at = self._places.get(f"{self.signals.names[k]}_node")
-        if at is None:
-            return peak
-        part, node = self.signals.names[k].partition(".")[0], round(float(self.peaks.values[at]))
-        from flexmb.results.stress import place_of_stress
+        if at is not None:
+            from flexmb.results.stress import place_of_stress
 
-        return PeakOfStress(peak, node, place_of_stress(self, part, node))
+            peak.node = round(float(self.peaks.values[at]))
+            peak.place = place_of_stress(self, self.signals.names[k].partition(".")[0], peak.node)
+        return peak
 
     def stress(
         self,
@@ -636,6 +608,14 @@ class Solution:
                 text += f" Saved were only those of simulate(..., signals={self.model[SAVED_KEY]!r}); add it there."
             raise UnknownSignalError(text)
         return place
+
+
+def require_rows(label: str, sol: Solution, *, drawn: bool = True) -> None:
+    """Refuse a solution without saved instants, or, to be drawn, without shapes; `label`: name of the caller."""
+    if not len(sol.time):
+        raise InputError(f"{label}: the solution has no saved instants. Save some, e.g. by simulate(..., save=...).")
+    if drawn and not sol.shapes:
+        raise InputError(f"{label}: the solution has no shapes to draw. Build it from a mechanism with bodies.")
 
 
 def _frozen(name: str, values: Any, shape: tuple[int | None, ...]) -> Any:

@@ -114,11 +114,9 @@ def _checked_target(path: str | Path) -> Path:
 def _chosen(sol: Solution, frames: int | None) -> np.ndarray:
     """Numbers of the saved instants that become frames."""
     from flexmb.results.drawing import nearest_instants
+    from flexmb.results.solution import require_rows
 
-    if not len(sol.time):
-        raise InputError("write_vtk: the solution has no saved instants. Save some, e.g. by simulate(..., save=...).")
-    if not sol.shapes:
-        raise InputError("write_vtk: the solution has no shapes to draw. Build it from a mechanism with bodies.")
+    require_rows("write_vtk", sol)
     if frames is None:
         if len(sol.time) <= MOST_FRAMES:
             return np.arange(len(sol.time))

@@ -16,7 +16,7 @@ from flexmb.errors import InputError
 from flexmb.model.shape import MARKER, TRACE, Place, PointShape, nodes_of
 from flexmb.results import drawing
 from flexmb.results.positions import at_times, magnified
-from flexmb.results.solution import Solution
+from flexmb.results.solution import Solution, require_rows
 from flexmb.show.pictures.pose import Colouring, Pose
 from flexmb.show.pictures.scene import SHARE, Box, Scene, box_about, legend, scene_of
 from flexmb.show.pictures.style import DIVERGING, SEQUENTIAL, grid, label_axis, words_of
@@ -399,10 +399,7 @@ def instants(sol: Solution, times: tuple[float, float] | None, count: int) -> np
 
     Refused: no rows, no shapes, times outside the run or in the wrong order.
     """
-    if not len(sol.time):
-        raise InputError("animate: the solution has no saved instants. Save some, e.g. by simulate(..., save=...).")
-    if not sol.shapes:
-        raise InputError("animate: the solution has no shapes to draw. Build it from a mechanism with bodies.")
+    require_rows("animate", sol)
     first, last = float(sol.time[0]), float(sol.time[-1])
     if times is not None:
         given = checks.sequence("animate", "times", times, "two instants [s]")

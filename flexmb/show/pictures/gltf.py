@@ -22,6 +22,7 @@ from flexmb.model.shape import CircleShape, LineShape, PointShape, RigidShape
 from flexmb.results import drawing
 from flexmb.results.drawing import circle_line, directions, symbols
 from flexmb.results.positions import FlexibleMotion, flexible_motions, magnified
+from flexmb.results.solution import require_rows
 from flexmb.show.pictures.films import stress_limit
 from flexmb.show.pictures.pose import THINNEST, body_colours
 from flexmb.show.pictures.scene import Scene, scene_of
@@ -219,8 +220,7 @@ def export_gltf(sol: Solution, path: str | Path, *, frames: int | None = None, m
     target = checks.path("export_gltf", path)
     if target.suffix.lower() != ".glb":
         raise InputError(f"export_gltf: path is {str(path)!r}; it must end in .glb.")
-    if not len(sol.time) or not sol.shapes:
-        raise InputError("export_gltf: the solution has no saved instants or no shapes. Save some, e.g. save=1000.")
+    require_rows("export_gltf", sol)
     count = min(len(sol.time), MOST_FRAMES) if frames is None else checks.count("export_gltf", "frames", frames, 2)
     rows = drawing.nearest_instants(sol, np.linspace(sol.time[0], sol.time[-1], count))
     shown = magnified(sol, checks.not_negative("export_gltf", "magnify", magnify))

@@ -16,7 +16,7 @@ from flexmb.errors import InputError
 from flexmb.model.signal import Signal, Signals
 from flexmb.results import drawing
 from flexmb.results.drawing import ARROW, HEAD, Line, Mark, Surface, SymbolLine, arrow_line, symbols
-from flexmb.results.solution import Peaks, Solution, Stats
+from flexmb.results.solution import Peaks, Solution, Stats, require_rows
 from flexmb.show.pictures.pose import RING, Pose, body_colours, place_names
 from flexmb.show.pictures.style import CLEARANCE, panel_of, panels_of
 
@@ -233,10 +233,7 @@ def render(
 
 
 def _instants(sol: Solution, times: Sequence[float] | np.ndarray | None) -> np.ndarray:
-    if not len(sol.time):
-        raise InputError("render: the solution has no saved instants. Save some, e.g. by simulate(..., save=...).")
-    if not sol.shapes:
-        raise InputError("render: the solution has no shapes to draw. Build it from a mechanism with bodies.")
+    require_rows("render", sol)
     first, last = float(sol.time[0]), float(sol.time[-1])
     if times is None:
         return np.linspace(first, last, PANELS)

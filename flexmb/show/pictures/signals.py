@@ -12,7 +12,7 @@ from flexmb.dynamics.series.samples import PowerSpectrum
 from flexmb.errors import InputError
 from flexmb.model.part import Part, name_of
 from flexmb.model.shape import PointShape
-from flexmb.results.solution import Solution
+from flexmb.results.solution import Solution, require_rows
 from flexmb.show.pictures.style import (
     CLEARANCE,
     COLOURS,
@@ -123,8 +123,7 @@ def plot(
     InputError : an unknown name, no name, signals of different units in one panel, a solution without saved instants.
     """
     panels = _panels(sol, names)
-    if not len(sol.time):
-        raise InputError("plot: the solution has no saved instants. Save some, e.g. by simulate(..., save=...).")
+    require_rows("plot", sol, drawn=False)
     if x != "time":
         sol.array(x)  # an unknown name is refused before anything is drawn
     figure, axes = panels_of_time(len(panels), sol.name if title is None else title)
@@ -199,8 +198,7 @@ def plot_runs(runs: Mapping[str, Solution], names: str | Sequence[str], *, title
     for label, sol in given.items():
         if not isinstance(sol, Solution):
             raise InputError(f"plot_runs: runs[{label!r}] is {type(sol).__name__}; it must be a solution.")
-        if not len(sol.time):
-            raise InputError(f"plot_runs: runs[{label!r}] has no saved instants. Save some, e.g. save=1000.")
+        require_rows(f"plot_runs: runs[{label!r}]", sol, drawn=False)
     for name in panels:
         units = {sol.units(name) for sol in given.values()}
         if len(units) > 1:

@@ -9,10 +9,10 @@ import numpy as np
 
 from flexmb import arguments, checks
 from flexmb.dynamics.jobs.files import whole_file
-from flexmb.errors import FileFormatError, InputError
+from flexmb.errors import FileFormatError
 from flexmb.results import drawing
 from flexmb.results.positions import magnified
-from flexmb.results.solution import Solution
+from flexmb.results.solution import Solution, require_rows
 from flexmb.results.vtk import UNITS
 from flexmb.show.pictures.films import (
     FIELDS,
@@ -147,8 +147,7 @@ def view(
     ------
     InputError : no saved rows, no shapes, an unknown colour or joint, a time outside the run.
     """
-    if not len(sol.time) or not sol.shapes:
-        raise InputError("view: the solution has no saved instants or no shapes. Save some, e.g. save=1000.")
+    require_rows("view", sol)
     if colour is not None:
         checks.one_of("view", "colour", colour, (*FIELDS, STRESS))
     rows = np.unique(np.linspace(0, len(sol.time) - 1, min(len(sol.time), MOST_FRAMES)).round().astype(int))

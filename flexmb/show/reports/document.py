@@ -23,6 +23,7 @@ import numpy as np
 
 from flexmb.display import pretty
 from flexmb.dynamics.jobs.files import write_text
+from flexmb.show.pictures.style import COLOURS
 
 # HTML whose texts are escaped when it is made
 
@@ -188,9 +189,26 @@ def asset(name: str) -> str:
     return files("flexmb.show.reports").joinpath("assets", name).read_text(encoding="utf-8")
 
 
+PALE = 0.4
+"""Share of white in the colours of curves and bodies on a dark page."""
+
+
+def palette() -> str:
+    """Style of the colours of curves and bodies: those of pictures, paler on a dark page."""
+    pale = [[round((1.0 - PALE) * x + 255 * PALE) for x in bytes.fromhex(one[1:])] for one in COLOURS]
+    dark = "".join(f"--series-{k}: #{bytes(one).hex()}; " for k, one in enumerate(pale))
+    light = "".join(f"--series-{k}: {one}; " for k, one in enumerate(COLOURS))
+    keys = "".join(f".key-{k} {{ background: var(--series-{k}); }}\n" for k in range(len(COLOURS)))
+    on_dark = f':root:not([data-theme="light"]) {{ {dark}}}'
+    return f""":root {{ --series-count: {len(COLOURS)}; {light}}}
+@media (prefers-color-scheme: dark) {{ {on_dark} }}
+:root[data-theme="dark"] {{ {dark}}}
+{keys}"""
+
+
 def document(title: str, body: Markup, scripts: tuple[str, ...], data: dict[str, Any]) -> str:
     """Text of a page, with scripts after the common ones, and plain values for them."""
-    style = "\n".join(asset(name) for name in STYLES)
+    style = "\n".join([*(asset(name) for name in STYLES), palette()])
     program = "\n".join(['"use strict";(function () {', *(asset(name) for name in (*COMMON, *scripts)), "})();"])
     codes = [asset(LIBRARY), program] if "plots.js" in scripts else [program]
     content = tag(

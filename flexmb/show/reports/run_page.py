@@ -15,7 +15,7 @@ from flexmb.model.mechanism import Mechanism, described
 from flexmb.results.contact_intervals import MODES, Episodes
 from flexmb.results.drawing import nearest_instants
 from flexmb.results.naming import matching
-from flexmb.results.solution import Solution, contact_facts
+from flexmb.results.solution import Solution, contact_facts, require_rows
 from flexmb.results.status import main_signals, panels
 from flexmb.show.reports.document import (
     MIDDLE,
@@ -262,8 +262,7 @@ def write_run(
     sol: Solution, path: Path, mechanism: Mechanism | None, frames: int, signals: Any, title: str | None
 ) -> Path:
     """Write the page of a run; see `flexmb.report`."""
-    if not len(sol.time):
-        raise InputError("report: the solution has no saved instants. Save some, e.g. by simulate(..., save=...).")
+    require_rows("report", sol, drawn=False)
     names, instants = chosen_names(sol, signals), frame_instants(sol, frames)
     if len(instants) == 0:
         raise InputError("report: no saved instant is finite. Look at sol.status for the end of the run.")

@@ -172,6 +172,7 @@ def scene(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> d
     nodes = Nodes(sol, instants)
     beams = [shape for shape in sol.shapes if isinstance(shape, BeamShape)]
     drawn = {
+        "parts": drawing.bodies(sol),
         "rigid": [_rigid(nodes, shape) for shape in sol.shapes if isinstance(shape, RigidShape)],
         "meshes": _meshes(nodes),
         "beams": [_beam(nodes, beam) for beam in beams],
