@@ -311,7 +311,7 @@ statics.equilibrium.FOLLOWED | 1 | load step | difference from the tangents up t
 statics.equilibrium.LONG_LOAD_STEP | 1 | what tangents see | a load step that is longer is halved
 statics.equilibrium.SNAP_LOAD_STEP | 1 | what tangents see | the same at the smallest size: refused
 statics.equilibrium.CLOSED_GAP | 1 | size of the mechanism | gap of a joint in equilibrium
-run.start_at_rest.OTHER_SPEED | 1 | velocities of a steady rotation | velocities that joints and drives share
+run.simulate.OTHER_SPEED | 1 | velocities of a steady rotation | velocities that joints and drives share
 statics.equilibrium.LEAST_JUMP | 1 | loads | when two equilibria are the same
 dynamics.sections.crossing.ROUNDS | iterations | nothing | most rounds to a crossing
 dynamics.sections.crossing.HALVINGS | halvings | nothing | most halvings of a step there

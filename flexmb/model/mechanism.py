@@ -15,7 +15,7 @@ import numpy as np
 from flexmb import arguments, checks, display
 from flexmb.display import counted, cut, listed, number_text, pretty
 from flexmb.docstrings import parameters, units
-from flexmb.errors import FlexmbError, InputError, ModelError
+from flexmb.errors import FlexmbError, InputError, ModelError, UnknownNameError
 from flexmb.model.contributions import (
     ConstraintContribution,
     ContactContribution,
@@ -186,12 +186,8 @@ RESERVED = {GROUND.name: "the ground, which is there already: fm.GROUND", "energ
 """Names that no part may have, with their owners."""
 
 
-class UnknownPartError(ModelError, KeyError):
+class UnknownPartError(ModelError, UnknownNameError):
     """A name that is no part of a mechanism; also a `KeyError`, as of any mapping."""
-
-    def __str__(self) -> str:
-        """The message as it is; `KeyError` alone would show it in quotes."""
-        return str(self.args[0])
 
 
 @dataclass(frozen=True, repr=False)
@@ -272,22 +268,14 @@ class Mechanism(metaclass=arguments.CheckedType):
         """Names of the parts in order of declaration."""
         return tuple(self._by_name)
 
-    @property
+    @cached_property
     def bodies(self) -> tuple[Body, ...]:
         """The bodies in order of declaration, without the ground."""
-        return self._bodies
-
-    @cached_property
-    def _bodies(self) -> tuple[Body, ...]:
         return tuple([part for part in self.parts if isinstance(part, Body)])
 
-    @property
+    @cached_property
     def controllers(self) -> tuple[Controller, ...]:
         """The controllers in order of declaration."""
-        return self._controllers
-
-    @cached_property
-    def _controllers(self) -> tuple[Controller, ...]:
         return tuple([part for part in self.parts if isinstance(part, Controller)])
 
     @cached_property

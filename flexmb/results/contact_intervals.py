@@ -10,7 +10,7 @@ import numpy as np
 
 from flexmb import checks, display
 from flexmb.display import Shown, counted
-from flexmb.errors import InputError
+from flexmb.errors import InputError, UnknownNameError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -63,12 +63,8 @@ class ContactLog(NamedTuple):
         return ContactLog(tuple(self.names), rows)
 
 
-class UnknownContactError(InputError, KeyError):
+class UnknownContactError(InputError, UnknownNameError):
     """A name that is no contact of a solution; also a `KeyError`."""
-
-    def __str__(self) -> str:
-        """The message as it is; `KeyError` alone would show it in quotes."""
-        return str(self.args[0])
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ import numpy as np
 
 from flexmb import display
 from flexmb.display import counted, cut, listed, number_text
-from flexmb.errors import InputError, SolveError
+from flexmb.errors import InputError, SolveError, UnknownNameError
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.model.signal import Signals, hint, resolved
 from flexmb.results.contact_intervals import ContactLog, Episodes, impacts, select
@@ -279,12 +279,8 @@ def _by_part(sol: Solution) -> dict[str, list[str]]:
 # The record of a run: named signals over time, status, statistics, final state
 
 
-class UnknownSignalError(InputError, KeyError):
+class UnknownSignalError(InputError, UnknownNameError):
     """A name that is no signal of a solution; also a `KeyError`, as of any mapping."""
-
-    def __str__(self) -> str:
-        """The message as it is; `KeyError` alone would show it in quotes."""
-        return str(self.args[0])
 
 
 @dataclass(frozen=True, eq=False, repr=False)

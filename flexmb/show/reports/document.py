@@ -21,6 +21,7 @@ from typing import Any
 
 import numpy as np
 
+from flexmb import checks
 from flexmb.display import pretty
 from flexmb.dynamics.jobs.files import write_text
 from flexmb.show.pictures.style import COLOURS
@@ -160,6 +161,18 @@ def _short(numbers: np.ndarray) -> list[float]:
 
 
 # Pieces that all pages share
+
+
+def key_numbers(fault: str, *content: Content, also: str = "") -> Markup:
+    """State of a result, finished or a fault, and its first numbers, for the head of a page; `also`: another class."""
+    badge = tag("span", fault or "finished", class_=f"badge {'error' if fault else 'good'}")
+    return tag("p", badge, Markup(" "), *content, class_=f"key-numbers {also}".rstrip())
+
+
+def chosen_signals(signals: Sequence[str], known: Sequence[str]) -> list[str]:
+    """Names of the chosen signals of a diagram, checked."""
+    given = checks.sequence("report", "signals", signals, "names")
+    return [checks.one_of("report", "signal", name, known) for name in given]
 
 
 def plain_head(heading: str, key_numbers: Markup, links: Mapping[str, str]) -> Markup:
