@@ -127,8 +127,8 @@ def _corners(size: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray]:
 
 def _inside(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Number of points (n, 2) in each of the boxes (k, 2)."""
-    within: np.ndarray = ((points > low[:, None]) & (points < high[:, None])).all(axis=2)
-    return within.sum(axis=1)
+    within = (points > low[:, None]) & (points < high[:, None])
+    return np.asarray(within.all(axis=2).sum(axis=1))
 
 
 def _samples(line: np.ndarray, spacing: float) -> np.ndarray:
