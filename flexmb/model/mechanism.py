@@ -48,8 +48,10 @@ def mechanism_text(mechanism: Mechanism) -> str:
 
 def mechanism_html(mechanism: Mechanism) -> str:
     """Table of all parts with their classes, connections and values."""
-    head = ("part", "class", "connects", "values")
-    rows = display.table([(p.name, p.kind, p.connects, p.values) for p in part_facts(described(mechanism))], head)
+    head = ("part", "class", "connects", "mass [kg]", "values")
+    parts = part_facts(described(mechanism))
+    mass = ["" if part.mass is None else number_text(part.mass) for part in parts]
+    rows = display.table([(*p[:3], kg, p.values) for p, kg in zip(parts, mass, strict=True)], head)
     return display.page(f"Mechanism {mechanism.name!r}", f"{_numbers(mechanism)}; {_gravity(mechanism)}", rows)
 
 

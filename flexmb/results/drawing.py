@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -193,25 +193,35 @@ def few_shapes(moved: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]
 
 GROUND = "ground"
 
+RIGID, BEAM, MESH = "rigid", "beam", "mesh"
+"""Kinds of lines of bodies."""
+
 
 @dataclass(frozen=True)
 class Line:
-    """A polyline of a part at n instants, with the section forces of beams.
+    """A polyline of a part at n instants.
 
-    `fields` holds arrays (n, m) by name; it is empty for rigid lines.  `depth` (m,) is the depth of a beam in the plane
-    [m], 0 where it is unknown.  `of_mesh`: whether it is the outline or a hole of a mesh.
+    Parameters
+    ----------
+    kind : RIGID, BEAM (the axis of an element), MESH (an outline or a hole), or that of a symbol: "spring", "damper",
+        "rod", "cable", "force", "pitch circle", "belt", "guide".
+    points : (n, m, 2) [m].
+    fields : (n, m) section forces of a beam by name.
+    depth : (m,) depth of a beam in the plane [m], 0 where it is unknown.
+    body : the body that a circle turns with; "" for other lines.
     """
 
     part: str
-    points: np.ndarray  # (n, m, 2) [m]
-    fields: dict[str, np.ndarray]
+    kind: str
+    points: np.ndarray
+    fields: dict[str, np.ndarray] = field(default_factory=dict)
     depth: np.ndarray | None = None
-    of_mesh: bool = False
+    body: str = ""
 
     @property
     def is_beam(self) -> bool:
         """Whether the line is the axis of a beam element."""
-        return bool(self.fields)
+        return self.kind == BEAM
 
 
 @dataclass(frozen=True)
@@ -283,12 +293,12 @@ def lines(sol: Solution, instants: np.ndarray, points_per_element: int) -> list[
     for shape in sol.shapes:
         if isinstance(shape, RigidShape):
             at = pose(sol, shape.part, shape.node, instants)[:, None]
-            found += [Line(shape.part, carried(at, np.array(line, dtype=float)), {}) for line in shape.lines]
+            found += [Line(shape.part, RIGID, carried(at, np.array(line, dtype=float))) for line in shape.lines]
         elif isinstance(shape, BeamShape):
             found.append(_beam(sol, shape, instants, xi))
         elif isinstance(shape, MeshShape):
             rims = surface(sol, shape, instants).outlines()
-            found += [Line(shape.part, rim, {}, of_mesh=True) for rim in rims]
+            found += [Line(shape.part, MESH, rim) for rim in rims]
     return found
 
 
@@ -355,7 +365,7 @@ def _beam(sol: Solution, beam: BeamShape, instants: np.ndarray, xi: np.ndarray) 
         "bending_stiffness": np.broadcast_to(hermite.bending_stiffness(beam, xi), shape),
     }
     depth = beam.depth[0] + xi * (beam.depth[1] - beam.depth[0])
-    return Line(beam.part, hermite.element_shape(begin, end, beam, xi), fields, depth)
+    return Line(beam.part, BEAM, hermite.element_shape(begin, end, beam, xi), fields, depth)
 
 
 # Symbols of springs, dampers, rods, cables, guides, belts, forces and pitch circles, as polylines at instants
@@ -378,28 +388,8 @@ ARC_POINTS = 37
 OVERHANG = 0.06
 """Length of a guide beyond the travel, over the size of the picture."""
 
-KINDS = ("spring", "damper", "rod", "cable", "force", "pitch circle", "belt", "guide")
-"""Kinds of symbols."""
 
-
-@dataclass(frozen=True)
-class SymbolLine:
-    """A polyline of a symbol at n instants.
-
-    Parameters
-    ----------
-    kind : one of `KINDS`.
-    points : (n, m, 2) [m].
-    body : the body that a circle turns with; "" for other symbols.
-    """
-
-    part: str
-    kind: str
-    points: np.ndarray
-    body: str = ""
-
-
-def symbols(sol: Solution, instants: np.ndarray, size: float) -> list[SymbolLine]:
+def symbols(sol: Solution, instants: np.ndarray, size: float) -> list[Line]:
     """Symbols of all shapes that are neither bodies nor points, at saved instants with numbers (n,).
 
     Widths and arrows are drawn by the size of the picture [m].
@@ -408,17 +398,17 @@ def symbols(sol: Solution, instants: np.ndarray, size: float) -> list[SymbolLine
     for shape in sol.shapes:
         if isinstance(shape, LineShape):
             first, second = (path(sol, place, instants) for place in (shape.first, shape.second))
-            found.append(SymbolLine(shape.part, shape.kind, _between(first, second, shape.kind, WIDTH * size)))
+            found.append(Line(shape.part, shape.kind, _between(first, second, shape.kind, WIDTH * size)))
         elif isinstance(shape, ArrowShape):
-            found.append(SymbolLine(shape.part, "force", _arrow(sol, shape, instants, size)))
+            found.append(Line(shape.part, "force", _arrow(sol, shape, instants, size)))
         elif isinstance(shape, CircleShape):
             line = carried(pose(sol, *shape.at[:2], instants)[:, None], circle_line(shape))
-            found.append(SymbolLine(shape.part, "pitch circle", line, shape.at[0]))
+            found.append(Line(shape.part, "pitch circle", line, body=shape.at[0]))
         elif isinstance(shape, BeltShape):
-            found.append(SymbolLine(shape.part, "belt", _belt(sol, shape, instants)))
+            found.append(Line(shape.part, "belt", _belt(sol, shape, instants)))
         elif isinstance(shape, PointShape) and shape.along and shape.other and _is_saved(sol, shape.other):
             line = _guide(sol, shape, shape.other, shape.along, instants, OVERHANG * size)
-            found.append(SymbolLine(shape.part, "guide", line))
+            found.append(Line(shape.part, "guide", line))
     return found
 
 

@@ -171,10 +171,8 @@ def _pieces(sol: Solution, points_per_element: int) -> list[Piece]:
     bodies, marks = drawing.lines(sol, instants, points_per_element), drawing.marks(sol, instants)
     places = [line.points.reshape(-1, 2) for line in bodies] + [mark.points for mark in marks]
     signs = drawing.symbols(sol, instants, float(np.ptp(np.concatenate(places), axis=0).max()) if places else 1.0)
-    lines: list[tuple[drawing.Line | drawing.SymbolLine, str, Mapping[str, np.ndarray]]]
-    lines = [(x, "beam" if x.is_beam else "rigid", x.fields) for x in bodies if not x.of_mesh]
-    lines += [(sign, sign.kind, {}) for sign in signs]
-    found = [Piece(x.points, "line", _steps(x.points.shape[1]), x.part, kind, fields) for x, kind, fields in lines]
+    lines = [line for line in bodies if line.kind != drawing.MESH] + signs
+    found = [Piece(x.points, "line", _steps(x.points.shape[1]), x.part, x.kind, x.fields) for x in lines]
     for mark in marks:
         force = {"normal_force": mark.force[:, None]}
         found.append(Piece(mark.points[:, None], "vertex", np.zeros((1, 1), dtype=int), mark.part, mark.kind, force))

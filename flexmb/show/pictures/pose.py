@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb.model.shape import MARKER, TRACE
-from flexmb.results.drawing import directions
+from flexmb.results.drawing import RIGID, directions
 from flexmb.show.pictures.style import CLEARANCE, COLOURS, TRACED, make_drawable
 
 if TYPE_CHECKING:
@@ -198,7 +198,7 @@ class Pose:
         self.artists: list[Artist] = []
         own = body_colours(scene)
         for line in with_arms(scene):
-            if not line.is_beam and not line.of_mesh:
+            if line.kind == RIGID:
                 self._rigid(line, own[line.part] if colouring is None else "0.45")
         beams = [line for line in scene.lines if line.is_beam]
         if beams:

@@ -15,7 +15,7 @@ from flexmb import arguments, checks
 from flexmb.errors import InputError
 from flexmb.model.signal import Signal, Signals
 from flexmb.results import drawing
-from flexmb.results.drawing import ARROW, HEAD, Line, Mark, Surface, SymbolLine, arrow_line, symbols
+from flexmb.results.drawing import ARROW, HEAD, Line, Mark, Surface, arrow_line, symbols
 from flexmb.results.solution import Peaks, Solution, Stats, require_rows
 from flexmb.show.pictures.pose import RING, Pose, body_colours, place_names
 from flexmb.show.pictures.style import CLEARANCE, panel_of, panels_of
@@ -63,9 +63,9 @@ class Scene:
     time: np.ndarray
     lines: list[Line]
     marks: list[Mark]
-    signs: list[SymbolLine]
+    signs: list[Line]
     box: Box
-    forces: list[SymbolLine] = field(default_factory=list)
+    forces: list[Line] = field(default_factory=list)
     paths: dict[str, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
     surfaces: list[Surface] = field(default_factory=list)
 
@@ -144,7 +144,7 @@ def box_about(sol: Solution, row: int, centre: np.ndarray) -> Box:
 
 def joint_forces(
     sol: Solution, rows: np.ndarray, marks: Sequence[Mark], joints: Sequence[str], size: float
-) -> list[SymbolLine]:
+) -> list[Line]:
     """Arrows of the forces of joints on their second bodies, at saved instants with numbers (n,).
 
     Their lengths are proportional to the forces up to the 98th percentile of all of them, which has the length of a
@@ -160,7 +160,7 @@ def joint_forces(
             raise InputError(f"forces: {name!r} is no joint that is drawn. Known: {', '.join(places)}.")
         arrow = ARROW * size * vector / np.maximum(np.hypot(*vector.T), top)[:, None]
         points = arrow_line(places[name], places[name] + arrow, HEAD * size)
-        found.append(SymbolLine(name, "force", points))
+        found.append(Line(name, "force", points))
     return found
 
 

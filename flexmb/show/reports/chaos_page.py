@@ -16,10 +16,10 @@ from flexmb.show.reports.document import (
     chosen_signals,
     facts,
     floats,
-    key_numbers,
     number,
     quantity,
     section,
+    state_of,
     table,
     tag,
     write_page,
@@ -92,7 +92,7 @@ def _key_numbers(root: xr.Dataset) -> Markup:
     verdict = tag("strong", str(root.attrs.get("verdict", "no verdict")), id="verdict")
     points = f"{root.sizes['period']} periods of {quantity(float(root.attrs['period']), 's')}"
     text = f", {points} after {root.attrs['skip']} skipped ones"
-    return key_numbers("" if root.attrs.get("ok", 1) else "not finished", verdict, text, also="verdict")
+    return state_of("" if root.attrs.get("ok", 1) else "not finished", verdict, text, also="verdict")
 
 
 def _main(root: xr.Dataset, *, has_motion: bool) -> Markup:

@@ -163,7 +163,7 @@ def _short(numbers: np.ndarray) -> list[float]:
 # Pieces that all pages share
 
 
-def key_numbers(fault: str, *content: Content, also: str = "") -> Markup:
+def state_of(fault: str, *content: Content, also: str = "") -> Markup:
     """State of a result, finished or a fault, and its first numbers, for the head of a page; `also`: another class."""
     badge = tag("span", fault or "finished", class_=f"badge {'error' if fault else 'good'}")
     return tag("p", badge, Markup(" "), *content, class_=f"key-numbers {also}".rstrip())
@@ -173,19 +173,6 @@ def chosen_signals(signals: Sequence[str], known: Sequence[str]) -> list[str]:
     """Names of the chosen signals of a diagram, checked."""
     given = checks.sequence("report", "signals", signals, "names")
     return [checks.one_of("report", "signal", name, known) for name in given]
-
-
-def plain_head(heading: str, key_numbers: Markup, links: Mapping[str, str]) -> Markup:
-    """Head of a page: title, switch of the theme, first numbers, links to the sections by anchor."""
-    switch = tag("button", "Theme: system", type="button", id="theme", class_="quiet")
-    anchors = [tag("a", text, href=f"#{anchor}") for anchor, text in links.items()]
-    return tag(
-        "header",
-        tag("a", "Skip to the sections", href=f"#{next(iter(links))}", class_="skip"),
-        tag("div", tag("h1", heading), switch, class_="title"),
-        key_numbers,
-        tag("nav", *anchors, aria_label="Sections"),
-    )
 
 
 # The page: styles, scripts and data in one file that forbids every access to a network
@@ -282,6 +269,17 @@ def write_page(
     scripts: tuple[str, ...],
     data: dict[str, Any],
 ) -> Path:
-    """Write a page, whole or not at all; its parts as of `plain_head` and `document`."""
-    body = joined([plain_head(heading, key_numbers, links), main])
-    return write_text(path, document(f"{heading} - flexmb", body, scripts, data), "report")
+    """Write a page, whole or not at all: title, switch of the theme, first numbers, links by anchor, main part.
+
+    Scripts and plain values for them are those of `document`.
+    """
+    switch = tag("button", "Theme: system", type="button", id="theme", class_="quiet")
+    anchors = [tag("a", text, href=f"#{anchor}") for anchor, text in links.items()]
+    head = tag(
+        "header",
+        tag("a", "Skip to the sections", href=f"#{next(iter(links))}", class_="skip"),
+        tag("div", tag("h1", heading), switch, class_="title"),
+        key_numbers,
+        tag("nav", *anchors, aria_label="Sections"),
+    )
+    return write_text(path, document(f"{heading} - flexmb", joined([head, main]), scripts, data), "report")

@@ -31,11 +31,11 @@ from flexmb.show.reports.document import (
     floats,
     instants,
     joined,
-    key_numbers,
     number,
     quantised,
     quantity,
     section,
+    state_of,
     table,
     tag,
     write_page,
@@ -371,7 +371,7 @@ def _head(sol: Solution) -> Markup:
     """State and first numbers of a run, for the head of a page; its status where it tells more than the end."""
     span = f"{quantity(sol.time[0], 's')} to {quantity(sol.time[-1], 's')}"
     text = f"{span}, {len(sol.time)} saved instants, {sol.stats.steps} steps, {sol.stats.wall_time:.3g} s of computing"
-    numbers = key_numbers("" if sol.ok else "not finished", tag("span", text))
+    numbers = state_of("" if sol.ok else "not finished", tag("span", text))
     if sol.ok and ". " not in sol.status:
         return numbers
     kind = "warning" if sol.ok else "error"

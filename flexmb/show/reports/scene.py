@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import html
 from collections.abc import Mapping, Sequence
+from string import Template
 from typing import Any
 
 import numpy as np
@@ -24,7 +26,7 @@ from flexmb.results.drawing import GROUND, Surface, parts, pose
 from flexmb.results.positions import FlexibleMotion, flexible_motions
 from flexmb.results.solution import Solution
 from flexmb.results.stress import knows_stresses, of_beams
-from flexmb.show.reports.document import COARSE, FINE, MIDDLE, Content, Markup, quantised, tag
+from flexmb.show.reports.document import COARSE, FINE, MIDDLE, Markup, asset, joined, quantised, tag
 
 # Stresses of flexible parts, and meshes with few points
 
@@ -171,12 +173,17 @@ def scene(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> d
     drawing.require_nodes(sol)
     nodes = Nodes(sol, instants)
     beams = [shape for shape in sol.shapes if isinstance(shape, BeamShape)]
+    rigid = [shape for shape in sol.shapes if isinstance(shape, RigidShape)]
+    points = [shape for shape in sol.shapes if isinstance(shape, PointShape)]
     drawn = {
         "parts": drawing.bodies(sol),
-        "rigid": [_rigid(nodes, shape) for shape in sol.shapes if isinstance(shape, RigidShape)],
+        "rigid": [{"part": s.part, "node": nodes.of(s.part, s.node), "lines": s.lines} for s in rigid],
         "meshes": _meshes(nodes),
         "beams": [_beam(nodes, beam) for beam in beams],
-        "points": [_point(nodes, shape) for shape in sol.shapes if isinstance(shape, PointShape)],
+        "points": [
+            {"part": s.part, "kind": s.kind, "at": nodes.at((s.body, s.node, s.offset)), "ground": s.body == GROUND}
+            for s in points
+        ],
         "symbols": [s for s in (_symbol(nodes, shape) for shape in sol.shapes) if s is not None],
     }
     stress = stresses(sol, mechanism, instants)
@@ -193,10 +200,6 @@ def fields_of(drawn: Mapping[str, Any]) -> list[str]:
     return [*found, "stress"] if of_meshes and "stress" not in found else found
 
 
-def _rigid(nodes: Nodes, shape: RigidShape) -> dict[str, Any]:
-    return {"part": shape.part, "node": nodes.of(shape.part, shape.node), "lines": shape.lines}
-
-
 def _meshes(nodes: Nodes) -> list[dict[str, Any]]:
     """Meshes of the flexible bodies; each has its share of the points of a page."""
     shapes = [shape for shape in nodes.sol.shapes if isinstance(shape, MeshShape)]
@@ -211,11 +214,6 @@ def _meshes(nodes: Nodes) -> list[dict[str, Any]]:
 def _beam(nodes: Nodes, beam: BeamShape) -> list[Any]:
     a, b = nodes.of(beam.part, beam.start), nodes.of(beam.part, beam.end)
     return [beam.part, a, b, beam.length, beam.start_angle, beam.end_angle, *(beam.shear if any(beam.shear) else ())]
-
-
-def _point(nodes: Nodes, shape: PointShape) -> dict[str, Any]:
-    at = nodes.at((shape.body, shape.node, shape.offset))
-    return {"part": shape.part, "kind": shape.kind, "at": at, "ground": shape.body == GROUND}
 
 
 def _symbol(nodes: Nodes, shape: object) -> dict[str, Any] | None:
@@ -253,16 +251,11 @@ def _joint_forces(sol: Solution, instants: np.ndarray) -> dict[str, Any]:
 
 # Moving picture of a mechanism with its controls, as HTML
 
-DURATIONS = {"5": "5 s", "10": "10 s", "20": "20 s", "60": "60 s", "300": "5 min", "real": "real time"}
-"""Times in which a run is played."""
-
 MAGNIFICATIONS = ("1", "3", "10", "30", "100", "300", "1000", "3000", "10000")
 """Factors of the displacements of flexible parts."""
 
 COLOURED = {"moment": "bending moment", "axial": "axial force", "stress": "stress"}
 """Names of the fields by which bodies are coloured."""
-
-KEYS = "Keys: Space plays, arrows step (Shift: ten frames), Home and End, + and - zoom, 0 fits, drag pans."
 
 
 def player(sol: Solution, heading: str, *, fields: Sequence[str]) -> Markup:
@@ -270,62 +263,17 @@ def player(sol: Solution, heading: str, *, fields: Sequence[str]) -> Markup:
     names = parts(sol)
     listed = ", ".join(names[:30]) + (", ..." if len(names) > 30 else "")
     text = f"Moving picture of {heading}: {listed}. Plots and tables hold the same in numbers."
-    canvas = tag("canvas", text, id="picture", tabindex="0", role="img", aria_label=text, aria_describedby="keys")
-    bar = tag("div", id="legend-ticks", class_="ticks"), tag("p", id="legend-text")
-    legend = tag("div", *bar, id="legend", class_="legend", aria_hidden="true")
-    flexible = any(isinstance(shape, BeamShape | MeshShape) for shape in sol.shapes)
-    return tag(
-        "div",
-        tag("h2", "Motion", class_="visually-hidden"),
-        tag("div", canvas, legend, class_="picture"),
-        _time_row(),
-        _look_row(flexible, fields),
-        tag("p", KEYS, id="keys", class_="hint"),
-        class_="player",
-    )
-
-
-def _time_row() -> Markup:
-    """Controls of the time."""
-    return tag(
-        "div",
-        _button("play", "Play", "Play or pause"),
-        _button("back", "\u2039", "One frame back"),
-        _button("forward", "\u203a", "One frame forward"),
-        tag("input", type="range", id="time", min="0", max="1", step="1", value="0", aria_label="Time"),
-        tag("output", id="now", for_="time"),
-        tag("span", id="said", class_="visually-hidden", aria_live="polite"),
-        class_="row time",
-    )
-
-
-def _look_row(flexible: bool, fields: Sequence[str]) -> Markup:
-    """Controls of the look."""
+    factors = {"auto": "auto", **{x: f"{x} \u00d7" for x in MAGNIFICATIONS}}
     colours = {"part": "parts", **{field: COLOURED[field] for field in fields}}
-    return tag(
-        "div",
-        _choice("duration", "Played in", DURATIONS, "10"),
-        _choice("magnification", "Deformation", {"auto": "auto", **{x: f"{x} \u00d7" for x in MAGNIFICATIONS}}, "1")
-        if flexible
-        else None,
-        _choice("colour", "Colour", colours, list(colours)[min(1, len(fields))]) if flexible else None,
-        _box("forces", "Joint forces", checked=True),
-        _box("names", "Names", checked=True),
-        _button("fit", "Fit", "Fit the picture"),
-        _button("clear", "Clear traces", "Remove the traces of clicked points"),
-        class_="row look",
-    )
-
-
-def _button(name: str, text: str, label: str) -> Markup:
-    return tag("button", text, type="button", id=name, aria_label=label, title=label)
+    choices = [
+        _choice("magnification", "Deformation", factors, "1"),
+        _choice("colour", "Colour", colours, list(colours)[min(1, len(fields))]),
+    ]
+    flexible = any(isinstance(shape, BeamShape | MeshShape) for shape in sol.shapes)
+    page = Template(asset("player.html"))
+    return Markup(page.substitute(text=html.escape(text), flexible=joined(choices) if flexible else ""))
 
 
 def _choice(name: str, label: str, options: dict[str, str], chosen: str) -> Markup:
     made = [tag("option", text, value=value, selected=value == chosen) for value, text in options.items()]
     return tag("label", label, Markup(" "), tag("select", *made, id=name))
-
-
-def _box(name: str, label: str, *, checked: bool) -> Markup:
-    content: list[Content] = [tag("input", type="checkbox", id=name, checked=checked), label]
-    return tag("label", *content)

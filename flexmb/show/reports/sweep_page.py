@@ -19,10 +19,10 @@ from flexmb.show.reports.document import (
     facts,
     floats,
     instants,
-    key_numbers,
     number,
     quantity,
     section,
+    state_of,
     table,
     tag,
     write_page,
@@ -129,7 +129,7 @@ def _key_numbers(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> Markup:
     failed = sum(not row["ok"] for row in rows)
     span = f"{quantity(float(values.min()), unit)} to {quantity(float(values.max()), unit)}"
     text = f"bifurcation diagram: {parameter} from {span}, {len(values)} values, {diagram.sizes['period']} points each"
-    return key_numbers(f"{failed} failed" if failed else "", tag("span", text))
+    return state_of(f"{failed} failed" if failed else "", tag("span", text))
 
 
 def _main(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> Markup:
