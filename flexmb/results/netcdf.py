@@ -9,18 +9,15 @@ from __future__ import annotations
 
 import io
 import json
-import math
 from dataclasses import asdict
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from flexmb.arguments import checked
 from flexmb.dynamics.jobs.files import (
     READ_ERRORS,
-    is_stored_within,
     netcdf_image,
     read_sealed,
     refuse_other_files,
@@ -46,35 +43,16 @@ NO_VARIABLE = b"This is a netCDF dimension but not a netCDF variable"
 
 
 class NetcdfContent:
-    """Variables and attributes of a netCDF file whose bytes are in memory.
-
-    Arrays that are stored in one piece share the memory of the bytes; so only names and places are read at first.
+    """Variables and attributes of an open HDF5 file whose bytes, `size` of them, are in memory.
 
     Raises
     ------
-    OSError : bytes that are no HDF5 file.
     ValueError : variables that would fill the memory, though the file is small; data in other files.
     """
 
-    def __init__(self, content: bytes) -> None:
-        import h5py
-
-        self.content, self.copied = content, 0
-        self.hdf: Any = h5py
-        self.file: Any = h5py.File(io.BytesIO(content), "r")
-        self.shifted = self.file.userblock_size > 0
-        refuse_other_files(self.file, datasets=False)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.file.close()
-
-    def __contains__(self, name: str) -> bool:
-        return name in self.file
+    def __init__(self, file: Any, size: int) -> None:
+        refuse_other_files(file)
+        self.file, self.size, self.read = file, size, 0
 
     def names(self, group: str) -> list[str]:
         """Names of the variables of a `group` in the order in which they were written; none without such a group."""
@@ -86,50 +64,24 @@ class NetcdfContent:
         value = self.file.attrs.get(name)
         return None if value is None else float(np.asarray(value).ravel()[0])
 
-    def text(self, name: str) -> str:
-        """Variable `name`, which holds a text."""
-        self._refuse_outer(self.file[name].id)
-        return str(self.file[name].asstr()[()])
-
     def array(self, name: str) -> np.ndarray:
         """Variable `name`."""
-        values = self._values(self._dataset(name))
-        kind = self.file[name].attrs.get("dtype")  # truth values, which netCDF does not have
-        return values.astype(bool) if kind in (b"bool", "bool") else values
+        variable = self.file[name]
+        self.read += variable.size * variable.dtype.itemsize
+        if self.read > LARGEST_GROWTH * self.size:
+            text = f"it declares {self.read} bytes of data"
+            raise ValueError(f"{text}, more than {LARGEST_GROWTH} times its own size")
+        values: np.ndarray = variable[()]
+        kind = variable.attrs.get("dtype")  # truth values, which netCDF does not have
+        return values.astype(bool) if kind in (b"bool", "bool") else np.asarray(values)
 
     def floats(self, name: str, shape: tuple[int, ...]) -> np.ndarray:
-        """Variable `name`, which holds floats of this shape."""
-        values = self._values(self._dataset(name))
+        """Variable `name`, which holds floats of this shape, read-only."""
+        values = self.array(name)
         if values.shape != shape or values.dtype != np.float64:
             size = " x ".join(map(str, shape))
             raise ValueError(f"{name!r} has shape {values.shape} and type {values.dtype}; it must be {size} floats")
-        return values
-
-    def attribute(self, name: str, word: str) -> float:
-        """Attribute `word` of the variable `name`."""
-        return float(self.file[name].attrs[word][0])
-
-    def _dataset(self, name: str) -> Any:
-        return self.hdf.h5d.open(self.file.id, name.encode())
-
-    def _refuse_outer(self, dataset: Any) -> None:
-        """Refuse a variable whose values lie in another file."""
-        if not is_stored_within(dataset):
-            raise ValueError(f"{self.hdf.h5i.get_name(dataset).decode()!r} leads to another file, which is not read")
-
-    def _values(self, dataset: Any) -> np.ndarray:
-        """Values of a variable; a view of the bytes where they are stored in one piece."""
-        kind, shape, place = dataset.dtype, dataset.shape, dataset.get_offset()
-        size = math.prod(shape) * kind.itemsize
-        if place is not None and not self.shifted and dataset.get_storage_size() == size:
-            return np.frombuffer(self.content, kind, math.prod(shape), place).reshape(shape)
-        self._refuse_outer(dataset)
-        self.copied += size
-        if self.copied > LARGEST_GROWTH * len(self.content):
-            text = f"it declares {self.copied} bytes of data"
-            raise ValueError(f"{text}, more than {LARGEST_GROWTH} times its own size")
-        values = np.empty(shape, kind)
-        dataset.read(self.hdf.h5s.ALL, self.hdf.h5s.ALL, values)
+        values.flags.writeable = False
         return values
 
 
@@ -175,6 +127,8 @@ def load(path: str | Path) -> Solution:
     ------
     FileFormatError : a file that is missing, truncated, not written by flexmb, or in a format newer than this version.
     """
+    import h5py
+
     source = Path(path)
     if source.suffix == ".py":
         text = f"{str(source)!r}: a file of Python, and no result of a run. Run it first (flexmb run {source.name})"
@@ -182,9 +136,11 @@ def load(path: str | Path) -> Solution:
     if not source.is_file():
         raise FileFormatError(f"{str(source)!r}: there is no such file. Check the path; sol.to_netcdf(...) writes one.")
     try:
-        with NetcdfContent(read_sealed(source)) as file:
-            _check_version(source, file)
-            return _solution(file)
+        content = read_sealed(source)
+        with h5py.File(io.BytesIO(content), "r") as file:
+            found = NetcdfContent(file, len(content))
+            _check_version(source, found)
+            return _solution(found)
     except READ_ERRORS as error:
         text = f"{str(source)!r}: cannot be read as a solution; it is damaged, truncated or no netCDF file ({error})."
         raise FileFormatError(f"{text} Write it again with sol.to_netcdf(...).") from error
@@ -254,7 +210,7 @@ def _episodes(sol: Solution) -> xr.Dataset:
 
 def _check_version(source: Path, file: NetcdfContent) -> None:
     version = file.number(VERSION)
-    if version is None or RECORD not in file:
+    if version is None or RECORD not in file.file:
         raise FileFormatError(
             f"{str(source)!r}: a netCDF file, but not one of flexmb (no {VERSION!r}, no {RECORD!r}). "
             "Open it with xarray.open_dataset."
@@ -280,7 +236,8 @@ def _columns(file: NetcdfContent, names: tuple[str, ...], n: int, tables: list[s
         found |= {f"{nodes}{number}.{quantity}": row for number, *row in rows}  # type: ignore[misc]
     for name in names:
         if name not in found:
-            found[name] = file.floats(name, (n,)), file.attribute(name, PEAK), file.attribute(name, PEAK_TIME)
+            attributes = file.file[name].attrs
+            found[name] = file.floats(name, (n,)), float(attributes[PEAK][0]), float(attributes[PEAK_TIME][0])
     values = np.empty((n, len(names)))
     for k, name in enumerate(names):
         values[:, k] = found[name][0]
@@ -288,7 +245,7 @@ def _columns(file: NetcdfContent, names: tuple[str, ...], n: int, tables: list[s
 
 
 def _solution(file: NetcdfContent) -> Solution:
-    record: dict[str, Any] = json.loads(file.text(RECORD))
+    record: dict[str, Any] = json.loads(str(file.file[RECORD].asstr()[()]))
     signals = Signals.of(Signal(name, units) for name, units in record["signals"])
     time = file.array(TIME)
     if file.number(VERSION) == FORMAT:
