@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from difflib import get_close_matches
 from functools import cache, cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -49,9 +49,7 @@ def mechanism_text(mechanism: Mechanism) -> str:
 def mechanism_html(mechanism: Mechanism) -> str:
     """Table of all parts with their classes, connections and values."""
     head = ("part", "class", "connects", "mass [kg]", "values")
-    parts = part_facts(described(mechanism))
-    mass = ["" if part.mass is None else number_text(part.mass) for part in parts]
-    rows = display.table([(*p[:3], kg, p.values) for p, kg in zip(parts, mass, strict=True)], head)
+    rows = display.table([_row(part) for part in mechanism.parts], head)
     return display.page(f"Mechanism {mechanism.name!r}", f"{_numbers(mechanism)}; {_gravity(mechanism)}", rows)
 
 
@@ -75,6 +73,11 @@ def _names(parts: Sequence[Part]) -> str:
         kinds.setdefault(type(part).__name__, []).append(part.name)
     shown = ", ".join(f"{listed(names, LISTED_PARTS)} ({kind})" for kind, names in kinds.items())
     return f"{shown} and {len(parts) - LISTED_PARTS} more" if len(parts) > LISTED_PARTS else shown
+
+
+def _row(part: Part) -> tuple[str, ...]:
+    mass = number_text(part.total_mass()) if isinstance(part, Body) else ""
+    return part.name, type(part).__name__, ", ".join(part.references()), mass, values_text(_fields(part))
 
 
 # Description of a mechanism in plain values: parts with their classes, numbers and units
@@ -137,32 +140,12 @@ LEFT_OUT = frozenset({"first", "second", "body", "mass", "outline", "class"})
 """Fields that have a column of their own, and drawings."""
 
 
-class PartFacts(NamedTuple):
-    """A part in a table: its name and class, what it connects, its mass [kg] (None: unknown), its values as a text."""
-
-    name: str
-    kind: str
-    connects: str
-    mass: float | None
-    values: str
-    is_body: bool
-
-
-def part_facts(description: Mapping[str, Any]) -> list[PartFacts]:
-    """Facts of the parts of a mechanism, of its description; zeros and disabled switches are left out."""
-    found = []
-    for part in description.get("parts", ()):
-        fields, mass = part["fields"], part.get("mass")
-        ends = (fields[key][0] for key in ("first", "second", "body", "joint") if key in fields)
-        connects = " and ".join(str(name) for name in ends if isinstance(name, str))
-        known = mass if isinstance(mass, int | float) else None
-        text = "; ".join(_value_texts(fields))
-        found.append(PartFacts(part["name"], part["class"], connects, known, text, part["kind"] == "body"))
-    return found
+def values_text(fields: Mapping[str, Any]) -> str:
+    """Values of a part or law in one line, from [value, unit] by field; zeros and disabled switches are left out."""
+    return "; ".join(_value_texts(fields))
 
 
 def _value_texts(fields: Mapping[str, Any]) -> Iterator[str]:
-    """Values of a part or law, from [value, unit] by field."""
     for name, (value, unit) in fields.items():
         if name in LEFT_OUT or value is None or value is False or value == 0:
             continue
@@ -494,11 +477,8 @@ BODY_POINTS, OTHER_POINTS = ("at", "start", "end"), ("at", "to")
 def points_of(part: Part) -> set[tuple[float, float]]:
     """Points of the reference configuration among the fields of a part."""
     names = BODY_POINTS if isinstance(part, Body) else OTHER_POINTS
-    return {value for name, value in vars(part).items() if name in names and _is_point(value)}
-
-
-def _is_point(value: Any) -> bool:
-    return isinstance(value, tuple) and len(value) == 2 and all(isinstance(x, float) for x in value)
+    values = [value for name, value in vars(part).items() if name in names and isinstance(value, tuple)]
+    return {value for value in values if len(value) == 2 and all(isinstance(x, float) for x in value)}
 
 
 def changeable(owner: Any) -> list[str]:

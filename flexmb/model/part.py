@@ -27,7 +27,6 @@ from flexmb.model.contributions import (
 from flexmb.model.law import number_fields, require_kernel
 from flexmb.model.shape import PointShape, Shapes
 from flexmb.model.signal import Signals
-from flexmb.planar import carried
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -365,8 +364,10 @@ class WatchedMotion(NamedTuple):
 
     def point(self, place: tuple[str, str, tuple[float, float]]) -> np.ndarray:
         """Positions (n, 2) of a point of a body [m]: body, node, offset in the frame of the node."""
-        body, node, offset = place
-        return carried(self.pose(body, node), np.array(offset))
+        body, node, (a, b) = place
+        x, y, theta = self.pose(body, node).T
+        c, s = np.cos(theta), np.sin(theta)
+        return np.column_stack([x + a * c - b * s, y + a * s + b * c])
 
     def peak(self, name: str) -> tuple[float, float]:
         """Largest absolute value of a signal over all steps, and when [s]."""

@@ -28,8 +28,41 @@ from flexmb.model.shape import (
     RigidShape,
     nodes_of,
 )
-from flexmb.planar import carried, turned_by, whole_turns
 from flexmb.results.solution import Solution
+
+# Points in moved frames, and turns between them
+
+
+def carried(poses: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Points (..., 2) in moved frames, carried along by their poses x, y, theta (..., 3); shapes are broadcast."""
+    x, y, angle = np.moveaxis(poses, -1, 0)
+    c, s = np.cos(angle), np.sin(angle)
+    a, b = points[..., 0], points[..., 1]
+    return np.stack([x + c * a - s * b, y + s * a + c * b], axis=-1)
+
+
+def seen_from(poses: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """World points (..., 2) in moved frames with poses x, y, theta (..., 3); shapes are broadcast."""
+    x, y, angle = np.moveaxis(poses, -1, 0)
+    c, s = np.cos(angle), np.sin(angle)
+    dx, dy = points[..., 0] - x, points[..., 1] - y
+    return np.stack([c * dx + s * dy, c * dy - s * dx], axis=-1)
+
+
+def turned_by(points: np.ndarray, moved: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Cosines and sines (n,) of the turn of points (m, 2) into others (n, m, 2) by least squares.
+
+    Both have a common factor: the sum of squares of the points, times the factor by which they grow.
+    """
+    across = (points[:, 0] * moved[..., 1] - points[:, 1] * moved[..., 0]).sum(axis=1)
+    return (points * moved).sum(axis=(1, 2)), across
+
+
+def whole_turns(angle: np.ndarray) -> np.ndarray:
+    """The nearest multiples of a turn [rad]."""
+    turns: np.ndarray = 2.0 * np.pi * np.round(angle / (2.0 * np.pi))
+    return turns
+
 
 # Meshes of plane bodies at chosen instants: places of their points, stresses, outlines
 
@@ -427,7 +460,7 @@ def _between(first: np.ndarray, second: np.ndarray, kind: str, width: float) -> 
 
 
 def directions(ways: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Lengths (..., 1), unit vectors and unit normals on the left (..., 2) of vectors; 0 for those without length."""
+    """Lengths (..., 1), unit vectors and unit normals on the left (..., 2); 0 for vectors without length."""
     length = np.hypot(ways[..., :1], ways[..., 1:])
     unit = ways / np.where(length > 0.0, length, 1.0)
     return length, unit, np.stack([-unit[..., 1], unit[..., 0]], axis=-1)

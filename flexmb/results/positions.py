@@ -17,10 +17,18 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.shape import BeamShape, MeshShape, PointShape
 from flexmb.parts.bodies.flexible import number_of
 from flexmb.parts.bodies.flexible_body import FlexibleBody
-from flexmb.planar import carried, seen_from, turned_by, whole_turns
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
-from flexmb.results.drawing import few_shapes, nearest_to_each, poses, surface
+from flexmb.results.drawing import (
+    carried,
+    few_shapes,
+    nearest_to_each,
+    poses,
+    seen_from,
+    surface,
+    turned_by,
+    whole_turns,
+)
 from flexmb.results.naming import SAVED_KEY
 from flexmb.results.solution import Peaks, Solution
 from flexmb.results.stress import STRESSED, Places, Wanted, at_places, chosen_places, moved_mechanism, reference_points
@@ -266,7 +274,7 @@ class FlexibleMotion:
 
 
 def flexible_motions(sol: Solution, instants: np.ndarray) -> list[FlexibleMotion]:
-    """All flexible bodies at saved instants with numbers (n,), those of beams before those with meshes."""
+    """All flexible bodies at saved instants with numbers (n,), bodies of beams first."""
     beams: dict[str, list[BeamShape]] = {}
     for element in sol.shapes:
         if isinstance(element, BeamShape):

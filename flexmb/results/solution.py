@@ -120,7 +120,7 @@ class Peaks(NamedTuple):
 
 
 class Fact(NamedTuple):
-    """A fact: what it is, its value as a text, unit, note."""
+    """A fact with its value as a text, unit and note."""
 
     label: str
     value: str

@@ -20,8 +20,7 @@ from flexmb.errors import InputError
 from flexmb.model.shape import BeamShape, MeshShape
 from flexmb.parts.bodies.flexible import knows_stress, number_of, section_factors
 from flexmb.parts.bodies.flexible_body import FlexibleBody
-from flexmb.planar import turned_by
-from flexmb.results.drawing import deformed, nearest_to_each, pose, poses, shortened, surface, turned
+from flexmb.results.drawing import deformed, nearest_to_each, pose, poses, shortened, surface, turned, turned_by
 
 if TYPE_CHECKING:
     import xarray as xr

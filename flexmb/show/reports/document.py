@@ -194,7 +194,7 @@ PALE = 0.4
 
 
 def palette() -> str:
-    """Style of the colours of curves and bodies: those of pictures, paler on a dark page."""
+    """Style of curves and bodies in the colours of pictures, paler on a dark page."""
     pale = [[round((1.0 - PALE) * x + 255 * PALE) for x in bytes.fromhex(one[1:])] for one in COLOURS]
     dark = "".join(f"--series-{k}: #{bytes(one).hex()}; " for k, one in enumerate(pale))
     light = "".join(f"--series-{k}: {one}; " for k, one in enumerate(COLOURS))

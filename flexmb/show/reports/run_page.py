@@ -16,7 +16,7 @@ from flexmb.errors import FlexmbError, InputError
 from flexmb.findings.check import check
 from flexmb.findings.finding import SEVERITIES
 from flexmb.findings.report import Report
-from flexmb.model.mechanism import Mechanism, described, part_facts
+from flexmb.model.mechanism import Mechanism, described, values_text
 from flexmb.results.contact_intervals import MODES, Episodes
 from flexmb.results.drawing import nearest_instants
 from flexmb.results.naming import ENERGIES, matching
@@ -261,16 +261,21 @@ def _model_section(sol: Solution, description: Mapping[str, Any]) -> Markup:
     if not parts:
         names = ", ".join(dict.fromkeys(name.partition(".")[0] for name in sol.names)) or "no part"
         return section("Model", tag("p", UNKNOWN), facts([("signals of", names)]), anchor="model")
-    known = part_facts(description)
-    bodies = [part for part in known if part.is_body]
-    others = [[p.name, p.kind, p.connects, p.values] for p in known if not p.is_body]
+    bodies = [part for part in parts if part["kind"] == "body"]
+    masses = [part["mass"] if isinstance(part.get("mass"), int | float) else None for part in bodies]
+    others = [
+        [p["name"], p["class"], _ends(p["fields"]), values_text(p["fields"])] for p in parts if p["kind"] != "body"
+    ]
     gx, gy = description.get("gravity", (0.0, 0.0))
     summary = [
         ("parts", f"{len(parts)}"),
-        ("mass", quantity(sum(part.mass or 0.0 for part in bodies), "kg")),
+        ("mass", quantity(sum(mass or 0.0 for mass in masses), "kg")),
         ("gravity", f"({number(gx)}, {number(gy)}) {pretty('m/s^2')}"),
     ]
-    rows = [[p.name, p.kind, "-" if p.mass is None else number(p.mass), p.values] for p in bodies]
+    rows = [
+        [p["name"], p["class"], "-" if mass is None else number(mass), values_text(p["fields"])]
+        for p, mass in zip(bodies, masses, strict=True)
+    ]
     return section(
         "Model",
         facts(summary),
@@ -280,6 +285,12 @@ def _model_section(sol: Solution, description: Mapping[str, Any]) -> Markup:
         else None,
         anchor="model",
     )
+
+
+def _ends(fields: Mapping[str, Any]) -> str:
+    """Bodies or joints that a part connects."""
+    names = [fields[key][0] for key in ("first", "second", "body", "joint") if key in fields]
+    return " and ".join(str(name) for name in names if isinstance(name, str))
 
 
 def _check_section(report: Report | str) -> Markup:
