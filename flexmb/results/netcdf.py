@@ -18,6 +18,7 @@ import numpy as np
 from flexmb.arguments import checked
 from flexmb.dynamics.jobs.files import (
     READ_ERRORS,
+    is_stored_within,
     netcdf_image,
     read_sealed,
     refuse_other_files,
@@ -51,7 +52,7 @@ class NetcdfContent:
     """
 
     def __init__(self, file: Any, size: int) -> None:
-        refuse_other_files(file)
+        refuse_other_files(file, datasets=False)
         self.file, self.size, self.read = file, size, 0
 
     def names(self, group: str) -> list[str]:
@@ -64,9 +65,16 @@ class NetcdfContent:
         value = self.file.attrs.get(name)
         return None if value is None else float(np.asarray(value).ravel()[0])
 
+    def variable(self, name: str) -> Any:
+        """Variable `name` as h5py has it; refused where its values lie in another file."""
+        found = self.file[name]
+        if not is_stored_within(found.id):
+            raise ValueError(f"{name!r} leads to another file, which is not read")
+        return found
+
     def array(self, name: str) -> np.ndarray:
         """Variable `name`."""
-        variable = self.file[name]
+        variable = self.variable(name)
         self.read += variable.size * variable.dtype.itemsize
         if self.read > LARGEST_GROWTH * self.size:
             text = f"it declares {self.read} bytes of data"
@@ -245,7 +253,7 @@ def _columns(file: NetcdfContent, names: tuple[str, ...], n: int, tables: list[s
 
 
 def _solution(file: NetcdfContent) -> Solution:
-    record: dict[str, Any] = json.loads(str(file.file[RECORD].asstr()[()]))
+    record: dict[str, Any] = json.loads(str(file.variable(RECORD).asstr()[()]))
     signals = Signals.of(Signal(name, units) for name, units in record["signals"])
     time = file.array(TIME)
     if file.number(VERSION) == FORMAT:
