@@ -311,7 +311,7 @@ statics.equilibrium.FOLLOWED | 1 | load step | difference from the tangents up t
 statics.equilibrium.LONG_LOAD_STEP | 1 | what tangents see | a load step that is longer is halved
 statics.equilibrium.SNAP_LOAD_STEP | 1 | what tangents see | the same at the smallest size: refused
 statics.equilibrium.CLOSED_GAP | 1 | size of the mechanism | gap of a joint in equilibrium
-run.start_at_rest.OTHER_SPEED | 1 | velocities of a steady rotation | velocities that joints and drives share
+run.simulate.OTHER_SPEED | 1 | velocities of a steady rotation | velocities that joints and drives share
 statics.equilibrium.LEAST_JUMP | 1 | loads | when two equilibria are the same
 dynamics.sections.crossing.ROUNDS | iterations | nothing | most rounds to a crossing
 dynamics.sections.crossing.HALVINGS | halvings | nothing | most halvings of a step there
@@ -472,7 +472,7 @@ def _left_out() -> dict[str, str]:
         engine.state.flow.IMPACT_SIZE engine.state.flow.CONTACT_MEMORY_SIZE
         results.contact_intervals.IMPACT
         results.contact_intervals.CONTINUOUS
-        results.netcdf.FORMAT results.netcdf.SINGLE dynamics.sweeps.store.FORMAT
+        results.netcdf.FORMAT dynamics.sweeps.store.FORMAT
         engine.newmark.implicit_step.CONTINUE engine.newmark.implicit_step.EVALUATE_AGAIN
         run.run.NOT_SAVING engine.sensitivity.tangent_step.TANGENT_LOST
         engine.step.contact_log.IMPACT engine.step.contact_log.LASTING
@@ -515,11 +515,11 @@ def _left_out() -> dict[str, str]:
         run.run.BLOCK_SECONDS run.run.FIRST_BLOCK_UPDATES dynamics.basins.CHUNKS dynamics.series.embedding.BLOCK
         dynamics.series.correlation.BLOCK program.compiler.REMEMBERED_CALLS program.structure.REMEMBERED_STRUCTURES
         program.structure.REMEMBERED_UNKNOWNS program.structure.FIELDWISE_FROM run.run.BUFFER_NUMBERS run.run.LEAST_BUFFER_ROWS
-        run.saving.MOST_RESERVED_BYTES results.naming.BLOCK
+        run.saving.MOST_RESERVED_BYTES
     size of a symbol in a picture: results.drawing.COILS results.drawing.WIDTH results.drawing.ARROW results.drawing.HEAD parts.loads.mesh_loads.ARROWS parts.loads.mesh_loads.NO_ARROW
         results.drawing.CIRCLE_POINTS results.drawing.ARC_POINTS results.drawing.OVERHANG
     how many are printed or written: dynamics.report.LINES dynamics.report.ROUND_OFF dynamics.jobs.progress.EVERY
-        results.netcdf.MOST_SINGLE results.status.MOST results.solution.MOST_OF_A_KIND results.status.PANELS statics.start.consistent.LISTED_PARTS results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS
+        results.positions.SEEN results.positions.ROUND_OFF results.status.MOST results.solution.MOST_OF_A_KIND results.status.PANELS statics.start.consistent.LISTED_PARTS results.vtk.MOST_FRAMES results.contact_intervals.SHOWN_ROWS
         model.signal.MOST_COMPARED_NAMES results.solution.IN_TEXT results.solution.IN_TABLE results.solution.ROUND_OFF
         statics.modes.SHOWN_MODES dynamics.exponents.exponents.SHOWN
     shortens what another number decides: engine.linalg.rank.CERTAIN_EIGENVALUE

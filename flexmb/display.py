@@ -143,6 +143,11 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun if number == 1 else plural}"
 
 
+def pretty(unit: str) -> str:
+    """A unit with raised exponents: "m/s^2" becomes "m/s²"."""
+    return unit.replace("^2", "²").replace("s2", "s²").replace("m2", "m²").replace("m^3", "m³")
+
+
 # HTML of objects for notebooks: small tables, escaped, without colours of their own
 
 CELL = "text-align: left; padding: 0.1em 0.8em 0.1em 0"

@@ -18,6 +18,14 @@ class InputError(FlexmbError, ValueError):
     """A value that a part, a law or a function cannot work with."""
 
 
+class UnknownNameError(KeyError):
+    """Base of errors about unknown names, as of any mapping."""
+
+    def __str__(self) -> str:
+        """The message as it is; `KeyError` alone would show it in quotes."""
+        return str(self.args[0])
+
+
 class ArgumentError(InputError, TypeError):
     """Arguments that are unknown, missing, or given without their names; also a `TypeError`, as Python's own."""
 

@@ -1,11 +1,11 @@
 """Public names of `flexmb.plots`: pictures and films of runs, diagrams, orbits and spectra."""
 
-from flexmb.show.pictures.chaos import plot_report as plot_report
 from flexmb.show.pictures.diagrams import plot_basin as plot_basin
 from flexmb.show.pictures.diagrams import plot_bifurcation as plot_bifurcation
 from flexmb.show.pictures.diagrams import plot_branch as plot_branch
 from flexmb.show.pictures.diagrams import plot_exponents as plot_exponents
 from flexmb.show.pictures.diagrams import plot_phase as plot_phase
+from flexmb.show.pictures.diagrams import plot_report as plot_report
 from flexmb.show.pictures.diagrams import plot_section as plot_section
 from flexmb.show.pictures.films import animate as animate
 from flexmb.show.pictures.gltf import export_gltf as export_gltf

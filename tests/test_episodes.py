@@ -9,9 +9,8 @@ import pytest
 import xarray as xr
 
 import flexmb as fm
-from flexmb.cli.run import impacts
 from flexmb.errors import InputError
-from flexmb.results.contact_intervals import COLUMNS, ContactLog
+from flexmb.results.contact_intervals import COLUMNS, ContactLog, impacts
 
 handmade = runpy.run_path(str(Path(__file__).with_name("handmade.py")))
 solution = handmade["solution"]

@@ -38,7 +38,7 @@ def chaos(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     found = plan.report(progress=not options.quiet)
     written = [found.to_netcdf(folder / f"{STEM}.nc")]
     if not options.no_plots:
-        from flexmb.show.pictures.chaos import plot_report  # noqa: PLC0415 - matplotlib when a picture is asked for
+        from flexmb.show.pictures.diagrams import plot_report  # noqa: PLC0415 - matplotlib when a picture is asked for
 
         for file, figure in plot_report(found).items():
             figure.savefig(folder / file, dpi=150)

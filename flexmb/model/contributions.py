@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 from flexmb.errors import KernelError
 from flexmb.kernels import Kernel
@@ -381,11 +381,5 @@ class Contributions:
     @staticmethod
     def sort(contributions: list[Contribution]) -> Contributions:
         """Sort contributions by kind."""
-        return Contributions(
-            tuple([p for p in contributions if isinstance(p, ElementContribution)]),
-            tuple([p for p in contributions if isinstance(p, ConstraintContribution)]),
-            tuple([p for p in contributions if isinstance(p, ContactContribution)]),
-            tuple([p for p in contributions if isinstance(p, SignalContribution)]),
-            tuple([p for p in contributions if isinstance(p, AngleContribution)]),
-            tuple([p for p in contributions if isinstance(p, ControlContribution)]),
-        )
+        kinds = get_args(Contribution)
+        return Contributions(*[tuple([p for p in contributions if isinstance(p, kind)]) for kind in kinds])

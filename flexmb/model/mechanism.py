@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import arguments, checks, display
-from flexmb.display import counted, cut, given_fields, listed, number_text, value_text
-from flexmb.errors import FlexmbError, InputError, ModelError
+from flexmb.display import counted, cut, listed, number_text, pretty
+from flexmb.errors import FlexmbError, InputError, ModelError, UnknownNameError
 from flexmb.fields import unit_of
 from flexmb.model.contributions import (
     ConstraintContribution,
@@ -47,8 +47,8 @@ def mechanism_text(mechanism: Mechanism) -> str:
 
 
 def mechanism_html(mechanism: Mechanism) -> str:
-    """Table of all parts with their classes, connections and given fields."""
-    head = ("part", "class", "connects", "given")
+    """Table of all parts with their classes, connections and values."""
+    head = ("part", "class", "connects", "mass [kg]", "values")
     rows = display.table([_row(part) for part in mechanism.parts], head)
     return display.page(f"Mechanism {mechanism.name!r}", f"{_numbers(mechanism)}; {_gravity(mechanism)}", rows)
 
@@ -75,11 +75,9 @@ def _names(parts: Sequence[Part]) -> str:
     return f"{shown} and {len(parts) - LISTED_PARTS} more" if len(parts) > LISTED_PARTS else shown
 
 
-def _row(part: Part) -> tuple[str, str, str, str]:
-    given = given_fields(part)
-    rest = {name: value for name, value in given.items() if name != "name" and not isinstance(value, Part)}
-    fields = ", ".join(f"{name}={value_text(value, nested=False)}" for name, value in rest.items())
-    return part.name, type(part).__name__, ", ".join(part.references()), fields
+def _row(part: Part) -> tuple[str, ...]:
+    mass = number_text(part.total_mass()) if isinstance(part, Body) else ""
+    return part.name, type(part).__name__, ", ".join(part.references()), mass, values_text(_fields(part))
 
 
 # Description of a mechanism in plain values: parts with their classes, numbers and units
@@ -129,18 +127,43 @@ def plain(value: Any) -> Any:
     return str(name)
 
 
+LEFT_OUT = frozenset({"first", "second", "body", "mass", "outline", "class"})
+"""Fields that have a column of their own, and drawings."""
+
+
+def values_text(fields: Mapping[str, Any]) -> str:
+    """Values of a part or law in one line, from [value, unit] by field; zeros and disabled switches are left out."""
+    return "; ".join(_value_texts(fields))
+
+
+def _value_texts(fields: Mapping[str, Any]) -> Iterator[str]:
+    for name, (value, unit) in fields.items():
+        if name in LEFT_OUT or value is None or value is False or value == 0:
+            continue
+        word = name.replace("_", " ")
+        if isinstance(value, Mapping):
+            inner = ", ".join(_value_texts(value["fields"]))
+            yield f"{word} {value['class']}" + (f" ({inner})" if inner else "")
+        else:
+            yield word if value is True else f"{word} {_value_text(value)} {pretty(unit)}".rstrip()
+
+
+def _value_text(value: Any) -> str:
+    if isinstance(value, list):
+        return f"({', '.join(_value_text(item) for item in value)})"
+    if isinstance(value, Mapping):
+        return str(value.get("class", ""))
+    return number_text(value) if isinstance(value, float) else str(value)
+
+
 # Declaration of a mechanism: named parts and gravity
 
 RESERVED = {GROUND.name: "the ground, which is there already: fm.GROUND", "energy": "the signals of the energies"}
 """Names that no part may have, with their owners."""
 
 
-class UnknownPartError(ModelError, KeyError):
+class UnknownPartError(ModelError, UnknownNameError):
     """A name that is no part of a mechanism; also a `KeyError`, as of any mapping."""
-
-    def __str__(self) -> str:
-        """The message as it is; `KeyError` alone would show it in quotes."""
-        return str(self.args[0])
 
 
 @dataclass(frozen=True, repr=False)
@@ -221,22 +244,14 @@ class Mechanism(metaclass=arguments.CheckedType):
         """Names of the parts in order of declaration."""
         return tuple(self._by_name)
 
-    @property
+    @cached_property
     def bodies(self) -> tuple[Body, ...]:
         """The bodies in order of declaration, without the ground."""
-        return self._bodies
-
-    @cached_property
-    def _bodies(self) -> tuple[Body, ...]:
         return tuple([part for part in self.parts if isinstance(part, Body)])
 
-    @property
+    @cached_property
     def controllers(self) -> tuple[Controller, ...]:
         """The controllers in order of declaration."""
-        return self._controllers
-
-    @cached_property
-    def _controllers(self) -> tuple[Controller, ...]:
         return tuple([part for part in self.parts if isinstance(part, Controller)])
 
     @cached_property
@@ -453,11 +468,8 @@ BODY_POINTS, OTHER_POINTS = ("at", "start", "end"), ("at", "to")
 def points_of(part: Part) -> set[tuple[float, float]]:
     """Points of the reference configuration among the fields of a part."""
     names = BODY_POINTS if isinstance(part, Body) else OTHER_POINTS
-    return {value for name, value in vars(part).items() if name in names and _is_point(value)}
-
-
-def _is_point(value: Any) -> bool:
-    return isinstance(value, tuple) and len(value) == 2 and all(isinstance(x, float) for x in value)
+    values = [value for name, value in vars(part).items() if name in names and isinstance(value, tuple)]
+    return {value for value in values if len(value) == 2 and all(isinstance(x, float) for x in value)}
 
 
 def changeable(owner: Any) -> list[str]:

@@ -286,14 +286,11 @@ def to_json(shapes: Shapes) -> str:
 def from_json(text: str) -> Shapes:
     """The shapes in `text` as `to_json` wrote them, or `InputError`."""
     try:
-        return tuple(_shape(dict(item)) for item in json.loads(text))
+        items = [dict(item) for item in json.loads(text)]
+        return tuple(KINDS[item.pop("shape")](**{k: _tuples(value) for k, value in item.items()}) for item in items)
     except (ValueError, TypeError, KeyError) as error:
         message = f"shapes: {text[:60]!r} is no list of drawing records ({error}). Write it with to_json."
         raise InputError(message) from None
-
-
-def _shape(item: dict[str, Any]) -> Shape:
-    return KINDS[item.pop("shape")](**{name: _tuples(value) for name, value in item.items()})
 
 
 def _tuples(value: Any) -> Any:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from flexmb import checks, display
-from flexmb.display import Shown
-from flexmb.errors import InputError
+from flexmb.display import Shown, counted
+from flexmb.errors import InputError, UnknownNameError
 from flexmb.fields import field, record
 
 if TYPE_CHECKING:
@@ -64,12 +64,8 @@ class ContactLog(NamedTuple):
         return ContactLog(tuple(self.names), rows)
 
 
-class UnknownContactError(InputError, KeyError):
+class UnknownContactError(InputError, UnknownNameError):
     """A name that is no contact of a solution; also a `KeyError`."""
-
-    def __str__(self) -> str:
-        """The message as it is; `KeyError` alone would show it in quotes."""
-        return str(self.args[0])
 
 
 @record
@@ -271,3 +267,17 @@ def select(log: ContactLog, solution: str, name: str | None) -> Episodes:
     names = np.array(log.names, dtype=str)[column["contact"].astype(np.int64)]
     whole = {**column, "contact": names, "mode": column["mode"].astype(np.int64)}
     return Episodes(name=name or "", **{key: whole[key][order] for key in ARRAYS})
+
+
+def impacts(episodes: Episodes) -> str:
+    """Number of impacts, longest free flight, largest impulse of an impact."""
+    hits = episodes[episodes.mode == IMPACT]
+    lasting, text = len(episodes) - len(hits), f"{len(hits)}"
+    if lasting:
+        text += f" and {counted(lasting, 'continuous contact')}"
+    if len(hits):
+        text += f", largest impulse {hits.impulse.max():.3g} N s"
+    flights = episodes.flight[np.isfinite(episodes.flight)]
+    if len(flights):
+        text += f", longest flight {flights.max():.3g} s"
+    return text

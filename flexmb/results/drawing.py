@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -28,6 +29,40 @@ from flexmb.model.shape import (
     nodes_of,
 )
 from flexmb.results.solution import Solution
+
+# Points in moved frames, and turns between them
+
+
+def carried(poses: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Points (..., 2) in moved frames, carried along by their poses x, y, theta (..., 3); shapes are broadcast."""
+    x, y, angle = np.moveaxis(poses, -1, 0)
+    c, s = np.cos(angle), np.sin(angle)
+    a, b = points[..., 0], points[..., 1]
+    return np.stack([x + c * a - s * b, y + s * a + c * b], axis=-1)
+
+
+def seen_from(poses: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """World points (..., 2) in moved frames with poses x, y, theta (..., 3); shapes are broadcast."""
+    x, y, angle = np.moveaxis(poses, -1, 0)
+    c, s = np.cos(angle), np.sin(angle)
+    dx, dy = points[..., 0] - x, points[..., 1] - y
+    return np.stack([c * dx + s * dy, c * dy - s * dx], axis=-1)
+
+
+def turned_by(points: np.ndarray, moved: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Cosines and sines (n,) of the turn of points (m, 2) into others (n, m, 2) by least squares.
+
+    Both have a common factor: the sum of squares of the points, times the factor by which they grow.
+    """
+    across = (points[:, 0] * moved[..., 1] - points[:, 1] * moved[..., 0]).sum(axis=1)
+    return (points * moved).sum(axis=(1, 2)), across
+
+
+def whole_turns(angle: np.ndarray) -> np.ndarray:
+    """The nearest multiples of a turn [rad]."""
+    turns: np.ndarray = 2.0 * np.pi * np.round(angle / (2.0 * np.pi))
+    return turns
+
 
 # Meshes of plane bodies at chosen instants: places of their points, stresses, outlines
 
@@ -117,23 +152,16 @@ class Surface:
 
 
 def moved_points(shape: MeshShape, poses: np.ndarray) -> np.ndarray:
-    """Places (n, m, 2) of all points of a mesh by the poses (n, nodes, 3) x, y, theta of its nodes."""
+    """Places (n, m, 2) of all points of a mesh by the poses (n, nodes, 3) x, y, theta of its nodes.
+
+    The frame of a reduced body carries the reference configuration and the displacements in it.
+    """
     if shape.basis:
-        return _reduced(shape, poses)
+        d, angle = deformed(shape, poses)
+        own = np.array(shape.points) + (d.reshape(len(d), -1) @ np.array(shape.basis).T).reshape(len(d), -1, 2)
+        return carried(angle[:, None, None] * (0.0, 0.0, 1.0), own)
     carriers = np.array(shape.carriers, dtype=float)
-    node, (x, y) = carriers[:, 0].astype(np.int64), carriers[:, 1:].T
-    pose = poses[:, node]
-    c, s = np.cos(pose[..., 2]), np.sin(pose[..., 2])
-    return np.stack([pose[..., 0] + c * x - s * y, pose[..., 1] + s * x + c * y], axis=-1)
-
-
-def _reduced(shape: MeshShape, poses: np.ndarray) -> np.ndarray:
-    """Places of a reduced body: the frame carries the reference configuration and the displacements in it."""
-    d, angle = deformed(shape, poses)
-    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
-    own = np.array(shape.points) + (d.reshape(len(d), -1) @ np.array(shape.basis).T).reshape(len(d), -1, 2)
-    x, y = own[..., 0], own[..., 1]
-    return np.stack([c * x - s * y, s * x + c * y], axis=-1)
+    return carried(poses[:, carriers[:, 0].astype(np.int64)], carriers[:, 1:])
 
 
 def deformed(shape: MeshShape, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -144,12 +172,9 @@ def deformed(shape: MeshShape, poses: np.ndarray) -> tuple[np.ndarray, np.ndarra
     reference = np.array(shape.poses)
     angle = poses[:, 0, 2] - reference[0, 2]
     if shape.weights:
-        weights = np.array(shape.weights)
-        along = (weights * poses[..., :2]).sum(axis=(1, 2))
-        across = (weights[:, 0] * poses[..., 1] - weights[:, 1] * poses[..., 0]).sum(axis=1)
+        along, across = turned_by(np.array(shape.weights), poses[..., :2])
         angle = np.arctan2(across, along)
-        turns = poses[:, 0, 2] - reference[0, 2] - angle
-        angle = angle + 2.0 * np.pi * np.round(turns / (2.0 * np.pi))
+        angle = angle + whole_turns(poses[:, 0, 2] - reference[0, 2] - angle)
     c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
     d = np.empty_like(poses)
     d[..., 0] = c * poses[..., 0] + s * poses[..., 1] - reference[:, 0]
@@ -201,25 +226,35 @@ def few_shapes(moved: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]
 
 GROUND = "ground"
 
+RIGID, BEAM, MESH = "rigid", "beam", "mesh"
+"""Kinds of lines of bodies."""
+
 
 @dataclass(frozen=True)
 class Line:
-    """A polyline of a part at n instants, with the section forces of beams.
+    """A polyline of a part at n instants.
 
-    `fields` holds arrays (n, m) by name; it is empty for rigid lines.  `depth` (m,) is the depth of a beam in the plane
-    [m], 0 where it is unknown.  `of_mesh`: whether it is the outline or a hole of a mesh.
+    Parameters
+    ----------
+    kind : RIGID, BEAM (the axis of an element), MESH (an outline or a hole), or that of a symbol: "spring", "damper",
+        "rod", "cable", "force", "pitch circle", "belt", "guide".
+    points : (n, m, 2) [m].
+    fields : (n, m) section forces of a beam by name.
+    depth : (m,) depth of a beam in the plane [m], 0 where it is unknown.
+    body : the body that a circle turns with; "" for other lines.
     """
 
     part: str
-    points: np.ndarray  # (n, m, 2) [m]
-    fields: dict[str, np.ndarray]
+    kind: str
+    points: np.ndarray
+    fields: dict[str, np.ndarray] = field(default_factory=dict)
     depth: np.ndarray | None = None
-    of_mesh: bool = False
+    body: str = ""
 
     @property
     def is_beam(self) -> bool:
         """Whether the line is the axis of a beam element."""
-        return bool(self.fields)
+        return self.kind == BEAM
 
 
 @dataclass(frozen=True)
@@ -256,6 +291,11 @@ def pose(sol: Solution, part: str, node: str, instants: np.ndarray) -> np.ndarra
     return np.stack([sol.array(f"{stem}.{axis}")[instants] for axis in ("x", "y", "theta")], axis=-1)
 
 
+def poses(sol: Solution, part: str, nodes: Iterable[str], instants: np.ndarray) -> np.ndarray:
+    """x, y, theta (n, m, 3) of some nodes of a part at the saved `instants`."""
+    return np.stack([pose(sol, part, node, instants) for node in nodes], axis=1)
+
+
 def require_nodes(sol: Solution) -> None:
     """Refuse a solution whose run did not save where the nodes of its shapes are."""
     nodes: dict[str, None] = {}
@@ -272,17 +312,10 @@ def require_nodes(sol: Solution) -> None:
         )
 
 
-def carried(pose: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Points (m, 2) in the frame of a node, carried along by its poses (n, 3): (n, m, 2)."""
-    c, s = np.cos(pose[:, 2, None]), np.sin(pose[:, 2, None])
-    x, y = points[None, :, 0], points[None, :, 1]
-    return np.stack([pose[:, 0, None] + c * x - s * y, pose[:, 1, None] + s * x + c * y], axis=-1)
-
-
 def path(sol: Solution, point: Place, instants: np.ndarray) -> np.ndarray:
     """Positions (n, 2) of a point of a body at saved instants [m]."""
     body, node, offset = point
-    return carried(pose(sol, body, node, instants), np.array([offset], dtype=float))[:, 0]
+    return carried(pose(sol, body, node, instants), np.array(offset, dtype=float))
 
 
 def lines(sol: Solution, instants: np.ndarray, points_per_element: int) -> list[Line]:
@@ -292,13 +325,13 @@ def lines(sol: Solution, instants: np.ndarray, points_per_element: int) -> list[
     found = []
     for shape in sol.shapes:
         if isinstance(shape, RigidShape):
-            at = pose(sol, shape.part, shape.node, instants)
-            found += [Line(shape.part, carried(at, np.array(line, dtype=float)), {}) for line in shape.lines]
+            at = pose(sol, shape.part, shape.node, instants)[:, None]
+            found += [Line(shape.part, RIGID, carried(at, np.array(line, dtype=float))) for line in shape.lines]
         elif isinstance(shape, BeamShape):
             found.append(_beam(sol, shape, instants, xi))
         elif isinstance(shape, MeshShape):
             rims = surface(sol, shape, instants).outlines()
-            found += [Line(shape.part, rim, {}, of_mesh=True) for rim in rims]
+            found += [Line(shape.part, MESH, rim) for rim in rims]
     return found
 
 
@@ -309,8 +342,8 @@ def surfaces(sol: Solution, instants: np.ndarray) -> list[Surface]:
 
 def surface(sol: Solution, shape: MeshShape, instants: np.ndarray) -> Surface:
     """A mesh at the saved `instants`."""
-    poses = np.stack([pose(sol, shape.part, node, instants) for node in shape.nodes], axis=1)
-    return Surface(shape.part, shape, moved_points(shape, poses), poses)
+    of_nodes = poses(sol, shape.part, shape.nodes, instants)
+    return Surface(shape.part, shape, moved_points(shape, of_nodes), of_nodes)
 
 
 def marks(sol: Solution, instants: np.ndarray) -> list[Mark]:
@@ -320,8 +353,7 @@ def marks(sol: Solution, instants: np.ndarray) -> list[Mark]:
     for shape in sol.shapes:
         if not isinstance(shape, PointShape):
             continue
-        at = pose(sol, shape.body, shape.node, instants)
-        points = carried(at, np.array([shape.offset], dtype=float))[:, 0]
+        points = path(sol, (shape.body, shape.node, shape.offset), instants)
         name = f"{shape.part}.normal_force"
         force = sol.array(name)[instants] if name in sol else np.zeros(len(instants))
         slides = shape.along is not None
@@ -348,6 +380,12 @@ def parts(sol: Solution) -> tuple[str, ...]:
     return tuple(dict.fromkeys(shape.part for shape in sol.shapes))
 
 
+def bodies(sol: Solution) -> tuple[str, ...]:
+    """Names of the bodies with lines, in the order of the shapes, by which bodies have their colours."""
+    drawn = (s for s in sol.shapes if isinstance(s, BeamShape | MeshShape) or (isinstance(s, RigidShape) and s.lines))
+    return tuple(dict.fromkeys(shape.part for shape in drawn))
+
+
 def _beam(sol: Solution, beam: BeamShape, instants: np.ndarray, xi: np.ndarray) -> Line:
     begin, end = (pose(sol, beam.part, node, instants) for node in (beam.start, beam.end))
     forces = hermite.section_forces(begin, end, beam, xi)
@@ -360,7 +398,7 @@ def _beam(sol: Solution, beam: BeamShape, instants: np.ndarray, xi: np.ndarray) 
         "bending_stiffness": np.broadcast_to(hermite.bending_stiffness(beam, xi), shape),
     }
     depth = beam.depth[0] + xi * (beam.depth[1] - beam.depth[0])
-    return Line(beam.part, hermite.element_shape(begin, end, beam, xi), fields, depth)
+    return Line(beam.part, BEAM, hermite.element_shape(begin, end, beam, xi), fields, depth)
 
 
 # Symbols of springs, dampers, rods, cables, guides, belts, forces and pitch circles, as polylines at instants
@@ -383,28 +421,8 @@ ARC_POINTS = 37
 OVERHANG = 0.06
 """Length of a guide beyond the travel, over the size of the picture."""
 
-KINDS = ("spring", "damper", "rod", "cable", "force", "pitch circle", "belt", "guide")
-"""Kinds of symbols."""
 
-
-@dataclass(frozen=True)
-class SymbolLine:
-    """A polyline of a symbol at n instants.
-
-    Parameters
-    ----------
-    kind : one of `KINDS`.
-    points : (n, m, 2) [m].
-    body : the body that a circle turns with; "" for other symbols.
-    """
-
-    part: str
-    kind: str
-    points: np.ndarray
-    body: str = ""
-
-
-def symbols(sol: Solution, instants: np.ndarray, size: float) -> list[SymbolLine]:
+def symbols(sol: Solution, instants: np.ndarray, size: float) -> list[Line]:
     """Symbols of all shapes that are neither bodies nor points, at saved instants with numbers (n,).
 
     Widths and arrows are drawn by the size of the picture [m].
@@ -412,23 +430,19 @@ def symbols(sol: Solution, instants: np.ndarray, size: float) -> list[SymbolLine
     found = []
     for shape in sol.shapes:
         if isinstance(shape, LineShape):
-            first, second = (_point(sol, place, instants) for place in (shape.first, shape.second))
-            found.append(SymbolLine(shape.part, shape.kind, _between(first, second, shape.kind, WIDTH * size)))
+            first, second = (path(sol, place, instants) for place in (shape.first, shape.second))
+            found.append(Line(shape.part, shape.kind, _between(first, second, shape.kind, WIDTH * size)))
         elif isinstance(shape, ArrowShape):
-            found.append(SymbolLine(shape.part, "force", _arrow(sol, shape, instants, size)))
+            found.append(Line(shape.part, "force", _arrow(sol, shape, instants, size)))
         elif isinstance(shape, CircleShape):
-            found.append(SymbolLine(shape.part, "pitch circle", _circle(sol, shape, instants), shape.at[0]))
+            line = carried(pose(sol, *shape.at[:2], instants)[:, None], circle_line(shape))
+            found.append(Line(shape.part, "pitch circle", line, body=shape.at[0]))
         elif isinstance(shape, BeltShape):
-            found.append(SymbolLine(shape.part, "belt", _belt(sol, shape, instants)))
+            found.append(Line(shape.part, "belt", _belt(sol, shape, instants)))
         elif isinstance(shape, PointShape) and shape.along and shape.other and _is_saved(sol, shape.other):
             line = _guide(sol, shape, shape.other, shape.along, instants, OVERHANG * size)
-            found.append(SymbolLine(shape.part, "guide", line))
+            found.append(Line(shape.part, "guide", line))
     return found
-
-
-def _point(sol: Solution, place: Place, instants: np.ndarray) -> np.ndarray:
-    """A point (n, 2) of a body at the instants."""
-    return path(sol, place, instants)
 
 
 def _between(first: np.ndarray, second: np.ndarray, kind: str, width: float) -> np.ndarray:
@@ -441,31 +455,38 @@ def _between(first: np.ndarray, second: np.ndarray, kind: str, width: float) -> 
         across = np.array([0.0, 0.0, 0.7, -0.7, -1.0, -1.0, -1.0, 1.0, 1.0, 1.0, 0.0, 0.0])
     else:
         along, across = np.array([0.0, 1.0]), np.zeros(2)
-    way = second - first
-    length = np.hypot(way[:, 0], way[:, 1])
-    unit = way / np.where(length > 0.0, length, 1.0)[:, None]
-    normal = np.stack([-unit[:, 1], unit[:, 0]], axis=-1)
+    way, (_, _, normal) = second - first, directions(second - first)
     return np.asarray(first[:, None] + along[:, None] * way[:, None] + width * across[:, None] * normal[:, None])
+
+
+def directions(ways: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Lengths (..., 1), unit vectors and unit normals on the left (..., 2); 0 for vectors without length."""
+    length = np.hypot(ways[..., :1], ways[..., 1:])
+    unit = ways / np.where(length > 0.0, length, 1.0)
+    return length, unit, np.stack([-unit[..., 1], unit[..., 0]], axis=-1)
+
+
+def arrow_line(base: np.ndarray, tip: np.ndarray, head: float) -> np.ndarray:
+    """Shaft and head (n, 5, 2) of arrows from (n, 2) to (n, 2), with heads of a length [m], shorter in short arrows."""
+    length, unit, normal = directions(tip - base)
+    back = np.minimum(head, 0.6 * length)
+    side, foot = 0.4 * back * normal, tip - back * unit
+    return np.stack([base, tip, foot + side, tip, foot - side], axis=1)
 
 
 def _arrow(sol: Solution, arrow: ArrowShape, instants: np.ndarray, size: float) -> np.ndarray:
     """Shaft and head (n, 5, 2) of an arrow that ends in its point."""
-    tip, angle = _point(sol, arrow.at, instants), np.zeros(len(instants))
+    tip, angle = path(sol, arrow.at, instants), np.zeros(len(instants))
     if arrow.turns:
         angle = pose(sol, arrow.at[0], arrow.at[1], instants)[:, 2]
     angle = angle + np.arctan2(arrow.direction[1], arrow.direction[0])
-    u = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    n = np.stack([-u[:, 1], u[:, 0]], axis=-1)
-    back, side = HEAD * size, 0.4 * HEAD * size
-    return np.stack([tip - ARROW * size * u, tip, tip - back * u + side * n, tip, tip - back * u - side * n], axis=1)
+    return arrow_line(tip - ARROW * size * np.stack([np.cos(angle), np.sin(angle)], axis=-1), tip, HEAD * size)
 
 
-def _circle(sol: Solution, circle: CircleShape, instants: np.ndarray) -> np.ndarray:
-    """Circle (n, m, 2) from its centre, along a spoke, and around."""
-    body, node, (x, y) = circle.at
-    angles = np.linspace(0.0, 2.0 * np.pi, CIRCLE_POINTS)
-    rim = np.stack([x + circle.radius * np.cos(angles), y + circle.radius * np.sin(angles)], axis=-1)
-    return carried(pose(sol, body, node, instants), np.vstack([[[x, y]], rim]))
+def circle_line(circle: CircleShape, points: int = CIRCLE_POINTS) -> np.ndarray:
+    """Circle (m, 2) in the frame of its node: from its centre, along a spoke, and around with a number of points."""
+    angles, centre = np.linspace(0.0, 2.0 * np.pi, points)[:, None], np.array([circle.at[2]])
+    return np.vstack([centre, centre + circle.radius * np.hstack([np.cos(angles), np.sin(angles)])])
 
 
 def _guide(
@@ -473,10 +494,10 @@ def _guide(
 ) -> np.ndarray:
     """Straight line (n, 2, 2) along which a point slides: its travel in the whole run, and more at both ends."""
     every = np.arange(len(sol.time))
-    begin = _point(sol, guide, every)
+    begin = path(sol, guide, every)
     angle = pose(sol, guide[0], guide[1], every)[:, 2] + np.arctan2(along[1], along[0])
     unit = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    travel = np.sum((_point(sol, (shape.body, shape.node, shape.offset), every) - begin) * unit, axis=-1)
+    travel = np.sum((path(sol, (shape.body, shape.node, shape.offset), every) - begin) * unit, axis=-1)
     ends = np.array([travel.min() - over, travel.max() + over])
     return np.asarray(begin[instants, None] + ends[:, None] * unit[instants, None])
 
@@ -489,7 +510,7 @@ def _is_saved(sol: Solution, place: Place) -> bool:
 
 def _belt(sol: Solution, belt: BeltShape, instants: np.ndarray) -> np.ndarray:
     """Closed line (n, m, 2) of a belt: around the first wheel, a strand, around the second wheel, a strand."""
-    first, second = (_point(sol, place, instants) for place in (belt.first, belt.second))
+    first, second = (path(sol, place, instants) for place in (belt.first, belt.second))
     way = second - first
     distance = np.maximum(np.hypot(way[:, 0], way[:, 1]), 1e-300)
     r1, r2 = belt.radii

@@ -1,24 +1,17 @@
-"""A solution as a netCDF file: one variable a signal, the rest as JSON, groups for restart and contacts.
+"""A solution as a netCDF file: signals as one variable over time, the rest as JSON, groups for restart and contacts.
 
-A variable for each of 15,000 signals would take minutes to write and to open.  `plate.node12.vx` is the column of the
-node 12 in `plate.node.vx`, whose dimension is the coordinate `plate.node`, the numbers of the nodes.
-
-Signals of bodies with many nodes share variables over time and nodes (`netcdf_nodes`).
-The variables can be read by any netCDF reader.  `load` restores the record bit for bit.  It reads the file once,
-compares it with its checksum, and keeps its bytes; arrays of signals are made of them at their first use.
+`values(time, signal)` can be read by any netCDF reader: with xarray as `file["values"].sel(signal="slider.ax")`.  The
+names are the coordinate `signal`; `units`, `long_name`, `peak` and `peak_time` belong to them.
+`load` restores the record bit for bit.  It reads the file once, and compares it with its checksum.
 """
 
 from __future__ import annotations
 
 import io
 import json
-import math
-import re
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, NamedTuple, Self, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -35,116 +28,11 @@ from flexmb.errors import FileFormatError, InputError
 from flexmb.model import shape
 from flexmb.model.signal import Signal, Signals
 from flexmb.results.contact_intervals import COLUMNS, MODES, ContactLog
-from flexmb.results.naming import LateValues, flag_meanings, global_attributes, long_name, udunits
+from flexmb.results.naming import flag_meanings, global_attributes, long_name, udunits
 from flexmb.results.solution import Peaks, Solution, Stats
 
 if TYPE_CHECKING:
     import xarray as xr
-
-# Signals of bodies with many nodes in a netCDF file: one variable a body and quantity, over time and nodes
-
-MOST_SINGLE = 100
-"""Largest number of nodes of a body whose signals have a variable each."""
-
-NUMBERED = re.compile(r"(?P<body>.+\.node)(?P<number>\d+)\.(?P<quantity>[^.]+)")
-"""Name of a signal of a numbered node."""
-
-PEAK, PEAK_TIME = "peak", "peak_time"
-"""Last words of the names of variables, and names of attributes: largest absolute values, and their times."""
-
-
-class Column(NamedTuple):
-    """A signal: values (n,), largest absolute value, its time."""
-
-    values: np.ndarray
-    peak: float
-    time: float
-
-
-@dataclass(frozen=True)
-class NodeTable:
-    """One quantity at many nodes of a body.
-
-    Parameters
-    ----------
-    dimension : name of the dimension of the nodes, "plate.node".
-    quantity : last word of the names of the signals, "vx".
-    units : SI unit.
-    numbers : (m,) numbers of the nodes.
-    places : (m,) places of the signals among all signals.
-    """
-
-    dimension: str
-    quantity: str
-    units: str
-    numbers: tuple[int, ...]
-    places: tuple[int, ...]
-
-    @property
-    def name(self) -> str:
-        """Name of the variable."""
-        return f"{self.dimension}.{self.quantity}"
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the signals (m,)."""
-        return tuple(f"{self.dimension}{number}.{self.quantity}" for number in self.numbers)
-
-
-def node_tables(signals: Signals) -> list[NodeTable]:
-    """Tables of all bodies with more than `MOST_SINGLE` nodes.
-
-    The tables of a body have the same nodes; a signal that is saved at other ones, as `signals=` may choose, is left
-    out, and so has its own variable.
-    """
-    found: dict[tuple[str, str, str], list[tuple[int, int]]] = {}
-    for place, (name, units) in enumerate(zip(signals.names, signals.units, strict=True)):
-        if match := NUMBERED.fullmatch(name):
-            key = match["body"], match["quantity"], units
-            if str(int(match["number"])) == match["number"]:
-                found.setdefault(key, []).append((int(match["number"]), place))
-    nodes: dict[str, tuple[int, ...]] = {}
-    tables: dict[str, NodeTable] = {}
-    for (body, quantity, units), rows in found.items():
-        numbers, places = tuple(n for n, _ in rows), tuple(k for _, k in rows)
-        table = NodeTable(body, quantity, units, numbers, places)
-        if len(numbers) > MOST_SINGLE and nodes.setdefault(body, numbers) == numbers:
-            tables.setdefault(table.name, table)
-    return [table for table in tables.values() if not {table.name, table.dimension} & signals.places.keys()]
-
-
-def variables(sol: Solution, tables: Iterable[NodeTable]) -> dict[str, xr.Variable]:
-    """Variables of tables: values over time and nodes, peaks and their times over nodes, numbers of the nodes."""
-    import xarray as xr
-
-    found = {}
-    for table in tables:
-        nodes, places, unit = table.dimension, list(table.places), udunits(table.units)
-        text = {"long_name": f"numbers of the nodes of {nodes.rpartition('.')[0]}"}
-        found[nodes] = xr.Variable(nodes, np.array(table.numbers, dtype=np.int64), text)
-        name = long_name(table.name)
-        values = np.stack([sol.array(signal) for signal in table.names], axis=1)
-        found[table.name] = xr.Variable(("time", nodes), values, {"units": unit, "long_name": name})
-        for word, peaks, units, meaning in (
-            (PEAK, sol.peaks.values, unit, "largest absolute value"),
-            (PEAK_TIME, sol.peaks.times, "s", "time of the largest absolute value"),
-        ):
-            attrs = {"units": units, "long_name": f"{meaning}, {name}"}
-            found[f"{table.name}.{word}"] = xr.Variable(nodes, peaks[places], attrs)
-    return found
-
-
-def read(file: NetcdfContent, name: str, n: int) -> Iterator[tuple[str, Column]]:
-    """Names and columns of the signals of a table; a variable that is no table of floats raises `ValueError`."""
-    nodes, _, quantity = name.rpartition(".")
-    values, numbers = file.array(name), file.array(nodes)
-    if values.shape != (n, len(numbers)) or values.dtype != np.float64:
-        text = f"{name!r} has shape {values.shape} and type {values.dtype}"
-        raise ValueError(f"{text}; it must be {n} x {len(numbers)} floats")
-    peaks, times = (file.array(f"{name}.{word}").tolist() for word in (PEAK, PEAK_TIME))
-    for number, column, peak, time in zip(numbers.tolist(), values.T, peaks, times, strict=True):
-        yield f"{nodes}{number}.{quantity}", Column(column, peak, time)
-
 
 # Variables and attributes of a netCDF file in memory
 
@@ -156,35 +44,16 @@ NO_VARIABLE = b"This is a netCDF dimension but not a netCDF variable"
 
 
 class NetcdfContent:
-    """Variables and attributes of a netCDF file whose bytes are in memory.
-
-    Arrays that are stored in one piece share the memory of the bytes; so only names and places are read at first.
+    """Variables and attributes of an open HDF5 file whose bytes, `size` of them, are in memory.
 
     Raises
     ------
-    OSError : bytes that are no HDF5 file.
     ValueError : variables that would fill the memory, though the file is small; data in other files.
     """
 
-    def __init__(self, content: bytes) -> None:
-        import h5py
-
-        self.content, self.copied = content, 0
-        self.hdf: Any = h5py
-        self.file: Any = h5py.File(io.BytesIO(content), "r")
-        self.shifted = self.file.userblock_size > 0
-        refuse_other_files(self.file, datasets=False)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.file.close()
-
-    def __contains__(self, name: str) -> bool:
-        return name in self.file
+    def __init__(self, file: Any, size: int) -> None:
+        refuse_other_files(file, datasets=False)
+        self.file, self.size, self.read = file, size, 0
 
     def names(self, group: str) -> list[str]:
         """Names of the variables of a `group` in the order in which they were written; none without such a group."""
@@ -196,60 +65,43 @@ class NetcdfContent:
         value = self.file.attrs.get(name)
         return None if value is None else float(np.asarray(value).ravel()[0])
 
-    def text(self, name: str) -> str:
-        """Variable `name`, which holds a text."""
-        self._refuse_outer(self.file[name].id)
-        return str(self.file[name].asstr()[()])
+    def variable(self, name: str) -> Any:
+        """Variable `name` as h5py has it; refused where its values lie in another file."""
+        found = self.file[name]
+        if not is_stored_within(found.id):
+            raise ValueError(f"{name!r} leads to another file, which is not read")
+        return found
 
     def array(self, name: str) -> np.ndarray:
         """Variable `name`."""
-        values = self._values(self._dataset(name))
-        kind = self.file[name].attrs.get("dtype")  # truth values, which netCDF does not have
-        return values.astype(bool) if kind in (b"bool", "bool") else values
-
-    def column(self, name: str, n: int, attributes: Sequence[str]) -> tuple[np.ndarray, list[float]]:
-        """Variable that holds one signal (n,), and the values of some of its attributes."""
-        dataset = self._dataset(name)
-        values = self._values(dataset)
-        if values.shape != (n,) or values.dtype != np.float64:
-            raise ValueError(f"{name!r} has shape {values.shape} and type {values.dtype}; it must be {n} floats")
-        numbers = np.empty((len(attributes), 1))
-        for row, attribute in zip(numbers, attributes, strict=True):
-            self.hdf.h5a.open(dataset, attribute.encode()).read(row)
-        return values, numbers[:, 0].tolist()
-
-    def _dataset(self, name: str) -> Any:
-        return self.hdf.h5d.open(self.file.id, name.encode())
-
-    def _refuse_outer(self, dataset: Any) -> None:
-        """Refuse a variable whose values lie in another file."""
-        if not is_stored_within(dataset):
-            raise ValueError(f"{self.hdf.h5i.get_name(dataset).decode()!r} leads to another file, which is not read")
-
-    def _values(self, dataset: Any) -> np.ndarray:
-        """Values of a variable; a view of the bytes where they are stored in one piece."""
-        kind, shape, place = dataset.dtype, dataset.shape, dataset.get_offset()
-        size = math.prod(shape) * kind.itemsize
-        if place is not None and not self.shifted and dataset.get_storage_size() == size:
-            return np.frombuffer(self.content, kind, math.prod(shape), place).reshape(shape)
-        self._refuse_outer(dataset)
-        self.copied += size
-        if self.copied > LARGEST_GROWTH * len(self.content):
-            text = f"it declares {self.copied} bytes of data"
+        variable = self.variable(name)
+        self.read += variable.size * variable.dtype.itemsize
+        if self.read > LARGEST_GROWTH * self.size:
+            text = f"it declares {self.read} bytes of data"
             raise ValueError(f"{text}, more than {LARGEST_GROWTH} times its own size")
-        values = np.empty(shape, kind)
-        dataset.read(self.hdf.h5s.ALL, self.hdf.h5s.ALL, values)
+        values: np.ndarray = variable[()]
+        kind = variable.attrs.get("dtype")  # truth values, which netCDF does not have
+        return values.astype(bool) if kind in (b"bool", "bool") else np.asarray(values)
+
+    def floats(self, name: str, shape: tuple[int, ...]) -> np.ndarray:
+        """Variable `name`, which holds floats of this shape, read-only."""
+        values = self.array(name)
+        if values.shape != shape or values.dtype != np.float64:
+            size = " x ".join(map(str, shape))
+            raise ValueError(f"{name!r} has shape {values.shape} and type {values.dtype}; it must be {size} floats")
+        values.flags.writeable = False
         return values
 
 
-# A solution as a netCDF file: one variable a signal, the rest as JSON, groups for the final state and for episodes
+# A solution as a netCDF file
 
-SINGLE, FORMAT = 1, 2
-"""Versions of the layout: all signals have variables of their own; some share variables.  Newer ones are refused."""
+FORMAT = 3
+"""Version of the layout; files of former versions are read, newer ones are refused."""
 
 VERSION = "flexmb_format"
 RECORD = "flexmb_record"  # a variable, since an attribute of HDF5 holds at most 64 KiB
-TIME = "time"
+TIME, SIGNAL, VALUES = "time", "signal", "values"
+PEAK, PEAK_TIME = "peak", "peak_time"
 RESTART = "restart"
 EPISODES = "episodes"
 
@@ -261,17 +113,14 @@ def save(sol: Solution, path: str | Path) -> Path:
     run leaves either the old file or the new one.  Errors: a path that cannot be written; a `model` that cannot be
     written as JSON.
     """
-    target, tables = Path(path), node_tables(sol.signals)
-    dataset = _dataset(sol, tables)
+    dataset = _dataset(sol)
     groups = {"": dataset}
     encodings: dict[str, dict[str, Any]] = {"": {str(name): {"_FillValue": None} for name in dataset.variables}}
     if sol.restart:
         groups[RESTART] = _restart(sol)
     if sol.contacts.names:
         groups[EPISODES], encodings[EPISODES] = _episodes(sol), {name: {"_FillValue": None} for name, _ in COLUMNS}
-    shared = {place for table in tables for place in table.places}
-    single = [place for place in range(len(sol.signals)) if place not in shared]
-    return write_sealed(target, _with_signals(netcdf_image(groups, encodings), sol, single), "Solution")
+    return write_sealed(Path(path), netcdf_image(groups, encodings), "Solution")
 
 
 @checked
@@ -286,6 +135,8 @@ def load(path: str | Path) -> Solution:
     ------
     FileFormatError : a file that is missing, truncated, not written by flexmb, or in a format newer than this version.
     """
+    import h5py
+
     source = Path(path)
     if source.suffix == ".py":
         text = f"{str(source)!r}: a file of Python, and no result of a run. Run it first (flexmb run {source.name})"
@@ -293,16 +144,18 @@ def load(path: str | Path) -> Solution:
     if not source.is_file():
         raise FileFormatError(f"{str(source)!r}: there is no such file. Check the path; sol.to_netcdf(...) writes one.")
     try:
-        with NetcdfContent(read_sealed(source)) as file:
-            _check_version(source, file)
-            return _solution(file)
+        content = read_sealed(source)
+        with h5py.File(io.BytesIO(content), "r") as file:
+            found = NetcdfContent(file, len(content))
+            _check_version(source, found)
+            return _solution(found)
     except READ_ERRORS as error:
         text = f"{str(source)!r}: cannot be read as a solution; it is damaged, truncated or no netCDF file ({error})."
         raise FileFormatError(f"{text} Write it again with sol.to_netcdf(...).") from error
 
 
-def _dataset(sol: Solution, tables: list[NodeTable]) -> xr.Dataset:
-    """Time, record, tables of nodes and global attributes."""
+def _dataset(sol: Solution) -> xr.Dataset:
+    """Signals, record and global attributes."""
     import xarray as xr
 
     record = {
@@ -316,7 +169,6 @@ def _dataset(sol: Solution, tables: list[NodeTable]) -> xr.Dataset:
         "contacts": list(sol.contacts.names),
         "model": dict(sol.model),
         "mechanism": sol.described(),
-        "node_tables": [table.name for table in tables],
     }
     try:
         text = json.dumps(record)
@@ -325,45 +177,21 @@ def _dataset(sol: Solution, tables: list[NodeTable]) -> xr.Dataset:
         raise InputError(f"{message} Put plain numbers and texts in it.") from error
     time = xr.Variable(TIME, sol.time, {"units": "s", "long_name": TIME})
     kept = xr.Variable((), text, {"long_name": "record of the run as JSON, which flexmb.load reads"})
-    attrs = {"mechanism": sol.name, "status": sol.status, "ok": int(sol.ok), VERSION: FORMAT if tables else SINGLE}
-    return xr.Dataset({RECORD: kept, **variables(sol, tables)}, {TIME: time}, {**attrs, **global_attributes(sol.model)})
-
-
-def _with_signals(image: bytes, sol: Solution, places: list[int]) -> bytes:
-    """The bytes of a file with signals over its time: xarray takes four times as long to write so many variables.
-
-    What a variable of netCDF-4 is in HDF5: https://docs.unidata.ucar.edu/netcdf-c/current/file_format_specifications.html
-    The list of variables in `time` is written once: `attach_scale` would write it anew for each of them.
-    """
-    import h5py
-
-    whole = io.BytesIO(image)
-    with h5py.File(whole, "r+") as file:
-        time = file[TIME]
-        number, at = time.attrs["_Netcdf4Dimid"], np.empty(1, dtype=object)
-        at[0] = np.array([time.ref], dtype=h5py.ref_dtype)
-        attached = []
-        for k in places:
-            s = sol.signals[k]
-            variable = file.create_dataset(s.name, data=sol.array(s.name), track_order=True)
-            variable.attrs.create("_Netcdf4Dimid", number, dtype=np.int32)
-            variable.attrs.create("_Netcdf4Coordinates", [number], dtype=np.int32)
-            variable.attrs["units"], variable.attrs["long_name"] = udunits(s.units), long_name(s.name)
-            variable.attrs[PEAK] = sol.peaks.values[k : k + 1]
-            variable.attrs[PEAK_TIME] = sol.peaks.times[k : k + 1]
-            variable.attrs.create("DIMENSION_LIST", at, dtype=h5py.vlen_dtype(h5py.ref_dtype))
-            attached.append((variable.ref, 0))
-        _attach(time, attached)
-    return whole.getvalue()
-
-
-def _attach(time: Any, attached: list[tuple[Any, int]]) -> None:
-    """Write the list of the variables over `time`: references, and the number of their dimension."""
-    import h5py
-
-    before = time.attrs.get("REFERENCE_LIST", ())
-    kind = [("dataset", h5py.ref_dtype), ("dimension", np.uint32)]
-    time.attrs.create("REFERENCE_LIST", np.array([*(tuple(row) for row in before), *attached], dtype=kind))
+    values = xr.Variable((TIME, SIGNAL), sol.values, {"long_name": "values of the signals, each in its unit"})
+    of_signals: dict[str, tuple[Any, dict[str, str]]] = {
+        SIGNAL: (sol.names, {"long_name": "names of the signals"}),
+        "units": ([udunits(unit) for unit in sol.signals.units], {"long_name": "units of the signals"}),
+        "long_name": ([long_name(name) for name in sol.names], {"long_name": "long names of the signals"}),
+        PEAK: (sol.peaks.values, {"long_name": "largest absolute values of all accepted steps, each in its unit"}),
+        PEAK_TIME: (sol.peaks.times, {"units": "s", "long_name": "times of the largest absolute values"}),
+    }
+    coordinates = {
+        name: xr.Variable(SIGNAL, np.array(own, dtype=float if name in (PEAK, PEAK_TIME) else str), attrs)
+        for name, (own, attrs) in of_signals.items()
+    }
+    attrs = {"mechanism": sol.name, "status": sol.status, "ok": int(sol.ok), VERSION: FORMAT}
+    attrs |= global_attributes(sol.model)
+    return xr.Dataset({RECORD: kept, VALUES: values}, {TIME: time, **coordinates}, attrs)
 
 
 def _restart(sol: Solution) -> xr.Dataset:
@@ -390,44 +218,56 @@ def _episodes(sol: Solution) -> xr.Dataset:
 
 def _check_version(source: Path, file: NetcdfContent) -> None:
     version = file.number(VERSION)
-    if version is None or RECORD not in file:
+    if version is None or RECORD not in file.file:
         raise FileFormatError(
             f"{str(source)!r}: a netCDF file, but not one of flexmb (no {VERSION!r}, no {RECORD!r}). "
             "Open it with xarray.open_dataset."
         )
-    if int(version) not in (SINGLE, FORMAT):
+    if not 1 <= int(version) <= FORMAT:
         raise FileFormatError(
             f"{str(source)!r}: written in format {int(version)}; this version of flexmb reads formats up to {FORMAT}. "
             "Install the version of flexmb that wrote it."
         )
 
 
-def _columns(file: NetcdfContent, signals: Signals, n: int, tables: list[str]) -> list[Column]:
-    """Columns of all signals."""
-    shared = {name: column for table in tables for name, column in read(file, table, n)}
-    found = []
-    for name in signals.names:
-        if name in shared:
-            found.append(shared[name])
-        else:
-            values, (peak, time) = file.column(name, n, (PEAK, PEAK_TIME))
-            found.append(Column(values, peak, time))
-    return found
+def _columns(file: NetcdfContent, names: tuple[str, ...], n: int, tables: list[str]) -> tuple[np.ndarray, Peaks]:
+    """Signals and peaks of a file of a former version.
+
+    A table such as "plate.node.vx" holds the signals "plate.node12.vx" over time and the nodes "plate.node".
+    """
+    found: dict[str, tuple[np.ndarray, float, float]] = {}
+    for table in tables:
+        nodes, _, quantity = table.rpartition(".")
+        numbers = file.array(nodes).tolist()
+        peaks, times = (file.array(f"{table}.{word}").tolist() for word in (PEAK, PEAK_TIME))
+        rows = zip(numbers, file.floats(table, (n, len(numbers))).T, peaks, times, strict=True)
+        found |= {f"{nodes}{number}.{quantity}": row for number, *row in rows}  # type: ignore[misc]
+    for name in names:
+        if name not in found:
+            attributes = file.file[name].attrs
+            found[name] = file.floats(name, (n,)), float(attributes[PEAK][0]), float(attributes[PEAK_TIME][0])
+    values = np.empty((n, len(names)))
+    for k, name in enumerate(names):
+        values[:, k] = found[name][0]
+    return values, Peaks(*(np.array([found[name][k] for name in names]) for k in (1, 2)))
 
 
 def _solution(file: NetcdfContent) -> Solution:
-    record: dict[str, Any] = json.loads(file.text(RECORD))
+    record: dict[str, Any] = json.loads(str(file.variable(RECORD).asstr()[()]))
     signals = Signals.of(Signal(name, units) for name, units in record["signals"])
-    time = file.array("time")
-    columns = _columns(file, signals, len(time), record.get("node_tables", []))
-    peaks = (np.array([getattr(column, word) for column in columns]) for word in ("peak", "time"))
+    time = file.array(TIME)
+    if file.number(VERSION) == FORMAT:
+        values = file.floats(VALUES, (len(time), len(signals)))
+        peaks = Peaks(*(file.floats(name, (len(signals),)) for name in (PEAK, PEAK_TIME)))
+    else:
+        values, peaks = _columns(file, signals.names, len(time), record.get("node_tables", []))
     names = tuple(record.get("contacts", ()))  # files of earlier versions have none
     rows = np.column_stack([file.array(f"{EPISODES}/{name}") for name, _ in COLUMNS]) if names else None
     return Solution(
         time=time,
-        values=cast(np.ndarray, LateValues([column.values for column in columns], len(time))),
+        values=values,
         signals=signals,
-        peaks=Peaks(*peaks),
+        peaks=peaks,
         status=record["status"],
         ok=record["ok"],
         stats=Stats(**record["stats"]),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,10 +19,19 @@ from flexmb.parts.bodies.flexible import number_of
 from flexmb.parts.bodies.flexible_body import FlexibleBody
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
-from flexmb.results.drawing import nearest_to_each, pose, surface
+from flexmb.results.drawing import (
+    carried,
+    few_shapes,
+    nearest_to_each,
+    poses,
+    seen_from,
+    surface,
+    turned_by,
+    whole_turns,
+)
 from flexmb.results.naming import SAVED_KEY
 from flexmb.results.solution import Peaks, Solution
-from flexmb.results.stress import STRESSED, Places, Wanted, chosen_places, moved_mechanism, reference_points
+from flexmb.results.stress import STRESSED, Places, Wanted, at_places, chosen_places, moved_mechanism, reference_points
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,7 +54,7 @@ def positions(
     instants = np.arange(len(sol.time)) if times is None else nearest_to_each(sol, np.asarray(times, dtype=float))
     if isinstance(part, FlexibleBody):
         known = {node.name: number_of(node.name) for node in part.nodes()}
-        moved = np.stack([pose(sol, part.name, name, instants)[:, :2] for name in known], axis=1)
+        moved = poses(sol, part.name, known, instants)[..., :2]
         known |= {alias: known[name] for alias, name in part.aliases.items()}
     else:
         known = {}
@@ -55,20 +65,9 @@ def positions(
         moved = surface(sol, shape, instants).points
     places = Places(np.arange(moved.shape[1]), reference_points(part), known, {})
     chosen = places.nodes if points is None else chosen_places(part.label, places, points)
-    return _dataset(sol, part.name, instants, places, chosen, moved)
-
-
-def _dataset(
-    sol: Solution, part: str, instants: np.ndarray, places: Places, chosen: np.ndarray, moved: np.ndarray
-) -> xr.Dataset:
-    """Positions with their coordinates and units."""
-    import xarray as xr
-
-    time = xr.Variable("time", sol.time[instants], {"units": "s", "long_name": "time"})
-    reference = {"node": (places.nodes, ""), "x0": (places.points[:, 0], "m"), "y0": (places.points[:, 1], "m")}
-    coords: dict[str, Any] = {name: ("place", v[chosen], {"units": unit}) for name, (v, unit) in reference.items()}
-    own = {axis: (("time", "place"), moved[:, chosen, k], {"units": "m"}) for k, axis in enumerate("xy")}
-    return xr.Dataset(own, coords={"time": time, **coords}, attrs={"mechanism": sol.name, "part": part})
+    own = {"node": (places.nodes, ""), "x0": (places.points[:, 0], "m"), "y0": (places.points[:, 1], "m")}
+    columns = {axis: (moved[..., k], {"units": "m"}) for k, axis in enumerate("xy")}
+    return at_places(sol, part.name, instants, chosen, own, columns)
 
 
 # Mass, centre of mass and momenta over a run, from the masses that the equations of motion hold
@@ -216,50 +215,106 @@ def with_values(sol: Solution, time: np.ndarray, values: np.ndarray) -> Solution
     return replace(sol, time=time, values=values, peaks=peaks)
 
 
+SEEN, ROUND_OFF = 2.5e-4, 1e-9
+"""Error of sums of shapes over the largest displacement, and over the size of a body; no magnification shows more."""
+
+
+@dataclass(frozen=True)
+class FlexibleMotion:
+    """A flexible body at n instants, and its unstressed shape, which is laid through its joints by least squares.
+
+    Through its clamped end, if it has no other joint; through all its nodes, if it has none; with one joint that lets
+    it turn, it turns with all of them.
+
+    Parameters
+    ----------
+    nodes : (m) their names.
+    reference : (m, 3) x, y, theta of the nodes of the unstressed body in a frame of its own [m, rad].
+    poses : (n, m, 3) those of the body.
+    motion : (n, 3) x, y, theta of this frame [m, rad].
+    middle : (2,) middle of the joints in the frame [m].
+    stretch : (n,) by which the unstressed body must grow about the middle to reach its joints [1].
+    """
+
+    part: str
+    nodes: tuple[str, ...]
+    reference: np.ndarray
+    poses: np.ndarray
+    motion: np.ndarray
+    middle: np.ndarray
+    stretch: np.ndarray
+
+    @cached_property
+    def displacements(self) -> np.ndarray:
+        """(n, m, 3) poses of the nodes in the frame, less the reference [m, rad]."""
+        turned = self.poses[..., 2] - self.motion[:, 2, None] - self.reference[:, 2]
+        moved = self.seen(self.poses[..., :2]) - self.reference[:, :2]
+        return np.concatenate([moved, (turned - whole_turns(turned))[..., None]], axis=-1)
+
+    def seen(self, points: np.ndarray) -> np.ndarray:
+        """Places (n, k, 2) [m] in the frame."""
+        return seen_from(self.motion[:, None], points)
+
+    def laid(self) -> np.ndarray:
+        """(n, m, 3) poses of the nodes of the unstressed body, stretched to its joints, with the turns of the body."""
+        stretched = self.middle + self.stretch[:, None, None] * (self.reference[:, :2] - self.middle)
+        turned = self.reference[:, 2] + self.motion[:, 2, None]
+        at = carried(self.motion[:, None], stretched)
+        return np.concatenate([at, (turned + whole_turns(self.poses[..., 2] - turned))[..., None]], axis=-1)
+
+    def deformation(self, points: np.ndarray, reference: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Factors (n, k) of few shapes (k, j, 2) whose sums are the displacements of points (n, j, 2) [m] in the frame.
+
+        They begin at a reference (j, 2) [m].
+        """
+        moved = (self.seen(points) - reference).reshape(len(points), -1)
+        error = max(SEEN * np.abs(moved).max(initial=0.0), ROUND_OFF * np.ptp(reference, axis=0).max(initial=0.0))
+        factors, shapes = few_shapes(moved, float(error))
+        return factors, shapes.reshape(len(shapes), -1, 2)
+
+
+def flexible_motions(sol: Solution, instants: np.ndarray) -> list[FlexibleMotion]:
+    """All flexible bodies at saved instants with numbers (n,), bodies of beams first."""
+    beams: dict[str, list[BeamShape]] = {}
+    for element in sol.shapes:
+        if isinstance(element, BeamShape):
+            beams.setdefault(element.part, []).append(element)
+    bodies: dict[str, tuple[dict[str, Any], MeshShape | None]] = {
+        p: (unstressed(own), None) for p, own in beams.items()
+    }
+    bodies |= {s.part: (dict(zip(s.nodes, s.poses, strict=False)), s) for s in sol.shapes if isinstance(s, MeshShape)}
+    found = []
+    for part, (shape, mesh) in bodies.items():
+        nodes = tuple(shape) if mesh is None else mesh.nodes
+        now = poses(sol, part, nodes, instants)
+        reference = np.array(list(shape.values())) if shape else now[0]  # files of before have none of meshes
+        turning = list(range(len(nodes))) if mesh is None else turning_nodes(mesh)
+        fit = _rigid_fit(reference, now, body_joints(sol, part, nodes), turning)
+        found.append(FlexibleMotion(part, nodes, reference, now, *fit))
+    return found
+
+
 def magnified(sol: Solution, factor: float) -> Solution:
     """Solution with a magnified deformation of the flexible bodies, for pictures alone.
 
-    The deformation of a body is the difference from its unstressed shape, which is laid through its joints (best fit);
-    through its clamped end, if it has no other joint; and through all its nodes, if it has none.  So bodies stay
-    together at their joints.  The factor 1 gives the solution itself.
+    The deformation is the difference from the unstressed shape (`FlexibleMotion`), stretched as much as two joints are
+    apart.  So bodies stay together at their joints.  The factor 1 gives the solution itself.
     """
     if factor == 1.0:
         return sol
     values, rows = sol.values.copy(), np.arange(len(sol.time))
-    for part, (nodes, shape, seen) in _unstressed_bodies(sol).items():
-        poses = np.stack([pose(sol, part, node, rows) for node in nodes], axis=1)  # (n, m, 3)
-        rigid = _rigid_fit(shape, poses, body_joints(sol, part, nodes), seen)
-        drawn = rigid + factor * (poses - rigid)
-        places = [sol.signals.places[f"{part}.{node}{axis}"] for node in nodes for axis in COORDINATES]
+    for body in flexible_motions(sol, rows):
+        rigid = body.laid()
+        drawn = rigid + factor * (body.poses - rigid)
+        places = [sol.signals.places[f"{body.part}.{node}{axis}"] for node in body.nodes for axis in COORDINATES]
         values[:, places] = drawn.reshape(len(rows), -1)
     return with_values(sol, sol.time, values)
-
-
-def _unstressed_bodies(sol: Solution) -> dict[str, tuple[list[str], np.ndarray, list[int]]]:
-    """Flexible bodies: names of their nodes, unstressed poses (m, 3), numbers of the nodes that turn with the body."""
-    found = {}
-    for part, beams in _beams(sol).items():
-        shape = unstressed(beams)
-        found[part] = list(shape), np.array(list(shape.values())), list(range(len(shape)))
-    for mesh in sol.shapes:
-        if isinstance(mesh, MeshShape) and mesh.poses:  # files of before have none of bodies with all nodes
-            found[mesh.part] = list(mesh.nodes), np.array(mesh.poses), turning_nodes(mesh)
-    return found
 
 
 def turning_nodes(mesh: MeshShape) -> list[int]:
     """Numbers of the nodes of a body, of a reduced one of its pins alone."""
     pins = [k for k, weight in enumerate(mesh.weights) if any(weight)] or [0]
     return pins if mesh.basis else list(range(len(mesh.nodes)))
-
-
-def _beams(sol: Solution) -> dict[str, list[BeamShape]]:
-    """Beam elements by flexible part."""
-    found: dict[str, list[BeamShape]] = {}
-    for shape in sol.shapes:
-        if isinstance(shape, BeamShape):
-            found.setdefault(shape.part, []).append(shape)
-    return found
 
 
 def unstressed(beams: Sequence[BeamShape]) -> dict[str, tuple[float, float, float]]:
@@ -285,7 +340,7 @@ def unstressed(beams: Sequence[BeamShape]) -> dict[str, tuple[float, float, floa
     return found
 
 
-def body_joints(sol: Solution, part: str, nodes: list[str]) -> dict[int, bool]:
+def body_joints(sol: Solution, part: str, nodes: tuple[str, ...]) -> dict[int, bool]:
     """Numbers of the nodes of a body that carry joints, and whether one of them holds the angle."""
     found: dict[int, bool] = {}
     for shape in sol.shapes:
@@ -297,35 +352,24 @@ def body_joints(sol: Solution, part: str, nodes: list[str]) -> dict[int, bool]:
     return found
 
 
-def _rigid_fit(shape: np.ndarray, poses: np.ndarray, joints: dict[int, bool], turning: list[int]) -> np.ndarray:
-    """Poses (n, m, 3) of a body with the unstressed `shape` (m, 3), fitted to nodes of `poses`.
+def _rigid_fit(
+    shape: np.ndarray, now: np.ndarray, joints: dict[int, bool], turning: list[int]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Motion (n, 3) that takes the `shape` (m, 3) of a body to its poses `now` (n, m, 3), its middle, its stretch (n,).
 
-    The nodes `turning` are those of the fit where joints do not hold the body.
-
-    Between two joints the shape is stretched as much as they are apart, so that the fit is exact there.  Nodes of modes
-    go with the middle of the pins, from which their amplitudes count.
+    The nodes `turning` are those of the fit where joints do not hold the body.  Nodes of modes go with the middle of
+    the pins, from which their amplitudes count.
     """
     held = list(joints) if joints else turning
-    middle, centre = shape[held, :2].mean(axis=0), poses[:, held, :2].mean(axis=1)
-    size = np.ones(len(poses))
+    middle, centre = shape[held, :2].mean(axis=0), now[:, held, :2].mean(axis=1)
+    stretch = np.ones(len(now))
     seen = held if len(held) > 1 or joints.get(held[0]) else turning  # a cantilever has one node
     if len(seen) == 1:
-        angle = poses[:, seen[0], 2] - shape[seen[0], 2]
+        angle = now[:, seen[0], 2] - shape[seen[0], 2]
     else:
-        a, b = shape[seen, :2] - middle, poses[:, seen, :2] - centre[:, None]
-        cross = np.sum(a[:, 0] * b[..., 1] - a[:, 1] * b[..., 0], axis=1)
-        along = np.sum(a * b, axis=(1, 2))
-        angle = np.arctan2(cross, along)
+        around = shape[seen, :2] - middle
+        along, across = turned_by(around, now[:, seen, :2] - centre[:, None])
+        angle = np.unwrap(np.arctan2(across, along))
         if len(held) > 1 and joints:
-            size = np.hypot(cross, along) / float(np.sum(a**2))
-    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
-    x, y = (size[:, None] * along for along in _turned(c, s, shape[:, :2] - middle))
-    x, y = centre[:, None, 0] + x, centre[:, None, 1] + y
-    turned = shape[:, 2] + angle[:, None]
-    turned = turned + 2.0 * np.pi * np.round((poses[..., 2] - turned) / (2.0 * np.pi))  # turns that the run counted
-    return np.stack([x, y, turned], axis=-1)
-
-
-def _turned(c: np.ndarray, s: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """x and y (n, m) of points (m, 2), turned by angles with these cosines and sines (n, 1)."""
-    return c * points[:, 0] - s * points[:, 1], s * points[:, 0] + c * points[:, 1]
+            stretch = np.hypot(across, along) / float(np.sum(around**2))
+    return np.column_stack([carried(np.column_stack([centre, angle]), -middle), angle]), middle, stretch

@@ -11,11 +11,11 @@ import numpy as np
 
 from flexmb import display
 from flexmb.display import counted, cut, listed, number_text
-from flexmb.errors import InputError, SolveError
+from flexmb.errors import InputError, SolveError, UnknownNameError
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.model.signal import Signals, hint, resolved
-from flexmb.results.contact_intervals import ContactLog, Episodes, select
-from flexmb.results.naming import SAVED_KEY, LateField, LateValues, long_name, matching
+from flexmb.results.contact_intervals import ContactLog, Episodes, impacts, select
+from flexmb.results.naming import SAVED_KEY, long_name, matching
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -77,58 +77,30 @@ class Stats:
 # Largest absolute values of signals over all accepted steps
 
 
-class Peak(NamedTuple):
-    """The largest absolute value of a signal over all accepted steps.
-
-    Parameters
-    ----------
-    value : the largest absolute value, in the unit of the signal.
-    time : when it was reached [s].
-    """
+class _Peak(NamedTuple):
+    """Value and time."""
 
     value: float
     time: float
 
-    def __repr__(self) -> str:
-        return f"Peak(value={number_text(self.value)}, time={number_text(self.time)})"
 
-    @property
-    def node(self) -> int | None:
-        """Number of the node where a stress was largest, of a mesh that in the mesh; None of other signals."""
-        return None
+class Peak(_Peak):
+    """The largest absolute value of a signal over all accepted steps; `value, time = peak`.
 
-    @property
-    def place(self) -> tuple[float, float] | None:
-        """Place of this node in the reference configuration [m]; None of other signals."""
-        return None
-
-
-class PeakOfStress(Peak):
-    """The peak of a stress, with its place.
-
-    Parameters
+    Attributes
     ----------
-    peak : value and time.
-    node : number of the node.
-    place : its place in the reference configuration [m]; None of beams and reduced bodies of a file.
+    value : the largest absolute value, in the unit of the signal.
+    time : when it was reached [s].
+    node : number of the node where a stress was largest, of a mesh that in the mesh; None of other signals.
+    place : place of this node in the reference configuration [m]; None of other signals, and of beams and reduced
+        bodies of a file.
     """
 
-    def __new__(cls, peak: Peak, node: int, place: tuple[float, float] | None) -> PeakOfStress:
-        """The peak with its place."""
-        own = super().__new__(cls, *peak)
-        own.__dict__["at"] = (node, place)
-        return own
+    node: int | None = None
+    place: tuple[float, float] | None = None
 
-    @property
-    def node(self) -> int:
-        """Number of the node where the stress was largest."""
-        return int(self.__dict__["at"][0])
-
-    @property
-    def place(self) -> tuple[float, float] | None:
-        """Place of this node in the reference configuration [m]; None of beams and reduced bodies of a file."""
-        found: tuple[float, float] | None = self.__dict__["at"][1]
-        return found
+    def __repr__(self) -> str:
+        return f"Peak(value={number_text(self.value)}, time={number_text(self.time)})"
 
 
 class Peaks(NamedTuple):
@@ -144,7 +116,59 @@ class Peaks(NamedTuple):
     times: np.ndarray
 
 
-# Text and HTML of a solution: end of the run, saved instants, main peaks, notes, cost
+# Facts of a run: one list for the command line, notebooks and pages
+
+
+class Fact(NamedTuple):
+    """A fact with its value as a text, unit and note."""
+
+    label: str
+    value: str
+    unit: str = ""
+    note: str = ""
+
+    @property
+    def text(self) -> str:
+        """Value, unit and note."""
+        return ", ".join(filter(None, (f"{self.value} {self.unit}".rstrip(), self.note)))
+
+
+def facts(sol: Solution) -> list[Fact]:
+    """Saved instants and signals, cost, error of the balance of energies, contacts."""
+    stats = sol.stats
+    size = f"of {stats.smallest_step:.3g} to {stats.largest_step:.3g} s"
+    more = f"{stats.evaluations} evaluations, {stats.factorisations} factorisations"
+    span = f"{sol.time[0]:.6g} to {sol.time[-1]:.6g} s" if len(sol.time) else ""
+    found = [
+        Fact("saved", counted(len(sol.time), "instant"), note=span),
+        Fact("signals", f"{counted(len(sol.names), 'signal')} of {counted(len(_by_part(sol)), 'part')}"),
+        Fact("steps", counted(stats.steps, "step"), size, stats.rejections),
+        Fact("iterations", counted(stats.newton_iterations, "Newton iteration"), note=more),
+        Fact("wall time", f"{stats.wall_time:.3g}", "s"),
+    ]
+    if "energy.residual" in sol and "energy.turned_over" in sol:
+        residual, turned = sol.peak("energy.residual").value, sol.peak("energy.turned_over").value
+        share = f"{residual / turned:.2g} of the energy turned over" if turned > 0.0 else ""
+        found.append(Fact("energy residual", f"{residual:.3g}", "J", share))
+    names = [name.rpartition(".")[0] for name in sol.names if name.endswith(".penetration")]
+    for name in dict.fromkeys([*names, *sol.contacts.names]):
+        found += [fact._replace(label=f"{fact.label} in {name}") for fact in contact_facts(sol, name)]
+    return found
+
+
+def contact_facts(sol: Solution, name: str) -> list[Fact]:
+    """Facts of a joint, or of one of its contacts: share of the saved instants, impacts."""
+    found = []
+    if f"{name}.penetration" in sol and len(sol.time):
+        share, deepest = 100.0 * np.mean(sol.array(f"{name}.penetration") > 0.0), sol.peak(f"{name}.penetration")
+        text = f"deepest {max(deepest.value, 0.0):.3g} m at t = {deepest.time:.6g} s"
+        found.append(Fact("contact", f"{share:.3g}", "% of the saved instants", text))
+    if any(name in (contact, contact.partition(".")[0]) for contact in sol.contacts.names):
+        found.append(Fact("impacts", impacts(sol.episodes(name))))
+    return found
+
+
+# Text and HTML of a solution: end of the run, main peaks, notes, facts
 
 MAIN_ENDINGS = ("torque", "normal_force", "deflection", "von_mises")
 """Endings of the main signals: of drives, of contacts, of flexible links, of all bodies that deform."""
@@ -196,8 +220,9 @@ def _scales(sol: Solution) -> dict[str, float]:
 
 def solution_text(sol: Solution) -> str:
     """Name and status; saved instants, signals, cost; main peaks and number of notes: three lines, five at most."""
-    parts = f"{counted(len(sol.names), 'signal')} of {counted(len(_by_part(sol)), 'part')}"
-    lines = [cut(f"Solution of {sol.name!r}: {sol.status}", 3), f"  {_saved(sol)}; {parts}; {_cost(sol)}"]
+    saved, signals, steps, _, clock, *_ = facts(sol)
+    lines = [cut(f"Solution of {sol.name!r}: {sol.status}", 3)]
+    lines += [f"  {saved.text}; {signals.text}; {steps.value} in {clock.text} on the clock"]
     peaks = [f"{name} {_peak(sol, name)}" for name in _largest(sol)[:IN_TEXT]]
     last = ["largest " + ", ".join(peaks)] if peaks else []
     last += [counted(len(sol.notes), "note") + " in sol.notes"] if sol.notes else []
@@ -206,14 +231,12 @@ def solution_text(sol: Solution) -> str:
 
 def solution_html(sol: Solution) -> str:
     """Table of the end of the run, the main peaks, notes, and the names of all signals on a click."""
-    rows = [("saved", _saved(sol)), ("cost", str(sol.stats))]
-    rows += [("contacts", listed(sol.contacts.names))] if sol.contacts.names else []
     peaks = [(name, *_peak_cells(sol, name)) for name in largest_signals(sol)[:IN_TABLE]]
     signals = display.table([(owner, ", ".join(names)) for owner, names in _by_part(sol).items()])
     return display.page(
         f"Solution of {sol.name!r}",
         sol.status,
-        display.table(rows),
+        display.table((fact.label, fact.text) for fact in facts(sol)),
         display.table(peaks, ("signal", "largest absolute value", "unit", "at t [s]")),
         display.folded(counted(len(sol.notes), "note"), display.texts(sol.notes)) if sol.notes else "",
         display.folded(_signals(sol), signals),
@@ -240,11 +263,6 @@ def _peak_cells(sol: Solution, name: str) -> tuple[str, str, str]:
     return f"{value:.6g}", sol.units(name), f"{time:.6g}"
 
 
-def _saved(sol: Solution) -> str:
-    span = f", {sol.time[0]:.6g} to {sol.time[-1]:.6g} s" if len(sol.time) else ""
-    return f"{counted(len(sol.time), 'instant')}{span}"
-
-
 def _signals(sol: Solution) -> str:
     return f"{counted(len(sol.names), 'signal')} of {listed(_by_part(sol), 5) or 'no part'}"
 
@@ -258,19 +276,11 @@ def _by_part(sol: Solution) -> dict[str, list[str]]:
     return found
 
 
-def _cost(sol: Solution) -> str:
-    return f"{counted(sol.stats.steps, 'step')} in {sol.stats.wall_time:.3g} s on the clock"
-
-
 # The record of a run: named signals over time, status, statistics, final state
 
 
-class UnknownSignalError(InputError, KeyError):
+class UnknownSignalError(InputError, UnknownNameError):
     """A name that is no signal of a solution; also a `KeyError`, as of any mapping."""
-
-    def __str__(self) -> str:
-        """The message as it is; `KeyError` alone would show it in quotes."""
-        return str(self.args[0])
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -306,7 +316,7 @@ class Solution:
 
     _: KW_ONLY
     time: np.ndarray
-    values: np.ndarray = LateField()  # type: ignore[assignment] # noqa: RUF009 - a descriptor is no default
+    values: np.ndarray
     signals: Signals
     peaks: Peaks
     status: str
@@ -327,7 +337,7 @@ class Solution:
         n_s = len(self.signals)
         time = _frozen("time", self.time, (None,))
         self._set("time", time)
-        self._set("values", _frozen("values", vars(self)["values"], (len(time), n_s)))
+        self._set("values", _frozen("values", self.values, (len(time), n_s)))
         largest, when = self.peaks
         self._set("peaks", Peaks(_frozen("peaks.values", largest, (n_s,)), _frozen("peaks.times", when, (n_s,))))
         self._set("contacts", self.contacts.checked())
@@ -397,8 +407,7 @@ class Solution:
 
     def array(self, name: str) -> np.ndarray:
         """The signal `name` as a read-only array (n,): `sol[name].values` without the cost of labels."""
-        place, held = self._place(name), vars(self)["values"]
-        column: np.ndarray = held.column(place) if isinstance(held, LateValues) else held[:, place]
+        column: np.ndarray = self.values[:, self._place(name)]
         return column
 
     def units(self, name: str) -> str:
@@ -413,12 +422,12 @@ class Solution:
         k = self._place(name)
         peak = Peak(float(self.peaks.values[k]), float(self.peaks.times[k]))
         at = self._places.get(f"{self.signals.names[k]}_node")
-        if at is None:
-            return peak
-        part, node = self.signals.names[k].partition(".")[0], round(float(self.peaks.values[at]))
-        from flexmb.results.stress import place_of_stress
+        if at is not None:
+            from flexmb.results.stress import place_of_stress
 
-        return PeakOfStress(peak, node, place_of_stress(self, part, node))
+            peak.node = round(float(self.peaks.values[at]))
+            peak.place = place_of_stress(self, self.signals.names[k].partition(".")[0], peak.node)
+        return peak
 
     def stress(
         self,
@@ -597,19 +606,25 @@ class Solution:
         return place
 
 
+def require_rows(label: str, sol: Solution, *, drawn: bool = True) -> None:
+    """Refuse a solution without saved instants, or, to be drawn, without shapes; `label`: name of the caller."""
+    if not len(sol.time):
+        raise InputError(f"{label}: the solution has no saved instants. Save some, e.g. by simulate(..., save=...).")
+    if drawn and not sol.shapes:
+        raise InputError(f"{label}: the solution has no shapes to draw. Build it from a mechanism with bodies.")
+
+
 def _frozen(name: str, values: Any, shape: tuple[int | None, ...]) -> Any:
-    """`values` as a read-only float array of that shape (None: any length), late values as they are.
+    """`values` as a read-only float array of that shape (None: any length).
 
     An array that is read-only already is taken as it is: copying what a run saved would take as long as saving it.
     """
-    late = isinstance(values, LateValues)
-    array: Any = values if late or _is_fixed(values) else np.array(values, dtype=np.float64, order="C")
-    fits = len(array.shape) == len(shape) and all(want in (None, n) for n, want in zip(array.shape, shape, strict=True))
+    array: Any = values if _is_fixed(values) else np.array(values, dtype=np.float64, order="C")
+    fits = array.ndim == len(shape) and all(want in (None, n) for n, want in zip(array.shape, shape, strict=True))
     if not fits:
         wanted = ", ".join("n" if n is None else str(n) for n in shape)
         raise InputError(f"Solution: {name} has shape {array.shape}; it must have shape ({wanted}).")
-    if not late:
-        array.flags.writeable = False
+    array.flags.writeable = False
     return array
 
 

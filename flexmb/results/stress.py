@@ -22,7 +22,7 @@ from flexmb.fields import Input, field, not_negative, positive, record
 from flexmb.model.shape import BeamShape, MeshShape
 from flexmb.parts.bodies.flexible import knows_stress, number_of, section_factors
 from flexmb.parts.bodies.flexible_body import FlexibleBody
-from flexmb.results.drawing import deformed, nearest_to_each, pose, shortened, surface, turned
+from flexmb.results.drawing import deformed, nearest_to_each, pose, poses, shortened, surface, turned, turned_by
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -117,14 +117,16 @@ def stress(
     part = _body(sol, body, mechanism)
     instants = np.arange(len(sol.time)) if times is None else nearest_to_each(sol, np.asarray(times, dtype=float))
     if isinstance(part, FlexibleBody):
-        places, fields = _of_beams(sol, part, instants)
+        places, fields = of_beams(sol, part, instants)
     else:
         shape = next(s for s in sol.shapes if isinstance(s, MeshShape) and s.part == part.name)
         places = Places(np.arange(len(shape.points)), reference_points(part), {}, {})
         of = _of_plane if isinstance(part, PlaneBody) else _of_reduced
         fields = _with_principal(of(sol, part, shape, instants))  # type: ignore[arg-type]
     chosen = np.arange(len(places.nodes)) if points is None else chosen_places(part.label, places, points)
-    return _dataset(sol, part.name, instants, places, chosen, fields)
+    own = {"node": (places.nodes, ""), "x": (places.points[:, 0], "m"), "y": (places.points[:, 1], "m"), **places.more}
+    columns = {name: (values, {"units": "Pa", "long_name": MEANINGS[name]}) for name, values in fields.items()}
+    return at_places(sol, part.name, instants, chosen, own, columns)
 
 
 def moved_mechanism(sol: Solution, name: str, mechanism: Mechanism | None) -> Mechanism:
@@ -143,20 +145,25 @@ def _body(sol: Solution, name: str, mechanism: Mechanism | None) -> STRESSED:
     if not isinstance(part, STRESSED):
         raise InputError(f"{part.label} has no stresses. Name a flexible body of {known.name!r}.")
     source = part.body if isinstance(part, Reduced) else part
-    if isinstance(source, FlexibleBody) and not all(knows_stress(beam.section) for beam in source.beams):
+    if isinstance(source, FlexibleBody) and not knows_stresses(source):
         text = f"{part.label}: a section does not know its outer fibre, so there are no stresses"
         raise InputError(f"{text}. Give outer_fibre=... [m] to the section.")
     return part
 
 
-def _of_beams(sol: Solution, body: FlexibleBody, instants: np.ndarray) -> tuple[Places, dict[str, np.ndarray]]:
+def knows_stresses(body: FlexibleBody) -> bool:
+    """Whether all sections of a body know their outer fibres."""
+    return all(knows_stress(beam.section) for beam in body.beams)
+
+
+def of_beams(sol: Solution, body: FlexibleBody, instants: np.ndarray) -> tuple[Places, dict[str, np.ndarray]]:
     """Stresses (n, 2 elements) at both ends of all elements."""
     shapes = [shape for shape in sol.shapes if isinstance(shape, BeamShape) and shape.part == body.name]
-    poses = {name: pose(sol, body.name, name, instants) for shape in shapes for name in (shape.start, shape.end)}
+    at = {name: pose(sol, body.name, name, instants) for shape in shapes for name in (shape.start, shape.end)}
     factors = np.concatenate([np.stack(list(pairwise(section_factors(beam).T))) for beam in body.beams])
     axial, bending = [], []
     for shape, factor in zip(shapes, factors, strict=True):
-        forces = section_forces(poses[shape.start], poses[shape.end], shape, ENDS)
+        forces = section_forces(at[shape.start], at[shape.end], shape, ENDS)
         axial.append(forces.N * factor[:, 0])
         bending.append(-forces.M * factor[:, 1])
     numbers = np.array([number_of(name) for shape in shapes for name in (shape.start, shape.end)])
@@ -179,7 +186,7 @@ def _of_plane(sol: Solution, body: PlaneBody, shape: MeshShape, instants: np.nda
     moved = surface(sol, shape, instants)
     X, x = body.mesh.points, moved.points
     X, x = X - X.mean(axis=0), x - x.mean(axis=1, keepdims=True)
-    along, across = (X * x).sum(axis=(1, 2)), (X[:, 0] * x[..., 1] - X[:, 1] * x[..., 0]).sum(axis=1)
+    along, across = turned_by(X, x)
     return turned(moved.stress, -np.arctan2(across, along))
 
 
@@ -188,8 +195,8 @@ def _of_reduced(sol: Solution, body: Reduced, shape: MeshShape, instants: np.nda
     stresses = body.model.stresses
     if stresses is None:
         raise InputError(f"{body.label} has no stresses.")
-    poses = np.stack([pose(sol, shape.part, node, instants) for node in shape.nodes], axis=1)
-    e = shortened(deformed(shape, poses)[0], body.element.directions)
+    d, _ = deformed(shape, poses(sol, shape.part, shape.nodes, instants))
+    e = shortened(d, body.element.directions)
     found: np.ndarray = np.einsum("msi,ti->tms", stresses(body.basis.shapes), e, optimize=True)
     return found
 
@@ -226,25 +233,22 @@ def chosen_places(label: str, places: Places, points: Wanted) -> np.ndarray:
     return np.array(found, dtype=np.int64)
 
 
-def _dataset(
+def at_places(
     sol: Solution,
     part: str,
     instants: np.ndarray,
-    places: Places,
     chosen: np.ndarray,
-    fields: Mapping[str, np.ndarray],
+    coordinates: Mapping[str, tuple[np.ndarray, str]],
+    columns: Mapping[str, tuple[np.ndarray, Mapping[str, str]]],
 ) -> xr.Dataset:
-    """The stresses with their coordinates and units."""
+    """Values (n, m) with attributes, by name, over instants and chosen places; coordinates (m,) with their units."""
     import xarray as xr
 
     time = xr.Variable("time", sol.time[instants], {"units": "s", "long_name": "time"})
-    own = {"node": (places.nodes, ""), "x": (places.points[:, 0], "m"), "y": (places.points[:, 1], "m"), **places.more}
-    coords: dict[str, Any] = {name: ("place", values[chosen], {"units": unit}) for name, (values, unit) in own.items()}
-    columns = {
-        name: (("time", "place"), values[:, chosen], {"units": "Pa", "long_name": MEANINGS[name]})
-        for name, values in fields.items()
-    }
-    return xr.Dataset(columns, coords={"time": time, **coords}, attrs={"mechanism": sol.name, "part": part})
+    own = {name: ("place", values[chosen], {"units": unit}) for name, (values, unit) in coordinates.items()}
+    found = {name: (("time", "place"), values[:, chosen], attrs) for name, (values, attrs) in columns.items()}
+    coords: dict[str, Any] = {"time": time, **own}
+    return xr.Dataset(found, coords=coords, attrs={"mechanism": sol.name, "part": part})
 
 
 # Fatigue: cycles of a stress by rainflow counting, and their damage by a Woehler line

@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 import re
 import tempfile
-from dataclasses import dataclass
+from collections.abc import Mapping
+from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
@@ -19,7 +20,6 @@ from flexmb.errors import InputError
 if TYPE_CHECKING:
     import meshio
 
-    from flexmb.results.drawing import Line, Mark, Surface, SymbolLine
     from flexmb.results.solution import Solution
 
 MOST_FRAMES = 200
@@ -48,19 +48,28 @@ KINDS = ("rigid", "beam", "joint", "revolute", "prismatic", "fixed", "clearance"
 """Kinds of cells by number; kinds that a user's own parts bring follow after these."""
 
 
-@dataclass(frozen=True)
-class Frames:
-    """Cells of all frames, and data of each frame."""
+STRESSES = ("stress_x", "stress_y", "stress_xy")
+"""Stresses of meshes in world axes."""
 
-    points: np.ndarray  # (n, n_p, 3) [m]
-    deformation: np.ndarray  # (n, n_p, 3) points less those of undeformed bodies [m]
-    data: dict[str, np.ndarray]  # by name, (n, n_p)
-    segments: np.ndarray  # (n_l, 2)
-    vertices: np.ndarray  # (n_v, 1)
-    part: tuple[np.ndarray, np.ndarray]  # number of the part, of segments and vertices
-    kind: tuple[np.ndarray, np.ndarray]  # number of the kind, of segments and vertices
-    kinds: tuple[str, ...]  # names of the kinds
-    meshes: tuple[tuple[str, np.ndarray, int], ...]  # of each mesh: kind of meshio, points of cells, number of the part
+
+class Piece(NamedTuple):
+    """A drawn thing at n instants.
+
+    Parameters
+    ----------
+    points : (n, m, 2) its points [m].
+    cell : kind of its cells as meshio names it.
+    cells : (k, j) numbers of the points of each cell.
+    part, kind : names of its part and of its own kind.
+    data : (n, m) fields at its points, by name.
+    """
+
+    points: np.ndarray
+    cell: str
+    cells: np.ndarray
+    part: str
+    kind: str
+    data: Mapping[str, np.ndarray]
 
 
 @arguments.checked
@@ -94,31 +103,25 @@ def write_vtk(sol: Solution, path: str | Path, frames: int | None = None, *, poi
     ------
     InputError : a path that cannot be written, fewer than 2 frames, a solution without instants or shapes.
     """
-    target = _checked_target(path)
-    per_element = checks.count("write_vtk", "points_per_element", points_per_element, 2)
-    instants = _chosen(sol, frames)
-    content = _content(sol, instants, per_element)
-    try:
-        return _write(sol, content, instants, target)
-    except (OSError, ValueError) as error:
-        raise unwritable(target, error, "write_vtk") from error
-
-
-def _checked_target(path: str | Path) -> Path:
     target = Path(path)
     if target.suffix not in {"", ".pvd"} or not target.name:
         raise InputError(f"write_vtk: path is {str(path)!r}; it must end in .pvd, the format of a series of frames.")
-    return target.with_suffix(".pvd")
+    target = target.with_suffix(".pvd")
+    per_element = checks.count("write_vtk", "points_per_element", points_per_element, 2)
+    instants = _chosen(sol, frames)
+    kinds, meshes = _frames(sol, instants, per_element)
+    try:
+        return _write(sol, meshes, kinds, sol.time[instants], target)
+    except (OSError, ValueError) as error:
+        raise unwritable(target, error, "write_vtk") from error
 
 
 def _chosen(sol: Solution, frames: int | None) -> np.ndarray:
     """Numbers of the saved instants that become frames."""
     from flexmb.results.drawing import nearest_instants
+    from flexmb.results.solution import require_rows
 
-    if not len(sol.time):
-        raise InputError("write_vtk: the solution has no saved instants. Save some, e.g. by simulate(..., save=...).")
-    if not sol.shapes:
-        raise InputError("write_vtk: the solution has no shapes to draw. Build it from a mechanism with bodies.")
+    require_rows("write_vtk", sol)
     if frames is None:
         if len(sol.time) <= MOST_FRAMES:
             return np.arange(len(sol.time))
@@ -127,106 +130,91 @@ def _chosen(sol: Solution, frames: int | None) -> np.ndarray:
     return nearest_instants(sol, np.linspace(sol.time[0], sol.time[-1], n))
 
 
-def _content(sol: Solution, instants: np.ndarray, points_per_element: int) -> Frames:
-    """Points, cells and data of all frames."""
+def _frames(sol: Solution, instants: np.ndarray, points_per_element: int) -> tuple[tuple[str, ...], list[meshio.Mesh]]:
+    """Names of the kinds by their numbers, and the meshes of all frames."""
+    import meshio
+
     from flexmb.results import drawing
     from flexmb.results.positions import magnified, with_values
 
     shown = with_values(sol, sol.time[instants], sol.values[instants])
-    bodies, signs, marks, meshes = _drawn(shown, points_per_element)
-    lines = [*bodies, *(drawing.Line(sign.part, sign.points, {}) for sign in signs)]
+    pieces = _pieces(shown, points_per_element)
+    kinds = tuple(dict.fromkeys([*KINDS, *(piece.kind for piece in pieces)]))
     number = {name: k for k, name in enumerate(drawing.parts(sol))}
-    kinds = tuple(dict.fromkeys([*KINDS, *(sign.kind for sign in signs), *(m.kind for m in marks)]))
-    points = _places(bodies, signs, marks, meshes)
-    counts = [mesh.points.shape[1] for mesh in meshes]
-    first = points.shape[1] - sum(counts) + np.cumsum([0, *counts])
-    segments, owner = _segments(lines)
-    vertices = np.arange(len(marks))[:, None] + sum(line.points.shape[1] for line in lines)
-    kind_of = [int(line.is_beam) for line in bodies] + [kinds.index(sign.kind) for sign in signs]
-    of_lines = np.array([(number[x.part], k) for x, k in zip(lines, kind_of, strict=True)], dtype=np.int64).reshape(
-        -1, 2
-    )
-    of_marks = np.array([(number[m.part], kinds.index(m.kind)) for m in marks], dtype=np.int64).reshape(-1, 2)
-    return Frames(
-        points=points,
-        deformation=points - _places(*_drawn(magnified(shown, 0.0), points_per_element)),
-        data=_point_data(lines, marks, meshes, len(instants)),
-        segments=segments,
-        vertices=vertices,
-        part=(of_lines[owner, 0], of_marks[:, 0]),
-        kind=(of_lines[owner, 1], of_marks[:, 1]),
-        kinds=kinds,
-        meshes=tuple((CELLS[m.shape.kind], m.cells + k, number[m.part]) for m, k in zip(meshes, first, strict=False)),
-    )
+    first = np.cumsum([0, *(piece.points.shape[1] for piece in pieces)])
+    cells: list[tuple[str, np.ndarray]] = []
+    labels: dict[str, list[np.ndarray]] = {"part": [], "kind": []}
+    for cell, group in groupby(zip(pieces, first, strict=False), lambda pair: pair[0].cell):
+        own = list(group)
+        counts = [len(piece.cells) for piece, _ in own]
+        cells.append((cell, np.concatenate([piece.cells + at for piece, at in own])))
+        labels["part"].append(np.repeat([number[piece.part] for piece, _ in own], counts))
+        labels["kind"].append(np.repeat([kinds.index(piece.kind) for piece, _ in own], counts))
+    names = [*FIELDS, "normal_force", *((*STRESSES, "von_mises") if any(p.kind == "mesh" for p in pieces) else ())]
+    zeros = [np.zeros(piece.points.shape[:2]) for piece in pieces]
+    points = _places(pieces)
+    data = {"displacement": points - points[0]}
+    data["deformation"] = points - _places(_pieces(magnified(shown, 0.0), points_per_element))
+    for name in names:
+        columns = [piece.data.get(name, none) for piece, none in zip(pieces, zeros, strict=True)]
+        data[name] = np.concatenate(columns, axis=1)
+    frames = ({name: values[k] for name, values in data.items()} for k in range(len(points)))
+    meshes = [meshio.Mesh(now, cells, now_data, labels) for now, now_data in zip(points, frames, strict=True)]
+    return kinds, meshes
 
 
-def _drawn(sol: Solution, points_per_element: int) -> tuple[list[Line], list[SymbolLine], list[Mark], list[Surface]]:
+def _pieces(sol: Solution, points_per_element: int) -> list[Piece]:
     """Lines of bodies, symbols, joints and meshes at all saved instants."""
     from flexmb.results import drawing
-    from flexmb.results.drawing import symbols
 
     instants = np.arange(len(sol.time))
     bodies, marks = drawing.lines(sol, instants, points_per_element), drawing.marks(sol, instants)
     places = [line.points.reshape(-1, 2) for line in bodies] + [mark.points for mark in marks]
-    signs = symbols(sol, instants, float(np.ptp(np.concatenate(places), axis=0).max()) if places else 1.0)
-    return [line for line in bodies if not line.of_mesh], signs, marks, drawing.surfaces(sol, instants)
+    signs = drawing.symbols(sol, instants, float(np.ptp(np.concatenate(places), axis=0).max()) if places else 1.0)
+    lines = [line for line in bodies if line.kind != drawing.MESH] + signs
+    found = [Piece(x.points, "line", _steps(x.points.shape[1]), x.part, x.kind, x.fields) for x in lines]
+    for mark in marks:
+        force = {"normal_force": mark.force[:, None]}
+        found.append(Piece(mark.points[:, None], "vertex", np.zeros((1, 1), dtype=int), mark.part, mark.kind, force))
+    for mesh in drawing.surfaces(sol, instants):
+        data = {name: mesh.stress[..., k] for k, name in enumerate(STRESSES)} | {"von_mises": mesh.von_mises}
+        found.append(Piece(mesh.points, CELLS[mesh.shape.kind], mesh.cells, mesh.part, "mesh", data))
+    return found
 
 
-def _places(bodies: list[Line], signs: list[SymbolLine], marks: list[Mark], meshes: list[Surface]) -> np.ndarray:
-    """Places (n, n_p, 3) of all points: lines, joints, meshes [m]."""
-    flat = [*(x.points for x in bodies), *(x.points for x in signs), *(m.points[:, None] for m in marks)]
-    flat += [mesh.points for mesh in meshes]
-    return np.pad(np.concatenate(flat, axis=1), ((0, 0), (0, 0), (0, 1)))
+def _steps(count: int) -> np.ndarray:
+    """Cells (count - 1, 2) along a line of some points."""
+    return np.stack([np.arange(count - 1), np.arange(1, count)], axis=1)
 
 
-def _segments(lines: list[Line]) -> tuple[np.ndarray, np.ndarray]:
-    """Two-point cells along all lines, and the number of the line of each cell."""
-    cells, owner, first = [np.zeros((0, 2), dtype=np.int64)], [np.zeros(0, dtype=np.int64)], 0
-    for k, line in enumerate(lines):
-        m = line.points.shape[1]
-        start = first + np.arange(m - 1)
-        cells.append(np.stack([start, start + 1], axis=1))
-        owner.append(np.full(m - 1, k))
-        first += m
-    return np.concatenate(cells), np.concatenate(owner)
+def _places(pieces: list[Piece]) -> np.ndarray:
+    """Places (n, n_p, 3) of all points [m]."""
+    return np.pad(np.concatenate([piece.points for piece in pieces], axis=1), ((0, 0), (0, 0), (0, 1)))
 
 
-def _point_data(lines: list[Line], marks: list[Mark], meshes: list[Surface], n: int) -> dict[str, np.ndarray]:
-    """Fields (n, points) of lines, joints and meshes, in this order."""
-    on_lines = sum(line.points.shape[1] for line in lines)
-    on_meshes = np.zeros((n, sum(mesh.points.shape[1] for mesh in meshes)))
-    data = {}
-    for field in FIELDS:
-        columns = [line.fields.get(field, np.zeros(line.points.shape[:2])) for line in lines]
-        data[field] = np.concatenate([np.zeros((n, 0)), *columns, np.zeros((n, len(marks))), on_meshes], axis=1)
-    forces = [m.force[:, None] for m in marks]
-    data["normal_force"] = np.concatenate([np.zeros((n, on_lines)), *forces, on_meshes], axis=1)
-    if meshes:
-        before = np.zeros((n, on_lines + len(marks)))
-        for k, field in enumerate(("stress_x", "stress_y", "stress_xy")):
-            data[field] = np.concatenate([before, *(mesh.stress[..., k] for mesh in meshes)], axis=1)
-        data["von_mises"] = np.concatenate([before, *(mesh.von_mises for mesh in meshes)], axis=1)
-    return data
-
-
-def _write(sol: Solution, content: Frames, instants: np.ndarray, target: Path) -> Path:
+def _write(sol: Solution, meshes: list[meshio.Mesh], kinds: tuple[str, ...], times: np.ndarray, target: Path) -> Path:
     """Write all files into a folder of their own first, so that a full disk leaves the old frames whole."""
     import meshio
 
+    from flexmb.results.drawing import parts
+
     folder = target.with_suffix("")
     folder.mkdir(parents=True, exist_ok=True)
-    digits = max(4, len(str(len(instants) - 1)))
-    names = [f"{target.stem}_{k:0{digits}d}.vtu" for k in range(len(instants))]
+    digits = max(4, len(str(len(times) - 1)))
+    names = [f"{target.stem}_{k:0{digits}d}.vtu" for k in range(len(times))]
     with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{target.stem}.") as scratch:
-        for k, name in enumerate(names):
-            meshio.write(Path(scratch) / name, _mesh(content, k))
-        legend = {"parts": _numbered(_part_names(sol)), "kinds": _numbered(content.kinds), "units": UNITS}
+        for name, mesh in zip(names, meshes, strict=True):
+            meshio.write(Path(scratch) / name, mesh)
+        numbered = {
+            word: {str(k): one for k, one in enumerate(own)} for word, own in (("parts", parts(sol)), ("kinds", kinds))
+        }
+        legend = {**numbered, "units": UNITS}
         (Path(scratch) / "names.json").write_text(json.dumps(legend, indent=2), encoding="utf-8")
         traced = _trace_mesh(sol)
         if traced is not None:
             meshio.write(Path(scratch) / TRACES, traced)
         collection = Path(scratch) / target.name
-        text = _collection(folder.name, names, sol.time[instants], TRACES if traced is not None else None)
+        text = _collection(folder.name, names, times, TRACES if traced is not None else None)
         collection.write_text(text, encoding="utf-8", errors="surrogateescape")  # names of files as the system has them
         for stale in _frames_in(folder, target.stem):
             stale.unlink()
@@ -234,27 +222,6 @@ def _write(sol: Solution, content: Frames, instants: np.ndarray, target: Path) -
             (Path(scratch) / name).replace(folder / name)
         collection.replace(target)
     return target
-
-
-def _mesh(content: Frames, k: int) -> meshio.Mesh:
-    """Frame k as a mesh of meshio."""
-    import meshio
-
-    cells = [("line", content.segments), ("vertex", content.vertices), *(mesh[:2] for mesh in content.meshes)]
-    part = [*content.part, *(np.full(len(own), number) for _, own, number in content.meshes)]
-    kind = [*content.kind, *(np.full(len(own), content.kinds.index("mesh")) for _, own, _ in content.meshes)]
-    used = [i for i, (_, cell) in enumerate(cells) if len(cell)]
-    data = {name: values[k] for name, values in content.data.items()}
-    return meshio.Mesh(
-        content.points[k],
-        [cells[i] for i in used],
-        point_data={
-            "displacement": content.points[k] - content.points[0],
-            "deformation": content.deformation[k],
-            **data,
-        },
-        cell_data={"part": [part[i] for i in used], "kind": [kind[i] for i in used]},
-    )
 
 
 def _trace_mesh(sol: Solution) -> meshio.Mesh | None:
@@ -268,25 +235,15 @@ def _trace_mesh(sol: Solution) -> meshio.Mesh | None:
         return None
     n = len(sol.time)
     points = np.concatenate([np.column_stack([path, np.zeros(n)]) for path in paths])
-    steps = np.concatenate([k * n + np.arange(n - 1) for k in range(len(paths))])
+    steps = np.concatenate([k * n + _steps(n) for k in range(len(paths))])
     data = {"time": np.tile(sol.time, len(paths))}
-    return meshio.Mesh(points, [("line", np.column_stack([steps, steps + 1]))], point_data=data)
+    return meshio.Mesh(points, [("line", steps)], point_data=data)
 
 
 def _frames_in(folder: Path, stem: str) -> list[Path]:
     """Frames that an earlier call left in the folder."""
     pattern = re.compile(re.escape(stem) + r"_\d{4,}\.vtu")
     return [file for file in folder.iterdir() if pattern.fullmatch(file.name) or file.name == TRACES]
-
-
-def _part_names(sol: Solution) -> tuple[str, ...]:
-    from flexmb.results.drawing import parts
-
-    return parts(sol)
-
-
-def _numbered(names: tuple[str, ...]) -> dict[str, str]:
-    return {str(k): name for k, name in enumerate(names)}
 
 
 def _collection(folder: str, names: list[str], times: np.ndarray, traced: str | None) -> str:

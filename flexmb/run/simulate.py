@@ -15,15 +15,17 @@ from flexmb.dynamics.jobs.executors import tell_stopped
 from flexmb.engine.compiled import ahead
 from flexmb.engine.compiled.notice import notice
 from flexmb.engine.newmark.method import Newmark
+from flexmb.engine.step.contact_log import LASTING_PHASE
 from flexmb.engine.step.method import Method
 from flexmb.engine.step.step_size import Adaptive, FixedStep
+from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
 from flexmb.findings.failure import explanation
 from flexmb.findings.vibrations import vibration_remarks
 from flexmb.findings.watch import Seen, impossible_penetrations, watched
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import common_period, compile_with_start
-from flexmb.program.program import Program
+from flexmb.program.program import COMMON_Z, FRICTION_Z, NORMAL_Z, PHASE, Program
 from flexmb.results.naming import SAVED_KEY, chosen_places
 from flexmb.results.solution import Solution
 from flexmb.results.status import contact_remarks
@@ -31,13 +33,14 @@ from flexmb.run.checkpoint import EVERY, Checkpoints, digest, plain_values
 from flexmb.run.run import KEYBOARD, TERMINATION, Interruption, Run, passed_contacts
 from flexmb.run.sampling import lost_control
 from flexmb.run.saving import SaveGrid, reset_peaks, save_grid, shown_save
-from flexmb.run.start_at_rest import of_start, start_at_rest
 from flexmb.run.stopping import Condition, StopConditions
 from flexmb.statics.found import Equilibrium
+from flexmb.statics.start.consistent import Start, accelerations, rigid_velocities, yielding_joints
 
 Step = FixedStep | Adaptive | float
 
-REDUNDANT = ("refuse", "least-norm")
+LEAST_NORM = "least-norm"
+REDUNDANT = ("refuse", LEAST_NORM)
 """What to do with joints that repeat one another."""
 
 SHORTEST_RUN = 1e-100
@@ -122,24 +125,17 @@ def simulate(
         restart beyond the end, signals that the mechanism has not, more instants than the memory holds.
     ModelError, AssemblyError, KernelError : a mechanism that cannot start; see `compile` and `consistent_start`.
     """
-    method = method or Newmark.generalised_alpha()
     if not isinstance(mechanism, Mechanism):
         raise InputError(f"simulate: mechanism is {type(mechanism).__name__}; it must be Mechanism(name, parts).")
     label = f"simulate {mechanism.name!r}"
-    check_method(label, method)
-    ahead.start(*method.loops)
-    program, closed = compile_with_start(mechanism)
+    method, chosen, program, closed = prepared(label, mechanism, method, step, redundant)
     period = common_period(program) if periods is not None or save_from_period is not None else None
     if period is None and any(p is not None for p in program.periods):
         period = period_or_none(program)
-    end = _end(mechanism, t_end, periods, period)
-    begin = _begin(mechanism, end, save_from, save_from_period, period)
-    chosen = chosen_step(step)
-    least = redundant == "least-norm"
+    end = _end(label, t_end, periods, period)
+    begin = _begin(label, end, save_from, save_from_period, period)
     if max_steps is not None:
         checks.count(label, "max_steps", max_steps)
-    checks.one_of(label, "redundant", redundant, REDUNDANT)
-    check_kinds(label, method, chosen, redundant)
     kept = chosen_places(label, program, signals)
     faults = [*impossible_penetrations(mechanism, program.names.contacts), *lost_control(mechanism, program, end)]
     stopping = StopConditions(label, program.names, stop, faults)
@@ -151,14 +147,11 @@ def simulate(
     command |= of_start(label, start, restart, redundant)
     kept_file = None if checkpoint is None else Checkpoints(checkpoint, checkpoint_every, command, model)
     if kept_file is not None and resume and kept_file.path.is_file():
-        kept_file.resume(run, label, redundant=least)
+        kept_file.resume(run, label, redundant=redundant == LEAST_NORM)
     elif start is not None:
         run.begin(*start_at_rest(label, mechanism, run.stepper.program, closed, start))
-    elif restart is None:
-        run.begin(run.stepper.start(mechanism, closed, redundant=least))
     else:
-        run.resume(restart, label, redundant=least)
-        check_ahead(label, float(run.flow.clock.t), end)
+        begin_or_resume(run, mechanism, closed, label, restart, redundant, end)
     if kept_file is not None:
         run.after_block, run.interruption = kept_file.after_block, Interruption([KEYBOARD, TERMINATION])
     begun = 0.0 if restart is None else float(restart["clock"][0])
@@ -230,8 +223,47 @@ def period_or_none(program: Program) -> float | None:
         return None
 
 
-def _end(mechanism: Mechanism, t_end: float | None, periods: float | None, period: float | None) -> float:
-    label = f"simulate {mechanism.name!r}"
+def prepared(
+    label: str, mechanism: Mechanism, method: Method | None, step: Any, redundant: str
+) -> tuple[Method, FixedStep | Adaptive, Program, Program]:
+    """Method and step of the arguments of a run, checked, and the program of the mechanism, with that of its start."""
+    method = method or Newmark.generalised_alpha()
+    if not isinstance(method, Method):
+        known = "Newmark(...), RadauIIA(), RungeKutta4() or a method of your own (flexmb/engine/step/method.py)"
+        raise InputError(f"{label}: method is {method!r}; it must be {known}.")
+    ahead.start(*method.loops)
+    programs = compile_with_start(mechanism)
+    number = isinstance(step, Real) and not isinstance(step, bool)
+    chosen: Any = Adaptive() if step is None else FixedStep(step) if number else step
+    checks.one_of(label, "redundant", redundant, REDUNDANT)
+    if not isinstance(chosen, FixedStep | Adaptive):
+        raise InputError(f"{label}: step is {chosen!r}; it must be FixedStep(size) or Adaptive(...).")
+    method.check(label, chosen, redundant)
+    return method, chosen, *programs
+
+
+def begin_or_resume(
+    run: Run,
+    mechanism: Mechanism,
+    closed: Program,
+    label: str,
+    restart: Mapping[str, np.ndarray] | None,
+    redundant: str,
+    end: float,
+) -> None:
+    """Begin a run in the reference configuration, or go on from a restart, which must not lie beyond its `end` [s]."""
+    least = redundant == LEAST_NORM
+    if restart is None:
+        run.begin(run.stepper.start(mechanism, closed, redundant=least))
+        return
+    run.resume(restart, label, redundant=least)
+    now = float(run.flow.clock.t)
+    if now > end * (1.0 + 1e-9):
+        text = f"{label}: the restart stands at t = {now:g} s, beyond the end at {end:g} s"
+        raise InputError(f"{text}. The end counts from the start of the first run; give a larger t_end or periods.")
+
+
+def _end(label: str, t_end: float | None, periods: float | None, period: float | None) -> float:
     if (t_end is None) == (periods is None):
         text = f"{label}: t_end is {t_end!r} and periods is {periods!r}"
         raise InputError(f"{text}; give either t_end= (seconds) or periods= (of the drives).")
@@ -248,10 +280,7 @@ def check_end(label: str, t_end: float) -> float:
     return end
 
 
-def _begin(
-    mechanism: Mechanism, end: float, save_from: float, save_from_period: float | None, period: float | None
-) -> float:
-    label = f"simulate {mechanism.name!r}"
+def _begin(label: str, end: float, save_from: float, save_from_period: float | None, period: float | None) -> float:
     begin = checks.not_negative(label, "save_from", save_from, "s")
     if save_from_period is not None:
         begin = checks.not_negative(label, "save_from_period", save_from_period) * float(period or 0.0)
@@ -262,29 +291,63 @@ def _begin(
     return begin
 
 
-def check_ahead(label: str, now: float, end: float) -> None:
-    """Refuse a restart that lies beyond the end: nothing would be run, and nothing saved."""
-    if now > end * (1.0 + 1e-9):
-        text = f"{label}: the restart stands at t = {now:g} s, beyond the end at {end:g} s"
-        raise InputError(f"{text}. The end counts from the start of the first run; give a larger t_end or periods.")
+# Start values of a run that begins in an equilibrium, at rest or in steady rotation
+
+EQUILIBRIUM = "equilibrium"
+"""Word for the static equilibrium of the mechanism itself."""
+
+OTHER_SPEED = 1e-9
+"""Violation of the joints and drives by the velocities of a steady rotation, relative to these velocities."""
 
 
-def chosen_step(step: Any) -> FixedStep | Adaptive:
-    """Steps of the argument `step` of `simulate`; a number is a fixed step [s], None gives adaptive steps."""
-    number = isinstance(step, Real) and not isinstance(step, bool)
-    steps: FixedStep | Adaptive = Adaptive() if step is None else FixedStep(step) if number else step
-    return steps
+def of_start(label: str, start: Any, restart: Any, redundant: str) -> dict[str, str]:
+    """Text of `start` beside the other arguments of a run, which must go with it."""
+    if start is None:
+        return {}
+    if restart is not None or redundant != "refuse":
+        raise InputError(f"{label}: start goes with neither restart nor redundant joints. Leave one of them out.")
+    return {"start": repr(start)}
 
 
-def check_method(label: str, method: Any) -> None:
-    """Refuse an object of another kind than a method."""
-    if not isinstance(method, Method):
-        known = "Newmark(...), RadauIIA(), RungeKutta4() or a method of your own (flexmb/engine/step/method.py)"
-        raise InputError(f"{label}: method is {method!r}; it must be {known}.")
+def start_at_rest(
+    label: str, mechanism: Mechanism, program: Program, closed: Program, start: Any
+) -> tuple[Start, np.ndarray]:
+    """Start values of a run in an equilibrium, and the histories (n_z,) of its contacts, which last already.
 
+    `start` is an equilibrium of this mechanism, or "equilibrium"; its steady rotation is one that the drives share.
+    `closed` is the program with ideal joints for contacts.
+    """
+    from flexmb.statics.equilibrium import carries, refuse_other_forces, refuse_other_names, static_equilibrium
+    from flexmb.statics.steady_rotation import Spin
 
-def check_kinds(label: str, method: Method, step: Any, redundant: str) -> None:
-    """Refuse an object of another kind than a step, and combinations that the method does not support."""
-    if not isinstance(step, (FixedStep, Adaptive)):
-        raise InputError(f"{label}: step is {step!r}; it must be FixedStep(size) or Adaptive(...).")
-    method.check(label, step, redundant)
+    if not isinstance(start, Equilibrium) and start != EQUILIBRIUM:
+        raise InputError(
+            f"{label}: start is {start!r}; it must be {EQUILIBRIUM!r}, or what static_equilibrium(...) "
+            "returns, also with spin=."
+        )
+    at = start if isinstance(start, Equilibrium) else static_equilibrium(mechanism)
+    spin = Spin(at.spin, at.about)
+    system = StateEvaluation(program)
+    refuse_other_names(label, program, at)
+    refuse_other_forces(label, program, system, at)
+    held = yielding_joints(program, closed)
+    v = spin.motion(at.q)[0][: program.n_q] if at.spin else rigid_velocities(closed, at.q, 0.0, held)
+    system.at(at.q, v)
+    G = system.jacobian.tocsr()
+    held_alone = (np.diff(G.indptr) == 1) & (program.tables.constraints.motion < 0)  # the rotation of a particle
+    alone = np.flatnonzero(held_alone)
+    v[G.indices[G.indptr[alone]]] -= system.velocity_residual[alone] / G.data[G.indptr[alone]]
+    missed = np.abs(system.at(at.q, v).velocity_residual).max(initial=0.0)
+    if missed > OTHER_SPEED * np.abs(v).max(initial=0.0):
+        raise InputError(
+            f"{label}: the equilibrium turns at {at.spin:g} rad/s, and joints or drives allow no such motion (by "
+            f"{missed:.3g} m/s or rad/s). Give the drive of the hub this speed, e.g. ConstantSpeed({at.spin:g}), and "
+            "the place of the hub to static_equilibrium(..., about=)."
+        )
+    z = np.array(program.reference.z)
+    for k in np.flatnonzero(carries(system)):
+        begin, law, end = program.tables.contacts.z[k, [COMMON_Z, NORMAL_Z, FRICTION_Z]]
+        z[begin + PHASE], z[law:end] = LASTING_PHASE, program.normals[k].lasting_history()
+    if not v.any() and not program.drives:
+        return Start(at.q, v, np.zeros(program.n_q), at.lam), z
+    return Start(at.q, v, *accelerations(program, at.q, v, 0.0, z)), z

@@ -7,28 +7,16 @@ from typing import Any
 
 import numpy as np
 
-from flexmb import arguments, checks
-from flexmb.engine.compiled import ahead
-from flexmb.engine.newmark.method import Newmark
+from flexmb import arguments
 from flexmb.engine.state.record import DONE
 from flexmb.engine.step.method import Method
 from flexmb.engine.step.step_size import FixedStep
 from flexmb.errors import InputError, SolveError
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.signal import hint, resolved
-from flexmb.program.compiler import compile_with_start
 from flexmb.results.solution import Stats, UnknownSignalError
 from flexmb.run.run import Run
-from flexmb.run.simulate import (
-    REDUNDANT,
-    Step,
-    check_ahead,
-    check_end,
-    check_kinds,
-    check_method,
-    chosen_step,
-    period_or_none,
-)
+from flexmb.run.simulate import Step, begin_or_resume, check_end, period_or_none, prepared
 
 
 class StepState(Mapping[str, float]):
@@ -129,23 +117,12 @@ def steps(
     True
     """
     label = f"steps of {mechanism.name!r}"
-    method = method or Newmark.generalised_alpha()
-    check_method(label, method)
-    ahead.start(*method.loops)
-    program, closed = compile_with_start(mechanism)
+    method, chosen, program, closed = prepared(label, mechanism, method, step, redundant)
     period = period_or_none(program) if any(p is not None for p in program.periods) else None
-    chosen = chosen_step(step)
-    checks.one_of(label, "redundant", redundant, REDUNDANT)
-    check_kinds(label, method, chosen, redundant)
     end = np.inf if t_end is None else check_end(label, t_end)
     span = _span(label, chosen, end, period)
     run = Run(program, method, chosen, span, period, mechanism=mechanism)
-    least = redundant == "least-norm"
-    if restart is None:
-        run.begin(run.stepper.start(mechanism, closed, redundant=least))
-    else:
-        run.resume(restart, label, redundant=least)
-        check_ahead(label, float(run.flow.clock.t), end)
+    begin_or_resume(run, mechanism, closed, label, restart, redundant, end)
     return _taken(run, end)
 
 

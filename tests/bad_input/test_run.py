@@ -107,7 +107,7 @@ def test_file_of_another_version(sol, tmp_path):
     path = sol.to_netcdf(tmp_path / "run.nc")
     with h5py.File(path, "a") as file:
         file.attrs["flexmb_format"] = 999
-    with pytest.raises(FileFormatError, match=r"written in format 999; this version of flexmb reads formats up to 2"):
+    with pytest.raises(FileFormatError, match=r"written in format 999; this version of flexmb reads formats up to 3"):
         fm.load(path)
 
 

@@ -10,7 +10,7 @@ import flexmb as fm
 from flexmb.cli.command_line import main
 from flexmb.dynamics.report import Motion, goes_round, planes, wrapped
 from flexmb.dynamics.verdict import meaning_of
-from flexmb.show.pictures.chaos import _widened
+from flexmb.show.pictures.diagrams import _widened
 
 MODEL = """
 import math

@@ -12,7 +12,7 @@ MOST_DOORS = 15
 MOST_FILES_OF_A_ROOM = 8
 ABOVE = {
     **dict.fromkeys(("engine/system", "engine/compiled", "parts/cams", "results"), 9),
-    "show/pictures": 10,
+    "show/pictures": 9,
     "findings": 11,
 }
 """Rooms that have more files than a room shall have, and how many."""

@@ -201,22 +201,27 @@ def _in_a_process(run):
 
 
 OUTER = {
-    "external link": lambda file, secret: file.__setitem__("slider.x", h5py.ExternalLink(str(secret), "/slider.x")),
-    "soft link": lambda file, _: file.__setitem__("slider.x", h5py.SoftLink("/crank.x")),
+    "external link": lambda file, secret: file.__setitem__("values", h5py.ExternalLink(str(secret), "/values")),
+    "soft link": lambda file, _: file.__setitem__("values", h5py.SoftLink("/restart/signals")),
     "linked group": lambda file, secret: file.__setitem__("restart", h5py.ExternalLink(str(secret), "/restart")),
     "raw data": lambda file, secret: file.create_dataset(
-        "slider.x", shape=file["time"].shape, dtype="f8", external=[(str(secret), 0, h5py.h5f.UNLIMITED)]
+        "values", shape=_size(file), dtype="f8", external=[(str(secret), 0, h5py.h5f.UNLIMITED)]
     ),
     "text": lambda file, secret: file.create_dataset(
         "flexmb_record", shape=(1,), dtype="S64", external=[(str(secret), 0, 64)]
     ),
-    "virtual": lambda file, secret: file.create_virtual_dataset("slider.x", _virtual(file, secret)),
+    "virtual": lambda file, secret: file.create_virtual_dataset("values", _virtual(file, secret)),
 }
 
 
+def _size(file):
+    """Number of instants and of signals."""
+    return len(file["time"]), len(file["signal"])
+
+
 def _virtual(file, secret):
-    layout = h5py.VirtualLayout(shape=file["time"].shape, dtype="f8")
-    layout[:] = h5py.VirtualSource(str(secret), "slider.x", shape=file["time"].shape)
+    layout = h5py.VirtualLayout(shape=_size(file), dtype="f8")
+    layout[:] = h5py.VirtualSource(str(secret), "values", shape=_size(file))
     return layout
 
 
@@ -227,7 +232,7 @@ def test_a_result_that_leads_to_another_file_is_refused(tmp_path, kind):
     secret, path = (sol.to_netcdf(tmp_path / name) for name in ("secret.nc", "run.nc"))
     image = io.BytesIO(path.read_bytes()[: -files.DIGEST - len(files.SEAL)])
     with h5py.File(image, "r+") as file:
-        del file[{"linked group": "restart", "text": "flexmb_record"}.get(kind, "slider.x")]
+        del file[{"linked group": "restart", "text": "flexmb_record"}.get(kind, "values")]
         OUTER[kind](file, secret)
     files.write_sealed(path, image.getvalue())
     with pytest.raises(FileFormatError, match=r"run\.nc.*leads to another file"):

@@ -1,4 +1,4 @@
-"""Diagrams of motions: bifurcation diagrams, branches of orbits, basins, portraits, sections."""
+"""Diagrams of motions: bifurcation diagrams, branches of orbits, basins, portraits, sections, reports."""
 
 from __future__ import annotations
 
@@ -11,9 +11,11 @@ from flexmb.dynamics.basins import Basin
 from flexmb.dynamics.exponents.exponents import Exponents
 from flexmb.dynamics.orbits.branch import Branch, BranchPoint
 from flexmb.dynamics.orbits.periodic_orbit import BRANCH, FLIP, FOLD, GRAZING, NEIMARK_SACKER
+from flexmb.dynamics.report import ChaosReport, Motion, wrapped
 from flexmb.errors import InputError
 from flexmb.results.solution import Solution
-from flexmb.show.pictures.style import COLOURS, grid, label_axis
+from flexmb.show.pictures.signals import plot_spectrum
+from flexmb.show.pictures.style import COLOURS, label_axis, legend_beside, panel_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -64,8 +66,6 @@ def plot_bifurcation(diagram: xr.Dataset, signal: str, *, title: str | None = No
     """
     import xarray
 
-    from flexmb.show.pictures.figure import Picture
-
     attributes = diagram.attrs if isinstance(diagram, xarray.Dataset) else {}
     if attributes.get("kind") != "bifurcation":
         text = f"plot_bifurcation: the dataset is of kind {attributes.get('kind')!r}"
@@ -73,8 +73,7 @@ def plot_bifurcation(diagram: xr.Dataset, signal: str, *, title: str | None = No
     parameter = diagram.attrs["parameter"]
     signals = [str(name) for name, pieces in diagram.data_vars.items() if pieces.dims[-2:] == (parameter, "period")]
     checks.one_of("plot_bifurcation", "signal", signal, signals)
-    figure = Picture(figsize=DIAGRAM_SIZE, layout="constrained")
-    ax = figure.subplots()
+    figure, ax = panel_of(DIAGRAM_SIZE)
     pieces: dict[tuple[str, str], list[Any]] = {}
     for direction, row in _rows(diagram):
         _gather(pieces, row, parameter, signal, direction)
@@ -136,7 +135,6 @@ def _draw(ax: Axes, pieces_of: dict[tuple[str, str], list[Any]]) -> None:
         style: dict[str, Any] = {"color": VERDICT_COLOURS[verdict], "marker": MARKERS[name], "markersize": size}
         style["markeredgewidth"] = 0.0
         ax.plot(across, points, linestyle="none", rasterized=count > MANY_POINTS, **style)
-    grid(ax)
 
 
 def _legend(ax: Axes, pieces: dict[tuple[str, str], list[Any]]) -> None:
@@ -154,7 +152,7 @@ def _legend(ax: Axes, pieces: dict[tuple[str, str], list[Any]]) -> None:
     if any(line.get_linestyle() == ":" for line in ax.lines):
         handles.append(Line2D([], [], color="0.75", linestyle=":", label="seam"))
     if handles:
-        ax.legend(handles=handles, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="small")
+        legend_beside(ax, handles=handles)
 
 
 # Branches of periodic orbits and basins of attraction as matplotlib figures
@@ -191,8 +189,6 @@ def plot_branch(
     ------
     InputError : no branch, an unknown signal or value, missing extremes, different parameters.
     """
-    from flexmb.show.pictures.figure import Picture
-
     drawn = [branches] if isinstance(branches, Branch) else list(branches)
     if not drawn or not all(isinstance(b, Branch) for b in drawn):
         raise InputError(f"plot_branch: branches is {branches!r}; it must be one or several results of follow().")
@@ -200,19 +196,16 @@ def plot_branch(
         text = ", ".join(dict.fromkeys(b.parameter for b in drawn))
         raise InputError(f"plot_branch: the branches have different parameters: {text}. Plot them one by one.")
     checks.one_of("plot_branch", "value", value, ("section", "max", "min", "amplitude"))
-    figure = Picture(figsize=ORBITS_SIZE, layout="constrained")
-    ax = figure.subplots()
+    first = drawn[0]
+    figure, ax = panel_of(ORBITS_SIZE, first.name if title is None else title)
     labelled: set[str] = set()
     for branch in drawn:
         _draw_branch(ax, branch, signal, value, labelled)
-    first = drawn[0]
     units = first.period_units if signal == "period" else dict(zip(first.names, first.units, strict=True))[signal]
     ax.set_xlabel(first.parameter)
     ylabel = signal if value == "section" or signal == "period" else f"{value} of {signal}"
     label_axis(ax.yaxis, ylabel, units)
-    grid(ax)
     ax.legend(loc="best", fontsize="small", framealpha=0.9)
-    figure.suptitle(first.name if title is None else title)
     return figure
 
 
@@ -271,14 +264,12 @@ def plot_basin(basin: Basin, *, title: str | None = None) -> Figure:
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
 
-    from flexmb.show.pictures.figure import Picture
-
     if not isinstance(basin, Basin):
         raise InputError(f"plot_basin: basin is {basin!r}; it must be the result of basin().")
     count = len(basin.attractors)
     colours = [LOST_COLOUR, OPEN_COLOUR, *(COLOURS[k % len(COLOURS)] for k in range(count))]
-    figure = Picture(figsize=ORBITS_SIZE, layout="constrained")
-    ax = figure.subplots()
+    figure, ax = panel_of(ORBITS_SIZE, basin.name if title is None else title)
+    ax.grid(visible=False)  # hidden by the cells
     colour_map, top = ListedColormap(colours), count + 0.5
     ax.pcolormesh(basin.x, basin.y, basin.number, cmap=colour_map, vmin=-1.5, vmax=top, shading="nearest")
     (ax_name, ay_name), (ax_unit, ay_unit) = basin.axes, basin.units
@@ -295,7 +286,6 @@ def plot_basin(basin: Basin, *, title: str | None = None) -> Figure:
         for k, fraction in basin.fractions.items()
     ]
     figure.legend(handles=patches, loc="outside right upper", frameon=False, fontsize="small")
-    figure.suptitle(basin.name if title is None else title)
     return figure
 
 
@@ -411,7 +401,7 @@ def plot_exponents(exponents: Exponents, *, title: str | None = None) -> Figure:
     if history.ndim != 2 or len(history) == 0:
         text = f"plot_exponents: the history of {exponents.name!r} has shape {history.shape}"
         raise InputError(f"{text}; it must hold exponents over time. A run that failed at once has none.")
-    figure, ax = _named_figure(exponents.name if title is None else title)
+    figure, ax = panel_of(PORTRAIT_SIZE, exponents.name if title is None else title)
     for k, curve in enumerate(history.T):
         colour = COLOURS[k % len(COLOURS)]
         value, error = float(exponents.spectrum[k]), float(exponents.errors[k])
@@ -447,21 +437,101 @@ def _signal(label: str, data: xr.Dataset, name: str) -> np.ndarray:
 
 
 def _figure(data: xr.Dataset, title: str | None) -> tuple[Figure, Axes]:
-    return _named_figure(str(data.attrs.get("name", "")) if title is None else title)
-
-
-def _named_figure(title: str) -> tuple[Figure, Axes]:
-    from flexmb.show.pictures.figure import Picture
-
-    figure = Picture(figsize=PORTRAIT_SIZE, layout="constrained")
-    ax = figure.subplots()
-    grid(ax)
-    if title:
-        figure.suptitle(title)
-    return figure, ax
+    return panel_of(PORTRAIT_SIZE, str(data.attrs.get("name", "")) if title is None else title)
 
 
 def _labels(ax: Axes, data: xr.Dataset, x: str, y: str) -> None:
     same = data[x].attrs.get("units", "") == data[y].attrs.get("units", "")
     label_axis(ax.xaxis, x, data[x].attrs.get("units", ""), equal=ax.yaxis if same else None)
     label_axis(ax.yaxis, y, data[y].attrs.get("units", ""), equal=ax.xaxis if same else None)
+
+
+# Pictures of a report on a motion: sections, phase portraits, convergence of the exponents, spectra
+
+HARMONICS = 25.0
+"""Largest frequency of a drawn spectrum, over the frequency of the section."""
+
+LEAST_SPREAD, MARGIN = 1e-3, 0.1
+"""Spread of a section, over the spread of the motion, below which it is not enlarged; margin of the picture."""
+
+PORTRAIT = 20
+"""Number of periods of a phase portrait."""
+
+
+@arguments.checked
+def plot_report(report: ChaosReport) -> dict[str, Figure]:
+    """Pictures of a report on a motion by the names of their files, as `flexmb chaos` writes them.
+
+    Section and phase portrait of each pair of signals, convergence of the exponents, and spectra, as far as there are
+    data.
+
+    Parameters
+    ----------
+    report : result of `chaos.report`.
+
+    Returns
+    -------
+    dict : figures by file name, such as "exponents.png"; `figure.savefig(name)` writes one.
+
+    Raises
+    ------
+    InputError : another kind of object.
+    """
+    if not isinstance(report, ChaosReport):
+        raise InputError(f"plot_report: report is {report!r}; it must be the result of chaos.report().")
+    figures: dict[str, Figure] = {}
+    motion, name = report.motion, report.exponents.name
+    number = report.skip + 1 + np.arange(len(motion.points))
+    for x, y in report.planes if len(number) else ():
+        title = f"{name}: once a period of {report.period:.4g} s"
+        section = plot_section(_columns(motion, motion.points, "period", number), x, y, title=title)
+        _widened(section, motion, x, y)
+        figures["-".join(["section", x, *([y] if y else [])])] = section
+        if y and len(motion.times):
+            figures[f"phase-{x}-{y}"] = _portrait(report, x, y)
+    if len(report.exponents.history) and np.isfinite(report.exponents.history).any():
+        figures["exponents"] = plot_exponents(report.exponents)
+    for f in report.signals:
+        if f.spectrum is not None:
+            figures[f"spectrum-{f.name.removeprefix('sin(').removesuffix(')')}"] = plot_spectrum(
+                f.spectrum, signal=f.name, units=f.unit, up_to=HARMONICS / report.period
+            )
+    return {f"{stem}.png": figure for stem, figure in figures.items()}
+
+
+def _portrait(report: ChaosReport, x: str, y: str) -> Figure:
+    """Phase portrait of the last periods of the motion."""
+    motion = report.motion
+    late = motion.times >= motion.times[-1] - PORTRAIT * report.period
+    number = round((motion.times[late][-1] - motion.times[late][0]) / report.period)
+    title = f"{report.exponents.name}: the last {number} periods"
+    figure = plot_phase(_columns(motion, motion.fine[late], "time", motion.times[late]), x, y, title=title)
+    if x.endswith(".ex"):  # the journal moves in a circle
+        figure.axes[0].set_aspect("equal", adjustable="box")
+    return figure
+
+
+def _widened(figure: Figure, motion: Motion, x: str, y: str | None) -> None:
+    """Widen the axes around the points of a cycle, so that round-off is not enlarged."""
+    ax = figure.axes[0]
+    for name, limits in ((x, ax.set_xlim), (y, ax.set_ylim)) if y else ((x, ax.set_ylim),):
+        place = motion.names.index(str(name))
+        unit, points, fine = motion.units[place], motion.points[:, place], motion.fine[:, place]
+        points = wrapped(unit, points)
+        size = float(np.ptp(fine)) if len(fine) else float(np.abs(points).max())
+        if size > 0.0 and np.ptp(points) < LEAST_SPREAD * size:
+            middle = 0.5 * float(points.min() + points.max())
+            limits(middle - MARGIN * size, middle + MARGIN * size)
+
+
+def _columns(motion: Motion, values: np.ndarray, axis: str, along: np.ndarray) -> xr.Dataset:
+    """Signals along an axis for a picture; a curve breaks where an angle passes -pi or pi."""
+    import xarray as xr
+
+    data = {}
+    for name, unit, column in zip(motion.names, motion.units, values.T, strict=True):
+        values_shown = wrapped(unit, column).copy()
+        if axis == "time" and unit == "rad":
+            values_shown[1:][np.abs(np.diff(values_shown)) > np.pi] = np.nan
+        data[name] = (axis, values_shown, {"units": unit})
+    return xr.Dataset(data, {axis: (axis, along)})

@@ -16,10 +16,10 @@ from flexmb.errors import InputError
 from flexmb.model.shape import MARKER, TRACE, Place, PointShape, nodes_of
 from flexmb.results import drawing
 from flexmb.results.positions import at_times, magnified
-from flexmb.results.solution import Solution
+from flexmb.results.solution import Solution, require_rows
 from flexmb.show.pictures.pose import Colouring, Pose
 from flexmb.show.pictures.scene import SHARE, Box, Scene, box_about, legend, scene_of
-from flexmb.show.pictures.style import DIVERGING, SEQUENTIAL, grid, label_axis, words_of
+from flexmb.show.pictures.style import DIVERGING, SEQUENTIAL, label_axis, panel_of, words_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -129,13 +129,9 @@ class Film:
     def _make(self) -> tuple[Figure, Axes]:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-        from flexmb.show.pictures.figure import Picture
-
-        inches = (self.size[0] / DPI, self.size[1] / DPI)
-        figure = Picture(figsize=inches, dpi=DPI, layout="constrained")
+        figure, ax = panel_of((self.size[0] / DPI, self.size[1] / DPI))
+        figure.set_dpi(DPI)
         FigureCanvasAgg(figure)
-        ax = figure.subplots()
-        grid(ax)
         ax.set(xlim=self.scene.box[0], ylim=self.scene.box[1], aspect="equal")
         ax.set_xlabel("x [m]", fontsize="small")
         ax.set_ylabel("y [m]", fontsize="small")
@@ -399,10 +395,7 @@ def instants(sol: Solution, times: tuple[float, float] | None, count: int) -> np
 
     Refused: no rows, no shapes, times outside the run or in the wrong order.
     """
-    if not len(sol.time):
-        raise InputError("animate: the solution has no saved instants. Save some, e.g. by simulate(..., save=...).")
-    if not sol.shapes:
-        raise InputError("animate: the solution has no shapes to draw. Build it from a mechanism with bodies.")
+    require_rows("animate", sol)
     first, last = float(sol.time[0]), float(sol.time[-1])
     if times is not None:
         given = checks.sequence("animate", "times", times, "two instants [s]")

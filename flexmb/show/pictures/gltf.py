@@ -6,6 +6,7 @@ Source: Khronos Group, glTF 2.0 Specification, 2021 (ISO/IEC 12113).
 from __future__ import annotations
 
 import json
+import math
 import struct
 from collections.abc import Sequence
 from itertools import pairwise
@@ -19,8 +20,9 @@ from flexmb.dynamics.jobs.files import whole_file
 from flexmb.errors import InputError
 from flexmb.model.shape import CircleShape, LineShape, PointShape, RigidShape
 from flexmb.results import drawing
-from flexmb.results.drawing import few_shapes, symbols
-from flexmb.results.positions import magnified
+from flexmb.results.drawing import circle_line, directions, symbols
+from flexmb.results.positions import FlexibleMotion, flexible_motions, magnified
+from flexmb.results.solution import require_rows
 from flexmb.show.pictures.films import stress_limit
 from flexmb.show.pictures.pose import THINNEST, body_colours
 from flexmb.show.pictures.scene import Scene, scene_of
@@ -187,9 +189,6 @@ BAR = 0.006
 STRIDE = 2
 """Points of a drawn beam element for each straight piece: 4 pieces of 9 points."""
 
-SEEN = 1e-4
-"""Error of the deformation of a mesh over its size, at most; with magnification, of the drawn one."""
-
 PIN_SIDES = 16
 """Number of sides of a pin."""
 
@@ -221,8 +220,7 @@ def export_gltf(sol: Solution, path: str | Path, *, frames: int | None = None, m
     target = checks.path("export_gltf", path)
     if target.suffix.lower() != ".glb":
         raise InputError(f"export_gltf: path is {str(path)!r}; it must end in .glb.")
-    if not len(sol.time) or not sol.shapes:
-        raise InputError("export_gltf: the solution has no saved instants or no shapes. Save some, e.g. save=1000.")
+    require_rows("export_gltf", sol)
     count = min(len(sol.time), MOST_FRAMES) if frames is None else checks.count("export_gltf", "frames", frames, 2)
     rows = drawing.nearest_instants(sol, np.linspace(sol.time[0], sol.time[-1], count))
     shown = magnified(sol, checks.not_negative("export_gltf", "magnify", magnify))
@@ -252,8 +250,9 @@ class Export:
         self._rigid()
         for number, line in enumerate(line for line in self._scene.lines if line.is_beam):
             self._beam(number, line)
+        bodies = {body.part: body for body in flexible_motions(sol, rows)}
         for surface in self._scene.surfaces:
-            self._mesh(surface)
+            self._mesh(surface, bodies[surface.part])
         self._lines()
         self._pins()
 
@@ -269,10 +268,7 @@ class Export:
                 mine = lines.setdefault((shape.part, shape.node), [])
                 mine += [np.array(line, dtype=float) for line in shape.lines]
             elif isinstance(shape, CircleShape):
-                body, node, (x, y) = shape.at
-                turn = np.linspace(0.0, 2.0 * np.pi, 4 * PIN_SIDES + 1)
-                rim = np.stack([x + shape.radius * np.cos(turn), y + shape.radius * np.sin(turn)], axis=-1)
-                lines.setdefault((body, node), []).append(np.vstack([[[x, y]], rim]))
+                lines.setdefault(shape.at[:2], []).append(circle_line(shape, 4 * PIN_SIDES + 1))
         for (part, node), mine in lines.items():
             name = f"{part}.{node}" if node else part
             solid = _joined([_bars(line, self._half) for line in mine])
@@ -285,14 +281,15 @@ class Export:
         depth = np.zeros(line.points.shape[1]) if line.depth is None else line.depth
         for k in range(0, line.points.shape[1] - 1, STRIDE):
             half = max(0.25 * float(depth[k] + depth[k + STRIDE]), THINNEST * self._scene.size)
-            solid = _joined([_bars(np.array([[0.0, 0.0], [1.0, 0.0]]), half)])
+            solid = _bars(np.array([[0.0, 0.0], [1.0, 0.0]]), half)
             mesh = self._glb.mesh(f"{line.part} {number}.{k}", *solid, self._materials[line.part])
             node = self._glb.node(f"{line.part} {number}.{k}", [mesh])
             self._stretch(node, line.points[:, k], line.points[:, k + STRIDE])
 
-    def _mesh(self, surface: Surface) -> None:
+    def _mesh(self, surface: Surface, body: FlexibleMotion) -> None:
         """A mesh that moves as a rigid body, with the shapes of its deformation."""
-        centres, angles, first, shapes, weights = deformation_of(surface.points)
+        first = np.array(surface.shape.points)
+        weights, shapes = body.deformation(surface.points, first)
         zeros, colours, material = np.zeros((len(first), 1)), None, self._materials[surface.part]
         if surface.has_stress:
             top = stress_limit(self._scene)
@@ -309,7 +306,7 @@ class Export:
             shapes=[np.hstack([one, zeros]) for one in shapes],
         )
         node = self._glb.node(surface.part, [mesh])
-        self._glb.move(node, self._time, centres, angles, None)
+        self._glb.move(node, self._time, body.motion[:, :2], body.motion[:, 2], None)
         if len(shapes):
             self._glb.deform(node, self._time, weights)
 
@@ -327,48 +324,29 @@ class Export:
             if sign.part not in kinds or sign.kind != kinds[sign.part]:
                 continue
             first, second = sign.points[:, 0], sign.points[:, -1]
-            way = second[0] - first[0]
-            length = max(float(np.hypot(*way)), 1e-9)
-            u, n = way / length, np.array([-way[1], way[0]]) / length
+            length, u, n = directions(second[0] - first[0])
             away = sign.points[0] - first[0]
-            solid = _bars(np.stack([away @ u / length, away @ n], axis=-1), 0.3 * self._half)
+            solid = _bars(np.stack([away @ u / max(float(length[0]), 1e-9), away @ n], axis=-1), 0.3 * self._half)
             node = self._glb.node(sign.part, [self._glb.mesh(sign.part, *solid, self._grey)])
             self._stretch(node, first, second)
 
     def _pins(self) -> None:
-        """Joints as short cylinders."""
+        """Joints as short prisms."""
         dark, red = (
             self._glb.material("joints", _linear_of("#101010")),
             self._glb.material("clearance", _linear_of(CLEARANCE)),
         )
         names = {shape.part for shape in self._sol.shapes if isinstance(shape, PointShape)}
+        turn = 2.0 * np.pi * np.arange(PIN_SIDES) / PIN_SIDES
+        rim = np.column_stack([np.cos(turn), np.sin(turn)])
         meshes = {
-            material: self._glb.mesh("pin", *_cylinder(1.6 * self._half, 1.3 * self._half), material)
+            material: self._glb.mesh("pin", *_prism(1.6 * self._half * rim, 1.3 * self._half), material)
             for material in {red if m.kind == "clearance" else dark for m in self._scene.marks if m.kind != "journal"}
         }
         for mark in self._scene.marks:
             if mark.kind != "journal" and mark.part in names:
                 node = self._glb.node(mark.part, [meshes[red if mark.kind == "clearance" else dark]])
                 self._glb.move(node, self._time, mark.points, np.zeros(len(self._time)), None)
-
-
-def deformation_of(
-    points: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Motion of points (n, m, 2) [m] as a rigid body, and their deformation in it as a sum of few shapes.
-
-    Returned are centres (n, 2) [m], angles (n,) [rad], points (m, 2) at the first instant about their centre, shapes
-    (k, m, 2) and their factors (n, k), whose sum misses the deformation by SEEN of the size at most.
-    """
-    centres = points.mean(axis=1)
-    own, first = points - centres[:, None], points[0] - centres[0]
-    cross = first[:, 0] * own[..., 1] - first[:, 1] * own[..., 0]
-    angles = np.unwrap(np.arctan2(cross.sum(axis=1), (first * own).sum(axis=(1, 2))))
-    c, s = np.cos(angles)[:, None], np.sin(angles)[:, None]
-    x, y = own[..., 0], own[..., 1]
-    moved = np.concatenate([c * x + s * y, c * y - s * x], axis=1) - first.T.ravel()
-    factors, shapes = few_shapes(moved, SEEN * float(np.ptp(first, axis=0).max()))
-    return centres, angles, first, shapes.reshape(len(shapes), 2, -1).transpose(0, 2, 1), factors
 
 
 def _map_colours(values: np.ndarray) -> np.ndarray:
@@ -386,47 +364,27 @@ def _bars(line: np.ndarray, half: float) -> Solid:
     """Bars of square section along a polyline (m, 2); a cube for a line without length."""
     pieces = []
     for a, b in pairwise(line):
-        way = b - a
-        length = float(np.hypot(*way))
-        u = way / length if length > 0.0 else np.array([1.0, 0.0])
-        reach = 0.5 * length if length > 0.0 else 2.0 * half
-        wide = half if length > 0.0 else 2.0 * half
-        pieces.append(_box(0.5 * (a + b), u, reach, wide, half))
+        _, (ux, uy), _ = directions(b - a)
+        if ux == uy == 0.0:
+            ux, half_x, half_y = 1.0, 2.0 * half, 2.0 * half
+        else:
+            half_x, half_y = 0.5 * math.dist(a, b), half
+        u, n = half_x * np.array([ux, uy]), half_y * np.array([-uy, ux])
+        pieces.append(_prism(0.5 * (a + b) + np.array([-u - n, u - n, u + n, n - u]), half))
     return _joined(pieces)
 
 
-def _box(centre: np.ndarray, u: np.ndarray, x: float, y: float, z: float) -> Solid:
-    """Box with half sides x along u, y across, z out of the plane."""
-    axes = np.array([[u[0], u[1], 0.0], [-u[1], u[0], 0.0], [0.0, 0.0, 1.0]]) * np.array([[x], [y], [z]])
-    points: list[np.ndarray] = []
-    normals: list[np.ndarray] = []
-    faces: list[np.ndarray] = []
-    for k in range(3):
-        a, b, c = axes[k], axes[(k + 1) % 3], axes[(k + 2) % 3]
-        for side in (1.0, -1.0):
-            faces.append(len(points) + np.array([[0, 1, 2], [0, 2, 3]]))
-            around = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
-            points += [side * a + side * s * b + t * c for s, t in around]
-            normals += [side * a / np.linalg.norm(a)] * 4
-    moved = np.array(points) + np.array([centre[0], centre[1], 0.0])
-    return moved, np.array(normals), np.concatenate(faces)
-
-
-def _cylinder(radius: float, half: float) -> Solid:
-    """Closed cylinder about z."""
-    turn = 2.0 * np.pi * np.arange(PIN_SIDES) / PIN_SIDES
-    rim = np.stack([np.cos(turn), np.sin(turn), np.zeros(PIN_SIDES)], axis=-1)
-    up = np.array([0.0, 0.0, 1.0])
-    k, n = np.arange(PIN_SIDES), PIN_SIDES
-    after = (k + 1) % n
-    side = np.concatenate([radius * rim - half * up, radius * rim + half * up])
-    wall = np.concatenate([np.stack([k, after, n + after], axis=1), np.stack([k, n + after, n + k], axis=1)])
+def _prism(outline: np.ndarray, half: float) -> Solid:
+    """Prism of a convex outline (m, 2), counter-clockwise, with half a height along z; each of its faces is flat."""
+    n = len(outline)
+    low, high = (np.column_stack([outline, np.full(n, z)]) for z in (-half, half))
+    _, _, left = directions(np.roll(outline, -1, axis=0) - outline)
+    walls = np.stack([low, np.roll(low, -1, axis=0), np.roll(high, -1, axis=0), high], axis=1).reshape(-1, 3)
+    outward = np.repeat(np.column_stack([-left, np.zeros(n)]), 4, axis=0)
+    quads = (4 * np.arange(n)[:, None, None] + np.array([[0, 1, 2], [0, 2, 3]])).reshape(-1, 3)
     fan = np.stack([np.zeros(n - 2, dtype=int), np.arange(1, n - 1), np.arange(2, n)], axis=1)
-    caps = [
-        (radius * rim + z * up, np.tile(np.sign(z) * up, (n, 1)), fan if z > 0.0 else fan[:, ::-1])
-        for z in (half, -half)
-    ]
-    return _joined([(side, np.concatenate([rim, rim]), wall), *caps])
+    up = np.tile([0.0, 0.0, 1.0], (n, 1))
+    return _joined([(walls, outward, quads), (high, up, fan), (low, -up, fan[:, ::-1])])
 
 
 def _joined(solids: list[Solid]) -> Solid:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb.model.shape import MARKER, TRACE
+from flexmb.results.drawing import RIGID, directions
 from flexmb.show.pictures.style import CLEARANCE, COLOURS, TRACED, make_drawable
 
 if TYPE_CHECKING:
@@ -68,21 +69,23 @@ def place_names(
     dots = np.array([*at, *(to_pixels(np.asarray(p, dtype=float)) for p in keep_free), *below]).reshape(-1, 2)
     passed = np.concatenate([np.zeros((0, 2)), *(_samples(to_pixels(line), 3.0 * scale) for line in lines)])
     room, made = ax.get_window_extent(), []
-    taken: list[tuple[float, float, float, float]] = []
+    gap, half = 1.5 * scale, 0.5 * POINT_SIZE * scale
+    taken = np.zeros((0, 2, 2))
     for (point, name), pixel in zip(points, at, strict=True):
         text = _annotation(ax, point, name)
-        size = text.get_window_extent()
-        best = min(
-            _places(size.width, size.height, scale),
-            key=lambda place: (
-                place[2] + _cost(pixel, place, (size.width, size.height), room, taken, dots, passed, scale)
-            ),
-        )
-        x, y, far = best
-        text.set_position((x / scale, y / scale))
-        if far >= LEADER and text.arrow_patch is not None:
+        extent = text.get_window_extent()
+        size = np.array([extent.width, extent.height])
+        corners, away = _corners(size, scale)
+        low, high = pixel + corners, pixel + corners + size
+        hidden = (low[:, None] < taken[:, 1] + gap) & (taken[:, 0] < high[:, None] + gap)
+        outside = (low < np.array(room.min) + gap) | (high > np.array(room.max) - gap)
+        costs = away + ON_NAME * hidden.all(axis=2).sum(axis=1) + OUTSIDE * outside.any(axis=1)
+        costs += ON_POINT * _inside(dots, low - half, high + half) + ON_LINE * _inside(passed, low, high)
+        best = int(np.argmin(costs))
+        text.set_position(tuple(corners[best] / scale))
+        if away[best] >= LEADER and text.arrow_patch is not None:
             text.arrow_patch.set_visible(True)
-        taken.append((pixel[0] + x, pixel[1] + y, size.width, size.height))
+        taken = np.concatenate([taken, [[low[best], high[best]]]])
         made.append(text)
     return made
 
@@ -110,46 +113,22 @@ def _annotation(ax: Axes, point: np.ndarray, name: str) -> Annotation:
     return text
 
 
-def _places(width: float, height: float, scale: float) -> list[tuple[float, float, float]]:
-    """Lower left corners of the tried places relative to the point [pixel], and their distances [pt]."""
-    found = []
-    for distance in DISTANCES:
-        for k in range(DIRECTIONS):
-            angle = 2.0 * math.pi * (k + 2) / DIRECTIONS  # up and to the right first
-            c, s = math.cos(angle), math.sin(angle)
-            # the box touches the circle of this distance with its nearest edge or corner
-            x = distance * scale * c + (0.5 * c - 0.5) * width
-            y = distance * scale * s + (0.5 * s - 0.5) * height
-            found.append((x, y, distance + 0.01 * k))
-    return found
+def _corners(size: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray]:
+    """Lower left corners (k, 2) of the tried places relative to the point [pixel], and their distances (k,) [pt].
+
+    A box touches the circle of its distance with its nearest edge or corner.
+    """
+    turn = 2.0 * np.pi * (np.arange(DIRECTIONS) + 2) / DIRECTIONS  # up and to the right first
+    ways = np.column_stack([np.cos(turn), np.sin(turn)])
+    corners = np.array(DISTANCES)[:, None, None] * scale * ways + (0.5 * ways - 0.5) * size
+    away = np.array(DISTANCES)[:, None] + 0.01 * np.arange(DIRECTIONS)
+    return corners.reshape(-1, 2), away.ravel()
 
 
-def _cost(
-    pixel: np.ndarray,
-    place: tuple[float, float, float],
-    size: tuple[float, float],
-    room: Bbox,
-    taken: list[tuple[float, float, float, float]],
-    dots: np.ndarray,
-    passed: np.ndarray,
-    scale: float,
-) -> float:
-    """Cost of a place beside its distance."""
-    x, y = pixel[0] + place[0], pixel[1] + place[1]
-    right, top = x + size[0], y + size[1]
-    gap = 1.5 * scale
-    cost = ON_NAME * sum(
-        x < ox + ow + gap and ox < right + gap and y < oy + oh + gap and oy < top + gap for ox, oy, ow, oh in taken
-    )
-    if x < room.x0 + gap or y < room.y0 + gap or right > room.x1 - gap or top > room.y1 - gap:
-        cost += OUTSIDE
-    half = 0.5 * POINT_SIZE * scale
-    cost += ON_POINT * float(np.sum(_inside(dots, x - half, y - half, right + half, top + half)))
-    return float(cost) + ON_LINE * float(np.sum(_inside(passed, x, y, right, top)))
-
-
-def _inside(points: np.ndarray, x0: float, y0: float, x1: float, y1: float) -> np.ndarray:
-    return np.asarray((points[:, 0] > x0) & (points[:, 0] < x1) & (points[:, 1] > y0) & (points[:, 1] < y1))
+def _inside(points: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Number of points (n, 2) in each of the boxes (k, 2)."""
+    within = (points > low[:, None]) & (points < high[:, None])
+    return np.asarray(within.all(axis=2).sum(axis=1))
 
 
 def _samples(line: np.ndarray, spacing: float) -> np.ndarray:
@@ -219,7 +198,7 @@ class Pose:
         self.artists: list[Artist] = []
         own = body_colours(scene)
         for line in with_arms(scene):
-            if not line.is_beam and not line.of_mesh:
+            if line.kind == RIGID:
                 self._rigid(line, own[line.part] if colouring is None else "0.45")
         beams = [line for line in scene.lines if line.is_beam]
         if beams:
@@ -408,9 +387,7 @@ def body_colours(scene: Scene) -> dict[str, str]:
 
 def edges(line: Line, least: float) -> tuple[np.ndarray, np.ndarray]:
     """Both edges (n, m, 2) of a beam in its depth, drawn with the half depth `least` [m] at least."""
-    along = np.gradient(line.points, axis=1)
-    along /= np.maximum(np.hypot(along[..., 0], along[..., 1]), 1e-300)[..., None]
-    normal = np.stack([-along[..., 1], along[..., 0]], axis=-1)
+    _, _, normal = directions(np.gradient(line.points, axis=1))
     depth = np.zeros(line.points.shape[1]) if line.depth is None else line.depth
     half = np.maximum(0.5 * depth, least)[:, None]
     return line.points + half * normal, line.points - half * normal

@@ -15,10 +15,10 @@ from flexmb import arguments, checks
 from flexmb.errors import InputError
 from flexmb.model.signal import Signal, Signals
 from flexmb.results import drawing
-from flexmb.results.drawing import ARROW, HEAD, Line, Mark, Surface, SymbolLine, symbols
-from flexmb.results.solution import Peaks, Solution, Stats
+from flexmb.results.drawing import ARROW, HEAD, Line, Mark, Surface, arrow_line, symbols
+from flexmb.results.solution import Peaks, Solution, Stats, require_rows
 from flexmb.show.pictures.pose import RING, Pose, body_colours, place_names
-from flexmb.show.pictures.style import CLEARANCE, grid
+from flexmb.show.pictures.style import CLEARANCE, panel_of, panels_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -63,9 +63,9 @@ class Scene:
     time: np.ndarray
     lines: list[Line]
     marks: list[Mark]
-    signs: list[SymbolLine]
+    signs: list[Line]
     box: Box
-    forces: list[SymbolLine] = field(default_factory=list)
+    forces: list[Line] = field(default_factory=list)
     paths: dict[str, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
     surfaces: list[Surface] = field(default_factory=list)
 
@@ -144,7 +144,7 @@ def box_about(sol: Solution, row: int, centre: np.ndarray) -> Box:
 
 def joint_forces(
     sol: Solution, rows: np.ndarray, marks: Sequence[Mark], joints: Sequence[str], size: float
-) -> list[SymbolLine]:
+) -> list[Line]:
     """Arrows of the forces of joints on their second bodies, at saved instants with numbers (n,).
 
     Their lengths are proportional to the forces up to the 98th percentile of all of them, which has the length of a
@@ -159,14 +159,8 @@ def joint_forces(
         if name not in places:
             raise InputError(f"forces: {name!r} is no joint that is drawn. Known: {', '.join(places)}.")
         arrow = ARROW * size * vector / np.maximum(np.hypot(*vector.T), top)[:, None]
-        length = np.hypot(*arrow.T)[:, None]
-        unit = arrow / np.where(length > 0.0, length, 1.0)
-        normal = np.stack([-unit[:, 1], unit[:, 0]], axis=-1)
-        head = np.minimum(HEAD * size, 0.6 * length)
-        base, tip = places[name], places[name] + arrow
-        back, side = tip - head * unit, 0.4 * head * normal
-        points = np.stack([base, tip, back + side, tip, back - side], axis=1)
-        found.append(SymbolLine(name, "force", points))
+        points = arrow_line(places[name], places[name] + arrow, HEAD * size)
+        found.append(Line(name, "force", points))
     return found
 
 
@@ -215,18 +209,15 @@ def render(
     ------
     InputError : instants outside the run, a solution without instants or shapes, a path that cannot be written.
     """
-    from flexmb.results import drawing
-    from flexmb.show.pictures.figure import Picture
-
     nearest = drawing.nearest_instants if times is None else drawing.nearest_to_each
     indices = nearest(sol, _instants(sol, times))
     rows = _with_trace(indices)
     scene = scene_of(sol, rows)
     columns = 2 if len(indices) == 4 else min(3, len(indices))
     lines = math.ceil(len(indices) / columns)
-    figure = Picture(figsize=figure_size("render", scene.box, columns, lines, size), layout="constrained")
-    grid = figure.subplots(lines, columns, sharex=True, sharey=True, squeeze=False)
-    for k, ax in enumerate(grid.flat):
+    inches = figure_size("render", scene.box, columns, lines, size)
+    figure, axes = panels_of(inches, sol.name, rows=lines, columns=columns, sharex=True, sharey=True)
+    for k, ax in enumerate(axes):
         if k < len(indices):
             now = int(np.searchsorted(rows, indices[k]))
             _earlier_poses(ax, scene, range(int(np.searchsorted(rows, indices[k - 1])) if k else now, now))
@@ -235,18 +226,14 @@ def render(
         ax.set(xlim=scene.box[0], ylim=scene.box[1], aspect="equal", visible=k < len(indices))
         _label(ax, left=k % columns == 0, below=k + columns >= len(indices))
     legend(figure, scene)
-    figure.suptitle(sol.name)
-    joint_names(grid.flat[0], scene, int(np.searchsorted(rows, indices[0])))
+    joint_names(axes[0], scene, int(np.searchsorted(rows, indices[0])))
     if path is not None:
         figure.savefig(path, dpi=150)
     return figure
 
 
 def _instants(sol: Solution, times: Sequence[float] | np.ndarray | None) -> np.ndarray:
-    if not len(sol.time):
-        raise InputError("render: the solution has no saved instants. Save some, e.g. by simulate(..., save=...).")
-    if not sol.shapes:
-        raise InputError("render: the solution has no shapes to draw. Build it from a mechanism with bodies.")
+    require_rows("render", sol)
     first, last = float(sol.time[0]), float(sol.time[-1])
     if times is None:
         return np.linspace(first, last, PANELS)
@@ -275,12 +262,10 @@ def figure_size(label: str, box: Box, columns: int, rows: int, size: tuple[float
 
 
 def _earlier_poses(ax: Axes, scene: Scene, before: range) -> None:
-    """Draw the earlier poses in grey, and the grid."""
+    """Draw the earlier poses in grey."""
     for line in scene.lines:
         for k in before:
             ax.plot(*line.points[k].T, color="0.85", linewidth=0.8, zorder=1)
-    ax.grid(visible=True, color="0.94", linewidth=0.5)
-    ax.set_axisbelow(True)
 
 
 def _label(ax: Axes, *, left: bool, below: bool) -> None:
@@ -348,17 +333,12 @@ def plot_mechanism(
     Lengths of straight links can be written beside them; `size` is width and height [inch], None: from the size of the
     mechanism.
     """
-    from flexmb.show.pictures.figure import Picture
-
     if not mechanism.bodies:
         raise InputError(f"{mechanism.label} has no bodies to draw. Add some, e.g. a RigidLink.")
     scene = scene_of(reference_solution(mechanism), np.array([0]))
-    figure = Picture(figsize=figure_size("plot", scene.box, 1, 1, size), layout="constrained")
-    ax = figure.subplots()
+    figure, ax = panel_of(figure_size("plot", scene.box, 1, 1, size), mechanism.name)
     Pose(ax, scene, 0)
-    grid(ax)
     ax.set(xlim=scene.box[0], ylim=scene.box[1], aspect="equal", xlabel="x [m]", ylabel="y [m]")
-    figure.suptitle(mechanism.name)
     legend(figure, scene)
     joint_names(ax, scene, 0, _lengths(scene) if lengths else [])
     if path is not None:

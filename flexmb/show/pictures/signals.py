@@ -12,8 +12,17 @@ from flexmb.dynamics.series.samples import PowerSpectrum
 from flexmb.errors import InputError
 from flexmb.model.part import Part, name_of
 from flexmb.model.shape import PointShape
-from flexmb.results.solution import Solution
-from flexmb.show.pictures.style import CLEARANCE, COLOURS, curve, grid, label_axis, label_of
+from flexmb.results.solution import Solution, require_rows
+from flexmb.show.pictures.style import (
+    CLEARANCE,
+    COLOURS,
+    curve,
+    label_axis,
+    label_of,
+    legend_beside,
+    panel_of,
+    panels_of,
+)
 from flexmb.statics.equilibrium import static_equilibrium
 from flexmb.statics.modes import modes
 
@@ -113,20 +122,14 @@ def plot(
     ------
     InputError : an unknown name, no name, signals of different units in one panel, a solution without saved instants.
     """
-    from flexmb.show.pictures.figure import Picture
-
     panels = _panels(sol, names)
-    if not len(sol.time):
-        raise InputError("plot: the solution has no saved instants. Save some, e.g. by simulate(..., save=...).")
+    require_rows("plot", sol, drawn=False)
     if x != "time":
         sol.array(x)  # an unknown name is refused before anything is drawn
-    figure = Picture(figsize=(WIDTH, FRAME + PANEL * max(len(panels), 2)), layout="constrained")
-    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    figure, axes = panels_of_time(len(panels), sol.name if title is None else title)
     for ax, panel in zip(axes, panels, strict=True):
         _draw(ax, sol, panel, x)
     label_axis(axes[-1].xaxis, x, "s" if x == "time" else sol.units(x))
-    figure.align_ylabels(axes)
-    figure.suptitle(sol.name if title is None else title)
     return figure
 
 
@@ -155,10 +158,8 @@ def _draw(ax: Axes, sol: Solution, panel: list[str], x: str) -> None:
         else:
             draw_signal(ax, across, sol.array(name), k, name)
     label_axis(ax.yaxis, panel[0] if len(panel) == 1 else "", sol.units(panel[0]), between="\n")
-    grid(ax)
     if len(panel) > 1:
-        # beside the panel: inside it would hide some part of the curves
-        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="small")
+        legend_beside(ax)
     if x == "time":
         if len(sol.time) > 1:
             ax.set_xlim(sol.time[0], sol.time[-1])
@@ -197,8 +198,7 @@ def plot_runs(runs: Mapping[str, Solution], names: str | Sequence[str], *, title
     for label, sol in given.items():
         if not isinstance(sol, Solution):
             raise InputError(f"plot_runs: runs[{label!r}] is {type(sol).__name__}; it must be a solution.")
-        if not len(sol.time):
-            raise InputError(f"plot_runs: runs[{label!r}] has no saved instants. Save some, e.g. save=1000.")
+        require_rows(f"plot_runs: runs[{label!r}]", sol, drawn=False)
     for name in panels:
         units = {sol.units(name) for sol in given.values()}
         if len(units) > 1:
@@ -210,7 +210,7 @@ def plot_runs(runs: Mapping[str, Solution], names: str | Sequence[str], *, title
         for k, (label, sol) in enumerate(given.items()):
             draw_signal(ax, sol.time, sol.array(name), k, str(label))
         label_axis(ax.yaxis, name, first.units(name), between="\n")
-    axes[0].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="small")
+    legend_beside(axes[0])
     ends = [float(t) for sol in given.values() for t in (sol.time[0], sol.time[-1])]
     if max(ends) > min(ends):
         axes[0].set_xlim(min(ends), max(ends))
@@ -250,7 +250,7 @@ def plot_energies(sol: Solution, *, title: str | None = None) -> Figure:
             draw_signal(ax, sol.time, values, k, label)
         label_axis(ax.yaxis, text, "J", between="\n")
         if len(names) > 1:
-            ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="small")
+            legend_beside(ax)
     if sol.time[-1] > sol.time[0]:
         axes[0].set_xlim(sol.time[0], sol.time[-1])
     label_axis(axes[-1].xaxis, "time", "s")
@@ -259,14 +259,8 @@ def plot_energies(sol: Solution, *, title: str | None = None) -> Figure:
 
 def panels_of_time(count: int, title: str) -> tuple[Figure, Sequence[Axes]]:
     """Figure with panels above one another that share the time."""
-    from flexmb.show.pictures.figure import Picture
-
-    figure = Picture(figsize=(WIDTH, FRAME + PANEL * max(count, 2)), layout="constrained")
-    axes = list(figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0])
-    for ax in axes:
-        grid(ax)
+    figure, axes = panels_of((WIDTH, FRAME + PANEL * max(count, 2)), title, rows=count, sharex=True)
     figure.align_ylabels(axes)
-    figure.suptitle(title)
     return figure, axes
 
 
@@ -301,16 +295,15 @@ def plot_spectrum(
     ------
     InputError : another kind of object; no frequency up to the largest one.
     """
-    from flexmb.show.pictures.figure import Picture
-
     if not isinstance(spectrum, PowerSpectrum):
         raise InputError(f"plot_spectrum: spectrum is {spectrum!r}; it must be the result of power_spectrum().")
     inside = np.ones(len(spectrum.frequency), dtype=bool) if up_to is None else spectrum.frequency <= up_to
     if inside.sum() < 2:
         raise InputError(f"plot_spectrum: up_to is {up_to!r}; there are no frequencies below. Give a larger one.")
     frequency, density, floor = (x[inside] for x in (spectrum.frequency, spectrum.density, spectrum.floor))
-    figure = Picture(figsize=SPECTRUM_SIZE, layout="constrained")
-    ax = figure.subplots()
+    summary = f"{100.0 * spectrum.line_share:.3g} % of the power in lines: {spectrum.kind}"
+    heading = f"{signal}, {summary}" if signal else summary
+    figure, ax = panel_of(SPECTRUM_SIZE, heading if title is None else title)
     highest = float(density.max()) or 1.0
     ax.semilogy(frequency, np.maximum(density, DEEP * highest), color=COLOURS[0], linewidth=0.8, label="density")
     ax.semilogy(frequency, np.maximum(floor, DEEP * highest), color="black", linewidth=0.8, label="floor")
@@ -321,14 +314,11 @@ def plot_spectrum(
     ax.set_xlim(frequency[0], frequency[-1])
     lowest = max(float(density[density > 0.0].min(initial=highest)), DEEP * highest)
     ax.set_ylim(0.3 * lowest, ROOM * highest)
-    grid(ax)
     label_axis(ax.xaxis, "frequency", spectrum.units)
     squared = f"{units}^2" if units.isalpha() else f"({units})$^{{2}}$" if units else "1"
     per = "/Hz" if spectrum.units == "Hz" else " iteration"
     ax.set_ylabel(label_of("power density", f"{squared}{per}"))
     ax.legend(loc="upper right", ncols=3, fontsize="small", framealpha=0.9)
-    summary = f"{100.0 * spectrum.line_share:.3g} % of the power in lines: {spectrum.kind}"
-    figure.suptitle((f"{signal}, {summary}" if signal else summary) if title is None else title)
     return figure
 
 
@@ -366,16 +356,12 @@ def plot_campbell(
     InputError : fewer than two speeds, speeds that do not increase; see `static_equilibrium` and `modes`.
     SolveError : see `static_equilibrium` and `modes`.
     """
-    from flexmb.show.pictures.figure import Picture
-
     given = [checks.number("plot_campbell", f"speeds[{k}]", float(w), "rad/s") for k, w in enumerate(speeds)]
     if len(given) < 2 or np.any(np.diff(given) <= 0.0):
         raise InputError(f"plot_campbell: speeds are {given}; they must be two or more, increasing.")
     number = checks.count("plot_campbell", "count", count)
     found = np.array([_frequencies(mechanism, w, number, about) for w in given])
-    figure = Picture(figsize=CAMPBELL_SIZE, layout="constrained")
-    ax = figure.subplots()
-    grid(ax)
+    figure, ax = panel_of(CAMPBELL_SIZE, mechanism.name if title is None else title)
     for order in orders:
         line = order * np.array(given) / (2.0 * np.pi)
         ax.plot(given, line, color="0.6", linewidth=0.9, linestyle=(0, (4, 3)), zorder=1.5)
@@ -390,7 +376,6 @@ def plot_campbell(
     ax.set_xlim(given[0], given[-1])
     ax.set_ylim(0.0, 1.08 * float(np.nanmax(found)) if np.isfinite(found).any() else 1.0)
     figure.legend(loc="outside right upper", frameon=False, fontsize="small")
-    figure.suptitle(mechanism.name if title is None else title)
     return figure
 
 
@@ -431,8 +416,6 @@ def plot_journal(
     ------
     InputError : no such joint; no saved row with contact from which the clearance is known; a time after the end.
     """
-    from flexmb.show.pictures.figure import Picture
-
     joint = name_of(joint)
     rows = _rows("plot_journal", sol, joint, since)
     ex, ey = (sol.array(f"{joint}.{axis}")[rows] for axis in ("ex", "ey"))
@@ -445,9 +428,7 @@ def plot_journal(
         radius = float(np.median(np.hypot(ex, ey)[touching] - depth[touching]))
     else:
         radius = checks.positive("plot_journal", "clearance", clearance, "m")
-    figure = Picture(figsize=JOURNAL_SIZE, layout="constrained")
-    ax = figure.subplots()
-    grid(ax)
+    figure, ax = panel_of(JOURNAL_SIZE, f"{sol.name}, journal of {joint}" if title is None else title)
     turn = np.linspace(0.0, 2.0 * np.pi, 361)
     label = f"clearance {radius:.3g} m"
     ax.plot(radius * np.cos(turn), radius * np.sin(turn), color=CLEARANCE, linewidth=1.4, linestyle="--", label=label)
@@ -457,7 +438,6 @@ def plot_journal(
     label_axis(ax.xaxis, f"{joint}.ex", "m", equal=ax.yaxis)
     label_axis(ax.yaxis, f"{joint}.ey", "m", equal=ax.xaxis)
     figure.legend(loc="outside lower center", ncols=3, frameon=False, fontsize="small")
-    figure.suptitle(f"{sol.name}, journal of {joint}" if title is None else title)
     return figure
 
 

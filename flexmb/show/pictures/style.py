@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
+    from matplotlib.figure import Figure
     from matplotlib.text import Text
 
 # Texts of figures in characters that a font of the machine has; other characters as their escapes
@@ -97,6 +98,32 @@ def grid(ax: Axes) -> None:
     """Pale grid behind the curves."""
     ax.grid(visible=True, color="0.9", linewidth=0.6)
     ax.set_axisbelow(True)
+
+
+def panels_of(
+    size: tuple[float, float], title: str = "", *, rows: int = 1, columns: int = 1, **sharing: Any
+) -> tuple[Figure, list[Axes]]:
+    """Figure of a size [inch] with a title and panels on pale grids, row by row; `sharing` as of matplotlib."""
+    from flexmb.show.pictures.figure import Picture
+
+    figure = Picture(figsize=size, layout="constrained")
+    axes = list(figure.subplots(rows, columns, squeeze=False, **sharing).flat)
+    for ax in axes:
+        grid(ax)
+    if title:
+        figure.suptitle(title)
+    return figure, axes
+
+
+def panel_of(size: tuple[float, float], title: str = "") -> tuple[Figure, Axes]:
+    """Figure of one panel, as of `panels_of`."""
+    figure, axes = panels_of(size, title)
+    return figure, axes[0]
+
+
+def legend_beside(ax: Axes, **more: Any) -> None:
+    """Legend beside a panel: inside it would hide some part of the curves."""
+    ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="small", **more)
 
 
 PREFIXES = {-9: "n", -6: "µ", -3: "m", 3: "k", 6: "M", 9: "G"}

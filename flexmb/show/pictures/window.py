@@ -9,10 +9,11 @@ import numpy as np
 
 from flexmb import arguments, checks
 from flexmb.dynamics.jobs.files import whole_file
-from flexmb.errors import FileFormatError, InputError
+from flexmb.errors import FileFormatError
 from flexmb.results import drawing
+from flexmb.results.drawing import MESH
 from flexmb.results.positions import magnified
-from flexmb.results.solution import Solution
+from flexmb.results.solution import Solution, require_rows
 from flexmb.results.vtk import UNITS
 from flexmb.show.pictures.films import (
     FIELDS,
@@ -147,8 +148,7 @@ def view(
     ------
     InputError : no saved rows, no shapes, an unknown colour or joint, a time outside the run.
     """
-    if not len(sol.time) or not sol.shapes:
-        raise InputError("view: the solution has no saved instants or no shapes. Save some, e.g. save=1000.")
+    require_rows("view", sol)
     if colour is not None:
         checks.one_of("view", "colour", colour, (*FIELDS, STRESS))
     rows = np.unique(np.linspace(0, len(sol.time) - 1, min(len(sol.time), MOST_FRAMES)).round().astype(int))
@@ -231,7 +231,7 @@ class Window:
                 if is_point(line):
                     self._point(line.points[:, 0], {"color": colour, "point_size": 24})
                 else:
-                    self._lines([line.points], {"color": colour, "line_width": 2 if line.of_mesh else 5})
+                    self._lines([line.points], {"color": colour, "line_width": 2 if line.kind == MESH else 5})
         beams = [line for line in self._scene.lines if line.is_beam]
         for name in dict.fromkeys(line.part for line in beams):
             mine = [line for line in beams if line.part == name]

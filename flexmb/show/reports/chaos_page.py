@@ -8,17 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb import checks
 from flexmb.dynamics.verdict import MEANING, meaning_of
 from flexmb.errors import InputError
 from flexmb.show.reports.document import (
     Content,
     Markup,
+    chosen_signals,
     facts,
     floats,
     number,
     quantity,
     section,
+    state_of,
     table,
     tag,
     write_page,
@@ -77,8 +78,7 @@ def _signals(root: xr.Dataset, motion: xr.Dataset | None, signals: Sequence[str]
     """Names of the signals on the page."""
     known = [str(name) for name, column in root.data_vars.items() if column.dims == ("period",)]
     if signals is not None:
-        given = checks.sequence("report", "signals", signals, "names")
-        return [checks.one_of("report", "signal", name, known) for name in given]
+        return chosen_signals(signals, known)
     sampled = [] if motion is None else [str(name) for name in motion.data_vars]
     return list(dict.fromkeys([*sampled, *known]))[:MOST_SIGNALS]
 
@@ -89,12 +89,10 @@ def _plane(names: Sequence[str]) -> list[str]:
 
 
 def _key_numbers(root: xr.Dataset) -> Markup:
-    good = bool(root.attrs.get("ok", 1))
-    badge = tag("span", "finished" if good else "not finished", class_=f"badge {'good' if good else 'error'}")
     verdict = tag("strong", str(root.attrs.get("verdict", "no verdict")), id="verdict")
     points = f"{root.sizes['period']} periods of {quantity(float(root.attrs['period']), 's')}"
     text = f", {points} after {root.attrs['skip']} skipped ones"
-    return tag("p", badge, Markup(" "), verdict, text, class_="key-numbers verdict")
+    return state_of("" if root.attrs.get("ok", 1) else "not finished", verdict, text, also="verdict")
 
 
 def _main(root: xr.Dataset, *, has_motion: bool) -> Markup:

@@ -21,7 +21,10 @@ from typing import Any
 
 import numpy as np
 
+from flexmb import checks
+from flexmb.display import pretty
 from flexmb.dynamics.jobs.files import write_text
+from flexmb.show.pictures.style import COLOURS
 
 # HTML whose texts are escaped when it is made
 
@@ -100,11 +103,6 @@ def quantity(value: float, unit: str = "", digits: int = 6) -> str:
     return f"{number(value, digits)} {pretty(unit)}".rstrip()
 
 
-def pretty(unit: str) -> str:
-    """A unit with raised exponents: "m/s^2" becomes "m/s²"."""
-    return unit.replace("^2", "²").replace("s2", "s²").replace("m2", "m²").replace("m^3", "m³")
-
-
 # Arrays as compressed texts inside a page
 
 COARSE, MIDDLE, FINE = 2**10 - 1, 2**12 - 1, 2**24 - 1
@@ -165,17 +163,16 @@ def _short(numbers: np.ndarray) -> list[float]:
 # Pieces that all pages share
 
 
-def plain_head(heading: str, key_numbers: Markup, links: Mapping[str, str]) -> Markup:
-    """Head of a page: title, switch of the theme, first numbers, links to the sections by anchor."""
-    switch = tag("button", "Theme: system", type="button", id="theme", class_="quiet")
-    anchors = [tag("a", text, href=f"#{anchor}") for anchor, text in links.items()]
-    return tag(
-        "header",
-        tag("a", "Skip to the sections", href=f"#{next(iter(links))}", class_="skip"),
-        tag("div", tag("h1", heading), switch, class_="title"),
-        key_numbers,
-        tag("nav", *anchors, aria_label="Sections"),
-    )
+def state_of(fault: str, *content: Content, also: str = "") -> Markup:
+    """State of a result, finished or a fault, and its first numbers, for the head of a page; `also`: another class."""
+    badge = tag("span", fault or "finished", class_=f"badge {'error' if fault else 'good'}")
+    return tag("p", badge, Markup(" "), *content, class_=f"key-numbers {also}".rstrip())
+
+
+def chosen_signals(signals: Sequence[str], known: Sequence[str]) -> list[str]:
+    """Names of the chosen signals of a diagram, checked."""
+    given = checks.sequence("report", "signals", signals, "names")
+    return [checks.one_of("report", "signal", name, known) for name in given]
 
 
 # The page: styles, scripts and data in one file that forbids every access to a network
@@ -192,9 +189,26 @@ def asset(name: str) -> str:
     return files("flexmb.show.reports").joinpath("assets", name).read_text(encoding="utf-8")
 
 
+PALE = 0.4
+"""Share of white in the colours of curves and bodies on a dark page."""
+
+
+def palette() -> str:
+    """Style of curves and bodies in the colours of pictures, paler on a dark page."""
+    pale = [[round((1.0 - PALE) * x + 255 * PALE) for x in bytes.fromhex(one[1:])] for one in COLOURS]
+    dark = "".join(f"--series-{k}: #{bytes(one).hex()}; " for k, one in enumerate(pale))
+    light = "".join(f"--series-{k}: {one}; " for k, one in enumerate(COLOURS))
+    keys = "".join(f".key-{k} {{ background: var(--series-{k}); }}\n" for k in range(len(COLOURS)))
+    on_dark = f':root:not([data-theme="light"]) {{ {dark}}}'
+    return f""":root {{ --series-count: {len(COLOURS)}; {light}}}
+@media (prefers-color-scheme: dark) {{ {on_dark} }}
+:root[data-theme="dark"] {{ {dark}}}
+{keys}"""
+
+
 def document(title: str, body: Markup, scripts: tuple[str, ...], data: dict[str, Any]) -> str:
     """Text of a page, with scripts after the common ones, and plain values for them."""
-    style = "\n".join(asset(name) for name in STYLES)
+    style = "\n".join([*(asset(name) for name in STYLES), palette()])
     program = "\n".join(['"use strict";(function () {', *(asset(name) for name in (*COMMON, *scripts)), "})();"])
     codes = [asset(LIBRARY), program] if "plots.js" in scripts else [program]
     content = tag(
@@ -255,6 +269,17 @@ def write_page(
     scripts: tuple[str, ...],
     data: dict[str, Any],
 ) -> Path:
-    """Write a page, whole or not at all; its parts as of `plain_head` and `document`."""
-    body = joined([plain_head(heading, key_numbers, links), main])
-    return write_text(path, document(f"{heading} - flexmb", body, scripts, data), "report")
+    """Write a page, whole or not at all: title, switch of the theme, first numbers, links by anchor, main part.
+
+    Scripts and plain values for them are those of `document`.
+    """
+    switch = tag("button", "Theme: system", type="button", id="theme", class_="quiet")
+    anchors = [tag("a", text, href=f"#{anchor}") for anchor, text in links.items()]
+    head = tag(
+        "header",
+        tag("a", "Skip to the sections", href=f"#{next(iter(links))}", class_="skip"),
+        tag("div", tag("h1", heading), switch, class_="title"),
+        key_numbers,
+        tag("nav", *anchors, aria_label="Sections"),
+    )
+    return write_text(path, document(f"{heading} - flexmb", joined([head, main]), scripts, data), "report")

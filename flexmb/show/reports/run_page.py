@@ -2,46 +2,46 @@
 
 from __future__ import annotations
 
+import platform
+import shlex
+from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from flexmb.display import pretty
 from flexmb.errors import FlexmbError, InputError
 from flexmb.findings.check import check
+from flexmb.findings.finding import SEVERITIES
 from flexmb.findings.report import Report
-from flexmb.model.mechanism import Mechanism, described
+from flexmb.model.mechanism import Mechanism, described, values_text
 from flexmb.results.contact_intervals import MODES, Episodes
 from flexmb.results.drawing import nearest_instants
-from flexmb.results.naming import matching
-from flexmb.results.solution import Solution
+from flexmb.results.naming import ENERGIES, matching
+from flexmb.results.solution import Solution, contact_facts, require_rows
+from flexmb.results.solution import facts as facts_of
 from flexmb.results.status import main_signals, panels
 from flexmb.show.reports.document import (
     MIDDLE,
+    Content,
     Markup,
     facts,
     floats,
     instants,
     joined,
+    number,
     quantised,
     quantity,
     section,
+    state_of,
     table,
     tag,
     write_page,
 )
 from flexmb.show.reports.scene import fields_of, player, scene
-from flexmb.show.reports.tables import (
-    NOT_EXAMINED,
-    check_section,
-    energy_section,
-    key_numbers,
-    model_section,
-    peaks_table,
-    settings_section,
-    statistics_section,
-)
+from flexmb.version import installed_version
 
 # Signals of a page: chosen names, their panels, and curves whose peaks survive in long runs
 
@@ -207,38 +207,17 @@ def clearance_section(sol: Solution) -> Markup | None:
 def _joint(sol: Solution, joint: str) -> Markup:
     """Picture, facts and contact intervals of a joint."""
     clearance = clearance_of(sol, joint)
-    episodes = sol.episodes(joint) if _has_contact(sol, joint) else None
-    rows: list[tuple[str, str | None]] = []
-    if clearance is not None:
-        rows.append(("clearance", quantity(clearance, "m")))
-    if f"{joint}.penetration" in sol and len(sol.time):
-        depth = sol.array(f"{joint}.penetration")
-        rows.append(("in contact", f"{100.0 * np.mean(depth > 0.0):.3g} % of the saved instants"))
-        rows.append(("largest penetration", _peak(sol, f"{joint}.penetration")))
+    known = any(name.partition(".")[0] == joint for name in sol.contacts.names)
+    rows: list[tuple[str, str | None]] = [("clearance", quantity(clearance, "m"))] if clearance is not None else []
+    rows += [(fact.label, fact.text) for fact in contact_facts(sol, joint)]
     if f"{joint}.normal_force" in sol:
-        rows.append(("largest normal force", _peak(sol, f"{joint}.normal_force")))
-    if episodes is not None:
-        rows.append(("contact intervals", _counts(episodes)))
+        peak = sol.peak(f"{joint}.normal_force")
+        rows.append(("largest normal force", f"{quantity(peak.value, 'N')} at t = {peak.time:.6g} s"))
     label = f"Journal of joint {joint} in its bearing, with the path of its centre"
     picture = tag("canvas", class_="journal", role="img", aria_label=label, data_joint=joint)
     left = tag("div", picture if clearance is not None else None, facts(rows), class_="journal-side")
-    listing = None if episodes is None else _intervals(episodes, joint)
+    listing = _intervals(sol.episodes(joint), joint) if known else None
     return tag("article", tag("h3", joint), tag("div", left, listing, class_="joint"), class_="card")
-
-
-def _has_contact(sol: Solution, joint: str) -> bool:
-    return any(name.partition(".")[0] == joint for name in sol.contacts.names)
-
-
-def _peak(sol: Solution, name: str) -> str:
-    peak = sol.peak(name)
-    return f"{quantity(peak.value, sol.units(name))} at t = {peak.time:.6g} s"
-
-
-def _counts(episodes: Episodes) -> str:
-    counts = [(int((episodes.mode == mode).sum()), word) for mode, word in MODES.items()]
-    words = {"impact": "impacts", "continuous": "continuous contacts"}
-    return ", ".join(f"{count} {words[word]}" for count, word in counts if count) or "none"
 
 
 def _intervals(episodes: Episodes, joint: str) -> Markup:
@@ -264,6 +243,152 @@ def _intervals(episodes: Episodes, joint: str) -> Markup:
     return tag("div", table(caption, heads, rows, numbers=range(len(heads) - 5, len(heads))), class_="intervals")
 
 
+# Tables of the parts of a mechanism: bodies, joints, loads, with their numbers, sections, materials and laws
+
+UNKNOWN = (
+    "The file of this solution knows no mechanism: it was written by hand or by an earlier version. "
+    "report(sol, path, mechanism=mech) shows its parts and examines them."
+)
+NOT_EXAMINED = (
+    "Not examined: files hold the numbers of a mechanism, not the mechanism itself. "
+    "report(sol, path, mechanism=mech) examines it."
+)
+
+
+def _model_section(sol: Solution, description: Mapping[str, Any]) -> Markup:
+    """Section of all parts, in plain values (see `flexmb.model.mechanism`); empty: unknown."""
+    parts = description.get("parts", [])
+    if not parts:
+        names = ", ".join(dict.fromkeys(name.partition(".")[0] for name in sol.names)) or "no part"
+        return section("Model", tag("p", UNKNOWN), facts([("signals of", names)]), anchor="model")
+    bodies = [part for part in parts if part["kind"] == "body"]
+    masses = [part["mass"] if isinstance(part.get("mass"), int | float) else None for part in bodies]
+    others = [
+        [p["name"], p["class"], _ends(p["fields"]), values_text(p["fields"])] for p in parts if p["kind"] != "body"
+    ]
+    gx, gy = description.get("gravity", (0.0, 0.0))
+    summary = [
+        ("parts", f"{len(parts)}"),
+        ("mass", quantity(sum(mass or 0.0 for mass in masses), "kg")),
+        ("gravity", f"({number(gx)}, {number(gy)}) {pretty('m/s^2')}"),
+    ]
+    rows = [
+        [p["name"], p["class"], "-" if mass is None else number(mass), values_text(p["fields"])]
+        for p, mass in zip(bodies, masses, strict=True)
+    ]
+    return section(
+        "Model",
+        facts(summary),
+        table("Bodies", ["name", "class", "mass [kg]", "values"], rows, numbers=[2]) if bodies else None,
+        table("Joints, drives, loads and other parts", ["name", "class", "between", "values"], others)
+        if others
+        else None,
+        anchor="model",
+    )
+
+
+def _ends(fields: Mapping[str, Any]) -> str:
+    """Bodies or joints that a part connects."""
+    names = [fields[key][0] for key in ("first", "second", "body", "joint") if key in fields]
+    return " and ".join(str(name) for name in names if isinstance(name, str))
+
+
+def _check_section(report: Report | str) -> Markup:
+    """Section of the examination of the mechanism, a result of `check`, or the reason why there is none."""
+    if isinstance(report, str):
+        return section("Examination", tag("p", report), anchor="check")
+    counts = [(sum(f.severity == severity for f in report.findings), severity) for severity in SEVERITIES]
+    words = ", ".join(f"{count} {word}{'' if count == 1 else 's'}" for count, word in counts if count)
+    rows: list[tuple[str, Content]] = [
+        ("findings", words or "nothing to remark"),
+        ("degrees of freedom", f"{report.freedom} (rigid bodies, clearances closed), {report.free} not driven"),
+        ("equations", f"{report.coordinates} coordinates, {report.rows} constraint rows"),
+        ("natural frequencies", ", ".join(number(f, 4) for f in report.frequencies) + " Hz")
+        if report.frequencies
+        else ("natural frequencies", "none"),
+    ]
+    found = [[tag("span", f.severity, class_=f"badge {f.severity}"), f.code, f.text, f.remedy] for f in report.findings]
+    heads = ["severity", "code", "finding", "remedy"]
+    return section("Examination", facts(rows), table("Findings", heads, found) if found else None, anchor="check")
+
+
+# Tables of a run: peaks, balance of energies, statistics, settings and versions
+
+CAPTION = "Energies [J] at the first and the last saved instant, and their largest absolute values"
+
+
+def peaks_table(sol: Solution, names: list[str]) -> Markup:
+    """Largest absolute values of signals over all accepted steps."""
+    rows: list[list[Content]] = []
+    for name in names:
+        peak = sol.peak(name)
+        go = tag("button", number(peak.time), type="button", class_="go", data_time=repr(peak.time))
+        rows.append([name, number(peak.value), pretty(sol.units(name)), go])
+    heads = ["signal", "largest absolute value", "unit", "at t [s]"]
+    return table("Largest absolute values of all accepted steps", heads, rows, numbers=[1])
+
+
+def energy_section(sol: Solution) -> Markup | None:
+    """Section of the balance of energies; None for a solution without energies."""
+    names = {key: f"energy.{key}" for key in ENERGIES if f"energy.{key}" in sol}
+    if not names or not len(sol.time):
+        return None
+    rows = []
+    for key, name in names.items():
+        first, last = sol.array(name)[[0, -1]]
+        rows.append([ENERGIES[key], number(first), number(last), number(sol.peak(name).value)])
+    heads = ["energy", "first", "last", "largest"]
+    made = table(CAPTION, heads, rows, numbers=[1, 2, 3])
+    share = None
+    if {"residual", "turned_over"} <= names.keys() and sol.peak(names["turned_over"]).value > 0.0:
+        part = sol.peak(names["residual"]).value / sol.peak(names["turned_over"]).value
+        share = tag("p", f"The largest residual is {part:.2g} of the energy turned over.")
+    plot = tag("div", class_="plots", id="energy-plots")
+    return section("Balance of energies", share, tag("div", plot, made, class_="pair"), anchor="energy")
+
+
+def statistics_section(sol: Solution) -> Markup:
+    """Section of status, facts and notes of a run."""
+    rows = [("status", sol.status), *((fact.label, fact.text) for fact in facts_of(sol))]
+    notes = tag("ul", *(tag("li", note) for note in sol.notes), class_="notes") if sol.notes else None
+    return section("Statistics", facts(rows), tag("h3", "Notes") if notes else None, notes, anchor="statistics")
+
+
+def settings_section(sol: Solution, frames: int) -> Markup:
+    """Section of settings, versions and the command of a run."""
+    model = dict(sol.model)
+    command = model.pop("command", None)
+    rows: list[tuple[str, Content]] = [("command", tag("code", command_text(command)))] if command else []
+    rows += [("mechanism", sol.name), ("frames here", f"{frames} of {len(sol.time)} saved instants")]
+    rows += [(key, _short(value)) for key, value in model.items() if key not in ("name", "flexmb", "version")]
+    written = model.get("flexmb", model.get("version", "unknown"))
+    here = f"flexmb {installed_version()}, Python {platform.python_version()}, numpy {np.__version__}"
+    rows += [("computed by", f"flexmb {written}"), ("page written by", here)]
+    return section("Settings and versions", facts(rows), anchor="settings")
+
+
+def command_text(arguments: Any) -> str:
+    """Command line of a run from its stored arguments."""
+    words = arguments if isinstance(arguments, list) else [arguments]
+    return shlex.join(["flexmb", *map(str, words)])
+
+
+def _short(value: Any) -> str:
+    text = value if isinstance(value, str) else ", ".join(map(str, value)) if isinstance(value, list) else str(value)
+    return text if len(text) <= 400 else f"{text[:400]} ..."
+
+
+def _head(sol: Solution) -> Markup:
+    """State and first numbers of a run, for the head of a page; its status where it tells more than the end."""
+    span = f"{quantity(sol.time[0], 's')} to {quantity(sol.time[-1], 's')}"
+    text = f"{span}, {len(sol.time)} saved instants, {sol.stats.steps} steps, {sol.stats.wall_time:.3g} s of computing"
+    numbers = state_of("" if sol.ok else "not finished", tag("span", text))
+    if sol.ok and ". " not in sol.status:
+        return numbers
+    kind = "warning" if sol.ok else "error"
+    return joined([numbers, tag("p", sol.status, class_=f"told {kind}", role="status")])
+
+
 # Page of a run: the moving mechanism, plots, joints with clearance, tables
 
 SCRIPTS = ("plots.js", "mesh.js", "scene.js", "drawing.js", "player.js", "journals.js", "run.js")
@@ -283,8 +408,7 @@ def write_run(
     sol: Solution, path: Path, mechanism: Mechanism | None, frames: int, signals: Any, title: str | None
 ) -> Path:
     """Write the page of a run; see `flexmb.report`."""
-    if not len(sol.time):
-        raise InputError("report: the solution has no saved instants. Save some, e.g. by simulate(..., save=...).")
+    require_rows("report", sol, drawn=False)
     names, instants = chosen_names(sol, signals), frame_instants(sol, frames)
     if len(instants) == 0:
         raise InputError("report: no saved instant is finite. Look at sol.status for the end of the run.")
@@ -298,7 +422,7 @@ def write_run(
     sections = joined([_body(sol, shown, known, description), settings_section(sol, len(instants))])
     page = tag("main", sections, id="top")
     links = {anchor: text for anchor, text in LINKS.items() if f'id="{anchor}"' in sections}
-    return write_page(path, heading, key_numbers(sol), links, page, SCRIPTS, data)
+    return write_page(path, heading, _head(sol), links, page, SCRIPTS, data)
 
 
 def _scene(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> tuple[dict[str, Any] | None, str]:
@@ -323,8 +447,8 @@ def _body(sol: Solution, moving: Markup, mechanism: Mechanism | None, descriptio
             clearance_section(sol),
             energy_section(sol),
             statistics_section(sol),
-            model_section(sol, description),
-            check_section(_examined(mechanism)),
+            _model_section(sol, description),
+            _check_section(_examined(mechanism)),
         ]
     )
 

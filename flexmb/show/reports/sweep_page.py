@@ -9,19 +9,20 @@ from urllib.parse import quote
 
 import numpy as np
 
-from flexmb import checks
+from flexmb.display import pretty
 from flexmb.errors import InputError
 from flexmb.show.pictures.diagrams import VERDICT_COLOURS, default_signal, entry_of
 from flexmb.show.reports.document import (
     Content,
     Markup,
+    chosen_signals,
     facts,
     floats,
     instants,
     number,
-    pretty,
     quantity,
     section,
+    state_of,
     table,
     tag,
     write_page,
@@ -74,8 +75,7 @@ def _signals(diagram: xr.Dataset, signals: Sequence[str] | None) -> list[str]:
     """Names of the signals on the page, that of the first picture first."""
     known = [str(name) for name, points in diagram.data_vars.items() if "period" in points.dims]
     if signals is not None:
-        given = checks.sequence("report", "signals", signals, "names")
-        return [checks.one_of("report", "signal", name, known) for name in given]
+        return chosen_signals(signals, known)
     first = default_signal(diagram)
     return [first, *(name for name in known if name != first)][:MOST_SIGNALS]
 
@@ -127,10 +127,9 @@ def _key_numbers(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> Markup:
     parameter = diagram.attrs["parameter"]
     values, unit = diagram[parameter].values, diagram[parameter].attrs.get("units", "")
     failed = sum(not row["ok"] for row in rows)
-    badge = tag("span", f"{failed} failed" if failed else "finished", class_=f"badge {'error' if failed else 'good'}")
     span = f"{quantity(float(values.min()), unit)} to {quantity(float(values.max()), unit)}"
     text = f"bifurcation diagram: {parameter} from {span}, {len(values)} values, {diagram.sizes['period']} points each"
-    return tag("p", badge, Markup(" "), tag("span", text), class_="key-numbers")
+    return state_of(f"{failed} failed" if failed else "", tag("span", text))
 
 
 def _main(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> Markup:

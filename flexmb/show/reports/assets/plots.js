@@ -32,7 +32,7 @@ class Plots {
     const readouts = places.map(() => element("output"));
     const legend = element("div", { class: "keys" });
     places.forEach((place, k) => {
-      const key = element("span", { class: `key key-${k % 8}` });
+      const key = element("span", { class: `key key-${seriesNumber(k)}` });
       legend.append(element("span", { class: "entry" }, key, this.raw.names[place], " ", readouts[k]));
     });
     const largest = places.reduce((most, place) => Math.max(most, largestOf(this.curves[place])), 0);
@@ -91,7 +91,7 @@ class Plots {
         { ...axis, size: 22, gap: 3, values: numbers, space: 70 },
         { ...axis, size: 62, gap: 3, values: scaled, space: 24 },
       ],
-      series: [{}, ...places.map((_, k) => ({ stroke: () => seriesColour(k), width: 1.3, dash: k > 7 ? [6, 3] : undefined, points: { show: false } }))],
+      series: [{}, ...places.map((_, k) => ({ stroke: () => seriesColour(k), width: 1.3, dash: k > seriesNumber(k) ? [6, 3] : undefined, points: { show: false } }))],
     };
     const stepped = places.every((place) => this.raw.names[place].endsWith(".mode"));
     if (stepped) {

@@ -13,7 +13,7 @@ class Scene {
     this.x = new Float64Array(raw.nodes.length);
     this.y = new Float64Array(raw.nodes.length);
     this.angle = new Float64Array(raw.nodes.length);
-    this.parts = [...new Set([...raw.rigid.map((s) => s.part), ...raw.beams.map((b) => b[0]), ...raw.meshes.map((m) => m.part)])];
+    this.parts = raw.parts;
     this.numberOf = Object.fromEntries(this.parts.map((part, k) => [part, k]));
   }
 

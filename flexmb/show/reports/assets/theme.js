@@ -11,9 +11,13 @@ function colour(name) {
   return colours.get(name);
 }
 
-// Colours of curves and bodies, by number.
+// Colours of curves and bodies, by number; after the last one they begin anew.
+function seriesNumber(k) {
+  return k % Number(colour("series-count"));
+}
+
 function seriesColour(k) {
-  return colour(`series-${k % 8}`);
+  return colour(`series-${seriesNumber(k)}`);
 }
 
 function onTheme(action) {
