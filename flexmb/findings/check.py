@@ -16,7 +16,6 @@ from flexmb.findings.dimensions import dimension_findings
 from flexmb.findings.finding import CODES, ERROR, NOTHING_MOVES, SEVERITIES, WHAT_MOVES, Finding, found
 from flexmb.findings.laws import kernel_findings, law_findings, motion_findings, motions_by_part
 from flexmb.findings.loads import (
-    coarse_cells,
     load_findings,
     loop_findings,
     stability_findings,
@@ -107,7 +106,7 @@ def check(mechanism: Mechanism, step: float | None = None) -> Report:
 def _examined(mechanism: Mechanism, step: float | None) -> Report:
     """Report on a mechanism, and on a fixed step [s]."""
     findings = [*free_bodies(mechanism), *left_out_links(mechanism), *dimension_findings(mechanism)]
-    findings += [*motion_findings(mechanism), *_attempt(mechanism, law_findings), *coarse_cells(mechanism)]
+    findings += [*motion_findings(mechanism), *_attempt(mechanism, law_findings)]
     try:
         moving, ideal = compile_mechanism(mechanism), compile_mechanism(mechanism, closed=True)
         closed = compile_mechanism(mechanism, start=True)

@@ -16,12 +16,9 @@ from flexmb.engine.linalg.rank import RANK_TOLERANCE, row_rank
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import AssemblyError
 from flexmb.findings.finding import NOTE, WARNING, Finding, found
-from flexmb.findings.laws import values_of
+from flexmb.model.law import values_of
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Body, Joint
-from flexmb.parts.bodies.flexible_body import FlexibleBody
-from flexmb.parts.bodies.rigid import Bar
-from flexmb.parts.drives.drive import Drive
 from flexmb.program.program import Program
 from flexmb.statics.start.assemble import RigidMotion, close_loops, drive_rows, least_shift
 from flexmb.statics.start.redundant_joints import dependent_parts, redundancy, redundant_rows, shaken_pose
@@ -43,7 +40,7 @@ def groups_of_bodies(mechanism: Mechanism) -> list[tuple[str, ...]]:
         return name
 
     for part in mechanism.parts:
-        if isinstance(part, (Body, Drive)):
+        if isinstance(part, Body):
             continue
         ends = [name for name in part.references() if name in above]
         for name in ends[1:]:
@@ -79,11 +76,11 @@ def _is_held(mechanism: Mechanism, groups: list[tuple[str, ...]]) -> bool:
 def left_out_links(mechanism: Mechanism) -> list[Finding]:
     """Links that end at a joint of two other bodies and are joined to nothing there: the joint has the wrong body."""
     joints = [part for part in mechanism.parts if isinstance(part, Joint) and part.at is not None]
-    others = [part for part in mechanism.parts if not isinstance(part, (Body, Drive)) and part not in joints]
+    others = [part for part in mechanism.parts if not isinstance(part, Body) and part not in joints]
     held = {name for part in others if len(part.references()) > 1 for name in part.references()}
-    bars = [body for body in mechanism.bodies if isinstance(body, Bar)]
-    near, findings = SAME_POINT * max((math.dist(bar.start, bar.end) for bar in bars), default=0.0), []
-    ends = [(body, point) for body in bars if body.name not in held for point in (body.start, body.end)]
+    bars = [body for body in mechanism.bodies if body.tips]
+    near, findings = SAME_POINT * max((math.dist(*bar.tips) for bar in bars), default=0.0), []
+    ends = [(body, point) for body in bars if body.name not in held for point in body.tips]
     for bar, end in ends:
         here = [joint for joint in joints if math.dist(joint.at, end) <= near]
         if not here or any(bar.name in joint.references() for joint in here):
@@ -99,8 +96,7 @@ def left_out_links(mechanism: Mechanism) -> list[Finding]:
 
 def _has_point(body: Body, point: tuple[float, float], near: float) -> bool:
     """Whether a body has an end or a node within a distance of a point [m]."""
-    ends = (body.start, body.end) if isinstance(body, Bar) else ()
-    return any(math.dist(own, point) <= near for own in (*ends, *((node.x, node.y) for node in body.nodes())))
+    return any(math.dist(own, point) <= near for own in (*body.tips, *((node.x, node.y) for node in body.nodes())))
 
 
 # Rank of the constraints: redundant, contradicting and driven rows, singular poses, free motions
@@ -295,7 +291,7 @@ def locking_drives(mechanism: Mechanism, closed: Program, q: np.ndarray) -> list
     """Findings on loops that open, or whose branches cross, while drives move from the closed pose (n_q,) at t = 0."""
     if not closed.drives:
         return []
-    bodies = [body.name for body in mechanism.bodies if isinstance(body, FlexibleBody)]
+    bodies = [body.name for body in mechanism.bodies if body.is_elastic]
     with np.errstate(invalid="ignore"):
         times = instants(closed)
     if not np.isfinite(drive_positions(closed, times)).all():

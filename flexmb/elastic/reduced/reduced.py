@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import OrderedDict
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from threading import Lock
@@ -15,11 +15,11 @@ import numpy as np
 from flexmb import arguments, checks, planar
 from flexmb.docstrings import documented
 from flexmb.elastic.planes.plane_body import MeshBody, PlaneBody
-from flexmb.elastic.reduced.accuracy import Accuracy, Load, accuracy
+from flexmb.elastic.reduced.accuracy import Accuracy, Load, accuracy, deformation_findings
 from flexmb.elastic.reduced.bases import Basis, ElasticModel, basis, frame_weights
 from flexmb.elastic.reduced.models import model_of_beams, model_of_plane, pins_of_beams
 from flexmb.elastic.reduced.peak_stress import group_parameters, peak_stress_signal
-from flexmb.elastic.reduced.superelement import Superelement, checked_loads, load_contributions, superelement
+from flexmb.elastic.reduced.superelement import Superelement, checked_loads, left_out, load_contributions, superelement
 from flexmb.elastic.reduced.tangent import (
     reduced_account,
     reduced_energy,
@@ -29,7 +29,7 @@ from flexmb.elastic.reduced.tangent import (
 )
 from flexmb.errors import InputError
 from flexmb.model.contributions import Attachment, Contribution, ElementContribution, Node
-from flexmb.model.part import Body
+from flexmb.model.part import Body, WatchedMotion
 from flexmb.model.shape import MeshShape, Shapes
 from flexmb.parts.bodies.flexible import nearest_node
 from flexmb.parts.bodies.flexible_body import FlexibleBody
@@ -37,7 +37,8 @@ from flexmb.parts.loads.mesh_loads import MeshLoad
 
 if TYPE_CHECKING:
     from flexmb.elastic.planes.loads import NodalLoad
-    from flexmb.model.law import Motion
+    from flexmb.findings.finding import Finding
+    from flexmb.model.law import Material, Motion
     from flexmb.model.mechanism import Mechanism
 
 # Models, bases and matrices of reduced bodies that are kept for equal bodies, by the values that they depend on
@@ -483,6 +484,32 @@ class Reduced(MeshBody):
     def seeks_stress(self) -> bool:
         """Whether every accepted step looks for the largest stress."""
         return self.body.seeks_stress if self.stress is None else self.stress
+
+    @property
+    def whole(self) -> FlexibleBody | PlaneBody:
+        """The body with all its nodes."""
+        return self.body
+
+    @property
+    def materials(self) -> tuple[Material, ...]:
+        """Materials of the body with all its nodes."""
+        return self.body.materials
+
+    def reference_points(self) -> np.ndarray:
+        """Places (n, 2) of the points of the mesh that shows the body, in the reference configuration [m]."""
+        model, (c, s) = self.model, (np.cos(self.model.direction), np.sin(self.model.direction))
+        own = np.zeros((0, 2)) if model.drawn is None else np.array(model.drawn.points)
+        return np.asarray(model.origin + own @ np.array([[c, s], [-s, c]]))
+
+    def left_out(self, load: NodalLoad) -> float:
+        """Share of the strain energy of a `load` on the mesh that the kept shapes cannot show, with all pins held."""
+        whole, left = left_out(self, self.model.shape.T @ load.forces.ravel())
+        return left / whole if whole > 0.0 else 0.0
+
+    def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:
+        """Findings on strains and stresses, and on deformations that the kept shapes cannot show."""
+        yield from super().findings_after(mechanism, motion)
+        yield from deformation_findings(self, motion)
 
     @property
     def plane(self) -> PlaneBody | None:

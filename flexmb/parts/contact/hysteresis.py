@@ -7,9 +7,11 @@ import math
 import sys
 import warnings
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Self
+
+import numpy as np
 
 from flexmb import checks
 from flexmb.docstrings import documented
@@ -17,10 +19,13 @@ from flexmb.errors import InputError, RestitutionWarning
 from flexmb.kernels import compiled, normal_law
 from flexmb.model.law import Material, NormalLaw
 from flexmb.parts.contact import validity
-from flexmb.parts.contact.onset import LARGEST, LEAST_APPROACH, ONSET, reference_speed
+from flexmb.parts.contact.onset import APPROACH, LARGEST, LEAST_APPROACH, ONSET, reference_speed
 from flexmb.parts.contact.restitution import delivered_restitution, hertz_stiffness
 
 # Base of the families of normal laws that multiply an elastic force by a hysteresis factor
+
+SMALL_SHARE = 0.01
+"""Share of impulses or losses in contacts slower than `least_approach`, up to which there is no remark."""
 
 
 @compiled
@@ -81,6 +86,40 @@ class DampedElasticLaw(NormalLaw):
     def lasting_history(self) -> tuple[float, ...]:
         """The history with the least approach speed, so that round-off of a rate at rest is none of the force."""
         return (max(self.least_approach, LEAST_APPROACH), 0.0, 0.0, *self.history()[3:])
+
+    def remarks_on(
+        self, intervals: Mapping[str, np.ndarray], history: Sequence[float], since: float
+    ) -> Iterator[tuple[str, str]]:
+        """Remarks on slow and on lasting contacts; see `NormalLaw.remarks_on`."""
+        if self.restitution == 1.0:
+            return
+        slow, shares = intervals["approach_speed"] < self.least_approach, []
+        for name in ("impulse", "dissipated_contact"):
+            whole = float(intervals[name].sum())
+            shares.append(float(intervals[name][slow].sum()) / whole if whole > 0.0 else 0.0)
+        if self.reference_speed != LARGEST and max(shares) > SMALL_SHARE:
+            yield (
+                "slow-onset",
+                f"{int(slow.sum())} of {len(slow)} contacts began below least_approach = {self.least_approach:g} m/s, "
+                f"and have {100.0 * shares[0]:.3g} % of the impulse and {100.0 * shares[1]:.3g} % of the loss; their "
+                "damping follows the largest speed while they last, that of the others the speed at which the surfaces "
+                "met. "
+                "reference_speed='largest' treats all alike",
+            )
+        lasting = np.isnan(intervals["end"]) & (intervals["peak_force"] > 0.0) & ~(intervals["start"] > since)
+        for start in intervals["start"][lasting]:
+            begun = "the start" if np.isnan(start) else f"t = {start:.6g} s"
+            text = f"the surfaces have touched without a break since {begun}; {self.damped_since_onset(history)}"
+            yield "lasting-contact", text
+
+    def damped_since_onset(self, history: Sequence[float]) -> str:
+        """Sentence on the speed that scales the damping of a lasting contact of that `history`; "" without damping."""
+        approach = history[APPROACH]
+        if self.restitution == 1.0:
+            return ""
+        if self.reference_speed == LARGEST or approach < self.least_approach or approach <= 0.0:
+            return "its damping follows the largest speed since then"
+        return f"its damping still follows the speed at which its surfaces met, {approach:.3g} m/s (docs/contact.md)"
 
     def _check_damping(self) -> None:
         """Refuse restitution, least approach and reference speed out of their ranges."""

@@ -177,6 +177,7 @@ class Prismatic(Guide):
     preload: float = 0.0
 
     kind = "prismatic"
+    is_guide = True
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import InputError
+from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.shape import (
     MARKER,
@@ -23,7 +24,6 @@ from flexmb.model.shape import (
     RigidShape,
 )
 from flexmb.parts.bodies.flexible import beam_elements
-from flexmb.parts.bodies.flexible_body import FlexibleBody
 from flexmb.results import drawing
 from flexmb.results.drawing import GROUND, Surface, carried, few_shapes, parts, pose
 from flexmb.results.positions import body_joints, turning_nodes, unstressed
@@ -43,7 +43,7 @@ def stresses(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -
     shapes = [shape for shape in sol.shapes if isinstance(shape, BeamShape)]
     found: dict[tuple[str, str, str], np.ndarray] = {}
     for body in mechanism.bodies if mechanism is not None and shapes else ():
-        if isinstance(body, FlexibleBody):
+        if isinstance(body, ElasticBody) and body.theory == "beams":
             own = _of_body(sol, body, instants)
             if own is None:
                 return None
@@ -53,7 +53,7 @@ def stresses(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -
     return np.stack(known, axis=1) if known and len(known) == len(columns) else None
 
 
-def _of_body(sol: Solution, body: FlexibleBody, instants: np.ndarray) -> dict[tuple[str, str, str], np.ndarray] | None:
+def _of_body(sol: Solution, body: Any, instants: np.ndarray) -> dict[tuple[str, str, str], np.ndarray] | None:
     """Stresses (n,) of the elements of a body by part and nodes [Pa]; None for a section without an outer fibre."""
     nodes, found = {node.name: node for node in body.nodes()}, {}
     for beam in body.beams:
