@@ -11,7 +11,7 @@ import numpy as np
 
 from flexmb.engine.state.record import DONE, NEWTON_FAILED, NOT_FINITE, RUNNING, SINGULAR, STEP_TOO_SMALL
 from flexmb.engine.step.step_size import Adaptive, FixedStep
-from flexmb.engine.system.failed_kernels import FailedKernel, Instant, changed_contacts, failed_kernel
+from flexmb.engine.system.failed_kernels import Instant, changed_contacts, failed_kernel
 from flexmb.errors import USER_ERRORS, FlexmbError, KernelError
 from flexmb.findings.finding import Finding, found
 
@@ -36,8 +36,8 @@ TRIED_STEPS = 4000
 """Number of steps of a tried remedy at most."""
 
 
-def kernel_that_failed(run: Run) -> FailedKernel | None:
-    """The kernel that raised or was not finite in the refused step of a run, or at its last state."""
+def kernel_that_failed(run: Run) -> Finding | None:
+    """Finding on the kernel that raised or was not finite in the refused step of a run, or at its last state."""
     flow, trial, h = run.flow, run.trial, max(float(run.flow.clock.step_size), float(run.record.report.rejected_size))
     t, z = float(flow.clock.t), flow.z
 
@@ -62,7 +62,7 @@ def naming_kernels(run: Run) -> Iterator[None]:
         failed = kernel_that_failed(run)
         if failed is None:
             raise
-        raise KernelError(str(failed)) from error
+        raise KernelError(failed.text) from error
 
 
 def failure_findings(run: Run, mechanism: Mechanism, closed: Program, *, known: bool) -> Iterator[Finding]:
@@ -77,8 +77,7 @@ def failure_findings(run: Run, mechanism: Mechanism, closed: Program, *, known: 
         yield from _refused_step(run)
         failed = kernel_that_failed(run)
         if failed is not None:
-            remedy = "It must return finite numbers for these arguments."
-            yield found("broken-kernel", (failed.part,), str(failed), remedy)
+            yield failed
             return
     if known:
         return

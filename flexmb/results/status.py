@@ -18,18 +18,9 @@ from flexmb.engine.energy import (
     energy_scale,
     energy_supplied,
 )
+from flexmb.engine.state import record as ends
 from flexmb.engine.state.flow import EnergyBalance, Flow
-from flexmb.engine.state.record import (
-    DONE,
-    ENERGY_LOST,
-    ENERGY_MADE,
-    ENERGY_MISSING,
-    NEWTON_FAILED,
-    NOT_FINITE,
-    SINGULAR,
-    STEP_TOO_SMALL,
-    RunRecord,
-)
+from flexmb.engine.state.record import RunRecord
 from flexmb.engine.state.trial import Trial
 from flexmb.engine.step.contact_events import IMPACT_STEP
 from flexmb.engine.step.step_size import RTOL
@@ -89,27 +80,27 @@ def panels(sol: Solution, names: list[str] | None = None) -> list[list[str]]:
 TRY_FINER = "Try {finer}, so that impacts and vibrations are resolved."
 
 SENTENCES = {
-    DONE: "Finished at {t}.",
-    SINGULAR: "Stopped at {t}: the matrix became singular at {lost!r} (a singular pose?), with a step of {h}.",
-    NOT_FINITE: "Stopped at {t}: the state is no longer finite{worst}, with a step of {h}. Try a smaller step.",
-    NEWTON_FAILED: (
+    ends.DONE: "Finished at {t}.",
+    ends.SINGULAR: "Stopped at {t}: the matrix became singular at {lost!r} (a singular pose?), with a step of {h}.",
+    ends.NOT_FINITE: "Stopped at {t}: the state is no longer finite{worst}, with a step of {h}. Try a smaller step.",
+    ends.NEWTON_FAILED: (
         "Stopped at {t}: Newton did not converge with a step of {h}: last correction {last:.2g}, "
         "wanted {wanted:.2g}{worst}. Try a smaller step, or step=Adaptive()."
     ),
-    STEP_TOO_SMALL: (
+    ends.STEP_TOO_SMALL: (
         "Stopped at {t}: a step of {h}, the smallest one allowed, was refused; {cause}. "
         "Try Adaptive(...) without min, if it was given{remedy}."
     ),
-    ENERGY_MISSING: (
+    ends.ENERGY_MISSING: (
         "Not ok at {t}: the energies do not add up, {missing} are missing where {put_in} were put in and "
         "{scale} turned over. Try {finer}; if that changes little, the energies of "
         "a part do not belong to its forces: testing.check_part finds it."
     ),
-    ENERGY_MADE: (
+    ends.ENERGY_MADE: (
         "Not ok at {t}: the steps made energy, {taken} where {put_in} were put in ({kinetic} are kinetic), "
         "{in_contacts} of {through} that went through contacts. " + TRY_FINER
     ),
-    ENERGY_LOST: (
+    ends.ENERGY_LOST: (
         "Not ok at {t}: the steps took energy that no law took, {taken} of {scale} turned over or in motion, "
         "{in_contacts} of {through} that went through contacts. " + TRY_FINER
     ),
@@ -138,7 +129,7 @@ def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: RunR
     )
     return (
         text + held_rows_sentence(program, trial, record) + balance_warnings(flow.ledger, flow.balance)
-        if code == DONE
+        if code == ends.DONE
         else text
     )
 
