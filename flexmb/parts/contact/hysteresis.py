@@ -64,6 +64,7 @@ class DampedElasticLaw(NormalLaw):
     restitution: float
     least_approach: float
     reference_speed: str
+    materials: tuple[Material, Material] | None
 
     @staticmethod
     @abstractmethod
@@ -86,6 +87,16 @@ class DampedElasticLaw(NormalLaw):
     def lasting_history(self) -> tuple[float, ...]:
         """The history with the least approach speed, so that round-off of a rate at rest is none of the force."""
         return (max(self.least_approach, LEAST_APPROACH), 0.0, 0.0, *self.history()[3:])
+
+    @abstractmethod
+    def passed_limits(self, depth: float, force: float) -> Iterator[str]:
+        """Remarks on the limits of the elastic force that the largest `depth` [m] and `force` [N] of a run passed."""
+
+    def remarks(self, history: Sequence[float]) -> tuple[str, ...]:
+        """Limits that the run passed: tension or excess, speed, and those of the elastic force."""
+        approach, depth, force, tension, excess = history[validity.MOST_APPROACH : validity.EXCESS + 1]
+        found = [*validity.cut_or_pressed(tension, excess, force), *validity.too_fast(approach, self.materials or ())]
+        return (*found, *self.passed_limits(depth, force))
 
     def remarks_on(
         self, intervals: Mapping[str, np.ndarray], history: Sequence[float], since: float
@@ -249,18 +260,13 @@ class HysteresisLaw(DampedElasticLaw):
         chi, e = self.chi(self.restitution), self.delivered_restitution()
         return self.stiffness, self.exponent, chi, self.least_approach, largest, e
 
-    def remarks(self, history: Sequence[float]) -> tuple[str, ...]:
-        """Limits that the run passed: tension, excess, speed; with Hertz's stiffness also width and yield."""
-        approach, depth, force, tension, excess = validity.Extremes.of(history)
-        found = [*validity.pressed(excess, force)] or [*validity.pulled(tension, force)]
-        if self.materials is not None:
-            found += validity.too_fast(approach, self.materials)
-            if self.radii is not None and self.exponent == 1.5:
-                R, E = validity.relative_radius(*self.radii), validity.effective_modulus(self.materials)
-                found += validity.too_wide(math.sqrt(R * depth), self.radii[1])  # Johnson 1985, eq. (4.23)
-                pressure = (6.0 * force * E * E / (math.pi**3 * R * R)) ** (1.0 / 3.0)  # eq. (4.24)
-                found += validity.yielded(pressure, validity.YIELD_OF_POINT, self.materials)
-        return tuple(found)
+    def passed_limits(self, depth: float, force: float) -> Iterator[str]:
+        """Remarks on width and yield, with Hertz's stiffness."""
+        if self.materials is not None and self.radii is not None and self.exponent == 1.5:
+            R, E = validity.relative_radius(*self.radii), validity.effective_modulus(self.materials)
+            yield from validity.too_wide(math.sqrt(R * depth), self.radii[1])  # Johnson 1985, eq. (4.23)
+            pressure = (6.0 * force * E * E / (math.pi**3 * R * R)) ** (1.0 / 3.0)  # eq. (4.24)
+            yield from validity.yielded(pressure, validity.YIELD_OF_POINT, self.materials)
 
     def _warn_of_a_miss(self) -> None:
         """Warn at the line outside flexmb that makes a law whose free impacts miss the given coefficient."""
