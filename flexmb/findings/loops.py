@@ -55,22 +55,15 @@ def free_bodies(mechanism: Mechanism) -> list[Finding]:
     """Groups of bodies that nothing connects to the ground; a mechanism that floats as a whole is only noted."""
     groups = groups_of_bodies(mechanism)
     loose = [group for group in groups if GROUND.name not in group]
+    floats = len(loose) == 1 and (GROUND.name,) in groups
     findings = []
     for group in loose:
-        several = len(group) > 1
-        text = f"{quoted(group)} {'are' if several else 'is'} connected to nothing else: free in x, y and rotation."
+        verb = "are" if len(group) > 1 else "is"
+        text = f"{quoted(group)} {verb} connected to nothing else: free in x, y and rotation."
         remedy = "Connect it by a joint, a spring or a contact, or leave it out, unless it shall fly."
         item = found("free-body", group, text, remedy)
-        if len(loose) == 1 and len(groups) == 2 and not _is_held(mechanism, groups):
-            item = Finding(item.code, item.parts, item.text, "", NOTE)
-        findings.append(item)
+        findings.append(replace(item, remedy="", severity=NOTE) if floats else item)
     return findings
-
-
-def _is_held(mechanism: Mechanism, groups: list[tuple[str, ...]]) -> bool:
-    """Whether some body is connected to the ground."""
-    grounded = next(group for group in groups if GROUND.name in group)
-    return len(grounded) > 1 or len(mechanism.bodies) == 0
 
 
 def left_out_links(mechanism: Mechanism) -> list[Finding]:
@@ -86,17 +79,14 @@ def left_out_links(mechanism: Mechanism) -> list[Finding]:
         if not here or any(bar.name in joint.references() for joint in here):
             continue
         two = [body for body in (here[0].first, here[0].second) if isinstance(body, Body)]
-        wrong = [repr(body.name) for body in two if not _has_point(body, end, near)] or ["one of them"]
+        points = {body.name: (*body.tips, *((node.x, node.y) for node in body.nodes())) for body in two}
+        apart = [name for name, own in points.items() if all(math.dist(one, end) > near for one in own)]
+        wrong = [repr(name) for name in apart] or ["one of them"]
         text = f"{here[0].label} joins {quoted([b.name for b in two])} at ({end[0]:.4g}, {end[1]:.4g}) m, where"
         remedy = f"Was {bar.name!r} meant in place of {' or '.join(wrong)}?"
         text = f"{text} {bar.label} ends, joined to nothing."
         findings.append(found("left-out-link", (here[0].name, bar.name), text, remedy))
     return findings
-
-
-def _has_point(body: Body, point: tuple[float, float], near: float) -> bool:
-    """Whether a body has an end or a node within a distance of a point [m]."""
-    return any(math.dist(own, point) <= near for own in (*body.tips, *((node.x, node.y) for node in body.nodes())))
 
 
 # Rank of the constraints: redundant, contradicting and driven rows, singular poses, free motions
@@ -302,7 +292,11 @@ def locking_drives(mechanism: Mechanism, closed: Program, q: np.ndarray) -> list
             pose = close_loops(closed, {}, start=pose, t=float(t))[0]
         except AssemblyError:
             finding = _locked(mechanism, closed, *last_closed(closed, pose, good, float(t)), float(times[-1]))
-            return [_if_rigid(finding, bodies)] if bodies else [finding]
+            if not bodies:
+                return [finding]
+            text = f"With rigid bodies in place of {quoted(bodies)}: {finding.text}"
+            remedy = f"{finding.remedy} A flexible body has to bend."
+            return [replace(finding, severity=WARNING, text=text, remedy=remedy)]
         if side * orientation(closed, pose, float(t)) < 0.0:
             return [_crossed(closed, pose, good, float(t))]
         good = float(t)
@@ -380,12 +374,6 @@ def _locked(mechanism: Mechanism, closed: Program, pose: np.ndarray, t: float, s
     numbers = {f"{name} from": x for name, x in zip(drives, begin, strict=True)}
     numbers |= {f"{name} to": x for name, x in zip(drives, here, strict=True)}
     return found("locking-drive", (*owners, *joints), text, remedy, time=t, **numbers)
-
-
-def _if_rigid(finding: Finding, bodies: list[str]) -> Finding:
-    """The finding as a warning, where flexible bodies may bend as far as the drives demand."""
-    text = f"With rigid bodies in place of {quoted(bodies)}: {finding.text}"
-    return replace(finding, severity=WARNING, text=text, remedy=f"{finding.remedy} A flexible body has to bend.")
 
 
 def weakest_parts(closed: Program, G: Any) -> tuple[str, ...]:
