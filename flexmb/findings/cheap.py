@@ -36,7 +36,7 @@ def implausible_findings(mechanism: Mechanism) -> list[Finding]:
                 continue
             joint = vars(part).get("joint", "")
             held = mechanism.find(joint) if joint else None
-            if joint is None or (joint and not (isinstance(held, Joint) and held.turns(mechanism))):  # travels
+            if joint is None or (joint and not (isinstance(held, Joint) and held.can_be_turned(mechanism))):  # travels
                 continue
             text = f"{part.label}: {name} is {value:.4g} rad, {value / TURN:.3g} turns."
             remedy = (

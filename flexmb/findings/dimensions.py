@@ -84,7 +84,7 @@ def _gravity(mechanism: Mechanism) -> Iterator[Finding]:
 
 def _materials(mechanism: Mechanism) -> Iterator[Finding]:
     for part in mechanism.parts:
-        for material in part.materials:
+        for material in part.all_materials:
             speed = math.sqrt(material.young / material.density)
             if not WAVE_SPEEDS[0] <= speed <= WAVE_SPEEDS[1]:
                 text = f"In the material of {part.name!r} sound travels at {speed:.4g} m/s (Young's modulus"

@@ -60,14 +60,14 @@ class ElasticBody(Body):
     def strain_at_rest(self, mechanism: Mechanism, rest: Rest) -> tuple[float, float]:
         """Largest strain and stress [Pa] of the body of `mechanism` in the pose of `rest`."""
         stress = _largest_stress(self, mechanism, rest)
-        return stress / min(material.young for material in self.materials), stress
+        return stress / min(material.young for material in self.all_materials), stress
 
     def strain_in(self, motion: WatchedMotion) -> tuple[float, float, float]:
         """Largest strain and stress [Pa] in a `motion`, and when [s]."""
         name = f"{self.name}.von_mises"
         known = name in motion.signals.places and self.whole.theory == self.theory
         stress, when = motion.peak(name) if known else (0.0, 0.0)
-        return stress / max(material.young for material in self.materials), stress, when
+        return stress / max(material.young for material in self.all_materials), stress, when
 
     def odd_sizes(self) -> Iterable[Finding]:
         """Findings on the sizes of a body with all its nodes."""
@@ -108,7 +108,7 @@ class ElasticBody(Body):
         if limit is not None and stress > limit:
             text += f"; it yields at {limit:.3g} Pa, and {self.theory} are linear elastic."
         else:
-            limit = LARGE_STRAIN * max(material.young for material in self.materials)
+            limit = LARGE_STRAIN * max(material.young for material in self.all_materials)
             text += f"; {self.theory} are linear elastic, for small strains."
         if stress > limit:
             wrong = strain > IMPOSSIBLE_STRAIN
@@ -123,7 +123,7 @@ class ElasticBody(Body):
             return
         node = round(float(motion.reported[0][motion.signals.places[f"{self.name}.von_mises_node"]]))
         (x, y), when = self.reference_points()[node].tolist(), float(motion.reported[1][place])
-        several = len({material.yield_stress for material in self.materials}) > 1
+        several = len({material.yield_stress for material in self.all_materials}) > 1
         weakest = " of the weakest material, at least" * several
         text = (
             f"{self.label}: largest {self.whole.stress_name} {number_text(stress)} Pa at t = {when:.6g} s at node "
@@ -137,8 +137,8 @@ class ElasticBody(Body):
 
 def _yield_stress(body: Body) -> float | None:
     """Yield stress of the weakest material of a body [Pa]; None where one is unknown."""
-    known = [material.yield_stress for material in body.materials if material.yield_stress is not None]
-    return min(known) if known and len(known) == len(body.materials) else None
+    known = [material.yield_stress for material in body.all_materials if material.yield_stress is not None]
+    return min(known) if known and len(known) == len(body.all_materials) else None
 
 
 def _largest_stress(body: ElasticBody, mechanism: Mechanism, rest: Rest) -> float:

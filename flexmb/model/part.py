@@ -125,7 +125,7 @@ class Part(arguments.Checked, Shown, ABC):
         return ()
 
     @property
-    def materials(self) -> tuple[Material, ...]:
+    def all_materials(self) -> tuple[Material, ...]:
         """Materials among the fields of the part and of its laws."""
         return tuple(dict.fromkeys(_materials(vars(self).values())))
 
@@ -384,7 +384,7 @@ class Joint(Part):
         """The coordinate in `mechanism` that a drive can prescribe, or None for a joint that cannot be driven."""
         return None
 
-    def turns(self, mechanism: Mechanism) -> bool:
+    def can_be_turned(self, mechanism: Mechanism) -> bool:
         """Whether the joint has an angle in `mechanism` that can be driven."""
         try:
             row = self.drive_contribution(mechanism)

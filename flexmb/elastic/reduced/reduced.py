@@ -491,9 +491,9 @@ class Reduced(MeshBody):
         return self.body
 
     @property
-    def materials(self) -> tuple[Material, ...]:
+    def all_materials(self) -> tuple[Material, ...]:
         """Materials of the body with all its nodes."""
-        return self.body.materials
+        return self.body.all_materials
 
     def reference_points(self) -> np.ndarray:
         """Places (n, 2) of the points of the mesh that shows the body, in the reference configuration [m]."""

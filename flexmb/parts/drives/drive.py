@@ -82,7 +82,7 @@ class Drive(Part):
         near = [one for one in joints if joint.at is not None and {one.first.name, one.second.name} & driven]
         arm = max((math.dist(joint.at, one.at) for one in near), default=0.0)
         acceleration = speed * speed * arm
-        if (abs(speed) > FASTEST or acceleration > LARGEST_ACCELERATION) and joint.turns(mechanism):
+        if (abs(speed) > FASTEST or acceleration > LARGEST_ACCELERATION) and joint.can_be_turned(mechanism):
             text = f"{self.label} turns at {speed:.4g} rad/s, {speed * 30.0 / math.pi:.4g} rpm"
             text += f": at {arm:.3g} m from the joint that is {acceleration / STANDARD_GRAVITY:.3g} g" if arm else ""
             right = speed * math.pi / 30.0
