@@ -104,7 +104,8 @@ def _refused_step(run: Run) -> Iterator[Finding]:
     closed, opened = changed_contacts(run.program, run.flow.z, run.work.z_new)
     changes = [f"{name!r} closes" for name in closed] + [f"{name!r} opens" for name in opened]
     if changes:
-        yield found("refused-step", (*closed, *opened), f"In the refused step {', '.join(changes)}.")
+        parts = dict.fromkeys(name.partition(".")[0] for name in (*closed, *opened))
+        yield found("refused-step", tuple(parts), f"In the refused step {', '.join(changes)}.")
 
 
 def _other_remedies(run: Run, mechanism: Mechanism) -> Iterator[Finding]:
