@@ -16,7 +16,7 @@ from flexmb.findings.finding import Finding, found
 from flexmb.findings.laws import contacts_of
 from flexmb.model.law import Motion
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.part import Body, Joint, Rest
+from flexmb.model.part import Body, Joint
 from flexmb.program.program import Program
 from flexmb.statics.buckling import buckling
 from flexmb.statics.eigen import damped, moves_most
@@ -147,8 +147,8 @@ def load_findings(mechanism: Mechanism, free: int) -> list[Finding]:
         except FlexmbError as error:
             findings.append(found("no-statics", (), f"The loads at rest were not examined: {error}"))
         findings += _buckling(ideal)
-    rest = Rest(load, pose)
-    return [*(finding for part in mechanism.parts for finding in part.findings_at_rest(ideal, rest)), *findings]
+    own = [finding for part in mechanism.parts for finding in part.findings_at_rest(ideal, load, pose)]
+    return [*own, *findings]
 
 
 def _buckling(ideal: Mechanism) -> list[Finding]:

@@ -13,7 +13,7 @@ from flexmb.display import number_text
 from flexmb.errors import FlexmbError
 from flexmb.findings.finding import Finding, found
 from flexmb.model.contributions import AXES, SignalContribution
-from flexmb.model.part import Body, Rest, WatchedMotion
+from flexmb.model.part import Body, Pose, WatchedMotion
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -57,9 +57,9 @@ class ElasticBody(Body):
         Nodes of a plane body are those of its mesh, of reduced beams those of the mesh that shows them.
         """
 
-    def strain_at_rest(self, mechanism: Mechanism, rest: Rest) -> tuple[float, float]:
-        """Largest strain and stress [Pa] of the body of `mechanism` in the pose of `rest`."""
-        stress = _largest_stress(self, mechanism, rest)
+    def strain_at_rest(self, mechanism: Mechanism, pose: Pose) -> tuple[float, float]:
+        """Largest strain and stress [Pa] of the body of `mechanism` at rest in a `pose`."""
+        stress = _largest_stress(self, mechanism, pose)
         return stress / min(material.young for material in self.all_materials), stress
 
     def strain_in(self, motion: WatchedMotion) -> tuple[float, float, float]:
@@ -82,11 +82,11 @@ class ElasticBody(Body):
         yield from self.whole.coarse_cells(self)
         yield from (replace(finding, parts=(self.name,)) for finding in self.whole.odd_sizes())
 
-    def findings_at_rest(self, mechanism: Mechanism, rest: Rest) -> Iterator[Finding]:
+    def findings_at_rest(self, mechanism: Mechanism, load: float, pose: Pose | None) -> Iterator[Finding]:  # noqa: ARG002
         """Finding on a body that yields or strains by much under the loads at rest."""
-        if rest.pose is None:
+        if pose is None:
             return
-        strain, stress = self.strain_at_rest(mechanism, rest)
+        strain, stress = self.strain_at_rest(mechanism, pose)
         limit = _yield_stress(self)
         text = f"Under the loads at rest {self.label} strains by {strain:.3g} ({stress:.3g} Pa)"
         remedy = "Reduce the loads, or give a stronger section; flexible bodies are linear elastic."
@@ -141,7 +141,7 @@ def _yield_stress(body: Body) -> float | None:
     return min(known) if known and len(known) == len(body.all_materials) else None
 
 
-def _largest_stress(body: ElasticBody, mechanism: Mechanism, rest: Rest) -> float:
+def _largest_stress(body: ElasticBody, mechanism: Mechanism, pose: Pose) -> float:
     """Largest stress of a body [Pa], as its signal `von_mises` gives it; 0 where a section has no height."""
     seeking: Any = body
     try:
@@ -149,8 +149,8 @@ def _largest_stress(body: ElasticBody, mechanism: Mechanism, rest: Rest) -> floa
     except FlexmbError:  # a general section, whose outer fibres are unknown
         return 0.0
     for signal in seeking.contributions(mechanism):
-        if isinstance(signal, SignalContribution) and signal.place and rest.pose is not None:
-            q = np.array([rest.pose[f"{part}.{node}.{AXES[axis]}"] for part, node, axis in signal.coordinates])
+        if isinstance(signal, SignalContribution) and signal.place:
+            q = np.array([pose[f"{part}.{node}.{AXES[axis]}"] for part, node, axis in signal.coordinates])
             still, p = np.zeros(len(q)), np.array(signal.p, dtype=float)
             return float(signal.kernel.dispatcher(p, 0.0, q, still, still, -np.inf)[0])
     return 0.0

@@ -36,6 +36,9 @@ if TYPE_CHECKING:
 
 Triple = tuple[float, float, float]
 
+Pose = Mapping[str, float]
+"""Coordinates by their full names."""
+
 
 def name_of(part: Part | str) -> str:
     """Name of a part, given by itself or by its name; another object as it is."""
@@ -147,8 +150,8 @@ class Part(arguments.Checked, Shown, ABC):
         """Findings on the part as declared in `mechanism`, before it moves."""
         return ()
 
-    def findings_at_rest(self, mechanism: Mechanism, rest: Rest) -> Iterable[Finding]:  # noqa: ARG002 - few have
-        """Findings on the part of `mechanism` under the loads at `rest`."""
+    def findings_at_rest(self, mechanism: Mechanism, load: float, pose: Pose | None) -> Iterable[Finding]:  # noqa: ARG002
+        """Findings on the part of `mechanism` under a `load` [N], and at rest in a `pose` where that is known."""
         return ()
 
     def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterable[Finding]:  # noqa: ARG002
@@ -398,20 +401,7 @@ class Joint(Part):
         return (PointShape(self.name, self.kind, *first.place, other=second.place),)
 
 
-# What parts are asked about: loads at rest, and the motion of a run
-
-
-class Rest(NamedTuple):
-    """Loads of a mechanism at rest.
-
-    Parameters
-    ----------
-    load : sum of weights, declared forces and inertia forces [N].
-    pose : coordinates by their full names in the equilibrium; None where it is not known.
-    """
-
-    load: float
-    pose: Mapping[str, float] | None
+# Motion of a run as its parts are asked about it: peaks over all steps, and poses of some steps
 
 
 class WatchedMotion(NamedTuple):

@@ -18,7 +18,7 @@ from flexmb.findings.finding import Finding, found
 from flexmb.model.contributions import Attachment, Contribution
 from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.law import Material
-from flexmb.model.part import Rest, WatchedMotion
+from flexmb.model.part import Pose, WatchedMotion
 from flexmb.model.shape import Shapes
 from flexmb.parts.bodies.flexible import (
     Beam,
@@ -170,9 +170,8 @@ class FlexibleBody(ElasticBody):
         """Places (n, 2) of the nodes in the reference configuration [m]."""
         return np.array([(node.x, node.y) for node in self.nodes()])
 
-    def strain_at_rest(self, mechanism: Mechanism, rest: Rest) -> tuple[float, float]:  # noqa: ARG002 - the pose alone
-        """Largest strain and stress [Pa] of the beams in the pose of `rest`."""
-        pose = rest.pose or {}
+    def strain_at_rest(self, mechanism: Mechanism, pose: Pose) -> tuple[float, float]:  # noqa: ARG002 - the pose alone
+        """Largest strain and stress [Pa] of the beams at rest in a `pose`."""
         strain = self.strains(lambda names: np.array([[pose[name] for name in names]])).max()
         return float(strain), float(strain) * self.material.young
 

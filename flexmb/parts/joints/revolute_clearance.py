@@ -19,7 +19,7 @@ from flexmb.model.contributions import (
     JointFriction,
 )
 from flexmb.model.law import FrictionLaw, NormalLaw
-from flexmb.model.part import GROUND, Joint, Rest
+from flexmb.model.part import GROUND, Joint, Pose
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import journal_friction, put_arms, put_column, put_eccentricity
 from flexmb.parts.joints.revolute import Revolute, angle_contribution, coincide
@@ -204,19 +204,19 @@ class RevoluteClearance(Joint):
         """The joint without clearance."""
         return Revolute(self.name, self.first, self.second, self.at)
 
-    def findings_at_rest(self, mechanism: Mechanism, rest: Rest) -> Iterator[Finding]:  # noqa: ARG002 - the load alone
+    def findings_at_rest(self, mechanism: Mechanism, load: float, pose: Pose | None) -> Iterator[Finding]:  # noqa: ARG002
         """Finding on a contact into which weight and declared forces press by much of the radius."""
         radius = self.bearing_radius
-        depth = self.normal.for_radii(radius, self.journal_radius).depth_under(rest.load, radius) if rest.load else 0.0
+        depth = self.normal.for_radii(radius, self.journal_radius).depth_under(load, radius) if load else 0.0
         if depth > self.deep_from * radius:
             more = "more than " if math.isinf(depth) else ""
             depth = min(depth, radius)
             text = (
-                f"A force of {rest.load:.4g} N, of weights and loads, presses the journal of {self.label} into its "
+                f"A force of {load:.4g} N, of weights and loads, presses the journal of {self.label} into its "
                 f"bearing by {more}{depth:.4g} m; the radius is {radius:.4g} m."
             )
             remedy = "If it shall not be so soft: stiffness is in N/m^n, multiply one in N/mm^1.5 by 3.16e4."
-            yield found("soft-contact", (self.name,), text, remedy, force=rest.load, penetration=depth)
+            yield found("soft-contact", (self.name,), text, remedy, force=load, penetration=depth)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One contact, the angle, and the constraint equations of the journal's place at the start."""
