@@ -137,11 +137,13 @@ SAFE_LOAD = 2.0
 
 def load_findings(mechanism: Mechanism, free: int) -> list[Finding]:
     """Findings on a mechanism under its loads; statics are computed if drives prescribe all motions (`free` is 0)."""
-    load, pose, findings = typical_load(mechanism), None, []
-    ideal = replace(mechanism, parts=tuple(part.idealised() for part in mechanism.parts))
+    load, findings = typical_load(mechanism), list[Finding]()
+    pose: Equilibrium | None = None
+    ideal, parts = mechanism, tuple(part.idealised() for part in mechanism.parts)
     loaded = any(mechanism.gravity) or any(part.declared_load is not None for part in mechanism.parts)
-    has_clearance = any(getattr(part, "clearance", None) is not None for part in ideal.parts)
+    has_clearance = any(getattr(part, "clearance", None) is not None for part in parts)
     if not free and loaded and not has_clearance and any(body.is_elastic for body in mechanism.bodies):
+        ideal = replace(mechanism, parts=parts)
         try:
             pose = static_equilibrium(ideal)
         except FlexmbError as error:

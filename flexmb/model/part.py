@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -36,8 +36,11 @@ if TYPE_CHECKING:
 
 Triple = tuple[float, float, float]
 
-Pose = Mapping[str, float]
-"""Coordinates by their full names."""
+
+class Pose(Protocol):
+    """Coordinates by their full names."""
+
+    def __getitem__(self, name: str) -> float: ...
 
 
 def name_of(part: Part | str) -> str:
