@@ -244,9 +244,9 @@ def _of_mode(mode: Mode) -> Finding:
         f"{abs(mode.lost.phase):.2g} rad of its phase and {verb} {100.0 * abs(mode.lost.amplitude):.3g} % of its "
         "amplitude."
     )
-    numbers = {"phase": mode.lost.phase, "amplitude": mode.lost.amplitude, "share": mode.share}
-    remedy = "A smaller rtol or step, or RadauIIA(), loses less."
-    return found("lost-vibration", (mode.moves.partition(".")[0],), text, remedy, **numbers)
+    remedy, part = "A smaller rtol or step, or RadauIIA(), loses less.", mode.moves.partition(".")[0]
+    phase, amplitude = mode.lost
+    return found("lost-vibration", (part,), text, remedy, phase=phase, amplitude=amplitude, share=mode.share)
 
 
 def _moves(program: Program, modes: LinearModes, k: int) -> str:

@@ -145,8 +145,9 @@ class Chords:
             chords = [motion.longest_chord(*ends) for ends in pairwise(edges)]
             if min(chords) < math.inf:
                 self.pieces.append((motion, edges[1:-1], chords))
-        fixed = isinstance(run.step, FixedStep)
-        self.findings = tuple(self._coarse(run.program.name, run.step.size)) if fixed else ()
+        self.findings: tuple[Finding, ...] = ()
+        if isinstance(run.step, FixedStep):
+            self.findings = tuple(self._coarse(run.program.name, run.step.size))
 
     def longest(self, t: float) -> float:
         """Longest step about the instant t [s]; inf: any."""
