@@ -133,7 +133,8 @@ class Part(arguments.Checked, Shown, ABC):
     @property
     def all_materials(self) -> tuple[Material, ...]:
         """Materials among the fields of the part and of its laws."""
-        return tuple(dict.fromkeys(_materials(vars(self).values())))
+        values = (getattr(self, name) for name, _ in checks.declared_fields(type(self)))
+        return tuple(dict.fromkeys(_materials(values)))
 
     @property
     def declared_load(self) -> float | None:
