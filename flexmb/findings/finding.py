@@ -1,4 +1,4 @@
-"""Findings, the one record of what the package tells: before, during and after a run, by parts and by analyses."""
+"""Findings before, during and after a run, with code, parts, text, remedy and numbers."""
 
 from __future__ import annotations
 

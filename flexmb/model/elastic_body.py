@@ -1,4 +1,4 @@
-"""Base of bodies that bend: what they say of their strains and stresses, at rest and after a run."""
+"""Base of bodies that bend, with findings on their strains and stresses."""
 
 from __future__ import annotations
 

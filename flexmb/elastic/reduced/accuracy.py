@@ -1,4 +1,4 @@
-"""Accuracy of reduced bodies beside those with all displacements, and findings on their deformations in a run."""
+"""Accuracy of reduced bodies, and findings on their deformations in a run."""
 
 from __future__ import annotations
 

@@ -93,67 +93,6 @@ def key_of(body: FlexibleBody | PlaneBody, pins: Sequence[str]) -> Hashable:
     return tuple(pins), body.nodes(), body.beams, corners, body._bosses, pivot
 
 
-def shared_model(body: FlexibleBody | PlaneBody, pins: Sequence[str], key: Hashable) -> ElasticModel:
-    """Elastic model of a body, with pins where parts are attached and its `key_of`."""
-    if isinstance(body, PlaneBody):
-        found = MODELS.of(key, lambda: model_of_plane(body, pins))
-        found = replace(found, origin=body.origin, direction=body.direction)
-    else:
-        found = MODELS.of(key, lambda: model_of_beams(body, pins))
-    return replace(found, label=body.label, damping=body.damping, mass_damping=body.mass_damping)
-
-
-def shared_basis(
-    model: ElasticModel,
-    key: Hashable,
-    modes: int,
-    up_to: float | None,
-    *,
-    by_pin: bool,
-    inertia: bool,
-    forces: tuple[bytes, ...] = (),
-) -> Basis:
-    """Craig-Bampton basis of a body with its `key_of`; modes as of `craig_bampton.basis`.
-
-    `forces` are the forces (2 S) on the points of the model of each load whose static shape is kept, as bytes [N].
-    """
-    options = (modes, up_to, by_pin, inertia, forces)
-
-    def make() -> Basis:
-        loads = [model.shape.T @ np.frombuffer(force) for force in forces]
-        columns = np.stack(loads, axis=1) if loads else None
-        return basis(model, modes, up_to, by_pin=by_pin, inertia=inertia, loads=columns)
-
-    found = BASES.of((key, options), make)
-    return replace(found, model=model)
-
-
-def shared_element(
-    found: Basis,
-    key: Hashable,
-    damping: float,
-    *,
-    stiffening: bool,
-    ratios: float | tuple[float, ...],
-    mass_damping: float,
-) -> Superelement:
-    """Matrices of a reduced body, as of `superelement.superelement`; the key is all that the basis depends on."""
-    options = (damping, stiffening, ratios, mass_damping)
-
-    def make() -> Superelement:
-        return superelement(found, damping, stiffening=stiffening, ratios=ratios, mass_damping=mass_damping)
-
-    return ELEMENTS.of((key, options), make)
-
-
-def shared_groups(found: Basis, key: Hashable) -> tuple[float, ...]:
-    """Parameters of the search for the largest stress of a body; the key is all that the basis depends on."""
-    stresses = found.model.stresses
-    if stresses is None:
-        raise ValueError(f"{found.model.label} has no stresses")
-    return GROUPS.of(key, lambda: group_parameters(stresses(found.shapes)))
-
-
 # A flexible body by its pins and a few modes
 
 FRAMES = ("chord", "pin")
@@ -334,21 +273,38 @@ class Reduced(MeshBody):
     @cached_property
     def model(self) -> ElasticModel:
         """Stiffness and mass of the body over all its displacements."""
-        return shared_model(self.body, [pin.name for pin in self._pins], self._key)
+        body, pins = self.body, [pin.name for pin in self._pins]
+        if isinstance(body, PlaneBody):
+            found = MODELS.of(self._key, lambda: model_of_plane(body, pins))
+            found = replace(found, origin=body.origin, direction=body.direction)
+        else:
+            found = MODELS.of(self._key, lambda: model_of_beams(body, pins))
+        return replace(found, label=body.label, damping=body.damping, mass_damping=body.mass_damping)
 
     @cached_property
     def basis(self) -> Basis:
         """The shapes that are kept."""
         modes, up_to, by_pin, inertia, forces = self._options
-        return shared_basis(self.model, self._key, modes, up_to, by_pin=by_pin, inertia=inertia, forces=forces)
+
+        def make() -> Basis:
+            loads = [self.model.shape.T @ np.frombuffer(force) for force in forces]
+            columns = np.stack(loads, axis=1) if loads else None
+            return basis(self.model, modes, up_to, by_pin=by_pin, inertia=inertia, loads=columns)
+
+        return replace(BASES.of((self._key, self._options), make), model=self.model)
 
     @cached_property
     def element(self) -> Superelement:
         """The constant matrices of the equations of motion."""
         damping = self.model.damping if self.damping is None else self.damping
         drag = self.model.mass_damping if self.mass_damping is None else self.mass_damping
-        key, ratios = (self._key, self._options), self.damping_ratios
-        return shared_element(self.basis, key, damping, stiffening=self.stiffening, ratios=ratios, mass_damping=drag)
+        numbers: dict[str, Any] = {
+            "stiffening": self.stiffening,
+            "ratios": self.damping_ratios,
+            "mass_damping": drag,
+        }
+        key = (self._key, self._options), (damping, *numbers.values())
+        return ELEMENTS.of(key, lambda: superelement(self.basis, damping, **numbers))
 
     @arguments.checked
     def frequencies(self, count: int = 6) -> np.ndarray:
@@ -535,9 +491,10 @@ class Reduced(MeshBody):
             tangent=reduced_tangent,
             account=reduced_account,
         )
-        if self.model.stresses is None or not self.seeks_stress:
+        stresses = self.model.stresses
+        if stresses is None or not self.seeks_stress:
             return [element]
-        groups = shared_groups(self.basis, (self._key, self._options))
+        groups = GROUPS.of((self._key, self._options), lambda: group_parameters(stresses(self.basis.shapes)))
         return [element, peak_stress_signal(self.name, coordinates, p, groups)]
 
 

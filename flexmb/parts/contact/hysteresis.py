@@ -93,7 +93,7 @@ class DampedElasticLaw(NormalLaw):
         """Remarks on the limits of the elastic force that the largest `depth` [m] and `force` [N] of a run passed."""
 
     def remarks(self, history: Sequence[float]) -> tuple[str, ...]:
-        """Limits that the run passed: tension or excess, speed, and those of the elastic force."""
+        """Limits that the run passed: tension or excess, speed, limits of the elastic force."""
         approach, depth, force, tension, excess = history[validity.MOST_APPROACH : validity.EXCESS + 1]
         found = [*validity.cut_or_pressed(tension, excess, force), *validity.too_fast(approach, self.materials or ())]
         return (*found, *self.passed_limits(depth, force))
