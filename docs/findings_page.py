@@ -27,7 +27,8 @@ short enough.
 
 `simulate` looks at users' laws and motions and at tables by itself, and watches penetrations, strains, contacts and
 vibrations. A result that cannot be right has `sol.ok` False and a status that says when, where and what to do; remarks
-stand in `sol.notes`.
+stand in `sol.notes`. `sol.findings` holds all of them as records, as `report.findings` does; their further codes are
+`flexmb.findings.finding.CODES_OF_RUNS`.
 
 A run whose step fails says why: the kernel that raised or gave numbers that are not finite, with its part, the time and
 its arguments; or a known cause of this list; or else a step that was tried from the last good state and gets past the

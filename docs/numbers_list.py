@@ -191,7 +191,7 @@ parts.contact.restitution.TERMS | terms | nothing | terms of that series
 parts.contact.restitution.SERIES_FROM | 1 | restitution | from it on the series serves
 parts.contact.validity.WIDE | 1 | radius of the journal | half-width of a contact that gets a remark
 parts.contact.validity.SMALL_EXCESS | 1 | largest force | force above a free impact's that goes without a remark
-results.status.SMALL_SHARE | 1 | impulse, loss | slow contacts that go without a remark
+parts.contact.hysteresis.SMALL_SHARE | 1 | impulse, loss | slow contacts that go without a remark
 parts.contact.validity.SMALL_TENSION | 1 | largest force | cut tension that goes without a remark
 parts.bodies.point_mass.SAME_POINT | 1 | distance from the origin | distance from a particle that is none
 parts.bodies.point_mass.NO_MOMENT | 1 | forces of a part | moment on a particle that is round-off
@@ -476,20 +476,20 @@ def _left_out() -> dict[str, str]:
         engine.newmark.implicit_step.CONTINUE engine.newmark.implicit_step.EVALUATE_AGAIN
         run.run.NOT_SAVING engine.sensitivity.tangent_step.TANGENT_LOST
         engine.step.contact_log.IMPACT engine.step.contact_log.LASTING
-        results.status.APPROACH_PLACE engine.step.contact_log.CLOSING_PHASE engine.step.contact_log.LASTING_PHASE
+        engine.step.contact_log.CLOSING_PHASE engine.step.contact_log.LASTING_PHASE
         engine.linalg.lu.ROWS_HELD engine.linalg.lu.NO_ROW dynamics.sections.crossing.DOWN dynamics.sections.crossing.UP
         dynamics.systems.mechanism_flow.ONSET dynamics.basins.LOST
         dynamics.basins.UNDECIDED
         program.signals.CONTACT_PENETRATION program.program.CONTACT_COMMON elastic.beams.stress.SIZE
         program.program.NO_FACTOR program.program.FIRST_OUTPUT engine.system.outputs.FRICTION_ALONE
     decides a remark or a refusal, and no number of a run: dynamics.report.FEWEST_PERIODS dynamics.report.FEWEST_SAMPLES
-        dynamics.report.MORE_THAN dynamics.report.POINTS dynamics.jobs.files.NO_ROOM findings.watch.DEEP findings.watch.THROUGH findings.watch.LEAST_STEPS findings.watch.SHARE
-        findings.watch.LARGE_STRAIN findings.watch.IMPOSSIBLE_STRAIN parts.couplings.one_way_clutch.LARGE_WIND_UP parts.cams.curve_on_curve.PULL parts.couplings.cable.LARGE_STRETCH
-        parts.couplings.belt.LARGE_STRETCH parts.couplings.gear.LARGE_PLAY parts.couplings.rack.PARTED findings.loads.TOO_STIFF results.stress.CAPTURED
-        findings.watch.LEAST
-        findings.watch.AT_EDGE findings.watch.LEFT_OUT findings.watch.EDGE_SHARE findings.watch.STEP_ERROR elastic.reduced.bases.LEAST_PIVOT elastic.reduced.bases.LEAST_SHARE
+        dynamics.report.MORE_THAN dynamics.report.POINTS dynamics.jobs.files.NO_ROOM findings.watch.LEAST_STEPS findings.watch.SHARE
+        model.elastic_body.STRAIN_AT_REST model.elastic_body.LARGE_STRAIN model.elastic_body.IMPOSSIBLE_STRAIN parts.couplings.one_way_clutch.LARGE_WIND_UP parts.cams.curve_on_curve.PULL parts.couplings.cable.LARGE_STRETCH
+        parts.couplings.belt.LARGE_STRETCH parts.couplings.gear.LARGE_PLAY parts.couplings.rack.PARTED elastic.planes.plane_body.TOO_STIFF results.stress.CAPTURED
+        model.elastic_body.LEAST
+        elastic.reduced.accuracy.AT_EDGE parts.loads.mesh_loads.LEFT_OUT elastic.reduced.accuracy.EDGE_SHARE elastic.reduced.accuracy.STEP_ERROR elastic.reduced.bases.LEAST_PIVOT elastic.reduced.bases.LEAST_SHARE
         elastic.reduced.accuracy.EXACT
-        findings.watch.LARGE_SHARE findings.watch.IMPOSSIBLE_SHARE findings.watch.MOST_POINTS
+        elastic.reduced.accuracy.LARGE_SHARE elastic.reduced.accuracy.IMPOSSIBLE_SHARE elastic.reduced.accuracy.MOST_POINTS findings.watch.IMPOSSIBLE_SHARE
         engine.state.record.MOST_POSES engine.state.record.LEAST_POSES engine.state.record.POSE_NUMBERS
         findings.vibrations.MOST_UNKNOWNS findings.vibrations.FEWEST_STEPS findings.vibrations.MOST_CONTROLLED findings.vibrations.POSES findings.vibrations.POSES_OF_LARGE
         findings.vibrations.AROUND findings.vibrations.DISTANCE findings.vibrations.LARGE findings.vibrations.MANY findings.vibrations.AROUND_OF_MANY findings.vibrations.FEWEST_STATES findings.vibrations.SAME

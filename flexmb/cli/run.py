@@ -25,7 +25,7 @@ from flexmb.model.part import GROUND
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.results.netcdf import load
 from flexmb.results.solution import Solution, facts
-from flexmb.results.status import followed, main_signals, panels, slides
+from flexmb.results.status import followed, main_signals, panels
 from flexmb.results.vtk import write_vtk
 from flexmb.run.checkpoint import removed_after
 from flexmb.run.simulate import simulate
@@ -88,10 +88,9 @@ def table(mechanism: Mechanism, sol: Solution) -> str:
 
 def _path_rows(mechanism: Mechanism, sol: Solution) -> Iterator[tuple[str, str]]:
     """Stroke of a slider along its guide, or swing of the last body, over the saved instants."""
-    body = followed(mechanism)
+    body, guide = followed(mechanism)
     if body is None or not len(sol.time):
         return
-    guide = slides(mechanism, body)
     if guide is not None and guide.first.name == GROUND.name:
         along = np.array(guide.along) / np.hypot(*guide.along)
         travel = along[0] * sol.array(f"{body.name}.x") + along[1] * sol.array(f"{body.name}.y")

@@ -3,37 +3,25 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
-from flexmb.errors import FlexmbError
 from flexmb.fields import fields_of
 from flexmb.findings.finding import Finding, found
 from flexmb.model.law import FrictionLaw, Law, Motion, NormalLaw
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.part import GROUND, Joint, Part
-from flexmb.parts.drives.drive import Drive
+from flexmb.model.part import Joint, Part
 
 # Findings on numbers that look as if degrees, rpm or another sign were meant, of `check` and of runs
-
-FASTEST = 2e4
-"""Angular speed of a drive above which there is a remark [rad/s]."""
-
-LARGEST_ACCELERATION = 1e5
-"""Centripetal acceleration of a joint on a driven body above which there is a remark [m/s^2]; pistons of racing engines
-reach 0.9e5."""
 
 TURN, FINEST_PART, SAME = 2.0 * math.pi, math.pi / 24.0, 1e-6
 """Angle up to which degrees cannot be told from rad [rad]; angle of which larger ones are multiples, when meant in rad
 [rad]; error of such a multiple [1]."""
 
-STANDARD_GRAVITY = 9.80665
-
 
 def implausible_findings(mechanism: Mechanism) -> list[Finding]:
-    """Findings on speeds, angles and gravity as declared."""
+    """Findings on angles and gravity as declared."""
     findings = []
     if mechanism.gravity[1] > abs(mechanism.gravity[0]):
         text = (
@@ -41,13 +29,13 @@ def implausible_findings(mechanism: Mechanism) -> list[Finding]:
         )
         findings.append(found("upward-gravity", (), text, "Downwards it is gravity=(0, -9.81)."))
     for part in mechanism.parts:
-        findings += _speeds(mechanism, part) if isinstance(part, Drive) else ()
         for name, value in _angles(part):
             shares = value / FINEST_PART
             if not TURN < abs(value) < math.inf or abs(shares - round(shares)) <= SAME:
                 continue
             joint = vars(part).get("joint", "")
-            if joint is None or (joint and not _turns(mechanism, joint)):  # travels
+            held = mechanism.find(joint) if joint else None
+            if joint is None or (joint and not (isinstance(held, Joint) and held.can_be_turned(mechanism))):  # travels
                 continue
             text = f"{part.label}: {name} is {value:.4g} rad, {value / TURN:.3g} turns."
             remedy = (
@@ -77,35 +65,7 @@ def _angle_fields(kind: type) -> tuple[str, ...]:
     return tuple(field.name for field in fields_of(kind) if field.unit in ("rad", "rad or m"))
 
 
-def _turns(mechanism: Mechanism, joint: Part | str) -> bool:
-    """Whether a joint has an angle that can be driven."""
-    part = mechanism.find(joint)
-    try:
-        row = part.drive_contribution(mechanism) if isinstance(part, Joint) else None
-    except FlexmbError:
-        return False
-    return row is not None and row.drive_units[0] == "rad"
-
-
-def _speeds(mechanism: Mechanism, part: Drive) -> Iterator[Finding]:
-    """A finding on a drive that turns too fast for the joints on its bodies."""
-    joint, speed = mechanism.find(part.joint), vars(part.motion).get("speed")
-    if not isinstance(speed, float | int) or not isinstance(joint, Joint):
-        return
-    driven = {joint.first.name, joint.second.name} - {GROUND.name}
-    joints = [one for one in mechanism.parts if isinstance(one, Joint) and one.at is not None]
-    near = [one for one in joints if joint.at is not None and {one.first.name, one.second.name} & driven]
-    arms = [math.dist(joint.at, one.at) for one in near]
-    arm = max(arms, default=0.0)
-    acceleration = speed * speed * arm
-    if (abs(speed) > FASTEST or acceleration > LARGEST_ACCELERATION) and _turns(mechanism, joint):
-        text = f"{part.label} turns at {speed:.4g} rad/s, {speed * 30.0 / math.pi:.4g} rpm"
-        more = f": at {arm:.3g} m from the joint that is {acceleration / STANDARD_GRAVITY:.3g} g" if arm else ""
-        remedy = f"Speeds are in rad/s: 2 pi/60 times those in rpm; {speed:.4g} rpm are {speed * math.pi / 30.0:.4g}."
-        yield found("odd-units", (part.name,), f"{text}{more}.", remedy, speed=speed, acceleration=acceleration)
-
-
-# The part of the examination that costs next to nothing: laws and motions of users, tables, linear cells, numbers
+# The part of the examination that costs next to nothing: laws and motions of users, tables, numbers
 
 REMEMBERED = 512
 """Number of laws whose findings are remembered: a sweep declares the same ones again and again."""
@@ -121,7 +81,7 @@ _KNOWN: dict[tuple[str, Law], tuple[Finding, ...]] = {}
 
 
 def cheap_findings(mechanism: Mechanism) -> list[Finding]:
-    """Findings on users' laws and motions, on tables, linear cells, and on implausible speeds and angles.
+    """Findings on users' laws and motions, on tables, and on implausible angles and gravity.
 
     flexmb's own laws are known to keep their signs.
     """
@@ -133,19 +93,15 @@ def cheap_findings(mechanism: Mechanism) -> list[Finding]:
                 _TRIED[kind] = _is_tried(kind)
             if _TRIED[kind]:
                 findings += _remembered(part.name, value)
-    if "flexmb.elastic.planes.plane_body" in sys.modules:  # no body has a mesh before it is imported, which takes long
-        from flexmb.findings.loads import coarse_cells
-
-        findings += coarse_cells(mechanism)
     return findings
 
 
 def _is_tried(kind: type) -> bool:
-    """Whether a class is one of tables, or of laws and motions that are not flexmb's own."""
+    """Whether a class is one of laws and motions that are not flexmb's own, or that have findings on their numbers."""
     if not issubclass(kind, Law):
         return False
     ours = kind.kernel.function.__module__.partition(".")[0] == "flexmb"
-    return not ours or (kind.__module__, kind.__name__) == ("flexmb.parts.drives.tables", "Table")
+    return not ours or kind.findings is not Law.findings
 
 
 def _remembered(name: str, law: Law) -> tuple[Finding, ...]:
@@ -163,13 +119,13 @@ def _remembered(name: str, law: Law) -> tuple[Finding, ...]:
 
 def _of_law(name: str, law: Law) -> tuple[Finding, ...]:
     """Findings on one law or motion of a part."""
-    from flexmb.findings.laws import friction_sign, normal_sign, overshoot, wrong_rates
-    from flexmb.parts.drives.tables import Table
+    from flexmb.findings.laws import friction_sign, is_ours, normal_sign, wrong_rates
 
-    if isinstance(law, Table):
-        return tuple(overshoot(name, law))
+    own = tuple(law.findings(name))
+    if is_ours(law.kernel):
+        return own
     if isinstance(law, Motion):
-        return tuple(wrong_rates(name, law))
+        return (*own, *wrong_rates(name, law))
     if isinstance(law, NormalLaw):
-        return tuple(normal_sign(name, law, TRIED_GAP))
-    return tuple(friction_sign(name, law)) if isinstance(law, FrictionLaw) else ()
+        return (*own, *normal_sign(name, law, TRIED_GAP))
+    return (*own, *friction_sign(name, law)) if isinstance(law, FrictionLaw) else own

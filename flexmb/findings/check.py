@@ -12,39 +12,17 @@ import numpy as np
 from flexmb import arguments, checks
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import AssemblyError, FlexmbError, InputError, KernelError
+from flexmb.findings import loads, loops
 from flexmb.findings.dimensions import dimension_findings
 from flexmb.findings.finding import CODES, ERROR, NOTHING_MOVES, SEVERITIES, WHAT_MOVES, Finding, found
 from flexmb.findings.laws import kernel_findings, law_findings, motion_findings, motions_by_part
-from flexmb.findings.loads import (
-    coarse_cells,
-    load_findings,
-    loop_findings,
-    stability_findings,
-    step_findings,
-    stiffness_findings,
-)
-from flexmb.findings.loops import (
-    free_bodies,
-    free_motions,
-    left_out_links,
-    locking_drives,
-    open_loops,
-    other_branch,
-    redundancies,
-)
 from flexmb.findings.report import Report
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
 from flexmb.statics.modes import Modes, modes
+from flexmb.statics.start import consistent
 from flexmb.statics.start.assemble import check_massless, close_loops
-from flexmb.statics.start.consistent import (
-    accelerations,
-    degrees_of_freedom,
-    rigid_velocities,
-    with_states,
-    yielding_joints,
-)
 from flexmb.statics.start.redundant_joints import redundancy
 
 # Known causes of a run that failed, among the findings of the examination
@@ -64,7 +42,7 @@ def causes_of_failure(mechanism: Mechanism, closed: Program) -> tuple[Finding, .
     findings += kernel_findings(mechanism, known)
     if not findings:
         try:
-            findings = locking_drives(mechanism, closed, close_loops(closed, {})[0])
+            findings = loops.locking_drives(mechanism, closed, close_loops(closed, {})[0])
         except FlexmbError:
             findings = []
     return tuple(finding for finding in findings if CODES[finding.code][0] == ERROR)[:MOST_CAUSES]
@@ -106,8 +84,8 @@ def check(mechanism: Mechanism, step: float | None = None) -> Report:
 
 def _examined(mechanism: Mechanism, step: float | None) -> Report:
     """Report on a mechanism, and on a fixed step [s]."""
-    findings = [*free_bodies(mechanism), *left_out_links(mechanism), *dimension_findings(mechanism)]
-    findings += [*motion_findings(mechanism), *_attempt(mechanism, law_findings), *coarse_cells(mechanism)]
+    findings = [*loops.free_bodies(mechanism), *loops.left_out_links(mechanism), *dimension_findings(mechanism)]
+    findings += [*motion_findings(mechanism), *_attempt(mechanism, law_findings)]
     try:
         moving, ideal = compile_mechanism(mechanism), compile_mechanism(mechanism, closed=True)
         closed = compile_mechanism(mechanism, start=True)
@@ -123,23 +101,23 @@ def _examined(mechanism: Mechanism, step: float | None) -> Report:
         return Report(mechanism.name, sorted_findings([*findings, *more]))
     except AssemblyError as error:
         q = np.array(ideal.reference.q)
-        findings += [*open_loops(closed, error), *_without_closing(mechanism, moving, ideal, q)]
+        findings += [*loops.open_loops(closed, error), *_without_closing(mechanism, moving, ideal, q)]
         return Report(mechanism.name, sorted_findings(findings), **_numbers(moving, ideal, q, ()))
-    structure = redundancies(moving, ideal, q)
-    findings += [*structure, *other_branch(closed, q)]
+    structure = loops.redundancies(moving, ideal, q)
+    findings += [*structure, *loops.other_branch(closed, q)]
     found_modes, more = _modes(mechanism)
     findings += more
     numbers = _numbers(moving, ideal, q, tuple(float(f) for f in found_modes.frequencies) if found_modes else ())
-    findings += free_motions(ideal, q)
+    findings += loops.free_motions(ideal, q)
     if not any(finding.severity == ERROR for finding in structure):
         start = start_findings(mechanism, moving, closed, q)
         findings += [f for f in start if f.code == "forbidden-velocity" or not _is_broken(findings)]
-        findings += [] if structure else locking_drives(mechanism, closed, q)
-        findings += load_findings(mechanism, int(numbers["free"]))
-        findings += stability_findings(mechanism, ideal, q, found_modes)
-        findings += [] if _is_broken(findings) else loop_findings(mechanism, moving, q)
-        findings += [] if step is None else step_findings(mechanism, ideal, closed, q, step)
-    findings += stiffness_findings(mechanism, ideal, q, found_modes)
+        findings += [] if structure else loops.locking_drives(mechanism, closed, q)
+        findings += loads.load_findings(mechanism, int(numbers["free"]))
+        findings += loads.stability_findings(mechanism, ideal, q, found_modes)
+        findings += [] if _is_broken(findings) else loads.loop_findings(mechanism, moving, q)
+        findings += [] if step is None else loads.step_findings(mechanism, ideal, closed, q, step)
+    findings += loads.stiffness_findings(mechanism, ideal, q, found_modes)
     return Report(mechanism.name, sorted_findings(findings), **numbers)
 
 
@@ -170,7 +148,7 @@ def sorted_findings(findings: list[Finding]) -> tuple[Finding, ...]:
 
 def _without_closing(mechanism: Mechanism, moving: Program, ideal: Program, q: np.ndarray) -> list[Finding]:
     """Findings that need no closed pose, at the reference configuration."""
-    structure = [f for f in redundancies(moving, ideal, q) if f.code != "singular-pose"]
+    structure = [f for f in loops.redundancies(moving, ideal, q) if f.code != "singular-pose"]
     try:
         check_massless(mechanism, moving, q)
     except FlexmbError as error:
@@ -181,19 +159,19 @@ def _without_closing(mechanism: Mechanism, moving: Program, ideal: Program, q: n
 def start_findings(mechanism: Mechanism, moving: Program, closed: Program, q: np.ndarray) -> list[Finding]:
     """Findings on start velocities and accelerations at a closed pose."""
     try:
-        v = rigid_velocities(closed, q, 0.0, yielding_joints(moving, closed))
+        v = consistent.rigid_velocities(closed, q, 0.0, consistent.yielding_joints(moving, closed))
     except AssemblyError as error:
         return [of_error("forbidden-velocity", error, mechanism)]
     try:
         check_massless(mechanism, moving, q)
-        a, _ = accelerations(moving, *with_states(moving, q, v), 0.0)
+        a, _ = consistent.accelerations(moving, *consistent.with_states(moving, q, v), 0.0)
     except FlexmbError as error:
         return [of_error("no-inertia", error, mechanism, "Give every body some mass and inertia.")]
     if not np.isfinite(a).all():
         return [found("not-solvable", (), "The first accelerations are not finite.")]
     driven = any(motions_by_part(mechanism)) or mechanism.controllers
     at_rest = not driven and not np.any(np.abs(v) > 0.0) and not np.any(np.abs(a) > 0.0)
-    is_free = at_rest and degrees_of_freedom(closed, q)[0] > 0
+    is_free = at_rest and consistent.degrees_of_freedom(closed, q)[0] > 0
     return [found("nothing-moves", (), NOTHING_MOVES, WHAT_MOVES)] if is_free else []
 
 
@@ -208,7 +186,7 @@ def _modes(mechanism: Mechanism) -> tuple[Modes | None, list[Finding]]:
 
 def _numbers(moving: Program, ideal: Program, q: np.ndarray, frequencies: tuple[float, ...]) -> dict[str, Any]:
     """Fields of the report that are computed from programs."""
-    free, freedom = degrees_of_freedom(ideal, q)
+    free, freedom = consistent.degrees_of_freedom(ideal, q)
     repeated = redundancy(moving, q)
     driven = int((np.asarray(ideal.tables.constraints.motion) >= 0).sum())
     held = int((ideal.reference.turns == 0.0).sum())  # rotations that mesh nodes do not have, held by a row each

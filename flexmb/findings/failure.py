@@ -11,8 +11,9 @@ import numpy as np
 
 from flexmb.engine.state.record import DONE, NEWTON_FAILED, NOT_FINITE, RUNNING, SINGULAR, STEP_TOO_SMALL
 from flexmb.engine.step.step_size import Adaptive, FixedStep
-from flexmb.engine.system.failed_kernels import FailedKernel, Instant, changed_contacts, failed_kernel
+from flexmb.engine.system.failed_kernels import Instant, changed_contacts, failed_kernel
 from flexmb.errors import USER_ERRORS, FlexmbError, KernelError
+from flexmb.findings.finding import Finding, found
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
@@ -35,8 +36,8 @@ TRIED_STEPS = 4000
 """Number of steps of a tried remedy at most."""
 
 
-def kernel_that_failed(run: Run) -> FailedKernel | None:
-    """The kernel that raised or was not finite in the refused step of a run, or at its last state."""
+def kernel_that_failed(run: Run) -> Finding | None:
+    """Finding on the kernel that raised or was not finite in the refused step of a run, or at its last state."""
     flow, trial, h = run.flow, run.trial, max(float(run.flow.clock.step_size), float(run.record.report.rejected_size))
     t, z = float(flow.clock.t), flow.z
 
@@ -61,81 +62,68 @@ def naming_kernels(run: Run) -> Iterator[None]:
         failed = kernel_that_failed(run)
         if failed is None:
             raise
-        raise KernelError(str(failed)) from error
+        raise KernelError(failed.text) from error
 
 
-def explanation(
-    run: Run, mechanism: Mechanism, closed: Program, faults: tuple[str, ...] = ()
-) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Sentences on the causes of a failed run, which its status shows, and notes on its refused step.
+def failure_findings(run: Run, mechanism: Mechanism, closed: Program, *, known: bool) -> Iterator[Finding]:
+    """Findings on the causes of a failed run, which its status shows, and on its refused step.
 
-    `closed` is the program with ideal joints for contacts and elastic joints; `faults` are sentences on faults that
-    were seen in the results.  A run that reached its end or was stopped from outside has these sentences alone.
+    `closed` is the program with ideal joints for contacts and elastic joints; `known`: errors were seen in the results.
+    A run that reached its end or was stopped from outside has none.
     """
     if run.code in (RUNNING, DONE) or run.note:
-        return faults, ()
-    notes = (*_residuals(run), *_contacts(run)) if run.code in STEP_CODES else ()
-    failed = kernel_that_failed(run) if run.code in STEP_CODES else None
-    if failed is not None:
-        return (*faults, f"{failed} It must return finite numbers for these arguments."), notes
-    if faults:
-        return faults, notes
+        return
+    if run.code in STEP_CODES:
+        yield from _refused_step(run)
+        failed = kernel_that_failed(run)
+        if failed is not None:
+            yield failed
+            return
+    if known:
+        return
     from flexmb.findings.check import causes_of_failure
 
-    causes = tuple(f"{cause.text} {cause.remedy}" for cause in causes_of_failure(mechanism, closed))
-    if causes or run.code not in STEP_CODES:
-        return causes, notes
-    return (*_below_round_off(run), *_tried(run, mechanism)), notes
+    causes = causes_of_failure(mechanism, closed)
+    yield from causes
+    if not causes and run.code in STEP_CODES:
+        yield from _other_remedies(run, mechanism)
 
 
-def _residuals(run: Run) -> tuple[str, ...]:
-    """Note on the largest residuals of the last evaluation; none where these are small."""
-    n, work = run.program.n_q, run.work
+def _refused_step(run: Run) -> Iterator[Finding]:
+    """Findings on the largest residuals of the last evaluation, if they are large, and on contacts that change."""
+    n, work, names = run.program.n_q, run.work, run.program.names.coordinates
     force, scale = work.r[:n] + work.Gl[:n], np.abs(np.concatenate([work.r[:n], work.Gl[:n]])).max(initial=0.0)
     if not np.isfinite(force).all():
-        lost = [run.program.names.coordinates[k] for k in np.flatnonzero(~np.isfinite(force))[:SHOWN_RESIDUALS]]
-        return (f"The forces of the refused step are not finite at {', '.join(map(repr, lost))}.",)
-    if np.abs(force).max(initial=0.0) <= LEAST_RESIDUAL * scale:
-        return ()
-    largest = np.argsort(-np.abs(force))[:SHOWN_RESIDUALS]
-    units = np.where(np.asarray(run.program.tables.kind) == 1, "N m", "N")
-    shown = [f"{force[k]:.3g} {units[k]} at {run.program.names.coordinates[k]!r}" for k in largest if force[k] != 0.0]
-    return (f"Largest residuals of the refused step: {', '.join(shown)}.",)
-
-
-def _contacts(run: Run) -> tuple[str, ...]:
-    """Note on contacts that close or open in the refused step."""
+        lost = ", ".join(repr(names[k]) for k in np.flatnonzero(~np.isfinite(force))[:SHOWN_RESIDUALS])
+        yield found("refused-step", (), f"The forces of the refused step are not finite at {lost}.")
+    elif np.abs(force).max(initial=0.0) > LEAST_RESIDUAL * scale:
+        largest = np.argsort(-np.abs(force))[:SHOWN_RESIDUALS]
+        units = np.where(np.asarray(run.program.tables.kind) == 1, "N m", "N")
+        shown = ", ".join(f"{force[k]:.3g} {units[k]} at {names[k]!r}" for k in largest if force[k] != 0.0)
+        yield found("refused-step", (), f"Largest residuals of the refused step: {shown}.")
     closed, opened = changed_contacts(run.program, run.flow.z, run.work.z_new)
     changes = [f"{name!r} closes" for name in closed] + [f"{name!r} opens" for name in opened]
-    return (f"In the refused step {', '.join(changes)}.",) if changes else ()
+    if changes:
+        parts = dict.fromkeys(name.partition(".")[0] for name in (*closed, *opened))
+        yield found("refused-step", tuple(parts), f"In the refused step {', '.join(changes)}.")
 
 
-def _below_round_off(run: Run) -> tuple[str, ...]:
-    """Sentence on a tolerance that round-off cannot meet."""
-    if not isinstance(run.step, Adaptive):
-        return ()
+def _other_remedies(run: Run, mechanism: Mechanism) -> Iterator[Finding]:
+    """Findings on a tolerance below round-off, and on the first of some steps that gets past the failed instant."""
     least = float(np.spacing(max(run.program.length, np.abs(run.flow.q).max(initial=0.0))))
-    if run.step.rtol >= LEAST_RTOL and run.error >= 10.0 * least:
-        return ()
-    text = f"The tolerance (rtol = {run.step.rtol:g}, atol = {run.error:.3g} m) is below the round-off"
-    return (f"{text} of the coordinates, {least:.3g} m. Give a larger rtol or atol.",)
-
-
-def _tried(run: Run, mechanism: Mechanism) -> tuple[str, ...]:
-    """Sentence on the first of some steps with which the run gets past the failed instant; none if no one does."""
+    if isinstance(run.step, Adaptive) and (run.step.rtol < LEAST_RTOL or run.error < 10.0 * least):
+        text = f"The tolerance (rtol = {run.step.rtol:g}, atol = {run.error:.3g} m) is below the round-off"
+        text = f"{text} of the coordinates, {least:.3g} m."
+        yield found("failed-step", (), text, "Give a larger rtol or atol.", atol=run.error, round_off=least)
     now = float(run.flow.clock.t)
     target = min(now + run.h_max, run.t_end)
-    for step in _other_steps(run):
-        if target > now and _passes(run, mechanism, step, target):
-            return (f"Tried: with step={_in_words(step)} the run gets past this instant.",)
-    return ()
-
-
-def _in_words(step: FixedStep | Adaptive) -> str:
-    """A step as a user would write it, without numbers that have their defaults."""
-    values = {field.name: getattr(step, field.name) for field in dataclasses.fields(step)}
-    given = [f"{name}={value:.4g}" for name, value in values.items() if value is not None]
-    return f"{type(step).__name__}({', '.join(given)})"
+    for step in _other_steps(run) if target > now else ():
+        if _passes(run, mechanism, step, target):
+            values = {field.name: getattr(step, field.name) for field in dataclasses.fields(step)}
+            given = ", ".join(f"{name}={value:.4g}" for name, value in values.items() if value is not None)
+            text = f"Tried: with step={type(step).__name__}({given}) the run gets past this instant."
+            yield found("failed-step", (), text)
+            return
 
 
 def _other_steps(run: Run) -> list[FixedStep | Adaptive]:

@@ -1,8 +1,8 @@
-"""Findings on a mechanism: errors, warnings and notes, each with a stable code, names, numbers and a remedy."""
+"""Findings before, during and after a run, with code, parts, text, remedy and numbers."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -50,14 +50,32 @@ CODES: dict[str, tuple[str, str]] = {
     "unstable-reference": (WARNING, "a small motion runs away from the reference configuration"),
     "unstable-loop": (WARNING, "a control loop lets a small motion grow"),
     "stiffness-ratio": (WARNING, "a stiffness is so large that its round-off is felt beside loads or slow vibrations"),
-    "coarse-step": (WARNING, "the fixed step that `check` is given is too long for a contact or a vibration"),
+    "coarse-step": (WARNING, "a fixed step is too long for a contact, a vibration or a motion"),
     "upward-gravity": (NOTE, "gravity points upwards"),
     "nothing-moves": (NOTE, "no gravity, load, drive or velocity sets the mechanism in motion"),
     "free-motion": (NOTE, "motions that no drive prescribes"),
     "no-frequencies": (NOTE, "natural frequencies cannot be computed"),
     "no-statics": (NOTE, "the equilibrium under the declared loads cannot be computed, so stresses were not examined"),
 }
-"""Severity and meaning of each code."""
+"""Severity and meaning of each code of `check`."""
+
+CODES_OF_RUNS: dict[str, tuple[str, str]] = {
+    "deep-contact": (WARNING, "surfaces are pressed into each other by much of their size; an error beyond it"),
+    "large-strain": (WARNING, "a body strains by more than linear elasticity allows, or beyond yield"),
+    "large-deformation": (WARNING, "a reduced body deforms by much of its size; an error beyond half of it"),
+    "missing-shapes": (WARNING, "the shapes that a reduced body keeps leave out much of its strain energy"),
+    "unreal-motion": (WARNING, "a part moves or pulls as no real one could"),
+    "left-validity": (WARNING, "a contact law left the range that it is made for"),
+    "slow-onset": (NOTE, "contacts began slower than the law's least approach speed"),
+    "lasting-contact": (NOTE, "a contact had no onset for a period"),
+    "lost-vibration": (WARNING, "the steps lose phase or amplitude of a vibration that carries energy"),
+    "passed-contact": (ERROR, "a fixed step went by a contact"),
+    "failed-step": (ERROR, "a step failed, for a reason outside of the mechanism"),
+    "refused-step": (NOTE, "forces and contacts of the step that was refused"),
+    "strength": (NOTE, "largest stress of a body, and its safety against yield"),
+    "bookkeeping": (NOTE, "what a method or a checkpoint has to say on a run"),
+}
+"""The same of further codes of runs."""
 
 
 NOTHING_MOVES = "Nothing sets the mechanism in motion."
@@ -67,16 +85,16 @@ WHAT_MOVES = "Give gravity=(0, -9.81), a load, a drive such as Drive(..., Consta
 
 @dataclass(frozen=True)
 class Finding:
-    """One finding of `check`.
+    """One finding of `check` or of a run.
 
     Parameters
     ----------
-    code : stable name of the kind, one of `CODES`.
+    code : stable name of the kind, one of `CODES` or `CODES_OF_RUNS`.
     parts : names of the parts concerned.
     text : a sentence on what is wrong, with numbers.
     remedy : a sentence on what to do.
     severity : "error", "warning" or "note".
-    numbers : numbers of the text by name, in SI units.
+    numbers : numbers of the text by name, in SI units; the one that is passed, if there is one, has the name "limit".
     """
 
     code: str
@@ -89,16 +107,34 @@ class Finding:
     def __repr__(self) -> str:
         return cut(str(self), 3)
 
+    @property
+    def sentence(self) -> str:
+        """Text and remedy, as notes and the status of a run show them."""
+        return f"{self.text} {self.remedy}".rstrip()
+
+    @property
+    def is_error(self) -> bool:
+        """Whether there can be no right result."""
+        return self.severity == ERROR
+
     def __str__(self) -> str:
         """One line, or two with the remedy."""
-        return f"{self.severity} [{self.code}] {self.text} {self.remedy}".rstrip()
+        return f"{self.severity} [{self.code}] {self.sentence}"
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values, for JSON."""
         return {**asdict(self), "parts": list(self.parts)}
 
 
-def found(code: str, parts: Sequence[str], text: str, remedy: str = "", **numbers: float) -> Finding:
-    """A finding with the severity of its code, one of `CODES`; `numbers` stand in its text."""
+def found(
+    code: str, parts: Sequence[str], text: str, remedy: str = "", *, wrong: bool = False, **numbers: float
+) -> Finding:
+    """A finding with the severity of its code, or an error if `wrong`; `numbers` stand in its text."""
+    severity = ERROR if wrong else (CODES.get(code) or CODES_OF_RUNS[code])[0]
     plain = {name: float(value) for name, value in numbers.items()}
-    return Finding(code, tuple(parts), text, remedy, CODES[code][0], plain)
+    return Finding(code, tuple(parts), text, remedy, severity, plain)
+
+
+def sentences(findings: Iterable[Finding], *, errors: bool = False) -> tuple[str, ...]:
+    """Sentences of the errors among findings, or of all others."""
+    return tuple(finding.sentence for finding in findings if finding.is_error == errors)

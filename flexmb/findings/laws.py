@@ -11,10 +11,9 @@ from flexmb.errors import USER_ERRORS, KernelError
 from flexmb.findings.finding import Finding, found
 from flexmb.kernels import Kernel
 from flexmb.model.contributions import AngleContribution, ContactContribution, Contribution, ElementContribution
-from flexmb.model.law import FrictionLaw, Motion, NormalLaw
+from flexmb.model.law import FrictionLaw, Motion, NormalLaw, values_of
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, Part
-from flexmb.parts.drives.tables import Table
 from flexmb.testing.bench import Bench
 from flexmb.testing.part import check_piece
 
@@ -35,9 +34,6 @@ MISMATCH = 1e-3
 HALVINGS = 40
 """Number of halvings by which a jump is located."""
 
-MOST_OVERSHOOT = 0.1
-"""Overshoot of a table's spline between two points, relative to the range of its values, above which it is told."""
-
 
 def motions_by_part(mechanism: Mechanism) -> Iterator[tuple[str, Motion]]:
     """Every prescribed motion and history, with the name of its part."""
@@ -51,9 +47,7 @@ def motion_findings(mechanism: Mechanism) -> list[Finding]:
     """Findings on all motions of a mechanism."""
     findings: list[Finding] = []
     for name, motion in motions_by_part(mechanism):
-        if isinstance(motion, Table):
-            findings += overshoot(name, motion)
-        findings += wrong_rates(name, motion)
+        findings += [*motion.findings(name), *wrong_rates(name, motion)]
     return findings
 
 
@@ -75,15 +69,6 @@ def wrong_rates(name: str, motion: Motion) -> list[Finding]:
         return [found("broken-kernel", (name,), text, remedy, time=t)]
     findings = [*_wrong_rate(name, at, times, values, span, 0), *_wrong_rate(name, at, times, values, span, 1)]
     return findings or _jump(name, at, np.linspace(0.0, span, PLACES + 1), breaks)
-
-
-def values_of(kernel: Kernel, *arguments: Any) -> np.ndarray:
-    """Numbers that a kernel returns, in plain Python; NaN where it raises an exception."""
-    try:
-        with np.errstate(all="ignore"):
-            return np.atleast_1d(np.array(kernel(*arguments), dtype=float))
-    except USER_ERRORS:
-        return np.full(3, np.nan)
 
 
 def reason_of(kernel: Kernel, *arguments: Any) -> str:
@@ -135,26 +120,6 @@ def _jump(name: str, at: Callable[[float], np.ndarray], edges: np.ndarray, break
             remedy = "Make it continuous, or let `breaks` return that instant; a joint needs a value without jumps."
             return [found("jumping-drive", (name,), text, remedy, time=high, jump=jump)]
     return []
-
-
-def overshoot(name: str, table: Table) -> list[Finding]:
-    """Finding on a spline that leaves the range of two neighbouring points by much."""
-    times, values = np.array(table.times), np.array(table.values)
-    p = np.array(table.parameters(), dtype=float)
-    whole = float(np.ptp(values))
-    worst, at = 0.0, 0
-    for k in range(len(times) - 1):
-        between = [table.kernel(p, float(t))[0] for t in np.linspace(times[k], times[k + 1], 12)[1:-1]]
-        low, high = sorted((values[k], values[k + 1]))
-        beyond = max(max(between) - high, low - min(between))
-        if beyond > worst:
-            worst, at = float(beyond), k
-    if worst <= MOST_OVERSHOOT * whole or whole == 0.0:
-        return []
-    text = f"The table of {name!r} overshoots its points by {worst:.4g} between t = {times[at]:.6g} and"
-    text = f"{text} {times[at + 1]:.6g} s, where they differ by {abs(values[at + 1] - values[at]):.4g}."
-    remedy = "Give points of nearly even distance, or use PiecewiseLinear for loads and CycloidalRamp for drives."
-    return [found("overshooting-table", (name,), text, remedy, time=times[at], overshoot=worst)]
 
 
 # Contact and friction laws, and kernels: signs, derivatives, contracts

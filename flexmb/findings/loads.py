@@ -1,4 +1,4 @@
-"""Findings on loads at rest and on stiffness: stress, buckling, stability, cells too few to bend, long fixed steps."""
+"""Findings on loads at rest and on stiffness: stress, buckling, stability, long fixed steps."""
 
 from __future__ import annotations
 
@@ -9,24 +9,14 @@ from dataclasses import replace
 import numpy as np
 
 from flexmb.display import quoted
-from flexmb.elastic.meshes.mesh import cell_values, elasticity
-from flexmb.elastic.planes.plane_body import PlaneBody
-from flexmb.elastic.reduced.reduced import Reduced
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import FlexmbError, SolveError
-from flexmb.findings.dimensions import materials_of, size_of
+from flexmb.findings.dimensions import size_of
 from flexmb.findings.finding import Finding, found
-from flexmb.findings.laws import contacts_of, values_of
-from flexmb.model.contributions import AXES, SignalContribution
-from flexmb.model.law import Motion, NormalLaw
+from flexmb.findings.laws import contacts_of
+from flexmb.model.law import Motion
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, Joint
-from flexmb.parts.bodies.flexible import beam_elements
-from flexmb.parts.bodies.flexible_body import FlexibleBody
-from flexmb.parts.drives.drive import Drive
-from flexmb.parts.joints.revolute import Revolute
-from flexmb.parts.joints.revolute_clearance import RevoluteClearance
-from flexmb.parts.loads.force import Force, Torque
 from flexmb.program.program import Program
 from flexmb.statics.buckling import buckling
 from flexmb.statics.eigen import damped, moves_most
@@ -36,58 +26,6 @@ from flexmb.statics.modes import Modes, modes
 from flexmb.statics.start.consistent import accelerations, rigid_velocities, yielding_joints
 from flexmb.statics.steady_rotation import Spin
 from flexmb.statics.vibrations import State, vibrations_of
-
-# Plane bodies of linear cells that are too few across a body to bend
-
-TOO_STIFF = 0.1
-"""Share by which a body is too stiff in bending, above which there is a remark."""
-
-TRIANGLES = {"tri3": ((0, 1, 2),), "quad4": ((0, 1, 2), (0, 2, 3))}
-"""Linear cells as triangles."""
-
-
-def coarse_cells(mechanism: Mechanism) -> Iterator[Finding]:
-    """Findings on meshes of linear cells that make a body much too stiff in bending."""
-    for part in mechanism.bodies:
-        body = part.body if isinstance(part, Reduced) else part
-        excess = bending_excess(body) if isinstance(body, PlaneBody) else 0.0
-        if isinstance(body, PlaneBody) and excess > TOO_STIFF:
-            text = f"{part.label}: its {body.mesh.kind} cells are too few across it: in bending it is some "
-            text += f"{100.0 * excess:.2g} % too stiff."
-            remedy = "Take quadratic cells, mesh=mesh.to_quadratic(), or several times as many across it."
-            yield found("coarse-cells", (part.name,), text, remedy, excess=excess)
-
-
-def bending_excess(body: PlaneBody) -> float:
-    """Share by which a body of linear cells is too stiff in bending; 0 for quadratic cells.
-
-    The strain energy of u = -x y, v = x^2/2 at the nodes, x along the body, less that of this field itself, is the
-    energy of the strains that linear cells add; over the energy of bending of a bar of the same area whose height is
-    twice the area over the length of the boundary.
-    """
-    mesh = body.mesh
-    if mesh.kind not in TRIANGLES:
-        return 0.0
-    points = mesh.points - mesh.points.mean(axis=0)
-    along = np.linalg.eigh(points.T @ points)[1][:, -1]
-    across = np.array([-along[1], along[0]])
-    x, y = points @ along, points @ across
-    field = (-(x * y)[:, None] * along + 0.5 * (x**2)[:, None] * across).ravel()
-    stiffness = elasticity(mesh, body.material, body.state)[:, 0]
-    for thickness, cells in cell_values(mesh, "thickness", body.thickness):
-        stiffness[cells] *= thickness
-    square, whole = np.zeros(len(mesh.cells)), np.zeros(len(mesh.cells))
-    for corners in TRIANGLES[mesh.kind]:
-        (ax, ay), (bx, by), (cx, cy) = (points[mesh.cells[:, k]].T for k in corners)
-        area, heights = 0.5 * ((bx - ax) * (cy - ay) - (cx - ax) * (by - ay)), y[mesh.cells[:, corners]]
-        square += area / 12.0 * ((heights**2).sum(axis=1) + heights.sum(axis=1) ** 2)
-        whole += area
-    rings = [points[np.append(loop, loop[0])] for loop in mesh.loops]
-    boundary = sum(np.linalg.norm(np.diff(ring, axis=0), axis=1).sum() for ring in rings)
-    height = 2.0 * whole.sum() / boundary
-    added = field @ (body.matrices.stiffness @ field) - stiffness @ square
-    return float(added / (stiffness @ whole * height**2 / 12.0))
-
 
 # Stability of the reference configuration under the declared loads, gravity included
 
@@ -193,97 +131,26 @@ def equilibrium_beside(program: Program, q: np.ndarray) -> tuple[np.ndarray, np.
 
 # Loads as declared, at rest: stress of flexible bodies, buckling, penetration of contacts
 
-LARGEST_STRAIN = 0.02
-"""Strain of a flexible body above which linear elasticity is no longer meant."""
-
 SAFE_LOAD = 2.0
 """Buckling factor below which there is a remark."""
-
-DEEP = 0.2
-"""Penetration under the loads at rest and in motion, over the radius, above which a contact is too soft."""
-
-TRIES = 60
-"""Number of halvings by which the penetration of a force is found."""
 
 
 def load_findings(mechanism: Mechanism, free: int) -> list[Finding]:
     """Findings on a mechanism under its loads; statics are computed if drives prescribe all motions (`free` is 0)."""
-    findings = _soft_contacts(mechanism)
-    bodies = [body for body in mechanism.bodies if isinstance(body, FlexibleBody | PlaneBody | Reduced)]
-    loaded = any(mechanism.gravity) or any(isinstance(part, (Force, Torque)) for part in mechanism.parts)
-    if free or not bodies or not loaded:
-        return findings
-    ideal = with_ideal_joints(mechanism)
-    if any(getattr(part, "clearance", None) is not None for part in ideal.parts):
-        return findings
-    try:
-        at_rest = static_equilibrium(ideal)
-    except FlexmbError as error:
-        findings.append(found("no-statics", (), f"The loads at rest were not examined: {error}"))
-    else:
-        findings += _strains(ideal, at_rest, bodies)
-    return [*findings, *_buckling(ideal)]
-
-
-def with_ideal_joints(mechanism: Mechanism) -> Mechanism:
-    """The mechanism with ideal revolute joints in place of revolute joints with clearance."""
-    parts = [
-        Revolute(part.name, part.first, part.second, part.at) if isinstance(part, RevoluteClearance) else part
-        for part in mechanism.parts
-    ]
-    return replace(mechanism, parts=tuple(parts))
-
-
-def _strains(
-    mechanism: Mechanism, at_rest: Equilibrium, bodies: list[FlexibleBody | PlaneBody | Reduced]
-) -> list[Finding]:
-    """Findings on flexible bodies that yield or strain by much under the loads at rest."""
-    findings = []
-    for body in bodies:
-        materials = materials_of(body)
-        young = min(material.young for material in materials)
-        if isinstance(body, FlexibleBody):
-            strain = largest_strain(body, at_rest)
-            stress = strain * young
-        else:
-            stress = largest_stress(body, mechanism, at_rest)
-            strain = stress / young
-        limits = [material.yield_stress for material in materials if material.yield_stress is not None]
-        limit = min(limits) if len(limits) == len(materials) else None
-        text = f"Under the loads at rest {body.label} strains by {strain:.3g} ({stress:.3g} Pa)"
-        remedy = "Reduce the loads, or give a stronger section; flexible bodies are linear elastic."
-        numbers = {"strain": strain, "stress": stress}
-        if limit is not None and stress > limit:
-            findings.append(found("overload", (body.name,), f"{text}; it yields at {limit:.3g} Pa.", remedy, **numbers))
-        elif strain > LARGEST_STRAIN:
-            findings.append(found("overload", (body.name,), f"{text}; no small strain.", remedy, **numbers))
-    return findings
-
-
-def largest_stress(body: PlaneBody | Reduced, mechanism: Mechanism, pose: Equilibrium) -> float:
-    """Largest stress of a body in a pose [Pa], as its signal `von_mises` gives it; 0 where a section has no height."""
-    try:
-        seeking = replace(body, stress=True)
-    except FlexmbError:  # a general section, whose outer fibres are unknown
-        return 0.0
-    signals = [one for one in seeking.contributions(mechanism) if isinstance(one, SignalContribution)]
-    for signal in signals:
-        if signal.place:
-            q = np.array([pose[f"{part}.{node}.{AXES[axis]}"] for part, node, axis in signal.coordinates])
-            still, p = np.zeros(len(q)), np.array(signal.p, dtype=float)
-            return float(signal.kernel.dispatcher(p, 0.0, q, still, still, -np.inf)[0])
-    return 0.0
-
-
-def largest_strain(body: FlexibleBody, pose: Equilibrium) -> float:
-    """Largest strain of a flexible body in a pose."""
-    nodes, largest = {node.name: node for node in body.nodes()}, 0.0
-    for beam in body.beams:
-        x, y, theta = (
-            np.array([[pose[f"{body.name}.{name}.{axis}"] for name in beam.nodes]]) for axis in ("x", "y", "theta")
-        )
-        largest = max(largest, float(beam_elements(beam, nodes).strains(x, y, theta).max()))
-    return largest
+    load, findings = typical_load(mechanism), list[Finding]()
+    pose: Equilibrium | None = None
+    ideal, parts = mechanism, tuple(part.idealised() for part in mechanism.parts)
+    loaded = any(mechanism.gravity) or any(part.declared_load is not None for part in mechanism.parts)
+    has_clearance = any(getattr(part, "clearance", None) is not None for part in parts)
+    if not free and loaded and not has_clearance and any(body.is_elastic for body in mechanism.bodies):
+        ideal = replace(mechanism, parts=parts)
+        try:
+            pose = static_equilibrium(ideal)
+        except FlexmbError as error:
+            findings.append(found("no-statics", (), f"The loads at rest were not examined: {error}"))
+        findings += _buckling(ideal)
+    own = [finding for part in mechanism.parts for finding in part.findings_at_rest(ideal, load, pose)]
+    return [*own, *findings]
 
 
 def _buckling(ideal: Mechanism) -> list[Finding]:
@@ -304,56 +171,14 @@ def _buckling(ideal: Mechanism) -> list[Finding]:
     return [found(code, (), text, "Reduce the loads, or stiffen the slender beams.", factor=min(positive))]
 
 
-def _soft_contacts(mechanism: Mechanism) -> list[Finding]:
-    """Findings on contacts into which weight and declared forces press by much of the radius."""
-    load = typical_load(mechanism)
-    findings = []
-    for part in mechanism.parts:
-        if not isinstance(part, RevoluteClearance) or load == 0.0:
-            continue
-        law = part.normal.for_radii(part.bearing_radius, part.bearing_radius - part.clearance)
-        depth = penetration(law, load, part.bearing_radius)
-        if depth > DEEP * part.bearing_radius:
-            text = (
-                f"A force of {load:.4g} N, of weights and loads, presses the journal of {part.label} into its bearing"
-            )
-            text = f"{text} by {'more than ' if math.isinf(depth) else ''}{min(depth, part.bearing_radius):.4g} m"
-            text = f"{text}; the radius is {part.bearing_radius:.4g} m."
-            remedy = "If it shall not be so soft: stiffness is in N/m^n, multiply one in N/mm^1.5 by 3.16e4."
-            numbers = {"force": load, "penetration": min(depth, part.bearing_radius)}
-            findings.append(found("soft-contact", (part.name,), text, remedy, **numbers))
-    return findings
-
-
 def typical_load(mechanism: Mechanism) -> float:
     """Sum of weights, declared forces, and inertia forces of all masses on half of the mechanism's size [N]."""
     mass = sum(getattr(body, "mass", None) or 0.0 for body in mechanism.bodies)
-    forces = sum(math.hypot(*part.force) for part in mechanism.parts if isinstance(part, Force))
-    speeds = [abs(rate_at_start(part.motion)) for part in mechanism.parts if isinstance(part, Drive)]
+    forces = sum(part.declared_load or 0.0 for part in mechanism.parts)
+    motions = [motion for part in mechanism.parts if isinstance(motion := vars(part).get("motion"), Motion)]
+    speeds = [abs(float(motion.kernel(np.array(motion.parameters(), dtype=float), 0.0)[1])) for motion in motions]
     inertia = 0.5 * size_of(mechanism) * max(speeds, default=0.0) ** 2
     return float(mass * (math.hypot(*mechanism.gravity) + inertia) + forces)
-
-
-def rate_at_start(motion: Motion) -> float:
-    """Rate of a motion at t = 0 [rad/s, m/s]."""
-    return float(motion.kernel(np.array(motion.parameters(), dtype=float), 0.0)[1])
-
-
-def penetration(law: NormalLaw, force: float, radius: float) -> float:
-    """Depth at which a normal law carries a force [m]; inf where the radius is not enough."""
-    p = np.array(law.parameters(), dtype=float)
-
-    def force_at(depth: float) -> float:
-        z = np.array(law.history(), dtype=float)
-        return float(values_of(law.kernel, p, 1e-5, -depth, 0.0, z, z.copy())[0])
-
-    low, high = 0.0, radius
-    if force_at(high) < force:
-        return math.inf
-    for _ in range(TRIES):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if force_at(middle) < force else (low, middle)
-    return high
 
 
 # Fixed steps that are too long for contacts, or for vibrations with which a run begins
@@ -415,7 +240,7 @@ def _short_contacts(mechanism: Mechanism, h: float) -> Iterator[Finding]:
             continue
         inverse = sum(1.0 / m for m in (masses.get(b.name) for b in (part.first, part.second)) if m)
         for contact in contacts_of(part, mechanism) if inverse > 0.0 else ():
-            depth = penetration(contact.normal, load, max(contact.p[0], 1e-2))
+            depth = contact.normal.depth_under(load, max(contact.p[0], 1e-2))
             time = math.pi * math.sqrt(depth / (load * inverse))
             if time < LEAST_STEPS * h:
                 text = (

@@ -16,12 +16,9 @@ from flexmb.engine.linalg.rank import RANK_TOLERANCE, row_rank
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import AssemblyError
 from flexmb.findings.finding import NOTE, WARNING, Finding, found
-from flexmb.findings.laws import values_of
+from flexmb.model.law import values_of
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Body, Joint
-from flexmb.parts.bodies.flexible_body import FlexibleBody
-from flexmb.parts.bodies.rigid import Bar
-from flexmb.parts.drives.drive import Drive
 from flexmb.program.program import Program
 from flexmb.statics.start.assemble import RigidMotion, close_loops, drive_rows, least_shift
 from flexmb.statics.start.redundant_joints import dependent_parts, redundancy, redundant_rows, shaken_pose
@@ -43,7 +40,7 @@ def groups_of_bodies(mechanism: Mechanism) -> list[tuple[str, ...]]:
         return name
 
     for part in mechanism.parts:
-        if isinstance(part, (Body, Drive)):
+        if isinstance(part, Body):
             continue
         ends = [name for name in part.references() if name in above]
         for name in ends[1:]:
@@ -58,49 +55,38 @@ def free_bodies(mechanism: Mechanism) -> list[Finding]:
     """Groups of bodies that nothing connects to the ground; a mechanism that floats as a whole is only noted."""
     groups = groups_of_bodies(mechanism)
     loose = [group for group in groups if GROUND.name not in group]
+    floats = len(loose) == 1 and (GROUND.name,) in groups
     findings = []
     for group in loose:
-        several = len(group) > 1
-        text = f"{quoted(group)} {'are' if several else 'is'} connected to nothing else: free in x, y and rotation."
+        verb = "are" if len(group) > 1 else "is"
+        text = f"{quoted(group)} {verb} connected to nothing else: free in x, y and rotation."
         remedy = "Connect it by a joint, a spring or a contact, or leave it out, unless it shall fly."
         item = found("free-body", group, text, remedy)
-        if len(loose) == 1 and len(groups) == 2 and not _is_held(mechanism, groups):
-            item = Finding(item.code, item.parts, item.text, "", NOTE)
-        findings.append(item)
+        findings.append(replace(item, remedy="", severity=NOTE) if floats else item)
     return findings
-
-
-def _is_held(mechanism: Mechanism, groups: list[tuple[str, ...]]) -> bool:
-    """Whether some body is connected to the ground."""
-    grounded = next(group for group in groups if GROUND.name in group)
-    return len(grounded) > 1 or len(mechanism.bodies) == 0
 
 
 def left_out_links(mechanism: Mechanism) -> list[Finding]:
     """Links that end at a joint of two other bodies and are joined to nothing there: the joint has the wrong body."""
     joints = [part for part in mechanism.parts if isinstance(part, Joint) and part.at is not None]
-    others = [part for part in mechanism.parts if not isinstance(part, (Body, Drive)) and part not in joints]
+    others = [part for part in mechanism.parts if not isinstance(part, Body) and part not in joints]
     held = {name for part in others if len(part.references()) > 1 for name in part.references()}
-    bars = [body for body in mechanism.bodies if isinstance(body, Bar)]
-    near, findings = SAME_POINT * max((math.dist(bar.start, bar.end) for bar in bars), default=0.0), []
-    ends = [(body, point) for body in bars if body.name not in held for point in (body.start, body.end)]
+    bars = [body for body in mechanism.bodies if body.tips]
+    near, findings = SAME_POINT * max((math.dist(*bar.tips) for bar in bars), default=0.0), []
+    ends = [(body, point) for body in bars if body.name not in held for point in body.tips]
     for bar, end in ends:
         here = [joint for joint in joints if math.dist(joint.at, end) <= near]
         if not here or any(bar.name in joint.references() for joint in here):
             continue
         two = [body for body in (here[0].first, here[0].second) if isinstance(body, Body)]
-        wrong = [repr(body.name) for body in two if not _has_point(body, end, near)] or ["one of them"]
+        points = {body.name: (*body.tips, *((node.x, node.y) for node in body.nodes())) for body in two}
+        apart = [name for name, own in points.items() if all(math.dist(one, end) > near for one in own)]
+        wrong = [repr(name) for name in apart] or ["one of them"]
         text = f"{here[0].label} joins {quoted([b.name for b in two])} at ({end[0]:.4g}, {end[1]:.4g}) m, where"
         remedy = f"Was {bar.name!r} meant in place of {' or '.join(wrong)}?"
         text = f"{text} {bar.label} ends, joined to nothing."
         findings.append(found("left-out-link", (here[0].name, bar.name), text, remedy))
     return findings
-
-
-def _has_point(body: Body, point: tuple[float, float], near: float) -> bool:
-    """Whether a body has an end or a node within a distance of a point [m]."""
-    ends = (body.start, body.end) if isinstance(body, Bar) else ()
-    return any(math.dist(own, point) <= near for own in (*ends, *((node.x, node.y) for node in body.nodes())))
 
 
 # Rank of the constraints: redundant, contradicting and driven rows, singular poses, free motions
@@ -295,7 +281,7 @@ def locking_drives(mechanism: Mechanism, closed: Program, q: np.ndarray) -> list
     """Findings on loops that open, or whose branches cross, while drives move from the closed pose (n_q,) at t = 0."""
     if not closed.drives:
         return []
-    bodies = [body.name for body in mechanism.bodies if isinstance(body, FlexibleBody)]
+    bodies = [body.name for body in mechanism.bodies if body.is_elastic]
     with np.errstate(invalid="ignore"):
         times = instants(closed)
     if not np.isfinite(drive_positions(closed, times)).all():
@@ -306,7 +292,11 @@ def locking_drives(mechanism: Mechanism, closed: Program, q: np.ndarray) -> list
             pose = close_loops(closed, {}, start=pose, t=float(t))[0]
         except AssemblyError:
             finding = _locked(mechanism, closed, *last_closed(closed, pose, good, float(t)), float(times[-1]))
-            return [_if_rigid(finding, bodies)] if bodies else [finding]
+            if not bodies:
+                return [finding]
+            text = f"With rigid bodies in place of {quoted(bodies)}: {finding.text}"
+            remedy = f"{finding.remedy} A flexible body has to bend."
+            return [replace(finding, severity=WARNING, text=text, remedy=remedy)]
         if side * orientation(closed, pose, float(t)) < 0.0:
             return [_crossed(closed, pose, good, float(t))]
         good = float(t)
@@ -384,12 +374,6 @@ def _locked(mechanism: Mechanism, closed: Program, pose: np.ndarray, t: float, s
     numbers = {f"{name} from": x for name, x in zip(drives, begin, strict=True)}
     numbers |= {f"{name} to": x for name, x in zip(drives, here, strict=True)}
     return found("locking-drive", (*owners, *joints), text, remedy, time=t, **numbers)
-
-
-def _if_rigid(finding: Finding, bodies: list[str]) -> Finding:
-    """The finding as a warning, where flexible bodies may bend as far as the drives demand."""
-    text = f"With rigid bodies in place of {quoted(bodies)}: {finding.text}"
-    return replace(finding, severity=WARNING, text=text, remedy=f"{finding.remedy} A flexible body has to bend.")
 
 
 def weakest_parts(closed: Program, G: Any) -> tuple[str, ...]:

@@ -17,10 +17,12 @@ from flexmb.engine.radau.method import RadauIIA
 from flexmb.engine.step.method import Method
 from flexmb.engine.step.runge_kutta import RungeKutta4
 from flexmb.errors import FlexmbError
-from flexmb.findings.watch import Seen
+from flexmb.findings.finding import Finding, found
+from flexmb.model.part import WatchedMotion
 from flexmb.program.program import Program
 
 if TYPE_CHECKING:
+    from flexmb.run.run import Run
     from flexmb.statics.vibrations import LinearModes, State, Vibrations
 
 # Phase and amplitude that the steps of a method lose in an undamped vibration
@@ -127,38 +129,46 @@ class Mode(NamedTuple):
     energy: str
 
 
-def vibration_remarks(
-    program: Program, seen: Seen, method: Method, steps: int, begun: float, end: float, largest: np.ndarray
-) -> list[str]:
-    """Remarks on the fastest vibration that carries energy, where the steps lose a part of it that matters."""
-    states, span = _states(program, seen), end - begun
+def vibration_findings(run: Run, motion: WatchedMotion, begun: float) -> Iterator[Finding]:
+    """Findings on the fastest vibration that carries energy, where the steps lose a part of it that matters.
+
+    The run began at the instant `begun` [s].
+    """
+    program, method, steps = run.program, run.method, int(run.record.count.steps)
+    states, span = _states(program, motion), float(run.flow.clock.t) - begun
     short = steps < (FEWEST_STEPS if program.names.contacts else 1)
     if short or not states or loss_of(method, 1.0, 1.0, 1.0) is None:
-        return []
+        return
     if program.n_q > MOST_UNKNOWNS:
-        return [f"With {program.n_q} coordinates nothing is known of the phase that vibrations lose in the steps."]
+        text = f"With {program.n_q} coordinates nothing is known of the phase that vibrations lose in the steps."
+        yield found("bookkeeping", (), text)
+        return
     from flexmb.statics.vibrations import vibrations_of
 
     try:
-        found = vibrations_of(program, states, PART_OF_STEP * span / steps)
-        modes = [*_modes(program, found, method, seen, span), *_loops(program, states[-1], method, seen, span, largest)]
+        groups = vibrations_of(program, states, PART_OF_STEP * span / steps)
+        largest = run.flow.largest_states
+        modes = [*_modes(program, groups, method, motion, span)]
+        modes += _loops(program, states[-1], method, motion, span, largest)
     except (FlexmbError, np.linalg.LinAlgError, ValueError):  # no modes: the run has said why
-        return []
+        return
     for mode in sorted(modes, key=lambda one: -one.omega):
         same = [one.lost for one in modes if abs(one.omega - mode.omega) < SAME * mode.omega]
         lost = Loss(sum(one.phase for one in same), 1.0 - math.prod(1.0 - one.amplitude for one in same))
         if abs(lost.phase) >= LOST_PHASE or abs(lost.amplitude) >= LOST_AMPLITUDE:
-            return [_remark(mode._replace(lost=lost))]
-    fixed = seen.fixed_step
-    begins = fixed is not None and found and found[0].states[0].t == begun
-    return _unresolved_start(program, found[0], fixed or 0.0) if begins else []
+            yield _of_mode(mode._replace(lost=lost))
+            return
+    if motion.fixed_step is not None and groups and groups[0].states[0].t == begun:
+        yield from _unresolved_start(program, groups[0], motion.fixed_step)
 
 
-def _modes(program: Program, found: list[Vibrations], method: Method, seen: Seen, span: float) -> Iterator[Mode]:
+def _modes(
+    program: Program, found: list[Vibrations], method: Method, motion: WatchedMotion, span: float
+) -> Iterator[Mode]:
     """Modes that carry energy, with the loss of each in the steps while the same contacts are closed."""
     from flexmb.statics.vibrations import closed_contacts
 
-    closed = closed_contacts(program, seen.z)
+    closed = closed_contacts(program, motion.z)
     energy = "elastic energy of the motion" if program.drives or program.motions else "energy of vibration"
     for states, energies, modes in found:
         rows = (closed == closed_contacts(program, states[0].z)).all(axis=-1)
@@ -166,14 +176,14 @@ def _modes(program: Program, found: list[Vibrations], method: Method, seen: Seen
             alike = modes.elastic == modes.elastic[k]
             share, decayed = share_of(energies[:, :, alike], int(alike[:k].sum()))
             if share > ENERGY_SHARE:
-                lost = _loss(method, omega, float(modes.decay[k]), seen, span, rows)
+                lost = _loss(method, omega, float(modes.decay[k]), motion, span, rows)
                 words = ("vibration", energy) if modes.elastic[k] else ("swing under its loads", "energy of swings")
                 if not decayed or lost.amplitude >= 0.5:
                     yield Mode(omega, share, lost, _moves(program, modes, k), *words)
 
 
 def _loops(
-    program: Program, state: State, method: Method, seen: Seen, span: float, largest: np.ndarray
+    program: Program, state: State, method: Method, motion: WatchedMotion, span: float, largest: np.ndarray
 ) -> Iterator[Mode]:
     """Vibrations of the states of controllers, with the loss of each in the steps."""
     if not len(largest) or program.n_q > MOST_CONTROLLED:
@@ -185,47 +195,58 @@ def _loops(
         shares = (amplitudes / np.maximum(largest, 1e-300)) ** 2
         k = int(np.argmax(shares))
         if shares[k] > ENERGY_SHARE:
-            lost = _loss(method, float(s.imag), -float(s.real), seen, span, seen.even, first_order=True)
+            lost = _loss(method, float(s.imag), -float(s.real), motion, span, motion.even, first_order=True)
             words = names[k], "vibration of a controller", f"square of {names[k]}"
             yield Mode(float(s.imag), float(shares[k]), lost, *words)
 
 
 def _loss(
-    method: Method, omega: float, decay: float, seen: Seen, span: float, rows: np.ndarray, *, first_order: bool = False
+    method: Method,
+    omega: float,
+    decay: float,
+    motion: WatchedMotion,
+    span: float,
+    rows: np.ndarray,
+    *,
+    first_order: bool = False,
 ) -> Loss:
     """Loss of a mode while contacts and damping let it remember; the lost phase grows with h^2."""
-    h = seen.sizes * seen.even
+    h = motion.sizes * motion.even
     size = float(np.sqrt((h[rows] ** 3).sum() / h[rows].sum()))
     memory = min(span * float(h[rows].sum() / h.sum()), 1.0 / max(decay, 1e-300))
     return loss_of(method, omega, size, memory / size, first_order=first_order) or Loss(0.0, 0.0)
 
 
-def _unresolved_start(program: Program, group: Vibrations, h: float) -> list[str]:
-    """Remark on a vibration with which a run begins, where fixed steps of size h [s] are too long for its period."""
+def _unresolved_start(program: Program, group: Vibrations, h: float) -> Iterator[Finding]:
+    """Finding on a vibration with which a run begins, where fixed steps of size h [s] are too long for its period."""
     whole = float(group.energies[:, 0].sum(axis=1).mean())
     begun = 0.5 * group.energies[0, 2]  # y less what slow loads give is -y''/omega^2
     coarse = np.flatnonzero((group.modes.omega * h > UNRESOLVED) & (begun > ENERGY_SHARE * whole))
     if not len(coarse):
-        return []
+        return
     k = int(coarse[np.argmax(begun[coarse])])
     period = 2.0 * np.pi / float(group.modes.omega[k])
     moves = _moves(program, group.modes, k)
-    return [
+    text = (
         f"The run begins with a vibration of {1.0 / period:.4g} Hz (mostly {moves}), {h / period:.2g} of whose period "
-        f"is one step of {h:.3g} s: its peaks are not resolved. Take steps of {period / 20.0:.1g} s, Adaptive(), or a "
-        "drive that starts softly."
-    ]
+        f"is one step of {h:.3g} s: its peaks are not resolved."
+    )
+    remedy = f"Take steps of {period / 20.0:.1g} s, Adaptive(), or a drive that starts softly."
+    yield found("coarse-step", (moves.partition(".")[0],), text, remedy, step=h, period=period)
 
 
-def _remark(mode: Mode) -> str:
-    """Remark on a vibration."""
+def _of_mode(mode: Mode) -> Finding:
+    """Finding on a vibration."""
     verb = "lose" if mode.lost.amplitude >= 0.0 else "add"
-    return (
+    text = (
         f"The {mode.kind} of {mode.omega / (2.0 * np.pi):.4g} Hz (mostly {mode.moves}) carries "
         f"{100.0 * min(mode.share, 1.0):.3g} % of the {mode.energy}; until the end the steps lose some "
         f"{abs(mode.lost.phase):.2g} rad of its phase and {verb} {100.0 * abs(mode.lost.amplitude):.3g} % of its "
-        "amplitude. A smaller rtol or step, or RadauIIA(), loses less."
+        "amplitude."
     )
+    remedy, part = "A smaller rtol or step, or RadauIIA(), loses less.", mode.moves.partition(".")[0]
+    phase, amplitude = mode.lost
+    return found("lost-vibration", (part,), text, remedy, phase=phase, amplitude=amplitude, share=mode.share)
 
 
 def _moves(program: Program, modes: LinearModes, k: int) -> str:
@@ -236,9 +257,9 @@ def _moves(program: Program, modes: LinearModes, k: int) -> str:
     return moves_most(program.names.coordinates[: len(shape)], program.length, shape)
 
 
-def _states(program: Program, seen: Seen) -> list[State]:
+def _states(program: Program, motion: WatchedMotion) -> list[State]:
     """States at uneven distances; none where nothing is free to move, or where too few are kept."""
-    n, motion, kept = program.n_q, seen.motion, np.flatnonzero(seen.even)
+    n, kept = program.n_q, np.flatnonzero(motion.even)
     if n == program.n_c or len(kept) < FEWEST_INSTANTS:
         return []
     from flexmb.statics.vibrations import State
@@ -250,7 +271,7 @@ def _states(program: Program, seen: Seen) -> list[State]:
     found = np.maximum(found, found[0] + later)
     rows = kept[np.unique(np.minimum(found, len(kept) - 1))]
     q, v, a = (motion.values[:, k * n : (k + 1) * n] for k in range(3))
-    return [State(float(motion.times[k]), q[k], v[k], a[k], seen.z[k]) for k in rows]
+    return [State(float(motion.times[k]), q[k], v[k], a[k], motion.z[k]) for k in rows]
 
 
 def share_of(energies: np.ndarray, k: int) -> tuple[float, bool]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
 from numbers import Real
 from typing import Any, ClassVar
@@ -18,6 +18,7 @@ from flexmb import kernels
 from flexmb.display import Shown
 from flexmb.errors import USER_ERRORS, InputError, KernelError
 from flexmb.fields import Input, field, instance, positive, record
+from flexmb.findings.finding import Finding
 
 # Linear elastic, isotropic material
 
@@ -79,6 +80,18 @@ CHORD, CHORDS_OF_A_SINE = 0.0123, 20.0
 SAMPLES, GOLDEN = 64, 0.6180339887498949
 """Number of samples of a motion whose course is not known, and their distance modulo 1, which fits no period."""
 
+HALVINGS = 60
+"""Number of halvings by which the depth under a force is found."""
+
+
+def values_of(kernel: kernels.Kernel, *arguments: Any) -> np.ndarray:
+    """Numbers that a kernel returns, in plain Python; NaN where it raises an exception."""
+    try:
+        with np.errstate(all="ignore"):
+            return np.atleast_1d(np.array(kernel(*arguments), dtype=float))
+    except USER_ERRORS:
+        return np.full(3, np.nan)
+
 
 def require_kernel(cls: type, contract: kernels.Contract, name: str = "kernel") -> None:
     """Check, when a class is made, that its attribute `name` is a kernel of the right contract."""
@@ -123,6 +136,10 @@ class Law(Input, Shown, ABC):
         """Start values of the law's history z."""
         return ()
 
+    def findings(self, part: str) -> Iterable[Finding]:  # noqa: ARG002 - of tables alone
+        """Findings on the numbers of the law, which belongs to a `part`."""
+        return ()
+
 
 @record
 class NormalLaw(Law):
@@ -138,9 +155,37 @@ class NormalLaw(Law):
         """History of a contact at rest that has lasted for long, in which a run can begin."""
         return self.history()
 
+    def depth_under(self, force: float, most: float) -> float:
+        """Depth at which the law carries a `force` [m]; inf where a depth of `most` is not enough."""
+        p, z = np.array(self.parameters(), dtype=float), np.array(self.history(), dtype=float)
+        low, high = 0.0, most
+        if values_of(self.kernel, p, 1e-5, -high, 0.0, z.copy(), z.copy())[0] < force:
+            return math.inf
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            less = values_of(self.kernel, p, 1e-5, -middle, 0.0, z.copy(), z.copy())[0] < force
+            low, high = (middle, high) if less else (low, middle)
+        return high
+
     def remarks(self, history: Sequence[float]) -> tuple[str, ...]:  # noqa: ARG002 - seldom asked
         """Remarks on the validity of the law, from its `history` at the end of a run; empty if it held."""
         return ()
+
+    def remarks_on(
+        self,
+        intervals: Mapping[str, np.ndarray],  # noqa: ARG002 - seldom asked
+        history: Sequence[float],  # noqa: ARG002
+        since: float,  # noqa: ARG002
+    ) -> Iterable[tuple[str, str]]:
+        """Codes and texts of remarks on the contact `intervals` of a run, by the names of their columns.
+
+        `history` is that at the end; contacts that began before the instant `since` [s] count as lasting.
+        """
+        return ()
+
+    def damped_since_onset(self, history: Sequence[float]) -> str:  # noqa: ARG002 - seldom asked
+        """Sentence on the speed that scales the damping of a lasting contact of that `history`; "" without damping."""
+        return ""
 
 
 NORMAL_LAW = instance(NormalLaw, "a normal law, e.g. LankaraniNikravesh")

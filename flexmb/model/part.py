@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
 from flexmb import checks, kernels
 from flexmb.display import Shown
-from flexmb.errors import InputError, ModelError
+from flexmb.errors import FlexmbError, InputError, ModelError
 from flexmb.fields import Input, field, fields_of, point, record
+from flexmb.findings.finding import Finding
 from flexmb.model.contributions import (
     AXES,
     Attachment,
@@ -25,7 +26,7 @@ from flexmb.model.contributions import (
     Node,
     SignalContribution,
 )
-from flexmb.model.law import number_fields, require_kernel
+from flexmb.model.law import Law, Material, number_fields, require_kernel
 from flexmb.model.shape import PointShape, Shapes
 from flexmb.model.signal import Signals
 
@@ -35,6 +36,12 @@ if TYPE_CHECKING:
 # Bases of parts, the named items of a mechanism
 
 Triple = tuple[float, float, float]
+
+
+class Pose(Protocol):
+    """Coordinates by their full names."""
+
+    def __getitem__(self, name: str) -> float: ...
 
 
 def name_of(part: Part | str) -> str:
@@ -55,6 +62,12 @@ class Part(Input, Shown, ABC):
     name: str = field("its name, unique in the mechanism")
     by_name: ClassVar[tuple[str, ...]] = ()
     """Fields that hold names of parts, and take the parts themselves as well."""
+    deep_from: ClassVar[float] = 0.2
+    """Penetration over `contact_size` above which there is a finding."""
+    lost_beyond: ClassVar[float] = 1.0
+    """The same above which the run is not ok: a journal has passed its own centre."""
+    lost_when: ClassVar[str] = "the parts pass through each other"
+    """Words for a penetration beyond `lost_beyond`."""
 
     def __post_init__(self) -> None:
         checks.identifier(type(self).__name__, self.name)
@@ -113,8 +126,36 @@ class Part(Input, Shown, ABC):
         """Names of own forces that only push: below 0 a real part, such as a cam, would lift off."""
         return ()
 
-    def remarks(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterable[str]:  # noqa: ARG002 - most say nothing
-        """Sentences with instant and remedy on a `motion` of `mechanism` that a real part could not follow."""
+    @property
+    def all_materials(self) -> tuple[Material, ...]:
+        """Materials among the fields of the part and of its laws."""
+        values = (getattr(self, field.name) for field in fields_of(type(self)))
+        return tuple(dict.fromkeys(_materials(values)))
+
+    @property
+    def declared_load(self) -> float | None:
+        """Force that the part declares [N], 0 for a torque; None for a part that is neither."""
+        return None
+
+    def idealised(self) -> Part:
+        """The part with an ideal joint in place of its clearance, if it has one."""
+        return self
+
+    def contact_size(self, mechanism: Mechanism) -> float | None:  # noqa: ARG002 - asked by some
+        """Length beside which penetrations of the part in `mechanism` are judged [m]; None for a part without one."""
+        sizes = (getattr(self, name, None) for name in ("bearing_radius", "pin_radius", "half_height"))
+        return next((size for size in sizes if isinstance(size, float)), None)
+
+    def findings_before(self, mechanism: Mechanism) -> Iterable[Finding]:  # noqa: ARG002 - most have none
+        """Findings on the part as declared in `mechanism`, before it moves."""
+        return ()
+
+    def findings_at_rest(self, mechanism: Mechanism, load: float, pose: Pose | None) -> Iterable[Finding]:  # noqa: ARG002
+        """Findings on the part of `mechanism` under a `load` [N], and at rest in a `pose` where that is known."""
+        return ()
+
+    def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterable[Finding]:  # noqa: ARG002
+        """Findings on a `motion` of `mechanism` that a real part could not follow, or the theory does not cover."""
         return ()
 
     def validate(self, mechanism: Mechanism) -> None:
@@ -127,9 +168,23 @@ def _is_part(kind: type) -> bool:
     return issubclass(kind, Part)
 
 
+def _materials(values: Iterable[Any]) -> Iterator[Material]:
+    """Materials among values, in tuples of them, and among the fields of laws."""
+    for value in values:
+        if isinstance(value, Material):
+            yield value
+        elif isinstance(value, tuple):
+            yield from _materials(value)
+        elif isinstance(value, Law):
+            yield from _materials(vars(value).values())
+
+
 @record
 class Body(Part):
     """Base of bodies: parts with nodes, to which other parts are attached."""
+
+    is_elastic: ClassVar[bool] = False
+    """Whether the body bends."""
 
     @abstractmethod
     def nodes(self) -> tuple[Node, ...]:
@@ -148,6 +203,16 @@ class Body(Part):
     @abstractmethod
     def attach(self, owner: str, point: tuple[float, float]) -> Attachment:
         """Node and offset of a `point` of the reference configuration; `owner`: caller, for messages."""
+
+    @property
+    def tips(self) -> tuple[tuple[float, float], ...]:
+        """Both ends of a bar in the reference configuration [m]; () for a body of another form."""
+        return ()
+
+    @property
+    def whole(self) -> Body:
+        """The body with all its nodes, of which this one is made."""
+        return self
 
     @property
     def is_massless(self) -> bool:
@@ -286,6 +351,8 @@ class Joint(Part):
     at: tuple[float, float] = field("the joint's point", "m", point)
 
     kind: ClassVar[str] = "joint"
+    is_guide: ClassVar[bool] = False
+    """Whether the second body slides along the first one without clearance."""
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -306,6 +373,14 @@ class Joint(Part):
         """The coordinate in `mechanism` that a drive can prescribe, or None for a joint that cannot be driven."""
         return None
 
+    def can_be_turned(self, mechanism: Mechanism) -> bool:
+        """Whether the joint has an angle in `mechanism` that can be driven."""
+        try:
+            row = self.drive_contribution(mechanism)
+        except FlexmbError:
+            return False
+        return row is not None and row.drive_units[0] == "rad"
+
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """The joint as a point of the first body."""
         first, second = self.ends(mechanism)
@@ -323,15 +398,27 @@ class WatchedMotion(NamedTuple):
     signals : names of all signals.
     times : (n,) instants of some accepted steps, the first and the most strained one among them [s].
     values : (n, n_y) all signals there.
+    z : (n, n_z) histories there.
+    sizes : (n,) sizes of the steps that led there [s].
+    even : (n,) whether they are those that are evenly distributed over the steps.
     peaks : (n_y,) largest absolute values of all signals over all steps, and (n_y,) when [s].
+    reported : the same of the time that is saved.
     lows : least value and its instant [s] of the signals of `Part.pushes`, by name.
+    fixed_step : size of the steps [s]; None: chosen by their errors.
+    failed : whether a step failed.
     """
 
     signals: Signals
     times: np.ndarray
     values: np.ndarray
+    z: np.ndarray
+    sizes: np.ndarray
+    even: np.ndarray
     peaks: tuple[np.ndarray, np.ndarray]
+    reported: tuple[np.ndarray, np.ndarray]
     lows: Mapping[str, tuple[float, float]]
+    fixed_step: float | None
+    failed: bool
 
     def rows(self, *names: str) -> np.ndarray:
         """Values (n, k) of signals by their full names at the instants."""

@@ -31,6 +31,7 @@ COLUMNS = (
 )
 """Names and units of the columns, in the order of the loop (`engine/step/contact_log.py`)."""
 
+COLUMN = {name: k for k, (name, _) in enumerate(COLUMNS)}
 UNITS = {**dict(COLUMNS), "duration": "s", "flight": "s", "restitution": ""}
 
 IMPACT, CONTINUOUS = 1, 2
@@ -51,6 +52,11 @@ class ContactLog(NamedTuple):
 
     names: tuple[str, ...] = ()
     rows: np.ndarray = np.zeros((0, len(COLUMNS)))
+
+    def columns(self, contact: int) -> dict[str, np.ndarray]:
+        """Columns (n,) of the episodes of a contact, by name."""
+        own = self.rows[self.rows[:, 0] == contact]
+        return {name: own[:, k] for name, k in COLUMN.items()}
 
     def checked(self) -> ContactLog:
         """A checked copy with read-only rows, or `InputError`."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from flexmb.elastic.beams import shapes as hermite
 from flexmb.elastic.planes.stress import linear_stresses, nodal_stresses, von_mises
-from flexmb.elastic.reduced.kernel import FIRST
+from flexmb.elastic.reduced.accuracy import deformed, shortened
 from flexmb.errors import InputError
 from flexmb.model.shape import (
     DAMPER,
@@ -162,40 +162,6 @@ def moved_points(shape: MeshShape, poses: np.ndarray) -> np.ndarray:
         return carried(angle[:, None, None] * (0.0, 0.0, 1.0), own)
     carriers = np.array(shape.carriers, dtype=float)
     return carried(poses[:, carriers[:, 0].astype(np.int64)], carriers[:, 1:])
-
-
-def deformed(shape: MeshShape, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Deformations (n, nodes, 3) of a reduced body in its frame, and the angle (n,) of the frame [rad].
-
-    The poses (n, nodes, 3) of its nodes are x, y, theta.
-    """
-    reference = np.array(shape.poses)
-    angle = poses[:, 0, 2] - reference[0, 2]
-    if shape.weights:
-        along, across = turned_by(np.array(shape.weights), poses[..., :2])
-        angle = np.arctan2(across, along)
-        angle = angle + whole_turns(poses[:, 0, 2] - reference[0, 2] - angle)
-    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
-    d = np.empty_like(poses)
-    d[..., 0] = c * poses[..., 0] + s * poses[..., 1] - reference[:, 0]
-    d[..., 1] = c * poses[..., 1] - s * poses[..., 0] - reference[:, 1]
-    d[..., 2] = poses[..., 2] - angle[:, None] - reference[:, 2]
-    return d, angle
-
-
-def shortened(d: np.ndarray, shortening: np.ndarray) -> np.ndarray:
-    """Deformation e = d + c(d) (n, coordinates) of a reduced body from d (n, nodes, 3), with its shortening by bending.
-
-    The translation of the first node is left out, which has no stress but its round-off.  `shortening` (k, n + 1, n)
-    has directions, each above its matrix; (k, n, n) in older files: matrices of the coordinates from the fourth one on.
-    """
-    e: np.ndarray = (d - d[:, :1] * np.array([1.0, 1.0, 0.0])).reshape(len(d), -1)
-    if not len(shortening):
-        return e
-    matrices, n = shortening[:, -e.shape[1] :], e.shape[1]
-    along = shortening[:, 0] if shortening.shape[1] > n else np.eye(n)[FIRST : FIRST + len(shortening)]
-    e += 0.5 * np.einsum("ti,kij,tj->tk", e, matrices, e, optimize=True) @ along
-    return e
 
 
 def turned(stress: np.ndarray, angle: np.ndarray) -> np.ndarray:

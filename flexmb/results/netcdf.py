@@ -25,6 +25,7 @@ from flexmb.dynamics.jobs.files import (
     write_sealed,
 )
 from flexmb.errors import FileFormatError, InputError
+from flexmb.findings.finding import Finding
 from flexmb.model import shape
 from flexmb.model.signal import Signal, Signals
 from flexmb.results.contact_intervals import COLUMNS, MODES, ContactLog
@@ -166,6 +167,7 @@ def _dataset(sol: Solution) -> xr.Dataset:
         "ok": bool(sol.ok),
         "stats": asdict(sol.stats),
         "notes": sol.notes,
+        "findings": [finding.as_dict() for finding in sol.findings],
         "contacts": list(sol.contacts.names),
         "model": dict(sol.model),
         "mechanism": sol.described(),
@@ -278,4 +280,5 @@ def _solution(file: NetcdfContent) -> Solution:
         notes=tuple(record.get("notes", ())),  # files of before have none
         model=record["model"],
         description=record.get("mechanism", {}),
+        findings=tuple(Finding(**{**f, "parts": tuple(f["parts"])}) for f in record.get("findings", ())),
     )

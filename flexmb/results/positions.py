@@ -13,10 +13,10 @@ from flexmb import arguments, checks
 from flexmb.display import counted
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
+from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.shape import BeamShape, MeshShape, PointShape
 from flexmb.parts.bodies.flexible import number_of
-from flexmb.parts.bodies.flexible_body import FlexibleBody
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
 from flexmb.results.drawing import (
@@ -31,7 +31,7 @@ from flexmb.results.drawing import (
 )
 from flexmb.results.naming import SAVED_KEY
 from flexmb.results.solution import Peaks, Solution
-from flexmb.results.stress import STRESSED, Places, Wanted, at_places, chosen_places, moved_mechanism, reference_points
+from flexmb.results.stress import Places, Wanted, at_places, chosen_places, moved_mechanism
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,10 +49,10 @@ def positions(
 ) -> xr.Dataset:
     """Positions of points of a flexible body over time; see `Solution.positions`."""
     part = moved_mechanism(sol, body, mechanism).find(body)
-    if not isinstance(part, STRESSED):
+    if not isinstance(part, ElasticBody):
         raise InputError(f"{part.label} is no flexible body; its signals {body}.x, .y, .theta tell where it is.")
     instants = np.arange(len(sol.time)) if times is None else nearest_to_each(sol, np.asarray(times, dtype=float))
-    if isinstance(part, FlexibleBody):
+    if part.theory == "beams":
         known = {node.name: number_of(node.name) for node in part.nodes()}
         moved = poses(sol, part.name, known, instants)[..., :2]
         known |= {alias: known[name] for alias, name in part.aliases.items()}
@@ -63,7 +63,7 @@ def positions(
             pins = ", ".join(node.name for node in part.nodes())
             raise InputError(f"{part.label} has no drawn points, only its nodes: {pins}.")
         moved = surface(sol, shape, instants).points
-    places = Places(np.arange(moved.shape[1]), reference_points(part), known, {})
+    places = Places(np.arange(moved.shape[1]), part.reference_points(), known, {})
     chosen = places.nodes if points is None else chosen_places(part.label, places, points)
     own = {"node": (places.nodes, ""), "x0": (places.points[:, 0], "m"), "y0": (places.points[:, 1], "m")}
     columns = {axis: (moved[..., k], {"units": "m"}) for k, axis in enumerate("xy")}

@@ -12,6 +12,7 @@ import numpy as np
 from flexmb import display
 from flexmb.display import counted, cut, listed, number_text
 from flexmb.errors import InputError, SolveError, UnknownNameError
+from flexmb.findings.finding import Finding, sentences
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.model.signal import Signals, hint, resolved
 from flexmb.results.contact_intervals import ContactLog, Episodes, impacts, select
@@ -304,10 +305,12 @@ class Solution:
     aliases : other names of nodes, e.g. {"rod.end": "rod.node8", "rod": "rod.node4"}.
     shapes : how the parts are drawn.
     restart : the final state, by name; what the time loop needs to go on bit for bit.
-    notes : remarks on the run, e.g. of contact laws that left their validity, in sentences.
+    notes : remarks on the run, e.g. of contact laws that left their validity, in sentences; left out: those of the
+        findings that are no errors.
     model : name of the mechanism, version of flexmb, and what else belongs to the record and can be written as JSON.
     mechanism : the mechanism that moved; None in a solution that was read from a file or came from another process.
     description : parts of the mechanism in plain values (`flexmb.model.mechanism`), where `mechanism` is None.
+    findings : findings on the run, each with code, parts, text, remedy, severity and numbers, as those of `check`.
 
     Raises
     ------
@@ -330,6 +333,7 @@ class Solution:
     model: Mapping[str, Any] = field(default_factory=dict)
     mechanism: Mechanism | None = None
     description: Mapping[str, Any] = field(default_factory=dict)
+    findings: tuple[Finding, ...] = ()
 
     def __post_init__(self) -> None:
         self._set("signals", Signals.of(self.signals))
@@ -344,7 +348,8 @@ class Solution:
         self._set("shapes", self.shapes if isinstance(self.shapes, LateShapes) else tuple(self.shapes))
         self._set("restart", {name: _read_only(array) for name, array in self.restart.items()})
         self._set("aliases", dict(self.aliases))
-        self._set("notes", tuple(self.notes))
+        self._set("findings", tuple(self.findings))
+        self._set("notes", tuple(self.notes) or sentences(self.findings))
         self._set("model", dict(self.model))
         if np.any(np.diff(time) < 0.0):
             raise InputError("Solution: time decreases; it must increase from one saved instant to the next.")

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import Any, TypeGuard
+from typing import Any
 
 import numpy as np
 
@@ -19,30 +18,15 @@ from flexmb.engine.energy import (
     energy_scale,
     energy_supplied,
 )
+from flexmb.engine.state import record as ends
 from flexmb.engine.state.flow import EnergyBalance, Flow
-from flexmb.engine.state.record import (
-    DONE,
-    ENERGY_LOST,
-    ENERGY_MADE,
-    ENERGY_MISSING,
-    NEWTON_FAILED,
-    NOT_FINITE,
-    SINGULAR,
-    STEP_TOO_SMALL,
-    RunRecord,
-)
+from flexmb.engine.state.record import RunRecord
 from flexmb.engine.state.trial import Trial
 from flexmb.engine.step.contact_events import IMPACT_STEP
 from flexmb.engine.step.step_size import RTOL
-from flexmb.model.law import NormalLaw
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.part import GROUND, Body
-from flexmb.parts.contact.cylinder_laws import CylinderLaw
-from flexmb.parts.contact.hysteresis import HysteresisLaw
-from flexmb.parts.contact.onset import LARGEST
-from flexmb.parts.joints.prismatic import Prismatic
+from flexmb.model.part import GROUND, Body, Joint
 from flexmb.program.program import COMMON_Z, LAST_GAP, LAST_GAP_RATE, Program
-from flexmb.results.contact_intervals import COLUMNS, ContactLog
 from flexmb.results.solution import Solution, largest_signals
 
 # Main signals of a run: acceleration of the output body, and the signals with the largest peaks
@@ -55,12 +39,12 @@ GUIDES = ("Prismatic", "PrismaticClearance")
 """Classes of joints whose second body is a slider."""
 
 
-def followed(mechanism: Mechanism) -> Body | None:
-    """The output body of a mechanism: the first slider, else the last body."""
+def followed(mechanism: Mechanism) -> tuple[Body | None, Any]:
+    """The output body of a mechanism, and its guide: the first slider, else the last body, which has none."""
     for part in mechanism.parts:
-        if isinstance(part, Prismatic) and part.second.name != GROUND.name:
-            return mechanism.body(part.second.name)
-    return mechanism.bodies[-1] if mechanism.bodies else None
+        if isinstance(part, Joint) and part.is_guide and part.second.name != GROUND.name:
+            return mechanism.body(part.second.name), part
+    return mechanism.bodies[-1] if mechanism.bodies else None, None
 
 
 def main_signals(sol: Solution) -> list[str]:
@@ -91,111 +75,32 @@ def panels(sol: Solution, names: list[str] | None = None) -> list[list[str]]:
     return list(kinds.values())[:PANELS]
 
 
-def slides(mechanism: Mechanism, body: Body) -> Prismatic | None:
-    """Prismatic joint of a sliding body; None for another body."""
-    guides = (p for p in mechanism.parts if isinstance(p, Prismatic) and p.second.name == body.name)
-    return next(guides, None)
-
-
-# Remarks of contact laws on a run that has ended
-
-SMALL_SHARE = 0.01
-"""Share of impulses or losses in contacts slower than `least_approach`, up to which there is no remark."""
-
-APPROACH_PLACE = 3
-"""Place of the approach speed in the history of a law with hysteresis damping."""
-
-COLUMN = {name: k for k, (name, _) in enumerate(COLUMNS)}
-
-
-def contact_remarks(program: Program, z: np.ndarray, log: ContactLog, end: float, span: float) -> tuple[str, ...]:
-    """Remarks of all normal laws, each with the name of its joint and law, by histories z at the end of the run [s].
-
-    `span` is the time without an onset after which a contact is called lasting [s].
-    """
-    found = []
-    for c, law in enumerate(program.normals):
-        place = program.tables.contacts.z[c]
-        history = tuple(float(x) for x in z[place[1] : place[2]])
-        label = f"{program.names.contacts[c]} ({type(law).__name__})"
-        texts = list(law.remarks(history))
-        rows = log.rows[log.rows[:, 0] == c]
-        texts += [*_slow(law, rows), *_lasting(law, history, rows, end, span)]
-        found += [f"{label}: {text}." for text in texts]
-    return tuple(found)
-
-
-def _slow(law: NormalLaw, rows: np.ndarray) -> Iterator[str]:
-    """A remark where contacts that began slower than `least_approach` carry a share of impulses or losses.
-
-    Those that were closed from the start have no approach speed, whatever that number is, and go without.
-    """
-    if not _damps(law) or law.reference_speed == LARGEST:
-        return
-    slow = rows[:, COLUMN["approach_speed"]] < law.least_approach
-    shares = []
-    for name in ("impulse", "dissipated_contact"):
-        column = rows[:, COLUMN[name]]
-        whole = float(column.sum())
-        shares.append(float(column[slow].sum()) / whole if whole > 0.0 else 0.0)
-    if max(shares) > SMALL_SHARE:
-        text = f"{int(slow.sum())} of {len(rows)} contacts began below least_approach = {law.least_approach:g} m/s"
-        text = f"{text}, and have {100.0 * shares[0]:.3g} % of the impulse and {100.0 * shares[1]:.3g} % of the loss"
-        text = f"{text}; their damping follows the largest speed while they last, that of the others the speed at which"
-        yield f"{text} the surfaces met. reference_speed='largest' treats all alike"
-
-
-def _lasting(law: NormalLaw, history: Sequence[float], rows: np.ndarray, end: float, span: float) -> Iterator[str]:
-    """A remark on a contact that is closed at the end of the run and began more than `span` before."""
-    for row in rows[np.isnan(rows[:, COLUMN["end"]]) & (rows[:, COLUMN["peak_force"]] > 0.0)]:
-        start = row[COLUMN["start"]]
-        damped = damped_since_onset(law, history)
-        if damped and not start > end - span:
-            since = "the start" if np.isnan(start) else f"t = {start:.6g} s"
-            yield f"the surfaces have touched without a break since {since}; {damped}"
-
-
-def damped_since_onset(law: NormalLaw, history: Sequence[float]) -> str:
-    """Sentence on the speed that scales the damping of a lasting contact; "" without hysteresis damping."""
-    if not _damps(law):
-        return ""
-    approach = history[APPROACH_PLACE]
-    if law.reference_speed == LARGEST or approach < law.least_approach or approach <= 0.0:
-        return "its damping follows the largest speed since then"
-    return f"its damping still follows the speed at which its surfaces met, {approach:.3g} m/s (docs/contact.md)"
-
-
-def _damps(law: NormalLaw) -> TypeGuard[HysteresisLaw | CylinderLaw]:
-    """Whether the law has hysteresis damping: one with restitution 1 has none."""
-    return isinstance(law, HysteresisLaw | CylinderLaw) and law.restitution != 1.0
-
-
 # Status of a run: a sentence on its end, with a remedy
 
 TRY_FINER = "Try {finer}, so that impacts and vibrations are resolved."
 
 SENTENCES = {
-    DONE: "Finished at {t}.",
-    SINGULAR: "Stopped at {t}: the matrix became singular at {lost!r} (a singular pose?), with a step of {h}.",
-    NOT_FINITE: "Stopped at {t}: the state is no longer finite{worst}, with a step of {h}. Try a smaller step.",
-    NEWTON_FAILED: (
+    ends.DONE: "Finished at {t}.",
+    ends.SINGULAR: "Stopped at {t}: the matrix became singular at {lost!r} (a singular pose?), with a step of {h}.",
+    ends.NOT_FINITE: "Stopped at {t}: the state is no longer finite{worst}, with a step of {h}. Try a smaller step.",
+    ends.NEWTON_FAILED: (
         "Stopped at {t}: Newton did not converge with a step of {h}: last correction {last:.2g}, "
         "wanted {wanted:.2g}{worst}. Try a smaller step, or step=Adaptive()."
     ),
-    STEP_TOO_SMALL: (
+    ends.STEP_TOO_SMALL: (
         "Stopped at {t}: a step of {h}, the smallest one allowed, was refused; {cause}. "
         "Try Adaptive(...) without min, if it was given{remedy}."
     ),
-    ENERGY_MISSING: (
+    ends.ENERGY_MISSING: (
         "Not ok at {t}: the energies do not add up, {missing} are missing where {put_in} were put in and "
         "{scale} turned over. Try {finer}; if that changes little, the energies of "
         "a part do not belong to its forces: testing.check_part finds it."
     ),
-    ENERGY_MADE: (
+    ends.ENERGY_MADE: (
         "Not ok at {t}: the steps made energy, {taken} where {put_in} were put in ({kinetic} are kinetic), "
         "{in_contacts} of {through} that went through contacts. " + TRY_FINER
     ),
-    ENERGY_LOST: (
+    ends.ENERGY_LOST: (
         "Not ok at {t}: the steps took energy that no law took, {taken} of {scale} turned over or in motion, "
         "{in_contacts} of {through} that went through contacts. " + TRY_FINER
     ),
@@ -224,7 +129,7 @@ def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: RunR
     )
     return (
         text + held_rows_sentence(program, trial, record) + balance_warnings(flow.ledger, flow.balance)
-        if code == DONE
+        if code == ends.DONE
         else text
     )
 

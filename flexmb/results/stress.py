@@ -14,15 +14,14 @@ import numpy as np
 from flexmb import checks
 from flexmb.display import number_text
 from flexmb.elastic.beams.shapes import section_forces
-from flexmb.elastic.planes.plane_body import PlaneBody
 from flexmb.elastic.planes.stress import principal, von_mises
-from flexmb.elastic.reduced.reduced import Reduced
+from flexmb.elastic.reduced.accuracy import deformed, shortened
 from flexmb.errors import InputError
 from flexmb.fields import Input, field, not_negative, positive, record
+from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.shape import BeamShape, MeshShape
-from flexmb.parts.bodies.flexible import knows_stress, number_of, section_factors
-from flexmb.parts.bodies.flexible_body import FlexibleBody
-from flexmb.results.drawing import deformed, nearest_to_each, pose, poses, shortened, surface, turned, turned_by
+from flexmb.parts.bodies.flexible import number_of, section_factors
+from flexmb.results.drawing import nearest_to_each, pose, poses, surface, turned, turned_by
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,36 +31,12 @@ if TYPE_CHECKING:
 
 # Places of the nodes at which stresses of a body are known
 
-STRESSED = FlexibleBody | PlaneBody | Reduced
-"""Bodies that have stresses."""
-
-
-def reference_points(body: STRESSED) -> np.ndarray:
-    """Places (n, 2) of the nodes of a body in the reference configuration, by their numbers [m].
-
-    Nodes of a plane body are those of its mesh, of reduced beams those of the mesh that shows them.
-    """
-    if isinstance(body, FlexibleBody):
-        return np.array([(node.x, node.y) for node in body.nodes()])
-    if isinstance(body, PlaneBody):
-        own, origin, angle = np.asarray(body.mesh.points), body.origin, body.direction
-    else:
-        own, origin, angle = mesh_points(body), body.model.origin, body.model.direction
-    c, s = np.cos(angle), np.sin(angle)
-    return np.asarray(origin + own @ np.array([[c, s], [-s, c]]))
-
-
-def mesh_points(body: Reduced) -> np.ndarray:
-    """Points (n, 2) of the mesh that shows a reduced body, in its own axes [m]; none where nothing shows it."""
-    drawn = body.model.drawn
-    return np.zeros((0, 2)) if drawn is None else np.array(drawn.points)
-
 
 def place_of_stress(sol: Solution, part: str, node: int) -> tuple[float, float] | None:
     """Place of a node in the reference configuration [m]; None where the solution does not know it."""
     if sol.mechanism is not None:
         body = sol.mechanism.find(part)
-        return tuple(reference_points(body)[node].tolist()) if isinstance(body, STRESSED) else None
+        return tuple(body.reference_points()[node].tolist()) if isinstance(body, ElasticBody) else None
     # points of a body with all nodes of its mesh are those of the reference configuration
     meshes = (shape for shape in sol.shapes if isinstance(shape, MeshShape) and shape.part == part and not shape.basis)
     return next((shape.points[node] for shape in meshes), None)
@@ -116,13 +91,13 @@ def stress(
     """Stresses of a flexible body over time; see `Solution.stress`."""
     part = _body(sol, body, mechanism)
     instants = np.arange(len(sol.time)) if times is None else nearest_to_each(sol, np.asarray(times, dtype=float))
-    if isinstance(part, FlexibleBody):
+    if part.theory == "beams":
         places, fields = of_beams(sol, part, instants)
     else:
         shape = next(s for s in sol.shapes if isinstance(s, MeshShape) and s.part == part.name)
-        places = Places(np.arange(len(shape.points)), reference_points(part), {}, {})
-        of = _of_plane if isinstance(part, PlaneBody) else _of_reduced
-        fields = _with_principal(of(sol, part, shape, instants))  # type: ignore[arg-type]
+        places = Places(np.arange(len(shape.points)), part.reference_points(), {}, {})
+        of = _of_plane if part.whole is part else _of_reduced
+        fields = _with_principal(of(sol, part, shape, instants))
     chosen = np.arange(len(places.nodes)) if points is None else chosen_places(part.label, places, points)
     own = {"node": (places.nodes, ""), "x": (places.points[:, 0], "m"), "y": (places.points[:, 1], "m"), **places.more}
     columns = {name: (values, {"units": "Pa", "long_name": MEANINGS[name]}) for name, values in fields.items()}
@@ -138,25 +113,19 @@ def moved_mechanism(sol: Solution, name: str, mechanism: Mechanism | None) -> Me
     return known
 
 
-def _body(sol: Solution, name: str, mechanism: Mechanism | None) -> STRESSED:
+def _body(sol: Solution, name: str, mechanism: Mechanism | None) -> Any:
     """The body of this name, in the mechanism that moved or the given one."""
     known = moved_mechanism(sol, name, mechanism)
     part = known.find(name)
-    if not isinstance(part, STRESSED):
+    if not isinstance(part, ElasticBody):
         raise InputError(f"{part.label} has no stresses. Name a flexible body of {known.name!r}.")
-    source = part.body if isinstance(part, Reduced) else part
-    if isinstance(source, FlexibleBody) and not knows_stresses(source):
+    if not part.whole.knows_stress:
         text = f"{part.label}: a section does not know its outer fibre, so there are no stresses"
         raise InputError(f"{text}. Give outer_fibre=... [m] to the section.")
     return part
 
 
-def knows_stresses(body: FlexibleBody) -> bool:
-    """Whether all sections of a body know their outer fibres."""
-    return all(knows_stress(beam.section) for beam in body.beams)
-
-
-def of_beams(sol: Solution, body: FlexibleBody, instants: np.ndarray) -> tuple[Places, dict[str, np.ndarray]]:
+def of_beams(sol: Solution, body: Any, instants: np.ndarray) -> tuple[Places, dict[str, np.ndarray]]:
     """Stresses (n, 2 elements) at both ends of all elements."""
     shapes = [shape for shape in sol.shapes if isinstance(shape, BeamShape) and shape.part == body.name]
     at = {name: pose(sol, body.name, name, instants) for shape in shapes for name in (shape.start, shape.end)}
@@ -175,13 +144,13 @@ def of_beams(sol: Solution, body: FlexibleBody, instants: np.ndarray) -> tuple[P
     }
     known = {node.name: number_of(node.name) for node in body.nodes()}
     known |= {alias: known[name] for alias, name in body.aliases.items()}
-    places = Places(numbers, reference_points(body)[numbers], known, more)
+    places = Places(numbers, body.reference_points()[numbers], known, more)
     N, M = np.concatenate(axial, axis=1), np.concatenate(bending, axis=1)
     signed = N + np.copysign(np.abs(M), N)
     return places, {"axial": N, "bending": M, "signed": signed, "von_mises": np.abs(signed)}
 
 
-def _of_plane(sol: Solution, body: PlaneBody, shape: MeshShape, instants: np.ndarray) -> np.ndarray:
+def _of_plane(sol: Solution, body: Any, shape: MeshShape, instants: np.ndarray) -> np.ndarray:
     """Stresses (n, nodes, 4) sx, sy, txy, sz of a body with all nodes of its mesh, in axes that turn with it."""
     moved = surface(sol, shape, instants)
     X, x = body.mesh.points, moved.points
@@ -190,7 +159,7 @@ def _of_plane(sol: Solution, body: PlaneBody, shape: MeshShape, instants: np.nda
     return turned(moved.stress, -np.arctan2(across, along))
 
 
-def _of_reduced(sol: Solution, body: Reduced, shape: MeshShape, instants: np.ndarray) -> np.ndarray:
+def _of_reduced(sol: Solution, body: Any, shape: MeshShape, instants: np.ndarray) -> np.ndarray:
     """Stresses (n, nodes, 4) sx, sy, txy, sz of a reduced body in its axes: sums of the stresses of its shapes."""
     stresses = body.model.stresses
     if stresses is None:

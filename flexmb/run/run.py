@@ -30,6 +30,7 @@ from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.engine.system.work import workspace
 from flexmb.errors import InputError, KernelError, SolveError
 from flexmb.findings.failure import naming_kernels
+from flexmb.findings.finding import Finding, found, sentences
 from flexmb.model.law import CHORDS_OF_A_SINE, Motion
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import just_before
@@ -144,14 +145,16 @@ class Chords:
             chords = [motion.longest_chord(*ends) for ends in pairwise(edges)]
             if min(chords) < math.inf:
                 self.pieces.append((motion, edges[1:-1], chords))
-        self.remarks = tuple(self._coarse(run.program.name, run.step.size)) if isinstance(run.step, FixedStep) else ()
+        self.findings: tuple[Finding, ...] = ()
+        if isinstance(run.step, FixedStep):
+            self.findings = tuple(self._coarse(run.program.name, run.step.size))
 
     def longest(self, t: float) -> float:
         """Longest step about the instant t [s]; inf: any."""
         return min((chords[bisect(edges, t)] for _, edges, chords in self.pieces), default=math.inf)
 
-    def _coarse(self, name: str, h: float) -> Iterator[str]:
-        """Remarks on a fixed step h [s] that hardly sees a motion."""
+    def _coarse(self, name: str, h: float) -> Iterator[Finding]:
+        """Findings on a fixed step h [s] that hardly sees a motion."""
         for motion, _, chords in self.pieces:
             cycle = CHORDS_OF_A_SINE * min(chords)
             if h <= cycle / LEAST_CLEAR * (1.0 - 1e-9):
@@ -161,18 +164,16 @@ class Chords:
             remedy = f"Take steps of {min(chords):.2g} s, or Adaptive()."
             if h * LEAST_SEEN >= cycle * (1.0 - 1e-9):
                 raise InputError(f"simulate {name!r}: a {text}: the steps see another motion. {remedy}")
-            yield f"A {text}: few steps see the motion. {remedy}"
+            yield found("coarse-step", (), f"A {text}: few steps see the motion.", remedy, step=h, cycle=cycle)
 
 
-def passed_contacts(run: Run) -> tuple[str, ...]:
-    """Sentences on contacts that fixed steps have passed without seeing whether these close."""
-    names, passed = run.program.names.contacts, run.record.passed
-    return tuple(
-        f"At t = {t:.6g} s a fixed step went by the contact {name!r}, which was closed then, or at a gap that the ends "
-        "of the step do not tell. Take smaller steps, or Adaptive()."
-        for name, t in zip(names, passed, strict=True)
-        if t != 0.0
-    )
+def passed_contacts(run: Run) -> Iterator[Finding]:
+    """Findings on contacts that fixed steps have passed without seeing whether these close."""
+    for name, t in zip(run.program.names.contacts, run.record.passed, strict=True):
+        if t != 0.0:
+            text = f"At t = {t:.6g} s a fixed step went by the contact {name!r}, which was closed then, or at a gap "
+            text += "that the ends of the step do not tell."
+            yield found("passed-contact", (name.partition(".")[0],), text, "Take smaller steps, or Adaptive().", time=t)
 
 
 # Run of a program: arrays of the compiled loop, advanced in blocks for progress bar, Ctrl-C and saving
@@ -459,11 +460,12 @@ class Run:
         self,
         model: dict[str, Any],
         *,
-        notes: tuple[str, ...] = (),
-        faults: tuple[str, ...] = (),
+        findings: Sequence[Finding] = (),
         wall_time: float = 0.0,
     ) -> Solution:
-        """Solution of the run so far, with remarks, faults that were seen, and the time on the clock [s]."""
+        """Solution of the run so far, with findings on it and the time on the clock [s]."""
+        own = [found("bookkeeping", (), remark) for remark in self.stepper.remarks()]
+        faults = sentences(findings, errors=True)
         program = self.stepper.reported
         kept = slice(None) if self.kept is None else self.kept
         names, (time, values) = program.names.signals, self.saved.finished()
@@ -481,7 +483,7 @@ class Run:
             shapes=program.shapes,
             restart=self.restart(),
             contacts=self.contact_log(),
-            notes=(*notes, *self.stepper.remarks()),
+            findings=(*findings, *own),
             model={**model, "flexmb": installed_version(), "method": repr(self.method), "step": repr(self.step)},
             mechanism=self.mechanism,
         )

@@ -20,15 +20,15 @@ from flexmb.engine.step.method import Method
 from flexmb.engine.step.step_size import Adaptive, FixedStep
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
-from flexmb.findings.failure import explanation
-from flexmb.findings.vibrations import vibration_remarks
-from flexmb.findings.watch import Seen, impossible_penetrations, watched
+from flexmb.findings.failure import failure_findings
+from flexmb.findings.finding import found
+from flexmb.findings.vibrations import vibration_findings
+from flexmb.findings.watch import impossible_penetrations, law_findings_after, watch_findings, watched_motion
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import common_period, compile_with_start
 from flexmb.program.program import COMMON_Z, FRICTION_Z, NORMAL_Z, PHASE, Program
 from flexmb.results.naming import SAVED_KEY, chosen_places
 from flexmb.results.solution import Solution
-from flexmb.results.status import contact_remarks
 from flexmb.run.checkpoint import EVERY, Checkpoints, digest, plain_values
 from flexmb.run.run import KEYBOARD, TERMINATION, Interruption, Run, passed_contacts
 from flexmb.run.sampling import lost_control
@@ -187,24 +187,22 @@ def _solution(
     kept_file: Checkpoints | None,
     started: float,
 ) -> Solution:
-    """Solution of a run that has ended, with remarks and faults; its checkpoint is written or removed.
+    """Solution of a run that has ended, with findings; its checkpoint is written or removed.
 
     `begun_saved` holds the instants at which the run and its saving began [s].
     """
     now, (begun, begin) = float(run.flow.clock.t), begun_saved
     span = run.period if run.period is not None else 0.5 * (now - begin)
-    seen = Seen.of(run)
-    watch = watched(mechanism, seen)
-    faults, details = explanation(run, mechanism, closed, watch.faults)
-    steps = int(run.record.count.steps)
-    lost = vibration_remarks(run.program, seen, run.method, steps, begun, now, run.flow.largest_states)
-    faults = (*faults, *passed_contacts(run))
-    contacts = contact_remarks(run.program, run.flow.z, run.contact_log(), now, span)
-    notes = (*run.chords.remarks, *contacts, *watch.notes, *lost, *details)
+    motion, contacts = watched_motion(run), run.contact_log()
+    findings = [*run.chords.findings, *law_findings_after(run.program, run.flow.z, contacts, now - span)]
+    findings += watch_findings(mechanism, motion, contacts)
+    known = any(finding.is_error for finding in findings)
+    findings += [*vibration_findings(run, motion, begun), *failure_findings(run, mechanism, closed, known=known)]
+    findings += passed_contacts(run)
     if kept_file is not None:
-        remark = "" if run.interrupted else kept_file.finish()
-        notes = (*notes, *filter(None, (kept_file.failure, remark)))
-    sol = run.solution(model=model, notes=notes, faults=faults, wall_time=clock() - started)
+        troubles = (kept_file.failure, "" if run.interrupted else kept_file.finish())
+        findings += [found("bookkeeping", (), text) for text in troubles if text]
+    sol = run.solution(model=model, findings=findings, wall_time=clock() - started)
     if not sol.ok:
         tell_stopped(f"simulate {sol.name!r}", sol.status)
     return sol

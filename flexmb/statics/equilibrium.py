@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from flexmb import arguments, checks
+from flexmb import places as at
 from flexmb.display import listed
 from flexmb.engine.linalg.large import null_vector
 from flexmb.engine.system.constraints import report_forces
@@ -21,22 +22,6 @@ from flexmb.errors import InputError, SolveError
 from flexmb.kernels import GAP_SIZE
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import refuse_controllers
-from flexmb.places import (
-    ARM1_X,
-    ARM1_X_Q,
-    ARM1_Y,
-    ARM1_Y_Q,
-    ARM2_X,
-    ARM2_X_Q,
-    ARM2_Y,
-    ARM2_Y_Q,
-    NORMAL,
-    NORMAL_FORCE,
-    NORMAL_X,
-    NORMAL_X_Q,
-    NORMAL_Y,
-    NORMAL_Y_Q,
-)
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
 from flexmb.statics.eigen import is_stable
@@ -49,7 +34,7 @@ from flexmb.statics.steady_rotation import Spin, check_spin
 
 def carries(system: StateEvaluation) -> np.ndarray:
     """Whether each contact has a normal force at the last evaluation (contacts,)."""
-    return np.asarray(system.work.contact[: len(system.program.names.contacts), NORMAL_FORCE] > 0.0)
+    return np.asarray(system.work.contact[: len(system.program.names.contacts), at.NORMAL_FORCE] > 0.0)
 
 
 def open_contacts(system: StateEvaluation) -> tuple[str, ...]:
@@ -77,15 +62,15 @@ def contact_stiffness(system: StateEvaluation, u: np.ndarray) -> sp.csc_matrix:
     for k in np.flatnonzero(carries(system)):
         dofs, out = K.dofs[6 * k : 6 * k + 6], system.work.contact[k, :GAP_SIZE]
         jacobians(out, rows)
-        growth = system.work.slopes[k, N_BY_GAP] * float(rows[NORMAL] @ moved[dofs])
+        growth = system.work.slopes[k, N_BY_GAP] * float(rows[at.NORMAL] @ moved[dofs])
         found[np.ix_(dofs, dofs)] -= growth * _normal_slopes(out)
     return found[:n, :n].tocsc()
 
 
 def _normal_slopes(out: np.ndarray) -> np.ndarray:
     """Derivatives of J_n (6, 6) by the coordinates; rows are entries of J_n."""
-    nx, ny, ax, ay, bx, by = out[[NORMAL_X, NORMAL_Y, ARM1_X, ARM1_Y, ARM2_X, ARM2_Y]]
-    first = (NORMAL_X_Q, NORMAL_Y_Q, ARM1_X_Q, ARM1_Y_Q, ARM2_X_Q, ARM2_Y_Q)
+    nx, ny, ax, ay, bx, by = out[[at.NORMAL_X, at.NORMAL_Y, at.ARM1_X, at.ARM1_Y, at.ARM2_X, at.ARM2_Y]]
+    first = (at.NORMAL_X_Q, at.NORMAL_Y_Q, at.ARM1_X_Q, at.ARM1_Y_Q, at.ARM2_X_Q, at.ARM2_Y_Q)
     x, y, axq, ayq, bxq, byq = (out[place : place + 6] for place in first)
     turn1, turn2 = y * ax - x * ay + ny * axq - nx * ayq, y * bx - x * by + ny * bxq - nx * byq
     return np.stack([x, y, turn1, -x, -y, -turn2])

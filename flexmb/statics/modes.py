@@ -13,7 +13,6 @@ from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError, SolveError
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import refuse_controllers
-from flexmb.parts.loads.force import Force
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
 from flexmb.statics.eigen import damped as damped_modes
@@ -228,7 +227,7 @@ def _without_dead_loads(mechanism: Mechanism) -> Mechanism:
     if not isinstance(mechanism, Mechanism):
         return mechanism  # compile says what it is
     controlled = {name for controller in mechanism.controllers for name in controller.control().loads}
-    dead = {part.name for part in mechanism.parts if isinstance(part, Force)} - controlled
+    dead = {part.name for part in mechanism.parts if part.declared_load} - controlled
     return mechanism.with_loads([part for part in mechanism.parts if part.name not in dead], (0.0, 0.0))
 
 

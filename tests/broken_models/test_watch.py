@@ -239,3 +239,24 @@ def test_a_restart_of_another_formula_is_refused():
     first = fm.simulate(fm.Mechanism("pulled", [ball, Two("pull", ball, 0.1)]), t_end=0.1)
     with pytest.raises(InputError, match="names or kernels of its parts differ"):
         fm.simulate(fm.Mechanism("pulled", [ball, Three("pull", ball, 0.1)]), t_end=0.2, restart=first.restart)
+
+
+def test_a_run_holds_its_findings_as_records_and_so_does_its_file(tmp_path):
+    sol = fm.simulate(worn("A", friction=Driving(0.3)), **SHORT)
+    (fault,) = (finding for finding in sol.findings if finding.is_error)
+    assert (fault.code, fault.parts) == ("driving-friction", ("A",))
+    assert f"Not ok: {fault.sentence}" in sol.status
+    assert sol.notes == tuple(finding.sentence for finding in sol.findings if not finding.is_error)
+    assert fm.load(sol.to_netcdf(tmp_path / "run.nc")).findings == sol.findings
+
+
+class Fragile(fm.RigidBody):
+    """A body of a user that has its own opinion on its mass."""
+
+    def findings_before(self, mechanism):
+        yield fm.doctor.Finding("odd-units", (self.name,), "It is heavy.", "Take another.", "warning")
+
+
+def test_a_part_of_a_user_answers_in_the_examination():
+    stone = Fragile("stone", at=(0.0, 0.0), mass=1.0, inertia=1.0)
+    assert "It is heavy. Take another." in [f.sentence for f in fm.check(fm.Mechanism("thrown", [stone])).findings]

@@ -9,7 +9,8 @@ import pytest
 
 FLOORS = {
     "errors": 0, "checks": 0, "arguments": 0, "engine.compiled": 0, "kernels": 0, "planar": 0, "places": 0,
-    "engine.derivatives": 0, "docstrings": 0, "fields": 0, "namespace": 0, "version": 0, "display": 0,
+    "engine.derivatives": 0, "docstrings": 0, "fields": 0, "namespace": 0, "version": 0,
+    "display": 0, "findings.finding": 0,
     "model": 1, "engine.linalg": 1, "dynamics.jobs": 1,
     "elastic.beams": 2, "elastic.meshes": 2, "elastic.planes": 2, "elastic.reduced": 2,
     "parts.bodies": 2, "parts.joints": 2, "parts.contact": 2, "parts.drives": 2, "parts.loads": 2, "parts.couplings": 2,
@@ -38,6 +39,9 @@ ROOMS = {name.partition(".")[0] for name in FLOORS if "." in name}
 
 OF_RUNS = {"watch", "vibrations", "failure"}
 """Files of findings/ on runs; the other ones examine mechanisms before they move."""
+
+RECORD = ("finding",)
+"""File of findings/ with the record itself, in which parts and laws speak."""
 
 SIDEWAYS = {
     ("parts.bodies", "elastic.beams"): "a flexible link is made of beam elements",
@@ -87,7 +91,8 @@ def unit_of(path: str) -> str:
 def unit(names: tuple[str, ...]) -> str:
     """The unit of the names of a module behind flexmb."""
     if names[0] == "findings":
-        return "findings.run" if names[1:2] and names[1] in OF_RUNS else "findings.mechanism"
+        own = names[1:2] or ("",)
+        return "findings.finding" if own == RECORD else "findings.run" if own[0] in OF_RUNS else "findings.mechanism"
     room = ".".join(names[:2])
     return room if names[0] in ROOMS and room in FLOORS else names[0]
 

@@ -23,7 +23,7 @@ from flexmb.dynamics.systems.mechanism_flow import MechanismFlow, clock
 from flexmb.engine.step.contact_log import running_episodes
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
-from flexmb.results.status import COLUMN, damped_since_onset
+from flexmb.results.contact_intervals import COLUMN
 
 # Renormalisation schedule: the points of a run, and how often small differences are renormalised between them
 
@@ -311,7 +311,7 @@ def lasting_contacts(system: Dynamics, since: float) -> list[str]:
     for row in running_episodes(program.tables, now):
         contact = int(row[COLUMN["contact"]])
         _, begin, end, _ = program.tables.contacts.z[contact]
-        damped = damped_since_onset(program.normals[contact], now.z[begin:end].tolist())
+        damped = program.normals[contact].damped_since_onset(now.z[begin:end].tolist())
         if damped and row[COLUMN["peak_force"]] > 0.0 and not row[COLUMN["start"]] > since:
             name = program.names.contacts[contact]
             sentences.append(f"{name} has been in contact without a break during all that was counted: {damped}.")

@@ -25,7 +25,7 @@ from flexmb.parts.contact.onset import HISTORY
 from flexmb.parts.contact.validity import HISTORY_WITH_EXTREMES
 from flexmb.program.compiler import clash, compile_with_start
 from flexmb.program.program import Program
-from flexmb.results.status import followed, slides
+from flexmb.results.status import followed
 from flexmb.run.simulate import Step, period_or_none
 from flexmb.statics.start.consistent import Start, accelerations, consistent_start
 from flexmb.statics.start.projection import metric_of, projected
@@ -186,10 +186,9 @@ class MechanismFlow(ContinuousFlow):
         journal = next((name for name in self.names if name.endswith(PLACES[0])), None)
         if journal is not None:
             return journal, journal.removesuffix(PLACES[0]) + PLACES[1]
-        body = followed(self.mechanism)
+        body, guide = followed(self.mechanism)
         if body is None:
             return self.names[:1]
-        guide = slides(self.mechanism, body)
         axis = "theta" if guide is None else "x" if abs(guide.along[0]) >= abs(guide.along[1]) else "y"
         return (self.names[self.number_of(f"MechanismFlow of {self.name!r}", f"{body.name}.{axis}")],)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, cast
@@ -28,6 +28,7 @@ from flexmb.elastic.planes.pins import AVERAGED, RIGID, Interface, Tie, averaged
 from flexmb.elastic.planes.stress import peak_stress_signal
 from flexmb.errors import InputError, SolveError
 from flexmb.fields import field, flag, instance, not_negative, one_of, point, record
+from flexmb.findings.finding import Finding, found
 from flexmb.model.contributions import (
     Attachment,
     ConstraintContribution,
@@ -37,8 +38,8 @@ from flexmb.model.contributions import (
     SignalContribution,
     node_coordinates,
 )
+from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.law import Material
-from flexmb.model.part import Body
 from flexmb.model.shape import Shapes
 from flexmb.parts.bodies.flexible import Field, RigidProperties, Triple, start_displacement, start_velocity
 from flexmb.parts.bodies.point_mass import held_rotation_kernel, node_mass
@@ -51,8 +52,12 @@ if TYPE_CHECKING:
 # Base of bodies whose shape is a plane mesh: all nodes of it, or a few modes
 
 
-class MeshBody(Body):
+class MeshBody(ElasticBody):
     """A body that can bear loads on its mesh."""
+
+    def left_out(self, load: NodalLoad) -> float:  # noqa: ARG002 - of reduced bodies
+        """Share of the strain energy of a `load` on the mesh that the body cannot show, with all pins held."""
+        return 0.0
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -270,6 +275,12 @@ Point = tuple[float, float]
 
 FORMULATIONS = {"corotated": COROTATED, "total-lagrange": TOTAL_LAGRANGE}
 """Formulations of cells by name."""
+
+TOO_STIFF = 0.1
+"""Share by which a body is too stiff in bending, above which there is a finding."""
+
+TRIANGLES = {"tri3": ((0, 1, 2),), "quad4": ((0, 1, 2), (0, 2, 3))}
+"""Linear cells as triangles."""
 
 SAME_LENGTH = 1e-6
 """Difference of two lengths over the length [1] up to which they are one."""
@@ -497,6 +508,27 @@ class PlaneBody(MeshBody):
         """Whether every accepted step looks for the largest stress."""
         return self.stress
 
+    def reference_points(self) -> np.ndarray:
+        """Places (n, 2) of the nodes of the mesh in the reference configuration [m]."""
+        return self.mesh.placed(self.direction, self.origin).points
+
+    def odd_sizes(self) -> Iterator[Finding]:
+        """Finding on a plate that is thicker than large."""
+        thickness = max(value for _, value in by_region(self.label, "thickness", self.thickness))
+        if self.state == STRESS and thickness > self.mesh.size:
+            text = f"{self.label} is {thickness:.4g} m thick and {self.mesh.size:.4g} m large."
+            remedy = "Thickness is in m. Bodies thicker than large are closer to plane strain: state='strain'."
+            yield found("odd-units", (self.name,), text, remedy, thickness=thickness)
+
+    def coarse_cells(self, owner: ElasticBody) -> Iterator[Finding]:
+        """Finding on linear cells too few to bend, in the name of the `owner` of the body."""
+        excess = bending_excess(self)
+        if excess > TOO_STIFF:
+            text = f"{owner.label}: its {self.mesh.kind} cells are too few across it: in bending it is some "
+            text += f"{100.0 * excess:.2g} % too stiff."
+            remedy = "Take quadratic cells, mesh=mesh.to_quadratic(), or several times as many across it."
+            yield found("coarse-cells", (owner.name,), text, remedy, excess=excess)
+
     def properties(self) -> RigidProperties:
         """Mass, centre of mass and moment of inertia as a rigid body in the reference configuration."""
         mass, centre, inertia = self.matrices.rigid_properties
@@ -531,3 +563,34 @@ _matrices = lru_cache(maxsize=REMEMBERED)(matrices)
 def _direction(start: Point, end: Point) -> float:
     """Direction from one point to another one [rad]."""
     return math.atan2(end[1] - start[1], end[0] - start[0])
+
+
+def bending_excess(body: PlaneBody) -> float:
+    """Share by which a body of linear cells is too stiff in bending; 0 for quadratic cells.
+
+    The strain energy of u = -x y, v = x^2/2 at the nodes, x along the body, less that of this field itself, is the
+    energy of the strains that linear cells add; over the energy of bending of a bar of the same area whose height is
+    twice the area over the length of the boundary.
+    """
+    mesh = body.mesh
+    if mesh.kind not in TRIANGLES:
+        return 0.0
+    points = mesh.points - mesh.points.mean(axis=0)
+    along = np.linalg.eigh(points.T @ points)[1][:, -1]
+    across = np.array([-along[1], along[0]])
+    x, y = points @ along, points @ across
+    field = (-(x * y)[:, None] * along + 0.5 * (x**2)[:, None] * across).ravel()
+    stiffness = elasticity(mesh, body.material, body.state)[:, 0]
+    for thickness, cells in cell_values(mesh, "thickness", body.thickness):
+        stiffness[cells] *= thickness
+    square, whole = np.zeros(len(mesh.cells)), np.zeros(len(mesh.cells))
+    for corners in TRIANGLES[mesh.kind]:
+        (ax, ay), (bx, by), (cx, cy) = (points[mesh.cells[:, k]].T for k in corners)
+        area, heights = 0.5 * ((bx - ax) * (cy - ay) - (cx - ax) * (by - ay)), y[mesh.cells[:, corners]]
+        square += area / 12.0 * ((heights**2).sum(axis=1) + heights.sum(axis=1) ** 2)
+        whole += area
+    rings = [points[np.append(loop, loop[0])] for loop in mesh.loops]
+    boundary = sum(np.linalg.norm(np.diff(ring, axis=0), axis=1).sum() for ring in rings)
+    height = 2.0 * whole.sum() / boundary
+    added = field @ (body.matrices.stiffness @ field) - stiffness @ square
+    return float(added / (stiffness @ whole * height**2 / 12.0))

@@ -1,11 +1,11 @@
-"""Accuracy of reduced bodies: frequencies, deflections and stresses beside the ones of all displacements."""
+"""Accuracy of reduced bodies, and findings on their deformations in a run."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,8 +15,18 @@ import scipy.sparse.linalg as sla
 from flexmb import checks
 from flexmb.elastic.planes.stress import von_mises
 from flexmb.elastic.reduced.bases import DENSE, RIGID, Basis, ElasticModel, Sparse, inertia_loads
-from flexmb.elastic.reduced.superelement import Superelement
+from flexmb.elastic.reduced.kernel import FIRST
+from flexmb.elastic.reduced.superelement import Superelement, left_out
 from flexmb.errors import InputError
+from flexmb.findings.finding import Finding, found
+from flexmb.model.part import WatchedMotion
+from flexmb.model.shape import MeshShape
+from flexmb.parts.loads.mesh_loads import LEFT_OUT
+
+if TYPE_CHECKING:
+    from flexmb.elastic.reduced.reduced import Reduced
+
+# Accuracy of reduced bodies: frequencies, deflections and stresses beside the ones of all displacements
 
 Array = npt.NDArray[np.float64]
 Load = Callable[[Array], Any] | Array
@@ -256,3 +266,165 @@ def _shown(error: float) -> str:
 def _over(error: float, size: float) -> float:
     """Relative error; 0 of nothing."""
     return error / size if size else 0.0
+
+
+# Deformations of reduced bodies in their frames
+
+
+def deformed(shape: MeshShape, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Deformations (n, nodes, 3) of a reduced body in its frame, and the angle (n,) of the frame [rad].
+
+    The poses (n, nodes, 3) of its nodes are x, y, theta.
+    """
+    reference = np.array(shape.poses)
+    angle = poses[:, 0, 2] - reference[0, 2]
+    if shape.weights:
+        weights = np.array(shape.weights)
+        along = (weights * poses[..., :2]).sum(axis=(1, 2))
+        across = (weights[:, 0] * poses[..., 1] - weights[:, 1] * poses[..., 0]).sum(axis=1)
+        angle = np.arctan2(across, along)
+        turns = poses[:, 0, 2] - reference[0, 2] - angle
+        angle = angle + 2.0 * np.pi * np.round(turns / (2.0 * np.pi))
+    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    d = np.empty_like(poses)
+    d[..., 0] = c * poses[..., 0] + s * poses[..., 1] - reference[:, 0]
+    d[..., 1] = c * poses[..., 1] - s * poses[..., 0] - reference[:, 1]
+    d[..., 2] = poses[..., 2] - angle[:, None] - reference[:, 2]
+    return d, angle
+
+
+def shortened(d: np.ndarray, shortening: np.ndarray) -> np.ndarray:
+    """Deformation e = d + c(d) (n, coordinates) of a reduced body from d (n, nodes, 3), with its shortening by bending.
+
+    The translation of the first node is left out, which has no stress but its round-off.  `shortening` (k, n + 1, n)
+    has directions, each above its matrix; (k, n, n) in older files: matrices of the coordinates from the fourth one on.
+    """
+    e: np.ndarray = (d - d[:, :1] * np.array([1.0, 1.0, 0.0])).reshape(len(d), -1)
+    if not len(shortening):
+        return e
+    matrices, n = shortening[:, -e.shape[1] :], e.shape[1]
+    along = shortening[:, 0] if shortening.shape[1] > n else np.eye(n)[FIRST : FIRST + len(shortening)]
+    e += 0.5 * np.einsum("ti,kij,tj->tk", e, matrices, e, optimize=True) @ along
+    return e
+
+
+# Findings on a run: large deformations, strain energy in the highest modes, loads and rotations without shapes
+
+LARGE_SHARE, IMPOSSIBLE_SHARE = 0.1, 0.5
+"""Displacement in the frame of a reduced body over the size of the body [1], above which there is a finding, and above
+which the run is not ok."""
+
+MOST_POINTS = 100
+"""Number of points of a body whose displacements are looked at."""
+
+EDGE_SHARE = 0.1
+"""Share of the strain energy in the highest modes [1] from which a basis is said to be too small."""
+
+AT_EDGE = 3
+"""Number of the highest modes that are looked at."""
+
+STEP_ERROR = 1e-8
+"""Displacement by the highest modes over the size of a body [1], up to which it is the error of steps.
+
+Default steps leave some 3e-9 in bodies that are so stiff that their deformation is smaller."""
+
+
+def deformation_findings(body: Reduced, motion: WatchedMotion) -> Iterator[Finding]:
+    """Findings on the deformations of a body at the poses of a motion."""
+    names = [f"{body.name}.{node.name}.{axis}" for node in body.basis.nodes for axis in ("x", "y", "theta")]
+    poses = motion.rows(*names).reshape(len(motion.times), -1, 3)
+    with np.errstate(all="ignore"):  # a run that blows up ends with numbers that are none
+        d = deformed(body.moved_by, poses)[0]
+        d[..., :2] -= d[:, :1, :2]
+    yield from _large(body, d.reshape(len(d), -1), motion)
+    if np.isfinite(d).all():
+        d = shortened(d, body.element.directions)
+        whole = float(0.5 * np.einsum("ti,ij,tj->t", d, body.element.matrices["K"], d).max())
+        yield from _of_rotation(body, whole, motion)
+        if body.basis.vibrations >= AT_EDGE:
+            yield from _at_edge(body, d, motion.times, whole)
+
+
+def _large(body: Reduced, d: np.ndarray, motion: WatchedMotion) -> Iterator[Finding]:
+    """Finding on deformations d (t, n) by much of the size of a body."""
+    shares = _shares(body, d)
+    large = np.flatnonzero(np.append(shares, np.inf) > LARGE_SHARE)[0] if motion.failed else 0
+    lost = next((k for k in range(int(large)) if _inertia_is_lost(body, d[k])), None)
+    if lost is not None:
+        when, share, wrong = lost, float(shares[lost]), True
+        follows = ", and its frame follows the vibrations of one pin" if body.basis.by_pin else ""
+        text = f"by {100.0 * share:.3g} % of its size{follows}; stiffening by rotation then takes away more inertia "
+        text += "than it has."
+        remedy = 'Take a second pin, such as its other end, with frame="chord", or stiffening=False, or the body with '
+        remedy += "all its nodes."
+    elif shares.max() > LARGE_SHARE:
+        wrong = bool(shares.max() > IMPOSSIBLE_SHARE) or motion.failed
+        when = int(np.argmax(shares > min(IMPOSSIBLE_SHARE, 0.99 * shares.max())))
+        share = float(shares[when])
+        moved = f"by {100.0 * share:.3g} % of its size" if share < 1.0 else "by more than its size"
+        text = f"{moved}, {'beyond' if wrong else 'at the edge of'} the small deformations that a reduced body is for; "
+        text += "its errors grow with the square of that share."
+        chord = 'frame="chord", ' if body.basis.by_pin and body.basis.model.count > 3 else ""
+        remedy = f"Take {chord}more pins, or the body with all its nodes."
+    else:
+        return
+    time = float(motion.times[when])
+    text = f"{body.label}: at t = {time:.6g} s it is deformed {text}"
+    yield found("large-deformation", (body.name,), text, remedy, wrong=wrong, time=time, share=share)
+
+
+def _shares(body: Reduced, d: np.ndarray) -> np.ndarray:
+    """(t,) largest displacements in the frame of a body over its size."""
+    model = body.model
+    points = np.linspace(0, len(model.points) - 1, min(MOST_POINTS, len(model.points))).astype(int)
+    with np.errstate(all="ignore"):
+        x, y = (d @ np.asarray(model.shape[2 * points + axis] @ body.basis.shapes).T for axis in (0, 1))
+        shares = np.hypot(x, y).max(axis=1) / np.ptp(model.points, axis=0).max()
+    return np.asarray(np.nan_to_num(shares, nan=np.inf))
+
+
+def _inertia_is_lost(body: Reduced, d: np.ndarray) -> bool:
+    """Whether the mass matrix of a body is not positive, since stiffening by rotation lessens its inertia."""
+    matrices, Kc = body.element.matrices, body.element.centrifugal
+    turning = np.zeros(len(d))
+    turning[2] = 1.0
+    if not body.basis.by_pin:
+        shape = body.moved_by
+        weights, poses = np.array(shape.weights), np.array(shape.poses) + d.reshape(-1, 3)
+        size = (weights * poses[:, :2]).sum()
+        turning = np.column_stack([-weights[:, 1], weights[:, 0], np.zeros(len(weights))]).ravel() / size
+    across = np.outer(matrices["G"] @ d, turning)
+    mass = matrices["M"] + across + across.T + np.outer(turning, turning) * (d @ (matrices["H"] - Kc) @ d)
+    return bool(np.linalg.eigvalsh(mass)[0] < 0.0)
+
+
+def _at_edge(body: Reduced, d: np.ndarray, time: np.ndarray, whole: float) -> Iterator[Finding]:
+    """Finding on strain energy of the deformations d (t, n) in the highest modes."""
+    pins, last = body.basis.model.count, slice(d.shape[1] - AT_EDGE, None)
+    eta = d[:, last] - d[:, :pins] @ body.basis.followed[-AT_EDGE:].T
+    edge = 0.5 * np.einsum("ti,ij,tj->t", eta, body.element.matrices["K"][last, last], eta)
+    when = int(np.argmax(edge))
+    size = np.ptp(body.model.points, axis=0).max()
+    moved = np.abs(eta * (1.0, 1.0, size)).max(axis=1)  # the shape of a rotation of 1 moves by the size
+    share = float(edge[when]) / whole if moved[when] > STEP_ERROR * size else 0.0
+    if share >= EDGE_SHARE:
+        frequency, more = body.dropped_frequency, body.basis.vibrations + AT_EDGE
+        text = f"{body.label}: at t = {time[when]:.6g} s its three highest modes hold {100.0 * share:.3g} % of its "
+        text += "largest strain energy, so modes are missing."
+        text += f" The lowest one left out has {frequency:.4g} Hz with held pins." if np.isfinite(frequency) else ""
+        numbers = {"time": time[when], "share": share, "limit": EDGE_SHARE}
+        yield found("missing-shapes", (body.name,), text, f"Keep more: modes={more}.", **numbers)
+
+
+def _of_rotation(body: Reduced, whole: float, motion: WatchedMotion) -> Iterator[Finding]:
+    """Finding on centrifugal forces that the kept shapes leave out, beside the largest strain energy [J]."""
+    model, force = body.model, inertia_loads(body.model)["rotation"]
+    speed, when = min(motion.peak(f"{body.name}.{pin.name}.omega") for pin in model.pins)
+    moved, size = np.abs(model.shape @ body.basis.static(force)).max(), np.ptp(model.points, axis=0).max()
+    left = speed**4 * left_out(body, force)[1]
+    share = left / (whole + left) if left > 0.0 else 0.0
+    if share > LEFT_OUT and speed**2 * moved > STEP_ERROR * size:
+        text = f"{body.label}: at t = {when:.6g} s it turns at {speed:.4g} rad/s, and its kept shapes leave out "
+        text += f"{100.0 * share:.3g} % of its strain energy, by centrifugal forces: stress inside is too small."
+        remedy = "Keep their shape, Reduced(..., inertia_shapes=True), or more modes."
+        yield found("missing-shapes", (body.name,), text, remedy, time=when, share=share, limit=LEFT_OUT)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import OrderedDict
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from threading import Lock
@@ -14,11 +14,11 @@ import numpy as np
 
 from flexmb import arguments, checks, planar
 from flexmb.elastic.planes.plane_body import MeshBody, PlaneBody
-from flexmb.elastic.reduced.accuracy import Accuracy, Load, accuracy
+from flexmb.elastic.reduced.accuracy import Accuracy, Load, accuracy, deformation_findings
 from flexmb.elastic.reduced.bases import Basis, ElasticModel, basis, frame_weights
 from flexmb.elastic.reduced.models import model_of_beams, model_of_plane, pins_of_beams
 from flexmb.elastic.reduced.peak_stress import group_parameters, peak_stress_signal
-from flexmb.elastic.reduced.superelement import Superelement, checked_loads, load_contributions, superelement
+from flexmb.elastic.reduced.superelement import Superelement, checked_loads, left_out, load_contributions, superelement
 from flexmb.elastic.reduced.tangent import (
     reduced_account,
     reduced_energy,
@@ -29,7 +29,7 @@ from flexmb.elastic.reduced.tangent import (
 from flexmb.errors import InputError
 from flexmb.fields import Rule, count, field, flag, not_negative, one_of, positive, variant
 from flexmb.model.contributions import Attachment, Contribution, ElementContribution, Node
-from flexmb.model.part import Body
+from flexmb.model.part import Body, WatchedMotion
 from flexmb.model.shape import MeshShape, Shapes
 from flexmb.parts.bodies.flexible import nearest_node
 from flexmb.parts.bodies.flexible_body import FlexibleBody
@@ -37,7 +37,8 @@ from flexmb.parts.loads.mesh_loads import MeshLoad
 
 if TYPE_CHECKING:
     from flexmb.elastic.planes.loads import NodalLoad
-    from flexmb.model.law import Motion
+    from flexmb.findings.finding import Finding
+    from flexmb.model.law import Material, Motion
     from flexmb.model.mechanism import Mechanism
 
 # Models, bases and matrices of reduced bodies that are kept for equal bodies, by the values that they depend on
@@ -90,67 +91,6 @@ def key_of(body: FlexibleBody | PlaneBody, pins: Sequence[str]) -> Hashable:
     pivot = float(getattr(body, "pivot_inertia", 0.0))
     corners = body.corners, body.corner_points
     return tuple(pins), body.nodes(), body.beams, corners, body._bosses, pivot
-
-
-def shared_model(body: FlexibleBody | PlaneBody, pins: Sequence[str], key: Hashable) -> ElasticModel:
-    """Elastic model of a body, with pins where parts are attached and its `key_of`."""
-    if isinstance(body, PlaneBody):
-        found = MODELS.of(key, lambda: model_of_plane(body, pins))
-        found = replace(found, origin=body.origin, direction=body.direction)
-    else:
-        found = MODELS.of(key, lambda: model_of_beams(body, pins))
-    return replace(found, label=body.label, damping=body.damping, mass_damping=body.mass_damping)
-
-
-def shared_basis(
-    model: ElasticModel,
-    key: Hashable,
-    modes: int,
-    up_to: float | None,
-    *,
-    by_pin: bool,
-    inertia: bool,
-    forces: tuple[bytes, ...] = (),
-) -> Basis:
-    """Craig-Bampton basis of a body with its `key_of`; modes as of `craig_bampton.basis`.
-
-    `forces` are the forces (2 S) on the points of the model of each load whose static shape is kept, as bytes [N].
-    """
-    options = (modes, up_to, by_pin, inertia, forces)
-
-    def make() -> Basis:
-        loads = [model.shape.T @ np.frombuffer(force) for force in forces]
-        columns = np.stack(loads, axis=1) if loads else None
-        return basis(model, modes, up_to, by_pin=by_pin, inertia=inertia, loads=columns)
-
-    found = BASES.of((key, options), make)
-    return replace(found, model=model)
-
-
-def shared_element(
-    found: Basis,
-    key: Hashable,
-    damping: float,
-    *,
-    stiffening: bool,
-    ratios: float | tuple[float, ...],
-    mass_damping: float,
-) -> Superelement:
-    """Matrices of a reduced body, as of `superelement.superelement`; the key is all that the basis depends on."""
-    options = (damping, stiffening, ratios, mass_damping)
-
-    def make() -> Superelement:
-        return superelement(found, damping, stiffening=stiffening, ratios=ratios, mass_damping=mass_damping)
-
-    return ELEMENTS.of((key, options), make)
-
-
-def shared_groups(found: Basis, key: Hashable) -> tuple[float, ...]:
-    """Parameters of the search for the largest stress of a body; the key is all that the basis depends on."""
-    stresses = found.model.stresses
-    if stresses is None:
-        raise ValueError(f"{found.model.label} has no stresses")
-    return GROUPS.of(key, lambda: group_parameters(stresses(found.shapes)))
 
 
 # A flexible body by its pins and a few modes
@@ -318,21 +258,38 @@ class Reduced(MeshBody):
     @cached_property
     def model(self) -> ElasticModel:
         """Stiffness and mass of the body over all its displacements."""
-        return shared_model(self.body, [pin.name for pin in self._pins], self._key)
+        body, pins = self.body, [pin.name for pin in self._pins]
+        if isinstance(body, PlaneBody):
+            found = MODELS.of(self._key, lambda: model_of_plane(body, pins))
+            found = replace(found, origin=body.origin, direction=body.direction)
+        else:
+            found = MODELS.of(self._key, lambda: model_of_beams(body, pins))
+        return replace(found, label=body.label, damping=body.damping, mass_damping=body.mass_damping)
 
     @cached_property
     def basis(self) -> Basis:
         """The shapes that are kept."""
         modes, up_to, by_pin, inertia, forces = self._options
-        return shared_basis(self.model, self._key, modes, up_to, by_pin=by_pin, inertia=inertia, forces=forces)
+
+        def make() -> Basis:
+            loads = [self.model.shape.T @ np.frombuffer(force) for force in forces]
+            columns = np.stack(loads, axis=1) if loads else None
+            return basis(self.model, modes, up_to, by_pin=by_pin, inertia=inertia, loads=columns)
+
+        return replace(BASES.of((self._key, self._options), make), model=self.model)
 
     @cached_property
     def element(self) -> Superelement:
         """The constant matrices of the equations of motion."""
         damping = self.model.damping if self.damping is None else self.damping
         drag = self.model.mass_damping if self.mass_damping is None else self.mass_damping
-        key, ratios = (self._key, self._options), self.damping_ratios
-        return shared_element(self.basis, key, damping, stiffening=self.stiffening, ratios=ratios, mass_damping=drag)
+        numbers: dict[str, Any] = {
+            "stiffening": self.stiffening,
+            "ratios": self.damping_ratios,
+            "mass_damping": drag,
+        }
+        key = (self._key, self._options), (damping, *numbers.values())
+        return ELEMENTS.of(key, lambda: superelement(self.basis, damping, **numbers))
 
     @arguments.checked
     def frequencies(self, count: int = 6) -> np.ndarray:
@@ -470,6 +427,32 @@ class Reduced(MeshBody):
         return self.body.seeks_stress if self.stress is None else self.stress
 
     @property
+    def whole(self) -> FlexibleBody | PlaneBody:
+        """The body with all its nodes."""
+        return self.body
+
+    @property
+    def all_materials(self) -> tuple[Material, ...]:
+        """Materials of the body with all its nodes."""
+        return self.body.all_materials
+
+    def reference_points(self) -> np.ndarray:
+        """Places (n, 2) of the points of the mesh that shows the body, in the reference configuration [m]."""
+        model, (c, s) = self.model, (np.cos(self.model.direction), np.sin(self.model.direction))
+        own = np.zeros((0, 2)) if model.drawn is None else np.array(model.drawn.points)
+        return np.asarray(model.origin + own @ np.array([[c, s], [-s, c]]))
+
+    def left_out(self, load: NodalLoad) -> float:
+        """Share of the strain energy of a `load` on the mesh that the kept shapes cannot show, with all pins held."""
+        whole, left = left_out(self, self.model.shape.T @ load.forces.ravel())
+        return left / whole if whole > 0.0 else 0.0
+
+    def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:
+        """Findings on strains and stresses, and on deformations that the kept shapes cannot show."""
+        yield from super().findings_after(mechanism, motion)
+        yield from deformation_findings(self, motion)
+
+    @property
     def plane(self) -> PlaneBody | None:
         """The body with all nodes of its mesh; None for one of beams."""
         return self.body if isinstance(self.body, PlaneBody) else None
@@ -493,9 +476,10 @@ class Reduced(MeshBody):
             tangent=reduced_tangent,
             account=reduced_account,
         )
-        if self.model.stresses is None or not self.seeks_stress:
+        stresses = self.model.stresses
+        if stresses is None or not self.seeks_stress:
             return [element]
-        groups = shared_groups(self.basis, (self._key, self._options))
+        groups = GROUPS.of((self._key, self._options), lambda: group_parameters(stresses(self.basis.shapes)))
         return [element, peak_stress_signal(self.name, coordinates, p, groups)]
 
 

@@ -9,40 +9,12 @@ from typing import Any
 import numpy as np
 
 from flexmb.errors import USER_ERRORS
+from flexmb.findings.finding import Finding, found
 from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE, Kernel
 from flexmb.places import GAP, GAP_RATE, LOAD, SLIDING, SLIP
+from flexmb.program import program as at
 from flexmb.program.packing import KINDS
-from flexmb.program.program import (
-    BEGIN,
-    COMMON_Z,
-    COORDINATE,
-    END,
-    FRICTION_LAW,
-    FRICTION_P,
-    FRICTION_P_END,
-    FRICTION_Z,
-    GAP_KERNEL,
-    GAP_P,
-    GAP_P_END,
-    LAST_GAP,
-    LOAD_KERNEL,
-    LOAD_P,
-    LOAD_P_END,
-    MEASURED,
-    MOTION_SPEED,
-    NORMAL_LAW,
-    NORMAL_P,
-    NORMAL_P_END,
-    NORMAL_Z,
-    OUTPUT,
-    SLIDING_LAW,
-    SLIDING_P,
-    SLIDING_P_END,
-    SOURCE_NUMBER,
-    VELOCITY,
-    Z_END,
-    Program,
-)
+from flexmb.program.program import Program
 
 MOST_CALLS = 20_000
 """Number of calls of kernels at a state at most: about half a second."""
@@ -76,27 +48,6 @@ class Instant:
 
 
 @dataclass(frozen=True)
-class FailedKernel:
-    """Kernel that raised an exception, or gave numbers that are not finite, with its arguments.
-
-    Parameters
-    ----------
-    reason : the exception, or the kind of result.
-    arguments : arguments by the name of the parameter.
-    """
-
-    part: str
-    kernel: str
-    reason: str
-    arguments: dict[str, Any]
-
-    def __str__(self) -> str:
-        """A sentence with part, kernel, reason and arguments."""
-        given = ", ".join(f"{name} = {_shown(value)}" for name, value in self.arguments.items())
-        return f"The kernel {self.kernel!r} of part {self.part!r} {self.reason}, called with {given}."
-
-
-@dataclass(frozen=True)
 class _Call:
     """Call of one kernel."""
 
@@ -119,28 +70,31 @@ class _Call:
         pairs = zip(self.kernel.contract.parameters, self.arguments, strict=True)
         return {name: value for name, value in pairs if name in names}
 
-    def failure(self) -> FailedKernel | None:
-        """Failure of the call; None for a good call, and for arguments that are not finite."""
+    def failure(self) -> Finding | None:
+        """Finding on a failed call; None for a good call, and for arguments that are not finite."""
         given = self.named(frozenset(self.kernel.contract.parameters) - OUTPUTS)
         if not all(np.isfinite(np.asarray(value)).all() for value in given.values()):
             return None
         values, raised = self.run()
         if not raised and np.isfinite(values).all():
             return None
-        return FailedKernel(self.part, self.kernel.name, raised or "gave numbers that are not finite", given)
+        shown = ", ".join(f"{name} = {_shown(value)}" for name, value in given.items())
+        reason = raised or "gave numbers that are not finite"
+        text = f"The kernel {self.kernel.name!r} of part {self.part!r} {reason}, called with {shown}."
+        return found("broken-kernel", (self.part,), text, "It must return finite numbers for these arguments.")
 
 
-def failed_kernel(program: Program, instants: Sequence[Instant]) -> FailedKernel | None:
-    """The first kernel that fails at one of several states, the likeliest first.
+def failed_kernel(program: Program, instants: Sequence[Instant]) -> Finding | None:
+    """Finding on the first kernel that fails at one of several states, the likeliest first.
 
     None: all are good, or the model is too large.
     """
     for instant in instants:
         with np.errstate(all="ignore"):
             for number, call in enumerate(_calls(program, instant)):
-                found = call.failure()
-                if found is not None:
-                    return found
+                failure = call.failure()
+                if failure is not None:
+                    return failure
                 if number > MOST_CALLS:
                     return None
     return None
@@ -169,21 +123,21 @@ def _control_calls(program: Program, s: Instant) -> Iterator[_Call]:
     C, outputs = program.tables.controls, np.zeros(int(program.tables.controls.output[-1]))
     for c in range(len(C.kernel)):
         begin, end = int(C.output[c]), int(C.output[c + 1])
-        if C.z[c, END] > C.z[c, BEGIN]:
-            outputs[begin:end] = s.z[C.z[c, END] - (end - begin) : C.z[c, END]]
+        if C.z[c, at.END] > C.z[c, at.BEGIN]:
+            outputs[begin:end] = s.z[C.z[c, at.END] - (end - begin) : C.z[c, at.END]]
             continue
         u = np.zeros(int(C.input[c + 1] - C.input[c]))
         for j in range(len(u)):
             kind, what, *bounds = (int(k) for k in C.source[C.input[c] + j])
-            if kind in (COORDINATE, VELOCITY):
-                u[j] = (s.q if kind == COORDINATE else s.v)[what]
-            elif kind == OUTPUT:
+            if kind in (at.COORDINATE, at.VELOCITY):
+                u[j] = (s.q if kind == at.COORDINATE else s.v)[what]
+            elif kind == at.OUTPUT:
                 u[j] = outputs[what]
             else:
                 read = _reading(program, s, c, kind, int(C.input[c]) + j, np.array(bounds))
                 yield read
-                found, raised = read.run()
-                u[j] = np.nan if raised else found[1 if kind == MOTION_SPEED else 0]
+                values, raised = read.run()
+                u[j] = np.nan if raised else values[1 if kind == at.MOTION_SPEED else 0]
         x = s.v[C.dofs[C.dof[c] : C.dof[c] + C.states[c]]]
         y = np.zeros(end - begin)
         law = _Call(
@@ -199,8 +153,8 @@ def _control_calls(program: Program, s: Instant) -> Iterator[_Call]:
 def _reading(program: Program, s: Instant, c: int, kind: int, j: int, bounds: np.ndarray) -> _Call:
     """Call of the motion or the signal that is input j of control c."""
     C = program.tables.controls
-    what, p = C.source[j, SOURCE_NUMBER], _numbers(program, bounds)
-    if kind != MEASURED:
+    what, p = C.source[j, at.SOURCE_NUMBER], _numbers(program, bounds)
+    if kind != at.MEASURED:
         return _Call(program.controls[c], _kernel(program, "motion", what), (p, s.t))
     dofs = C.source_dofs[C.source_dof[j] : C.source_dof[j + 1]]
     state = s.q[dofs], s.v[dofs], np.zeros(len(dofs))
@@ -211,7 +165,7 @@ def _element_calls(program: Program, s: Instant) -> Iterator[_Call]:
     E, part = program.tables.elements, program.names.elements
     for e in range(len(E.kernel)):
         dofs = E.dofs[E.dof[e] : E.dof[e + 1]]
-        n, p, z = len(dofs), _numbers(program, E.p[e]), s.z[E.z[e, BEGIN] : E.z[e, END]]
+        n, p, z = len(dofs), _numbers(program, E.p[e]), s.z[E.z[e, at.BEGIN] : E.z[e, at.END]]
         state = s.q[dofs], s.v[dofs], s.a[dofs]
         if E.kernel[e] >= 0:
             outputs = np.zeros(n), np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n)), z.copy()
@@ -237,7 +191,7 @@ def _constraint_calls(program: Program, s: Instant) -> Iterator[_Call]:
         for k in range(begin, end):
             if C.motion[k] >= 0:
                 yield _Call(part, _kernel(program, "motion", C.motion[k]), (_numbers(program, C.motion_p[k]), s.t))
-        if C.joint_friction[c, LOAD_KERNEL] >= 0:
+        if C.joint_friction[c, at.LOAD_KERNEL] >= 0:
             yield from _joint_friction_calls(program, s, c, part)
 
 
@@ -246,12 +200,14 @@ def _joint_friction_calls(program: Program, s: Instant, c: int, part: str) -> It
     dofs, places = C.dofs[C.dof[c] : C.dof[c + 1]], C.joint_friction_p[c]
     out, n = np.zeros(JOINT_FRICTION_SIZE), len(dofs)
     lam = s.lam[C.row[c] : C.row[c + 1]]
-    p, law_p = (_between(program, places, *ends) for ends in ((LOAD_P, LOAD_P_END), (SLIDING_P, SLIDING_P_END)))
-    load = _kernel(program, "joint_friction", C.joint_friction[c, LOAD_KERNEL])
+    p, law_p = (
+        _between(program, places, *ends) for ends in ((at.LOAD_P, at.LOAD_P_END), (at.SLIDING_P, at.SLIDING_P_END))
+    )
+    load = _kernel(program, "joint_friction", C.joint_friction[c, at.LOAD_KERNEL])
     yield _Call(part, load, (p, s.q[dofs], lam, out, np.zeros((n, n))))
-    z = s.z[C.joint_friction_z[c, BEGIN] : C.joint_friction_z[c, END]]
+    z = s.z[C.joint_friction_z[c, at.BEGIN] : C.joint_friction_z[c, at.END]]
     slip = float(out[SLIDING : SLIDING + 6] @ s.v[dofs[:6]])
-    law = _kernel(program, "friction", C.joint_friction[c, SLIDING_LAW])
+    law = _kernel(program, "friction", C.joint_friction[c, at.SLIDING_LAW])
     yield _Call(part, law, (law_p, s.h, slip, float(out[LOAD]), z, z.copy()))
 
 
@@ -262,18 +218,18 @@ def _contact_calls(program: Program, s: Instant) -> Iterator[_Call]:
         out = np.zeros(GAP_SIZE)
         gap, normal, friction = (
             _kernel(program, kind, K.kernel[k, column])
-            for kind, column in (("gap", GAP_KERNEL), ("normal", NORMAL_LAW), ("friction", FRICTION_LAW))
+            for kind, column in (("gap", at.GAP_KERNEL), ("normal", at.NORMAL_LAW), ("friction", at.FRICTION_LAW))
         )
-        yield _Call(names[k], gap, (_between(program, places, GAP_P, GAP_P_END), s.q[dofs], s.v[dofs], out))
-        own = s.z[z[NORMAL_Z] : z[FRICTION_Z]]
-        arguments = _between(program, places, NORMAL_P, NORMAL_P_END), s.h, float(out[GAP]), float(out[GAP_RATE])
+        yield _Call(names[k], gap, (_between(program, places, at.GAP_P, at.GAP_P_END), s.q[dofs], s.v[dofs], out))
+        own = s.z[z[at.NORMAL_Z] : z[at.FRICTION_Z]]
+        arguments = _between(program, places, at.NORMAL_P, at.NORMAL_P_END), s.h, float(out[GAP]), float(out[GAP_RATE])
         pressed = _Call(names[k], normal, (*arguments, own, own.copy()))
         yield pressed
         N, raised = pressed.run()
         if raised:
             continue
-        own = s.z[z[FRICTION_Z] : z[Z_END]]
-        arguments = _between(program, places, FRICTION_P, FRICTION_P_END), s.h, float(out[SLIP]), float(N[0])
+        own = s.z[z[at.FRICTION_Z] : z[at.Z_END]]
+        arguments = _between(program, places, at.FRICTION_P, at.FRICTION_P_END), s.h, float(out[SLIP]), float(N[0])
         yield _Call(names[k], friction, (*arguments, own, own.copy()))
 
 
@@ -281,8 +237,8 @@ def changed_contacts(program: Program, before: np.ndarray, after: np.ndarray) ->
     """Names of contacts that closed, and that opened, between two histories (n_z,)."""
     closed: list[str] = []
     opened: list[str] = []
-    for name, place in zip(program.names.contacts, program.tables.contacts.z[:, COMMON_Z], strict=True):
-        was, now = before[place + LAST_GAP] < 0.0, after[place + LAST_GAP] < 0.0
+    for name, place in zip(program.names.contacts, program.tables.contacts.z[:, at.COMMON_Z], strict=True):
+        was, now = before[place + at.LAST_GAP] < 0.0, after[place + at.LAST_GAP] < 0.0
         if was != now:
             (closed if now else opened).append(name)
     return closed, opened
@@ -293,7 +249,7 @@ def _kernel(program: Program, kind: str, number: Any) -> Kernel:
 
 
 def _numbers(program: Program, bounds: np.ndarray) -> np.ndarray:
-    return program.tables.p[bounds[BEGIN] : bounds[END]]
+    return program.tables.p[bounds[at.BEGIN] : bounds[at.END]]
 
 
 def _between(program: Program, places: np.ndarray, begin: int, end: int) -> np.ndarray:

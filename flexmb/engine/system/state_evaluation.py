@@ -72,7 +72,7 @@ class StateEvaluation:
         """Raise `KernelError` if a kernel raises or is not finite at the state that was evaluated last."""
         failed = None if self._instant is None else failed_kernel(self.program, [self._instant])
         if failed is not None:
-            raise KernelError(str(failed)) from error
+            raise KernelError(failed.text) from error
 
     @property
     def force(self) -> np.ndarray:

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY
 from functools import cached_property
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, ClassVar, cast
+
+import numpy as np
 
 from flexmb import planar
 from flexmb.elastic.beams.corotational import chord_share
 from flexmb.elastic.beams.section import Section
 from flexmb.errors import InputError
 from flexmb.fields import field, instance, not_negative, positive, record
+from flexmb.findings.finding import Finding, found
 from flexmb.model.contributions import Attachment, Contribution
+from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.law import Material
-from flexmb.model.part import Body
+from flexmb.model.part import Pose, WatchedMotion
 from flexmb.model.shape import Shapes
 from flexmb.parts.bodies.flexible import (
     Beam,
@@ -26,6 +30,7 @@ from flexmb.parts.bodies.flexible import (
     RigidProperties,
     Triple,
     assemble,
+    beam_elements,
     beam_pieces,
     beam_shapes,
     beam_stress_signal,
@@ -41,15 +46,16 @@ from flexmb.parts.bodies.flexible import (
 )
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from flexmb.model.mechanism import Mechanism
 
 Point = tuple[float, float]
 
+LEAST_SLENDERNESS = 5.0
+"""Length of a beam over its height, below which shear cannot be left out."""
+
 
 @record
-class FlexibleBody(Body):
+class FlexibleBody(ElasticBody):
     """Base of bodies made of beams; a subclass lays them out and fits bosses to the nodes at its corners.
 
     - elements: a number of equal elements, or increasing fractions of the length where inner nodes stand.
@@ -64,6 +70,8 @@ class FlexibleBody(Body):
       reference configuration.
     """
 
+    stress_name: ClassVar[str] = "normal stress in the outer fibres"
+    theory: ClassVar[str] = "beams"
     _: KW_ONLY
     section: Section | tuple[Section, ...] = field("cross section of all beams, or one a beam")
     material: Material = field("material", rule=instance(Material, "a Material(...)"))
@@ -119,7 +127,7 @@ class FlexibleBody(Body):
                 raise InputError(
                     f"{self.label}: section is {section!r}; it must be a cross section such as Rectangle(...)."
                 )
-        if self.stress and not all(map(knows_stress, self._sections)):
+        if self.stress and not self.knows_stress:
             text = f"{self.label}: stress is True, and a section does not know its outer fibre"
             raise InputError(f"{text}. Give outer_fibre=... [m] to the section.")
         _ = self._options
@@ -148,8 +156,47 @@ class FlexibleBody(Body):
     def seeks_stress(self) -> bool:
         """Whether every accepted step looks for the largest stress."""
         if self.stress is None:
-            return self.material.yield_stress is not None and all(map(knows_stress, self._sections))
+            return self.material.yield_stress is not None and self.knows_stress
         return self.stress
+
+    @property
+    def knows_stress(self) -> bool:
+        """Whether all sections know their outer fibres."""
+        return all(map(knows_stress, self._sections))
+
+    def reference_points(self) -> np.ndarray:
+        """Places (n, 2) of the nodes in the reference configuration [m]."""
+        return np.array([(node.x, node.y) for node in self.nodes()])
+
+    def strain_at_rest(self, mechanism: Mechanism, pose: Pose) -> tuple[float, float]:  # noqa: ARG002 - the pose alone
+        """Largest strain and stress [Pa] of the beams at rest in a `pose`."""
+        strain = self.strains(lambda names: np.array([[pose[name] for name in names]])).max()
+        return float(strain), float(strain) * self.material.young
+
+    def strain_in(self, motion: WatchedMotion) -> tuple[float, float, float]:
+        """Largest strain and stress [Pa] at the poses of a `motion`, and when [s]."""
+        strains = self.strains(lambda names: motion.rows(*names))
+        k = int(np.argmax(strains))
+        return float(strains[k]), float(strains[k]) * self.material.young, float(motion.times[k])
+
+    def strains(self, rows: Callable[[list[str]], np.ndarray]) -> np.ndarray:
+        """Largest strains (n,) of n poses, by a function that gives `rows` (n, k) of coordinates by full names."""
+        nodes, found_here = {node.name: node for node in self.nodes()}, []
+        for beam in self.beams:
+            names = [f"{self.name}.{node}.{axis}" for axis in ("x", "y", "theta") for node in beam.nodes]
+            found_here.append(beam_elements(beam, nodes).strains(*np.split(rows(names), 3, axis=1)).max(axis=1))
+        return np.asarray(np.max(found_here, axis=0))
+
+    def odd_sizes(self) -> Iterator[Finding]:
+        """Finding on beams without shear that are short for their height."""
+        if self.shear is not False:
+            return
+        height = max(2.0 * _outer_fibre(beam.section) for beam in self.beams)
+        length = float(np.hypot(*np.ptp(self.reference_points(), axis=0)))
+        if length < LEAST_SLENDERNESS * height:
+            text = f"{self.label} is {length:.4g} m long and {height:.4g} m high: no slender beam."
+            remedy = "Take a rigid body, or shear=True; the bending of this one would lack its shear."
+            yield found("stubby-beam", (self.name,), text, remedy, length=length, height=height)
 
     def total_mass(self) -> float:
         """Mass of beams and bosses [kg]."""
@@ -218,6 +265,14 @@ class FlexibleBody(Body):
         length = planar.distance(*ends) / chord_share(turn)
         stations = tuple([s * length for s in places])
         return Beam(tuple(names), *ends, stations, section, self.material, *self._options, turn)
+
+
+def _outer_fibre(section: Section) -> float:
+    """Largest distance of the outer fibre [m]; where it is unknown that of a rectangle of the same A and I."""
+    places = np.array([0.0, 0.5, 1.0])
+    if knows_stress(section):
+        return float(np.max(section.outer_fibre_at(places)))
+    return float(np.max(np.sqrt(3.0 * section.second_moment_at(places) / section.area_at(places))))
 
 
 def beam_of_mesh(

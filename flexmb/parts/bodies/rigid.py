@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from flexmb import checks, planar
 from flexmb.errors import InputError
 from flexmb.fields import Rule, between, field, point, positive, record, several
+from flexmb.findings.finding import Finding, found
 from flexmb.model.contributions import Attachment, Contribution, Node
 from flexmb.model.part import Body, Joint
 from flexmb.model.shape import RigidShape, Shapes
@@ -47,6 +48,11 @@ class Bar(Body):
         super().__post_init__()
         if planar.distance(self.start, self.end) <= 0.0:
             raise InputError(f"{self.label}: start and end are both {self.start}; a link must have a length > 0 m.")
+
+    @property
+    def tips(self) -> tuple[Point, ...]:
+        """Both ends [m]."""
+        return self.start, self.end
 
     @property
     def length(self) -> float:
@@ -131,6 +137,12 @@ MASSLESS = 1e-8
 AXIS_TOLERANCE = 1e-3
 """Distance from the axis over the length [1] up to which a point counts as one of the axis."""
 
+GYRATIONS = (0.02, 3.0)
+"""Radius of gyration over the length of a link, least and largest, that goes without a finding."""
+
+BEYOND_END = 1.0
+"""Distance of a joint from the nearer end of its link, relative to its length, up to which it is not odd."""
+
 
 @record
 class RigidLink(Bar):
@@ -197,6 +209,27 @@ class RigidLink(Bar):
     def total_mass(self) -> float:
         """The mass [kg]."""
         return self.mass
+
+    def findings_before(self, mechanism: Mechanism) -> Iterator[Finding]:
+        """Findings on an odd radius of gyration, and on joints far beyond the ends."""
+        radius = 0.0 if self.is_massless else math.sqrt(self.inertia / self.mass)
+        if not self.is_massless and not GYRATIONS[0] <= radius / self.length <= GYRATIONS[1]:
+            text = (
+                f"{self.label} has a radius of gyration of {radius:.4g} m and a length of {self.length:.4g} m "
+                f"(mass {self.mass:.4g} kg, inertia {self.inertia:.4g} kg m^2)."
+            )
+            slender = self.mass * self.length * self.length / 12.0
+            remedy = f"A slender bar of this mass has an inertia of {slender:.4g} kg m^2."
+            yield found("odd-units", (self.name,), text, remedy, radius=radius, length=self.length)
+        for joint in mechanism.parts:
+            if isinstance(joint, Joint) and self.name in joint.references() and joint.at is not None:
+                along = planar.to_frame(self.start, self.angle, joint.at)[0]
+                beyond = max(-along, along - self.length)
+                if beyond > BEYOND_END * self.length:
+                    text = f"The joint {joint.name!r} lies {beyond:.4g} m beyond the end of {self.label}"
+                    text += f" ({self.length:.4g} m long)."
+                    parts = (joint.name, self.name)
+                    yield found("far-joint", parts, text, "Check the points of both.", distance=beyond)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the bar alone
         """The bar."""

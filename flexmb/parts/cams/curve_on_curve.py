@@ -12,6 +12,7 @@ import numpy as np
 from flexmb import planar
 from flexmb.errors import InputError, ModelError
 from flexmb.fields import field, instance, one_of, point, record
+from flexmb.findings.finding import Finding, found
 from flexmb.model.contributions import Contribution, Coordinate, Node, SignalContribution, node_coordinates
 from flexmb.model.law import FrictionLaw, NormalLaw
 from flexmb.model.part import Part
@@ -227,15 +228,14 @@ class CurveOnCurve(Part):
         """The force of an ideal pair."""
         return ("force",) if self.normal is None else ()
 
-    def remarks(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[str]:  # noqa: ARG002 - see `Part`
-        """Sentence on a pull, where a real follower would lift off."""
+    def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:  # noqa: ARG002 - alone
+        """Finding on a pull, where a real follower would lift off."""
         for name in self.pushes:
             (least, when), (largest, _) = motion.lows[f"{self.name}.{name}"], motion.peak(f"{self.name}.{name}")
             if least < -PULL * largest:
-                yield (
-                    f"At t = {when:.6g} s {self.label} pulls with {-least:.4g} N, where a follower would lift off. "
-                    "Give normal=... for a contact that opens, or a stronger spring."
-                )
+                text = f"At t = {when:.6g} s {self.label} pulls with {-least:.4g} N, where a follower would lift off."
+                remedy = "Give normal=... for a contact that opens, or a stronger spring."
+                yield found("unreal-motion", (self.name,), text, remedy, time=when, force=least)
 
     @property
     def pin_radius(self) -> float:

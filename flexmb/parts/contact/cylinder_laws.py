@@ -12,7 +12,7 @@ from __future__ import annotations
 import copy
 import math
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator
 from typing import Self
 
 from flexmb import checks
@@ -136,23 +136,19 @@ class CylinderLaw(DampedElasticLaw):
         largest, e = float(self.reference_speed == LARGEST), self.restitution
         return *self._scales(), self.length, self.chi(e), self.least_approach, largest, e
 
-    def remarks(self, history: Sequence[float]) -> tuple[str, ...]:
-        """Limits that the run passed: tension, excess, speed, end of the logarithm, width, yield."""
-        approach, depth, force, tension, excess = validity.Extremes.of(history)
-        found = [*validity.pressed(excess, force)] or [*validity.pulled(tension, force)]
-        found += validity.too_fast(approach, self.materials)
+    def passed_limits(self, depth: float, force: float) -> Iterator[str]:
+        """Remarks on the end of the logarithm, width and yield."""
         sigma, A = self._scales()
         if self.radii is None:
-            return tuple(found)
+            return
         end = sigma * A * END_DEPTH
         if depth > end:
             text = f"the depth reached {depth:.3g} m; the formula of this law holds up to {end:.3g} m"
-            found.append(f"{text}, and its force was continued as a straight line beyond")
+            yield f"{text}, and its force was continued as a straight line beyond"
         R, E, f = validity.relative_radius(*self.radii), validity.effective_modulus(self.materials), force / self.length
-        found += validity.too_wide(math.sqrt(4.0 * f * R / (math.pi * E)), self.radii[1])  # Johnson 1985, eq. (4.43)
+        yield from validity.too_wide(math.sqrt(4.0 * f * R / (math.pi * E)), self.radii[1])  # Johnson 1985, eq. (4.43)
         pressure = math.sqrt(f * E / (math.pi * R))  # eq. (4.45)
-        found += validity.yielded(pressure, validity.YIELD_OF_LINE, self.materials)
-        return tuple(found)
+        yield from validity.yielded(pressure, validity.YIELD_OF_LINE, self.materials)
 
     def _scales(self) -> tuple[float, float]:
         """Both numbers of the logarithm: sigma and A."""

@@ -7,8 +7,10 @@ import math
 import sys
 import warnings
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Self
+
+import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError, RestitutionWarning
@@ -16,10 +18,13 @@ from flexmb.fields import Rule, between, both, field, not_negative, one_of, posi
 from flexmb.kernels import compiled, normal_law
 from flexmb.model.law import Material, NormalLaw
 from flexmb.parts.contact import validity
-from flexmb.parts.contact.onset import LARGEST, LEAST_APPROACH, ONSET, reference_speed
+from flexmb.parts.contact.onset import APPROACH, LARGEST, LEAST_APPROACH, ONSET, reference_speed
 from flexmb.parts.contact.restitution import delivered_restitution, hertz_stiffness
 
 # Base of the families of normal laws that multiply an elastic force by a hysteresis factor
+
+SMALL_SHARE = 0.01
+"""Share of impulses or losses in contacts slower than `least_approach`, up to which there is no remark."""
 
 
 @compiled
@@ -54,6 +59,7 @@ class DampedElasticLaw(NormalLaw):
     restitution: float
     least_approach: float
     reference_speed: str
+    materials: tuple[Material, Material] | None
 
     @staticmethod
     @abstractmethod
@@ -76,6 +82,50 @@ class DampedElasticLaw(NormalLaw):
     def lasting_history(self) -> tuple[float, ...]:
         """The history with the least approach speed, so that round-off of a rate at rest is none of the force."""
         return (max(self.least_approach, LEAST_APPROACH), 0.0, 0.0, *self.history()[3:])
+
+    @abstractmethod
+    def passed_limits(self, depth: float, force: float) -> Iterator[str]:
+        """Remarks on the limits of the elastic force that the largest `depth` [m] and `force` [N] of a run passed."""
+
+    def remarks(self, history: Sequence[float]) -> tuple[str, ...]:
+        """Limits that the run passed: tension or excess, speed, limits of the elastic force."""
+        approach, depth, force, tension, excess = history[validity.MOST_APPROACH : validity.EXCESS + 1]
+        found = [*validity.cut_or_pressed(tension, excess, force), *validity.too_fast(approach, self.materials or ())]
+        return (*found, *self.passed_limits(depth, force))
+
+    def remarks_on(
+        self, intervals: Mapping[str, np.ndarray], history: Sequence[float], since: float
+    ) -> Iterator[tuple[str, str]]:
+        """Remarks on slow and on lasting contacts; see `NormalLaw.remarks_on`."""
+        if self.restitution == 1.0:
+            return
+        slow, shares = intervals["approach_speed"] < self.least_approach, []
+        for name in ("impulse", "dissipated_contact"):
+            whole = float(intervals[name].sum())
+            shares.append(float(intervals[name][slow].sum()) / whole if whole > 0.0 else 0.0)
+        if self.reference_speed != LARGEST and max(shares) > SMALL_SHARE:
+            yield (
+                "slow-onset",
+                f"{int(slow.sum())} of {len(slow)} contacts began below least_approach = {self.least_approach:g} m/s, "
+                f"and have {100.0 * shares[0]:.3g} % of the impulse and {100.0 * shares[1]:.3g} % of the loss; their "
+                "damping follows the largest speed while they last, that of the others the speed at which the surfaces "
+                "met. "
+                "reference_speed='largest' treats all alike",
+            )
+        lasting = np.isnan(intervals["end"]) & (intervals["peak_force"] > 0.0) & ~(intervals["start"] > since)
+        for start in intervals["start"][lasting]:
+            begun = "the start" if np.isnan(start) else f"t = {start:.6g} s"
+            text = f"the surfaces have touched without a break since {begun}; {self.damped_since_onset(history)}"
+            yield "lasting-contact", text
+
+    def damped_since_onset(self, history: Sequence[float]) -> str:
+        """Sentence on the speed that scales the damping of a lasting contact of that `history`; "" without damping."""
+        approach = history[APPROACH]
+        if self.restitution == 1.0:
+            return ""
+        if self.reference_speed == LARGEST or approach < self.least_approach or approach <= 0.0:
+            return "its damping follows the largest speed since then"
+        return f"its damping still follows the speed at which its surfaces met, {approach:.3g} m/s (docs/contact.md)"
 
     def _no_radii(self) -> InputError:
         """Error of a law that has no stiffness yet, since its radii are unknown."""
@@ -192,18 +242,13 @@ class HysteresisLaw(DampedElasticLaw):
         chi, e = self.chi(self.restitution), self.delivered_restitution()
         return self.stiffness, self.exponent, chi, self.least_approach, largest, e
 
-    def remarks(self, history: Sequence[float]) -> tuple[str, ...]:
-        """Limits that the run passed: tension, excess, speed; with Hertz's stiffness also width and yield."""
-        approach, depth, force, tension, excess = validity.Extremes.of(history)
-        found = [*validity.pressed(excess, force)] or [*validity.pulled(tension, force)]
-        if self.materials is not None:
-            found += validity.too_fast(approach, self.materials)
-            if self.radii is not None and self.exponent == 1.5:
-                R, E = validity.relative_radius(*self.radii), validity.effective_modulus(self.materials)
-                found += validity.too_wide(math.sqrt(R * depth), self.radii[1])  # Johnson 1985, eq. (4.23)
-                pressure = (6.0 * force * E * E / (math.pi**3 * R * R)) ** (1.0 / 3.0)  # eq. (4.24)
-                found += validity.yielded(pressure, validity.YIELD_OF_POINT, self.materials)
-        return tuple(found)
+    def passed_limits(self, depth: float, force: float) -> Iterator[str]:
+        """Remarks on width and yield, with Hertz's stiffness."""
+        if self.materials is not None and self.radii is not None and self.exponent == 1.5:
+            R, E = validity.relative_radius(*self.radii), validity.effective_modulus(self.materials)
+            yield from validity.too_wide(math.sqrt(R * depth), self.radii[1])  # Johnson 1985, eq. (4.23)
+            pressure = (6.0 * force * E * E / (math.pi**3 * R * R)) ** (1.0 / 3.0)  # eq. (4.24)
+            yield from validity.yielded(pressure, validity.YIELD_OF_POINT, self.materials)
 
     def _warn_of_a_miss(self) -> None:
         """Warn at the line outside flexmb that makes a law whose free impacts miss the given coefficient."""

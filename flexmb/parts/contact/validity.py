@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple, Self
 
 from flexmb.kernels import compiled
 from flexmb.model.law import Material
@@ -16,30 +15,6 @@ tension and excess of the whole run."""
 
 MOST_APPROACH, DEPTH, FORCE, TENSION, EXCESS = range(4, 9)
 """Places of the extremes in the history."""
-
-
-class Extremes(NamedTuple):
-    """Largest values of a contact in a run.
-
-    Parameters
-    ----------
-    approach : closing speed at an onset [m/s].
-    depth : [m].
-    force : normal force [N].
-    tension : force that was cut because it would have pulled [N].
-    excess : damping force beyond that of a free impact with the approach speed [N].
-    """
-
-    approach: float
-    depth: float
-    force: float
-    tension: float
-    excess: float
-
-    @classmethod
-    def of(cls, history: Sequence[float]) -> Self:
-        """The extremes in a `history` that starts with `HISTORY_WITH_EXTREMES`."""
-        return cls(*history[len(HISTORY) + 1 : len(HISTORY_WITH_EXTREMES)])
 
 
 LOVE = 1e-5
@@ -87,43 +62,47 @@ def relative_radius(bearing_radius: float, journal_radius: float) -> float:
     return bearing_radius * journal_radius / (bearing_radius - journal_radius)
 
 
-def pulled(tension: float, force: float) -> Iterator[str]:
-    """A remark on the tension [N] that was cut, against the largest force [N]."""
-    if tension > SMALL_TENSION * force:
-        yield f"a pull of its damping of up to {tension:.3g} N was cut (largest force {force:.3g} N)"
+def cut_or_pressed(tension: float, excess: float, force: float) -> Iterator[str]:
+    """A remark on surfaces that further forces pressed together or released faster than a free impact does.
 
-
-def pressed(excess: float, force: float) -> Iterator[str]:
-    """A remark on surfaces that further forces pressed together or released faster than a free impact does."""
+    Else one on the tension [N] that was cut; `excess` and the largest `force` [N].
+    """
     if excess > SMALL_EXCESS * force:
-        text = "the surfaces were pressed together, or let go, faster than they had met, and the law takes its damping"
-        text = (
-            f"{text} from the speed at which they met: up to {excess:.3g} N of damping are beyond what it is made for"
+        yield (
+            "the surfaces were pressed together, or let go, faster than they had met, and the law takes its damping "
+            f"from the speed at which they met: up to {excess:.3g} N of damping are beyond what it is made for "
+            f"(largest force {force:.3g} N). See what reference_speed='largest' changes (docs/contact.md, slow impacts)"
         )
-        text = f"{text} (largest force {force:.3g} N). See what reference_speed='largest' changes"
-        yield f"{text} (docs/contact.md, slow impacts)"
+    elif tension > SMALL_TENSION * force:
+        yield f"a pull of its damping of up to {tension:.3g} N was cut (largest force {force:.3g} N)"
 
 
 def too_fast(approach: float, materials: Sequence[Material]) -> Iterator[str]:
     """A remark on the largest approach speed [m/s]."""
-    limit = LOVE * min(math.sqrt(m.young / m.density) for m in materials)
+    limit = LOVE * min((math.sqrt(m.young / m.density) for m in materials), default=math.inf)
     if approach > limit:
-        text = f"the surfaces met with up to {approach:.3g} m/s, above {limit:.3g} m/s = 1e-5 sqrt(E/rho)"
-        text = f"{text} (Love's criterion): such an impact also dents the surfaces and sends waves through the bodies"
-        yield f"{text}, which this law leaves out; the true impact loses more energy"
+        yield (
+            f"the surfaces met with up to {approach:.3g} m/s, above {limit:.3g} m/s = 1e-5 sqrt(E/rho) (Love's "
+            "criterion): such an impact also dents the surfaces and sends waves through the bodies, which this law "
+            "leaves out; the true impact loses more energy"
+        )
 
 
 def too_wide(half_width: float, radius: float) -> Iterator[str]:
     """A remark on the half-width of the contact [m] against the journal's radius [m]."""
     if half_width > WIDE * radius:
-        text = f"the area of contact grew to a half-width of {half_width / radius:.2g} of the journal's radius"
-        yield f"{text}; the stiffness is that of a much smaller area (Johnson 1985, section 4.2)"
+        yield (
+            f"the area of contact grew to a half-width of {half_width / radius:.2g} of the journal's radius; the "
+            "stiffness is that of a much smaller area (Johnson 1985, section 4.2)"
+        )
 
 
 def yielded(pressure: float, factor: float, materials: Sequence[Material]) -> Iterator[str]:
     """A remark on the peak pressure [Pa]; yielding begins at `factor` times the yield stress."""
     known = [m.yield_stress for m in materials if m.yield_stress is not None]
     if known and pressure > factor * min(known):
-        text = f"the pressure between the surfaces reached {pressure:.3g} Pa; from {factor * min(known):.3g} Pa on"
-        text = f"{text} ({factor:.2f} times the yield stress) they yield and keep dents (Johnson 1985, section 6.1)"
-        yield f"{text}, which this elastic law leaves out"
+        yield (
+            f"the pressure between the surfaces reached {pressure:.3g} Pa; from {factor * min(known):.3g} Pa on "
+            f"({factor:.2f} times the yield stress) they yield and keep dents (Johnson 1985, section 6.1), which this "
+            "elastic law leaves out"
+        )

@@ -18,6 +18,7 @@ import numpy as np
 from flexmb import planar
 from flexmb.errors import InputError, ModelError
 from flexmb.fields import field, positive, record, two
+from flexmb.findings.finding import Finding, found
 from flexmb.kernels import compiled, element_kernel, energy_kernel, signal_kernel
 from flexmb.model.contributions import (
     Contribution,
@@ -243,8 +244,8 @@ class Belt(Wheels):
             )
         return math.pi + 2.0 * math.asin(reach / apart) * (1.0 if self.crossed else -1.0)
 
-    def remarks(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[str]:
-        """Sentence on wheels whose distance changes by more than the belt could stretch or take up."""
+    def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:
+        """Finding on wheels whose distance changes by more than the belt could stretch or take up."""
         apart = self._distances(mechanism, motion)
         reach = sum(self.radii) if self.crossed else self.radii[0] - self.radii[1]
         drawn = planar.distance(*self._axes(mechanism))
@@ -255,11 +256,12 @@ class Belt(Wheels):
         k = int(np.argmax(np.abs(stretch)))
         if abs(stretch[k]) > LARGE_STRETCH:
             verb = "stretch by" if stretch[k] > 0.0 else "be too long by"
-            yield (
+            text = (
                 f"At t = {motion.times[k]:.6g} s the centres of the wheels of {self.label} are {apart[k]:.4g} m apart, "
-                f"drawn are {drawn:.4g} m: the belt would {verb} {100.0 * abs(stretch[k]):.3g} % of its length. "
-                "Hold the axes by joints, or by an arm."
+                f"drawn are {drawn:.4g} m: the belt would {verb} {100.0 * abs(stretch[k]):.3g} % of its length."
             )
+            numbers = {"time": motion.times[k], "stretch": stretch[k], "limit": LARGE_STRETCH}
+            yield found("unreal-motion", (self.name,), text, "Hold the axes by joints, or by an arm.", **numbers)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """The belt, and circles of its middle line on both wheels."""

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from flexmb import planar
 from flexmb.errors import InputError, ModelError
 from flexmb.fields import Rule, field, point, positive, record, vector
+from flexmb.findings.finding import Finding, found
 from flexmb.kernels import compiled, constraint_kernel
 from flexmb.model.contributions import (
     Attachment,
@@ -200,14 +201,13 @@ class Cable(Part):
         drums = (CircleShape(self.name, e.place, abs(r)) for e, r in zip(ends, self.radii, strict=True) if r)
         return (LineShape(self.name, CABLE, ends[0].place, ends[1].place), *drums)
 
-    def remarks(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[str]:  # noqa: ARG002 - see `Part`
-        """Sentence on an elongation that no cable bears."""
+    def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:  # noqa: ARG002 - alone
+        """Finding on an elongation that no cable bears."""
         (stretch, when), length = motion.peak(f"{self.name}.penetration"), self.slack_length
         if stretch > LARGE_STRETCH * length:
-            yield (
-                f"At t = {when:.6g} s {self.label} is stretched by {stretch:.4g} m, its length is {length:.4g} m. "
-                "The stiffness of a cable is E A/length, in N/m."
-            )
+            text = f"At t = {when:.6g} s {self.label} is stretched by {stretch:.4g} m, its length is {length:.4g} m."
+            remedy = "The stiffness of a cable is E A/length, in N/m."
+            yield found("unreal-motion", (self.name,), text, remedy, time=when, stretch=stretch, length=length)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One contact and the distance of the points."""

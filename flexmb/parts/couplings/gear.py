@@ -12,6 +12,7 @@ import numpy as np
 from flexmb import checks, planar
 from flexmb.errors import InputError, ModelError
 from flexmb.fields import between, count, field, positive, record, two
+from flexmb.findings.finding import Finding, found
 from flexmb.model.contributions import ContactContribution, Contribution, node_coordinates
 from flexmb.model.law import NormalLaw
 from flexmb.model.part import GROUND
@@ -160,19 +161,24 @@ class Gear(Wheels):
             raise ModelError(f"{self.label}: the centres of both wheels coincide. Give distance= of the axes.")
         return apart
 
-    def remarks(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[str]:
-        """Sentence on an ideal pair whose axes leave the distance that its wheels are made for."""
+    def contact_size(self, mechanism: Mechanism) -> float | None:
+        """Module of teeth with backlash in `mechanism` [m]."""
+        return None if self.backlash is None else self.module_of(mechanism)
+
+    def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:
+        """Finding on an ideal pair whose axes leave the distance that its wheels are made for."""
         if self.backlash is not None or self.distance is not None:
             return
         apart, drawn = self._distances(mechanism, motion), abs(sum(self.signed_radii(mechanism)))
         off = np.abs(apart - drawn)
         k = int(np.argmax(off))
         if off[k] > LARGE_PLAY * self.module_of(mechanism):
-            yield (
+            text = (
                 f"At t = {motion.times[k]:.6g} s the centres of the wheels of {self.label} are {apart[k]:.4g} m apart; "
-                f"its teeth mesh at {drawn:.4g} m. An ideal pair holds its ratio at any distance: hold the axes, "
-                "or give backlash= and normal=."
+                f"its teeth mesh at {drawn:.4g} m."
             )
+            remedy = "An ideal pair holds its ratio at any distance: hold the axes, or give backlash= and normal=."
+            yield found("unreal-motion", (self.name,), text, remedy, time=motion.times[k], distance=apart[k])
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """The pitch circles."""

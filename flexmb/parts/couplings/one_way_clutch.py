@@ -7,6 +7,7 @@ from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING
 
 from flexmb.fields import field, not_negative, one_of, positive, record
+from flexmb.findings.finding import Finding, found
 from flexmb.kernels import friction_law, joint_friction_kernel
 from flexmb.model.contributions import Contribution, JointFriction
 from flexmb.model.law import FrictionLaw
@@ -112,12 +113,13 @@ class OneWayClutch(Joint):
 
     kind = "revolute"
 
-    def remarks(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[str]:  # noqa: ARG002 - see `Part`
-        """Sentence on a wind-up that no clutch bears."""
+    def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:  # noqa: ARG002 - alone
+        """Finding on a wind-up that no clutch bears."""
         torque, when = motion.peak(f"{self.name}.torque")
         if torque > LARGE_WIND_UP * self.stiffness:
-            text = f"At t = {when:.6g} s {self.label} is wound up by some {torque / self.stiffness:.4g} rad."
-            yield f"{text} Its stiffness is in N m/rad."
+            angle = torque / self.stiffness
+            text = f"At t = {when:.6g} s {self.label} is wound up by some {angle:.4g} rad."
+            yield found("unreal-motion", (self.name,), text, "Its stiffness is in N m/rad.", time=when, angle=angle)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """The two constraint equations of the pin, with the torque of the clutch."""

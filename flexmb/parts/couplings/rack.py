@@ -11,6 +11,7 @@ import numpy as np
 
 from flexmb.errors import ModelError
 from flexmb.fields import between, directed, field, point, record
+from flexmb.findings.finding import Finding, found
 from flexmb.kernels import constraint_kernel
 from flexmb.model.contributions import ConstraintContribution, Contribution, JointFriction, Reaction
 from flexmb.model.part import GROUND, Part
@@ -89,8 +90,8 @@ class Rack(Part):
             raise ModelError(f"{text}, so the pinion has no radius. Move the line to the pitch point.")
         return across
 
-    def remarks(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[str]:
-        """Sentence on a pinion that leaves the pitch line."""
+    def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:
+        """Finding on a pinion that leaves the pitch line."""
         pinion, rack = (mechanism.body(part.name, self.label) for part in (self.pinion, self.rack))
         end, node = rack.attach(self.label, self.at), pinion.node(pinion.main)
         radius, turned = self.radius(mechanism), rack.node(end.node).theta
@@ -100,11 +101,12 @@ class Rack(Part):
         across = np.cos(angle) * dy - np.sin(angle) * dx
         k = int(np.argmax(np.abs(across - radius)))
         if abs(across[k] - radius) > PARTED * abs(radius):
-            yield (
+            text = (
                 f"At t = {motion.times[k]:.6g} s the centre of {self.pinion.name!r} is {abs(across[k]):.4g} m from the "
-                f"pitch line of {self.label}, whose radius is {abs(radius):.4g} m. Hold the "
-                "distance by a joint or guide."
+                f"pitch line of {self.label}, whose radius is {abs(radius):.4g} m."
             )
+            remedy, numbers = "Hold the distance by a joint or guide.", {"distance": across[k], "radius": radius}
+            yield found("unreal-motion", (self.name,), text, remedy, time=motion.times[k], **numbers)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One constraint equation between six coordinates."""

@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from flexmb import checks
 from flexmb.errors import InputError, ModelError
 from flexmb.fields import field, instance, record
+from flexmb.findings.finding import Finding, found
 from flexmb.model.contributions import ConstraintContribution, Contribution, RowMotion
 from flexmb.model.law import Motion
-from flexmb.model.part import GROUND, Joint, Part
+from flexmb.model.part import GROUND, Joint, Part, WatchedMotion
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
+
+FASTEST = 2e4
+"""Angular speed of a drive above which there is a finding [rad/s]."""
+
+LARGEST_ACCELERATION = 1e5
+"""Centripetal acceleration of a joint on a driven body above which there is one [m/s^2]; pistons of racing engines
+reach 0.9e5."""
+
+STANDARD_GRAVITY = 9.80665
 
 
 @record
@@ -53,6 +64,27 @@ class Drive(Part):
             labels = " and ".join(part.label for part in same)
             word = "both" if len(same) == 2 else "all"
             raise ModelError(f"{labels} {word} drive joint {self.joint!r}. Keep one of them.")
+
+    def findings_before(self, mechanism: Mechanism) -> Iterator[Finding]:
+        """Finding on a drive that turns too fast for the joints on its bodies."""
+        joint, speed = mechanism.find(self.joint), vars(self.motion).get("speed")
+        if not isinstance(speed, float | int) or not isinstance(joint, Joint):
+            return
+        driven = {joint.first.name, joint.second.name} - {GROUND.name}
+        joints = [one for one in mechanism.parts if isinstance(one, Joint) and one.at is not None]
+        near = [one for one in joints if joint.at is not None and {one.first.name, one.second.name} & driven]
+        arm = max((math.dist(joint.at, one.at) for one in near), default=0.0)
+        acceleration = speed * speed * arm
+        if (abs(speed) > FASTEST or acceleration > LARGEST_ACCELERATION) and joint.can_be_turned(mechanism):
+            text = f"{self.label} turns at {speed:.4g} rad/s, {speed * 30.0 / math.pi:.4g} rpm"
+            text += f": at {arm:.3g} m from the joint that is {acceleration / STANDARD_GRAVITY:.3g} g" if arm else ""
+            right = speed * math.pi / 30.0
+            remedy = f"Speeds are in rad/s: 2 pi/60 times those in rpm; {speed:.4g} rpm are {right:.4g}."
+            yield found("odd-units", (self.name,), f"{text}.", remedy, speed=speed, acceleration=acceleration)
+
+    def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:  # noqa: ARG002 - the same
+        """The findings of `findings_before`: a run may begin without an examination."""
+        return self.findings_before(mechanism)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One constraint equation."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -12,10 +12,14 @@ from scipy.interpolate import CubicSpline
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.fields import field, number, record, two
+from flexmb.findings.finding import Finding, found
 from flexmb.kernels import drive_kernel
 from flexmb.model.law import CHORD, Motion, swing_of
 
 # Checks of points in time that give a motion
+
+MOST_OVERSHOOT = 0.1
+"""Overshoot of a table's spline between two points, relative to the range of its values, above which it is told."""
 
 
 def checked_points(owner: str, times: object, values: object, least: int) -> tuple[tuple[float, ...], ...]:
@@ -232,6 +236,25 @@ class Table(Motion):
             ends = "not-a-knot" if self.slopes is None else tuple((1, slope) for slope in self.slopes)
             c = CubicSpline(t, s, bc_type=ends).c
         return (float(len(t)), float(self.periodic), *t.tolist(), *c.T.ravel().tolist(), growth)
+
+    def findings(self, part: str) -> Iterator[Finding]:
+        """Finding on a spline that leaves the range of two neighbouring points by much."""
+        times, values, p = self.times, np.array(self.values), np.array(self.parameters(), dtype=float)
+        whole, worst, at = float(np.ptp(values)), 0.0, 0
+        for k, ends in enumerate(pairwise(times)):
+            between = [self.kernel(p, float(t))[0] for t in np.linspace(*ends, 12)[1:-1]]
+            low, high = sorted((values[k], values[k + 1]))
+            beyond = max(max(between) - high, low - min(between))
+            if beyond > worst:
+                worst, at = float(beyond), k
+        if whole > 0.0 and worst > MOST_OVERSHOOT * whole:
+            text = (
+                f"The table of {part!r} overshoots its points by {worst:.4g} between t = {times[at]:.6g} and "
+                f"{times[at + 1]:.6g} s, where they differ by {abs(values[at + 1] - values[at]):.4g}."
+            )
+            remedy = "Give points of nearly even distance, or use PiecewiseLinear for loads and CycloidalRamp for "
+            remedy += "drives."
+            yield found("overshooting-table", (part,), text, remedy, time=times[at], overshoot=worst)
 
     def breaks(self, t_end: float) -> tuple[float, ...]:
         """Begin and end of a table that is not repeated; the end lies just after its last instant."""

@@ -155,6 +155,7 @@ class Prismatic(Guide):
     preload: float = field("further normal load, with friction", "N", not_negative, default=0.0)
 
     kind = "prismatic"
+    is_guide = True
 
     def __post_init__(self) -> None:
         super().__post_init__()

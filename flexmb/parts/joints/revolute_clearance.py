@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.fields import field, positive, record
+from flexmb.findings.finding import Finding, found
 from flexmb.kernels import Kernel, constraint_kernel, gap_kernel
 from flexmb.model.contributions import (
     ConstraintContribution,
@@ -19,10 +20,10 @@ from flexmb.model.contributions import (
     JointFriction,
 )
 from flexmb.model.law import FRICTION_LAW, NORMAL_LAW, FrictionLaw, NormalLaw
-from flexmb.model.part import GROUND, Joint
+from flexmb.model.part import GROUND, Joint, Pose
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import journal_friction, put_arms, put_column, put_eccentricity
-from flexmb.parts.joints.revolute import angle_contribution, coincide
+from flexmb.parts.joints.revolute import Revolute, angle_contribution, coincide
 from flexmb.places import GAP, GAP_RATE, SLIP
 
 if TYPE_CHECKING:
@@ -135,6 +136,7 @@ class RevoluteClearance(Joint):
     start: str | tuple[float, float] = field("place of the journal at the start, see above", "m", default=CENTRED)
 
     kind = "clearance"
+    lost_when: ClassVar[str] = "the journal passes through its bearing"
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -187,6 +189,24 @@ class RevoluteClearance(Joint):
     def journal_radius(self) -> float:
         """Radius of the journal [m]."""
         return self.bearing_radius - self.clearance
+
+    def idealised(self) -> Revolute:
+        """The joint without clearance."""
+        return Revolute(self.name, self.first, self.second, self.at)
+
+    def findings_at_rest(self, mechanism: Mechanism, load: float, pose: Pose | None) -> Iterator[Finding]:  # noqa: ARG002
+        """Finding on a contact into which weight and declared forces press by much of the radius."""
+        radius = self.bearing_radius
+        depth = self.normal.for_radii(radius, self.journal_radius).depth_under(load, radius) if load else 0.0
+        if depth > self.deep_from * radius:
+            more = "more than " if math.isinf(depth) else ""
+            depth = min(depth, radius)
+            text = (
+                f"A force of {load:.4g} N, of weights and loads, presses the journal of {self.label} into its "
+                f"bearing by {more}{depth:.4g} m; the radius is {radius:.4g} m."
+            )
+            remedy = "If it shall not be so soft: stiffness is in N/m^n, multiply one in N/mm^1.5 by 3.16e4."
+            yield found("soft-contact", (self.name,), text, remedy, force=load, penetration=depth)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One contact, the angle, and the constraint equations of the journal's place at the start."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -195,6 +195,7 @@ class Stop(Part):
     """
 
     by_name = ("joint",)
+    deep_from: ClassVar[float] = 1.0  # buffers may yield
     joint: Any = field("a `Revolute` or `Prismatic` joint, or its name; None: two bodies", default=None)
     _: KW_ONLY
     first: Any = field("without a joint: first body, or `GROUND`", default=None)
@@ -262,6 +263,10 @@ class Stop(Part):
                     f"{self.label}: {part.label} begins at {start:g}, beyond the limits {low:g} and {high:g} of joint "
                     f"{self.joint!r}. Begin between them, or move the stop."
                 )
+
+    def contact_size(self, mechanism: Mechanism) -> float | None:
+        """Radius of the faces of a revolute joint, so that the angle beyond the limit is judged."""
+        return self.radius if self.joint and isinstance(mechanism.find(self.joint), Revolute) else None
 
     def _held(self, mechanism: Mechanism) -> Revolute | Prismatic:
         """The joint of the stop."""

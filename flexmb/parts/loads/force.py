@@ -119,6 +119,11 @@ class Force(Part):
         super().__post_init__()
         check_loaded(self, self.body)
 
+    @property
+    def declared_load(self) -> float:
+        """Size of the force [N]."""
+        return math.hypot(*self.force)
+
     def share(self, part: float) -> Force:
         """The load with the fraction `part` of its force, if the force is a follower."""
         return replace(self, force=(part * self.force[0], part * self.force[1])) if self.follower else self
@@ -199,6 +204,11 @@ class Torque(Part):
     def __post_init__(self) -> None:
         super().__post_init__()
         check_loaded(self, self.body)
+
+    @property
+    def declared_load(self) -> float:
+        """0, for a torque has no force [N]."""
+        return 0.0
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One element on theta of the node, and two signals."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import KW_ONLY, replace
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -26,9 +26,10 @@ from flexmb.elastic.planes.loads import (
 from flexmb.elastic.planes.plane_body import MeshBody, PlaneBody
 from flexmb.errors import InputError, ModelError
 from flexmb.fields import either, field, flag, number, record, vector
+from flexmb.findings.finding import Finding, found
 from flexmb.model.contributions import Contribution
 from flexmb.model.law import Motion
-from flexmb.model.part import Part
+from flexmb.model.part import Part, WatchedMotion
 from flexmb.model.shape import ArrowShape, Shapes
 from flexmb.parts.loads.force import HISTORY
 
@@ -39,6 +40,10 @@ if TYPE_CHECKING:
 
 ARROWS = 5
 """Largest number of arrows that a drawing shows of a load."""
+
+LEFT_OUT = 0.01
+"""Share of the strain energy of a load that the kept shapes of a reduced body may leave out [1]; stresses are then off
+by some tenth."""
 
 NO_ARROW = 1e-9
 """Nodal force over the largest one [1] up to which a drawing shows none."""
@@ -105,6 +110,18 @@ class MeshLoad(Part):
             f"{self.label} acts on the nodes of a mesh, and {body.label} has none. Give a PlaneBody or its Reduced; a "
             "Force acts on any body."
         )
+
+    def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:  # noqa: ARG002 - alone
+        """Finding on a load whose deflection the kept shapes of a reduced body cannot show."""
+        body = self._carrier(mechanism.body(self.body.name, self.label))
+        share = body.left_out(self.on(self.plane_of(body)))
+        if share > LEFT_OUT:
+            text = (
+                f"{self.label} acts on {body.label}, whose kept shapes leave out {100.0 * share:.3g} % of its strain "
+                "energy: pins move rightly, but deflection and stress between them are too small."
+            )
+            remedy = f"Keep its shape: Reduced(..., load_shapes=({self.name},))."
+            yield found("missing-shapes", (self.name, body.name), text, remedy, share=share, limit=LEFT_OUT)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """Elements on the nodes of the body, and three signals."""

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.shape import (
     ArrowShape,
@@ -20,12 +21,11 @@ from flexmb.model.shape import (
     PointShape,
     RigidShape,
 )
-from flexmb.parts.bodies.flexible_body import FlexibleBody
 from flexmb.results import drawing
 from flexmb.results.drawing import GROUND, Surface, parts, pose
 from flexmb.results.positions import FlexibleMotion, flexible_motions
 from flexmb.results.solution import Solution
-from flexmb.results.stress import knows_stresses, of_beams
+from flexmb.results.stress import of_beams
 from flexmb.show.reports.document import COARSE, FINE, MIDDLE, Markup, asset, joined, quantised, tag
 
 # Stresses of flexible parts, and meshes with few points
@@ -41,7 +41,7 @@ def stresses(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -
     known = dict(zip(mechanism.names, mechanism.parts, strict=True)) if mechanism is not None else {}
     columns = []
     for body in map(known.get, parts):
-        if not isinstance(body, FlexibleBody) or not knows_stresses(body):
+        if not isinstance(body, ElasticBody) or not body.knows_stress:
             return None
         ends = of_beams(sol, body, instants)[1]["von_mises"]
         columns.append(ends.reshape(len(instants), -1, 2).max(axis=2))
