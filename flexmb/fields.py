@@ -102,7 +102,7 @@ def either(kind: Any, rule: Rule) -> Rule:
 
 
 def two(rule: Rule, of: str, wanted: str) -> Rule:
-    """A pair; a rule for each of its values, and their kind (`of`) and what is `wanted` for messages."""
+    """A pair; a rule for each of its values, and their kind (`of`) and the `wanted` pair for messages."""
 
     def check(owner: str, name: str, value: Any, unit: str, hint: str) -> tuple[Any, ...]:
         given = checks.sequence(owner, name, value, f"two {of}")
