@@ -101,13 +101,13 @@ def either(kind: Any, rule: Rule) -> Rule:
     )
 
 
-def two(rule: Rule, of: str, example: str) -> Rule:
-    """A pair; a rule for each of its values, and their kind (`of`) and an example for messages."""
+def two(rule: Rule, of: str, wanted: str) -> Rule:
+    """A pair; a rule for each of its values, and their kind (`of`) and the `wanted` pair for messages."""
 
     def check(owner: str, name: str, value: Any, unit: str, hint: str) -> tuple[Any, ...]:
         given = checks.sequence(owner, name, value, f"two {of}")
         if len(given) != 2:
-            raise InputError(f"{owner}: {name} is {value!r}; give two {of}, e.g. {example}.")
+            raise InputError(f"{owner}: {name} is {value!r}; give {wanted}.")
         return tuple(rule.check(owner, f"{name}[{k}]", x, unit, hint) for k, x in enumerate(given))
 
     return Rule(check, rule.shown)

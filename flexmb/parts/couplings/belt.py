@@ -196,7 +196,7 @@ class Belt(Wheels):
     formerly = (("mu", "coefficient"),)
     _: KW_ONLY
     radii: tuple[float, float] = field(
-        "radii of the belt's middle line on both wheels", "m", two(positive, "numbers", "(0.05, 0.1)")
+        "radii of the belt's middle line on both wheels", "m", two(positive, "numbers", "two numbers, e.g. (0.05, 0.1)")
     )
     crossed: bool = field("whether the strands cross", default=False)
     coefficient: float | None = field("coefficient of friction mu; None: an ideal belt", rule=positive, default=None)

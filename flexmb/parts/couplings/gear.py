@@ -74,7 +74,9 @@ class Gear(Wheels):
     """
 
     _: KW_ONLY
-    teeth: tuple[int, int] = field("numbers of teeth of both wheels", rule=two(count(), "whole numbers", "(20, 40)"))
+    teeth: tuple[int, int] = field(
+        "numbers of teeth of both wheels", rule=two(count(), "whole numbers", "two whole numbers, e.g. (20, 40)")
+    )
     internal: bool = field("whether the wheel with more teeth is a ring with inner teeth", default=False)
     distance: float | None = field("of the axes, for the pitch circles; None: as drawn", "m", positive, default=None)
     module: float | None = field("pitch diameter over teeth; None: by the distance", "m", positive, default=None)

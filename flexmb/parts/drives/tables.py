@@ -207,7 +207,7 @@ class Table(Motion):
     values: Sequence[float] = field("the motion at these instants", "rad or m")
     periodic: bool = field("whether the table is repeated", default=False)
     slopes: tuple[float, float] | None = field(
-        "speeds at both ends", "rad/s or m/s", two(number, "speeds", "(0.0, 0.0)"), default=None
+        "speeds at both ends", "rad/s or m/s", two(number, "numbers", "two speeds, e.g. (0.0, 0.0)"), default=None
     )
 
     kernel = table_kernel
