@@ -11,14 +11,14 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.dynamics.jobs.executors import Chain, Job, Outcome, drive
-from flexmb.dynamics.orbits.shooting import Period, Shooting
-from flexmb.dynamics.systems.dynamics import Dynamics
-from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
+from flexmb.dynamics.orbits.shooting import Shooting
+from flexmb.dynamics.systems.dynamics import Dynamics, Period, as_dynamics
 from flexmb.errors import AssemblyError, InputError, SolveError
-from flexmb.model.mechanism import Mechanism
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from flexmb.model.mechanism import Mechanism
 
 # Attractors of motions that are observed once a period: repetition, and comparison with known attractors
 
@@ -302,11 +302,7 @@ def basin(
     >>> found.number.tolist(), [a.round(6).tolist() for a in found.attractors]
     ([[1, 1, 2, 2], [1, 1, 2, 2]], [[[-1.0, 0.0]], [[1.0, 0.0]]])
     """
-    moved = MechanismFlow(system) if isinstance(system, Mechanism) else system
-    if not isinstance(moved, Dynamics):
-        raise InputError(
-            f"{LABEL}: system is {system!r}; it must be a flow or map (Map, MechanismFlow) or a Mechanism."
-        )
+    moved = as_dynamics(LABEL, system, wanted="a flow or map (Map, MechanismFlow) or a Mechanism")
     places = [_place(moved, axis, which) for axis, which in ((x, "x"), (y, "y"))]
     (a, ax, ua, xs), (b, by, ub, ys) = places
     if a == b:
@@ -370,7 +366,7 @@ def _place(system: Dynamics, axis: Any, which: str) -> tuple[int, str, str, np.n
         raise InputError(
             f"{LABEL}: the values of {which} have shape {grid.shape}; they must be a list of finite numbers."
         )
-    known = state_names(system)
+    known = system.state_names
     if isinstance(name, str):
         place = known[checks.one_of(LABEL, which, name, known)]
     else:
@@ -380,19 +376,6 @@ def _place(system: Dynamics, axis: Any, which: str) -> tuple[int, str, str, np.n
         name = next((key for key, at in known.items() if at == place), f"state[{place}]")
     units = dict(zip(system.names, system.units, strict=True))
     return place, name, units.get(name, ""), grid
-
-
-def state_names(system: Dynamics) -> Mapping[str, int]:
-    """Indices in the state by name, as far as the entries have names."""
-    if isinstance(system, MechanismFlow):
-        coordinates, n = system.program.names.coordinates, system.program.n_q
-        rates = {"x": "vx", "y": "vy", "theta": "omega"}
-        speeds = {}
-        for k, name in enumerate(coordinates):
-            body, _, last = name.rpartition(".")
-            speeds[f"{body}.{rates.get(last, last)}"] = n + k
-        return {**{name: k for k, name in enumerate(coordinates)}, **speeds}
-    return {name: k for k, name in enumerate(system.names)} if len(system.names) == system.size else {}
 
 
 def _rules(

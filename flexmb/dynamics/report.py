@@ -20,15 +20,15 @@ from flexmb.dynamics.series.correlation import CorrelationDimension, Recurrence,
 from flexmb.dynamics.series.exponent import SeriesExponent, rosenstein
 from flexmb.dynamics.series.samples import PowerSpectrum, power_spectrum
 from flexmb.dynamics.series.zero_one import ZeroOne, zero_one_test
-from flexmb.dynamics.systems.dynamics import ContinuousFlow
-from flexmb.dynamics.systems.mechanism_flow import dynamics_of
+from flexmb.dynamics.systems.dynamics import ContinuousFlow, as_dynamics
 from flexmb.dynamics.verdict import MEANING, meaning_of
-from flexmb.engine.newmark.method import Newmark
 from flexmb.errors import InputError
-from flexmb.run.simulate import Step
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from flexmb.engine.newmark.method import Newmark
+    from flexmb.run.simulate import Step
 
 # Report on a motion: exponents and verdict of the motion, and estimates from its signals
 
@@ -319,7 +319,7 @@ def report(
     >>> found.exponents.verdict.kind, round(found.exponents.sum, 6)  # the sum is minus the damping
     ('periodic', -1.0)
     """
-    flow: Any = dynamics_of("chaos.report", system, period=period, step=step, method=method)
+    flow: Any = as_dynamics("chaos.report", system, period=period, step=step, method=method)
     strobe = StroboscopicMap(flow, period if flow is system else None)
     asked = Plan(strobe, skip, keep, exponents, signals, series, samples, dimension, recurrence, confirm)
     return asked.checked(f"chaos.report {flow.name!r}").report(progress=progress)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
@@ -315,38 +314,6 @@ class Exponents(arguments.Checked):
         said = "" if self.verdict is None else f", {self.verdict}"
         again = "" if self.confirmed is None else f"; {self.confirmed}"
         return f"{self.name}: {listed or 'nothing'} {self.units}{again}{said}. {self.status}"
-
-
-@dataclass
-class Growth:
-    """Measured growth: logarithms, and the time of each of them.
-
-    Parameters
-    ----------
-    logs : logarithms (k,), one entry a period.
-    times : durations of the periods [s], or iterations.
-    """
-
-    logs: list[np.ndarray] = field(default_factory=list)
-    times: list[float] = field(default_factory=list)
-
-    def record(self, begin: float, count: int, **about: Any) -> Exponents:
-        """The exponents, `count` in decreasing order; growth counts from the time [s] or iteration `begin` on.
-
-        `about` are further fields of `Exponents`.
-        """
-        logs = np.array(self.logs).reshape(len(self.times), count)
-        times = np.array(self.times)
-        sums, spent = np.cumsum(logs, axis=0), np.cumsum(times)
-        if len(times) == 0:
-            nothing = np.full(count, np.nan)
-            return Exponents(spectrum=nothing, errors=nothing, time=times, history=logs, **about)
-        with np.errstate(invalid="ignore"):
-            history = sums / spent[:, None]
-        order = np.argsort(-history[-1], kind="stable")
-        errors = np.array([error_of(logs[:, j], times) for j in range(count)])
-        values = {"spectrum": history[-1][order], "errors": errors[order], "history": history[:, order]}
-        return Exponents(time=begin + spent, **values, **about)
 
 
 def check_enough(label: str, count: int, what: str) -> None:

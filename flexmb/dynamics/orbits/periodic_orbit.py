@@ -12,22 +12,20 @@ from flexmb import arguments, checks
 from flexmb.dynamics.orbits.orbit_newton import NewtonResult, correct
 from flexmb.dynamics.orbits.shooting import (
     SAMPLES,
-    Period,
     Shooting,
     ShootingRun,
     closest_approaches,
     gap_signals,
     sampled,
 )
-from flexmb.dynamics.systems.dynamics import Dynamics
+from flexmb.dynamics.systems.dynamics import Dynamics, Period, as_dynamics
 from flexmb.dynamics.systems.given import state_of
-from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
-from flexmb.engine.step.step_size import Adaptive
 from flexmb.errors import InputError
-from flexmb.model.mechanism import Mechanism
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from flexmb.model.mechanism import Mechanism
 
 # Floquet multipliers of a periodic orbit: stability, and the nearest loss of stability
 
@@ -302,12 +300,7 @@ def periodic_orbit(
     >>> orbit.state.round(6).tolist(), orbit.multipliers.real.round(6).tolist(), orbit.stable
     ([0.6], [-0.5], True)
     """
-    flow = MechanismFlow(system) if isinstance(system, Mechanism) else system
-    if not isinstance(flow, Dynamics):
-        raise InputError(
-            f"{LABEL}: system is {system!r}; it must be a flow or map (Map, MechanismFlow) or a Mechanism."
-        )
-    flow = flow.copy()
+    flow = as_dynamics(LABEL, system, wanted="a flow or map (Map, MechanismFlow) or a Mechanism").copy()
     if not isinstance(autonomous, bool):
         raise InputError(f"{LABEL}: autonomous is {autonomous!r}; it must be True or False.")
     checks.count(LABEL, "iterations", iterations, 0)
@@ -359,8 +352,7 @@ def tolerance_of(system: Dynamics, asked: float | None) -> float:
     """Tolerance as given, > 0, or the default for the steps of the system."""
     if asked is not None:
         return checks.positive(LABEL, "tolerance", asked)
-    rough = isinstance(system, MechanismFlow) and isinstance(system.step, Adaptive)
-    return TOLERANCE_OF_STEPS if rough else TOLERANCE
+    return TOLERANCE_OF_STEPS if system.is_rough else TOLERANCE
 
 
 def _search(

@@ -29,22 +29,21 @@ from flexmb.dynamics.jobs.progress import ProgressBar
 from flexmb.dynamics.sections.points import SectionSignals
 from flexmb.dynamics.sweeps.parameter_sweep import POINTS, STATE, dataset_of
 from flexmb.dynamics.sweeps.store import STATUS, Column, Record, label_of, opened, shown_values, texts_of
-from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics
-from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
+from flexmb.dynamics.systems.dynamics import Dynamics, as_dynamics, is_mechanism
 from flexmb.engine.compiled.digest import digest
-from flexmb.engine.newmark.method import Newmark
 from flexmb.errors import AssemblyError, FlexmbError, InputError, SolveError
-from flexmb.model.mechanism import Mechanism
-from flexmb.program.compiler import common_period
-from flexmb.run.simulate import Step
 from flexmb.version import installed_version
 
 if TYPE_CHECKING:
     import xarray as xr
 
-# Families of systems over a parameter, and the section points of one member
+    from flexmb.engine.newmark.method import Newmark
+    from flexmb.model.mechanism import Mechanism
+    from flexmb.run.simulate import Step
 
-Make = Callable[..., Mechanism | Dynamics] | Mechanism | Dynamics
+    Make = Callable[..., Mechanism | Dynamics] | Mechanism | Dynamics
+
+# Families of systems over a parameter, and the section points of one member
 
 
 @dataclass(frozen=True)
@@ -79,13 +78,13 @@ class Family:
             system = self.make.copy()
             system.reset(parameters=parameters)
             return self._as_it_is(system)
-        built = self.make.with_(parameters) if isinstance(self.make, Mechanism) else self.make(**parameters)
+        built = self.make(**parameters) if callable(self.make) else self.make.with_(parameters)
         if isinstance(built, Dynamics):
             return self._as_it_is(built)
-        if not isinstance(built, Mechanism):
+        if not is_mechanism(built):
             text = f"{self.label}: the function returned {type(built).__name__}"
             raise InputError(f"{text}; it must return a Mechanism or a system such as Map.")
-        return MechanismFlow(built, step=self.step, method=self.method, period=self._declared(value))
+        return as_dynamics(self.label, built, step=self.step, method=self.method, period=self._declared(value))
 
     def _as_it_is(self, system: Dynamics) -> Dynamics:
         """A system, after refusal of arguments that would have no influence on it."""
@@ -103,12 +102,7 @@ class Family:
         declared = self._declared(value)
         if declared is not None:
             return declared
-        if isinstance(flow, MechanismFlow) and flow.period is None:
-            common_period(flow.program)  # its message names the drives without a common period
-        if not isinstance(flow, ContinuousFlow) or flow.period is None:
-            text = f"{self.label}: {flow.name!r} has no period"
-            raise InputError(f"{text}. Give period= [s], a number or a function of the value.")
-        return float(flow.period)
+        return flow.required_period(self.label)
 
     def _declared(self, value: float) -> float | None:
         period = self.period(value) if callable(self.period) else self.period
@@ -357,8 +351,8 @@ def bifurcation(
     record = Record(("direction", parameter), (len(DIRECTIONS[direction]), len(numbers)), opened_store)
     _lay_out(record, family, section, numbers, direction, units, first)
     done = record.done
-    if executor is not None and not done.all() and isinstance(first, MechanismFlow):
-        first.advance(1e-6 * (first.period or 1.0))  # uncached code is compiled once here, not by every worker
+    if executor is not None and not done.all():
+        first.prepare()
     cold = direction == "cold"
     chunked = np.array_split(np.argsort(numbers, kind="stable"), len(numbers) if cold else chunks)
     order = _spread(len(chunked)) if cold else range(len(chunked))
@@ -460,7 +454,7 @@ def _check(family: Family, direction: str, chunks: int, count: int) -> None:
         raise InputError(f"{label}: chunks is {chunks}, but there are {count} values. Give as many at most.")
     if direction == "cold" and chunks > 1:
         raise InputError(f"{label}: chunks goes with direction 'up', 'down' or 'both'; cold points are independent.")
-    if isinstance(make, (Mechanism, Dynamics)):
+    if isinstance(make, Dynamics) or is_mechanism(make):
         return
     if not callable(make):
         text = f"{label}: make is {type(make).__name__}"
@@ -536,7 +530,7 @@ def _lay_out(
     record.coordinate("signal", ("signal",), np.array(section.signals, dtype=object))
     record.coordinate("units", ("signal",), np.array(units, dtype=object))
     record.coordinate("period", ("period",), np.arange(section.skip, section.skip + section.keep))
-    unit = "" if isinstance(make, (Mechanism, Dynamics)) else unit_of(make, parameter)
+    unit = unit_of(make, parameter) if callable(make) and not isinstance(make, Dynamics) else ""
     record.coordinate(parameter, (parameter,), numbers, unit)
     record.describe(
         name=first.name,

@@ -19,7 +19,7 @@ import struct
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import partial
 from hashlib import blake2b
 from importlib import import_module
@@ -31,27 +31,17 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.dynamics.systems.dynamics import Dynamics
-from flexmb.engine.compiled.digest import UNKNOWN, Parts, digest, kind_of, named_by, parts_of
-from flexmb.engine.newmark.method import Newmark
-from flexmb.engine.step.step_size import Adaptive, FixedStep
+from flexmb.engine.compiled.digest import UNKNOWN, Parts, digest, named_by, parts_of
 from flexmb.errors import FileFormatError, InputError, MissingPackageError
-from flexmb.model.mechanism import Mechanism
-from flexmb.program.program import Program
 
 # Fingerprints of sweeps: short texts that are equal if and only if the results are equal
-
-DERIVED = ("symbolic", "shapes")
-"""Fields of a program without influence on the digest; the other fields determine them."""
-
-OF_SYSTEMS = (FunctionType, partial, Dynamics, Program, FixedStep, Adaptive, Newmark)
-"""Classes of the attributes of a system that influence its motion, besides state and parameters."""
 
 
 def label_of(function: Any) -> str:
     """Name of a function, a mechanism or a system, such as "flexmb.mechanisms.nine_bar.nine_bar"."""
     if isinstance(function, partial):
         return f"partial of {label_of(function.func)}"
-    if isinstance(function, (Mechanism, Dynamics)):
+    if isinstance(function, Dynamics) or not callable(function):
         return f"{type(function).__name__} {function.name!r}"
     named = function if isinstance(function, (FunctionType, BuiltinFunctionType, MethodType, type)) else type(function)
     module, name = named.__module__, named.__qualname__
@@ -73,14 +63,8 @@ def texts_of(name: str, function: Any) -> dict[str, str]:
 
 @parts_of.register
 def _system(value: Dynamics) -> Parts:
-    inner = [v for _, v in sorted(vars(value).items()) if isinstance(v, OF_SYSTEMS)]
-    return type(value).__qualname__, [value.name, value.names, dict(value.parameters), value.state(), *inner]
-
-
-@parts_of.register
-def _program(value: Program) -> Parts:
-    names = [f.name for f in fields(value) if f.name not in DERIVED]
-    return kind_of(value), [part for name in names for part in (name, getattr(value, name))]
+    state = [value.name, value.names, dict(value.parameters), value.state()]
+    return type(value).__qualname__, [*state, *value.makings()]
 
 
 # Results of a sweep by point, in memory and in an optional store

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from flexmb import checks
-from flexmb.dynamics.sections.maps import SectionMap, StroboscopicMap
-from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics, orthonormalise
+from flexmb.dynamics.systems.dynamics import SMALL, ContinuousFlow, orthonormalise
+from flexmb.dynamics.systems.given import tangents_of
 from flexmb.engine.compiled import ahead
+from flexmb.engine.compiled.digest import Parts, kind_of, parts_of
 from flexmb.engine.linalg.rank import row_rank
 from flexmb.engine.newmark.method import Newmark
 from flexmb.engine.sensitivity.tangent_step import CarryingRun
 from flexmb.engine.state.record import DONE, RUNNING
+from flexmb.engine.step.contact_log import running_episodes
 from flexmb.engine.step.method import Method
 from flexmb.engine.step.step_size import Adaptive, FixedStep
 from flexmb.engine.system.state_evaluation import StateEvaluation
@@ -23,9 +26,9 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import refuse_controllers
 from flexmb.parts.contact.onset import HISTORY
 from flexmb.parts.contact.validity import HISTORY_WITH_EXTREMES
-from flexmb.program.compiler import clash, compile_with_start
+from flexmb.program.compiler import clash, common_period, compile_with_start
 from flexmb.program.program import Program
-from flexmb.results.status import followed, slides
+from flexmb.results.status import COLUMN, damped_since_onset, followed, slides
 from flexmb.run.simulate import Step, period_or_none
 from flexmb.statics.start.consistent import Start, accelerations, consistent_start
 from flexmb.statics.start.projection import metric_of, projected
@@ -34,6 +37,9 @@ from flexmb.statics.start.projection import metric_of, projected
 
 PLACES = (".ex", ".ey")
 """Endings of the signals that give the position of a journal in its bearing."""
+RATES = {"x": "vx", "y": "vy", "theta": "omega"}
+"""Endings of the names of velocities by those of coordinates."""
+PENETRATION = "penetration"
 ONSET = 1
 """Index of the instant of the onset among the histories that every contact has."""
 
@@ -97,6 +103,8 @@ INSTANT = 1e-3
 """Time span of the differences in time from which rates are taken, as a multiple of the largest step."""
 NUDGE = 1e-6
 """Size of the differences of states from which slopes of signals are taken, as a multiple of the state's length."""
+SMALL_IN_CONTACT = 1e-9
+"""Distance of two trajectories over the length of the state: contacts are nonlinear beyond some 1e-8 m."""
 SHORTEST = 100.0
 """Shortest reliable duration of a run with error-controlled steps, as a multiple of the smallest allowed step."""
 
@@ -143,7 +151,7 @@ class MechanismFlow(ContinuousFlow):
         period: float | None = None,
     ) -> None:
         self.name = mechanism.name
-        label = f"MechanismFlow of {self.name!r}"
+        label = self._label
         refuse_controllers(mechanism, label, "the tangents of a motion do not carry controllers along")
         if method is not None and not (isinstance(method, Method) and method.has_tangent):
             raise InputError(f"{label}: method is {method!r}; it must be Newmark(...), whose steps have a tangent.")
@@ -177,6 +185,43 @@ class MechanismFlow(ContinuousFlow):
         return bookkeeping_rows(self.program)
 
     @property
+    def state_names(self) -> Mapping[str, int]:
+        coordinates, n = self.program.names.coordinates, self.program.n_q
+        names = {name: k for k, name in enumerate(coordinates)}
+        for k, name in enumerate(coordinates):
+            body, _, last = name.rpartition(".")
+            names[f"{body}.{RATES.get(last, last)}"] = n + k
+        return names
+
+    @property
+    def angles(self) -> np.ndarray:
+        return np.flatnonzero(np.asarray(self.program.tables.kind) == 1)
+
+    @property
+    def histories(self) -> tuple[np.ndarray, np.ndarray]:
+        """Rows of histories of friction and of elements, which must return, and of normal contacts, which follow."""
+        tables = self.program.tables
+        pairs = [*np.asarray(tables.elements.z), *np.asarray(tables.constraints.joint_friction_z)]
+        pairs += [row[2:4] for row in np.asarray(tables.contacts.z)]
+        returning = sorted({i for begin, end in pairs for i in range(int(begin), int(end))})
+        free = sorted(set(range(tables.sizes.n_z)) - set(returning))
+        n = 2 * self.program.n_q
+        return n + np.array(returning, dtype=np.int64), n + np.array(free, dtype=np.int64)
+
+    @property
+    def gaps(self) -> Mapping[str, float]:
+        wanted = [f"{contact}.{PENETRATION}" for contact in self.program.names.contacts]
+        return {name: -1.0 for name in wanted if name in self.names}
+
+    @property
+    def is_rough(self) -> bool:
+        return isinstance(self.step, Adaptive)
+
+    @property
+    def small(self) -> float:
+        return SMALL_IN_CONTACT if self.program.normals else SMALL
+
+    @property
     def telling(self) -> tuple[int, ...]:
         return motion_signals(self.names, self.program.n_q)
 
@@ -191,7 +236,7 @@ class MechanismFlow(ContinuousFlow):
             return self.names[:1]
         guide = slides(self.mechanism, body)
         axis = "theta" if guide is None else "x" if abs(guide.along[0]) >= abs(guide.along[1]) else "y"
-        return (self.names[self.number_of(f"MechanismFlow of {self.name!r}", f"{body.name}.{axis}")],)
+        return (self.names[self.number_of(self._label, f"{body.name}.{axis}")],)
 
     @property
     def resolution(self) -> np.ndarray:
@@ -217,14 +262,14 @@ class MechanismFlow(ContinuousFlow):
     def reset(
         self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
     ) -> None:
-        time = checks.number(f"MechanismFlow of {self.name!r}", "time", time, "s")
+        time = checks.number(self._label, "time", time, "s")
         self._compile({**self.changes, **(parameters or {})})
         if state is None:
             self._begin(consistent_start(self.mechanism, self.program, time, closed=self._closed), None, time)
             return
         state = np.asarray(state, dtype=np.float64)
         if state.shape != (self.size,) or not np.isfinite(state).all():
-            text = f"MechanismFlow of {self.name!r}: the given state has shape {state.shape}"
+            text = f"{self._label}: the given state has shape {state.shape}"
             raise InputError(f"{text}; it must be {self.size} finite numbers (see `state`).")
         n, n_z = self.program.n_q, self.program.tables.sizes.n_z
         q, v = projected(self.program, state[:n], state[n : 2 * n], time)
@@ -243,8 +288,7 @@ class MechanismFlow(ContinuousFlow):
         ----------
         duration, tangents : see `Dynamics.advance`.
         """
-        label = f"MechanismFlow of {self.name!r}"
-        duration = checks.positive(label, "duration", duration, "s")
+        duration = checks.positive(self._label, "duration", duration, "s")
         if not self.ok:
             return False
         if tangents is None:
@@ -288,14 +332,7 @@ class MechanismFlow(ContinuousFlow):
         return W
 
     def _checked(self, tangents: np.ndarray) -> np.ndarray:
-        W = tangents
-        if not isinstance(W, np.ndarray) or W.ndim != 2 or W.shape[0] != self.size or W.dtype != np.float64:
-            text = f"MechanismFlow of {self.name!r}: tangents have shape {np.shape(W)}"
-            raise InputError(f"{text}; they must be a float64 array ({self.size}, k), one difference a column.")
-        if not np.isfinite(W).all():
-            text = f"MechanismFlow of {self.name!r}: tangents hold numbers that are not finite"
-            raise InputError(f"{text}. Make them orthonormal after shorter times.")
-        return W
+        return tangents_of(self._label, tangents, self.size, "Make them orthonormal after shorter times")
 
     def take_step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
         if not self.ok:
@@ -392,6 +429,35 @@ class MechanismFlow(ContinuousFlow):
             return "it has no periodic drive"
         return f"the periods of its drives, {periods[0]:g} s and {periods[1]:g} s, have no small common multiple"
 
+    def required_period(self, owner: str) -> float:  # noqa: ARG002 - the error names the drives
+        return common_period(self.program) if self.period is None else self.period
+
+    def prepare(self) -> bool:
+        return self.advance(1e-6 * (self.period or 1.0))
+
+    def makings(self) -> list[Any]:
+        return [v for _, v in sorted(vars(self).items()) if isinstance(v, (Program, FixedStep, Adaptive, Newmark))]
+
+    def remarks(self, since: float) -> list[str]:
+        """A sentence on each contact that stayed closed since a given time.
+
+        Laws with hysteresis damping depend on the approach speed of the last onset.  The run lacks the tangent of this
+        approach speed if the onset precedes the measured growth.  Contacts with other laws are not listed.
+
+        Parameters
+        ----------
+        since : start of the measured growth [s].
+        """
+        sentences, tables, names = [], self.program.tables, self.program.names.contacts
+        for row in running_episodes(tables, self.run.flow):
+            contact = int(row[COLUMN["contact"]])
+            _, begin, end, _ = tables.contacts.z[contact]
+            damped = damped_since_onset(self.program.normals[contact], self.run.flow.z[begin:end].tolist())
+            if damped and row[COLUMN["peak_force"]] > 0.0 and not row[COLUMN["start"]] > since:
+                text = f"{names[contact]} has been in contact without a break during all that was counted"
+                sentences.append(f"{text}: {damped}.")
+        return sentences
+
     def snapshot(self) -> Snapshot:
         run = self.run
         return Snapshot(
@@ -454,7 +520,7 @@ class MechanismFlow(ContinuousFlow):
             self.units = tuple(s.units for s in self.program.names.signals)
         self.changes = dict(changes)
         if self.period is None and isinstance(self.step, Adaptive) and self.step.max is None:
-            text = f"MechanismFlow of {self.name!r}: no drive has a period, so the largest step is unknown"
+            text = f"{self._label}: no drive has a period, so the largest step is unknown"
             raise InputError(
                 f"{text}. Give period= (about that of the motion), step=Adaptive(max=...) or a fixed step."
             )
@@ -467,33 +533,11 @@ class MechanismFlow(ContinuousFlow):
         self.run.flow.clock.save_start = -1.0
 
 
-# Conversion of arguments: a mechanism or a `Dynamics` becomes a flow or a map
+DERIVED = ("symbolic", "shapes")
+"""Fields of a program without influence on the digest; the other fields determine them."""
 
 
-def dynamics_of(
-    caller: str, system: Any, *, period: float | None = None, step: Step | None = None, method: Newmark | None = None
-) -> Dynamics:
-    """`system` itself, or the flow of a mechanism; a `Dynamics` with a step or a method (it has its own) is refused."""
-    if isinstance(system, Mechanism):
-        return MechanismFlow(system, step=step, method=method, period=period)
-    if not isinstance(system, Dynamics):
-        text = f"{caller}: system is {system!r}"
-        raise InputError(f"{text}; it must be a Mechanism, or a flow or map as ODE, Map, StroboscopicMap.")
-    if step is not None or method is not None:
-        text = f"{caller} {system.name!r}: step= and method= belong to a mechanism"
-        raise InputError(f"{text}; this system has its own. Give them where the system is built.")
-    return system
-
-
-def strobe_of(caller: str, system: Dynamics, period: float | None) -> Dynamics:
-    """Stroboscopic map of a flow, by default with the flow's own period [s]; a map is returned as it is."""
-    if isinstance(system, ContinuousFlow):
-        return StroboscopicMap(system, period)
-    if period is not None:
-        raise InputError(f"{caller} {system.name!r}: period= belongs to a flow; this is a map. Leave it out.")
-    return system
-
-
-def clock(system: Dynamics) -> float:
-    """Time of a system, by which exponents count: seconds of a flow and of its sections, iterations of a map."""
-    return system.flow.time if isinstance(system, (StroboscopicMap, SectionMap)) else system.time
+@parts_of.register
+def _program(value: Program) -> Parts:
+    names = [f.name for f in fields(value) if f.name not in DERIVED]
+    return kind_of(value), [part for name in names for part in (name, getattr(value, name))]
