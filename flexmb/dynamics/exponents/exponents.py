@@ -229,8 +229,7 @@ class Exponents(arguments.Checked):
         InputError : an unknown signal.
         """
         alone = float(self.statistical[0]) if len(self.statistical) else float("nan")
-        value, error = (x if np.isfinite(x) else None for x in (self.value, alone))
-        verdict = self.signals.verdict(self.points, signals, value, error)
+        verdict = self.signals.verdict(self.points, signals, self.value, alone)
         if self.paired and verdict.kind in ("inconclusive", "transient"):
             verdict = replace(verdict, reason=f"{verdict.reason} {CONSERVATIVE}")
         return self._agreed(verdict)

@@ -55,9 +55,7 @@ class ArclengthPlane:
         """Coefficients of y (M d,), of the period and of the parameter, and distance of a run from the plane."""
         x, t, p = self.lengths
         weighted = self.normal.starts * shooting.space.weights / x**2
-        distance = np.array(
-            [shooting.space.difference(a, b) for a, b in zip(run.starts, self.through.starts, strict=True)]
-        )
+        distance = shooting.space.difference(run.starts, self.through.starts)
         of_states = np.einsum("js,jsd->jd", weighted, run.bases).ravel()
         of_period, of_value = self.normal.period / t**2, self.normal.value / p**2
         offset = of_period * (run.period - self.through.period) + of_value * (run.value - self.through.value)
@@ -100,30 +98,25 @@ def correct(
     run = shooting.run(starts, period, value)
     if run is None:
         return NewtonResult(None, (), False, f"The first run over the period failed: {shooting.status}")
-    residuals = [_relative_miss(shooting, run)]
+    residuals, failed = [_relative_miss(shooting, run)], ""
     while residuals[-1] > tolerance or (plane is not None and abs(plane.row(shooting, run)[3]) > 1e-6):
+        advice = f"wanted {tolerance:g}. Give a better guess, or settle=."
         if len(residuals) > iterations:
-            text = f"Not converged after {iterations} iterations: {residuals[-1]:.3g} of the state does not return"
-            return NewtonResult(
-                run, tuple(residuals), False, f"{text}, wanted {tolerance:g}. Give a better guess, or settle=."
-            )
+            failed = f"Not converged after {iterations} iterations: {residuals[-1]:.3g} of the state does not return"
+            failed = f"{failed}, {advice}"
+            break
         step = _step(shooting, run, plane)
         if step is None:
-            return NewtonResult(
-                run, tuple(residuals), False, f"A derivative by the parameter failed: {shooting.status}"
-            )
+            failed = f"A derivative by the parameter failed: {shooting.status}"
+            break
         next_run = _damped_step(shooting, run, step, tolerance)
         if next_run is None:
-            text = f"No correction reduces the residual; {residuals[-1]:.3g} of the state does not"
-            return NewtonResult(
-                run,
-                tuple(residuals),
-                False,
-                f"{text} return, wanted {tolerance:g}. Give a better guess, or settle=.",
-            )
+            failed = f"No correction reduces the residual; {residuals[-1]:.3g} of the state does not return, {advice}"
+            break
         run = next_run
         residuals.append(_relative_miss(shooting, run))
-    return NewtonResult(run, tuple(residuals), True, f"Converged after {len(residuals) - 1} iterations.")
+    status = failed or f"Converged after {len(residuals) - 1} iterations."
+    return NewtonResult(run, tuple(residuals), not failed, status)
 
 
 def _relative_miss(shooting: Shooting, run: ShootingRun) -> float:

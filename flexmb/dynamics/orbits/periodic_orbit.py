@@ -82,11 +82,8 @@ def nearest_loss(multipliers: np.ndarray, graze: float | None) -> StabilityLoss:
     `graze` is the least gap over its travel; None: no gap.
     """
     if len(multipliers) == 0:
-        return (
-            StabilityLoss("none", np.nan, complex(np.nan))
-            if graze is None
-            else StabilityLoss(GRAZING, graze, complex(np.nan))
-        )
+        kind = "none" if graze is None else GRAZING
+        return StabilityLoss(kind, np.nan if graze is None else graze, complex(np.nan))
     k = int(np.abs(np.log(np.maximum(np.abs(multipliers), 1e-300))).argmin())
     critical = complex(multipliers[k])
     margin = 1.0 - abs(critical)

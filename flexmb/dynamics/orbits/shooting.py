@@ -5,6 +5,7 @@ Equation (9.12) of docs/theory/exponents.md.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -45,9 +46,9 @@ class StateSpace:
             self.angle[system.names.index(checks.one_of(label, "angle", name, system.names))] = True
 
     def difference(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Difference one - other (size,) of two states, without whole turns of angles."""
+        """Differences one - other (size,) or (n, size) of states, without whole turns of angles."""
         d = one - other
-        d[self.angle] -= TURN * np.round(d[self.angle] / TURN)
+        d[..., self.angle] -= TURN * np.round(d[..., self.angle] / TURN)
         return np.asarray(d)
 
     def length(self, d: np.ndarray) -> float:
@@ -146,11 +147,11 @@ class Shooting:
         system: Dynamics,
         *,
         period: Period,
-        times: int,
-        autonomous: bool,
-        segments: int,
-        tangent: str,
-        angles: tuple[str, ...],
+        times: int = 1,
+        autonomous: bool = False,
+        segments: int = 1,
+        tangent: str = TANGENTS[0],
+        angles: tuple[str, ...] = (),
     ) -> None:
         self.label, self.system, self.autonomous, self.segments = label, system, autonomous, segments
         self.times, self.declared, self.angles = checks.count(label, "times", times), period, angles
@@ -170,17 +171,9 @@ class Shooting:
 
     def copy(self, times: int, segments: int) -> Shooting:
         """Shooting over other numbers of periods and segments, with a copy of the system."""
-        other = Shooting(
-            self.label,
-            self.system.copy(),
-            period=self.declared,
-            times=times,
-            autonomous=self.autonomous,
-            segments=segments,
-            tangent=self.tangent,
-            angles=self.angles,
-        )
-        other.parameter, other.scale, other.phase = self.parameter, self.scale, self.phase
+        other = copy.copy(self)
+        other.system, other.times, other.segments, other.status = self.system.copy(), times, segments, ""
+        other.base, other.space = other._base(), StateSpace(self.label, other.system, self.angles)
         return other
 
     def _base(self) -> float:

@@ -58,15 +58,16 @@ class SectionSignals:
     ) -> Verdict:
         """Verdict on points (n, m) of all signals, by the given signals or, without any, by the signals `telling`.
 
-        The largest exponent and its error are None where they are unknown.
+        The largest exponent and its error are None or not finite where they are unknown.
         """
+        value, band = (x if x is not None and np.isfinite(x) else None for x in (exponent, error))
         known = [checks.one_of(f"verdict on {self.name!r}", "signal", name, self.names) for name in signals]
         columns = [self.names.index(name) for name in known] or list(self.telling)
         precision: dict[str, Any] = {"units": [self.units[k] for k in columns]}
         if self.resolution is not None:
             precision |= {"floor": 1.0, "sizes": self.resolution[columns]}
         names = [self.names[k] for k in columns]
-        return judge(points[:, columns], names, exponent=exponent, error=error, **precision)
+        return judge(points[:, columns], names, exponent=value, error=band, **precision)
 
 
 # Points of sections as labelled tables: once a period, or at every crossing of a level

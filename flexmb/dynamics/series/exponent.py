@@ -114,50 +114,52 @@ def estimate(
     """
     x = samples(method, signal, LEAST)
     step, unit = spacing(method, interval, len(x))
+    found = _Found(method, unit, step)
     if is_constant(x):
-        return _none(method, unit, None, 0, "The signal is constant: no neighbours part.")
+        return found.none("The signal is constant: no neighbours part.")
     periods = len(x) / mean_period(x)
     if periods < PERIODS:
-        text = f"The record holds {periods:.1f} mean periods; at least {PERIODS} are needed."
-        return _none(method, unit, None, 0, text)
+        return found.none(f"The record holds {periods:.1f} mean periods; at least {PERIODS} are needed.")
     embedded = embedding(x, delay=options["delay"], dimension=options["dimension"])
     theiler = options["theiler"]
     w = max(int(np.ceil(embedded.mean_period)), embedded.window) if theiler is None else theiler
     w = checks.count(method, "theiler", w, 0)
-    x, slopes = standardised(x), []
+    x, slopes, found = standardised(x), [], replace(found, embedded=embedded, theiler=w)
     for m in (embedded.dimension, embedded.dimension + 1):
         slopes.append(slope(embed(x, embedded.delay, m), (m - 1) * embedded.delay, w, embedded.mean_period))
         if slopes[-1].why_not:
-            return _none(method, unit, embedded, w, slopes[-1].why_not, slopes[-1], step)
-    return _agreed(method, unit, embedded, w, slopes, step)
-
-
-def _agreed(method: str, unit: str, embedded: Embedding, w: int, slopes: list[Slope], step: float) -> SeriesExponent:
-    """The record of two slopes, with a value if the exponent exceeds its error."""
+            return found.none(slopes[-1].why_not, slopes[-1])
     a, b = slopes
     contributions = (2.0 * max(a.error, b.error), a.value - b.value, FINITE * a.value)
     value, error = a.value / step, float(np.linalg.norm(contributions)) / step
     if value <= error:
-        text = f"The growth of {value:.3g} {unit} does not exceed its error of {error:.2g} {unit}."
-        return _none(method, unit, embedded, w, text, a, step)
+        return found.none(f"The growth of {value:.3g} {unit} does not exceed its error of {error:.2g} {unit}.", a)
     text = f"{value:.4g} +- {error:.2g} {unit}, seen in {embedded.dimension} and {embedded.dimension + 1} dimensions"
     text += "." if embedded.ok else f"; the embedding is doubtful: {embedded.status}"
-    region = (a.region[0] * step, a.region[1] * step)
-    curve = _scaled(method, a, step)
-    return SeriesExponent(value, error, unit, True, text, method, embedded, w, region, a.steps * step, curve)
+    return found.record(a, value, error, text, (a.region[0] * step, a.region[1] * step))
 
 
-def _none(
-    method: str, unit: str, embedded: Embedding | None, w: int, why: str, slope: Slope | None = None, step: float = 1.0
-) -> SeriesExponent:
-    recorded = Slope(np.nan, np.nan, why) if slope is None else slope
-    times, curve = recorded.steps * step, _scaled(method, recorded, step)
-    return SeriesExponent(np.nan, np.nan, unit, False, why, method, embedded, w, (np.nan, np.nan), times, curve)
+@dataclass(frozen=True)
+class _Found:
+    """What a record of an exponent holds besides the slope: method, unit, sampling interval, embedding, window."""
 
+    method: str
+    unit: str
+    step: float
+    embedded: Embedding | None = None
+    theiler: int = 0
 
-def _scaled(method: str, slope: Slope, step: float) -> np.ndarray:
-    """The curve; for "wolf" the running estimate in the unit of the exponent."""
-    return slope.curve / step if method == "wolf" else slope.curve
+    def record(
+        self, slope: Slope, value: float, error: float, status: str, region: tuple[float, float]
+    ) -> SeriesExponent:
+        """The record; for "wolf" the curve is the running estimate in the unit of the exponent."""
+        curve, time = slope.curve / self.step if self.method == "wolf" else slope.curve, slope.steps * self.step
+        about = (self.method, self.embedded, self.theiler)
+        return SeriesExponent(value, error, self.unit, bool(np.isfinite(value)), status, *about, region, time, curve)
+
+    def none(self, why: str, slope: Slope | None = None) -> SeriesExponent:
+        """The record without a value, for a reason."""
+        return self.record(slope or Slope(np.nan, np.nan, why), np.nan, np.nan, why, (np.nan, np.nan))
 
 
 def block_means(logs: np.ndarray) -> np.ndarray:
@@ -214,10 +216,8 @@ def _slope_and_error(steps: np.ndarray, blocks: np.ndarray, begin: int, end: int
     """Slope of the mean of curves (blocks, k) over steps[begin:end], and error of the slope."""
     mean, inside, middle = blocks.mean(axis=0), slice(begin, end), (begin + end) // 2
     block_slopes = np.array([_slope(steps[inside], block[inside]) for block in blocks])
-    first, second = (
-        _slope(steps[begin : middle + 1], mean[begin : middle + 1]),
-        _slope(steps[middle - 1 : end], mean[middle - 1 : end]),
-    )
+    first = _slope(steps[begin : middle + 1], mean[begin : middle + 1])
+    second = _slope(steps[middle - 1 : end], mean[middle - 1 : end])
     error = np.hypot(block_slopes.std(ddof=1) / np.sqrt(len(block_slopes)), 0.5 * (second - first))
     return _slope(steps[inside], mean[inside]), float(error)
 

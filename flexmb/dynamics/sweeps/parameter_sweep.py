@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
@@ -298,6 +298,53 @@ def _plain(values: np.ndarray) -> np.ndarray:
     return values.astype(str) if values.dtype == object else values
 
 
+# What sweeps and diagrams share: the executor, the store, the progress bar
+
+
+@dataclass(frozen=True)
+class Work:
+    """How the points of a sweep are computed and kept: arguments that `sweep` and `bifurcation` share.
+
+    `sent` is what goes to the workers, with its name in messages.
+    """
+
+    label: str
+    sent: tuple[Any, str]
+    executor: Executor | None
+    pending: int
+    store: Any
+    resume: bool
+    progress: bool
+
+    def __post_init__(self) -> None:
+        require_picklable(self.label, self.executor, self.sent[0], f"{self.sent[1]} with what is given to it")
+        checks.count(self.label, "pending", self.pending)
+
+    def record(
+        self, kind: str, dims: tuple[str, ...], shape: tuple[int, ...], fingerprint: Callable[[], Mapping[str, Any]]
+    ) -> Record:
+        """Record of the results, in a store if one is given; the fingerprint tells sweeps of one kind apart."""
+        if self.store is None:
+            return Record(dims, shape)
+        return Record(dims, shape, opened(self.store, fingerprint(), kind, resume=self.resume))
+
+    def done(self, record: Record, chains: Callable[[ProgressBar], Iterable[Chain]]) -> xr.Dataset:
+        """Dataset of a record after all chains have run."""
+        done = record.done
+        with ProgressBar(self.label, done.size, done=int(done.sum()), shown=self.progress) as bar:
+            drive(chains(bar), self.executor, self.label, self.pending)
+        return dataset_of(record.tables, record.attributes)
+
+
+def settings_of(fixed: Mapping[str, Any], function: Any) -> dict[str, Any]:
+    """Entries of every fingerprint: version, function with all that it names, fixed values."""
+    return {
+        "flexmb": installed_version(),
+        **texts_of("text", function),
+        "fixed": {name: f"{type(value).__name__} {digest(value)}" for name, value in sorted(fixed.items())},
+    }
+
+
 # Sweeps: a function over a grid of parameters or a list of designs
 
 
@@ -378,22 +425,36 @@ def sweep(
     require_executor(label, executor)
     require_arguments(label, function, [*points.values, *fixed_values])
     bound = partial(function, **fixed_values) if fixed_values else function
-    require_picklable(label, executor, bound, f"{label_of(function)} with what is given to it")
-    pending = checks.count(label, "pending", pending)
+    work = Work(label, (bound, label_of(function)), executor, pending, store, resume, progress)
     names = {
         name: tuple(checks.sequence(label, f"dims[{name!r}]", d, "names"))
         for name, d in checks.mapping(label, "dims", dims).items()
     }
-    fingerprint = None if store is None else _fingerprint(function, points, fixed_values, names)
-    opened_store = None if fingerprint is None else opened(store, fingerprint, "sweep", resume=resume)
-    record = Record(points.dims, points.shape, opened_store)
-    _lay_out(record, function, points)
-    done = record.done
-    with ProgressBar(label, points.count, done=int(done.sum()), shown=progress) as bar:
+    record = work.record(
+        "sweep",
+        points.dims,
+        points.shape,
+        lambda: (
+            settings_of(fixed_values, function)
+            | {
+                "ok": "if all runs reached their ends",
+                "function": label_of(function),
+                "points": list(points.dims),
+                "values": {name: shown_values(list(column)) for name, column in points.values.items()},
+                "dims": {name: list(dims_of_one) for name, dims_of_one in sorted(names.items())},
+            }
+        ),
+    )
+    for name in points.values:
+        record.coordinate(name, *points.coordinate(name), unit_of(function, name))
+    record.describe(name=label_of(function), kind="sweep", flexmb=installed_version(), axes=sorted(points.values))
+    unfinished = [number for number in range(points.count) if not record.done[points.index(number)]]
+
+    def chains(bar: ProgressBar) -> Iterator[Chain]:
         collector = _Collector(record, points, names, bar)
-        unfinished = (number for number in range(points.count) if not done[points.index(number)])
-        drive((_chain(bound, points, number, collector) for number in unfinished), executor, label, pending)
-    return dataset_of(record.tables, record.attributes)
+        return (_chain(bound, points, number, collector) for number in unfinished)
+
+    return work.done(record, chains)
 
 
 def _chain(function: Any, points: Points, number: int, collector: _Collector) -> Chain:
@@ -414,7 +475,8 @@ class _Collector:
         self.held, self.next = dict[int, Outcome](), 0
         self.columns: dict[str, Column] | None = None
         if record.store is not None and LAYOUT in record.store.attributes:
-            self._use([_column(entry) for entry in record.store.attributes[LAYOUT]])
+            layout = record.store.attributes[LAYOUT]
+            self._use([Column(name, kind, tuple(dims), tuple(shape)) for name, kind, dims, shape in layout])
 
     def take(self, number: int, outcome: Outcome) -> None:
         """Collect the outcome of point `number`."""
@@ -457,32 +519,3 @@ class _Collector:
             outcome = outcome if attempt.error is None else failure(attempt.error)
         self.record.keep(self.points.index(number), {**values, "ok": outcome.ok, STATUS: outcome.status})
         self.bar.one_more(ok=outcome.ok)
-
-
-def _column(entry: Sequence[Any]) -> Column:
-    name, kind, dims, shape = entry
-    return Column(name, kind, tuple(dims), tuple(shape))
-
-
-def _fingerprint(
-    function: Any, points: Points, fixed: Mapping[str, Any], dims: Mapping[str, Sequence[str]]
-) -> dict[str, Any]:
-    """Values on which the results depend."""
-    return {
-        "flexmb": installed_version(),
-        "ok": "if all runs reached their ends",
-        "function": label_of(function),
-        **texts_of("text", function),
-        "points": list(points.dims),
-        "values": {name: shown_values(list(column)) for name, column in points.values.items()},
-        "fixed": {name: f"{type(value).__name__} {digest(value)}" for name, value in sorted(fixed.items())},
-        "dims": {name: list(names) for name, names in sorted(dims.items())},
-    }
-
-
-def _lay_out(record: Record, function: Any, points: Points) -> None:
-    """Set coordinates and attributes of a sweep."""
-    for name in points.values:
-        dims, values = points.coordinate(name)
-        record.coordinate(name, dims, values, unit_of(function, name))
-    record.describe(name=label_of(function), kind="sweep", flexmb=installed_version(), axes=sorted(points.values))

@@ -373,8 +373,8 @@ class ODE(GivenSystem, ContinuousFlow):
 
     def _go(self, limit: float, tangents: np.ndarray | None, *, single: bool) -> bool:
         """Integrate up to `limit`, or by one step (`single`); state and tangents stay at the last successful step."""
-        if not self.ok:
-            return False
+        if not self.ok or limit <= self._time:  # a duration below the spacing of the clock
+            return self.ok
         lengths = np.ones(0)
         if tangents is not None:
             tangents = tangents_of(self._label, tangents, self.size)

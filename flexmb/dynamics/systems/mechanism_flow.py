@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import fields
 from typing import Any, NamedTuple, Self
 
@@ -42,59 +42,6 @@ RATES = {"x": "vx", "y": "vy", "theta": "omega"}
 PENETRATION = "penetration"
 ONSET = 1
 """Index of the instant of the onset among the histories that every contact has."""
-
-
-def state_weights(program: Program, period: float | None) -> np.ndarray:
-    """Weights (size,) of the squares of a state (q, v, z, a, x) in its length.
-
-    Angles are multiplied by the length of the mechanism, velocities by period / (2 pi).  Histories and accelerations
-    have the weight 0.  Without a period [s] it is 1 s.
-    """
-    metric, n_z = metric_of(program), program.tables.sizes.n_z
-    n, time = program.n_q, (period or 1.0) / (2.0 * np.pi)
-    return np.concatenate([metric, time**2 * metric, np.zeros(n_z + 2 * n)])
-
-
-def bookkeeping_rows(program: Program) -> np.ndarray:
-    """Rows (m,) of a state that no force depends on: instants and speeds of onsets, extremes noted by contact laws."""
-    rows = list[int]()
-    for (common, _, end, _), law in zip(program.tables.contacts.z, program.normals, strict=True):
-        extremes = len(HISTORY_WITH_EXTREMES) - len(HISTORY) if law.history() is HISTORY_WITH_EXTREMES else 0
-        rows += [int(common) + ONSET, *range(int(end) - extremes, int(end))]
-    return 2 * program.n_q + np.array(rows, dtype=np.int64)
-
-
-def motion_signals(names: Sequence[str], n_q: int) -> tuple[int, ...]:
-    """Numbers of the signals on which a verdict rests: positions, velocities, and positions of journals.
-
-    Forces and accelerations are functions of positions, velocities and histories, and their spikes spoil every mean.
-    Sums of energies never return to their start.  Positions and velocities come first among all names.
-    """
-    return tuple(k for k, name in enumerate(names) if k < 2 * n_q or name.endswith(PLACES))
-
-
-def signal_resolution(
-    program: Program, names: Sequence[str], peak: np.ndarray, steps: tuple[float, float] | None, period: float | None
-) -> np.ndarray:
-    """Differences (m,) of the signals that errors of the integration can make [units of the signals].
-
-    With error-controlled steps: a tenth of the error allowed in a step, because the steps fall differently in each
-    period of a periodic motion.  With fixed steps: 1e-8 of the length of the mechanism and of its largest speed.  For
-    signals other than positions, velocities and positions of journals: 1e-6 of their largest values.  Allowed errors
-    `steps` are those of a position [m] and of a velocity as a fraction of the speed; None: fixed steps.  `peak` (m,)
-    has the largest magnitudes of the signals.  Without a period [s] it is 1 s.
-    """
-    n, length = program.n_q, program.length
-    angle = np.asarray(program.tables.kind) == 1
-    scale = np.where(angle, 1.0 / length, 1.0)
-    speed = max(float((peak[n : 2 * n] / scale).max(initial=0.0)), length / (period or 1.0))
-    position, velocity = 1e-8 * length, 1e-8 * speed
-    if steps is not None:
-        position, velocity = 0.1 * steps[0], 0.1 * steps[1] * speed
-    resolution = np.maximum(1e-6 * peak, 1e-300)
-    resolution[:n], resolution[n : 2 * n] = position * scale, velocity * scale
-    resolution[[k for k, name in enumerate(names) if name.endswith(PLACES)]] = position
-    return resolution
 
 
 # A mechanism as a flow: its time steps, with tangent vectors, from any state
@@ -178,11 +125,23 @@ class MechanismFlow(ContinuousFlow):
 
     @property
     def weights(self) -> np.ndarray:
-        return state_weights(self.program, self.period)
+        """Weights (size,) of the squares of a state (q, v, z, a, x) in its length.
+
+        Angles are multiplied by the length of the mechanism, velocities by period / (2 pi).  Histories and
+        accelerations have the weight 0.  Without a period it is 1 s.
+        """
+        metric, n_z = metric_of(self.program), self.program.tables.sizes.n_z
+        n, time = self.program.n_q, (self.period or 1.0) / (2.0 * np.pi)
+        return np.concatenate([metric, time**2 * metric, np.zeros(n_z + 2 * n)])
 
     @property
     def records(self) -> np.ndarray:
-        return bookkeeping_rows(self.program)
+        """Rows (m,) of the instants and speeds of onsets, and of the extremes noted by contact laws."""
+        program, rows = self.program, list[int]()
+        for (common, _, end, _), law in zip(program.tables.contacts.z, program.normals, strict=True):
+            extremes = len(HISTORY_WITH_EXTREMES) - len(HISTORY) if law.history() is HISTORY_WITH_EXTREMES else 0
+            rows += [int(common) + ONSET, *range(int(end) - extremes, int(end))]
+        return 2 * program.n_q + np.array(rows, dtype=np.int64)
 
     @property
     def state_names(self) -> Mapping[str, int]:
@@ -223,7 +182,12 @@ class MechanismFlow(ContinuousFlow):
 
     @property
     def telling(self) -> tuple[int, ...]:
-        return motion_signals(self.names, self.program.n_q)
+        """Numbers of the positions, the velocities, and the positions of journals.
+
+        Forces and accelerations are functions of positions, velocities and histories, and their spikes spoil every
+        mean.  Sums of energies never return to their start.
+        """
+        return tuple(k for k, name in enumerate(self.names) if k < 2 * self.program.n_q or name.endswith(PLACES))
 
     @property
     def main_signals(self) -> tuple[str, ...]:
@@ -240,8 +204,23 @@ class MechanismFlow(ContinuousFlow):
 
     @property
     def resolution(self) -> np.ndarray:
-        steps = (float(self.run.error), self.step.rtol) if isinstance(self.step, Adaptive) else None
-        return signal_resolution(self.program, self.names, self.run.record.peak, steps, self.period)
+        """Differences (m,) of the signals that errors of the integration can make [units of the signals].
+
+        With error-controlled steps: a tenth of the error allowed in a step, because the steps fall differently in each
+        period of a periodic motion.  With fixed steps: 1e-8 of the length of the mechanism and of its largest speed.
+        For signals other than positions, velocities and positions of journals: 1e-6 of their largest values.
+        """
+        program, peak = self.program, self.run.record.peak
+        n, length = program.n_q, program.length
+        scale = np.where(np.asarray(program.tables.kind) == 1, 1.0 / length, 1.0)
+        speed = max(float((peak[n : 2 * n] / scale).max(initial=0.0)), length / (self.period or 1.0))
+        position, velocity = 1e-8 * length, 1e-8 * speed
+        if isinstance(self.step, Adaptive):
+            position, velocity = 0.1 * float(self.run.error), 0.1 * self.step.rtol * speed
+        resolution = np.maximum(1e-6 * peak, 1e-300)
+        resolution[:n], resolution[n : 2 * n] = position * scale, velocity * scale
+        resolution[[k for k, name in enumerate(self.names) if name.endswith(PLACES)]] = position
+        return resolution
 
     @property
     def parameters(self) -> Mapping[str, Any]:
