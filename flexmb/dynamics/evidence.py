@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -25,17 +24,11 @@ SEPARATE = 10.0
 """Multiple of the floor below which the spread of a signal cannot distinguish a cycle from other motions."""
 
 
-@dataclass(frozen=True)
-class Columns:
-    """Signals of section points that a verdict can use.
+class Columns(NamedTuple):
+    """Signals of section points that a verdict can use, and the names of those that are left out.
 
-    Parameters
-    ----------
-    values : points (n, m) in their units; a rotating angle has two columns, cosine and sine.
-    names : name of the signal of each column (m,).
-    floor : differences (m,) that are round-off or integration error.
-    spread : standard deviations (m,) over the second half of the record.
-    left_out : names of the signals without information.
+    Points (n, m) in their units; a rotating angle has two columns, cosine and sine.  Of each column: the name of the
+    signal, the difference that is round-off or integration error, the deviation over the second half of the record.
     """
 
     values: np.ndarray

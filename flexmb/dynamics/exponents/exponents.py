@@ -92,18 +92,6 @@ def combined(values: np.ndarray, errors: np.ndarray, others: np.ndarray, other_e
     return np.asarray(np.hypot(errors, np.where(counts, difference, 0.0)))
 
 
-def outgrown(value: float, span: float) -> float:
-    """Excess of an exponent over the largest one that agrees with a stay of `span` on a cycle; 0: the exponent agrees.
-
-    Every period of the motion adds round-off, which grows to the size of the motion, by a factor 1/eps, within `span`
-    at the soonest.  An exponent above log(1/eps) / span therefore contradicts the motion.
-
-    Equation (9.7) of docs/theory/exponents.md.
-    """
-    limit = -np.log(np.finfo(float).eps) / span if span > 0.0 else np.inf
-    return float(max(value - limit, 0.0))
-
-
 # Records of Lyapunov exponents: values, errors, history, verdict
 
 FEWEST = 50
@@ -154,9 +142,6 @@ class Confirmed:
         return float(self.errors[0])
 
     def __repr__(self) -> str:
-        return str(self)
-
-    def __str__(self) -> str:
         listed = ", ".join(f"{v:.4g} +/- {e:.1g}" for v, e in zip(self.spectrum, self.errors, strict=True))
         steps = f"{self.fineness}, " if self.fineness else ""
         return f"second run ({steps}another start, {self.periods} points): {listed}"
@@ -327,6 +312,8 @@ def with_verdict(exponents: Exponents) -> Exponents:
 
     A flow that stays on a cycle, for longer than the exponent allows round-off to stay small, has another exponent:
     the difference is added to the error of the largest exponent.
+
+    Equation (9.7) of docs/theory/exponents.md.
     """
     if not exponents.ok:
         return exponents
@@ -334,7 +321,9 @@ def with_verdict(exponents: Exponents) -> Exponents:
     if verdict.kind != "inconclusive" or "since" not in verdict.evidence or exponents.units != "1/s":
         return replace(exponents, verdict=verdict)
     span = (len(exponents.points) - verdict.evidence["since"]) * exponents.period
-    excess = outgrown(exponents.value, span)
+    # every period of the motion adds round-off, which grows to the size of the motion, by 1/eps, within the span
+    limit = -np.log(np.finfo(float).eps) / span if span > 0.0 else np.inf
+    excess = float(max(exponents.value - limit, 0.0))
     largest = np.arange(len(exponents.errors)) == 0
     errors = {n: np.where(largest, np.hypot(getattr(exponents, n), excess), getattr(exponents, n)) for n in ERRORS}
     return replace(exponents, **errors, verdict=verdict)

@@ -244,10 +244,6 @@ class TrajectoryPair:
         pair.renormalise(first.tangent_basis(1, seed)[:, 0])
         return pair
 
-    def difference(self) -> np.ndarray:
-        """Difference (size,) of the states, second less first."""
-        return np.asarray(self.second.state() - self.first.state())
-
     def length(self, difference: np.ndarray) -> float:
         """Length of a `difference` (size,) in the weights."""
         return float(np.sqrt(self.weights @ difference**2))
@@ -258,7 +254,7 @@ class TrajectoryPair:
         if self.first.underlying is self.first:
             self.first.reset(x, time=time)
         self.second.reset(x + self.distance / self.length(direction) * direction, time=time)
-        self.size = self.length(self.difference())
+        self.size = self.length(self.second.state() - self.first.state())
 
     def is_strained(self, logs: np.ndarray) -> bool:
         """Whether the distance grew by more than `TOO_MUCH` (`logs`: logarithm (1,) of the growth)."""
@@ -270,7 +266,7 @@ class TrajectoryPair:
         if not all(reached):
             schedule.trouble = (self.first if not reached[0] else self.second).status
             return None
-        difference = self.difference()
+        difference = self.second.state() - self.first.state()
         difference[schedule.records] = 0.0  # bookkeeping would grow without bound if the distance shrinks
         length = self.length(difference)
         if length == 0.0 or self.size == 0.0:

@@ -141,10 +141,9 @@ class Perturbation(Protocol):
     """Fraction of the renormalisations with too much growth at which they become more frequent."""
 
     def growth(self, schedule: RenormalisationSchedule, number: int, begin: float, end: float) -> np.ndarray | None:
-        """Logarithms (k,) of the growth between two fractions of an interval; renormalises the differences.
+        """Logarithms (k,) of the growth between two fractions of the interval before a point; None: it failed.
 
-        `number` is that of the point at the end of the interval.  With a result None, `schedule.trouble` is set to the
-        reason, unless the system failed.
+        The differences are renormalised.  `schedule.trouble` is the reason of a failure, unless the system failed.
         """
 
     def is_strained(self, logs: np.ndarray) -> bool:

@@ -362,7 +362,10 @@ class Continuation:
             before, after = old.test(name, old), new.test(name, old)
             if before * after < 0.0:
                 position, point_on_branch = self._located(old, new, name)
-                if self._is_one(name, point_on_branch, max(abs(before), abs(after))):
+                # where branches cross, the corrections may end on the other branch: a larger value is accepted
+                most = (2e-2 if name == BRANCH else 1e-3) * max(abs(before), abs(after)) + 1e-9
+                vanishes = not abs(point_on_branch.tests[name]) > most
+                if vanishes and (name != NEIMARK_SACKER or crosses_circle(point_on_branch.point.multipliers)):
                     kind = name.partition(" ")[0]
                     located.append((position, replace(point_on_branch.point, kind=kind)))
         low, high = min(self.span), max(self.span)
@@ -380,14 +383,6 @@ class Continuation:
 
         ends = (0.0, old), (self._dot(step, old.ahead), new)
         return root(orbit_at, *ends, lambda point_on_branch: point_on_branch.test(name, old))
-
-    @staticmethod
-    def _is_one(name: str, point_on_branch: ContinuationPoint, before: float) -> bool:
-        """Whether a test function vanishes at a point without a jump, at a change of stability."""
-        # where branches cross, the corrections may end on the other branch: a larger value is accepted
-        if abs(point_on_branch.tests[name]) > (2e-2 if name == BRANCH else 1e-3) * before + 1e-9:
-            return False
-        return name != NEIMARK_SACKER or crosses_circle(point_on_branch.point.multipliers)
 
     def _grazing_at_the_end(self, points: list[ContinuationPoint]) -> list[BranchPoint]:
         """The last orbit as an event, if the branch ends because surfaces come into contact."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,16 +19,8 @@ LARGEST_STRETCH = 0.3
 """Largest change of an unknown period in one correction, over the period."""
 
 
-@dataclass(frozen=True)
-class Direction:
-    """A vector in the space of starts, period and parameter.
-
-    Parameters
-    ----------
-    starts : component of the starts (M, size).
-    period : component of the period [s].
-    value : component of the parameter.
-    """
+class Direction(NamedTuple):
+    """A vector in the space of starts (M, size), period [s] and parameter."""
 
     starts: np.ndarray
     period: float
@@ -62,16 +55,10 @@ class ArclengthPlane:
         return of_states, of_period, of_value, float((weighted * distance).sum() + offset)
 
 
-@dataclass(frozen=True)
-class NewtonResult:
-    """Result of Newton's method.
+class NewtonResult(NamedTuple):
+    """Result of Newton's method: the last run over the period (None: no run succeeded), and how it ended.
 
-    Parameters
-    ----------
-    last : last run over the period; None if no run succeeded.
-    residuals : gaps over the size of the states, one an iteration.
-    ok : whether the last residual is within the tolerance.
-    status : result in a sentence.
+    The residuals, one an iteration, are gaps over the size of the states.
     """
 
     last: ShootingRun | None
@@ -171,28 +158,22 @@ def solved(J: np.ndarray, right: np.ndarray) -> np.ndarray:
     return np.asarray(x / column_scales)
 
 
-def _after_step(shooting: Shooting, run: ShootingRun, step: np.ndarray, factor: float) -> ShootingRun | None:
-    """The run over the period after a fraction `factor` of a correction."""
-    n = run.gaps.size
-    period, value = run.period, run.value
-    if shooting.autonomous:
-        factor = min(factor, LARGEST_STRETCH * period / max(abs(step[n]), 1e-300))
-        period += factor * step[n]
-    if len(step) > n + shooting.autonomous:
-        value += factor * step[-1]
-        if not shooting.autonomous and shooting.set_value(value):
-            period = shooting.period
-    return shooting.run(shooting.moved(run, factor * step[:n].reshape(run.gaps.shape)), period, value)
-
-
 def _damped_step(shooting: Shooting, run: ShootingRun, step: np.ndarray, tolerance: float) -> ShootingRun | None:
     """First run after 1, 1/2, 1/4, ... of a correction whose gaps are smaller; None: no run.
 
     Gaps within the tolerance need not become smaller.
     """
-    factor = 1.0
+    factor, n = 1.0, run.gaps.size
     for _ in range(HALVINGS):
-        trial = _after_step(shooting, run, step, factor)
+        period, value, part = run.period, run.value, factor
+        if shooting.autonomous:
+            part = min(part, LARGEST_STRETCH * period / max(abs(step[n]), 1e-300))
+            period += part * step[n]
+        if len(step) > n + shooting.autonomous:
+            value += part * step[-1]
+            if not shooting.autonomous and shooting.set_value(value):
+                period = shooting.period
+        trial = shooting.run(shooting.moved(run, part * step[:n].reshape(run.gaps.shape)), period, value)
         smaller = (1.0 - 0.1 * factor) * run.miss
         if trial is not None and (trial.miss < smaller or trial.miss <= tolerance * shooting.scale):
             return trial

@@ -2,30 +2,22 @@
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Mapping
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
 from flexmb import checks
 from flexmb.dynamics.sections.crossing import DOWN, UP, Bracket, Height, carry, locate, stride
-from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics
+from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics, OfFlow
 from flexmb.dynamics.systems.given import state_of
 from flexmb.errors import InputError
 
 # Base class of the sections of a flow
 
 
-class SectionOfFlow(Dynamics):
-    """A map of a flow, with the signals and parameters of the flow.
-
-    Attributes
-    ----------
-    flow : the flow, which stands at the last point.
-    """
-
-    flow: ContinuousFlow
+class SectionOfFlow(OfFlow):
+    """A map of a flow, which stands at the last point, with the signals and parameters of the flow."""
 
     def _observe(self, flow: Any) -> None:
         """Take a flow in time, with its name and signals."""
@@ -39,56 +31,8 @@ class SectionOfFlow(Dynamics):
     def underlying(self) -> ContinuousFlow:
         return self.flow
 
-    @property
-    def size(self) -> int:
-        return self.flow.size
-
-    @property
-    def dimension(self) -> int:
-        return self.flow.dimension
-
-    @property
-    def weights(self) -> np.ndarray:
-        return self.flow.weights
-
-    @property
-    def records(self) -> np.ndarray:
-        return self.flow.records
-
-    @property
-    def telling(self) -> tuple[int, ...]:
-        return self.flow.telling
-
-    @property
-    def resolution(self) -> np.ndarray | None:
-        return self.flow.resolution
-
-    @property
-    def parameters(self) -> Mapping[str, Any]:
-        return self.flow.parameters
-
-    def state(self) -> np.ndarray:
-        return self.flow.state()
-
-    def observe(self) -> np.ndarray:
-        return self.flow.observe()
-
     def remarks(self, since: float) -> list[str]:
         return self.flow.remarks(since)
-
-    def copy(self) -> Self:
-        other = copy.copy(self)
-        other.flow = self.flow.copy()
-        return other
-
-    @property
-    def fineness(self) -> str:
-        return self.flow.fineness
-
-    def finer(self) -> Self:
-        other = copy.copy(self)
-        other.flow = self.flow.finer()
-        return other
 
     def another_start(self, distance: float, seed: int) -> np.ndarray:
         start = self.state()

@@ -76,14 +76,9 @@ class SeriesExponent(arguments.Checked):
 
 @dataclass(frozen=True)
 class Slope:
-    """Slope in one embedding dimension.
+    """Slope and its error in one embedding dimension [1/sample], or the reason for no value.
 
-    Parameters
-    ----------
-    value, error : slope and error [1/sample].
-    why_not : reason for no value; "" with a value.
-    region : begin and end of the straight part [samples].
-    steps, curve : divergence curve: times (k,) [samples] and mean logarithms of distances (k,).
+    Begin and end of the straight part, and the divergence curve: times (k,) [samples], mean logarithms of distances.
     """
 
     value: float

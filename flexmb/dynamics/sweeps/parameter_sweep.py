@@ -147,23 +147,17 @@ def called(function: Any, arguments: Mapping[str, Any]) -> Outcome:
     """Outcome of one call, with its results as {name: (dims or None, array)}; runs in the workers."""
     results = function(**arguments)
     named = dict(results) if isinstance(results, Mapping) else {ALONE: results}
-    ok, status = _judged(named)
-    if not ok:
-        return Outcome({}, status, ok=False)
-    if not named:
-        raise InputError("The function returned an empty mapping; it must return at least one number.")
-    return Outcome({_name(name): _array(name, value) for name, value in named.items()}, status)
-
-
-def _judged(named: dict[Any, Any]) -> tuple[bool, str]:
-    """Success and status of a point, taken out of the results of its function, or found from the runs in it."""
     stopped = stopped_runs()
     said, status = np.asarray(named.pop("ok", not stopped)), named.pop(STATUS, "")
     if said.shape or said.dtype.kind != "b":
         raise InputError(f"The function returned ok = {said}; it must be True or False, whether the point succeeded.")
     if not isinstance(status, str):
         raise InputError(f"The function returned {STATUS!r} = {status!r}, a name of the dataset; it must be a text.")
-    return bool(said), status or (DONE if said else stopped or "The function returned ok = False.")
+    if not said:
+        return Outcome({}, status or stopped or "The function returned ok = False.", ok=False)
+    if not named:
+        raise InputError("The function returned an empty mapping; it must return at least one number.")
+    return Outcome({_name(name): _array(name, value) for name, value in named.items()}, status or DONE)
 
 
 def columns_of(
@@ -271,31 +265,21 @@ def dataset_of(tables: Tables, attributes: Mapping[str, Any]) -> xr.Dataset:
     """Dataset of the arrays and attributes of a record or store."""
     import xarray as xr
 
-    entries = {name: (dims, _plain(values), dict(attrs)) for name, (dims, values, attrs) in tables.items()}
+    entries: dict[str, Any] = {}
+    for name, (dims, values, attrs) in tables.items():  # texts of one width are supported by all file formats
+        entries[name] = (dims, values.astype(str) if values.dtype == object else values, dict(attrs))
     if attributes["kind"] == "bifurcation":
-        entries = _signals_apart(entries)
         entries.pop(STATE, None)
+        (dims, points, _), names, units = entries.pop(POINTS), entries.pop("signal")[1], entries.pop("units")[1]
+        columns = (np.ascontiguousarray(points[..., k]) for k in range(len(names)))
+        signals = zip(names, columns, units, strict=True)
+        entries = {str(n): (dims[:-1], c, {"units": str(unit)} if unit else {}) for n, c, unit in signals} | entries
     coordinates = {name: entries.pop(name) for name in attributes[AXES]}
     described = {name: value for name, value in attributes.items() if name not in (AXES, LAYOUT)}
     dataset = xr.Dataset(entries, coords=coordinates, attrs=described)
     if dataset.attrs.get("direction") not in (None, "both"):
         dataset = dataset.isel(direction=0, drop=True)
     return dataset
-
-
-def _signals_apart(entries: dict[str, Any]) -> dict[str, Any]:
-    """Entries of a dataset with the array of section points split into one entry per signal."""
-    dims, values, _ = entries.pop(POINTS)
-    names, units = entries.pop("signal")[1], entries.pop("units")[1]
-    signals = {}
-    for k, (name, unit) in enumerate(zip(names, units, strict=True)):
-        signals[str(name)] = (dims[:-1], np.ascontiguousarray(values[..., k]), {"units": str(unit)} if unit else {})
-    return {**signals, **entries}
-
-
-def _plain(values: np.ndarray) -> np.ndarray:
-    """Values with texts as fixed-width texts of numpy, which all file formats support."""
-    return values.astype(str) if values.dtype == object else values
 
 
 # What sweeps and diagrams share: the executor, the store, the progress bar
@@ -481,18 +465,14 @@ class _Collector:
     def take(self, number: int, outcome: Outcome) -> None:
         """Collect the outcome of point `number`."""
         self.held[number] = outcome
-        while self.columns is None and self._is_known(self.next):
-            if self.next in self.held and self._decide(self.held[self.next]):
+        while self.columns is None and self.next < self.points.count:
+            known = self.next in self.held or bool(self.record.at(self.points.index(self.next), STATUS))
+            if not known or (self.next in self.held and self._decide(self.held[self.next])):
                 break
             self.next += 1
         if self.columns is not None:
             for ready in list(self.held):
                 self._keep(ready, self.held.pop(ready))
-
-    def _is_known(self, number: int) -> bool:
-        if number >= self.points.count:
-            return False
-        return number in self.held or bool(self.record.at(self.points.index(number), STATUS))
 
     def _decide(self, outcome: Outcome) -> bool:
         """Set the columns from a successful outcome; a failure is kept instead, and False is returned."""

@@ -25,7 +25,7 @@ from hashlib import blake2b
 from importlib import import_module
 from pathlib import Path
 from types import BuiltinFunctionType, FunctionType, MethodType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -81,8 +81,7 @@ Tables = Mapping[str, tuple[tuple[str, ...], np.ndarray, Mapping[str, Any]]]
 """Arrays by name: dimensions, values, attributes."""
 
 
-@dataclass(frozen=True)
-class Kind:
+class Kind(NamedTuple):
     """Representation of the entries of a column: type in memory, type in the store, value of missing entries."""
 
     dtype: Any

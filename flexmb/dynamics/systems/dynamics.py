@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
@@ -276,7 +277,10 @@ def orthonormalise(tangents: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """
     k = tangents.shape[1]
     with np.errstate(over="ignore", invalid="ignore"):  # the lengths show columns that are not finite
-        lengths = np.array([_scaled_to_one(tangents[:, j], weights) for j in range(k)])
+        lengths = np.asarray(np.abs(np.where(weights[:, None] > 0.0, tangents, 0.0)).max(axis=0, initial=0.0))
+        lengths[lengths == 0.0] = 1.0
+        scaled = np.isfinite(lengths)
+        tangents[:, scaled] /= lengths[scaled]
         for _ in range(2):
             for j in range(k):
                 column = tangents[:, j]
@@ -287,15 +291,6 @@ def orthonormalise(tangents: np.ndarray, weights: np.ndarray) -> np.ndarray:
                 if size > 0.0:
                     column /= size
     return lengths
-
-
-def _scaled_to_one(column: np.ndarray, weights: np.ndarray) -> float:
-    """Divide a vector by its largest weighted entry, in place; returns that entry, or 1 if all are 0."""
-    largest = float(np.abs(np.where(weights > 0.0, column, 0.0)).max(initial=0.0))
-    if largest == 0.0 or not np.isfinite(largest):
-        return 1.0 if largest == 0.0 else largest
-    np.divide(column, largest, out=column)
-    return largest
 
 
 # Base class of flows, with the steps, snapshots and rates of signals on which sections rest
@@ -383,6 +378,68 @@ class ContinuousFlow(Dynamics):
     def no_period(self) -> str:
         """Reason why the flow has no period, as a sentence without its end."""
         return f"{self.name!r} has no period"
+
+
+# Base class of systems that move a flow
+
+
+class OfFlow(Dynamics):
+    """A system whose state, signals and parameters are those of a flow that it moves.
+
+    Attributes
+    ----------
+    flow : the flow.
+    """
+
+    flow: ContinuousFlow
+
+    @property
+    def size(self) -> int:
+        return self.flow.size
+
+    @property
+    def dimension(self) -> int:
+        return self.flow.dimension
+
+    @property
+    def weights(self) -> np.ndarray:
+        return self.flow.weights
+
+    @property
+    def records(self) -> np.ndarray:
+        return self.flow.records
+
+    @property
+    def telling(self) -> tuple[int, ...]:
+        return self.flow.telling
+
+    @property
+    def resolution(self) -> np.ndarray | None:
+        return self.flow.resolution
+
+    @property
+    def parameters(self) -> Mapping[str, Any]:
+        return self.flow.parameters
+
+    @property
+    def fineness(self) -> str:
+        return self.flow.fineness
+
+    def state(self) -> np.ndarray:
+        return self.flow.state()
+
+    def observe(self) -> np.ndarray:
+        return self.flow.observe()
+
+    def copy(self) -> Self:
+        other = copy.copy(self)
+        other.flow = self.flow.copy()
+        return other
+
+    def finer(self) -> Self:
+        other = copy.copy(self)
+        other.flow = self.flow.finer()
+        return other
 
 
 # The one conversion of what public functions take: a mechanism becomes a flow

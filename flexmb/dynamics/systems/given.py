@@ -389,7 +389,10 @@ class ODE(GivenSystem, ContinuousFlow):
                     before = solver.h_abs
                     trouble = solver.step() if np.isfinite(solver.y).all() else "the state is not finite"
                     if trouble is None:
-                        self._accept(solver, before, limit, tangents)
+                        self._time, self._state = float(solver.t), solver.y[: self.size].copy()
+                        self._h = float(max(before, solver.h_abs) if solver.t >= limit else solver.h_abs)
+                        if tangents is not None:
+                            tangents[:] = solver.y[self.size :].reshape(tangents.shape)
                     if single:
                         break
             except NotFiniteError as error:
@@ -400,13 +403,6 @@ class ODE(GivenSystem, ContinuousFlow):
         text = "Reached" if trouble is None else f"Stopped: {trouble.rstrip('.')},"
         self.status = f"{text} {'at ' if trouble else ''}t = {self._time:.6g} s."
         return self.ok
-
-    def _accept(self, solver: Any, before: float, limit: float, tangents: np.ndarray | None) -> None:
-        n = self.size
-        self._time, self._state = float(solver.t), solver.y[:n].copy()
-        self._h = float(max(before, solver.h_abs)) if solver.t >= limit else float(solver.h_abs)
-        if tangents is not None:
-            tangents[:] = solver.y[n:].reshape(tangents.shape)
 
     def _solver(self, limit: float, tangents: np.ndarray | None) -> Any:
         """A solver from the present state, whose first step has the size that the last solver proposed."""
