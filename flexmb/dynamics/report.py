@@ -181,13 +181,7 @@ class ChaosReport:
 
 @dataclass(frozen=True)
 class Plan:
-    """Arguments of a report.
-
-    Parameters
-    ----------
-    strobe : map of the flow over one period.
-    skip, keep, exponents, signals, series, samples, dimension, recurrence, confirm : see `report`.
-    """
+    """Arguments of `report`, with the map of the flow over one period."""
 
     strobe: StroboscopicMap
     skip: int

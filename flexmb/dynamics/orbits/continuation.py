@@ -37,14 +37,9 @@ Tests = dict[str, float]
 
 @dataclass(frozen=True)
 class ContinuationPoint:
-    """An orbit on a branch, the direction of the branch there, and the test functions of events.
+    """An orbit on a branch, the direction of the branch ahead, and the number of corrections that it took.
 
-    Parameters
-    ----------
-    ahead : direction of the branch.
-    tests : values of the test functions, whose signs change at events.
-    touches : number of closures of each gap.
-    iterations : number of corrections.
+    Test functions change their signs at events; `touches` are numbers of closures of each gap.
     """
 
     point: BranchPoint
@@ -196,16 +191,7 @@ def _range(orbit: PeriodicOrbit, parameter: str, span: tuple[float | None, float
 
 @dataclass(kw_only=True)
 class Continuation:
-    """A continuation along a branch; see `follow` for its fields.
-
-    Parameters
-    ----------
-    span : range of the parameter.
-    bounds : first, largest and smallest step.
-    tolerance : largest residual of an orbit.
-    gaps : number and sign of the signals of gaps.
-    extremes : number of samples of an orbit; 0: none.
-    """
+    """A continuation along a branch by arguments of `follow`; bounds are those of steps: first, largest, smallest."""
 
     shooting: Shooting
     span: tuple[float, float]
@@ -220,12 +206,9 @@ class Continuation:
         self.shooting.set_value(self.span[0])
         period = self.shooting.period if np.isnan(period) else period
         starts = self.shooting.spread(orbit.state, period)
-        failed = NewtonResult(None, (), ok=False, status=f"The motion from the orbit fails: {self.shooting.status}")
-        result = (
-            failed
-            if starts is None
-            else correct(self.shooting, starts, period, self.span[0], tolerance=self.tolerance, iterations=30)
-        )
+        result = NewtonResult(None, (), ok=False, status=f"The motion from the orbit fails: {self.shooting.status}")
+        if starts is not None:
+            result = correct(self.shooting, starts, period, self.span[0], tolerance=self.tolerance, iterations=30)
         points: list[ContinuationPoint] = []
         events: list[BranchPoint] = []
         if not result.ok or result.last is None:
@@ -236,7 +219,7 @@ class Continuation:
         if ahead is None:
             return self._branch(points, events, ok=False, status=f"No direction: {self.shooting.status}")
         points.append(self._continuation_point(result, ahead))
-        ok, status, size = False, f"Ended after {most} points, as asked for.", self.bounds[0]
+        ok, size = False, self.bounds[0]
         while len(points) < most:
             following, size, status = self._step(points[-1], size)
             if following is None:

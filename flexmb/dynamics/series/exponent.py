@@ -100,7 +100,11 @@ FLOW = 8.0
 
 
 def estimate(
-    method: str, slope: Callable[..., Slope], signal: Any, interval: Any, options: dict[str, int | None]
+    method: str,
+    slope: Callable[..., Slope],
+    signal: Any,
+    interval: Any,
+    options: tuple[int | None, int | None, int | None],
 ) -> SeriesExponent:
     """The exponent from the slopes in two embedding dimensions: the common part of all methods.
 
@@ -115,8 +119,8 @@ def estimate(
     periods = len(x) / mean_period(x)
     if periods < PERIODS:
         return found.none(f"The record holds {periods:.1f} mean periods; at least {PERIODS} are needed.")
-    embedded = embedding(x, delay=options["delay"], dimension=options["dimension"])
-    theiler = options["theiler"]
+    delay, dimension, theiler = options
+    embedded = embedding(x, delay=delay, dimension=dimension)
     w = max(int(np.ceil(embedded.mean_period)), embedded.window) if theiler is None else theiler
     w = checks.count(method, "theiler", w, 0)
     x, slopes, found = standardised(x), [], replace(found, embedded=embedded, theiler=w)
@@ -259,8 +263,7 @@ def kantz(
     -----
     Source: H. Kantz, Phys. Lett. A 185 (1994) 77.  Cost: 3 s for 1e4 samples.
     """
-    options = {"delay": delay, "dimension": dimension, "theiler": theiler}
-    return estimate("kantz", _kantz_slope, signal, interval, options)
+    return estimate("kantz", _kantz_slope, signal, interval, (delay, dimension, theiler))
 
 
 def _kantz_slope(points: np.ndarray, window: int, theiler: int, period: float) -> Slope:
@@ -364,8 +367,8 @@ def rosenstein(
     >>> abs(fm.chaos.rosenstein(x).value - 0.6931) < 0.03
     True
     """
-    options = {"delay": delay, "dimension": dimension, "theiler": theiler}
-    return estimate("rosenstein", partial(straight_part, _rosenstein_curves), signal, interval, options)
+    slope = partial(straight_part, _rosenstein_curves)
+    return estimate("rosenstein", slope, signal, interval, (delay, dimension, theiler))
 
 
 def _rosenstein_curves(points: np.ndarray, theiler: int, steps: np.ndarray, shift: int) -> np.ndarray:
@@ -430,7 +433,6 @@ def wolf(
     Source: A. Wolf, J. B. Swift, H. L. Swinney and J. A. Vastano, Physica D 16 (1985) 285, the fixed evolution time.
     Cost: 0.5 s for 1e4 samples.
     """
-    options = {"delay": delay, "dimension": dimension, "theiler": theiler}
     steps_given = None if evolve is None else checks.count("wolf", "evolve", evolve)
 
     def slope(points: np.ndarray, window: int, theiler: int, period: float) -> Slope:
@@ -440,7 +442,7 @@ def wolf(
             return _lasting(single, _wolf_slope(points, theiler, steps // 2), single)
         return _lasting(single, single, double)
 
-    return estimate("wolf", slope, signal, interval, options)
+    return estimate("wolf", slope, signal, interval, (delay, dimension, theiler))
 
 
 def _lasting(chosen: Slope, short: Slope, long: Slope) -> Slope:

@@ -39,16 +39,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Family:
-    """Systems over the values of a parameter; a family can be sent to other processes.
-
-    Parameters
-    ----------
-    make : a function that returns a mechanism or a system; a mechanism; or a system.
-    parameter : keyword of the function, "part.field" of the mechanism, or parameter of the system.
-    fixed : fixed values of other parameters.
-    step, method : for mechanisms only, see `MechanismFlow`.
-    period : time between two section points [s], or a function period(value); None: the period of the drives.
-    """
+    """Systems over the values of a parameter, by arguments of `bifurcation`; it can be sent to other processes."""
 
     make: Make
     parameter: str
@@ -102,15 +93,9 @@ class Family:
 
 @dataclass(frozen=True)
 class SectionSettings:
-    """Section points and exponent to be computed for each value.
+    """Section points and exponent to be computed for each value, by arguments of `bifurcation`.
 
-    Parameters
-    ----------
-    skip : number of periods before the first point.
-    keep : number of points.
-    signals : names of the signals to keep.
-    exponent : number of periods for the largest exponent; 0: no exponent.
-    together : whether the exponent belongs to the periods of the points; False: to the periods after the last point.
+    The number of periods for the exponent is 0 for none; `together`: they are those of the points.
     """
 
     skip: int
@@ -318,7 +303,10 @@ def bifurcation(
     skip, keep = checks.count(label, "skip", skip, 0), checks.count(label, "keep", keep)
     section = SectionSettings(skip, keep, names, *_exponent_over(label, exponent, skip, keep))
     columns_of(first, names, label)  # unknown ones are refused here
-    _refuse_names(label, [parameter, *names])
+    for name in (given := [parameter, *names]):
+        if name in RESERVED or given.count(name) > 1:
+            text = f"{label}: {name!r} is a name of the dataset, or given twice"
+            raise InputError(f"{text}. Rename the parameter or the signal.")
     diagram, shape = _Diagram(family, section, numbers, direction, first), (len(DIRECTIONS[direction]), len(numbers))
     record = work.record("bifurcation", ("direction", parameter), shape, lambda: diagram.fingerprint(chunks))
     diagram.lay_out(record)
@@ -481,10 +469,3 @@ def first_of(family: Family, values: Sequence[float]) -> Dynamics:
         raise attempt.error
     text = f"{family.label}: no value gives a system ({type(attempt.error).__name__}: {attempt.error})"
     raise InputError(f"{text}. Call the function with one value to see why.") from attempt.error
-
-
-def _refuse_names(label: str, names: Sequence[str]) -> None:
-    for name in names:
-        if name in RESERVED or names.count(name) > 1:
-            text = f"{label}: {name!r} is a name of the dataset, or given twice"
-            raise InputError(f"{text}. Rename the parameter or the signal.")

@@ -62,14 +62,7 @@ UNIT = re.compile(r"\[((?:1/)?[^\[\]\d,]+[^\[\],]*)\]")
 
 @dataclass(frozen=True)
 class Points:
-    """The points of a sweep.
-
-    Parameters
-    ----------
-    dims : names of the dimensions: the parameters of a grid, or "design".
-    shape : lengths of the dimensions.
-    values : values of each parameter along its dimension.
-    """
+    """The points of a sweep: its dimensions, the parameters of a grid or "design", and values along them."""
 
     dims: tuple[str, ...]
     shape: tuple[int, ...]
@@ -116,9 +109,8 @@ def points_of(label: str, over: Any) -> Points:
         raise InputError(f"{label}: there is no point in it. Give values for at least one parameter.")
     for name in values:
         if not isinstance(name, str) or not name.isidentifier() or name in RESERVED:
-            raise InputError(
-                f"{label}: {name!r} cannot be a parameter; it must be a keyword, and not 'ok' or 'status'."
-            )
+            text = f"{label}: {name!r} cannot be a parameter"
+            raise InputError(f"{text}; it must be a keyword, and not 'ok' or 'status'.")
         if name == DESIGN and points.dims == (DESIGN,) and not isinstance(over, Mapping):
             raise InputError(f"{label}: a parameter cannot be called 'design' in a list of designs. Rename it.")
     return points
@@ -157,7 +149,11 @@ def called(function: Any, arguments: Mapping[str, Any]) -> Outcome:
         return Outcome({}, status or stopped or "The function returned ok = False.", ok=False)
     if not named:
         raise InputError("The function returned an empty mapping; it must return at least one number.")
-    return Outcome({_name(name): _array(name, value) for name, value in named.items()}, status or DONE)
+    for name in named:
+        if not isinstance(name, str) or not name or "/" in name or name.startswith(("_", ".")):
+            text = f"The function returned a result called {name!r}"
+            raise InputError(f"{text}; a name is a text without '/', not begun by '_'.")
+    return Outcome({name: _array(name, value) for name, value in named.items()}, status or DONE)
 
 
 def columns_of(
@@ -174,9 +170,8 @@ def columns_of(
             raise InputError(f"{text}, but dims gives it {len(names_of_dims)}: {', '.join(names_of_dims)}.")
         for dim, length in zip(names_of_dims, array.shape, strict=True):
             if lengths.setdefault(dim, length) != length or dim in known_lengths:
-                raise InputError(
-                    f"The dimension {dim!r} of {name!r} has two lengths or is a parameter. Rename it by dims=."
-                )
+                text = f"The dimension {dim!r} of {name!r} has two lengths or is a parameter"
+                raise InputError(f"{text}. Rename it by dims=.")
         columns.append(Column(name, kind_of(array), names_of_dims, array.shape))
     if any(column.name in lengths and column.dims != (column.name,) for column in columns):
         raise InputError("A result is called like a dimension of another one. Rename it.")
@@ -187,34 +182,22 @@ def fitting(results: Mapping[str, Any], columns: Mapping[str, Column]) -> dict[s
     """Values of results for the columns of the first successful point; other names, shapes or kinds are refused."""
     if set(results) != set(columns):
         text = f"The function returned {', '.join(sorted(results))}"
-        raise InputError(
-            f"{text}, at the first point {', '.join(sorted(columns))}. Return the same names at all points."
-        )
+        text += f", at the first point {', '.join(sorted(columns))}"
+        raise InputError(f"{text}. Return the same names at all points.")
     for name, (_, array) in results.items():
         column, kind = columns[name], kind_of(array)
         if array.shape != column.shape or kind not in (column.kind, "number" if column.kind == "complex" else kind):
-            here, there = f"{kind} {array.shape}", f"{column.kind} {column.shape}"
-            raise InputError(
-                f"The result {name!r} is {here}, at the first point {there}. Return the same shape everywhere."
-            )
+            text = f"The result {name!r} is {kind} {array.shape}, at the first point {column.kind} {column.shape}"
+            raise InputError(f"{text}. Return the same shape everywhere.")
         if kind == "complex" and column.kind == "number":
-            raise InputError(
-                f"The result {name!r} is complex, at the first point real. Return complex numbers everywhere."
-            )
+            text = f"The result {name!r} is complex, at the first point real"
+            raise InputError(f"{text}. Return complex numbers everywhere.")
     return {name: array[()] for name, (_, array) in results.items()}
 
 
 def kind_of(array: np.ndarray) -> str:
     """Kind of a column for an `array`: "number", "complex" or "text"."""
     return {"U": "text", "O": "text", "c": "complex"}.get(array.dtype.kind, "number")
-
-
-def _name(name: Any) -> str:
-    if not isinstance(name, str) or not name or "/" in name or name.startswith(("_", ".")):
-        raise InputError(
-            f"The function returned a result called {name!r}; a name is a text without '/', not begun by '_'."
-        )
-    return name
 
 
 def _array(name: Any, value: Any) -> tuple[tuple[str, ...] | None, np.ndarray]:
