@@ -25,7 +25,7 @@ SEPARATE = 10.0
 
 
 class Columns(NamedTuple):
-    """Signals of section points that a verdict can use, and the names of those that are left out.
+    """Signals of section points for a verdict, and the names of signals without information.
 
     Points (n, m) in their units; a rotating angle has two columns, cosine and sine.  Of each column: the name of the
     signal, the difference that is round-off or integration error, the deviation over the second half of the record.

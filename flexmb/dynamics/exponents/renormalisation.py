@@ -81,7 +81,7 @@ class Span:
         return RenormalisationSchedule(system, unit, skipped, points, is_section=False)
 
     def finished(self, exponents: Exponents, schedule: RenormalisationSchedule) -> Exponents:
-        """The exponents with their verdict, if the points are those of a section; an early end is told to the job."""
+        """Exponents with the verdict on section points; an early end is told to the job around them."""
         if not exponents.ok:
             tell_stopped(f"{self.caller} {schedule.system.name!r}", exponents.status)
         return with_verdict(exponents) if schedule.is_section else exponents

@@ -191,7 +191,7 @@ def _range(orbit: PeriodicOrbit, parameter: str, span: tuple[float | None, float
 
 @dataclass(kw_only=True)
 class Continuation:
-    """A continuation along a branch by arguments of `follow`; bounds are those of steps: first, largest, smallest."""
+    """Continuation along a branch by arguments of `follow`; `bounds` of steps: first, largest, smallest."""
 
     shooting: Shooting
     span: tuple[float, float]

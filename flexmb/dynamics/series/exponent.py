@@ -140,7 +140,7 @@ def estimate(
 
 @dataclass(frozen=True)
 class _Found:
-    """What a record of an exponent holds besides the slope: method, unit, sampling interval, embedding, window."""
+    """Entries of a record besides the slope: method, unit, sampling interval, embedding, window."""
 
     method: str
     unit: str

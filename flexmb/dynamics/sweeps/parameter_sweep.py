@@ -270,7 +270,7 @@ def dataset_of(tables: Tables, attributes: Mapping[str, Any]) -> xr.Dataset:
 
 @dataclass(frozen=True)
 class Work:
-    """How the points of a sweep are computed and kept: arguments that `sweep` and `bifurcation` share.
+    """Common arguments of `sweep` and `bifurcation`: executor, store, progress.
 
     `sent` is what goes to the workers, with its name in messages.
     """
@@ -415,19 +415,18 @@ def sweep(
     for name in points.values:
         record.coordinate(name, *points.coordinate(name), unit_of(function, name))
     record.describe(name=label_of(function), kind="sweep", flexmb=installed_version(), axes=sorted(points.values))
-    unfinished = [number for number in range(points.count) if not record.done[points.index(number)]]
+    done = record.done
 
     def chains(bar: ProgressBar) -> Iterator[Chain]:
         collector = _Collector(record, points, names, bar)
-        return (_chain(bound, points, number, collector) for number in unfinished)
+
+        def chain(number: int) -> Chain:
+            outcome = yield Job(called, (bound, points.at(points.index(number))))
+            collector.take(number, outcome)
+
+        return (chain(number) for number in range(points.count) if not done[points.index(number)])
 
     return work.done(record, chains)
-
-
-def _chain(function: Any, points: Points, number: int, collector: _Collector) -> Chain:
-    """The chain of one point."""
-    outcome = yield Job(called, (function, points.at(points.index(number))))
-    collector.take(number, outcome)
 
 
 class _Collector:

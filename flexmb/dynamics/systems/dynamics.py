@@ -192,11 +192,11 @@ class Dynamics(ABC):
         """
 
     def remarks(self, since: float) -> list[str]:  # noqa: ARG002 - most systems have none
-        """Sentences on what exponents that count from a time `since` on [s] do not contain."""
+        """Remarks on exponents from a time `since` on [s], such as a tangent without the last onset of a contact."""
         return []
 
     def prepare(self) -> bool:
-        """Compilation of what a first step needs, for copies in other processes; returns whether it succeeded."""
+        """Compilation of a first step, for copies in other processes; returns whether it succeeded."""
         return self.ok
 
     def required_period(self, owner: str) -> float:
@@ -384,7 +384,7 @@ class ContinuousFlow(Dynamics):
 
 
 class OfFlow(Dynamics):
-    """A system whose state, signals and parameters are those of a flow that it moves.
+    """Base class of systems with the state, signals and parameters of an inner flow.
 
     Attributes
     ----------
