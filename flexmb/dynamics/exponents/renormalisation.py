@@ -81,7 +81,7 @@ class Span:
         return RenormalisationSchedule(system, unit, skipped, points, is_section=False)
 
     def finished(self, exponents: Exponents, schedule: RenormalisationSchedule) -> Exponents:
-        """Exponents with the verdict on section points; an early end is told to the job around them."""
+        """Exponents of a run with the verdict on its section points, and a note for the job after an early end."""
         if not exponents.ok:
             tell_stopped(f"{self.caller} {schedule.system.name!r}", exponents.status)
         return with_verdict(exponents) if schedule.is_section else exponents
