@@ -350,8 +350,8 @@ dynamics.orbits.shooting.SAMPLES | points | period | where a grazing is looked f
 dynamics.orbits.shooting.FINER | points | a sample | the same, near it
 dynamics.orbits.shooting.SHARP | 1 | a multiplier | change that shows a grazing
 dynamics.systems.impact_ode.PILE | 1 | interval | impacts that are closer pile up
-dynamics.exponents.lyapunov.APART | 1 | size of the state | distance of a companion
-dynamics.exponents.lyapunov.APART_IN_CONTACT | 1 | size of the state | the same with contacts
+dynamics.systems.dynamics.SMALL | 1 | size of the state | distance of a companion
+dynamics.systems.mechanism_flow.SMALL_IN_CONTACT | 1 | size of the state | the same with contacts
 dynamics.exponents.renormalisation.INTERVALS | intervals | nothing | intervals in which directions are made apart
 dynamics.systems.mechanism_flow.SHORTEST | spacings | time | shortest interval
 dynamics.systems.mechanism_flow.INSTANT | 1 | period | instants at which rates are compared

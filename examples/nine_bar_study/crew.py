@@ -11,13 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from nine_bar_study.case import Case
+from nine_bar_study.progress import WorkBar, append_line, lines_of
 from nine_bar_study.run import StudyRun
 from nine_bar_study.store import Cost, Kept, keep
 from nine_bar_study.study import OWNER
 
 from flexmb.dynamics.jobs.executors import PENDING, Attempt, Chain, Job, Outcome, drive, failure, worker_pool
-from flexmb.dynamics.jobs.files import append_line, lines_of
-from flexmb.dynamics.jobs.progress import WorkBar
 from flexmb.errors import WorkerError
 from flexmb.run.simulate import simulate
 

@@ -266,4 +266,4 @@ class _Linear:
 def _distances(pair: TrajectoryPair, places: Sequence[int]) -> np.ndarray:
     """Distances of the states and of the signals (1 + m,) [m]."""
     gaps = np.abs(pair.second.observe()[places] - pair.first.observe()[places])
-    return np.concatenate([[pair.length(pair.difference())], gaps])
+    return np.concatenate([[pair.length(pair.second.state() - pair.first.state())], gaps])

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from nine_bar_study.item import StudyFigure, StudyPage
 from nine_bar_study.markdown import table
+from nine_bar_study.progress import append_line, lines_of
 from nine_bar_study.store import Cost, Kept
 
-from flexmb.dynamics.jobs.files import append_line, lines_of
 from flexmb.dynamics.jobs.progress import clock
 
 EXPLANATION = """\

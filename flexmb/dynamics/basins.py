@@ -11,14 +11,14 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.dynamics.jobs.executors import Chain, Job, Outcome, drive
-from flexmb.dynamics.orbits.shooting import Period, Shooting
-from flexmb.dynamics.systems.dynamics import Dynamics
-from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
+from flexmb.dynamics.orbits.shooting import Shooting, StateSpace
+from flexmb.dynamics.systems.dynamics import Dynamics, Period, as_dynamics
 from flexmb.errors import AssemblyError, InputError, SolveError
-from flexmb.model.mechanism import Mechanism
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from flexmb.model.mechanism import Mechanism
 
 # Attractors of motions that are observed once a period: repetition, and comparison with known attractors
 
@@ -48,7 +48,7 @@ class Rules:
     tolerance : tolerance of a repetition, over the size of the grid.
     size : size of the grid of states.
     bound : length of a state above which a motion is lost.
-    weights, angle : weights (size,) of a state; entries that are angles.
+    space : differences of states.
     """
 
     base: float
@@ -59,8 +59,7 @@ class Rules:
     tolerance: float
     size: float
     bound: float
-    weights: np.ndarray
-    angle: np.ndarray
+    space: StateSpace
 
     @property
     def close(self) -> float:
@@ -69,18 +68,17 @@ class Rules:
 
     def away(self, points: np.ndarray, other: np.ndarray) -> np.ndarray:
         """Distances (n,) of points (n, size) from another point (size,), without whole turns."""
-        d = points - other
-        d[:, self.angle] -= 2.0 * np.pi * np.round(d[:, self.angle] / (2.0 * np.pi))
-        return np.asarray(np.sqrt((d * d) @ self.weights))
+        d = self.space.difference(points, other)
+        return np.asarray(np.sqrt((d * d) @ self.space.weights))
 
 
 Track = tuple[np.ndarray, int, int]
 """Points that represent a motion, its number of periods until repetition (0: none, -1: lost), and periods computed."""
 
 
-def tracks_of(system: Dynamics, starts: np.ndarray, rules: Rules) -> list[Track]:
-    """Points and repetitions of the motions from start states (n, size); the system is advanced."""
-    return [_track(system, start, rules) for start in starts]
+def tracks_of(system: Dynamics, starts: np.ndarray, rules: Rules) -> Outcome:
+    """Tracks of the motions from start states (n, size); the system is advanced.  Called in the workers."""
+    return Outcome({"tracks": [_track(system, start, rules) for start in starts]})
 
 
 def _track(system: Dynamics, start: np.ndarray, rules: Rules) -> Track:
@@ -101,7 +99,7 @@ def _track(system: Dynamics, start: np.ndarray, rules: Rules) -> Track:
         if not system.advance(step):
             return nothing, LOST, n
         points.append(system.state())
-        if not np.sqrt(rules.weights @ points[-1] ** 2) <= rules.bound:
+        if not np.sqrt(rules.space.weights @ points[-1] ** 2) <= rules.bound:
             return nothing, LOST, n
         if n % rules.settle:
             continue
@@ -135,13 +133,11 @@ def _apart(points: np.ndarray, others: np.ndarray, rules: Rules) -> float:
     return max(float(rules.away(one[None, :], other)[0]) for one, other in zip(points, others, strict=True))
 
 
-def matched_attractors(
-    tracks: list[np.ndarray], repeats: list[int], rules: Rules
-) -> tuple[np.ndarray, tuple[np.ndarray, ...], tuple[int, ...]]:
+def matched_attractors(tracks: list[Track], rules: Rules) -> tuple[np.ndarray, tuple[np.ndarray, ...], tuple[int, ...]]:
     """Numbers of the attractors of all motions, by their points and periods; points and periods of the attractors."""
     number = np.zeros(len(tracks), dtype=np.int64)
     known: list[tuple[np.ndarray, int]] = []
-    for i, (points, k) in enumerate(zip(tracks, repeats, strict=True)):
+    for i, (points, k, _) in enumerate(tracks):
         if k == LOST:
             number[i] = LOST
             continue
@@ -162,7 +158,7 @@ def _same(points: np.ndarray, other: np.ndarray, repeats: int, rules: Rules) -> 
     table = np.array([rules.away(other, p) for p in points])
     if repeats:
         return bool(max(table.min(axis=1).max(), table.min(axis=0).max()) <= 10.0 * rules.close)
-    size = min(float(np.sqrt(((s - s.mean(axis=0)) ** 2 @ rules.weights).max())) for s in (points, other))
+    size = min(float(np.sqrt(((s - s.mean(axis=0)) ** 2 @ rules.space.weights).max())) for s in (points, other))
     return bool(max(np.median(table.min(axis=1)), np.median(table.min(axis=0))) <= CLOSE * size)
 
 
@@ -302,11 +298,7 @@ def basin(
     >>> found.number.tolist(), [a.round(6).tolist() for a in found.attractors]
     ([[1, 1, 2, 2], [1, 1, 2, 2]], [[[-1.0, 0.0]], [[1.0, 0.0]]])
     """
-    moved = MechanismFlow(system) if isinstance(system, Mechanism) else system
-    if not isinstance(moved, Dynamics):
-        raise InputError(
-            f"{LABEL}: system is {system!r}; it must be a flow or map (Map, MechanismFlow) or a Mechanism."
-        )
+    moved = as_dynamics(LABEL, system, wanted="a flow or map (Map, MechanismFlow) or a Mechanism")
     places = [_place(moved, axis, which) for axis, which in ((x, "x"), (y, "y"))]
     (a, ax, ua, xs), (b, by, ub, ys) = places
     if a == b:
@@ -316,15 +308,20 @@ def basin(
     limits = {"settle": settle, "longest": longest, "repeats": repeats}
     rules = _rules(moved, starts, period, tuple(angles), tolerance, bound, limits)
     if executor is None:
-        tracks = tracks_of(moved.copy(), starts, rules)
+        found: list[list[Track]] = [tracks_of(moved.copy(), starts, rules).values["tracks"]]
     else:
         chunks = np.array_split(starts, min(CHUNKS * workers, len(starts)))
-        found: list[list[Track]] = [[] for _ in chunks]
-        drive((_chain(moved, chunk, rules, part) for chunk, part in zip(chunks, found, strict=True)), executor, LABEL)
-        tracks = [track for part in found for track in part]
-    number, attractors, periods = matched_attractors(
-        [points for points, _, _ in tracks], [k for _, k, _ in tracks], rules
-    )
+        found = [[] for _ in chunks]
+
+        def chain(chunk: np.ndarray, part: list[Track]) -> Chain:
+            outcome = yield Job(tracks_of, (moved.copy(), chunk, rules))
+            if not outcome.ok:
+                raise SolveError(f"{LABEL}: a part of the grid failed: {outcome.status}")
+            part += outcome.values["tracks"]
+
+        drive(map(chain, chunks, found), executor, LABEL)
+    tracks = [track for part in found for track in part]
+    number, attractors, periods = matched_attractors(tracks, rules)
     shape = (len(ys), len(xs))
     taken = np.array([n for _, _, n in tracks], dtype=np.int64).reshape(shape)
     lost, open_ = int(np.sum(number == LOST)), int(np.sum(number == UNDECIDED))
@@ -344,19 +341,6 @@ def basin(
     )
 
 
-def _chain(system: Dynamics, starts: np.ndarray, rules: Rules, found: list[Track]) -> Chain:
-    """Job of one part of the grid; its tracks are added to `found`."""
-    outcome = yield Job(_watched, (system.copy(), starts, rules))
-    if not outcome.ok:
-        raise SolveError(f"{LABEL}: a part of the grid failed: {outcome.status}")
-    found += outcome.values["tracks"]
-
-
-def _watched(system: Dynamics, starts: np.ndarray, rules: Rules) -> Outcome:
-    """Tracks from start states (n, size).  Called in the workers."""
-    return Outcome({"tracks": tracks_of(system, starts, rules)})
-
-
 def _place(system: Dynamics, axis: Any, which: str) -> tuple[int, str, str, np.ndarray]:
     """Index in the state, name, unit and values of an axis."""
     if not isinstance(axis, (tuple, list)) or len(axis) != 2:
@@ -370,7 +354,7 @@ def _place(system: Dynamics, axis: Any, which: str) -> tuple[int, str, str, np.n
         raise InputError(
             f"{LABEL}: the values of {which} have shape {grid.shape}; they must be a list of finite numbers."
         )
-    known = state_names(system)
+    known = system.state_names
     if isinstance(name, str):
         place = known[checks.one_of(LABEL, which, name, known)]
     else:
@@ -382,19 +366,6 @@ def _place(system: Dynamics, axis: Any, which: str) -> tuple[int, str, str, np.n
     return place, name, units.get(name, ""), grid
 
 
-def state_names(system: Dynamics) -> Mapping[str, int]:
-    """Indices in the state by name, as far as the entries have names."""
-    if isinstance(system, MechanismFlow):
-        coordinates, n = system.program.names.coordinates, system.program.n_q
-        rates = {"x": "vx", "y": "vy", "theta": "omega"}
-        speeds = {}
-        for k, name in enumerate(coordinates):
-            body, _, last = name.rpartition(".")
-            speeds[f"{body}.{rates.get(last, last)}"] = n + k
-        return {**{name: k for k, name in enumerate(coordinates)}, **speeds}
-    return {name: k for k, name in enumerate(system.names)} if len(system.names) == system.size else {}
-
-
 def _rules(
     system: Dynamics,
     starts: np.ndarray,
@@ -404,9 +375,7 @@ def _rules(
     bound: float,
     limits: Mapping[str, int],
 ) -> Rules:
-    passes = Shooting(
-        LABEL, system, period=period, times=1, autonomous=False, segments=1, tangent="differences", angles=angles
-    )
+    passes = Shooting(LABEL, system, period=period, angles=angles)
     counts = {name: checks.count(LABEL, name, value) for name, value in limits.items()}
     if counts["longest"] <= counts["settle"]:
         raise InputError(f"{LABEL}: longest is {counts['longest']}; it must be above settle, {counts['settle']}.")
@@ -422,6 +391,5 @@ def _rules(
         tolerance=tolerance,
         size=size,
         bound=reach,
-        weights=weights,
-        angle=passes.space.angle,
+        space=passes.space,
     )

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,17 +24,11 @@ SEPARATE = 10.0
 """Multiple of the floor below which the spread of a signal cannot distinguish a cycle from other motions."""
 
 
-@dataclass(frozen=True)
-class Columns:
-    """Signals of section points that a verdict can use.
+class Columns(NamedTuple):
+    """Signals of section points for a verdict, and the names of signals without information.
 
-    Parameters
-    ----------
-    values : points (n, m) in their units; a rotating angle has two columns, cosine and sine.
-    names : name of the signal of each column (m,).
-    floor : differences (m,) that are round-off or integration error.
-    spread : standard deviations (m,) over the second half of the record.
-    left_out : names of the signals without information.
+    Points (n, m) in their units; a rotating angle has two columns, cosine and sine.  Of each column: the name of the
+    signal, the difference that is round-off or integration error, the deviation over the second half of the record.
     """
 
     values: np.ndarray
@@ -81,7 +74,11 @@ def columns_of(
     for k, name in enumerate(names):
         column = values[:, k]
         angle = units[k] == "rad" if units is not None else _turns(column)
-        entries, size = _on_circle(column) if angle else ([column], float(sizes[k]))
+        entries, size = [column], float(sizes[k])
+        if angle:  # about its mean direction, or cosine and sine
+            near = np.angle(np.exp(1j * (column - np.angle(np.exp(1j * column).mean()))))
+            rotates = np.abs(near).max() >= 0.9 * np.pi
+            entries, size = ([np.cos(column), np.sin(column)], 1.0) if rotates else ([near], TURN / 2)
         turned = angle and max(np.ptp(entry) for entry in entries) <= floor * size and np.ptp(column) >= TURN / 2
         if name in driven or turned:
             left_out.append(name)
@@ -111,15 +108,6 @@ def _turns(column: np.ndarray) -> bool:
     steps = np.diff(column)
     turns = np.round(steps.mean() / TURN)
     return bool(turns != 0 and np.abs(steps - turns * TURN).max() < 1e-6)
-
-
-def _on_circle(angle: np.ndarray) -> tuple[list[np.ndarray], float]:
-    """Columns of an angle, and their size [rad or 1]: the angle about its mean direction, or cosine and sine."""
-    centre = np.angle(np.exp(1j * angle).mean())
-    near = np.angle(np.exp(1j * (angle - centre)))
-    if np.abs(near).max() < 0.9 * np.pi:
-        return [near], TURN / 2
-    return [np.cos(angle), np.sin(angle)], 1.0
 
 
 # Bands: sets of section points that are visited in turn; separation of neighbours within a band
@@ -211,20 +199,11 @@ LONGEST = 200
 """Largest number of points of a cycle."""
 
 
-@dataclass(frozen=True)
-class Cycle:
-    """A cycle on which points have settled.
-
-    Parameters
-    ----------
-    k : number of points of the cycle.
-    since : index of the first point that lies on the cycle within the tolerance.
-    size : largest distance of the returns, in tolerances.
-    """
+class Cycle(NamedTuple):
+    """A cycle of `k` points on which points have settled, from the point number `since` on."""
 
     k: int
     since: int
-    size: float
 
 
 def longest_cycle(count: int) -> int:
@@ -244,9 +223,10 @@ def find_cycle(scaled: np.ndarray) -> Cycle | None:
             length = max(count // divisor, returns * k)
             if length > count:
                 break
-            spread = phase_spread(scaled[count - length :], k)
-            if spread <= 1.0:
-                return Cycle(k, _since(scaled, k), spread)
+            if phase_spread(scaled[count - length :], k) <= 1.0:
+                last, back = scaled[count - k :], np.arange(count)[::-1] % k  # steps before the last point, modulo k
+                outside = np.flatnonzero(np.abs(scaled - last[k - 1 - back]).max(axis=1) > 1.0)
+                return Cycle(k, int(outside[-1]) + 1 if len(outside) else 0)
     return None
 
 
@@ -256,25 +236,10 @@ def phase_spread(scaled: np.ndarray, k: int) -> float:
     return float(np.ptp(scaled[len(scaled) - cycles * k :].reshape(cycles, k, -1), axis=0).max())
 
 
-def _since(scaled: np.ndarray, k: int) -> int:
-    """Index from which on all points lie within a tolerance of the last points of their phase."""
-    count = len(scaled)
-    last = scaled[count - k :]
-    back = np.arange(count)[::-1] % k  # steps before the last point, modulo k
-    away = np.abs(scaled - last[k - 1 - back]).max(axis=1) > 1.0
-    outside = np.flatnonzero(away)
-    return int(outside[-1]) + 1 if len(outside) else 0
+class Approach(NamedTuple):
+    """A cycle of `k` points that points approach.
 
-
-@dataclass(frozen=True)
-class Approach:
-    """A cycle that points approach.
-
-    Parameters
-    ----------
-    k : number of points of the cycle.
-    rate : factor by which the steps over k shrink from point to point.
-    left : last step over k, in tolerances.
+    Steps over k shrink by the factor `rate` from point to point; the last one is `left` tolerances long.
     """
 
     k: int
@@ -313,15 +278,10 @@ LEAST_IN_BAND = 10
 """Fewest points of a band whose mean is subtracted."""
 
 
-@dataclass(frozen=True)
-class Drift:
-    """Signal with a constant change from point to point.
+class Drift(NamedTuple):
+    """A signal, by its column, with a constant change in one step [unit of the signal].
 
-    Parameters
-    ----------
-    column : number of the signal.
-    step : change in one step [unit of the signal].
-    k : number of points of the cycle without the drift; 0: no cycle.
+    Without the drift it has a cycle of `k` points; 0: no cycle.
     """
 
     column: int
@@ -337,24 +297,16 @@ def find_drift(values: np.ndarray, tolerances: np.ndarray) -> Drift | None:
     curves and chaos may be on top.
     """
     for column, tolerance in enumerate(tolerances):
-        drift = _exact_drift(values[len(values) // 2 :, column] / tolerance)
-        if drift is not None:
-            return Drift(column, drift[0] * float(tolerance), drift[1])
+        scaled = values[len(values) // 2 :, column] / tolerance
+        for k in range(1, longest_cycle(2 * len(scaled)) + 1):
+            step = float((scaled[k:] - scaled[:-k]).mean()) / k
+            without_drift = scaled - step * np.arange(len(scaled))
+            if abs(step) * len(scaled) > 1.0 and phase_spread(without_drift[:, None], k) <= 1.0:
+                return Drift(column, step * float(tolerance), k)
     for column, tolerance in enumerate(tolerances):
         step = _mean_drift(values[:, [column]])
         if abs(step) * len(values) > tolerance:
             return Drift(column, step, 0)
-    return None
-
-
-def _exact_drift(scaled: np.ndarray) -> tuple[float, int] | None:
-    """Step of a signal (n,) over its tolerance, and the shortest cycle of the signal without this drift."""
-    count, number = len(scaled), np.arange(len(scaled))
-    for k in range(1, longest_cycle(2 * count) + 1):
-        step = float((scaled[k:] - scaled[:-k]).mean()) / k
-        without_drift = scaled - step * number
-        if abs(step) * count > 1.0 and phase_spread(without_drift[:, None], k) <= 1.0:
-            return step, k
     return None
 
 
@@ -381,28 +333,16 @@ def halves_differ(values: np.ndarray, tolerances: np.ndarray) -> tuple[float, fl
     """
     first, last = values[: len(values) // 2], values[len(values) // 2 :]
     levels, ratios = [], []
-    for middle, deviation in ((_mean, _deviation), (_median, _quartiles)):
-        spreads = np.maximum(np.stack([deviation(first), deviation(last)]), tolerances)
-        levels.append(np.abs(middle(last) - middle(first)) / spreads.max(axis=0))
+    for middle, deviation in ((np.mean, np.std), (np.median, _quartiles)):
+        spreads = np.maximum(np.stack([deviation(half, axis=0) for half in (first, last)]), tolerances)
+        levels.append(np.abs(middle(last, axis=0) - middle(first, axis=0)) / spreads.max(axis=0))
         ratios.append(spreads.max(axis=0) / spreads.min(axis=0))
     return float(np.min(levels, axis=0).max()), float(np.min(ratios, axis=0).max())
 
 
-def _mean(values: np.ndarray) -> np.ndarray:
-    return np.asarray(values.mean(axis=0))
-
-
-def _deviation(values: np.ndarray) -> np.ndarray:
-    return np.asarray(values.std(axis=0))
-
-
-def _median(values: np.ndarray) -> np.ndarray:
-    return np.asarray(np.median(values, axis=0))
-
-
-def _quartiles(values: np.ndarray) -> np.ndarray:
+def _quartiles(values: np.ndarray, axis: int) -> np.ndarray:
     """Half the distance of the quartiles, scaled to the standard deviation of a normal distribution."""
-    low, high = np.quantile(values, (0.25, 0.75), axis=0)
+    low, high = np.quantile(values, (0.25, 0.75), axis=axis)
     return np.asarray(0.7413 * (high - low))
 
 

@@ -20,15 +20,15 @@ from flexmb.dynamics.series.correlation import CorrelationDimension, Recurrence,
 from flexmb.dynamics.series.exponent import SeriesExponent, rosenstein
 from flexmb.dynamics.series.samples import PowerSpectrum, power_spectrum
 from flexmb.dynamics.series.zero_one import ZeroOne, zero_one_test
-from flexmb.dynamics.systems.dynamics import ContinuousFlow
-from flexmb.dynamics.systems.mechanism_flow import dynamics_of
+from flexmb.dynamics.systems.dynamics import as_dynamics
 from flexmb.dynamics.verdict import MEANING, meaning_of
-from flexmb.engine.newmark.method import Newmark
 from flexmb.errors import InputError
-from flexmb.run.simulate import Step
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from flexmb.engine.newmark.method import Newmark
+    from flexmb.run.simulate import Step
 
 # Report on a motion: exponents and verdict of the motion, and estimates from its signals
 
@@ -74,30 +74,20 @@ class Motion:
     trouble: str = ""
 
 
-Continued = tuple[np.ndarray, np.ndarray, str]
-"""Times (k,) [s], all signals (k, m), and reason of an early end or ""."""
-
-
 @dataclass(frozen=True)
 class SignalEstimates:
-    """Estimates from one signal.
+    """Estimates from one signal, or "sin(NAME)" of a rotating angle.
 
-    Parameters
-    ----------
-    name : name of the signal, or "sin(NAME)" for a rotating angle.
-    unit : unit of the signal.
-    zero_one : 0-1 test of the points; None: too few points.
-    exponent, spectrum : estimates from the fine samples; None without fine samples.
-    dimension, recurrence : estimates from the fine samples; None if not selected.
+    The 0-1 test is that of the points, None for too few.  The others come from fine samples, None where not selected.
     """
 
     name: str
     unit: str
     zero_one: ZeroOne | None
-    exponent: SeriesExponent | None
-    spectrum: PowerSpectrum | None
-    dimension: CorrelationDimension | None
-    recurrence: Recurrence | None
+    exponent: SeriesExponent | None = None
+    spectrum: PowerSpectrum | None = None
+    dimension: CorrelationDimension | None = None
+    recurrence: Recurrence | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,13 +181,7 @@ class ChaosReport:
 
 @dataclass(frozen=True)
 class Plan:
-    """Arguments of a report.
-
-    Parameters
-    ----------
-    strobe : map of the flow over one period.
-    skip, keep, exponents, signals, series, samples, dimension, recurrence, confirm : see `report`.
-    """
+    """Arguments of `report`, with the map of the flow over one period."""
 
     strobe: StroboscopicMap
     skip: int
@@ -239,19 +223,64 @@ class Plan:
     def report(self, *, progress: bool) -> ChaosReport:
         """Report by this plan: exponents with a second run, and fine samples of further periods of the first run."""
         flow, period, signals = self.strobe.flow, self.strobe.period, tuple(self.signals or ())
-        run: dict[str, Any] = {"count": self.exponents, "confirm": self.confirm, "progress": progress}
-        exponents = lyapunov(self.strobe, skip=self.skip, periods=self.keep, **run)
+        exponents = lyapunov(
+            self.strobe,
+            skip=self.skip,
+            periods=self.keep,
+            count=self.exponents,
+            confirm=self.confirm,
+            progress=progress,
+        )
         pairs = planes(signals, flow.names)
         partners = (name for plane in pairs for name in plane if name is not None)
         names = tuple(dict.fromkeys([*signals, *partners]))
         places = [flow.names.index(name) for name in names]
-        series = self.series if exponents.ok else 0
-        times, fine, trouble = continued_motion(flow, period, series, self.samples, shown=progress)
-        units = tuple(flow.units[place] for place in places)
-        motion = Motion(names, units, exponents.points[:, places], period, times, fine[:, places], trouble)
-        estimates = {"dimension": self.dimension, "recurrent": self.recurrence}
-        found = tuple(signal_estimates(motion, name, **estimates) for name in signals)
+        times, rows, trouble = list[float](), list[np.ndarray](), ""
+        if self.series and exponents.ok and flow.ok:
+            trouble = self._go_on(times, rows, progress)
+        fine, units = np.array(rows).reshape(len(rows), len(flow.names)), tuple(flow.units[place] for place in places)
+        points = exponents.points[:, places]
+        motion = Motion(names, units, points, period, np.array(times), fine[:, places], trouble)
+        found = tuple(self._estimates(motion, name) for name in signals)
         return ChaosReport(exponents, period, self.skip, motion, found, tuple(pairs))
+
+    def _go_on(self, times: list[float], rows: list[np.ndarray], shown: bool) -> str:
+        """Add fine samples from the present state on; returns the reason of an early end or ""."""
+        flow, period, samples = self.strobe.flow, self.strobe.period, self.samples
+        begin, progress = flow.time, ProgressBar(f"{flow.name}, saved", float(self.series), shown=shown, of="periods")
+        times.append(begin)
+        rows.append(flow.observe())
+        for number in range(1, self.series * samples + 1):
+            if not flow.advance(begin + number * period / samples - flow.time):
+                break
+            times.append(begin + number * period / samples)
+            rows.append(flow.observe())
+            if number % samples == 0:
+                progress.update(1)
+        progress.close()
+        return "" if flow.ok else flow.status
+
+    def _estimates(self, motion: Motion, name: str) -> SignalEstimates:
+        """Estimates from one signal of a motion."""
+        place = motion.names.index(name)
+        unit, points, fine = motion.units[place], motion.points[:, place], motion.fine[:, place]
+        label = name
+        if goes_round(unit, np.concatenate([points, fine])):
+            label, unit, points, fine = f"sin({name})", "", np.sin(points), np.sin(fine)
+        zero_one = zero_one_test(points, thin=1) if len(points) >= LEAST else None
+        if len(fine) == 0 or motion.trouble:
+            return SignalEstimates(label, unit, zero_one)
+        thin = max(1, round(motion.period / (motion.times[1] - motion.times[0]) / ENOUGH))
+        times, thinned = motion.times[::thin], fine[::thin]
+        return SignalEstimates(
+            label,
+            unit,
+            zero_one,
+            rosenstein(thinned, times),
+            power_spectrum(fine, motion.times),
+            correlation_dimension(thinned) if self.dimension else None,
+            recurrence(thinned) if self.recurrence else None,
+        )
 
 
 @arguments.checked
@@ -319,7 +348,7 @@ def report(
     >>> found.exponents.verdict.kind, round(found.exponents.sum, 6)  # the sum is minus the damping
     ('periodic', -1.0)
     """
-    flow: Any = dynamics_of("chaos.report", system, period=period, step=step, method=method)
+    flow: Any = as_dynamics("chaos.report", system, period=period, step=step, method=method)
     strobe = StroboscopicMap(flow, period if flow is system else None)
     asked = Plan(strobe, skip, keep, exponents, signals, series, samples, dimension, recurrence, confirm)
     return asked.checked(f"chaos.report {flow.name!r}").report(progress=progress)
@@ -327,62 +356,17 @@ def report(
 
 def planes(names: Sequence[str], known: Sequence[str]) -> list[tuple[str, str | None]]:
     """Pairs (x, y) of the selected signals to be drawn; y is None for a signal without a partner."""
-    pairs = {x: _beside(x) for x in known if _beside(x) in known}
+    pairs = {}
+    for x in known:
+        owner, dot, last = x.rpartition(".")
+        if (beside := f"{owner}{dot}{BESIDE.get(last, '')}") in known:
+            pairs[x] = beside
     back = {y: x for x, y in pairs.items()}
     planes_found: dict[tuple[str, str | None], None] = {}
     for name in names:
         first = back.get(name, name)
         planes_found[first, pairs.get(first)] = None
     return list(planes_found)
-
-
-def _beside(name: str) -> str:
-    owner, dot, last = name.rpartition(".")
-    return f"{owner}{dot}{BESIDE.get(last, '')}"
-
-
-def continued_motion(flow: ContinuousFlow, period: float, periods: int, samples: int, *, shown: bool) -> Continued:
-    """Fine samples from the present state on: times (k,) [s], signals (k, m), reason of an early end or "".
-
-    `period` is the time between two section points [s], with `samples` samples; the flow stays at the end.
-    """
-    if periods == 0 or not flow.ok:
-        return np.zeros(0), np.zeros((0, len(flow.names))), ""
-    begin, progress = flow.time, ProgressBar(f"{flow.name}, saved", float(periods), shown=shown, of="periods")
-    times, rows, trouble = [begin], [flow.observe()], ""
-    for number in range(1, periods * samples + 1):
-        if not flow.advance(begin + number * period / samples - flow.time):
-            trouble = flow.status
-            break
-        times.append(begin + number * period / samples)
-        rows.append(flow.observe())
-        if number % samples == 0:
-            progress.update(1)
-    progress.close()
-    return np.array(times), np.array(rows), trouble
-
-
-def signal_estimates(motion: Motion, name: str, *, dimension: bool, recurrent: bool) -> SignalEstimates:
-    """Estimates from one signal of a motion."""
-    place = motion.names.index(name)
-    unit, points, fine = motion.units[place], motion.points[:, place], motion.fine[:, place]
-    label = name
-    if goes_round(unit, np.concatenate([points, fine])):
-        label, unit, points, fine = f"sin({name})", "", np.sin(points), np.sin(fine)
-    zero_one = zero_one_test(points, thin=1) if len(points) >= LEAST else None
-    if len(fine) == 0 or motion.trouble:
-        return SignalEstimates(label, unit, zero_one, None, None, None, None)
-    thin = max(1, round(motion.period / (motion.times[1] - motion.times[0]) / ENOUGH))
-    times, thinned = motion.times[::thin], fine[::thin]
-    return SignalEstimates(
-        label,
-        unit,
-        zero_one,
-        rosenstein(thinned, times),
-        power_spectrum(fine, motion.times),
-        correlation_dimension(thinned) if dimension else None,
-        recurrence(thinned) if recurrent else None,
-    )
 
 
 def goes_round(unit: str, values: np.ndarray) -> bool:
@@ -469,18 +453,16 @@ def _signal(f: SignalEstimates, system: Exponents, option: str) -> Iterator[str]
         text = f.zero_one.kind if f.zero_one.ok else f"no value: {f.zero_one.status} Give a larger {option}keep."
         yield _line("0-1 test", f.zero_one.value, f.zero_one.spread if f.zero_one.ok else None, "", text)
     if f.exponent is not None:
-        text = _compared(f, system) if f.exponent.ok else f"no value: {f.exponent.status}"
+        text = _compared(f.exponent, system) if f.exponent.ok else f"no value: {f.exponent.status}"
         yield _line("exponent (Rosenstein)", f.exponent.value, f.exponent.error, f.exponent.units, text)
     if f.spectrum is not None:
         strongest = ", ".join(f"{x:.4g}" for x in f.spectrum.peaks[:LINES])
-        text = f"of the power in lines: {SPECTRUM[f.spectrum.kind]}" + (
-            f"; strongest {strongest} Hz" if strongest else ""
-        )
+        text = f"of the power in lines: {SPECTRUM[f.spectrum.kind]}"
+        text += f"; strongest {strongest} Hz" if strongest else ""
         yield _line("power spectrum", 100.0 * f.spectrum.line_share, None, "%", text)
     if f.dimension is not None:
-        yield _line(
-            "correlation dimension", f.dimension.value, f.dimension.error, "", _about_dimension(f, system, option)
-        )
+        about = _about_dimension(f.dimension, system, option)
+        yield _line("correlation dimension", f.dimension.value, f.dimension.error, "", about)
     if f.recurrence is not None:
         r = f.recurrence
         yield _line("recurrence: rate", r.rate, None, "", "fraction of the pairs of states that are near each other")
@@ -489,11 +471,10 @@ def _signal(f: SignalEstimates, system: Exponents, option: str) -> Iterator[str]
         yield _line("  longest diagonal", r.longest_diagonal, None, "", length)
 
 
-def _about_dimension(f: SignalEstimates, system: Exponents, option: str) -> str:
+def _about_dimension(dimension: CorrelationDimension, system: Exponents, option: str) -> str:
     """Meaning of a correlation dimension; a dimension below 2 contradicts chaos in time."""
-    dimension = f.dimension
-    if dimension is None or not dimension.ok:
-        return "" if dimension is None else f"no value: {dimension.status} Give a larger {option}series."
+    if not dimension.ok:
+        return f"no value: {dimension.status} Give a larger {option}series."
     if dimension.value < POINTS:
         return "a few separate points: a cycle that is sampled in step with its period"
     if str(system.verdict) == "chaotic" and dimension.value + dimension.error < MORE_THAN:
@@ -501,11 +482,10 @@ def _about_dimension(f: SignalEstimates, system: Exponents, option: str) -> str:
     return "of the motion in time; the section has 1 less"
 
 
-def _compared(f: SignalEstimates, system: Exponents) -> str:
+def _compared(found: SeriesExponent, system: Exponents) -> str:
     """Comparison of the exponent of a signal with that of the system."""
-    if f.exponent is None or not np.isfinite(system.error):
+    if not np.isfinite(system.error):
         return ""
-    difference = abs(f.exponent.value - system.value)
-    if difference <= f.exponent.error + 2.0 * system.error:
+    if abs(found.value - system.value) <= found.error + 2.0 * system.error:
         return "agrees with that of the system within both errors"
     return "differs from that of the system: trust the tangent vectors, a signal has finite distances only"

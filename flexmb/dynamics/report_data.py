@@ -11,14 +11,17 @@ import xarray as xr
 from flexmb.version import installed_version
 
 if TYPE_CHECKING:
-    from flexmb.dynamics.report import ChaosReport, Motion, SignalEstimates
+    from flexmb.dynamics.report import ChaosReport, SignalEstimates
 
 
 def datasets(report: ChaosReport) -> dict[str, xr.Dataset]:
     """Datasets of a report by the name of their group, see `ChaosReport.groups`."""
     groups = {"": _root(report)}
-    if report.motion.times.size:
-        groups["motion"] = _motion(report.motion)
+    motion = report.motion
+    if motion.times.size:
+        columns = zip(motion.names, motion.units, motion.fine.T, strict=True)
+        data = {name: ("time", column, {"units": units}) for name, units, column in columns}
+        groups["motion"] = xr.Dataset(data, {"time": ("time", motion.times, {"units": "s"})})
     if report.signals:
         groups["series"] = _series(report.signals)
     if any(estimate.spectrum is not None for estimate in report.signals):
@@ -61,12 +64,6 @@ def _root(report: ChaosReport) -> xr.Dataset:
         attrs |= {"verdict": str(exponents.verdict), "reason": exponents.verdict.reason}
         attrs |= {f"evidence_{name}": value for name, value in exponents.verdict.evidence.items()}
     return xr.Dataset(data, coords, attrs)
-
-
-def _motion(motion: Motion) -> xr.Dataset:
-    columns = zip(motion.names, motion.units, motion.fine.T, strict=True)
-    data = {name: ("time", column, {"units": units}) for name, units, column in columns}
-    return xr.Dataset(data, {"time": ("time", motion.times, {"units": "s"})})
 
 
 def _series(estimates: Sequence[SignalEstimates]) -> xr.Dataset:
@@ -112,11 +109,7 @@ def _row(f: SignalEstimates) -> dict[str, float | str]:
 def _spectra(estimates: Sequence[SignalEstimates]) -> xr.Dataset:
     having = [(f.name, f.spectrum) for f in estimates if f.spectrum is not None]
     most = max(len(spectrum.peaks) for _, spectrum in having)
-    dims, peaks, power = (
-        ("signal", "frequency"),
-        np.full((len(having), most), np.nan),
-        np.full((len(having), most), np.nan),
-    )
+    dims, (peaks, power) = ("signal", "frequency"), np.full((2, len(having), most), np.nan)
     for k, (_, spectrum) in enumerate(having):
         peaks[k, : len(spectrum.peaks)], power[k, : len(spectrum.peaks)] = spectrum.peaks, spectrum.power
     data = {

@@ -242,28 +242,23 @@ def _about_signals(
     for name in without_motion:
         checks.one_of("judge", "driven", name, names)
     known = None if units is None else checks.sequence("judge", "units", units, "units")
-    if known is not None and len(known) != len(names):
-        raise InputError(f"judge: {len(known)} units for {len(names)} names.")
-    if sizes is None:
+    given = None if sizes is None else checks.sequence("judge", "sizes", sizes, "numbers")
+    for what, values in (("units", known), ("sizes", given)):
+        if values is not None and len(values) != len(names):
+            raise InputError(f"judge: {len(values)} {what} for {len(names)} names.")
+    if given is None:
         return known, without_motion, None
-    given = checks.sequence("judge", "sizes", sizes, "numbers")
-    if len(given) != len(names):
-        raise InputError(f"judge: {len(given)} sizes for {len(names)} names.")
     numbers = [checks.not_negative("judge", f"sizes[{k}]", size) for k, size in enumerate(given)]
     return known, without_motion, np.array(numbers)
 
 
 def _exponent(exponent: float | None, error: float | None) -> dict[str, float]:
     """The exponent and its error as evidence; empty if the exponent is None or NaN."""
-    if _is_unknown(exponent):
+    value, band = (None if isinstance(x, Real) and np.isnan(float(x)) else x for x in (exponent, error))
+    if value is None:
         return {}
-    value = checks.number("judge", "exponent", exponent)
-    band = 0.0 if _is_unknown(error) else checks.not_negative("judge", "error", error)
-    return {"exponent": value, "error": band}
-
-
-def _is_unknown(value: Any) -> bool:
-    return value is None or (isinstance(value, Real) and bool(np.isnan(float(value))))
+    value = checks.number("judge", "exponent", value)
+    return {"exponent": value, "error": 0.0 if band is None else checks.not_negative("judge", "error", band)}
 
 
 def _tolerances(columns: Columns) -> np.ndarray:
@@ -338,10 +333,9 @@ def _aperiodic(columns: Columns, evidence: dict[str, float]) -> Verdict:
         return Verdict("inconclusive", f"{text}; there are {count}.", 0, evidence)
     clear = columns.spread > SEPARATE * columns.floor
     if not clear.any():
-        text = (
-            f"The points differ by less than {SEPARATE:g} times the floor: a cycle with the integration's noise, or a"
-        )
-        return Verdict("inconclusive", f"{text} motion too small to see. Integrate more finely.", 0, evidence)
+        text = f"The points differ by less than {SEPARATE:g} times the floor: a cycle with the integration's noise"
+        advice = "or a motion too small to see. Integrate more finely."
+        return Verdict("inconclusive", f"{text}, {advice}", 0, evidence)
     z = columns.values[:, clear]
     z = (z - z.mean(axis=0)) / z.std(axis=0)
     bands = band_count(z)
@@ -400,11 +394,9 @@ def _aperiodic_kind(zero_one: str, neighbours: str, evidence: dict[str, float]) 
         text = f"No cycle of up to {longest_cycle(int(evidence['points']))} points, yet a negative exponent: {values}."
         return Verdict("inconclusive", f"{text} A longer cycle, or one not reached yet: take more points.", 0, evidence)
     if "exponent" in evidence and sign == 0:
-        text = (
-            f"An exponent of zero, but no closed curve is seen: {values}. Neighbours part like a power of time, as in"
-        )
-        advice = "a conservative system, which a finite record does not decide; or chaos is too weak to be detected yet"
-        return Verdict("inconclusive", f"{text} {advice}: take more points.", 0, evidence)
+        text = f"An exponent of zero, but no closed curve is seen: {values}. Neighbours part like a power of time"
+        text += ", as in a conservative system, which a finite record does not decide; or chaos is too weak"
+        return Verdict("inconclusive", f"{text} to be detected yet: take more points.", 0, evidence)
     advice = "Take more points" + ("" if "exponent" in evidence else ", or give the exponent of the system")
     return Verdict("inconclusive", f"The tests do not agree: {values}. {advice}.", 0, evidence)
 

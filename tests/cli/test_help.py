@@ -159,13 +159,6 @@ def test_progress_in_a_file_is_a_few_whole_lines(monkeypatch, capsys):
     assert lines[-1].startswith("run: 100 %, 2 of 2 s of motion")
 
 
-def test_progress_of_long_jobs_in_a_file_begins_at_once(capsys):
-    """A quick look at the study was silent until its first job of a minute had ended."""
-    with progress.WorkBar("runs", [100.0, 20.0], 2, shown=True):
-        told = capsys.readouterr().err
-    assert told == "runs: 0 %, 0 of 120 s of work, 0 s, 0 of 2 runs, 60 s left\n"
-
-
 def test_a_sweep_has_points_enough_for_the_word_chaotic_by_default():
     """Without an exponent `judge` needs 100 points; the command kept 50."""
     from flexmb.dynamics.verdict import LEAST_APERIODIC

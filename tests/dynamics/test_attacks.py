@@ -88,7 +88,7 @@ def test_what_contacts_only_note_is_known():
 
 @pytest.mark.slow
 def test_a_hard_look_is_divided_and_others_are_not():
-    plan = RenormalisationSchedule(stiff(), systems.TURN, 0, 50, is_flow=True, is_section=True)
+    plan = RenormalisationSchedule(stiff(), systems.TURN, 0, 50)
     logs = growth_to_next_point(plan, TangentVectors(plan.system.tangent_basis(2, 0), np.ones(2)), 1)
     assert np.isfinite(logs).all()
     assert logs.sum() == pytest.approx(-151.0 * systems.TURN, rel=2e-3)

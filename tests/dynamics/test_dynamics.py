@@ -245,3 +245,29 @@ def test_tangent_basis(system):
     assert np.allclose((system.weights[:, None] * W).T @ W, np.eye(k), atol=1e-12)
     with pytest.raises(InputError, match=f"1 to {k}"):
         system.tangent_basis(k + 1)
+
+
+def test_a_time_below_the_spacing_of_the_clock_is_no_error():
+    """An impact is sought in times that the clock cannot tell from the present one."""
+    flow = systems.lorenz()
+    flow.reset(time=1e6)
+    here = flow.state()
+    assert flow.advance(1e-12)
+    assert flow.time == 1e6
+    np.testing.assert_array_equal(flow.state(), here)
+    assert flow.advance(0.1)
+
+
+def test_a_mechanism_answers_for_its_state():
+    """Rows by name, angles, and the gap of a journal that is open where its penetration is below zero."""
+    flow = fm.chaos.MechanismFlow(fm.mechanisms.slider_crank(systems.TURN * 10.0, clearance=5e-4))
+    names, x = flow.state_names, flow.state()
+    assert {name for name in names if names[name] in flow.angles} == {n for n in names if n.endswith(".theta")}
+    for name, row in names.items():
+        assert flow.observe()[flow.number_of("test", name)] == x[row]
+    returning, free = flow.histories
+    assert not set(returning) & set(free)
+    assert len(returning) + len(free) == flow.program.tables.sizes.n_z
+    assert set(flow.gaps.values()) == {-1.0}
+    assert flow.is_rough
+    assert not fm.chaos.MechanismFlow(mechanisms.rod(), period=systems.TURN, step=0.1).is_rough

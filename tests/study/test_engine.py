@@ -19,12 +19,12 @@ from nine_bar_study.diagram import diagram
 from nine_bar_study.effort import FULL, QUICK
 from nine_bar_study.nine_bar.cases import OVER_CLEARANCE, OVER_SPEED, case
 from nine_bar_study.nine_bar.tables import STUDY
+from nine_bar_study.progress import WorkBar, append_line, lines_of
 from nine_bar_study.store import Cost, Kept, keep
 from nine_bar_study.study import Study, runs_of, shown_numbers, studies, study_of
 from study_runs import figure, page, ramp
 
-from flexmb.dynamics.jobs.files import append_line, lines_of
-from flexmb.dynamics.jobs.progress import WorkBar, clock
+from flexmb.dynamics.jobs.progress import clock
 from flexmb.engine.step.step_size import Adaptive
 from flexmb.errors import InputError
 
@@ -188,6 +188,13 @@ def test_the_time_left_follows_what_runs_took(journal):
         assert progress.left == 45.0  # 30 s that take three times as long
         progress.more(10.0, None, whole=True)
         assert progress.left == 30.0
+
+
+def test_progress_of_long_jobs_in_a_file_begins_at_once(capsys):
+    """A quick look at the study was silent until its first job of a minute had ended."""
+    with WorkBar("runs", [100.0, 20.0], 2, shown=True):
+        told = capsys.readouterr().err
+    assert told == "runs: 0 %, 0 of 120 s of work, 0 s, 0 of 2 runs, 60 s left\n"
 
 
 @pytest.mark.parametrize(("seconds", "text"), [(7.4, "7 s"), (150.0, "2 min"), (7500.0, "2 h 5 min")])

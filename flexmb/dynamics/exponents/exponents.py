@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
@@ -93,18 +92,6 @@ def combined(values: np.ndarray, errors: np.ndarray, others: np.ndarray, other_e
     return np.asarray(np.hypot(errors, np.where(counts, difference, 0.0)))
 
 
-def outgrown(value: float, span: float) -> float:
-    """Excess of an exponent over the largest one that agrees with a stay of `span` on a cycle; 0: the exponent agrees.
-
-    Every period of the motion adds round-off, which grows to the size of the motion, by a factor 1/eps, within `span`
-    at the soonest.  An exponent above log(1/eps) / span therefore contradicts the motion.
-
-    Equation (9.7) of docs/theory/exponents.md.
-    """
-    limit = -np.log(np.finfo(float).eps) / span if span > 0.0 else np.inf
-    return float(max(value - limit, 0.0))
-
-
 # Records of Lyapunov exponents: values, errors, history, verdict
 
 FEWEST = 50
@@ -155,9 +142,6 @@ class Confirmed:
         return float(self.errors[0])
 
     def __repr__(self) -> str:
-        return str(self)
-
-    def __str__(self) -> str:
         listed = ", ".join(f"{v:.4g} +/- {e:.1g}" for v, e in zip(self.spectrum, self.errors, strict=True))
         steps = f"{self.fineness}, " if self.fineness else ""
         return f"second run ({steps}another start, {self.periods} points): {listed}"
@@ -230,8 +214,7 @@ class Exponents(arguments.Checked):
         InputError : an unknown signal.
         """
         alone = float(self.statistical[0]) if len(self.statistical) else float("nan")
-        value, error = (x if np.isfinite(x) else None for x in (self.value, alone))
-        verdict = self.signals.verdict(self.points, signals, value, error)
+        verdict = self.signals.verdict(self.points, signals, self.value, alone)
         if self.paired and verdict.kind in ("inconclusive", "transient"):
             verdict = replace(verdict, reason=f"{verdict.reason} {CONSERVATIVE}")
         return self._agreed(verdict)
@@ -317,38 +300,6 @@ class Exponents(arguments.Checked):
         return f"{self.name}: {listed or 'nothing'} {self.units}{again}{said}. {self.status}"
 
 
-@dataclass
-class Growth:
-    """Measured growth: logarithms, and the time of each of them.
-
-    Parameters
-    ----------
-    logs : logarithms (k,), one entry a period.
-    times : durations of the periods [s], or iterations.
-    """
-
-    logs: list[np.ndarray] = field(default_factory=list)
-    times: list[float] = field(default_factory=list)
-
-    def record(self, begin: float, count: int, **about: Any) -> Exponents:
-        """The exponents, `count` in decreasing order; growth counts from the time [s] or iteration `begin` on.
-
-        `about` are further fields of `Exponents`.
-        """
-        logs = np.array(self.logs).reshape(len(self.times), count)
-        times = np.array(self.times)
-        sums, spent = np.cumsum(logs, axis=0), np.cumsum(times)
-        if len(times) == 0:
-            nothing = np.full(count, np.nan)
-            return Exponents(spectrum=nothing, errors=nothing, time=times, history=logs, **about)
-        with np.errstate(invalid="ignore"):
-            history = sums / spent[:, None]
-        order = np.argsort(-history[-1], kind="stable")
-        errors = np.array([error_of(logs[:, j], times) for j in range(count)])
-        values = {"spectrum": history[-1][order], "errors": errors[order], "history": history[:, order]}
-        return Exponents(time=begin + spent, **values, **about)
-
-
 def check_enough(label: str, count: int, what: str) -> None:
     """Refuse a run that is too short for an exponent, below `FEWEST` points; `what` is the unit of the points."""
     if count < FEWEST:
@@ -361,6 +312,8 @@ def with_verdict(exponents: Exponents) -> Exponents:
 
     A flow that stays on a cycle, for longer than the exponent allows round-off to stay small, has another exponent:
     the difference is added to the error of the largest exponent.
+
+    Equation (9.7) of docs/theory/exponents.md.
     """
     if not exponents.ok:
         return exponents
@@ -368,7 +321,9 @@ def with_verdict(exponents: Exponents) -> Exponents:
     if verdict.kind != "inconclusive" or "since" not in verdict.evidence or exponents.units != "1/s":
         return replace(exponents, verdict=verdict)
     span = (len(exponents.points) - verdict.evidence["since"]) * exponents.period
-    excess = outgrown(exponents.value, span)
+    # every period of the motion adds round-off, which grows to the size of the motion, by 1/eps, within the span
+    limit = -np.log(np.finfo(float).eps) / span if span > 0.0 else np.inf
+    excess = float(max(exponents.value - limit, 0.0))
     largest = np.arange(len(exponents.errors)) == 0
     errors = {n: np.where(largest, np.hypot(getattr(exponents, n), excess), getattr(exponents, n)) for n in ERRORS}
     return replace(exponents, **errors, verdict=verdict)

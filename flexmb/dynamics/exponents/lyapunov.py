@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from flexmb import arguments, checks
-from flexmb.dynamics.exponents.exponents import Confirmed, Exponents, combined, with_verdict
+from flexmb.dynamics.exponents.exponents import Confirmed, Exponents, combined
 from flexmb.dynamics.exponents.renormalisation import (
     TOO_MUCH,
     RenormalisationSchedule,
+    Span,
     exponents_of,
-    lasting_contacts,
-    refuse_idle_arguments,
-    schedule_of,
     tangent_exponents,
 )
-from flexmb.dynamics.jobs.executors import tell_stopped
-from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics
-from flexmb.dynamics.systems.mechanism_flow import MechanismFlow, clock, dynamics_of
-from flexmb.engine.newmark.method import Newmark
+from flexmb.dynamics.systems.dynamics import Dynamics
 from flexmb.errors import AssemblyError, InputError, SolveError
-from flexmb.run.simulate import Step
+
+if TYPE_CHECKING:
+    from flexmb.engine.newmark.method import Newmark
+    from flexmb.run.simulate import Step
 
 # A second, shorter run with finer steps from another start, and the errors of exponents that it adds
 
@@ -47,13 +45,20 @@ def confirmed(first: Exponents, schedule: RenormalisationSchedule, seed: int, *,
     If a contact was closed during the whole first run, the second run starts at the start state of the system and skips
     the whole transient.  Otherwise both runs would have the approach speed of the same onset.
     """
-    reason, count = "", len(first.spectrum)
-    lasting = bool(lasting_contacts(schedule.system, float(first.time[0])))
+    reason, skip, settles = "", schedule.skip, schedule.count // SETTLES
+    lasting = bool(schedule.system.remarks(float(first.time[0])))
     for distance in (0.0,) if lasting else SECOND_RUN_APART:
-        other = _from_own_start(schedule) if lasting else _from_final_state(schedule, distance, seed)
-        if other is None:
-            continue
-        run = tangent_exponents(other, count, seed, shown=shown)
+        system = schedule.system.finer()
+        if lasting:
+            system.reset(time=schedule.origin)
+        else:
+            try:
+                system.reset(system.another_start(distance, seed), time=schedule.system.time)
+            except (InputError, AssemblyError, SolveError):
+                continue
+        skipped, count = max(skip if lasting else -(-skip // PART), settles), max(schedule.count // PART, LEAST)
+        other = replace(schedule, system=system, skip=skipped, count=count, trouble="")
+        run = tangent_exponents(other, len(first.spectrum), seed, shown=shown)
         if run.ok and not np.isnan(run.spectrum).any():
             second = Confirmed(run.spectrum, run.errors, other.count, other.system.fineness)
             errors = combined(first.spectrum, first.statistical, second.spectrum, second.errors)
@@ -61,36 +66,6 @@ def confirmed(first: Exponents, schedule: RenormalisationSchedule, seed: int, *,
         reason = run.status
     reason = reason or "no state beside the end of the first run can be started from."
     return replace(first, unconfirmed=reason, status=f"{first.status} The second run failed: {reason}")
-
-
-def _from_own_start(schedule: RenormalisationSchedule) -> RenormalisationSchedule:
-    """Schedule of a finer system that starts from its own start and skips the transient of the first run."""
-    system = schedule.system.finer()
-    system.reset(time=schedule.origin)
-    return _shortened(schedule, system, max(schedule.skip, schedule.count // SETTLES))
-
-
-def _from_final_state(schedule: RenormalisationSchedule, distance: float, seed: int) -> RenormalisationSchedule | None:
-    """Schedule of a finer system that starts beside the final state of the first run; None: it cannot start there."""
-    system = schedule.system.finer()
-    try:
-        system.reset(system.another_start(distance, seed), time=schedule.system.time)
-    except (InputError, AssemblyError, SolveError):
-        return None
-    return _shortened(schedule, system, max(-(-schedule.skip // PART), schedule.count // SETTLES))
-
-
-def _shortened(schedule: RenormalisationSchedule, system: Dynamics, skip: int) -> RenormalisationSchedule:
-    """Schedule of the second run of `system`, after `skip` points."""
-    return RenormalisationSchedule(
-        system,
-        schedule.interval,
-        skip,
-        max(schedule.count // PART, LEAST),
-        is_flow=schedule.is_flow,
-        is_section=schedule.is_section,
-        renormalisations=schedule.renormalisations,
-    )
 
 
 # Lyapunov exponents from tangent vectors
@@ -165,25 +140,17 @@ def lyapunov(
     >>> round(found.value, 9)  # ln 1.5
     0.405465108
     """
-    flow = dynamics_of("lyapunov", system, period=period, step=step, method=method)
-    refuse_idle_arguments("lyapunov", system, flow, duration, interval, period)
-    schedule = schedule_of("lyapunov", flow, skip, periods, duration, interval, period)
-    seed = checks.count(f"lyapunov {flow.name!r}", "seed", seed, 0)
-    count = checks.count(f"lyapunov {flow.name!r}", "count", count)
+    span = Span("lyapunov", skip, periods, duration, interval, period)
+    schedule = span.schedule(system, step, method)
+    label = f"lyapunov {schedule.system.name!r}"
+    seed, count = checks.count(label, "seed", seed, 0), checks.count(label, "count", count)
     exponents = tangent_exponents(schedule, count, seed, shown=progress)
     if confirm and exponents.ok:
         exponents = confirmed(exponents, schedule, seed + 1, shown=progress)
-    if not exponents.ok:
-        tell_stopped(f"lyapunov {flow.name!r}", exponents.status)
-    return with_verdict(exponents) if schedule.is_section else exponents
+    return span.finished(exponents, schedule)
 
 
 # The largest Lyapunov exponent from two trajectories
-
-APART, APART_IN_CONTACT = 1e-6, 1e-9
-"""Default distance of two trajectories over the length of the state: without contacts, with contacts.
-
-Contacts are nonlinear beyond a distance of some 1e-8 m."""
 
 
 def benettin(
@@ -239,16 +206,12 @@ def benettin(
     >>> round(found.value, 3)  # ln 1.5
     0.405
     """
-    flow = dynamics_of("benettin", system, period=period, step=step, method=method)
-    refuse_idle_arguments("benettin", system, flow, duration, interval, period)
-    schedule = schedule_of("benettin", flow, skip, periods, duration, interval, period)
-    seed = checks.count(f"benettin {flow.name!r}", "seed", seed, 0)
-    exponents = exponents_of(
-        schedule, lambda: TrajectoryPair.beside(schedule.system, distance, seed), 1, shown=progress
-    )
-    if not exponents.ok:
-        tell_stopped(f"benettin {flow.name!r}", exponents.status)
-    return with_verdict(exponents) if schedule.is_section else exponents
+    span = Span("benettin", skip, periods, duration, interval, period)
+    schedule = span.schedule(system, step, method)
+    first = schedule.system
+    seed = checks.count(f"benettin {first.name!r}", "seed", seed, 0)
+    exponents = exponents_of(schedule, lambda: TrajectoryPair.beside(first, distance, seed), 1, shown=progress)
+    return span.finished(exponents, schedule)
 
 
 @dataclass
@@ -275,16 +238,11 @@ class TrajectoryPair:
     def beside(cls, first: Dynamics, distance: float | None, seed: int) -> TrajectoryPair:
         """`first` and a copy at a distance in a random direction, see `benettin`."""
         weights, x = first.weights, first.state()
-        fraction = APART_IN_CONTACT if isinstance(first, MechanismFlow) and first.program.normals else APART
-        usual = fraction * (float(np.sqrt(weights @ x**2)) or 1.0)
+        usual = first.small * (float(np.sqrt(weights @ x**2)) or 1.0)
         wanted = usual if distance is None else checks.positive(f"benettin {first.name!r}", "distance", distance)
         pair = cls(first, first.copy(), weights, wanted)
         pair.renormalise(first.tangent_basis(1, seed)[:, 0])
         return pair
-
-    def difference(self) -> np.ndarray:
-        """Difference (size,) of the states, second less first."""
-        return np.asarray(self.second.state() - self.first.state())
 
     def length(self, difference: np.ndarray) -> float:
         """Length of a `difference` (size,) in the weights."""
@@ -293,10 +251,10 @@ class TrajectoryPair:
     def renormalise(self, direction: np.ndarray) -> None:
         """Restart both systems, the second at `distance` in a `direction` (size,) of any length."""
         x, time = self.first.state(), self.first.time
-        if isinstance(self.first, ContinuousFlow):
+        if self.first.underlying is self.first:
             self.first.reset(x, time=time)
         self.second.reset(x + self.distance / self.length(direction) * direction, time=time)
-        self.size = self.length(self.difference())
+        self.size = self.length(self.second.state() - self.first.state())
 
     def is_strained(self, logs: np.ndarray) -> bool:
         """Whether the distance grew by more than `TOO_MUCH` (`logs`: logarithm (1,) of the growth)."""
@@ -308,11 +266,11 @@ class TrajectoryPair:
         if not all(reached):
             schedule.trouble = (self.first if not reached[0] else self.second).status
             return None
-        difference = self.difference()
+        difference = self.second.state() - self.first.state()
         difference[schedule.records] = 0.0  # bookkeeping would grow without bound if the distance shrinks
         length = self.length(difference)
         if length == 0.0 or self.size == 0.0:
-            schedule.trouble = f"The two trajectories met at {clock(self.first):.6g}; give a larger distance."
+            schedule.trouble = f"The two trajectories met at {self.first.clock:.6g}; give a larger distance."
             return None
         growth = length / self.size
         self.renormalise(difference)

@@ -9,21 +9,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from flexmb import checks
-from flexmb.dynamics.exponents.exponents import SETTLING, Exponents, Growth, check_enough
+from flexmb.dynamics.exponents.exponents import SETTLING, Exponents, check_enough, error_of, with_verdict
+from flexmb.dynamics.jobs.executors import tell_stopped
 from flexmb.dynamics.jobs.progress import ProgressBar
-from flexmb.dynamics.sections.maps import SectionMap, StroboscopicMap
+from flexmb.dynamics.sections.maps import strobe_of
 from flexmb.dynamics.sections.points import SectionSignals
-from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics, orthonormalise
-from flexmb.dynamics.systems.mechanism_flow import MechanismFlow, clock
-from flexmb.engine.step.contact_log import running_episodes
+from flexmb.dynamics.systems.dynamics import Dynamics, as_dynamics, orthonormalise
 from flexmb.errors import InputError
-from flexmb.model.mechanism import Mechanism
-from flexmb.results.contact_intervals import COLUMN
+
+if TYPE_CHECKING:
+    from flexmb.engine.newmark.method import Newmark
+    from flexmb.run.simulate import Step
 
 # Renormalisation schedule: the points of a run, and how often small differences are renormalised between them
 
@@ -31,6 +32,59 @@ MOST_LOOKS = 4096
 """Largest number of renormalisations between two points."""
 INTERVALS = 1000
 """Number of intervals into which a duration is divided, if no interval is given."""
+
+
+@dataclass(frozen=True)
+class Span:
+    """Arguments of `lyapunov` and `benettin` on the points of a run, and its caller."""
+
+    caller: str
+    skip: float
+    periods: int | None
+    duration: float | None
+    interval: float | None
+    period: float | None
+
+    def schedule(self, given: Any, step: Step | None, method: Newmark | None) -> RenormalisationSchedule:
+        """Schedule of a run of the system `given`; arguments that would have no influence are refused."""
+        system = as_dynamics(self.caller, given, period=self.period, step=step, method=method)
+        label, is_flow = f"{self.caller} {system.name!r}", system.underlying is system
+        if self.interval is not None and self.duration is None:
+            raise InputError(f"{label}: interval= goes with duration=; with periods= the interval is the period.")
+        if self.period is not None and given is system:
+            if not is_flow:
+                raise InputError(f"{label}: period= belongs to a flow; this is a map. Leave it out.")
+            if self.duration is not None:
+                text = f"{label}: period= goes with periods=; with duration= give interval=, the time between points"
+                raise InputError(f"{text}.")
+        if (self.periods is None) == (self.duration is None):
+            text = f"{label}: periods is {self.periods!r} and duration is {self.duration!r}; give either periods="
+            raise InputError(f"{text} (iterations of a map, crossings of a section) or duration= [s].")
+        if self.duration is not None:
+            if not is_flow:
+                raise InputError(f"{label}: duration= belongs to a flow; this is a map. Give periods=.")
+            return self._of_duration(label, system, self.duration)
+        number, skipped = checks.count(label, "periods", self.periods), checks.count(label, "skip", self.skip, 0)
+        check_enough(label, number, system.unit if not is_flow and system.period is None else "periods")
+        strobe = strobe_of(self.caller, system, self.period)
+        flow, length = strobe.underlying, strobe.period
+        if flow is None or length is None:
+            return RenormalisationSchedule(system, 1.0, skipped, number)
+        return RenormalisationSchedule(flow, length, skipped, number)
+
+    def _of_duration(self, label: str, system: Dynamics, duration: float) -> RenormalisationSchedule:
+        end = checks.positive(label, "duration", duration, "s")
+        unit = end / INTERVALS if self.interval is None else checks.positive(label, "interval", self.interval, "s")
+        points = round(end / unit)
+        check_enough(label, points, "intervals")
+        skipped = int(np.ceil(checks.not_negative(label, "skip", self.skip, "s") / unit - 1e-9))
+        return RenormalisationSchedule(system, unit, skipped, points, is_section=False)
+
+    def finished(self, exponents: Exponents, schedule: RenormalisationSchedule) -> Exponents:
+        """Exponents of a run with the verdict on its section points, and a note for the job after an early end."""
+        if not exponents.ok:
+            tell_stopped(f"{self.caller} {schedule.system.name!r}", exponents.status)
+        return with_verdict(exponents) if schedule.is_section else exponents
 
 
 @dataclass
@@ -42,7 +96,6 @@ class RenormalisationSchedule:
     interval : time between two points [s]; of a map 1 iteration.
     skip : number of points before the small differences start.
     count : number of points after the skipped ones.
-    is_flow : whether the time between two points can be divided.
     is_section : whether the points are points of a section or of a map.
     renormalisations : number of renormalisations between two points.
     trouble : reason why the run ended early, if the system itself did not fail; else "".
@@ -52,13 +105,13 @@ class RenormalisationSchedule:
     interval: float
     skip: int
     count: int
-    is_flow: bool
-    is_section: bool
+    is_section: bool = True
     renormalisations: int = 1
     trouble: str = ""
 
     def __post_init__(self) -> None:
         self.origin, self.records = self.system.time, self.system.records
+        self.flow = self.system.underlying if self.system.underlying is self.system else None
 
     def advance(self, system: Dynamics, number: int, fraction: float = 1.0, tangents: np.ndarray | None = None) -> bool:
         """Advance a system that stands between two points to a fraction of the interval before point `number` (>= 1).
@@ -66,68 +119,9 @@ class RenormalisationSchedule:
         The system is that of the schedule or a copy; tangent vectors (size, k) are advanced in place.  Returns whether
         the end was reached.
         """
-        if not self.is_flow:
+        if self.flow is None:
             return system.advance(1, tangents)
         return system.advance(self.origin + (number - 1 + fraction) * self.interval - system.time, tangents)
-
-    def renormalise_more_often(self) -> None:
-        """Double the number of renormalisations between two points, up to `MOST_LOOKS`."""
-        self.renormalisations = min(2 * self.renormalisations, MOST_LOOKS)
-
-
-def schedule_of(
-    caller: str,
-    system: Dynamics,
-    skip: float,
-    periods: int | None,
-    duration: float | None,
-    interval: float | None,
-    period: float | None,
-) -> RenormalisationSchedule:
-    """Schedule by the arguments of `lyapunov` or `benettin`, which are checked."""
-    label = f"{caller} {system.name!r}"
-    if (periods is None) == (duration is None):
-        text = f"{label}: periods is {periods!r} and duration is {duration!r}"
-        raise InputError(
-            f"{text}; give either periods= (iterations of a map, crossings of a section) or duration= [s]."
-        )
-    if duration is not None:
-        if not isinstance(system, ContinuousFlow):
-            raise InputError(f"{label}: duration= belongs to a flow; this is a map. Give periods=.")
-        end = checks.positive(label, "duration", duration, "s")
-        unit = end / INTERVALS if interval is None else checks.positive(label, "interval", interval, "s")
-        points = round(end / unit)
-        check_enough(label, points, "intervals")
-        skipped = int(np.ceil(checks.not_negative(label, "skip", skip, "s") / unit - 1e-9))
-        return RenormalisationSchedule(system, unit, skipped, points, is_flow=True, is_section=False)
-    number, skipped = checks.count(label, "periods", periods), checks.count(label, "skip", skip, 0)
-    is_flow = isinstance(system, (ContinuousFlow, StroboscopicMap))
-    check_enough(label, number, system.unit if not is_flow else "periods")
-    if not isinstance(system, (ContinuousFlow, StroboscopicMap)):
-        return RenormalisationSchedule(system, 1.0, skipped, number, is_flow=False, is_section=True)
-    strobe = system if isinstance(system, StroboscopicMap) else StroboscopicMap(system, period)
-    return RenormalisationSchedule(strobe.flow, strobe.period, skipped, number, is_flow=True, is_section=True)
-
-
-def refuse_idle_arguments(
-    caller: str, given: Any, system: Dynamics, duration: float | None, interval: float | None, period: float | None
-) -> None:
-    """Refuse arguments that would have no influence.
-
-    These are an interval without a duration, a period of a map, and a period with a duration.  `given` is the argument
-    of which the system was made.
-    """
-    label = f"{caller} {system.name!r}"
-    if interval is not None and duration is None:
-        raise InputError(f"{label}: interval= goes with duration=; with periods= the interval is the period.")
-    if period is None or isinstance(given, Mechanism):
-        return
-    if not isinstance(system, ContinuousFlow):
-        raise InputError(f"{label}: period= belongs to a flow; this is a map. Leave it out.")
-    if duration is not None:
-        raise InputError(
-            f"{label}: period= goes with periods=; with duration= give interval=, the time between points."
-        )
 
 
 # Growth of small differences: advance, measure the growth, take the logarithm, renormalise; then the exponents
@@ -147,10 +141,9 @@ class Perturbation(Protocol):
     """Fraction of the renormalisations with too much growth at which they become more frequent."""
 
     def growth(self, schedule: RenormalisationSchedule, number: int, begin: float, end: float) -> np.ndarray | None:
-        """Logarithms (k,) of the growth between two fractions of an interval; renormalises the differences.
+        """Logarithms (k,) of the growth between two fractions of the interval before a point; None: it failed.
 
-        `number` is that of the point at the end of the interval.  With a result None, `schedule.trouble` is set to the
-        reason, unless the system failed.
+        The differences are renormalised.  `schedule.trouble` is the reason of a failure, unless the system failed.
         """
 
     def is_strained(self, logs: np.ndarray) -> bool:
@@ -161,27 +154,61 @@ def exponents_of(
     schedule: RenormalisationSchedule, start: Callable[[], Perturbation], count: int, *, shown: bool
 ) -> Exponents:
     """Lyapunov exponents of one run, without a verdict; `start` makes the differences after the skipped points."""
-    system, growth, points = schedule.system, Growth(), [np.zeros((0, len(schedule.system.names)))]
+    system, points = schedule.system, [np.zeros((0, len(schedule.system.names)))]
+    logs, times = list[np.ndarray](), list[float]()
     progress = ProgressBar(system.name, float(schedule.skip + schedule.count), shown=shown, of="periods")
-    perturbation, begin = None, clock(system)
+    perturbation, begin = None, system.clock
     last_of_transient = schedule.skip + schedule.count // SETTLING
     for number in range(1, schedule.skip + schedule.count + 1):
         if number == schedule.skip + 1:
             perturbation = start()
-        before = clock(system)
+        before = system.clock
         if number == last_of_transient + 1:
             begin = before
-        logs = growth_to_next_point(schedule, perturbation, number)
-        if logs is None:
+        growth = growth_to_next_point(schedule, perturbation, number)
+        if growth is None:
             break
         progress.update(1)
         if number > schedule.skip:
             points.append(system.observe()[None])
         if number > last_of_transient:
-            growth.logs.append(logs)
-            growth.times.append(clock(system) - before)
+            logs.append(growth)
+            times.append(system.clock - before)
     progress.close()
-    return _recorded(schedule, growth, begin, count, np.concatenate(points))
+    return _recorded(
+        schedule, np.array(logs).reshape(len(times), count), np.array(times), begin, np.concatenate(points)
+    )
+
+
+def _recorded(
+    schedule: RenormalisationSchedule, logs: np.ndarray, times: np.ndarray, begin: float, points: np.ndarray
+) -> Exponents:
+    """Exponents of a run, without a verdict, from logarithms of growth (n, k) in times (n,) from `begin` on [s]."""
+    system, wanted, sums, spent = schedule.system, schedule.count - schedule.count // SETTLING, logs, np.cumsum(times)
+    ok = len(times) == wanted
+    status = f"Mean of {wanted} {system.unit if schedule.flow is None else 'points'}."
+    status = " ".join([status, *system.remarks(begin)]) if ok else schedule.trouble or system.status
+    timed = system.underlying is not None
+    values = errors = np.full(logs.shape[1], np.nan)
+    if len(times):
+        with np.errstate(invalid="ignore"):
+            sums = np.cumsum(logs, axis=0) / spent[:, None]
+        order = np.argsort(-sums[-1], kind="stable")
+        values, sums = sums[-1][order], sums[:, order]
+        errors = np.array([error_of(column, times) for column in logs.T])[order]
+    return Exponents(
+        name=system.name,
+        spectrum=values,
+        errors=errors,
+        time=begin + spent,
+        history=sums,
+        units="1/s" if timed else "1/iteration",
+        ok=ok,
+        status=status,
+        points=points,
+        signals=SectionSignals.of(system),
+        period=float(np.mean(times)) if schedule.is_section and timed and len(times) else float("nan"),
+    )
 
 
 def growth_to_next_point(
@@ -201,8 +228,8 @@ def growth_to_next_point(
             return None
         total = total + logs if len(total) else logs
         strained += perturbation.is_strained(logs)
-    if schedule.is_flow and strained and strained >= perturbation.strained_fraction * times:
-        schedule.renormalise_more_often()
+    if schedule.flow is not None and strained and strained >= perturbation.strained_fraction * times:
+        schedule.renormalisations = min(2 * schedule.renormalisations, MOST_LOOKS)
     return total
 
 
@@ -226,43 +253,34 @@ class TangentVectors:
 
     def growth(self, schedule: RenormalisationSchedule, number: int, begin: float, end: float) -> np.ndarray | None:
         """See `Perturbation.growth`; an interval with far too much growth is divided into halves."""
-        system, W, weights = schedule.system, self.W, self.weights
-        saved = (system.snapshot(), W.copy()) if isinstance(system, ContinuousFlow) and schedule.is_flow else None
+        system, flow, W, weights = schedule.system, schedule.flow, self.W, self.weights
+        saved = None if flow is None else (flow.snapshot(), W.copy())
         reached = schedule.advance(system, number, end, W)
         whole = lengths_of(W, weights)
         lengths = orthonormalise(W, weights) if reached else np.full(W.shape[1], np.nan)
         W[schedule.records] = 0.0  # bookkeeping would grow without bound if the rest of a vector shrinks
         finite = bool(np.isfinite(lengths).all() and np.isfinite(W).all())
         spread = lengths.max() / max(min(lengths.min(), 1.0), 1e-300) if finite else np.inf
-        if saved is not None and spread > FAR_TOO_MUCH and end - begin > 1.0 / MOST_LOOKS:
-            return self._in_halves(schedule, number, (begin, end), saved)
+        if flow is not None and saved is not None and spread > FAR_TOO_MUCH and end - begin > 1.0 / MOST_LOOKS:
+            if not flow.ok:  # does the motion fail, or are only the vectors too long?
+                flow.restore(saved[0])
+                if not schedule.advance(flow, number, end):
+                    return None
+            flow.restore(saved[0])
+            W[:] = saved[1]
+            middle = 0.5 * (begin + end)
+            first = self.growth(schedule, number, begin, middle)
+            second = None if first is None else self.growth(schedule, number, middle, end)
+            return None if first is None or second is None else first + second
         if not reached:
             return None
         if not finite or (lengths < LOST * whole).any():
             fault = "are not finite" if not finite else "are parallel up to round-off"
-            text = f"The tangent vectors {fault} at {clock(system):.6g}"
+            text = f"The tangent vectors {fault} at {system.clock:.6g}"
             schedule.trouble = f"{text}." if not finite else f"{text}. Ask for fewer exponents (count=)."
             return None
         with np.errstate(divide="ignore"):
             return np.asarray(np.log(lengths))
-
-    def _in_halves(
-        self, schedule: RenormalisationSchedule, number: int, span: tuple[float, float], saved: tuple[Any, np.ndarray]
-    ) -> np.ndarray | None:
-        """Logarithms (k,) of the growth over `span`, from the state `saved` at its begin, with one more division."""
-        system, (begin, end) = schedule.system, span
-        if not isinstance(system, ContinuousFlow):
-            return None
-        if not system.ok:  # does the motion fail, or are only the vectors too long?
-            system.restore(saved[0])
-            if not schedule.advance(system, number, end):
-                return None
-        system.restore(saved[0])
-        self.W[:] = saved[1]
-        middle = 0.5 * (begin + end)
-        first = self.growth(schedule, number, begin, middle)
-        second = None if first is None else self.growth(schedule, number, middle, end)
-        return None if first is None or second is None else first + second
 
 
 def lengths_of(W: np.ndarray, weights: np.ndarray) -> np.ndarray:
@@ -280,39 +298,3 @@ def tangent_exponents(schedule: RenormalisationSchedule, count: int, seed: int, 
     return exponents_of(
         schedule, lambda: TangentVectors(system.tangent_basis(count, seed), weights), count, shown=shown
     )
-
-
-def _recorded(
-    schedule: RenormalisationSchedule, growth: Growth, begin: float, count: int, points: np.ndarray
-) -> Exponents:
-    """Exponents of a run without a verdict; `begin`: start of the measured growth [s]."""
-    system, wanted = schedule.system, schedule.count - schedule.count // SETTLING
-    ok = len(growth.times) == wanted
-    unit = "1/s" if schedule.is_flow or system.unit == "crossings" else "1/iteration"
-    status = f"Mean of {wanted} {'points' if schedule.is_flow else system.unit}."
-    status = " ".join([status, *lasting_contacts(system, begin)]) if ok else schedule.trouble or system.status
-    period = float(np.mean(growth.times)) if schedule.is_section and unit == "1/s" and growth.times else float("nan")
-    signals = SectionSignals.of(system)
-    about = {"name": system.name, "units": unit, "ok": ok, "status": status, "points": points, "signals": signals}
-    return growth.record(begin, count, period=period, **about)
-
-
-def lasting_contacts(system: Dynamics, since: float) -> list[str]:
-    """A sentence on each contact that stayed closed since a given time [s], the start of the measured growth.
-
-    Laws with hysteresis damping depend on the approach speed of the last onset.  The run lacks the tangent of this
-    approach speed if the onset precedes the measured growth.  Contacts with other laws are not listed.  Only a
-    `MechanismFlow` has contacts.
-    """
-    flow = system.flow if isinstance(system, (StroboscopicMap, SectionMap)) else system
-    if not isinstance(flow, MechanismFlow):
-        return []
-    sentences, program, now = [], flow.program, flow.run.flow
-    for row in running_episodes(program.tables, now):
-        contact = int(row[COLUMN["contact"]])
-        _, begin, end, _ = program.tables.contacts.z[contact]
-        damped = program.normals[contact].damped_since_onset(now.z[begin:end].tolist())
-        if damped and row[COLUMN["peak_force"]] > 0.0 and not row[COLUMN["start"]] > since:
-            name = program.names.contacts[contact]
-            sentences.append(f"{name} has been in contact without a break during all that was counted: {damped}.")
-    return sentences

@@ -148,13 +148,9 @@ def cores() -> int:
 
 
 def _begin(prepare: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
-    signal.signal(signal.SIGINT, _leave)
+    signal.signal(signal.SIGINT, lambda number, frame: os._exit(130))
     threading.Thread(target=_leave_with_parent, daemon=True).start()
     prepare(*arguments)
-
-
-def _leave(number: int, frame: Any) -> None:
-    os._exit(130)
 
 
 def _leave_with_parent() -> None:
@@ -205,7 +201,12 @@ def drive(chains: Iterable[Chain], executor: Executor | None, owner: str, pendin
             finished, _ = wait(running, return_when=FIRST_COMPLETED)
             for future in sorted(finished, key=_is_lost):  # what was found is kept before what was lost is told
                 chain = running.pop(future)
-                _submit(executor, _after(chain, _outcome(future, owner)), chain, running, owner)
+                if _is_lost(future):  # failures of a point are outcomes, so the worker failed
+                    error = None if future.cancelled() else future.exception()
+                    if isinstance(error, KeyboardInterrupt):
+                        raise error
+                    raise _lost(owner, error) from error
+                _submit(executor, _after(chain, future.result()), chain, running, owner)
     finally:
         for future in running:
             future.cancel()
@@ -258,16 +259,6 @@ def _submit(
 
 def _is_lost(future: Future[Outcome]) -> bool:
     return future.cancelled() or future.exception() is not None
-
-
-def _outcome(future: Future[Outcome], owner: str) -> Outcome:
-    """Outcome of a worker's job.  Failures of a point are outcomes, so an exception means that the worker failed."""
-    error = None if future.cancelled() else future.exception()
-    if isinstance(error, KeyboardInterrupt):
-        raise error
-    if future.cancelled() or error is not None:
-        raise _lost(owner, error) from error
-    return future.result()
 
 
 def _lost(owner: str, error: BaseException | None) -> WorkerError:

@@ -1,10 +1,9 @@
-"""Files that are there as a whole or not at all, and logs whose lines survive a kill."""
+"""Files that are there as a whole or not at all."""
 
 from __future__ import annotations
 
 import errno
 import io
-import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
@@ -164,28 +163,3 @@ def write_text(path: Path, text: str, label: str = "") -> Path:
     with whole_file(path, label) as part:
         part.write_text(text, encoding="utf-8", errors="backslashreplace")  # bytes of a command line may be no text
     return path
-
-
-def append_line(path: Path, **values: Any) -> None:
-    """Add a line of named numbers to a log; a line is written at once."""
-    line = json.dumps(values) + "\n"
-    with path.open("a+b") as log:
-        if log.seek(0, os.SEEK_END):
-            log.seek(-1, os.SEEK_END)
-            line = (
-                line if log.read() == b"\n" else "\n" + line
-            )  # a line that a kill cut short must not swallow this one
-        log.write(line.encode())
-
-
-def lines_of(path: Path) -> list[dict[str, Any]]:
-    """The lines of a log, none where there is no log; lines that a kill cut short are left out."""
-    found = []
-    for line in path.read_text(encoding="utf-8", errors="replace").splitlines() if path.is_file() else []:
-        try:
-            entry = json.loads(line)
-        except json.JSONDecodeError:
-            continue
-        if isinstance(entry, dict):
-            found.append(entry)
-    return found

@@ -121,10 +121,32 @@ class Branch(arguments.Checked):
         Notes
         -----
         The step goes along the eigenvector of the multiplier -1 (+1 at a branch point).  Orbit and parameter are found
-        on the
-        plane across the step, so the other branch may begin on either side.  `ok` is False if no other orbit is found.
+        on the plane
+        across the step, so the other branch may begin on either side.  `ok` is False if no other orbit is found.
         """
-        return switched(self, self._event(event), checks.positive("switch", "step", step))
+        event, step = self._event(event), checks.positive("switch", "step", step)
+        factor, run = 2 if event.kind == FLIP else 1, event.shooting_run
+        shooting = self.shooting.copy(self.shooting.times * factor, self.shooting.segments * factor)
+        values, vectors = np.linalg.eig(run.monodromy)
+        usable = np.where(is_real(values), np.abs(values - (-1.0 if factor == 2 else 1.0)), np.inf)
+        y = np.real(vectors[:, int(usable.argmin())])
+        displacements, y_of_segment = [], y / np.linalg.norm(y)
+        for _ in range(factor):
+            for j in range(self.shooting.segments):
+                displacements.append(run.bases[j] @ y_of_segment)
+                y_of_segment = run.slopes[j] @ y_of_segment
+        size, width = size_of(self.shooting, run), abs(self.span[1] - self.span[0])
+        normal = Direction(np.array(displacements), 0.0, 0.0)
+        starts = np.tile(run.starts, (factor, 1)) + step * size * normal.starts
+        through = Direction(starts, factor * run.period, run.value)
+        plane = ArclengthPlane(normal, through, (size, run.period, width), small_of(shooting, width))
+        limits: dict[str, Any] = {"tolerance": self.tolerance, "iterations": 20}
+        result = correct(shooting, starts, through.period, run.value, **limits, plane=plane)
+        orbit = orbit_of(shooting, result, self.gaps)
+        if orbit.ok and factor == 2 and "already" in orbit.status:
+            text = "The step came back to the orbit without doubling; try another step="
+            return orbit_of(shooting, NewtonResult(result.last, result.residuals, ok=False, status=text), self.gaps)
+        return orbit
 
     def to_dataset(self) -> xr.Dataset:
         """The branch as a table over "point": signals at the start, period, stability, multipliers, events.
@@ -188,39 +210,6 @@ class Branch(arguments.Checked):
         span = f"{min(values):.6g} to {max(values):.6g}" if values else "nowhere"
         events = ", ".join(f"{e.kind} at {e.value:.8g}" for e in self.events) or "no events"
         return f"Branch of {self.name!r}, {self.parameter} {span}, {len(self.points)} points: {events}. {self.status}"
-
-
-def switched(branch: Branch, event: BranchPoint, step: float) -> PeriodicOrbit:
-    """The orbit a step away from a flip or branch point, along the eigenvector of the multiplier -1 or +1.
-
-    The length of the step is over the size of the state.
-    """
-    factor, run = 2 if event.kind == FLIP else 1, event.shooting_run
-    shooting_of_branch = branch.shooting
-    shooting = shooting_of_branch.copy(shooting_of_branch.times * factor, shooting_of_branch.segments * factor)
-    values, vectors = np.linalg.eig(run.monodromy)
-    target = -1.0 if factor == 2 else 1.0
-    usable = np.where(is_real(values), np.abs(values - target), np.inf)
-    y = np.real(vectors[:, int(usable.argmin())])
-    displacements, y_of_segment = [], y / np.linalg.norm(y)
-    for _ in range(factor):
-        for j in range(shooting_of_branch.segments):
-            displacements.append(run.bases[j] @ y_of_segment)
-            y_of_segment = run.slopes[j] @ y_of_segment
-    starts = np.tile(run.starts, (factor, 1))
-    size = size_of(shooting_of_branch, run)
-    normal = Direction(np.array(displacements), 0.0, 0.0)
-    through = Direction(starts + step * size * normal.starts, factor * run.period, run.value)
-    width = abs(branch.span[1] - branch.span[0])
-    plane = ArclengthPlane(normal, through, (size, run.period, width), small_of(shooting, width))
-    result = correct(
-        shooting, through.starts, through.period, run.value, tolerance=branch.tolerance, iterations=20, plane=plane
-    )
-    orbit = orbit_of(shooting, result, branch.gaps)
-    if orbit.ok and factor == 2 and "already" in orbit.status:
-        text = "The step came back to the orbit without doubling; try another step="
-        return orbit_of(shooting, NewtonResult(result.last, result.residuals, ok=False, status=text), branch.gaps)
-    return orbit
 
 
 def size_of(shooting: Shooting, run: ShootingRun) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -36,14 +37,9 @@ Tests = dict[str, float]
 
 @dataclass(frozen=True)
 class ContinuationPoint:
-    """An orbit on a branch, the direction of the branch there, and the test functions of events.
+    """An orbit on a branch, the direction of the branch ahead, and the number of corrections that it took.
 
-    Parameters
-    ----------
-    ahead : direction of the branch.
-    tests : values of the test functions, whose signs change at events.
-    touches : number of closures of each gap.
-    iterations : number of corrections.
+    Test functions change their signs at events; `touches` are numbers of closures of each gap.
     """
 
     point: BranchPoint
@@ -195,16 +191,7 @@ def _range(orbit: PeriodicOrbit, parameter: str, span: tuple[float | None, float
 
 @dataclass(kw_only=True)
 class Continuation:
-    """A continuation along a branch; see `follow` for its fields.
-
-    Parameters
-    ----------
-    span : range of the parameter.
-    bounds : first, largest and smallest step.
-    tolerance : largest residual of an orbit.
-    gaps : number and sign of the signals of gaps.
-    extremes : number of samples of an orbit; 0: none.
-    """
+    """Continuation along a branch by arguments of `follow`; `bounds` of steps: first, largest, smallest."""
 
     shooting: Shooting
     span: tuple[float, float]
@@ -219,23 +206,20 @@ class Continuation:
         self.shooting.set_value(self.span[0])
         period = self.shooting.period if np.isnan(period) else period
         starts = self.shooting.spread(orbit.state, period)
-        failed = NewtonResult(None, (), ok=False, status=f"The motion from the orbit fails: {self.shooting.status}")
-        result = failed if starts is None else self._correct(starts, period, self.span[0], None, 30)
+        result = NewtonResult(None, (), ok=False, status=f"The motion from the orbit fails: {self.shooting.status}")
+        if starts is not None:
+            result = correct(self.shooting, starts, period, self.span[0], tolerance=self.tolerance, iterations=30)
         points: list[ContinuationPoint] = []
         events: list[BranchPoint] = []
         if not result.ok or result.last is None:
             return self._branch(points, events, ok=False, status=f"No orbit at the first value: {result.status}")
         run = result.last
-        self.lengths = (
-            size_of(self.shooting, run),
-            run.period,
-            abs(self.span[1] - self.span[0]),
-        )
+        self.lengths = size_of(self.shooting, run), run.period, abs(self.span[1] - self.span[0])
         ahead = self._direction(run, None)
         if ahead is None:
             return self._branch(points, events, ok=False, status=f"No direction: {self.shooting.status}")
         points.append(self._continuation_point(result, ahead))
-        ok, status, size = False, f"Ended after {most} points, as asked for.", self.bounds[0]
+        ok, size = False, self.bounds[0]
         while len(points) < most:
             following, size, status = self._step(points[-1], size)
             if following is None:
@@ -259,13 +243,9 @@ class Continuation:
             if isinstance(next_point, ContinuationPoint):
                 cosine = self._dot(last.ahead, next_point.ahead)
                 if cosine >= SHARPEST:
-                    factor = (
-                        1.5
-                        if next_point.iterations <= FEW and cosine > 0.98
-                        else 0.6
-                        if next_point.iterations >= MANY
-                        else 1.0
-                    )
+                    factor = 0.6 if next_point.iterations >= MANY else 1.0
+                    if next_point.iterations <= FEW and cosine > 0.98:
+                        factor = 1.5
                     return next_point, min(size * factor, largest), ""
                 next_point = "the branch bends too sharply"
             reason, size = next_point, 0.5 * size
@@ -280,7 +260,7 @@ class Continuation:
             run.period + size * last.ahead.period,
             run.value + size * last.ahead.value,
         )
-        plane = ArclengthPlane(last.ahead, through, self.lengths, self._small())
+        plane = ArclengthPlane(last.ahead, through, self.lengths, small_of(self.shooting, self.lengths[2]))
         period = through.period
         if not self.shooting.set_value(through.value):
             return self.shooting.status.rstrip(".")
@@ -288,20 +268,16 @@ class Continuation:
             period = self.shooting.period
         starts = through.starts.copy()
         starts[:, self.shooting.space.free_rows] = run.starts[:, self.shooting.space.free_rows]
-        result = self._correct(starts, period, through.value, plane, CORRECTIONS)
+        limits: dict[str, Any] = {"tolerance": self.tolerance, "iterations": CORRECTIONS}
+        result = correct(self.shooting, starts, period, through.value, **limits, plane=plane)
         if not result.ok or result.last is None:
             return result.status.rstrip(".")
         ahead = self._direction(result.last, last.ahead)
         return self.shooting.status if ahead is None else self._continuation_point(result, ahead)
 
-    def _correct(
-        self, starts: np.ndarray, period: float, value: float, plane: ArclengthPlane | None, most: int
-    ) -> NewtonResult:
-        return correct(self.shooting, starts, period, value, tolerance=self.tolerance, iterations=most, plane=plane)
-
     def _direction(self, run: ShootingRun, before: Direction | None) -> Direction | None:
         """Unit direction of the branch, onwards from `before`; None: from the begin of the range to its end."""
-        J = extended(self.shooting, run, self._small())
+        J = extended(self.shooting, run, small_of(self.shooting, self.lengths[2]))
         if J is None:
             return None
         M, d = run.gaps.shape
@@ -324,9 +300,6 @@ class Continuation:
         x, t, p = self.lengths
         states = float((one.starts * other.starts * self.shooting.space.weights).sum()) / x**2
         return states + one.period * other.period / t**2 + one.value * other.value / p**2
-
-    def _small(self) -> float:
-        return small_of(self.shooting, abs(self.span[1] - self.span[0]))
 
     def _continuation_point(self, result: NewtonResult, ahead: Direction) -> ContinuationPoint:
         """The point of a branch for a converged run: orbit, direction, test functions."""
@@ -372,7 +345,10 @@ class Continuation:
             before, after = old.test(name, old), new.test(name, old)
             if before * after < 0.0:
                 position, point_on_branch = self._located(old, new, name)
-                if self._is_one(name, point_on_branch, max(abs(before), abs(after))):
+                # where branches cross, the corrections may end on the other branch: a larger value is accepted
+                most = (2e-2 if name == BRANCH else 1e-3) * max(abs(before), abs(after)) + 1e-9
+                vanishes = not abs(point_on_branch.tests[name]) > most
+                if vanishes and (name != NEIMARK_SACKER or crosses_circle(point_on_branch.point.multipliers)):
                     kind = name.partition(" ")[0]
                     located.append((position, replace(point_on_branch.point, kind=kind)))
         low, high = min(self.span), max(self.span)
@@ -380,28 +356,16 @@ class Continuation:
 
     def _located(self, old: ContinuationPoint, new: ContinuationPoint, name: str) -> tuple[float, ContinuationPoint]:
         """Position along the step and orbit at which a test function vanishes."""
-        length = self._dot(self._between(old, new), old.ahead)
-        return root(
-            lambda s: _point_or_none(self._orbit_at(old, s)),
-            (0.0, old),
-            (length, new),
-            lambda point_on_branch: point_on_branch.test(name, old),
-        )
+        first, second = old.point.shooting_run, new.point.shooting_run
+        starts = self.shooting.space.difference(second.starts, first.starts)
+        step = Direction(starts, second.period - first.period, second.value - first.value)
 
-    def _between(self, old: ContinuationPoint, new: ContinuationPoint) -> Direction:
-        first_run, second_run, space = old.point.shooting_run, new.point.shooting_run, self.shooting.space
-        difference = np.array(
-            [space.difference(b, a) for a, b in zip(first_run.starts, second_run.starts, strict=True)]
-        )
-        return Direction(difference, second_run.period - first_run.period, second_run.value - first_run.value)
+        def orbit_at(position: float) -> ContinuationPoint | None:
+            found = self._orbit_at(old, position)
+            return found if isinstance(found, ContinuationPoint) else None
 
-    @staticmethod
-    def _is_one(name: str, point_on_branch: ContinuationPoint, before: float) -> bool:
-        """Whether a test function vanishes at a point without a jump, at a change of stability."""
-        # where branches cross, the corrections may end on the other branch: a larger value is accepted
-        if abs(point_on_branch.tests[name]) > (2e-2 if name == BRANCH else 1e-3) * before + 1e-9:
-            return False
-        return name != NEIMARK_SACKER or crosses_circle(point_on_branch.point.multipliers)
+        ends = (0.0, old), (self._dot(step, old.ahead), new)
+        return root(orbit_at, *ends, lambda point_on_branch: point_on_branch.test(name, old))
 
     def _grazing_at_the_end(self, points: list[ContinuationPoint]) -> list[BranchPoint]:
         """The last orbit as an event, if the branch ends because surfaces come into contact."""
@@ -428,7 +392,3 @@ class Continuation:
             span=self.span,
             gaps=self.gaps,
         )
-
-
-def _point_or_none(result: ContinuationPoint | str) -> ContinuationPoint | None:
-    return result if isinstance(result, ContinuationPoint) else None

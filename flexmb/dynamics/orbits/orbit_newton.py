@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,16 +19,8 @@ LARGEST_STRETCH = 0.3
 """Largest change of an unknown period in one correction, over the period."""
 
 
-@dataclass(frozen=True)
-class Direction:
-    """A vector in the space of starts, period and parameter.
-
-    Parameters
-    ----------
-    starts : component of the starts (M, size).
-    period : component of the period [s].
-    value : component of the parameter.
-    """
+class Direction(NamedTuple):
+    """A vector in the space of starts (M, size), period [s] and parameter."""
 
     starts: np.ndarray
     period: float
@@ -55,25 +48,17 @@ class ArclengthPlane:
         """Coefficients of y (M d,), of the period and of the parameter, and distance of a run from the plane."""
         x, t, p = self.lengths
         weighted = self.normal.starts * shooting.space.weights / x**2
-        distance = np.array(
-            [shooting.space.difference(a, b) for a, b in zip(run.starts, self.through.starts, strict=True)]
-        )
+        distance = shooting.space.difference(run.starts, self.through.starts)
         of_states = np.einsum("js,jsd->jd", weighted, run.bases).ravel()
         of_period, of_value = self.normal.period / t**2, self.normal.value / p**2
         offset = of_period * (run.period - self.through.period) + of_value * (run.value - self.through.value)
         return of_states, of_period, of_value, float((weighted * distance).sum() + offset)
 
 
-@dataclass(frozen=True)
-class NewtonResult:
-    """Result of Newton's method.
+class NewtonResult(NamedTuple):
+    """Result of Newton's method: the last run over the period (None: no run succeeded), and how it ended.
 
-    Parameters
-    ----------
-    last : last run over the period; None if no run succeeded.
-    residuals : gaps over the size of the states, one an iteration.
-    ok : whether the last residual is within the tolerance.
-    status : result in a sentence.
+    The residuals, one an iteration, are gaps over the size of the states.
     """
 
     last: ShootingRun | None
@@ -100,30 +85,25 @@ def correct(
     run = shooting.run(starts, period, value)
     if run is None:
         return NewtonResult(None, (), False, f"The first run over the period failed: {shooting.status}")
-    residuals = [_relative_miss(shooting, run)]
+    residuals, failed = [_relative_miss(shooting, run)], ""
     while residuals[-1] > tolerance or (plane is not None and abs(plane.row(shooting, run)[3]) > 1e-6):
+        advice = f"wanted {tolerance:g}. Give a better guess, or settle=."
         if len(residuals) > iterations:
-            text = f"Not converged after {iterations} iterations: {residuals[-1]:.3g} of the state does not return"
-            return NewtonResult(
-                run, tuple(residuals), False, f"{text}, wanted {tolerance:g}. Give a better guess, or settle=."
-            )
+            failed = f"Not converged after {iterations} iterations: {residuals[-1]:.3g} of the state does not return"
+            failed = f"{failed}, {advice}"
+            break
         step = _step(shooting, run, plane)
         if step is None:
-            return NewtonResult(
-                run, tuple(residuals), False, f"A derivative by the parameter failed: {shooting.status}"
-            )
+            failed = f"A derivative by the parameter failed: {shooting.status}"
+            break
         next_run = _damped_step(shooting, run, step, tolerance)
         if next_run is None:
-            text = f"No correction reduces the residual; {residuals[-1]:.3g} of the state does not"
-            return NewtonResult(
-                run,
-                tuple(residuals),
-                False,
-                f"{text} return, wanted {tolerance:g}. Give a better guess, or settle=.",
-            )
+            failed = f"No correction reduces the residual; {residuals[-1]:.3g} of the state does not return, {advice}"
+            break
         run = next_run
         residuals.append(_relative_miss(shooting, run))
-    return NewtonResult(run, tuple(residuals), True, f"Converged after {len(residuals) - 1} iterations.")
+    status = failed or f"Converged after {len(residuals) - 1} iterations."
+    return NewtonResult(run, tuple(residuals), not failed, status)
 
 
 def _relative_miss(shooting: Shooting, run: ShootingRun) -> float:
@@ -178,28 +158,22 @@ def solved(J: np.ndarray, right: np.ndarray) -> np.ndarray:
     return np.asarray(x / column_scales)
 
 
-def _after_step(shooting: Shooting, run: ShootingRun, step: np.ndarray, factor: float) -> ShootingRun | None:
-    """The run over the period after a fraction `factor` of a correction."""
-    n = run.gaps.size
-    period, value = run.period, run.value
-    if shooting.autonomous:
-        factor = min(factor, LARGEST_STRETCH * period / max(abs(step[n]), 1e-300))
-        period += factor * step[n]
-    if len(step) > n + shooting.autonomous:
-        value += factor * step[-1]
-        if not shooting.autonomous and shooting.set_value(value):
-            period = shooting.period
-    return shooting.run(shooting.moved(run, factor * step[:n].reshape(run.gaps.shape)), period, value)
-
-
 def _damped_step(shooting: Shooting, run: ShootingRun, step: np.ndarray, tolerance: float) -> ShootingRun | None:
     """First run after 1, 1/2, 1/4, ... of a correction whose gaps are smaller; None: no run.
 
     Gaps within the tolerance need not become smaller.
     """
-    factor = 1.0
+    factor, n = 1.0, run.gaps.size
     for _ in range(HALVINGS):
-        trial = _after_step(shooting, run, step, factor)
+        period, value, part = run.period, run.value, factor
+        if shooting.autonomous:
+            part = min(part, LARGEST_STRETCH * period / max(abs(step[n]), 1e-300))
+            period += part * step[n]
+        if len(step) > n + shooting.autonomous:
+            value += part * step[-1]
+            if not shooting.autonomous and shooting.set_value(value):
+                period = shooting.period
+        trial = shooting.run(shooting.moved(run, part * step[:n].reshape(run.gaps.shape)), period, value)
         smaller = (1.0 - 0.1 * factor) * run.miss
         if trial is not None and (trial.miss < smaller or trial.miss <= tolerance * shooting.scale):
             return trial

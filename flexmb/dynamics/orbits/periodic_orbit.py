@@ -12,22 +12,20 @@ from flexmb import arguments, checks
 from flexmb.dynamics.orbits.orbit_newton import NewtonResult, correct
 from flexmb.dynamics.orbits.shooting import (
     SAMPLES,
-    Period,
     Shooting,
     ShootingRun,
     closest_approaches,
     gap_signals,
     sampled,
 )
-from flexmb.dynamics.systems.dynamics import Dynamics
+from flexmb.dynamics.systems.dynamics import Dynamics, Period, as_dynamics
 from flexmb.dynamics.systems.given import state_of
-from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
-from flexmb.engine.step.step_size import Adaptive
 from flexmb.errors import InputError
-from flexmb.model.mechanism import Mechanism
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from flexmb.model.mechanism import Mechanism
 
 # Floquet multipliers of a periodic orbit: stability, and the nearest loss of stability
 
@@ -84,11 +82,8 @@ def nearest_loss(multipliers: np.ndarray, graze: float | None) -> StabilityLoss:
     `graze` is the least gap over its travel; None: no gap.
     """
     if len(multipliers) == 0:
-        return (
-            StabilityLoss("none", np.nan, complex(np.nan))
-            if graze is None
-            else StabilityLoss(GRAZING, graze, complex(np.nan))
-        )
+        kind = "none" if graze is None else GRAZING
+        return StabilityLoss(kind, np.nan if graze is None else graze, complex(np.nan))
     k = int(np.abs(np.log(np.maximum(np.abs(multipliers), 1e-300))).argmin())
     critical = complex(multipliers[k])
     margin = 1.0 - abs(critical)
@@ -302,16 +297,13 @@ def periodic_orbit(
     >>> orbit.state.round(6).tolist(), orbit.multipliers.real.round(6).tolist(), orbit.stable
     ([0.6], [-0.5], True)
     """
-    flow = MechanismFlow(system) if isinstance(system, Mechanism) else system
-    if not isinstance(flow, Dynamics):
-        raise InputError(
-            f"{LABEL}: system is {system!r}; it must be a flow or map (Map, MechanismFlow) or a Mechanism."
-        )
-    flow = flow.copy()
+    flow = as_dynamics(LABEL, system, wanted="a flow or map (Map, MechanismFlow) or a Mechanism").copy()
     if not isinstance(autonomous, bool):
         raise InputError(f"{LABEL}: autonomous is {autonomous!r}; it must be True or False.")
     checks.count(LABEL, "iterations", iterations, 0)
-    starts = _states_of_segments(guess, flow)
+    starts = None
+    if isinstance(guess, (list, tuple, np.ndarray)) and len(guess) > 0 and np.ndim(guess[0]) == 1:
+        starts = np.array([_guessed(one, flow) for one in guess])
     start = _guessed(guess, flow) if starts is None else starts[0]
     segments = len(starts) if starts is not None and segments is None else segments
     if starts is not None and segments != len(starts):
@@ -340,13 +332,6 @@ def periodic_orbit(
     return orbit_of(shooting, result, gaps)
 
 
-def _states_of_segments(guess: Any, system: Dynamics) -> np.ndarray | None:
-    """Start states (segments, size) of a guess with one state for each segment; None for another guess."""
-    if isinstance(guess, (list, tuple, np.ndarray)) and len(guess) > 0 and np.ndim(guess[0]) == 1:
-        return np.array([_guessed(one, system) for one in guess])
-    return None
-
-
 def _guessed(guess: Any, system: Dynamics) -> np.ndarray:
     if guess is None:
         return system.state()
@@ -359,8 +344,7 @@ def tolerance_of(system: Dynamics, asked: float | None) -> float:
     """Tolerance as given, > 0, or the default for the steps of the system."""
     if asked is not None:
         return checks.positive(LABEL, "tolerance", asked)
-    rough = isinstance(system, MechanismFlow) and isinstance(system.step, Adaptive)
-    return TOLERANCE_OF_STEPS if rough else TOLERANCE
+    return TOLERANCE_OF_STEPS if system.is_rough else TOLERANCE
 
 
 def _search(
@@ -370,26 +354,16 @@ def _search(
     period = shooting.period
     if automatic:
         run = shooting.run(states, period)
-        segments = segments_needed(shooting, run)
+        growth = 1.0 if run is None or run.gaps.size == 0 else float(np.linalg.norm(run.monodromy, 2))
+        segments, times = max(int(np.ceil(np.log(max(growth, 1.0)) / np.log(AMPLIFIED))), 1), shooting.times
+        if not shooting.is_flow:
+            segments = next(k for k in range(1, times + 1) if times % k == 0 and k >= min(segments, times))
         if segments > 1:
-            shooting = shooting.copy(shooting.times, segments)
+            shooting = shooting.copy(times, segments)
     starts = states if len(states) == shooting.segments else shooting.spread(states[0], period)
     if starts is None:
         return NewtonResult(None, (), False, f"The motion from the guess fails: {shooting.status}"), shooting
     return correct(shooting, starts, period, np.nan, tolerance=tolerance, iterations=iterations), shooting
-
-
-def segments_needed(shooting: Shooting, run: ShootingRun | None) -> int:
-    """Number of segments in which differences grow by at most `AMPLIFIED`; `run` has one segment, None: it failed."""
-    if run is None or run.gaps.size == 0:
-        return 1
-    growth = float(np.linalg.norm(run.monodromy, 2))
-    segments = max(int(np.ceil(np.log(max(growth, 1.0)) / np.log(AMPLIFIED))), 1)
-    if shooting.is_flow:
-        return segments
-    return next(
-        k for k in range(1, shooting.times + 1) if shooting.times % k == 0 and k >= min(segments, shooting.times)
-    )
 
 
 def orbit_of(shooting: Shooting, result: NewtonResult, gaps: dict[str, tuple[int, float]]) -> PeriodicOrbit:

@@ -5,15 +5,15 @@ Equation (9.12) of docs/theory/exponents.md.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import copy
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from flexmb import checks
-from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics, orthonormalise
-from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
+from flexmb.dynamics.systems.dynamics import Dynamics, Period, orthonormalise
 from flexmb.errors import AssemblyError, InputError, ModelError, SolveError
 
 # State space of periodic orbits: differences of states, their lengths, and the entries that must return
@@ -37,23 +37,18 @@ class StateSpace:
     def __init__(self, label: str, system: Dynamics, angles: tuple[str, ...] = ()) -> None:
         self.weights, size = system.weights.copy(), system.size
         self.angle, self.free_rows = np.zeros(size, dtype=bool), np.zeros(size, dtype=bool)
-        self.history_rows = np.zeros(0, dtype=np.int64)
-        if isinstance(system, MechanismFlow):
-            n, n_z = system.program.n_q, system.program.tables.sizes.n_z
-            self.angle[:n] = np.asarray(system.program.tables.kind) == 1
-            self.history_rows = 2 * n + history_rows_of(system)
-            self.free_rows[2 * n : 2 * n + n_z] = True
-            self.free_rows[self.history_rows] = False
-            self.weights[self.history_rows] = 1.0
+        self.history_rows, free_rows = system.histories
+        self.angle[system.angles], self.free_rows[free_rows] = True, True
+        self.weights[self.history_rows] = 1.0
         for name in angles:
             if len(system.names) != size:
                 raise InputError(f"{label}: angles are named, but {system.name!r} has no names for its state.")
             self.angle[system.names.index(checks.one_of(label, "angle", name, system.names))] = True
 
     def difference(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-        """Difference one - other (size,) of two states, without whole turns of angles."""
+        """Differences one - other (size,) or (n, size) of states, without whole turns of angles."""
         d = one - other
-        d[self.angle] -= TURN * np.round(d[self.angle] / TURN)
+        d[..., self.angle] -= TURN * np.round(d[..., self.angle] / TURN)
         return np.asarray(d)
 
     def length(self, d: np.ndarray) -> float:
@@ -79,22 +74,12 @@ class StateSpace:
         return W
 
 
-def history_rows_of(system: MechanismFlow) -> np.ndarray:
-    """Indices of the histories of friction and of elements among all histories of a `system`."""
-    tables = system.program.tables
-    pairs = [*np.asarray(tables.elements.z), *np.asarray(tables.constraints.joint_friction_z)]
-    pairs += [row[2:4] for row in np.asarray(tables.contacts.z)]
-    return np.array(sorted({i for begin, end in pairs for i in range(int(begin), int(end))}), dtype=np.int64)
-
-
 # Multiple shooting: the motion over a period in segments, its gaps, and their derivatives by the start values
 
 TANGENTS = ("carried", "differences")
 
 SMALL, SMALL_OF_A_FLOW = 6e-6, 1e-5
 """Differences of states, over their size, for numerical derivatives of maps and of flows (errors of their steps)."""
-
-Period = float | Callable[[Mapping[str, Any]], float] | None
 
 
 @dataclass(frozen=True)
@@ -162,11 +147,11 @@ class Shooting:
         system: Dynamics,
         *,
         period: Period,
-        times: int,
-        autonomous: bool,
-        segments: int,
-        tangent: str,
-        angles: tuple[str, ...],
+        times: int = 1,
+        autonomous: bool = False,
+        segments: int = 1,
+        tangent: str = TANGENTS[0],
+        angles: tuple[str, ...] = (),
     ) -> None:
         self.label, self.system, self.autonomous, self.segments = label, system, autonomous, segments
         self.times, self.declared, self.angles = checks.count(label, "times", times), period, angles
@@ -186,26 +171,16 @@ class Shooting:
 
     def copy(self, times: int, segments: int) -> Shooting:
         """Shooting over other numbers of periods and segments, with a copy of the system."""
-        other = Shooting(
-            self.label,
-            self.system.copy(),
-            period=self.declared,
-            times=times,
-            autonomous=self.autonomous,
-            segments=segments,
-            tangent=self.tangent,
-            angles=self.angles,
-        )
-        other.parameter, other.scale, other.phase = self.parameter, self.scale, self.phase
+        other = copy.copy(self)
+        other.system, other.times, other.segments, other.status = self.system.copy(), times, segments, ""
+        other.base, other.space = other._base(), StateSpace(self.label, other.system, self.angles)
         return other
 
     def _base(self) -> float:
         """The single period, of which the orbit lasts `times`."""
         if not self.is_flow:
             return 1.0
-        period = self.declared
-        if period is None and isinstance(self.system, ContinuousFlow):
-            period = self.system.period
+        period = self.system.period if self.declared is None else self.declared
         if period is None:
             text = f"{self.label}: {self.system.name!r} has no periodic drive and no period= is given"
             raise InputError(f"{text}. Give the period of the drive, or autonomous=True with a guess of the period.")
@@ -412,17 +387,12 @@ FINER = 32
 SHARP = 0.3
 """Ratio of the rises beside a minimum in both refinements above which the minimum is an impact."""
 
-PENETRATION = "penetration"
-
 
 def gap_signals(system: Dynamics, asked: str | None, label: str) -> dict[str, tuple[int, float]]:
     """Number and sign of the signals that measure gaps (> 0: open), by name; None: signals of all contacts."""
     if asked is not None:
         return {asked: (system.names.index(checks.one_of(label, "grazing", asked, system.names)), 1.0)}
-    if not isinstance(system, MechanismFlow):
-        return {}
-    wanted = [f"{contact}.{PENETRATION}" for contact in system.program.names.contacts]
-    return {name: (system.names.index(name), -1.0) for name in wanted if name in system.names}
+    return {name: (system.names.index(name), sign) for name, sign in system.gaps.items()}
 
 
 def sampled(system: Dynamics, duration: float, count: int) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,16 +20,10 @@ CLOSE = 0.1
 """Height of the cubic's minimum, over the lower end of the step, below which the step is searched for two crossings."""
 
 
-@dataclass(frozen=True)
-class Bracket:
-    """Times between which a crossing lies, counted from a snapshot.
+class Bracket(NamedTuple):
+    """Times between which a crossing lies [s], counted from a snapshot with tangent vectors (size, k) or None.
 
-    Parameters
-    ----------
-    before : snapshot of the flow at the begin of the step.
-    tangents : tangent vectors (size, k) at the snapshot, or None.
-    near, value : time [s] before the crossing, and the height there.
-    far : time [s] after the crossing.
+    The height before the crossing, at the time `near`, is `value`.
     """
 
     before: Any

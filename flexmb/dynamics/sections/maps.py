@@ -3,71 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
 from flexmb import checks
 from flexmb.dynamics.sections.crossing import DOWN, UP, Bracket, Height, carry, locate, stride
-from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics
+from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics, OfFlow
 from flexmb.dynamics.systems.given import state_of
 from flexmb.errors import InputError
 
 # Base class of the sections of a flow
 
 
-class SectionOfFlow(Dynamics):
-    """A map of a flow, with the signals and parameters of the flow.
+class SectionOfFlow(OfFlow):
+    """A map of a flow, which stands at the last point, with the signals and parameters of the flow."""
 
-    Attributes
-    ----------
-    flow : the flow, which stands at the last point.
-    """
-
-    flow: ContinuousFlow
-
-    @property
-    def size(self) -> int:
-        return self.flow.size
+    def _observe(self, flow: Any) -> None:
+        """Take a flow in time, with its name and signals."""
+        if not isinstance(flow, ContinuousFlow):
+            text = f"{type(self).__name__}: flow is {type(flow).__name__}"
+            raise InputError(f"{text}; it must be a flow in time, as MechanismFlow(mechanism) or ODE.")
+        self.flow, self.name = flow, flow.name
+        self.names, self.units = flow.names, flow.units
 
     @property
-    def dimension(self) -> int:
-        return self.flow.dimension
+    def underlying(self) -> ContinuousFlow:
+        return self.flow
 
-    @property
-    def weights(self) -> np.ndarray:
-        return self.flow.weights
-
-    @property
-    def records(self) -> np.ndarray:
-        return self.flow.records
-
-    @property
-    def telling(self) -> tuple[int, ...]:
-        return self.flow.telling
-
-    @property
-    def resolution(self) -> np.ndarray | None:
-        return self.flow.resolution
-
-    @property
-    def parameters(self) -> Mapping[str, Any]:
-        return self.flow.parameters
-
-    def state(self) -> np.ndarray:
-        return self.flow.state()
-
-    def observe(self) -> np.ndarray:
-        return self.flow.observe()
-
-    @property
-    def fineness(self) -> str:
-        return self.flow.fineness
-
-    def finer(self) -> Self:
-        other = self.copy()
-        other.flow = self.flow.finer()
-        return other
+    def remarks(self, since: float) -> list[str]:
+        return self.flow.remarks(since)
 
     def another_start(self, distance: float, seed: int) -> np.ndarray:
         start = self.state()
@@ -101,20 +66,13 @@ class StroboscopicMap(SectionOfFlow):
     """
 
     unit = "periods"
+    period: float
 
     def __init__(self, flow: ContinuousFlow, period: float | None = None) -> None:
-        if not isinstance(flow, ContinuousFlow):
-            text = f"StroboscopicMap: flow is {type(flow).__name__}"
-            raise InputError(f"{text}; it must be a flow in time, as MechanismFlow(mechanism) or ODE.")
-        self.flow, self.name = flow, flow.name
+        self._observe(flow)
         self.declared = None if period is None else checks.positive(self._label, "period", period, "s")
-        self.names, self.units = flow.names, flow.units
         self.origin, self.period = flow.time, self._derived()
         self.ok, self.status = flow.ok, flow.status
-
-    @property
-    def _label(self) -> str:
-        return f"StroboscopicMap of {self.name!r}"
 
     @property
     def time(self) -> float:
@@ -143,11 +101,6 @@ class StroboscopicMap(SectionOfFlow):
     def on_manifold(self, tangents: np.ndarray) -> np.ndarray:
         return self.flow.on_manifold(tangents)
 
-    def copy(self) -> Self:
-        other = type(self)(self.flow.copy(), self.declared)
-        other.origin, other.ok, other.status = self.origin, self.ok, self.status
-        return other
-
     def _derived(self) -> float:
         if self.declared is not None:
             return self.declared
@@ -155,6 +108,15 @@ class StroboscopicMap(SectionOfFlow):
             advice = "Give period= (in seconds), or take a section by a signal: SectionMap(flow, signal)."
             raise InputError(f"{self._label}: {self.flow.no_period()}. {advice}")
         return self.flow.period
+
+
+def strobe_of(caller: str, system: Dynamics, period: float | None) -> Dynamics:
+    """Stroboscopic map of a flow, by default with the flow's own period [s]; a map is returned as it is."""
+    if system.underlying is system:
+        return StroboscopicMap(system.underlying, period)
+    if period is not None:
+        raise InputError(f"{caller} {system.name!r}: period= belongs to a flow; this is a map. Leave it out.")
+    return system
 
 
 # Poincare map of a flow: from one crossing of a level to the next
@@ -208,21 +170,13 @@ class SectionMap(SectionOfFlow):
         direction: str = "up",
         limit: float | None = None,
     ) -> None:
-        if not isinstance(flow, ContinuousFlow):
-            text = f"SectionMap: flow is {type(flow).__name__}"
-            raise InputError(f"{text}; it must be a flow in time, as MechanismFlow(mechanism) or ODE.")
-        self.flow, self.name = flow, flow.name
-        self.names, self.units = flow.names, flow.units
+        self._observe(flow)
         self.signal = signal
         self.direction = checks.one_of(self._label, "direction", direction, DIRECTIONS)
         self.level = checks.number(self._label, "level", level)
         self.declared = None if limit is None else checks.positive(self._label, "limit", limit, "s")
         self._count = 0
         self._take_over()
-
-    @property
-    def _label(self) -> str:
-        return f"SectionMap of {self.name!r}"
 
     @property
     def time(self) -> float:
@@ -283,14 +237,6 @@ class SectionMap(SectionOfFlow):
         later = np.outer(self.flow.velocity(), T[n]) if self.flow.driven else 0.0
         T[:n] = self.flow.on_manifold(T[:n] - later) + later
         return T
-
-    def copy(self) -> Self:
-        other = type(self)(
-            self.flow.copy(), self.signal, level=self.level, direction=self.direction, limit=self.declared
-        )
-        other._count, other._side, other._time_weight = self._count, self._side, self._time_weight
-        other.limit, other.ok, other.status = self.limit, self.ok, self.status
-        return other
 
     def _height(self) -> float:
         return float(self.flow.observe()[self._signal]) - self.level

@@ -11,16 +11,16 @@ import numpy as np
 from flexmb import arguments, checks
 from flexmb.dynamics.jobs.executors import tell_stopped
 from flexmb.dynamics.jobs.progress import ProgressBar
-from flexmb.dynamics.sections.maps import SectionMap, StroboscopicMap
-from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics
-from flexmb.dynamics.systems.mechanism_flow import clock, dynamics_of, strobe_of
+from flexmb.dynamics.sections.maps import SectionMap, strobe_of
+from flexmb.dynamics.systems.dynamics import Dynamics, as_dynamics
 from flexmb.dynamics.verdict import Verdict, judge
-from flexmb.engine.newmark.method import Newmark
 from flexmb.errors import InputError
-from flexmb.run.simulate import Step
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from flexmb.engine.newmark.method import Newmark
+    from flexmb.run.simulate import Step
 
 # Signals of section points: names, units and resolution, and the verdict that rests on them
 
@@ -58,15 +58,16 @@ class SectionSignals:
     ) -> Verdict:
         """Verdict on points (n, m) of all signals, by the given signals or, without any, by the signals `telling`.
 
-        The largest exponent and its error are None where they are unknown.
+        The largest exponent and its error are None or not finite where they are unknown.
         """
+        value, band = (x if x is not None and np.isfinite(x) else None for x in (exponent, error))
         known = [checks.one_of(f"verdict on {self.name!r}", "signal", name, self.names) for name in signals]
         columns = [self.names.index(name) for name in known] or list(self.telling)
         precision: dict[str, Any] = {"units": [self.units[k] for k in columns]}
         if self.resolution is not None:
             precision |= {"floor": 1.0, "sizes": self.resolution[columns]}
         names = [self.names[k] for k in columns]
-        return judge(points[:, columns], names, exponent=exponent, error=error, **precision)
+        return judge(points[:, columns], names, exponent=value, error=band, **precision)
 
 
 # Points of sections as labelled tables: once a period, or at every crossing of a level
@@ -114,10 +115,9 @@ def stroboscopic(
     >>> points.x0.values.round(4)
     array([0.7995, 0.513 , 0.7995, 0.513 ])
     """
-    flow = dynamics_of("stroboscopic", system, period=period, step=step, method=method)
+    flow = as_dynamics("stroboscopic", system, period=period, step=step, method=method)
     strobe = strobe_of("stroboscopic", flow, period)
-    length = strobe.period if isinstance(strobe, StroboscopicMap) else np.nan
-    return _collected(strobe, "stroboscopic", "period", skip, keep, progress, {"period": float(length)})
+    return _collected(strobe, {"kind": "stroboscopic", "period": _length(strobe)}, skip, keep, progress)
 
 
 def section(
@@ -168,24 +168,25 @@ def section(
     >>> points.time.values.round(6)
     array([3.141593, 9.424778])
     """
-    flow = dynamics_of("section", system, period=period, step=step, method=method)
-    if not isinstance(flow, ContinuousFlow):
+    flow = as_dynamics("section", system, period=period, step=step, method=method)
+    if flow.underlying is not flow:
         raise InputError(f"section {flow.name!r}: a map has no crossings. Use stroboscopic(...).")
-    crossings = SectionMap(flow, signal, level=level, direction=direction, limit=limit)
-    length = np.nan if flow.period is None else flow.period
-    attrs = {"period": float(length), "signal": signal, "level": crossings.level, "direction": direction}
-    return _collected(crossings, "section", "crossing", skip, keep, progress, attrs)
+    crossings = SectionMap(flow.underlying, signal, level=level, direction=direction, limit=limit)
+    about = {"kind": "section", "period": _length(flow), "signal": signal, "level": crossings.level}
+    return _collected(crossings, {**about, "direction": direction}, skip, keep, progress)
 
 
-def _collected(
-    system: Dynamics, kind: str, dimension: str, skip: int, keep: int, progress: bool, attrs: dict[str, Any]
-) -> xr.Dataset:
+def _length(system: Dynamics) -> float:
+    return np.nan if system.period is None else float(system.period)
+
+
+def _collected(system: Dynamics, about: dict[str, Any], skip: int, keep: int, progress: bool) -> xr.Dataset:
     """Table of `keep` points after `skip` points; the present state is the first stroboscopic point if skip is 0."""
     import xarray as xr
 
-    label = f"{kind} {system.name!r}"
+    strobe, label = about["kind"] == "stroboscopic", f"{about['kind']} {system.name!r}"
+    dimension = "period" if strobe else "crossing"
     skip, keep = checks.count(label, "skip", skip, 0), checks.count(label, "keep", keep)
-    strobe = dimension == "period"
     progress_bar = ProgressBar(system.name, float(skip + keep), shown=progress, of=f"{dimension}s")
     times, values = [], []
     for k in range(skip + keep):
@@ -193,15 +194,15 @@ def _collected(
             break
         progress_bar.update(1)
         if k >= skip:
-            times.append(clock(system))
+            times.append(system.clock)
             values.append(system.observe())
     progress_bar.close()
     rows = np.array(values).reshape(len(times), len(system.names))
-    units = "s" if isinstance(system, (StroboscopicMap, SectionMap)) else ""
+    units = "" if system.underlying is None else "s"
     status = system.status if len(times) < keep else f"{keep} {dimension}s, after {skip} that were skipped."
     if len(times) < keep:
         tell_stopped(label, status)
-    about = {"name": system.name, "kind": kind, **attrs, "skip": skip, "ok": int(len(times) == keep), "status": status}
+    about = {"name": system.name, **about, "skip": skip, "ok": int(len(times) == keep), "status": status}
     data = {
         n: (dimension, rows[:, k], {"units": u})
         for k, (n, u) in enumerate(zip(system.names, system.units, strict=True))

@@ -103,12 +103,8 @@ def correlation_dimension(
         return _none(f"The record holds {periods:.1f} mean periods; at least {PERIODS} are needed.")
     embedded = embedding(x, delay=delay, dimension=dimension)
     dimensions = tuple(range(embedded.dimension, embedded.dimension + 3))
-    window = (dimensions[-1] - 1) * embedded.delay
-    w = (
-        max(int(np.ceil(embedded.mean_period)), window)
-        if theiler is None
-        else checks.count(owner, "theiler", theiler, 0)
-    )
+    window = max(int(np.ceil(embedded.mean_period)), (dimensions[-1] - 1) * embedded.delay)
+    w = checks.count(owner, "theiler", window if theiler is None else theiler, 0)
     x = standardised(x)
     radius = np.exp(np.arange(-9.0, 1.5, 1.0 / PER_E))
     sums, slopes = [], []
@@ -126,10 +122,8 @@ def correlation_dimension(
 
 
 def _none(why: str) -> CorrelationDimension:
-    nothing = np.empty(0)
-    return CorrelationDimension(
-        np.nan, np.nan, False, why, (), (), (np.nan, np.nan), nothing, nothing.reshape(0, 0), None
-    )
+    none = np.nan
+    return CorrelationDimension(none, none, False, why, (), (), (none, none), np.empty(0), np.empty((0, 0)), None)
 
 
 def _sum(points: np.ndarray, theiler: int, radius: np.ndarray) -> tuple[np.ndarray, float]:
@@ -299,10 +293,7 @@ def _counted(embedded: Embedding | None, states: np.ndarray, threshold: float, w
     n = len(states)
     length = np.arange(n + 1)
     total, pairs = int(diagonals @ length), max((n - w) * (n - w - 1) // 2, 1)
-    long_diagonals, long_verticals = (
-        np.where(length >= shortest, diagonals, 0),
-        np.where(length >= shortest, verticals, 0),
-    )
+    long_diagonals, long_verticals = (np.where(length >= shortest, lines, 0) for lines in (diagonals, verticals))
     fractions = long_diagonals[long_diagonals > 0] / max(long_diagonals.sum(), 1)
     text = f"{total} recurrences among {pairs} pairs nearer than {threshold:.3g} standard deviations."
     if embedded is None:

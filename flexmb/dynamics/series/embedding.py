@@ -186,27 +186,14 @@ def mutual_information(signal: Any, longest: int | None = None) -> np.ndarray:
     bins = int(np.clip(np.sqrt(len(x) / 5.0), 4, 32))
     edges = np.quantile(x, np.linspace(0.0, 1.0, bins + 1)[1:-1])
     cell = np.searchsorted(edges, x, side="right")
-    return np.array([_information(cell[: len(x) - lag], cell[lag:], bins) for lag in range(longest + 1)])
-
-
-def _information(a: np.ndarray, b: np.ndarray, bins: int) -> float:
-    """Sum of p_ab ln(p_ab / (p_a p_b)) over two sequences of cells [nat]."""
-    joint = np.bincount(a * bins + b, minlength=bins * bins).reshape(bins, bins) / len(a)
-    independent = joint.sum(axis=1)[:, None] * joint.sum(axis=0)
-    nonzero = joint > 0.0
-    return float(np.sum(joint[nonzero] * np.log(joint[nonzero] / independent[nonzero])))
-
-
-def first_minimum(information: np.ndarray, least: int = 1) -> int | None:
-    """Lag >= `least` of the first minimum, below the values at the two lags on either side; None without a minimum.
-
-    The mutual information belongs to lags 0, 1, ...
-    """
-    for lag in range(least, len(information) - 1):
-        neighbours = information[max(lag - 2, 0) : lag + 3]
-        if information[lag] <= neighbours.min() and information[lag] < information[lag - 1]:
-            return lag
-    return None
+    found = np.zeros(longest + 1)
+    for lag in range(longest + 1):  # sum of p_ab ln(p_ab / (p_a p_b)) over the cells
+        a, b = cell[: len(x) - lag], cell[lag:]
+        joint = np.bincount(a * bins + b, minlength=bins * bins).reshape(bins, bins) / len(a)
+        independent = joint.sum(axis=1)[:, None] * joint.sum(axis=0)
+        nonzero = joint > 0.0
+        found[lag] = np.sum(joint[nonzero] * np.log(joint[nonzero] / independent[nonzero]))
+    return found
 
 
 def false_neighbours(signal: Any, delay: int, *, largest: int = 8, theiler: int | None = None) -> np.ndarray:
@@ -238,11 +225,9 @@ def false_neighbours(signal: Any, delay: int, *, largest: int = 8, theiler: int 
     if is_constant(x):
         raise InputError(f"{owner}: the signal is constant; it has no neighbours.")
     x = standardised(x)
-    w = (
-        int(min(np.ceil(mean_period(x)), len(x) // 10))
-        if theiler is None
-        else checks.count(owner, "theiler", theiler, 0)
-    )
+    if theiler is None:
+        theiler = int(min(np.ceil(mean_period(x)), len(x) // 10))
+    w = checks.count(owner, "theiler", theiler, 0)
     return np.array([_false_share(x, tau, m, w) for m in range(1, largest + 1)])
 
 
@@ -306,10 +291,12 @@ def embedding(signal: Any, *, delay: int | None = None, dimension: int | None = 
 
 
 def _delay(information: np.ndarray, period: float) -> int:
+    """Lag of the first minimum, below the values at the two lags on either side; else of the fall to 1/e."""
     if period < 8.0:
         return 1
-    lag = first_minimum(information, max(1, round(period / 10.0)))
-    if lag is None:
-        below = np.flatnonzero(information < information[0] / np.e)
-        lag = int(below[0]) if len(below) else int(period / 4.0)
-    return max(1, min(lag, round(period / 4.0)))
+    quarter = max(1, round(period / 4.0))
+    for lag in range(max(1, round(period / 10.0)), len(information) - 1):
+        if information[lag] <= information[max(lag - 2, 0) : lag + 3].min() and information[lag] < information[lag - 1]:
+            return min(lag, quarter)
+    below = np.flatnonzero(information < information[0] / np.e)
+    return max(1, min(int(below[0]) if len(below) else int(period / 4.0), quarter))

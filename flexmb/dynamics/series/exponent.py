@@ -76,14 +76,9 @@ class SeriesExponent(arguments.Checked):
 
 @dataclass(frozen=True)
 class Slope:
-    """Slope in one embedding dimension.
+    """Slope and its error in one embedding dimension [1/sample], or the reason for no value.
 
-    Parameters
-    ----------
-    value, error : slope and error [1/sample].
-    why_not : reason for no value; "" with a value.
-    region : begin and end of the straight part [samples].
-    steps, curve : divergence curve: times (k,) [samples] and mean logarithms of distances (k,).
+    Begin and end of the straight part, and the divergence curve: times (k,) [samples], mean logarithms of distances.
     """
 
     value: float
@@ -105,7 +100,11 @@ FLOW = 8.0
 
 
 def estimate(
-    method: str, slope: Callable[..., Slope], signal: Any, interval: Any, options: dict[str, int | None]
+    method: str,
+    slope: Callable[..., Slope],
+    signal: Any,
+    interval: Any,
+    options: tuple[int | None, int | None, int | None],
 ) -> SeriesExponent:
     """The exponent from the slopes in two embedding dimensions: the common part of all methods.
 
@@ -114,50 +113,52 @@ def estimate(
     """
     x = samples(method, signal, LEAST)
     step, unit = spacing(method, interval, len(x))
+    found = _Found(method, unit, step)
     if is_constant(x):
-        return _none(method, unit, None, 0, "The signal is constant: no neighbours part.")
+        return found.none("The signal is constant: no neighbours part.")
     periods = len(x) / mean_period(x)
     if periods < PERIODS:
-        text = f"The record holds {periods:.1f} mean periods; at least {PERIODS} are needed."
-        return _none(method, unit, None, 0, text)
-    embedded = embedding(x, delay=options["delay"], dimension=options["dimension"])
-    theiler = options["theiler"]
+        return found.none(f"The record holds {periods:.1f} mean periods; at least {PERIODS} are needed.")
+    delay, dimension, theiler = options
+    embedded = embedding(x, delay=delay, dimension=dimension)
     w = max(int(np.ceil(embedded.mean_period)), embedded.window) if theiler is None else theiler
     w = checks.count(method, "theiler", w, 0)
-    x, slopes = standardised(x), []
+    x, slopes, found = standardised(x), [], replace(found, embedded=embedded, theiler=w)
     for m in (embedded.dimension, embedded.dimension + 1):
         slopes.append(slope(embed(x, embedded.delay, m), (m - 1) * embedded.delay, w, embedded.mean_period))
         if slopes[-1].why_not:
-            return _none(method, unit, embedded, w, slopes[-1].why_not, slopes[-1], step)
-    return _agreed(method, unit, embedded, w, slopes, step)
-
-
-def _agreed(method: str, unit: str, embedded: Embedding, w: int, slopes: list[Slope], step: float) -> SeriesExponent:
-    """The record of two slopes, with a value if the exponent exceeds its error."""
+            return found.none(slopes[-1].why_not, slopes[-1])
     a, b = slopes
     contributions = (2.0 * max(a.error, b.error), a.value - b.value, FINITE * a.value)
     value, error = a.value / step, float(np.linalg.norm(contributions)) / step
     if value <= error:
-        text = f"The growth of {value:.3g} {unit} does not exceed its error of {error:.2g} {unit}."
-        return _none(method, unit, embedded, w, text, a, step)
+        return found.none(f"The growth of {value:.3g} {unit} does not exceed its error of {error:.2g} {unit}.", a)
     text = f"{value:.4g} +- {error:.2g} {unit}, seen in {embedded.dimension} and {embedded.dimension + 1} dimensions"
     text += "." if embedded.ok else f"; the embedding is doubtful: {embedded.status}"
-    region = (a.region[0] * step, a.region[1] * step)
-    curve = _scaled(method, a, step)
-    return SeriesExponent(value, error, unit, True, text, method, embedded, w, region, a.steps * step, curve)
+    return found.record(a, value, error, text, (a.region[0] * step, a.region[1] * step))
 
 
-def _none(
-    method: str, unit: str, embedded: Embedding | None, w: int, why: str, slope: Slope | None = None, step: float = 1.0
-) -> SeriesExponent:
-    recorded = Slope(np.nan, np.nan, why) if slope is None else slope
-    times, curve = recorded.steps * step, _scaled(method, recorded, step)
-    return SeriesExponent(np.nan, np.nan, unit, False, why, method, embedded, w, (np.nan, np.nan), times, curve)
+@dataclass(frozen=True)
+class _Found:
+    """Entries of a record besides the slope: method, unit, sampling interval, embedding, window."""
 
+    method: str
+    unit: str
+    step: float
+    embedded: Embedding | None = None
+    theiler: int = 0
 
-def _scaled(method: str, slope: Slope, step: float) -> np.ndarray:
-    """The curve; for "wolf" the running estimate in the unit of the exponent."""
-    return slope.curve / step if method == "wolf" else slope.curve
+    def record(
+        self, slope: Slope, value: float, error: float, status: str, region: tuple[float, float]
+    ) -> SeriesExponent:
+        """The record; for "wolf" the curve is the running estimate in the unit of the exponent."""
+        curve, time = slope.curve / self.step if self.method == "wolf" else slope.curve, slope.steps * self.step
+        about = (self.method, self.embedded, self.theiler)
+        return SeriesExponent(value, error, self.unit, bool(np.isfinite(value)), status, *about, region, time, curve)
+
+    def none(self, why: str, slope: Slope | None = None) -> SeriesExponent:
+        """The record without a value, for a reason."""
+        return self.record(slope or Slope(np.nan, np.nan, why), np.nan, np.nan, why, (np.nan, np.nan))
 
 
 def block_means(logs: np.ndarray) -> np.ndarray:
@@ -214,10 +215,8 @@ def _slope_and_error(steps: np.ndarray, blocks: np.ndarray, begin: int, end: int
     """Slope of the mean of curves (blocks, k) over steps[begin:end], and error of the slope."""
     mean, inside, middle = blocks.mean(axis=0), slice(begin, end), (begin + end) // 2
     block_slopes = np.array([_slope(steps[inside], block[inside]) for block in blocks])
-    first, second = (
-        _slope(steps[begin : middle + 1], mean[begin : middle + 1]),
-        _slope(steps[middle - 1 : end], mean[middle - 1 : end]),
-    )
+    first = _slope(steps[begin : middle + 1], mean[begin : middle + 1])
+    second = _slope(steps[middle - 1 : end], mean[middle - 1 : end])
     error = np.hypot(block_slopes.std(ddof=1) / np.sqrt(len(block_slopes)), 0.5 * (second - first))
     return _slope(steps[inside], mean[inside]), float(error)
 
@@ -264,8 +263,7 @@ def kantz(
     -----
     Source: H. Kantz, Phys. Lett. A 185 (1994) 77.  Cost: 3 s for 1e4 samples.
     """
-    options = {"delay": delay, "dimension": dimension, "theiler": theiler}
-    return estimate("kantz", _kantz_slope, signal, interval, options)
+    return estimate("kantz", _kantz_slope, signal, interval, (delay, dimension, theiler))
 
 
 def _kantz_slope(points: np.ndarray, window: int, theiler: int, period: float) -> Slope:
@@ -369,8 +367,8 @@ def rosenstein(
     >>> abs(fm.chaos.rosenstein(x).value - 0.6931) < 0.03
     True
     """
-    options = {"delay": delay, "dimension": dimension, "theiler": theiler}
-    return estimate("rosenstein", partial(straight_part, _rosenstein_curves), signal, interval, options)
+    slope = partial(straight_part, _rosenstein_curves)
+    return estimate("rosenstein", slope, signal, interval, (delay, dimension, theiler))
 
 
 def _rosenstein_curves(points: np.ndarray, theiler: int, steps: np.ndarray, shift: int) -> np.ndarray:
@@ -435,7 +433,6 @@ def wolf(
     Source: A. Wolf, J. B. Swift, H. L. Swinney and J. A. Vastano, Physica D 16 (1985) 285, the fixed evolution time.
     Cost: 0.5 s for 1e4 samples.
     """
-    options = {"delay": delay, "dimension": dimension, "theiler": theiler}
     steps_given = None if evolve is None else checks.count("wolf", "evolve", evolve)
 
     def slope(points: np.ndarray, window: int, theiler: int, period: float) -> Slope:
@@ -445,7 +442,7 @@ def wolf(
             return _lasting(single, _wolf_slope(points, theiler, steps // 2), single)
         return _lasting(single, single, double)
 
-    return estimate("wolf", slope, signal, interval, options)
+    return estimate("wolf", slope, signal, interval, (delay, dimension, theiler))
 
 
 def _lasting(chosen: Slope, short: Slope, long: Slope) -> Slope:

@@ -32,7 +32,10 @@ def samples(owner: str, signal: Any, least: int) -> np.ndarray:
         raise InputError(f"{owner}: {where}, {len(bad)} of {len(x)} are not finite. Cut them off before.")
     if len(x) < least:
         raise InputError(f"{owner}: the signal has {len(x)} samples; at least {least} are needed.")
-    refuse_extremes(f"{owner}: the signal", x)
+    largest = float(np.abs(x).max(initial=0.0))
+    if largest > LARGEST or 0.0 < largest < 1.0 / LARGEST:
+        text = f"{owner}: the signal has a magnitude of {largest:.3g}, whose square is no number"
+        raise InputError(f"{text}. Give another unit.")
     return x
 
 
@@ -42,13 +45,6 @@ def real_numbers(value: Any) -> np.ndarray | None:
         return None if np.iscomplexobj(value) else np.array(value, dtype=np.float64)
     except (TypeError, ValueError):
         return None
-
-
-def refuse_extremes(what: str, x: np.ndarray) -> None:
-    """Refuse numbers (n,) whose squares overflow or underflow."""
-    largest = float(np.abs(x).max(initial=0.0))
-    if largest > LARGEST or 0.0 < largest < 1.0 / LARGEST:
-        raise InputError(f"{what} has a magnitude of {largest:.3g}, whose square is no number. Give another unit.")
 
 
 def spacing(owner: str, interval: Any, count: int) -> tuple[float, str]:
@@ -170,6 +166,7 @@ def power_spectrum(signal: Any, interval: Any = None) -> PowerSpectrum:
     >>> found.kind, round(float(found.peaks[0]), 2), round(float(found.power[0]), 2)  # 2^2 / 2
     ('lines', 5.0, 2.0)
     """
+    from scipy.ndimage import maximum_filter, median_filter
     from scipy.signal import periodogram
 
     x = samples("power_spectrum", signal, 64)
@@ -179,8 +176,9 @@ def power_spectrum(signal: Any, interval: Any = None) -> PowerSpectrum:
     if is_constant(x):
         empty = np.empty(0)
         return PowerSpectrum(f, np.zeros_like(f), np.zeros_like(f), empty, empty, 0.0, "constant", unit)
-    floor = _floor(density)
-    peaks = _lines(density, floor)
+    floor = np.asarray(median_filter(density, size=min(AROUND, len(density)), mode="mirror"))
+    highest = density == maximum_filter(density, size=2 * LOBE + 1, mode="mirror")
+    peaks = np.flatnonzero(highest & (density > ABOVE_FLOOR * floor) & (density > 1e-20 * density.max()))
     in_line = np.zeros(len(f), dtype=bool)
     for k in peaks:
         in_line[max(k - LOBE, 0) : k + LOBE + 1] = True
@@ -189,18 +187,3 @@ def power_spectrum(signal: Any, interval: Any = None) -> PowerSpectrum:
     order = np.argsort(-power, kind="stable")
     kind = "lines" if line_share >= LINES else "broad" if line_share < BROAD else "mixed"
     return PowerSpectrum(f, density, floor, f[peaks][order], power[order], line_share, kind, unit)
-
-
-def _floor(density: np.ndarray) -> np.ndarray:
-    """Running median of a density (k,)."""
-    from scipy.ndimage import median_filter
-
-    return np.asarray(median_filter(density, size=min(AROUND, len(density)), mode="mirror"))
-
-
-def _lines(density: np.ndarray, floor: np.ndarray) -> np.ndarray:
-    """Indices of the local maxima within a main lobe that exceed the floor and round-off."""
-    from scipy.ndimage import maximum_filter
-
-    highest = density == maximum_filter(density, size=2 * LOBE + 1, mode="mirror")
-    return np.flatnonzero(highest & (density > ABOVE_FLOOR * floor) & (density > 1e-20 * density.max()))

@@ -87,19 +87,15 @@ def zero_one_test(signal: Any, *, thin: int | None = None, count: int = 100, see
         return ZeroOne(0.0, 0.0, "regular", True, text, 1, angles, np.zeros(count))
     step = max(1, round(mean_period(x) / 4.0)) if thin is None else checks.count("zero_one_test", "thin", thin)
     phi = standardised(x)[::step]
+    record = f"{len(x)} samples" if step == 1 else f"{len(phi)} samples, one in {step} of {len(x)}"
     if len(phi) < ENOUGH:
-        text = f"{_record_text(phi, x, step)}; at least {ENOUGH * step} are needed."
+        text = f"{record}; at least {ENOUGH * step} are needed."
         return ZeroOne(np.nan, np.nan, "undecided", False, text, step, angles, np.full(count, np.nan))
-    return _result(phi, angles, step, _record_text(phi, x, step))
-
-
-def _result(phi: np.ndarray, angles: np.ndarray, step: int, record: str) -> ZeroOne:
     correlations = growth_correlations(phi, angles)
     value = float(np.median(correlations))
     spread = 0.5 * float(np.subtract(*np.quantile(correlations, [0.75, 0.25])))
     kind = kind_of(value)
-    text = f"K = {value:.3f} of {record}: {kind}."
-    return ZeroOne(value, spread, kind, True, text, step, angles, correlations)
+    return ZeroOne(value, spread, kind, True, f"K = {value:.3f} of {record}: {kind}.", step, angles, correlations)
 
 
 def kind_of(value: float) -> str:
@@ -112,7 +108,13 @@ def kind_of(value: float) -> str:
 def growth_correlations(phi: np.ndarray, angles: np.ndarray, ratio: int = 10) -> np.ndarray:
     """K_c (k,) of a signal (n,) for angles c (k,) [rad/sample], from lags up to n / `ratio`."""
     lags = np.arange(1, len(phi) // ratio + 1)
-    return np.array([_correlation(lags, _displacement(phi, c, lags)) for c in angles])
+    found, n = np.zeros(len(angles)), lags - lags.mean()
+    for k, c in enumerate(angles):
+        growth = _displacement(phi, c, lags)
+        growth = growth - growth.mean()
+        scale = np.sqrt((n @ n) * (growth @ growth))
+        found[k] = n @ growth / scale if scale > 0.0 else 0.0
+    return found
 
 
 def _displacement(phi: np.ndarray, c: float, lags: np.ndarray) -> np.ndarray:
@@ -126,14 +128,3 @@ def _displacement(phi: np.ndarray, c: float, lags: np.ndarray) -> np.ndarray:
     cross = fftconvolve(walk, np.conj(walk[:count][::-1]), mode="valid").real[lags]
     mean_square = (end_squares + square[count] - 2.0 * cross) / count
     return np.asarray(mean_square - phi.mean() ** 2 * (1.0 - np.cos(lags * c)) / (1.0 - np.cos(c)))
-
-
-def _correlation(a: np.ndarray, b: np.ndarray) -> float:
-    a, b = a - a.mean(), b - b.mean()
-    scale = np.sqrt((a @ a) * (b @ b))
-    return float(a @ b / scale) if scale > 0.0 else 0.0
-
-
-def _record_text(thinned: np.ndarray, x: np.ndarray, step: int) -> str:
-    """Number of samples, in words."""
-    return f"{len(x)} samples" if step == 1 else f"{len(thinned)} samples, one in {step} of {len(x)}"

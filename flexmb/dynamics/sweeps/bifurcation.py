@@ -5,60 +5,41 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from flexmb import checks
 from flexmb.arguments import checked, require_arguments
-from flexmb.dynamics.exponents.exponents import FEWEST, Exponents
+from flexmb.dynamics.exponents.exponents import FEWEST
 from flexmb.dynamics.exponents.lyapunov import lyapunov
-from flexmb.dynamics.jobs.executors import (
-    PENDING,
-    Attempt,
-    Chain,
-    Job,
-    Outcome,
-    drive,
-    require_executor,
-    require_picklable,
-    stopped_runs,
-)
+from flexmb.dynamics.jobs.executors import PENDING, Attempt, Chain, Job, Outcome, require_executor, stopped_runs
 from flexmb.dynamics.jobs.progress import ProgressBar
 from flexmb.dynamics.sections.points import SectionSignals
-from flexmb.dynamics.sweeps.parameter_sweep import POINTS, STATE, dataset_of
-from flexmb.dynamics.sweeps.store import STATUS, Column, Record, label_of, opened, shown_values, texts_of
-from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics
-from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
+from flexmb.dynamics.sweeps.parameter_sweep import POINTS, STATE, Work, settings_of
+from flexmb.dynamics.sweeps.store import STATUS, Column, Record, label_of, shown_values
+from flexmb.dynamics.systems.dynamics import Dynamics, as_dynamics, is_mechanism
 from flexmb.engine.compiled.digest import digest
-from flexmb.engine.newmark.method import Newmark
 from flexmb.errors import AssemblyError, FlexmbError, InputError, SolveError
 from flexmb.fields import unit_of
-from flexmb.model.mechanism import Mechanism
-from flexmb.program.compiler import common_period
-from flexmb.run.simulate import Step
 from flexmb.version import installed_version
 
 if TYPE_CHECKING:
     import xarray as xr
 
-# Families of systems over a parameter, and the section points of one member
+    from flexmb.engine.newmark.method import Newmark
+    from flexmb.model.mechanism import Mechanism
+    from flexmb.run.simulate import Step
 
-Make = Callable[..., Mechanism | Dynamics] | Mechanism | Dynamics
+    Make = Callable[..., Mechanism | Dynamics] | Mechanism | Dynamics
+
+# Families of systems over a parameter, and the section points of one member
 
 
 @dataclass(frozen=True)
 class Family:
-    """Systems over the values of a parameter; a family can be sent to other processes.
-
-    Parameters
-    ----------
-    make : a function that returns a mechanism or a system; a mechanism; or a system.
-    parameter : keyword of the function, "part.field" of the mechanism, or parameter of the system.
-    fixed : fixed values of other parameters.
-    step, method : for mechanisms only, see `MechanismFlow`.
-    period : time between two section points [s], or a function period(value); None: the period of the drives.
-    """
+    """Systems over the values of a parameter, by arguments of `bifurcation`; it can be sent to other processes."""
 
     make: Make
     parameter: str
@@ -79,13 +60,13 @@ class Family:
             system = self.make.copy()
             system.reset(parameters=parameters)
             return self._as_it_is(system)
-        built = self.make.with_(parameters) if isinstance(self.make, Mechanism) else self.make(**parameters)
+        built = self.make(**parameters) if callable(self.make) else self.make.with_(parameters)
         if isinstance(built, Dynamics):
             return self._as_it_is(built)
-        if not isinstance(built, Mechanism):
+        if not is_mechanism(built):
             text = f"{self.label}: the function returned {type(built).__name__}"
             raise InputError(f"{text}; it must return a Mechanism or a system such as Map.")
-        return MechanismFlow(built, step=self.step, method=self.method, period=self._declared(value))
+        return as_dynamics(self.label, built, step=self.step, method=self.method, period=self._declared(value))
 
     def _as_it_is(self, system: Dynamics) -> Dynamics:
         """A system, after refusal of arguments that would have no influence on it."""
@@ -103,12 +84,7 @@ class Family:
         declared = self._declared(value)
         if declared is not None:
             return declared
-        if isinstance(flow, MechanismFlow) and flow.period is None:
-            common_period(flow.program)  # its message names the drives without a common period
-        if not isinstance(flow, ContinuousFlow) or flow.period is None:
-            text = f"{self.label}: {flow.name!r} has no period"
-            raise InputError(f"{text}. Give period= [s], a number or a function of the value.")
-        return float(flow.period)
+        return flow.required_period(self.label)
 
     def _declared(self, value: float) -> float | None:
         period = self.period(value) if callable(self.period) else self.period
@@ -117,15 +93,9 @@ class Family:
 
 @dataclass(frozen=True)
 class SectionSettings:
-    """Section points and exponent to be computed for each value.
+    """Section points and exponent to be computed for each value, by arguments of `bifurcation`.
 
-    Parameters
-    ----------
-    skip : number of periods before the first point.
-    keep : number of points.
-    signals : names of the signals to keep.
-    exponent : number of periods for the largest exponent; 0: no exponent.
-    together : whether the exponent belongs to the periods of the points; False: to the periods after the last point.
+    The number of periods for the exponent is 0 for none; `together`: they are those of the points.
     """
 
     skip: int
@@ -154,7 +124,8 @@ def section_point(family: Family, section: SectionSettings, value: float, carrie
     period = family.period_of(flow, value)
     columns = columns_of(flow, section.signals, family.label)
     seam = carried is not None and not _start_from(flow, carried, section.last * period)
-    exponents = _points_with_exponent(flow, period, section) if section.together else None
+    run: dict[str, Any] = {"period": period if flow.unit == "s" else None, "confirm": False}
+    exponents = lyapunov(flow, skip=section.skip - 1, periods=section.keep, **run) if section.together else None
     points = _points(flow, period, section) if exponents is None else exponents.points
     if exponents is not None and not exponents.ok:
         points = None
@@ -163,11 +134,22 @@ def section_point(family: Family, section: SectionSettings, value: float, carrie
     if points is None or lost:
         return Outcome(values, lost or flow.status, ok=False)
     values |= {"points": points[:, columns], "state": flow.state()}
-    if exponents is None:
-        verdict, remark = _verdict_of_points(flow, points, period, section)
+    remark = ""
+    if exponents is not None:
+        verdict = exponents.verdict
     else:
-        verdict, remark = _verdict_of_exponents(exponents), ""
-    return Outcome(values | verdict, f"{section.keep} points, after {section.skip} that were skipped.{remark}")
+        exponents = lyapunov(flow, periods=section.exponent, **run) if section.exponent else None
+        if exponents is not None and not exponents.ok:
+            remark, exponents = f" No exponent: {exponents.status}", None
+        if exponents is None:
+            verdict = SectionSignals.of(flow).verdict(points)
+        else:
+            points = np.concatenate([points, exponents.points])
+            verdict = SectionSignals.of(flow).verdict(points, (), exponents.value, exponents.error)
+    values["verdict"] = str(verdict)
+    if exponents is not None:
+        values |= {"exponent": exponents.value, "exponent_error": exponents.error}
+    return Outcome(values, f"{section.keep} points, after {section.skip} that were skipped.{remark}")
 
 
 def columns_of(flow: Dynamics, signals: tuple[str, ...], label: str) -> list[int]:
@@ -199,17 +181,6 @@ def _points(flow: Dynamics, period: float, section: SectionSettings) -> np.ndarr
     return points
 
 
-def _points_with_exponent(flow: Dynamics, period: float, section: SectionSettings) -> Exponents:
-    """Section points and exponent of one run; tangent vectors do not change the motion."""
-    declared = period if flow.unit == "s" else None
-    return lyapunov(flow, skip=section.skip - 1, periods=section.keep, period=declared, confirm=False)
-
-
-def _verdict_of_exponents(exponents: Exponents) -> dict[str, Any]:
-    """Verdict and exponent of a run with tangent vectors, as results of a point."""
-    return {"verdict": str(exponents.verdict), "exponent": exponents.value, "exponent_error": exponents.error}
-
-
 def _not_finite(flow: Dynamics, points: np.ndarray | None, columns: list[int]) -> str:
     """Signals that are not finite, in a sentence; "" if all are finite."""
     if points is None:
@@ -217,20 +188,6 @@ def _not_finite(flow: Dynamics, points: np.ndarray | None, columns: list[int]) -
     bad = [flow.names[k] for k in columns if not np.isfinite(points[:, k]).all()]
     bad = bad or ([] if np.isfinite(flow.state()).all() else ["the state"])
     return f"Not finite: {', '.join(bad[:5])}." if bad else ""
-
-
-def _verdict_of_points(
-    flow: Dynamics, points: np.ndarray, period: float, section: SectionSettings
-) -> tuple[dict[str, Any], str]:
-    """Verdict on the points and the optional exponent of a further run; remark on a failure of this run, or ""."""
-    if not section.exponent:
-        return {"verdict": str(SectionSignals.of(flow).verdict(points))}, ""
-    exponents = lyapunov(flow, periods=section.exponent, period=period if flow.unit == "s" else None, confirm=False)
-    if not exponents.ok:
-        return {"verdict": str(SectionSignals.of(flow).verdict(points))}, f" No exponent: {exponents.status}"
-    value, error = (x if np.isfinite(x) else None for x in (exponents.value, exponents.error))
-    verdict = SectionSignals.of(flow).verdict(np.concatenate([points, exponents.points]), (), value, error)
-    return {"verdict": str(verdict), "exponent": exponents.value, "exponent_error": exponents.error}, ""
 
 
 # Bifurcation diagrams: section points over the values of a parameter
@@ -335,57 +292,102 @@ def bifurcation(
     array([[0.5   , 0.5   , 0.5   , 0.5   ],
            [0.7995, 0.513 , 0.7995, 0.513 ]])
     """
-    family = Family(
-        make, parameter, checks.mapping(f"bifurcation over {parameter!r}", "fixed", fixed), step, method, period
-    )
-    label = family.label
+    label = f"bifurcation over {parameter!r}"
+    family = Family(make, parameter, checks.mapping(label, "fixed", fixed), step, method, period)
     numbers = _values(label, values)
     _check(family, direction, chunks, len(numbers))
     require_executor(label, executor)
-    require_picklable(label, executor, family, f"{label_of(make)} with what is given to it")
-    pending = checks.count(label, "pending", pending)
+    work = Work(label, (family, label_of(make)), executor, pending, store, resume, progress)
     first = first_of(family, numbers.tolist())
     names = first.names if signals is None else tuple(checks.sequence(label, "signals", signals, "names"))
     skip, keep = checks.count(label, "skip", skip, 0), checks.count(label, "keep", keep)
-    together = _together(label, exponent, skip)
-    section = SectionSettings(skip, keep, names, _exponent_over(label, True if together else exponent, keep), together)
-    units = [first.units[k] for k in columns_of(first, names, label)]
-    _refuse_names(label, [parameter, *names])
-    settings = {"direction": direction, "chunks": chunks}
-    fingerprint = None if store is None else _fingerprint(family, section, numbers, settings, first)
-    opened_store = None if fingerprint is None else opened(store, fingerprint, "bifurcation", resume=resume)
-    record = Record(("direction", parameter), (len(DIRECTIONS[direction]), len(numbers)), opened_store)
-    _lay_out(record, family, section, numbers, direction, units, first)
-    done = record.done
-    if executor is not None and not done.all() and isinstance(first, MechanismFlow):
-        first.advance(1e-6 * (first.period or 1.0))  # uncached code is compiled once here, not by every worker
-    cold = direction == "cold"
-    chunked = np.array_split(np.argsort(numbers, kind="stable"), len(numbers) if cold else chunks)
-    order = _spread(len(chunked)) if cold else range(len(chunked))
-    with ProgressBar(label, done.size, done=int(done.sum()), shown=progress) as bar:
-        run = _Run(family, section, numbers, record, done, bar)
-        chains = (run.chain(*place) for place in _places(DIRECTIONS[direction], [chunked[k] for k in order]))
-        drive(chains, executor, label, pending)
-    return dataset_of(record.tables, record.attributes)
+    section = SectionSettings(skip, keep, names, *_exponent_over(label, exponent, skip, keep))
+    columns_of(first, names, label)  # unknown ones are refused here
+    for name in (given := [parameter, *names]):
+        if name in RESERVED or given.count(name) > 1:
+            text = f"{label}: {name!r} is a name of the dataset, or given twice"
+            raise InputError(f"{text}. Rename the parameter or the signal.")
+    diagram, shape = _Diagram(family, section, numbers, direction, first), (len(DIRECTIONS[direction]), len(numbers))
+    record = work.record("bifurcation", ("direction", parameter), shape, lambda: diagram.fingerprint(chunks))
+    diagram.lay_out(record)
+    if executor is not None and not record.done.all():
+        first.prepare()
+    return work.done(record, partial(diagram.chains, record, chunks))
 
 
 @dataclass(frozen=True)
-class _Run:
-    """Common data of all chains of a diagram."""
+class _Diagram:
+    """Systems, section points, values and direction of a diagram, and the system at the first value."""
 
     family: Family
     section: SectionSettings
     numbers: np.ndarray
-    record: Record
-    done: np.ndarray
-    bar: ProgressBar
+    direction: str
+    first: Dynamics
 
-    def chain(self, row: int, part: np.ndarray, begins: bool) -> Chain:
+    def fingerprint(self, chunks: int) -> dict[str, Any]:
+        """Values on which the results depend, with the compiled model at the first and at the last value."""
+        family, section, last = self.family, self.section, "none"
+        with Attempt():
+            last = digest(family.at(self.numbers[-1].item()))
+        period = family.period
+        return settings_of(family.fixed, family.make) | {
+            "make": label_of(family.make),
+            "model": f"{digest(self.first)} {last}",
+            "parameter": family.parameter,
+            "values": shown_values(self.numbers.tolist()),
+            "skip": section.skip,
+            "keep": section.keep,
+            "signals": shown_values(section.signals),
+            "exponent": "points" if section.together else section.exponent,
+            "period": f"{label_of(period)} ({digest(period)})" if callable(period) else period,
+            "step": repr(family.step),
+            "method": repr(family.method),
+            "direction": self.direction,
+            "chunks": chunks,
+        }
+
+    def lay_out(self, record: Record) -> None:
+        """Set columns, coordinates and attributes of a diagram."""
+        section, first, make, parameter = self.section, self.first, self.family.make, self.family.parameter
+        shape = (section.keep, len(section.signals))
+        record.add([*COLUMNS, Column(POINTS, dims=("period", "signal"), shape=shape)])
+        if self.direction != "cold":
+            record.add([Column(STATE, dims=("number",), shape=(first.size,))])
+        units = [first.units[first.names.index(name)] for name in section.signals]
+        record.coordinate("direction", ("direction",), np.array(DIRECTIONS[self.direction], dtype=object))
+        record.coordinate("signal", ("signal",), np.array(section.signals, dtype=object))
+        record.coordinate("units", ("signal",), np.array(units, dtype=object))
+        record.coordinate("period", ("period",), np.arange(section.skip, section.skip + section.keep))
+        unit = unit_of(make, parameter) if callable(make) and not isinstance(make, Dynamics) else ""
+        record.coordinate(parameter, (parameter,), self.numbers, unit)
+        record.describe(
+            name=first.name,
+            kind="bifurcation",
+            parameter=parameter,
+            direction=self.direction,
+            skip=section.skip,
+            keep=section.keep,
+            flexmb=installed_version(),
+            axes=["direction", "period", parameter, "seam"],
+        )
+
+    def chains(self, record: Record, chunks: int, bar: ProgressBar) -> Iterator[Chain]:
+        """Chains of all chunks, in the order of computation."""
+        numbers, cold = self.numbers, self.direction == "cold"
+        chunked = np.array_split(np.argsort(numbers, kind="stable"), len(numbers) if cold else chunks)
+        parts = [chunked[k] for k in (_spread(len(chunked)) if cold else range(len(chunked)))]
+        for row, name in enumerate(DIRECTIONS[self.direction]):
+            ordered = [part[::-1] for part in parts[::-1]] if name == "down" else parts
+            for k, part in enumerate(ordered):
+                yield self._chain(record, bar, row, part, begins=k == 0)
+
+    def _chain(self, record: Record, bar: ProgressBar, row: int, part: np.ndarray, *, begins: bool) -> Chain:
         """The points of a chunk one after the other; carried states go from each point to the next."""
-        record, carried, carries = self.record, None, STATE in self.record.columns
+        carried, carries = None, STATE in record.columns
         for i in part:
             index = (row, int(i))
-            if not self.done[index]:
+            if not record.at(index, STATUS):
                 outcome = yield Job(section_point, (self.family, self.section, self.numbers[i].item(), carried))
                 values = {**outcome.values, "ok": outcome.ok, STATUS: outcome.status}
                 cold = carried is None or bool(values.get("seam"))
@@ -394,7 +396,7 @@ class _Run:
                 if carries and state is not None and state.shape == record.columns[STATE].shape:
                     values[STATE] = state
                 record.keep(index, values)
-                self.bar.one_more(ok=outcome.ok)
+                bar.one_more(ok=outcome.ok)
             begins = False
             if carries and record.at(index, "ok"):
                 carried = record.at(index, STATE).copy()
@@ -405,14 +407,6 @@ def _spread(count: int) -> list[int]:
     digits = max(count - 1, 1).bit_length()
     mirrored = (int(f"{k:0{digits}b}"[::-1], 2) for k in range(1 << digits))
     return [k for k in mirrored if k < count]
-
-
-def _places(directions: Sequence[str], parts: Sequence[np.ndarray]) -> Iterator[tuple[int, np.ndarray, bool]]:
-    """Row, values in the order of computation, and flag of the first chunk, for every chunk."""
-    for row, name in enumerate(directions):
-        ordered = [part[::-1] for part in parts[::-1]] if name == "down" else parts
-        for k, part in enumerate(ordered):
-            yield row, part, k == 0
 
 
 def _values(label: str, values: Any) -> np.ndarray:
@@ -428,27 +422,21 @@ def _values(label: str, values: Any) -> np.ndarray:
     return numbers
 
 
-def _together(label: str, exponent: Any, skip: int) -> bool:
-    """Whether the exponent belongs to the periods of the points."""
-    if not isinstance(exponent, str):
-        return False
-    checks.one_of(label, "exponent", exponent, ["points"])
-    if skip < 1:
-        raise InputError(
-            f'{label}: exponent="points" with skip = 0, but a period must end with each point. Give skip=1.'
-        )
-    return True
-
-
-def _exponent_over(label: str, exponent: bool | int | str, keep: int) -> int:
-    """Number of periods of the exponent; 0: no exponent."""
+def _exponent_over(label: str, exponent: Any, skip: int, keep: int) -> tuple[int, bool]:
+    """Number of periods of the exponent (0: no exponent), and whether they are the periods of the points."""
+    together = isinstance(exponent, str)
+    if together:
+        checks.one_of(label, "exponent", exponent, ["points"])
+        if skip < 1:
+            text = f'{label}: exponent="points" with skip = 0, but a period must end with each point'
+            raise InputError(f"{text}. Give skip=1.")
     if exponent is False:
-        return 0
-    periods = keep if exponent is True else checks.count(label, "exponent", exponent, 0)
+        return 0, False
+    periods = keep if together or exponent is True else checks.count(label, "exponent", exponent, 0)
     if 0 < periods < FEWEST:
         text = f"{label}: an exponent over {periods} periods has no error; at least {FEWEST} are needed"
         raise InputError(f"{text}. Give exponent={FEWEST} or more, or keep so many points.")
-    return periods
+    return periods, together
 
 
 def _check(family: Family, direction: str, chunks: int, count: int) -> None:
@@ -460,7 +448,7 @@ def _check(family: Family, direction: str, chunks: int, count: int) -> None:
         raise InputError(f"{label}: chunks is {chunks}, but there are {count} values. Give as many at most.")
     if direction == "cold" and chunks > 1:
         raise InputError(f"{label}: chunks goes with direction 'up', 'down' or 'both'; cold points are independent.")
-    if isinstance(make, (Mechanism, Dynamics)):
+    if isinstance(make, Dynamics) or is_mechanism(make):
         return
     if not callable(make):
         text = f"{label}: make is {type(make).__name__}"
@@ -481,70 +469,3 @@ def first_of(family: Family, values: Sequence[float]) -> Dynamics:
         raise attempt.error
     text = f"{family.label}: no value gives a system ({type(attempt.error).__name__}: {attempt.error})"
     raise InputError(f"{text}. Call the function with one value to see why.") from attempt.error
-
-
-def _refuse_names(label: str, names: Sequence[str]) -> None:
-    for name in names:
-        if name in RESERVED or names.count(name) > 1:
-            text = f"{label}: {name!r} is a name of the dataset, or given twice"
-            raise InputError(f"{text}. Rename the parameter or the signal.")
-
-
-def _fingerprint(
-    family: Family, section: SectionSettings, numbers: np.ndarray, settings: Mapping[str, Any], first: Dynamics
-) -> dict[str, Any]:
-    """Values on which the results depend, with the compiled model at the first and at the last value."""
-    last: Any = "none"
-    with Attempt():
-        last = digest(family.at(numbers[-1].item()))
-    period = family.period
-    return {
-        "flexmb": installed_version(),
-        "make": label_of(family.make),
-        **texts_of("text", family.make),
-        "model": f"{digest(first)} {last}",
-        "parameter": family.parameter,
-        "values": shown_values(numbers.tolist()),
-        "fixed": {name: f"{type(value).__name__} {digest(value)}" for name, value in sorted(family.fixed.items())},
-        "skip": section.skip,
-        "keep": section.keep,
-        "signals": shown_values(section.signals),
-        "exponent": "points" if section.together else section.exponent,
-        "period": f"{label_of(period)} ({digest(period)})" if callable(period) else period,
-        "step": repr(family.step),
-        "method": repr(family.method),
-        **settings,
-    }
-
-
-def _lay_out(
-    record: Record,
-    family: Family,
-    section: SectionSettings,
-    numbers: np.ndarray,
-    direction: str,
-    units: Sequence[str],
-    first: Dynamics,
-) -> None:
-    """Set columns, coordinates and attributes of a diagram."""
-    make, parameter = family.make, family.parameter
-    shape = (section.keep, len(section.signals))
-    record.add([*COLUMNS, Column(POINTS, dims=("period", "signal"), shape=shape)])
-    if direction != "cold":
-        record.add([Column(STATE, dims=("number",), shape=(first.size,))])
-    record.coordinate("direction", ("direction",), np.array(DIRECTIONS[direction], dtype=object))
-    record.coordinate("signal", ("signal",), np.array(section.signals, dtype=object))
-    record.coordinate("units", ("signal",), np.array(units, dtype=object))
-    record.coordinate("period", ("period",), np.arange(section.skip, section.skip + section.keep))
-    unit = "" if isinstance(make, (Mechanism, Dynamics)) else unit_of(make, parameter)
-    record.coordinate(parameter, (parameter,), numbers, unit)
-    record.describe(
-        name=first.name,
-        kind="bifurcation",
-        parameter=parameter,
-        direction=direction,
-        skip=section.skip,
-        keep=section.keep,
-        flexmb=installed_version(),
-        axes=["direction", "period", parameter, "seam"],
-    )

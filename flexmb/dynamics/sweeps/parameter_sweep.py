@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
@@ -62,14 +62,7 @@ UNIT = re.compile(r"\[((?:1/)?[^\[\]\d,]+[^\[\],]*)\]")
 
 @dataclass(frozen=True)
 class Points:
-    """The points of a sweep.
-
-    Parameters
-    ----------
-    dims : names of the dimensions: the parameters of a grid, or "design".
-    shape : lengths of the dimensions.
-    values : values of each parameter along its dimension.
-    """
+    """The points of a sweep: its dimensions, the parameters of a grid or "design", and values along them."""
 
     dims: tuple[str, ...]
     shape: tuple[int, ...]
@@ -116,9 +109,8 @@ def points_of(label: str, over: Any) -> Points:
         raise InputError(f"{label}: there is no point in it. Give values for at least one parameter.")
     for name in values:
         if not isinstance(name, str) or not name.isidentifier() or name in RESERVED:
-            raise InputError(
-                f"{label}: {name!r} cannot be a parameter; it must be a keyword, and not 'ok' or 'status'."
-            )
+            text = f"{label}: {name!r} cannot be a parameter"
+            raise InputError(f"{text}; it must be a keyword, and not 'ok' or 'status'.")
         if name == DESIGN and points.dims == (DESIGN,) and not isinstance(over, Mapping):
             raise InputError(f"{label}: a parameter cannot be called 'design' in a list of designs. Rename it.")
     return points
@@ -147,23 +139,21 @@ def called(function: Any, arguments: Mapping[str, Any]) -> Outcome:
     """Outcome of one call, with its results as {name: (dims or None, array)}; runs in the workers."""
     results = function(**arguments)
     named = dict(results) if isinstance(results, Mapping) else {ALONE: results}
-    ok, status = _judged(named)
-    if not ok:
-        return Outcome({}, status, ok=False)
-    if not named:
-        raise InputError("The function returned an empty mapping; it must return at least one number.")
-    return Outcome({_name(name): _array(name, value) for name, value in named.items()}, status)
-
-
-def _judged(named: dict[Any, Any]) -> tuple[bool, str]:
-    """Success and status of a point, taken out of the results of its function, or found from the runs in it."""
     stopped = stopped_runs()
     said, status = np.asarray(named.pop("ok", not stopped)), named.pop(STATUS, "")
     if said.shape or said.dtype.kind != "b":
         raise InputError(f"The function returned ok = {said}; it must be True or False, whether the point succeeded.")
     if not isinstance(status, str):
         raise InputError(f"The function returned {STATUS!r} = {status!r}, a name of the dataset; it must be a text.")
-    return bool(said), status or (DONE if said else stopped or "The function returned ok = False.")
+    if not said:
+        return Outcome({}, status or stopped or "The function returned ok = False.", ok=False)
+    if not named:
+        raise InputError("The function returned an empty mapping; it must return at least one number.")
+    for name in named:
+        if not isinstance(name, str) or not name or "/" in name or name.startswith(("_", ".")):
+            text = f"The function returned a result called {name!r}"
+            raise InputError(f"{text}; a name is a text without '/', not begun by '_'.")
+    return Outcome({name: _array(name, value) for name, value in named.items()}, status or DONE)
 
 
 def columns_of(
@@ -180,9 +170,8 @@ def columns_of(
             raise InputError(f"{text}, but dims gives it {len(names_of_dims)}: {', '.join(names_of_dims)}.")
         for dim, length in zip(names_of_dims, array.shape, strict=True):
             if lengths.setdefault(dim, length) != length or dim in known_lengths:
-                raise InputError(
-                    f"The dimension {dim!r} of {name!r} has two lengths or is a parameter. Rename it by dims=."
-                )
+                text = f"The dimension {dim!r} of {name!r} has two lengths or is a parameter"
+                raise InputError(f"{text}. Rename it by dims=.")
         columns.append(Column(name, kind_of(array), names_of_dims, array.shape))
     if any(column.name in lengths and column.dims != (column.name,) for column in columns):
         raise InputError("A result is called like a dimension of another one. Rename it.")
@@ -193,34 +182,22 @@ def fitting(results: Mapping[str, Any], columns: Mapping[str, Column]) -> dict[s
     """Values of results for the columns of the first successful point; other names, shapes or kinds are refused."""
     if set(results) != set(columns):
         text = f"The function returned {', '.join(sorted(results))}"
-        raise InputError(
-            f"{text}, at the first point {', '.join(sorted(columns))}. Return the same names at all points."
-        )
+        text += f", at the first point {', '.join(sorted(columns))}"
+        raise InputError(f"{text}. Return the same names at all points.")
     for name, (_, array) in results.items():
         column, kind = columns[name], kind_of(array)
         if array.shape != column.shape or kind not in (column.kind, "number" if column.kind == "complex" else kind):
-            here, there = f"{kind} {array.shape}", f"{column.kind} {column.shape}"
-            raise InputError(
-                f"The result {name!r} is {here}, at the first point {there}. Return the same shape everywhere."
-            )
+            text = f"The result {name!r} is {kind} {array.shape}, at the first point {column.kind} {column.shape}"
+            raise InputError(f"{text}. Return the same shape everywhere.")
         if kind == "complex" and column.kind == "number":
-            raise InputError(
-                f"The result {name!r} is complex, at the first point real. Return complex numbers everywhere."
-            )
+            text = f"The result {name!r} is complex, at the first point real"
+            raise InputError(f"{text}. Return complex numbers everywhere.")
     return {name: array[()] for name, (_, array) in results.items()}
 
 
 def kind_of(array: np.ndarray) -> str:
     """Kind of a column for an `array`: "number", "complex" or "text"."""
     return {"U": "text", "O": "text", "c": "complex"}.get(array.dtype.kind, "number")
-
-
-def _name(name: Any) -> str:
-    if not isinstance(name, str) or not name or "/" in name or name.startswith(("_", ".")):
-        raise InputError(
-            f"The function returned a result called {name!r}; a name is a text without '/', not begun by '_'."
-        )
-    return name
 
 
 def _array(name: Any, value: Any) -> tuple[tuple[str, ...] | None, np.ndarray]:
@@ -271,10 +248,15 @@ def dataset_of(tables: Tables, attributes: Mapping[str, Any]) -> xr.Dataset:
     """Dataset of the arrays and attributes of a record or store."""
     import xarray as xr
 
-    entries = {name: (dims, _plain(values), dict(attrs)) for name, (dims, values, attrs) in tables.items()}
+    entries: dict[str, Any] = {}
+    for name, (dims, values, attrs) in tables.items():  # texts of one width are supported by all file formats
+        entries[name] = (dims, values.astype(str) if values.dtype == object else values, dict(attrs))
     if attributes["kind"] == "bifurcation":
-        entries = _signals_apart(entries)
         entries.pop(STATE, None)
+        (dims, points, _), names, units = entries.pop(POINTS), entries.pop("signal")[1], entries.pop("units")[1]
+        columns = (np.ascontiguousarray(points[..., k]) for k in range(len(names)))
+        signals = zip(names, columns, units, strict=True)
+        entries = {str(n): (dims[:-1], c, {"units": str(unit)} if unit else {}) for n, c, unit in signals} | entries
     coordinates = {name: entries.pop(name) for name in attributes[AXES]}
     described = {name: value for name, value in attributes.items() if name not in (AXES, LAYOUT)}
     dataset = xr.Dataset(entries, coords=coordinates, attrs=described)
@@ -283,19 +265,51 @@ def dataset_of(tables: Tables, attributes: Mapping[str, Any]) -> xr.Dataset:
     return dataset
 
 
-def _signals_apart(entries: dict[str, Any]) -> dict[str, Any]:
-    """Entries of a dataset with the array of section points split into one entry per signal."""
-    dims, values, _ = entries.pop(POINTS)
-    names, units = entries.pop("signal")[1], entries.pop("units")[1]
-    signals = {}
-    for k, (name, unit) in enumerate(zip(names, units, strict=True)):
-        signals[str(name)] = (dims[:-1], np.ascontiguousarray(values[..., k]), {"units": str(unit)} if unit else {})
-    return {**signals, **entries}
+# What sweeps and diagrams share: the executor, the store, the progress bar
 
 
-def _plain(values: np.ndarray) -> np.ndarray:
-    """Values with texts as fixed-width texts of numpy, which all file formats support."""
-    return values.astype(str) if values.dtype == object else values
+@dataclass(frozen=True)
+class Work:
+    """Common arguments of `sweep` and `bifurcation`: executor, store, progress.
+
+    `sent` is what goes to the workers, with its name in messages.
+    """
+
+    label: str
+    sent: tuple[Any, str]
+    executor: Executor | None
+    pending: int
+    store: Any
+    resume: bool
+    progress: bool
+
+    def __post_init__(self) -> None:
+        require_picklable(self.label, self.executor, self.sent[0], f"{self.sent[1]} with what is given to it")
+        checks.count(self.label, "pending", self.pending)
+
+    def record(
+        self, kind: str, dims: tuple[str, ...], shape: tuple[int, ...], fingerprint: Callable[[], Mapping[str, Any]]
+    ) -> Record:
+        """Record of the results, in a store if one is given; the fingerprint tells sweeps of one kind apart."""
+        if self.store is None:
+            return Record(dims, shape)
+        return Record(dims, shape, opened(self.store, fingerprint(), kind, resume=self.resume))
+
+    def done(self, record: Record, chains: Callable[[ProgressBar], Iterable[Chain]]) -> xr.Dataset:
+        """Dataset of a record after all chains have run."""
+        done = record.done
+        with ProgressBar(self.label, done.size, done=int(done.sum()), shown=self.progress) as bar:
+            drive(chains(bar), self.executor, self.label, self.pending)
+        return dataset_of(record.tables, record.attributes)
+
+
+def settings_of(fixed: Mapping[str, Any], function: Any) -> dict[str, Any]:
+    """Entries of every fingerprint: version, function with all that it names, fixed values."""
+    return {
+        "flexmb": installed_version(),
+        **texts_of("text", function),
+        "fixed": {name: f"{type(value).__name__} {digest(value)}" for name, value in sorted(fixed.items())},
+    }
 
 
 # Sweeps: a function over a grid of parameters or a list of designs
@@ -378,28 +392,41 @@ def sweep(
     require_executor(label, executor)
     require_arguments(label, function, [*points.values, *fixed_values])
     bound = partial(function, **fixed_values) if fixed_values else function
-    require_picklable(label, executor, bound, f"{label_of(function)} with what is given to it")
-    pending = checks.count(label, "pending", pending)
+    work = Work(label, (bound, label_of(function)), executor, pending, store, resume, progress)
     names = {
         name: tuple(checks.sequence(label, f"dims[{name!r}]", d, "names"))
         for name, d in checks.mapping(label, "dims", dims).items()
     }
-    fingerprint = None if store is None else _fingerprint(function, points, fixed_values, names)
-    opened_store = None if fingerprint is None else opened(store, fingerprint, "sweep", resume=resume)
-    record = Record(points.dims, points.shape, opened_store)
-    _lay_out(record, function, points)
+    record = work.record(
+        "sweep",
+        points.dims,
+        points.shape,
+        lambda: (
+            settings_of(fixed_values, function)
+            | {
+                "ok": "if all runs reached their ends",
+                "function": label_of(function),
+                "points": list(points.dims),
+                "values": {name: shown_values(list(column)) for name, column in points.values.items()},
+                "dims": {name: list(dims_of_one) for name, dims_of_one in sorted(names.items())},
+            }
+        ),
+    )
+    for name in points.values:
+        record.coordinate(name, *points.coordinate(name), unit_of(function, name))
+    record.describe(name=label_of(function), kind="sweep", flexmb=installed_version(), axes=sorted(points.values))
     done = record.done
-    with ProgressBar(label, points.count, done=int(done.sum()), shown=progress) as bar:
+
+    def chains(bar: ProgressBar) -> Iterator[Chain]:
         collector = _Collector(record, points, names, bar)
-        unfinished = (number for number in range(points.count) if not done[points.index(number)])
-        drive((_chain(bound, points, number, collector) for number in unfinished), executor, label, pending)
-    return dataset_of(record.tables, record.attributes)
 
+        def chain(number: int) -> Chain:
+            outcome = yield Job(called, (bound, points.at(points.index(number))))
+            collector.take(number, outcome)
 
-def _chain(function: Any, points: Points, number: int, collector: _Collector) -> Chain:
-    """The chain of one point."""
-    outcome = yield Job(called, (function, points.at(points.index(number))))
-    collector.take(number, outcome)
+        return (chain(number) for number in range(points.count) if not done[points.index(number)])
+
+    return work.done(record, chains)
 
 
 class _Collector:
@@ -414,23 +441,20 @@ class _Collector:
         self.held, self.next = dict[int, Outcome](), 0
         self.columns: dict[str, Column] | None = None
         if record.store is not None and LAYOUT in record.store.attributes:
-            self._use([_column(entry) for entry in record.store.attributes[LAYOUT]])
+            layout = record.store.attributes[LAYOUT]
+            self._use([Column(name, kind, tuple(dims), tuple(shape)) for name, kind, dims, shape in layout])
 
     def take(self, number: int, outcome: Outcome) -> None:
         """Collect the outcome of point `number`."""
         self.held[number] = outcome
-        while self.columns is None and self._is_known(self.next):
-            if self.next in self.held and self._decide(self.held[self.next]):
+        while self.columns is None and self.next < self.points.count:
+            known = self.next in self.held or bool(self.record.at(self.points.index(self.next), STATUS))
+            if not known or (self.next in self.held and self._decide(self.held[self.next])):
                 break
             self.next += 1
         if self.columns is not None:
             for ready in list(self.held):
                 self._keep(ready, self.held.pop(ready))
-
-    def _is_known(self, number: int) -> bool:
-        if number >= self.points.count:
-            return False
-        return number in self.held or bool(self.record.at(self.points.index(number), STATUS))
 
     def _decide(self, outcome: Outcome) -> bool:
         """Set the columns from a successful outcome; a failure is kept instead, and False is returned."""
@@ -457,32 +481,3 @@ class _Collector:
             outcome = outcome if attempt.error is None else failure(attempt.error)
         self.record.keep(self.points.index(number), {**values, "ok": outcome.ok, STATUS: outcome.status})
         self.bar.one_more(ok=outcome.ok)
-
-
-def _column(entry: Sequence[Any]) -> Column:
-    name, kind, dims, shape = entry
-    return Column(name, kind, tuple(dims), tuple(shape))
-
-
-def _fingerprint(
-    function: Any, points: Points, fixed: Mapping[str, Any], dims: Mapping[str, Sequence[str]]
-) -> dict[str, Any]:
-    """Values on which the results depend."""
-    return {
-        "flexmb": installed_version(),
-        "ok": "if all runs reached their ends",
-        "function": label_of(function),
-        **texts_of("text", function),
-        "points": list(points.dims),
-        "values": {name: shown_values(list(column)) for name, column in points.values.items()},
-        "fixed": {name: f"{type(value).__name__} {digest(value)}" for name, value in sorted(fixed.items())},
-        "dims": {name: list(names) for name, names in sorted(dims.items())},
-    }
-
-
-def _lay_out(record: Record, function: Any, points: Points) -> None:
-    """Set coordinates and attributes of a sweep."""
-    for name in points.values:
-        dims, values = points.coordinate(name)
-        record.coordinate(name, dims, values, unit_of(function, name))
-    record.describe(name=label_of(function), kind="sweep", flexmb=installed_version(), axes=sorted(points.values))

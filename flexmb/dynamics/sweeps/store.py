@@ -19,39 +19,30 @@ import struct
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import partial
 from hashlib import blake2b
 from importlib import import_module
 from pathlib import Path
 from types import BuiltinFunctionType, FunctionType, MethodType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from flexmb import checks
+from flexmb.dynamics.jobs.files import READ_ERRORS
 from flexmb.dynamics.systems.dynamics import Dynamics
-from flexmb.engine.compiled.digest import UNKNOWN, Parts, digest, kind_of, named_by, parts_of
-from flexmb.engine.newmark.method import Newmark
-from flexmb.engine.step.step_size import Adaptive, FixedStep
+from flexmb.engine.compiled.digest import UNKNOWN, Parts, digest, named_by, parts_of
 from flexmb.errors import FileFormatError, InputError, MissingPackageError
-from flexmb.model.mechanism import Mechanism
-from flexmb.program.program import Program
 
 # Fingerprints of sweeps: short texts that are equal if and only if the results are equal
-
-DERIVED = ("symbolic", "shapes")
-"""Fields of a program without influence on the digest; the other fields determine them."""
-
-OF_SYSTEMS = (FunctionType, partial, Dynamics, Program, FixedStep, Adaptive, Newmark)
-"""Classes of the attributes of a system that influence its motion, besides state and parameters."""
 
 
 def label_of(function: Any) -> str:
     """Name of a function, a mechanism or a system, such as "flexmb.mechanisms.nine_bar.nine_bar"."""
     if isinstance(function, partial):
         return f"partial of {label_of(function.func)}"
-    if isinstance(function, (Mechanism, Dynamics)):
+    if isinstance(function, Dynamics) or not callable(function):
         return f"{type(function).__name__} {function.name!r}"
     named = function if isinstance(function, (FunctionType, BuiltinFunctionType, MethodType, type)) else type(function)
     module, name = named.__module__, named.__qualname__
@@ -73,14 +64,8 @@ def texts_of(name: str, function: Any) -> dict[str, str]:
 
 @parts_of.register
 def _system(value: Dynamics) -> Parts:
-    inner = [v for _, v in sorted(vars(value).items()) if isinstance(v, OF_SYSTEMS)]
-    return type(value).__qualname__, [value.name, value.names, dict(value.parameters), value.state(), *inner]
-
-
-@parts_of.register
-def _program(value: Program) -> Parts:
-    names = [f.name for f in fields(value) if f.name not in DERIVED]
-    return kind_of(value), [part for name in names for part in (name, getattr(value, name))]
+    state = [value.name, value.names, dict(value.parameters), value.state()]
+    return type(value).__qualname__, [*state, *value.makings()]
 
 
 # Results of a sweep by point, in memory and in an optional store
@@ -96,8 +81,7 @@ Tables = Mapping[str, tuple[tuple[str, ...], np.ndarray, Mapping[str, Any]]]
 """Arrays by name: dimensions, values, attributes."""
 
 
-@dataclass(frozen=True)
-class Kind:
+class Kind(NamedTuple):
     """Representation of the entries of a column: type in memory, type in the store, value of missing entries."""
 
     dtype: Any
@@ -178,10 +162,9 @@ class Record:
 
     def coordinate(self, name: str, dims: tuple[str, ...], values: np.ndarray, units: str = "") -> None:
         """Set a coordinate: values along dimensions, numbers or texts."""
-        attributes = {"units": units} if units else {}
-        self.tables[name] = (dims, values, attributes)
+        self.tables[name] = (dims, values, {"units": units} if units else {})
         if self.store is not None:
-            self.store.coordinate(name, dims, values, attributes)
+            self.store.coordinate(name, *self.tables[name])
 
     def describe(self, **attributes: Any) -> None:
         """Set attributes of the whole sweep: numbers, texts and lists of them."""
@@ -234,7 +217,7 @@ class Store:
         if any(self.attributes.get(name) != value for name, value in attributes.items()):
             self.attributes |= attributes
             content = {"attributes": self.attributes, "zarr_format": 3, "node_type": "group"}
-            self._write(_put, self.path / GROUP_FILE, _sealed(content))
+            self._put(self.path / GROUP_FILE, _sealed(content))
 
     def column(self, column: Column, dims: tuple[str, ...], shape: tuple[int, ...]) -> np.ndarray:
         """Values (*shape, *column.shape) of the array of a column; a missing array is created."""
@@ -269,7 +252,7 @@ class Store:
     def write(self, column: Column, index: Index, value: Any) -> None:
         """Write the value of a column at one point."""
         place = self._place(column.name, index, len(column.shape))
-        self._write(_put, place, _chunk(column, value, self._header(place)))
+        self._put(place, _chunk(column, value, self._header(place)))
 
     def read(self) -> Tables:
         """All arrays of the store by name; results of a point without a status are not `ok`."""
@@ -325,31 +308,27 @@ class Store:
         description = json.loads(made.pop(GROUP_FILE).to_bytes())
         files = {place: chunk.to_bytes() for place, chunk in made.items()} | {GROUP_FILE: _sealed(description)}
         for place, content in files.items():
-            self._write(_put, self.path / name / place, content)
+            self._put(self.path / name / place, content)
 
-    def _write(self, write: Any, *arguments: Any, **keywords: Any) -> None:
+    def _put(self, place: Path, content: bytes) -> None:
+        """Write a file; an interrupted call leaves no file."""
+        beside = place.with_name(f"{place.name}.{os.getpid()}{PARTIAL}")
         try:
-            write(*arguments, **keywords)
+            try:
+                beside.write_bytes(content)
+            except FileNotFoundError:
+                place.parent.mkdir(parents=True, exist_ok=True)
+                beside.write_bytes(content)
+            beside.replace(place)
         except OSError as error:
             text = f"Store {str(self.path)!r}: cannot be written ({error.strerror or error})."
             raise InputError(f"{text} Make room or give another folder; resume=True goes on from here.") from error
 
 
 def opened(path: Any, fingerprint: Mapping[str, Any], kind: str, *, resume: bool) -> Store:
-    """New or resumed store.
+    """New store in a folder, or, with `resume`, the store that is there, if it has this fingerprint and kind.
 
-    Parameters
-    ----------
-    path : folder of the store.
-    fingerprint : texts on which the results depend, by name.
-    kind : kind of the sweep, "bifurcation" or "sweep".
-    resume : whether an existing store is resumed; False: an existing store is refused.
-
-    Raises
-    ------
-    InputError : an existing store without `resume`; a store of another model, other settings or another version.
-    FileFormatError : a folder with other files, or a damaged store.
-    MissingPackageError : zarr is not installed.
+    The fingerprint holds texts on which the results depend; the kind is "bifurcation" or "sweep".
     """
     _zarr()
     folder = checks.path("store", path)
@@ -381,19 +360,13 @@ def _reading(folder: Path) -> Iterator[None]:
     """Context that turns exceptions of zarr on damaged files into a `FileFormatError` with advice."""
     try:
         yield
-    except (OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError, MemoryError) as error:
+    except (*READ_ERRORS, MemoryError) as error:
         text = f"Store {str(folder)!r}: cannot be read ({' '.join(str(error).split())})."
         raise FileFormatError(f"{text} Delete it and compute it anew.") from error
 
 
 def existing(path: Any) -> Store:
-    """Existing store, opened without changes.
-
-    Raises
-    ------
-    InputError : an argument that is not a path.
-    FileFormatError : a missing or damaged store, a store of another program or of another version of the format.
-    """
+    """Existing store, opened without changes; damaged and foreign ones are refused."""
     _zarr()
     folder = checks.path("store", path)
     file = folder / GROUP_FILE
@@ -457,17 +430,6 @@ def _unsealed(file: Path) -> dict[str, Any]:
     if description["attributes"].pop(SEAL, None) != _checksum(description):
         raise ValueError(f"{file.parent.name}/{file.name} does not agree with its checksum")
     return description
-
-
-def _put(place: Path, content: bytes) -> None:
-    """Write a file; an interrupted call leaves no file."""
-    beside = place.with_name(f"{place.name}.{os.getpid()}{PARTIAL}")
-    try:
-        beside.write_bytes(content)
-    except FileNotFoundError:
-        place.parent.mkdir(parents=True, exist_ok=True)
-        beside.write_bytes(content)
-    beside.replace(place)
 
 
 def _sweep_out(folder: Path) -> None:

@@ -2,15 +2,29 @@
 
 from __future__ import annotations
 
+import copy
+import sys
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from typing import Any, Self
+from collections.abc import Callable, Mapping
+from functools import partial
+from types import FunctionType
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from flexmb import checks
 from flexmb.display import counted
 from flexmb.errors import InputError
+
+if TYPE_CHECKING:
+    from flexmb.engine.newmark.method import Newmark
+    from flexmb.run.simulate import Step
+
+Period = float | Callable[[Mapping[str, Any]], float] | None
+"""Period [s], or a function of the parameters that returns it; None: that of the system."""
+
+SMALL = 1e-6
+"""Length of a difference, over that of the state, at which two trajectories part as tangent vectors grow."""
 
 # Base class of all systems: a present state that is advanced, alone or with tangent vectors
 
@@ -27,12 +41,14 @@ class Dynamics(ABC):
     unit : unit of time: "s" for a flow, "iterations" for a map, "periods" or "crossings" for a section.
     names : names of the signals that `observe` returns.
     units : units of the signals.
+    period : period of the drives [s]; None: no period.
     status : result of the last call, in a sentence.
     ok : whether the system can be advanced; after a failure `reset` makes it True again.
     """
 
     name: str
     unit: str
+    period: float | None = None
     names: tuple[str, ...]
     units: tuple[str, ...]
     status: str
@@ -44,9 +60,23 @@ class Dynamics(ABC):
         return f"{type(self).__name__} of {self.name!r}: {signals}, at {self.time:.6g} {self.unit}{ending}"
 
     @property
+    def _label(self) -> str:
+        return f"{type(self).__name__} of {self.name!r}"
+
+    @property
     @abstractmethod
     def time(self) -> float:
         """Time of the present state [unit]."""
+
+    @property
+    def underlying(self) -> ContinuousFlow | None:
+        """The flow in time whose motion this is: a flow itself, the flow of a section; None: a map."""
+        return None
+
+    @property
+    def clock(self) -> float:
+        """Time by which exponents count: seconds of a flow and of its sections, iterations of a map."""
+        return self.time if self.underlying is None else self.underlying.time
 
     @property
     @abstractmethod
@@ -71,6 +101,36 @@ class Dynamics(ABC):
     def records(self) -> np.ndarray:
         """Rows (m,) of the state that are bookkeeping: the motion does not depend on them."""
         return np.zeros(0, dtype=np.int64)
+
+    @property
+    def state_names(self) -> Mapping[str, int]:
+        """Rows of the state by name, as far as they have names."""
+        return {name: k for k, name in enumerate(self.names)} if len(self.names) == self.size else {}
+
+    @property
+    def angles(self) -> np.ndarray:
+        """Rows (m,) of the state that are angles, equal after whole turns."""
+        return np.zeros(0, dtype=np.int64)
+
+    @property
+    def histories(self) -> tuple[np.ndarray, np.ndarray]:
+        """Rows without weight that must return on a periodic orbit, and rows that need not."""
+        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+
+    @property
+    def gaps(self) -> Mapping[str, float]:
+        """Signals that measure gaps of contacts, by name: 1.0 if open is > 0, -1.0 if open is < 0."""
+        return {}
+
+    @property
+    def is_rough(self) -> bool:
+        """Whether the end of a motion is smooth in its start only up to the errors of the steps."""
+        return False
+
+    @property
+    def small(self) -> float:
+        """Length of a difference, over that of the state, at which two trajectories part as tangent vectors grow."""
+        return SMALL
 
     @property
     def telling(self) -> tuple[int, ...]:
@@ -130,6 +190,25 @@ class Dynamics(ABC):
         -------
         bool : whether the end was reached; if not, `status` says why.
         """
+
+    def remarks(self, since: float) -> list[str]:  # noqa: ARG002 - most systems have none
+        """Remarks on exponents from a time `since` on [s], such as a tangent without the last onset of a contact."""
+        return []
+
+    def prepare(self) -> bool:
+        """Compilation of a first step, for copies in other processes; returns whether it succeeded."""
+        return self.ok
+
+    def required_period(self, owner: str) -> float:
+        """The period of the drives [s]; `InputError` without one, with the name of the caller `owner`."""
+        if self.period is None:
+            text = f"{owner}: {self.name!r} has no period"
+            raise InputError(f"{text}. Give period= [s], a number or a function of the value.")
+        return float(self.period)
+
+    def makings(self) -> list[Any]:
+        """Objects besides state and parameters on which the motion depends, such as functions and inner systems."""
+        return [v for _, v in sorted(vars(self).items()) if isinstance(v, (FunctionType, partial, Dynamics))]
 
     def velocity(self) -> np.ndarray:
         """Rate (size,) of the present state of a flow: a tangent vector with the exponent 0 in bounded motion.
@@ -198,7 +277,10 @@ def orthonormalise(tangents: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """
     k = tangents.shape[1]
     with np.errstate(over="ignore", invalid="ignore"):  # the lengths show columns that are not finite
-        lengths = np.array([_scaled_to_one(tangents[:, j], weights) for j in range(k)])
+        lengths = np.asarray(np.abs(np.where(weights[:, None] > 0.0, tangents, 0.0)).max(axis=0, initial=0.0))
+        lengths[lengths == 0.0] = 1.0
+        scaled = np.isfinite(lengths)
+        tangents[:, scaled] /= lengths[scaled]
         for _ in range(2):
             for j in range(k):
                 column = tangents[:, j]
@@ -211,15 +293,6 @@ def orthonormalise(tangents: np.ndarray, weights: np.ndarray) -> np.ndarray:
     return lengths
 
 
-def _scaled_to_one(column: np.ndarray, weights: np.ndarray) -> float:
-    """Divide a vector by its largest weighted entry, in place; returns that entry, or 1 if all are 0."""
-    largest = float(np.abs(np.where(weights > 0.0, column, 0.0)).max(initial=0.0))
-    if largest == 0.0 or not np.isfinite(largest):
-        return 1.0 if largest == 0.0 else largest
-    np.divide(column, largest, out=column)
-    return largest
-
-
 # Base class of flows, with the steps, snapshots and rates of signals on which sections rest
 
 
@@ -228,13 +301,15 @@ class ContinuousFlow(Dynamics):
 
     Attributes
     ----------
-    period : period of the drives [s]; None: no period.
     driven : whether the rates depend on time; then a point of a section includes the time.
     """
 
     unit = "s"
-    period: float | None
     driven: bool
+
+    @property
+    def underlying(self) -> ContinuousFlow:
+        return self
 
     @property
     @abstractmethod
@@ -303,3 +378,96 @@ class ContinuousFlow(Dynamics):
     def no_period(self) -> str:
         """Reason why the flow has no period, as a sentence without its end."""
         return f"{self.name!r} has no period"
+
+
+# Base class of systems that move a flow
+
+
+class OfFlow(Dynamics):
+    """Base class of systems with the state, signals and parameters of an inner flow.
+
+    Attributes
+    ----------
+    flow : the flow.
+    """
+
+    flow: ContinuousFlow
+
+    @property
+    def size(self) -> int:
+        return self.flow.size
+
+    @property
+    def dimension(self) -> int:
+        return self.flow.dimension
+
+    @property
+    def weights(self) -> np.ndarray:
+        return self.flow.weights
+
+    @property
+    def records(self) -> np.ndarray:
+        return self.flow.records
+
+    @property
+    def telling(self) -> tuple[int, ...]:
+        return self.flow.telling
+
+    @property
+    def resolution(self) -> np.ndarray | None:
+        return self.flow.resolution
+
+    @property
+    def parameters(self) -> Mapping[str, Any]:
+        return self.flow.parameters
+
+    @property
+    def fineness(self) -> str:
+        return self.flow.fineness
+
+    def state(self) -> np.ndarray:
+        return self.flow.state()
+
+    def observe(self) -> np.ndarray:
+        return self.flow.observe()
+
+    def copy(self) -> Self:
+        other = copy.copy(self)
+        other.flow = self.flow.copy()
+        return other
+
+    def finer(self) -> Self:
+        other = copy.copy(self)
+        other.flow = self.flow.finer()
+        return other
+
+
+# The one conversion of what public functions take: a mechanism becomes a flow
+
+
+def is_mechanism(system: Any) -> bool:
+    """Whether `system` is a `Mechanism`; without an import of mechanics there is none."""
+    model = sys.modules.get("flexmb.model.mechanism")
+    return model is not None and isinstance(system, model.Mechanism)
+
+
+def as_dynamics(
+    caller: str,
+    system: Any,
+    *,
+    period: float | None = None,
+    step: Step | None = None,
+    method: Newmark | None = None,
+    wanted: str = "a Mechanism, or a flow or map as ODE, Map, StroboscopicMap",
+) -> Dynamics:
+    """`system` itself, or the flow of a mechanism; a `Dynamics` with a step or a method (it has its own) is refused."""
+    if is_mechanism(system):
+        from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
+
+        return MechanismFlow(system, step=step, method=method, period=period)
+    if not isinstance(system, Dynamics):
+        raise InputError(f"{caller}: system is {system!r}; it must be {wanted}.")
+    if step is not None or method is not None:
+        text = f"{caller} {system.name!r}: step= and method= belong to a mechanism"
+        raise InputError(f"{text}; this system has its own. Give them where the system is built.")
+    return system

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar, Self
 
@@ -65,6 +66,11 @@ class GivenSystem(Dynamics):
     def observe(self) -> np.ndarray:
         return self._state.copy()
 
+    def copy(self) -> Self:
+        other = copy.copy(self)
+        other._parameters, other._state = dict(self._parameters), self._state.copy()
+        return other
+
     def _begin(self, state: np.ndarray | None, parameters: Mapping[str, Any] | None) -> None:
         """Take other parameters, and stand at `state`, or at the start."""
         for key, value in checks.mapping(self._label, "parameters", parameters).items():
@@ -116,13 +122,13 @@ def names_of(owner: str, what: str, value: Any, default: Sequence[str]) -> tuple
     return found
 
 
-def tangents_of(owner: str, value: Any, size: int) -> np.ndarray:
-    """`value` if differences (size, k) can be carried in it, in place, or `InputError`."""
+def tangents_of(owner: str, value: Any, size: int, advice: str = "Carry them for shorter times") -> np.ndarray:
+    """`value` if differences (size, k) can be carried in it, in place, or `InputError` with an advice."""
     if not isinstance(value, np.ndarray) or value.ndim != 2 or len(value) != size or value.dtype != np.float64:
         text = f"{owner}: tangents have shape {np.shape(value)}"
         raise InputError(f"{text}; they must be a float64 array ({size}, k), one difference a column.")
     if not np.isfinite(value).all():
-        raise InputError(f"{owner}: tangents hold numbers that are not finite. Carry them for shorter times.")
+        raise InputError(f"{owner}: tangents hold numbers that are not finite. {advice}.")
     return value
 
 
@@ -193,19 +199,6 @@ class Map(GivenSystem):
                 T[:] = self._slope(self._state) @ T
             self._state, self._time = new, self._time + 1.0
         return self.ok
-
-    def copy(self) -> Self:
-        other = type(self)(
-            self.function,
-            self.start,
-            jacobian=self.jacobian,
-            parameters=self._parameters,
-            names=self.names,
-            name=self.name,
-        )
-        other.reset(self._state, time=self._time)
-        other.ok, other.status = self.ok, self.status
-        return other
 
     def _next(self, x: np.ndarray) -> Any:
         return self.function(x, **self._parameters)
@@ -344,34 +337,14 @@ class ODE(GivenSystem, ContinuousFlow):
         self._time, state, self._h, self.ok, self.status = snapshot
         self._state = state.copy()
 
-    def copy(self) -> Self:
-        return self._with(self.rtol, self.atol)
-
     @property
     def fineness(self) -> str:
         return f"rtol {self.rtol:g}"
 
     def finer(self) -> Self:
-        rtol = max(self.rtol / 10.0, FINEST)
-        return self._with(rtol, self.atol * rtol / self.rtol)
-
-    def _with(self, rtol: float, atol: float) -> Self:
-        """A copy with other tolerances."""
-        other = type(self)(
-            self.function,
-            self.start,
-            jacobian=self.jacobian,
-            parameters=self._parameters,
-            names=self.names,
-            units=self.units,
-            period=self._given_period,
-            driven=self._given_driven,
-            name=self.name,
-            rtol=rtol,
-            atol=atol,
-            method=self.method,
-        )
-        other.restore(self.snapshot())
+        other = self.copy()
+        other.rtol = max(self.rtol / 10.0, FINEST)
+        other.atol = self.atol * other.rtol / self.rtol
         return other
 
     def _rate(self, t: float, x: np.ndarray) -> np.ndarray:
@@ -400,8 +373,8 @@ class ODE(GivenSystem, ContinuousFlow):
 
     def _go(self, limit: float, tangents: np.ndarray | None, *, single: bool) -> bool:
         """Integrate up to `limit`, or by one step (`single`); state and tangents stay at the last successful step."""
-        if not self.ok:
-            return False
+        if not self.ok or limit <= self._time:  # a duration below the spacing of the clock
+            return self.ok
         lengths = np.ones(0)
         if tangents is not None:
             tangents = tangents_of(self._label, tangents, self.size)
@@ -416,7 +389,10 @@ class ODE(GivenSystem, ContinuousFlow):
                     before = solver.h_abs
                     trouble = solver.step() if np.isfinite(solver.y).all() else "the state is not finite"
                     if trouble is None:
-                        self._accept(solver, before, limit, tangents)
+                        self._time, self._state = float(solver.t), solver.y[: self.size].copy()
+                        self._h = float(max(before, solver.h_abs) if solver.t >= limit else solver.h_abs)
+                        if tangents is not None:
+                            tangents[:] = solver.y[self.size :].reshape(tangents.shape)
                     if single:
                         break
             except NotFiniteError as error:
@@ -427,13 +403,6 @@ class ODE(GivenSystem, ContinuousFlow):
         text = "Reached" if trouble is None else f"Stopped: {trouble.rstrip('.')},"
         self.status = f"{text} {'at ' if trouble else ''}t = {self._time:.6g} s."
         return self.ok
-
-    def _accept(self, solver: Any, before: float, limit: float, tangents: np.ndarray | None) -> None:
-        n = self.size
-        self._time, self._state = float(solver.t), solver.y[:n].copy()
-        self._h = float(max(before, solver.h_abs)) if solver.t >= limit else float(solver.h_abs)
-        if tangents is not None:
-            tangents[:] = solver.y[n:].reshape(tangents.shape)
 
     def _solver(self, limit: float, tangents: np.ndarray | None) -> Any:
         """A solver from the present state, whose first step has the size that the last solver proposed."""

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
 from flexmb import checks
 from flexmb.dynamics.sections.crossing import UP, Height, carry, locate, stride
-from flexmb.dynamics.systems.dynamics import ContinuousFlow
+from flexmb.dynamics.systems.dynamics import ContinuousFlow, OfFlow
 from flexmb.dynamics.systems.given import ODE, central_differences, state_of
 from flexmb.errors import InputError
 
@@ -17,7 +17,7 @@ PILE = 1e-12
 """Time between two impacts, over the time of the run or a step, below which impacts pile up (chatter)."""
 
 
-class ImpactODE(ContinuousFlow):
+class ImpactODE(OfFlow, ContinuousFlow):
     """A flow whose state jumps whenever a gap closes.
 
     Let x- be the state before and x+ = jump(t, x-) the state after an impact, f the rates, n the gradient of the gap,
@@ -50,12 +50,13 @@ class ImpactODE(ContinuousFlow):
     (True, array([0.125, 0.   ]))
     """
 
+    flow: ODE
     _last: float
 
     def __init__(self, ode: ODE, *, gap: Callable[..., float], jump: Callable[..., Any]) -> None:
         if not isinstance(ode, ODE):
             raise InputError(f"ImpactODE: ode is {ode!r}; it must be an ODE(...), the motion between impacts.")
-        self.ode, self.gap, self.jump = ode, gap, jump
+        self.flow, self.gap, self.jump = ode, gap, jump
         self.name, self.names, self.units = ode.name, ode.names, ode.units
         self._check_start()
         state_of(f"{self._label}: jump", jump(ode.time, ode.state(), **ode.parameters), ode.size)
@@ -66,30 +67,21 @@ class ImpactODE(ContinuousFlow):
 
     @property
     def time(self) -> float:
-        return self.ode.time
+        return self.flow.time
 
     @property
-    def size(self) -> int:
-        return self.ode.size
-
-    @property
-    def parameters(self) -> Mapping[str, Any]:
-        return self.ode.parameters
+    def ode(self) -> ODE:
+        """The motion between impacts."""
+        return self.flow
 
     @property
     def pace(self) -> float:
-        return self.ode.pace
-
-    def state(self) -> np.ndarray:
-        return self.ode.state()
-
-    def observe(self) -> np.ndarray:
-        return self.ode.observe()
+        return self.flow.pace
 
     def reset(
         self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
     ) -> None:
-        self.ode.reset(state, time=time, parameters=parameters)
+        self.flow.reset(state, time=time, parameters=parameters)
         self._check_start()
 
     def advance(self, duration: float, tangents: np.ndarray | None = None) -> bool:
@@ -101,59 +93,45 @@ class ImpactODE(ContinuousFlow):
     def take_step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
         if not self.ok:
             return False
-        height = Height(self.ode, self._height, self._closing, UP)
+        height = Height(self.flow, self._height, self._closing, UP)
         bracket = stride(height, limit, tangents)
-        if bracket is not None and self.ode.ok:
+        if bracket is not None and self.flow.ok:
             stuck = bracket.near == 0.0 and height.left(bracket.value)
             duration = 0.0 if stuck else locate(height, bracket)
             if stuck or self.time - self._last < PILE * max(abs(self.time), self.pace):
                 self.ok, self.status = False, f"Impacts pile up at t = {self.time:.6g} s: the gap stays closed."
                 return False
             self._last = self.time
-            if tangents is not None and self.ode.ok:
-                carry(self.ode, bracket, duration, tangents)
-            if self.ode.ok:
+            if tangents is not None and self.flow.ok:
+                carry(self.flow, bracket, duration, tangents)
+            if self.flow.ok:
                 self._hit(tangents)
-        self.ok, self.status = self.ode.ok, self.ode.status
+        self.ok, self.status = self.flow.ok, self.flow.status
         return self.ok
 
     def velocity(self) -> np.ndarray:
-        return self.ode.velocity()
+        return self.flow.velocity()
 
     def rate(self, signal: int) -> float:
-        return self.ode.rate(signal)
+        return self.flow.rate(signal)
 
     def slopes(self, signal: int, tangents: np.ndarray) -> np.ndarray:
-        return self.ode.slopes(signal, tangents)
+        return self.flow.slopes(signal, tangents)
 
     def snapshot(self) -> Any:
-        return self.ode.snapshot(), self.ok, self.status, self._last
+        return self.flow.snapshot(), self.ok, self.status, self._last
 
     def restore(self, snapshot: Any) -> None:
         inner, self.ok, self.status, self._last = snapshot
-        self.ode.restore(inner)
-
-    def copy(self) -> Self:
-        other = type(self)(self.ode.copy(), gap=self.gap, jump=self.jump)
-        other.restore(self.snapshot())
-        return other
-
-    @property
-    def fineness(self) -> str:
-        return self.ode.fineness
-
-    def finer(self) -> Self:
-        other = self.copy()
-        other.ode = self.ode.finer()
-        return other
+        self.flow.restore(inner)
 
     def _check_start(self) -> None:
-        self.period, self.driven = self.ode.period, self.ode.driven
+        self.period, self.driven = self.flow.period, self.flow.driven
         gap, speed = self._height(), self._closing()
         if gap < -1e-9 * max(1.0, float(np.abs(self.state()).max())) or (gap < 0.0 and speed < 0.0):
             text = f"{self._label}: at t = {self.time:g} s the state {self.state()} has the gap {gap:.3g}"
             raise InputError(f"{text}; it must be > 0. Start in flight.")
-        self.ok, self.status, self._last = self.ode.ok, self.ode.status, float("-inf")
+        self.ok, self.status, self._last = self.flow.ok, self.flow.status, float("-inf")
 
     def _height(self) -> float:
         return float(self.gap(self.time, self.state(), **self.parameters))
@@ -186,9 +164,9 @@ class ImpactODE(ContinuousFlow):
             return  # the gap opens again without an impact
         after = np.asarray(self.jump(t, x.copy(), **p), dtype=np.float64)
         if not np.isfinite(after).all():
-            self.ode.ok, self.ode.status = False, f"The jump at t = {t:.6g} s gives a state that is not finite."
+            self.flow.ok, self.flow.status = False, f"The jump at t = {t:.6g} s gives a state that is not finite."
             return
-        self.ode.reset(after, time=t)
+        self.flow.reset(after, time=t)
         if tangents is None:
             return
         J = central_differences(lambda y: self.jump(t, y, **p), x)

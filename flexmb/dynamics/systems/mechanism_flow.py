@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
+from dataclasses import fields
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from flexmb import checks
-from flexmb.dynamics.sections.maps import SectionMap, StroboscopicMap
-from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics, orthonormalise
+from flexmb.dynamics.systems.dynamics import SMALL, ContinuousFlow, orthonormalise
+from flexmb.dynamics.systems.given import tangents_of
 from flexmb.engine.compiled import ahead
+from flexmb.engine.compiled.digest import Parts, kind_of, parts_of
 from flexmb.engine.linalg.rank import row_rank
 from flexmb.engine.newmark.method import Newmark
 from flexmb.engine.sensitivity.tangent_step import CarryingRun
 from flexmb.engine.state.record import DONE, RUNNING
+from flexmb.engine.step.contact_log import running_episodes
 from flexmb.engine.step.method import Method
 from flexmb.engine.step.step_size import Adaptive, FixedStep
 from flexmb.engine.system.state_evaluation import StateEvaluation
@@ -23,8 +26,9 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import refuse_controllers
 from flexmb.parts.contact.onset import HISTORY
 from flexmb.parts.contact.validity import HISTORY_WITH_EXTREMES
-from flexmb.program.compiler import clash, compile_with_start
+from flexmb.program.compiler import clash, common_period, compile_with_start
 from flexmb.program.program import Program
+from flexmb.results.contact_intervals import COLUMN
 from flexmb.results.status import followed
 from flexmb.run.simulate import Step, period_or_none
 from flexmb.statics.start.consistent import Start, accelerations, consistent_start
@@ -34,61 +38,11 @@ from flexmb.statics.start.projection import metric_of, projected
 
 PLACES = (".ex", ".ey")
 """Endings of the signals that give the position of a journal in its bearing."""
+RATES = {"x": "vx", "y": "vy", "theta": "omega"}
+"""Endings of the names of velocities by those of coordinates."""
+PENETRATION = "penetration"
 ONSET = 1
 """Index of the instant of the onset among the histories that every contact has."""
-
-
-def state_weights(program: Program, period: float | None) -> np.ndarray:
-    """Weights (size,) of the squares of a state (q, v, z, a, x) in its length.
-
-    Angles are multiplied by the length of the mechanism, velocities by period / (2 pi).  Histories and accelerations
-    have the weight 0.  Without a period [s] it is 1 s.
-    """
-    metric, n_z = metric_of(program), program.tables.sizes.n_z
-    n, time = program.n_q, (period or 1.0) / (2.0 * np.pi)
-    return np.concatenate([metric, time**2 * metric, np.zeros(n_z + 2 * n)])
-
-
-def bookkeeping_rows(program: Program) -> np.ndarray:
-    """Rows (m,) of a state that no force depends on: instants and speeds of onsets, extremes noted by contact laws."""
-    rows = list[int]()
-    for (common, _, end, _), law in zip(program.tables.contacts.z, program.normals, strict=True):
-        extremes = len(HISTORY_WITH_EXTREMES) - len(HISTORY) if law.history() is HISTORY_WITH_EXTREMES else 0
-        rows += [int(common) + ONSET, *range(int(end) - extremes, int(end))]
-    return 2 * program.n_q + np.array(rows, dtype=np.int64)
-
-
-def motion_signals(names: Sequence[str], n_q: int) -> tuple[int, ...]:
-    """Numbers of the signals on which a verdict rests: positions, velocities, and positions of journals.
-
-    Forces and accelerations are functions of positions, velocities and histories, and their spikes spoil every mean.
-    Sums of energies never return to their start.  Positions and velocities come first among all names.
-    """
-    return tuple(k for k, name in enumerate(names) if k < 2 * n_q or name.endswith(PLACES))
-
-
-def signal_resolution(
-    program: Program, names: Sequence[str], peak: np.ndarray, steps: tuple[float, float] | None, period: float | None
-) -> np.ndarray:
-    """Differences (m,) of the signals that errors of the integration can make [units of the signals].
-
-    With error-controlled steps: a tenth of the error allowed in a step, because the steps fall differently in each
-    period of a periodic motion.  With fixed steps: 1e-8 of the length of the mechanism and of its largest speed.  For
-    signals other than positions, velocities and positions of journals: 1e-6 of their largest values.  Allowed errors
-    `steps` are those of a position [m] and of a velocity as a fraction of the speed; None: fixed steps.  `peak` (m,)
-    has the largest magnitudes of the signals.  Without a period [s] it is 1 s.
-    """
-    n, length = program.n_q, program.length
-    angle = np.asarray(program.tables.kind) == 1
-    scale = np.where(angle, 1.0 / length, 1.0)
-    speed = max(float((peak[n : 2 * n] / scale).max(initial=0.0)), length / (period or 1.0))
-    position, velocity = 1e-8 * length, 1e-8 * speed
-    if steps is not None:
-        position, velocity = 0.1 * steps[0], 0.1 * steps[1] * speed
-    resolution = np.maximum(1e-6 * peak, 1e-300)
-    resolution[:n], resolution[n : 2 * n] = position * scale, velocity * scale
-    resolution[[k for k, name in enumerate(names) if name.endswith(PLACES)]] = position
-    return resolution
 
 
 # A mechanism as a flow: its time steps, with tangent vectors, from any state
@@ -97,6 +51,8 @@ INSTANT = 1e-3
 """Time span of the differences in time from which rates are taken, as a multiple of the largest step."""
 NUDGE = 1e-6
 """Size of the differences of states from which slopes of signals are taken, as a multiple of the state's length."""
+SMALL_IN_CONTACT = 1e-9
+"""Distance of two trajectories over the length of the state: contacts are nonlinear beyond some 1e-8 m."""
 SHORTEST = 100.0
 """Shortest reliable duration of a run with error-controlled steps, as a multiple of the smallest allowed step."""
 
@@ -143,7 +99,7 @@ class MechanismFlow(ContinuousFlow):
         period: float | None = None,
     ) -> None:
         self.name = mechanism.name
-        label = f"MechanismFlow of {self.name!r}"
+        label = self._label
         refuse_controllers(mechanism, label, "the tangents of a motion do not carry controllers along")
         if method is not None and not (isinstance(method, Method) and method.has_tangent):
             raise InputError(f"{label}: method is {method!r}; it must be Newmark(...), whose steps have a tangent.")
@@ -170,15 +126,69 @@ class MechanismFlow(ContinuousFlow):
 
     @property
     def weights(self) -> np.ndarray:
-        return state_weights(self.program, self.period)
+        """Weights (size,) of the squares of a state (q, v, z, a, x) in its length.
+
+        Angles are multiplied by the length of the mechanism, velocities by period / (2 pi).  Histories and
+        accelerations have the weight 0.  Without a period it is 1 s.
+        """
+        metric, n_z = metric_of(self.program), self.program.tables.sizes.n_z
+        n, time = self.program.n_q, (self.period or 1.0) / (2.0 * np.pi)
+        return np.concatenate([metric, time**2 * metric, np.zeros(n_z + 2 * n)])
 
     @property
     def records(self) -> np.ndarray:
-        return bookkeeping_rows(self.program)
+        """Rows (m,) of the instants and speeds of onsets, and of the extremes noted by contact laws."""
+        program, rows = self.program, list[int]()
+        for (common, _, end, _), law in zip(program.tables.contacts.z, program.normals, strict=True):
+            extremes = len(HISTORY_WITH_EXTREMES) - len(HISTORY) if law.history() is HISTORY_WITH_EXTREMES else 0
+            rows += [int(common) + ONSET, *range(int(end) - extremes, int(end))]
+        return 2 * program.n_q + np.array(rows, dtype=np.int64)
+
+    @property
+    def state_names(self) -> Mapping[str, int]:
+        coordinates, n = self.program.names.coordinates, self.program.n_q
+        names = {name: k for k, name in enumerate(coordinates)}
+        for k, name in enumerate(coordinates):
+            body, _, last = name.rpartition(".")
+            names[f"{body}.{RATES.get(last, last)}"] = n + k
+        return names
+
+    @property
+    def angles(self) -> np.ndarray:
+        return np.flatnonzero(np.asarray(self.program.tables.kind) == 1)
+
+    @property
+    def histories(self) -> tuple[np.ndarray, np.ndarray]:
+        """Rows of histories of friction and of elements, which must return, and of normal contacts, which follow."""
+        tables = self.program.tables
+        pairs = [*np.asarray(tables.elements.z), *np.asarray(tables.constraints.joint_friction_z)]
+        pairs += [row[2:4] for row in np.asarray(tables.contacts.z)]
+        returning = sorted({i for begin, end in pairs for i in range(int(begin), int(end))})
+        free = sorted(set(range(tables.sizes.n_z)) - set(returning))
+        n = 2 * self.program.n_q
+        return n + np.array(returning, dtype=np.int64), n + np.array(free, dtype=np.int64)
+
+    @property
+    def gaps(self) -> Mapping[str, float]:
+        wanted = [f"{contact}.{PENETRATION}" for contact in self.program.names.contacts]
+        return {name: -1.0 for name in wanted if name in self.names}
+
+    @property
+    def is_rough(self) -> bool:
+        return isinstance(self.step, Adaptive)
+
+    @property
+    def small(self) -> float:
+        return SMALL_IN_CONTACT if self.program.normals else SMALL
 
     @property
     def telling(self) -> tuple[int, ...]:
-        return motion_signals(self.names, self.program.n_q)
+        """Numbers of the positions, the velocities, and the positions of journals.
+
+        Forces and accelerations are functions of positions, velocities and histories, and their spikes spoil every
+        mean.  Sums of energies never return to their start.
+        """
+        return tuple(k for k, name in enumerate(self.names) if k < 2 * self.program.n_q or name.endswith(PLACES))
 
     @property
     def main_signals(self) -> tuple[str, ...]:
@@ -190,12 +200,27 @@ class MechanismFlow(ContinuousFlow):
         if body is None:
             return self.names[:1]
         axis = "theta" if guide is None else "x" if abs(guide.along[0]) >= abs(guide.along[1]) else "y"
-        return (self.names[self.number_of(f"MechanismFlow of {self.name!r}", f"{body.name}.{axis}")],)
+        return (self.names[self.number_of(self._label, f"{body.name}.{axis}")],)
 
     @property
     def resolution(self) -> np.ndarray:
-        steps = (float(self.run.error), self.step.rtol) if isinstance(self.step, Adaptive) else None
-        return signal_resolution(self.program, self.names, self.run.record.peak, steps, self.period)
+        """Differences (m,) of the signals that errors of the integration can make [units of the signals].
+
+        With error-controlled steps: a tenth of the error allowed in a step, because the steps fall differently in each
+        period of a periodic motion.  With fixed steps: 1e-8 of the length of the mechanism and of its largest speed.
+        For signals other than positions, velocities and positions of journals: 1e-6 of their largest values.
+        """
+        program, peak = self.program, self.run.record.peak
+        n, length = program.n_q, program.length
+        scale = np.where(np.asarray(program.tables.kind) == 1, 1.0 / length, 1.0)
+        speed = max(float((peak[n : 2 * n] / scale).max(initial=0.0)), length / (self.period or 1.0))
+        position, velocity = 1e-8 * length, 1e-8 * speed
+        if isinstance(self.step, Adaptive):
+            position, velocity = 0.1 * float(self.run.error), 0.1 * self.step.rtol * speed
+        resolution = np.maximum(1e-6 * peak, 1e-300)
+        resolution[:n], resolution[n : 2 * n] = position * scale, velocity * scale
+        resolution[[k for k, name in enumerate(self.names) if name.endswith(PLACES)]] = position
+        return resolution
 
     @property
     def parameters(self) -> Mapping[str, Any]:
@@ -216,14 +241,14 @@ class MechanismFlow(ContinuousFlow):
     def reset(
         self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
     ) -> None:
-        time = checks.number(f"MechanismFlow of {self.name!r}", "time", time, "s")
+        time = checks.number(self._label, "time", time, "s")
         self._compile({**self.changes, **(parameters or {})})
         if state is None:
             self._begin(consistent_start(self.mechanism, self.program, time, closed=self._closed), None, time)
             return
         state = np.asarray(state, dtype=np.float64)
         if state.shape != (self.size,) or not np.isfinite(state).all():
-            text = f"MechanismFlow of {self.name!r}: the given state has shape {state.shape}"
+            text = f"{self._label}: the given state has shape {state.shape}"
             raise InputError(f"{text}; it must be {self.size} finite numbers (see `state`).")
         n, n_z = self.program.n_q, self.program.tables.sizes.n_z
         q, v = projected(self.program, state[:n], state[n : 2 * n], time)
@@ -242,8 +267,7 @@ class MechanismFlow(ContinuousFlow):
         ----------
         duration, tangents : see `Dynamics.advance`.
         """
-        label = f"MechanismFlow of {self.name!r}"
-        duration = checks.positive(label, "duration", duration, "s")
+        duration = checks.positive(self._label, "duration", duration, "s")
         if not self.ok:
             return False
         if tangents is None:
@@ -287,14 +311,7 @@ class MechanismFlow(ContinuousFlow):
         return W
 
     def _checked(self, tangents: np.ndarray) -> np.ndarray:
-        W = tangents
-        if not isinstance(W, np.ndarray) or W.ndim != 2 or W.shape[0] != self.size or W.dtype != np.float64:
-            text = f"MechanismFlow of {self.name!r}: tangents have shape {np.shape(W)}"
-            raise InputError(f"{text}; they must be a float64 array ({self.size}, k), one difference a column.")
-        if not np.isfinite(W).all():
-            text = f"MechanismFlow of {self.name!r}: tangents hold numbers that are not finite"
-            raise InputError(f"{text}. Make them orthonormal after shorter times.")
-        return W
+        return tangents_of(self._label, tangents, self.size, "Make them orthonormal after shorter times")
 
     def take_step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
         if not self.ok:
@@ -391,6 +408,35 @@ class MechanismFlow(ContinuousFlow):
             return "it has no periodic drive"
         return f"the periods of its drives, {periods[0]:g} s and {periods[1]:g} s, have no small common multiple"
 
+    def required_period(self, owner: str) -> float:  # noqa: ARG002 - the error names the drives
+        return common_period(self.program) if self.period is None else self.period
+
+    def prepare(self) -> bool:
+        return self.advance(1e-6 * (self.period or 1.0))
+
+    def makings(self) -> list[Any]:
+        return [v for _, v in sorted(vars(self).items()) if isinstance(v, (Program, FixedStep, Adaptive, Newmark))]
+
+    def remarks(self, since: float) -> list[str]:
+        """A sentence on each contact that stayed closed since a given time.
+
+        Laws with hysteresis damping depend on the approach speed of the last onset.  The run lacks the tangent of this
+        approach speed if the onset precedes the measured growth.  Contacts with other laws are not listed.
+
+        Parameters
+        ----------
+        since : start of the measured growth [s].
+        """
+        sentences, tables, names = [], self.program.tables, self.program.names.contacts
+        for row in running_episodes(tables, self.run.flow):
+            contact = int(row[COLUMN["contact"]])
+            _, begin, end, _ = tables.contacts.z[contact]
+            damped = self.program.normals[contact].damped_since_onset(self.run.flow.z[begin:end].tolist())
+            if damped and row[COLUMN["peak_force"]] > 0.0 and not row[COLUMN["start"]] > since:
+                text = f"{names[contact]} has been in contact without a break during all that was counted"
+                sentences.append(f"{text}: {damped}.")
+        return sentences
+
     def snapshot(self) -> Snapshot:
         run = self.run
         return Snapshot(
@@ -453,7 +499,7 @@ class MechanismFlow(ContinuousFlow):
             self.units = tuple(s.units for s in self.program.names.signals)
         self.changes = dict(changes)
         if self.period is None and isinstance(self.step, Adaptive) and self.step.max is None:
-            text = f"MechanismFlow of {self.name!r}: no drive has a period, so the largest step is unknown"
+            text = f"{self._label}: no drive has a period, so the largest step is unknown"
             raise InputError(
                 f"{text}. Give period= (about that of the motion), step=Adaptive(max=...) or a fixed step."
             )
@@ -466,33 +512,11 @@ class MechanismFlow(ContinuousFlow):
         self.run.flow.clock.save_start = -1.0
 
 
-# Conversion of arguments: a mechanism or a `Dynamics` becomes a flow or a map
+DERIVED = ("symbolic", "shapes")
+"""Fields of a program without influence on the digest; the other fields determine them."""
 
 
-def dynamics_of(
-    caller: str, system: Any, *, period: float | None = None, step: Step | None = None, method: Newmark | None = None
-) -> Dynamics:
-    """`system` itself, or the flow of a mechanism; a `Dynamics` with a step or a method (it has its own) is refused."""
-    if isinstance(system, Mechanism):
-        return MechanismFlow(system, step=step, method=method, period=period)
-    if not isinstance(system, Dynamics):
-        text = f"{caller}: system is {system!r}"
-        raise InputError(f"{text}; it must be a Mechanism, or a flow or map as ODE, Map, StroboscopicMap.")
-    if step is not None or method is not None:
-        text = f"{caller} {system.name!r}: step= and method= belong to a mechanism"
-        raise InputError(f"{text}; this system has its own. Give them where the system is built.")
-    return system
-
-
-def strobe_of(caller: str, system: Dynamics, period: float | None) -> Dynamics:
-    """Stroboscopic map of a flow, by default with the flow's own period [s]; a map is returned as it is."""
-    if isinstance(system, ContinuousFlow):
-        return StroboscopicMap(system, period)
-    if period is not None:
-        raise InputError(f"{caller} {system.name!r}: period= belongs to a flow; this is a map. Leave it out.")
-    return system
-
-
-def clock(system: Dynamics) -> float:
-    """Time of a system, by which exponents count: seconds of a flow and of its sections, iterations of a map."""
-    return system.flow.time if isinstance(system, (StroboscopicMap, SectionMap)) else system.time
+@parts_of.register
+def _program(value: Program) -> Parts:
+    names = [f.name for f in fields(value) if f.name not in DERIVED]
+    return kind_of(value), [part for name in names for part in (name, getattr(value, name))]

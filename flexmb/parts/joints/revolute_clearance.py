@@ -130,7 +130,7 @@ class RevoluteClearance(Joint):
     clearance: float = field(
         "bearing radius less journal radius", "m", positive, hint="For a joint without clearance use Revolute(...)."
     )
-    bearing_radius: float = field("radius of the bearing, > clearance", "m", positive)
+    bearing_radius: float = field("radius of the bearing", "m", positive)
     normal: NormalLaw = field("law of the normal force", rule=NORMAL_LAW)
     friction: FrictionLaw = field("law of friction", rule=FRICTION_LAW, default_factory=Frictionless)
     start: str | tuple[float, float] = field("place of the journal at the start, see above", "m", default=CENTRED)
