@@ -5,6 +5,7 @@ import time
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
@@ -18,12 +19,12 @@ def logistic(x, r):
     return [r * x[0] * (1.0 - x[0])]
 
 
-def logistic_map(r, start=0.3):
+def logistic_map(r: Annotated[float, "1/s"], start=0.3):
     """A map.
 
     Parameters
     ----------
-    r : growth a year [1/s].
+    r : growth a year.
     start : where it starts.
     """
     if 3.3 < r < 3.32:
