@@ -484,7 +484,8 @@ def _left_out() -> dict[str, str]:
         program.program.NO_FACTOR program.program.FIRST_OUTPUT engine.system.outputs.FRICTION_ALONE
     decides a remark or a refusal, and no number of a run: dynamics.report.FEWEST_PERIODS dynamics.report.FEWEST_SAMPLES
         dynamics.report.MORE_THAN dynamics.report.POINTS dynamics.jobs.files.NO_ROOM findings.watch.LEAST_STEPS findings.watch.SHARE
-        model.elastic_body.STRAIN_AT_REST model.elastic_body.LARGE_STRAIN model.elastic_body.IMPOSSIBLE_STRAIN parts.couplings.one_way_clutch.LARGE_WIND_UP parts.cams.curve_on_curve.PULL parts.couplings.cable.LARGE_STRETCH
+        model.elastic_body.STRAIN_AT_REST model.elastic_body.LARGE_STRAIN model.elastic_body.IMPOSSIBLE_STRAIN parts.couplings.one_way_clutch.LARGE_WIND_UP parts.couplings.one_way_clutch.COARSE_STEP
+        parts.cams.curve_on_curve.PULL parts.couplings.cable.LARGE_STRETCH
         parts.couplings.belt.LARGE_STRETCH parts.couplings.gear.LARGE_PLAY parts.couplings.rack.PARTED elastic.planes.plane_body.TOO_STIFF results.stress.CAPTURED
         model.elastic_body.LEAST
         elastic.reduced.accuracy.AT_EDGE parts.loads.mesh_loads.LEFT_OUT elastic.reduced.accuracy.EDGE_SHARE elastic.reduced.accuracy.STEP_ERROR elastic.reduced.bases.LEAST_PIVOT elastic.reduced.bases.LEAST_SHARE

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING
@@ -12,6 +13,7 @@ from flexmb.kernels import friction_law, joint_friction_kernel
 from flexmb.model.contributions import Contribution, JointFriction
 from flexmb.model.law import FrictionLaw
 from flexmb.model.part import Joint
+from flexmb.parts.bodies.rigid import RigidBody
 from flexmb.parts.joints.revolute import coincidence_piece
 from flexmb.places import LOAD, LOAD_BY_Q, SLIDING
 
@@ -21,6 +23,9 @@ if TYPE_CHECKING:
 
 LARGE_WIND_UP = 0.5
 """Wind-up above which there is a remark [rad]."""
+
+COARSE_STEP = 0.35
+"""Fixed step over the time of an engagement above which there is a remark: speeds behind it are off by some 2 %."""
 
 WIND_UP, LAST_RATE, LAST_ANGLE, BEGUN = range(4)
 """Places in the history: wind-up [rad]; its rate [rad/s] and the angle [rad] at the last state; 1 from then on."""
@@ -113,13 +118,37 @@ class OneWayClutch(Joint):
 
     kind = "revolute"
 
-    def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:  # noqa: ARG002 - alone
-        """Finding on a wind-up that no clutch bears."""
+    def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:
+        """Findings on a wind-up that no clutch bears, and on an engagement of a few fixed steps."""
         torque, when = motion.peak(f"{self.name}.torque")
         if torque > LARGE_WIND_UP * self.stiffness:
             angle = torque / self.stiffness
             text = f"At t = {when:.6g} s {self.label} is wound up by some {angle:.4g} rad."
             yield found("unreal-motion", (self.name,), text, "Its stiffness is in N m/rad.", time=when, angle=angle)
+        h, duration = motion.fixed_step, self._duration(mechanism, motion, torque)
+        if h is not None and h > COARSE_STEP * duration:
+            text = f"{self.label} engages at t = {when:.6g} s within some {duration:.2g} s, in which a fixed step of"
+            text = f"{text} {h:.3g} s is too long: speeds behind it are off by 2 % or more."
+            remedy = f"Take steps of {0.1 * duration:.1g} s, or Adaptive()."
+            yield found("coarse-step", (self.name,), text, remedy, step=h, duration=duration)
+
+    def _duration(self, mechanism: Mechanism, motion: WatchedMotion, torque: float) -> float:
+        """Time in which the largest `torque` [N m] of a run changes the speed of the bodies [s]; inf without torque.
+
+        It is J/damping or sqrt(J/stiffness), whichever is shorter.  J is the torque over the largest acceleration, at
+        least the moment of inertia of rigid bodies about the pin, since impacts accelerate them more.
+        """
+        acceleration, inverse = 0.0, 0.0
+        for end in self.ends(mechanism):
+            name = f"{end.part}.{end.node}.alpha" if end.node else f"{end.part}.alpha"
+            acceleration += motion.peak(name)[0] if name in motion.signals.places else 0.0
+            body = self.first if end.part == self.first.name else self.second
+            if isinstance(body, RigidBody):
+                inverse += 1.0 / (body.inertia + body.mass * math.hypot(*end.offset) ** 2)
+        if torque == 0.0 or acceleration == 0.0:
+            return math.inf
+        J = max(torque / acceleration, 1.0 / inverse if inverse > 0.0 else 0.0)
+        return min(J / self.damping if self.damping > 0.0 else math.inf, math.sqrt(J / self.stiffness))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """The two constraint equations of the pin, with the torque of the clutch."""
