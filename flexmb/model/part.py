@@ -79,7 +79,7 @@ class Part(Input, Shown, ABC):
             object.__setattr__(self, name, names)
         super().__post_init__()
         for name in [one.name for one in fields_of(type(self)) if one.type == "Part"]:
-            if not isinstance(value := getattr(self, name), Part):
+            if not _is_kind((value := getattr(self, name)).__class__, Part):
                 hint = " Give the part itself, not its name." if isinstance(value, str) else ""
                 raise InputError(f"{self.label}: {name} is {value!r}; it must be a body or GROUND.{hint}")
 
@@ -119,17 +119,17 @@ class Part(Input, Shown, ABC):
     def references(self) -> tuple[str, ...]:
         """Names of the parts to which this part is connected."""
         values = [getattr(self, field.name) for field in fields_of(type(self))]
-        return tuple([v.name for v in values if _is_part(v.__class__)])
+        return tuple([v.name for v in values if _is_kind(v.__class__, Part)])
 
     @property
     def pushes(self) -> tuple[str, ...]:
         """Names of own forces that only push: below 0 a real part, such as a cam, would lift off."""
         return ()
 
-    @property
+    @cached_property
     def all_materials(self) -> tuple[Material, ...]:
         """Materials among the fields of the part and of its laws."""
-        values = (getattr(self, field.name) for field in fields_of(type(self)))
+        values = [getattr(self, field.name) for field in fields_of(type(self))]
         return tuple(dict.fromkeys(_materials(values)))
 
     @property
@@ -163,19 +163,19 @@ class Part(Input, Shown, ABC):
 
 
 @cache
-def _is_part(kind: type) -> bool:
-    """Whether a class is one of parts; remembered, since abstract base classes are slow."""
-    return issubclass(kind, Part)
+def _is_kind(kind: type, of: type) -> bool:
+    """Whether a class is one of another; remembered, since abstract base classes are slow."""
+    return issubclass(kind, of)
 
 
 def _materials(values: Iterable[Any]) -> Iterator[Material]:
     """Materials among values, in tuples of them, and among the fields of laws."""
     for value in values:
-        if isinstance(value, Material):
+        if _is_kind(value.__class__, Material):
             yield value
         elif isinstance(value, tuple):
             yield from _materials(value)
-        elif isinstance(value, Law):
+        elif _is_kind(value.__class__, Law):
             yield from _materials(vars(value).values())
 
 
