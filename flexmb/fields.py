@@ -181,10 +181,13 @@ def unit_of(thing: Any, name: str) -> str:
     if dataclasses.is_dataclass(thing):
         return next((one.unit for one in fields_of(thing) if one.name == name), "")  # type: ignore[arg-type]
     try:
-        taken = inspect.signature(thing, eval_str=True).parameters
-    except (NameError, TypeError, ValueError):  # names for type checking alone; no signature
+        told: Any = inspect.signature(thing).parameters[name].annotation
+        if isinstance(told, str):  # evaluated alone: names for type checking may stand in the others
+            made = inspect.unwrap(getattr(thing, "func", thing))
+            told = eval(told, getattr(made, "__globals__", vars(inspect.getmodule(made))))
+    except (NameError, TypeError, ValueError, KeyError):  # no such parameter, no signature
         return ""
-    told = getattr(taken[name].annotation, "__metadata__", ()) if name in taken else ()
+    told = getattr(told, "__metadata__", ())
     return next((one for one in told if isinstance(one, str)), "")
 
 

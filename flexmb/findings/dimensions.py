@@ -34,7 +34,7 @@ LARGE_CLEARANCE = 0.2
 
 def dimension_findings(mechanism: Mechanism) -> list[Finding]:
     """Findings on the numbers of all parts."""
-    own = [finding for part in mechanism.parts for finding in part.findings_before(mechanism)]
+    own = [finding for part in mechanism.parts for finding in part.answers("findings_before", mechanism)]
     return [
         *_sizes(mechanism),
         *_place(mechanism),
@@ -49,8 +49,8 @@ def dimension_findings(mechanism: Mechanism) -> list[Finding]:
 def size_of(mechanism: Mechanism, body: Body | None = None) -> float:
     """Largest extent of nodes and joints, of the mechanism or of one body [m]."""
     bodies = mechanism.bodies if body is None else (body,)
-    points = [(node.x, node.y) for one in bodies for node in one.whole.nodes()]
-    points += [point for one in bodies for point in one.tips]
+    points = [(node.x, node.y) for one in bodies for node in one.whole_body.nodes()]
+    points += [point for one in bodies for point in one.bar_ends]
     names = {one.name for one in bodies}
     joints = (part for part in mechanism.parts if isinstance(part, Joint) and part.at is not None)
     points += [joint.at for joint in joints if names & {joint.first.name, joint.second.name}]
@@ -99,8 +99,8 @@ def _materials(mechanism: Mechanism) -> Iterator[Finding]:
 
 
 def _clearances(mechanism: Mechanism) -> Iterator[Finding]:
-    bars = (body for body in mechanism.bodies if body.tips and not body.is_elastic)
-    lengths = {bar.name: math.dist(*bar.tips) for bar in bars}
+    bars = (body for body in mechanism.bodies if body.bar_ends and not body.is_elastic)
+    lengths = {bar.name: math.dist(*bar.bar_ends) for bar in bars}
     for part in mechanism.parts:
         clearance = getattr(part, "clearance", None)
         if not isinstance(part, Joint) or not isinstance(clearance, float):

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from flexmb import checks
 from flexmb.display import cut
 
 ERROR, WARNING, NOTE = "error", "warning", "note"
@@ -73,6 +74,7 @@ CODES_OF_RUNS: dict[str, tuple[str, str]] = {
     "failed-step": (ERROR, "a step failed, for a reason outside of the mechanism"),
     "refused-step": (NOTE, "forces and contacts of the step that was refused"),
     "strength": (NOTE, "largest stress of a body, and its safety against yield"),
+    "broken-question": (WARNING, "a method of a part that yields findings failed"),
     "bookkeeping": (NOTE, "what a method or a checkpoint has to say on a run"),
 }
 """The same of further codes of runs."""
@@ -104,6 +106,11 @@ class Finding:
     severity: str
     numbers: dict[str, float] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        checks.one_of("Finding", "severity", self.severity, SEVERITIES)
+        object.__setattr__(self, "parts", tuple(self.parts))
+        object.__setattr__(self, "numbers", {name: float(value) for name, value in self.numbers.items()})
+
     def __repr__(self) -> str:
         return cut(str(self), 3)
 
@@ -131,8 +138,7 @@ def found(
 ) -> Finding:
     """A finding with the severity of its code, or an error if `wrong`; `numbers` stand in its text."""
     severity = ERROR if wrong else (CODES.get(code) or CODES_OF_RUNS[code])[0]
-    plain = {name: float(value) for name, value in numbers.items()}
-    return Finding(code, tuple(parts), text, remedy, severity, plain)
+    return Finding(code, tuple(parts), text, remedy, severity, numbers)
 
 
 def sentences(findings: Iterable[Finding], *, errors: bool = False) -> tuple[str, ...]:

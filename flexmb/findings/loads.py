@@ -149,7 +149,7 @@ def load_findings(mechanism: Mechanism, free: int) -> list[Finding]:
         except FlexmbError as error:
             findings.append(found("no-statics", (), f"The loads at rest were not examined: {error}"))
         findings += _buckling(ideal)
-    own = [finding for part in mechanism.parts for finding in part.findings_at_rest(ideal, load, pose)]
+    own = [one for part in mechanism.parts for one in part.answers("findings_at_rest", ideal, load, pose)]
     return [*own, *findings]
 
 

@@ -71,15 +71,15 @@ def left_out_links(mechanism: Mechanism) -> list[Finding]:
     joints = [part for part in mechanism.parts if isinstance(part, Joint) and part.at is not None]
     others = [part for part in mechanism.parts if not isinstance(part, Body) and part not in joints]
     held = {name for part in others if len(part.references()) > 1 for name in part.references()}
-    bars = [body for body in mechanism.bodies if body.tips]
-    near, findings = SAME_POINT * max((math.dist(*bar.tips) for bar in bars), default=0.0), []
-    ends = [(body, point) for body in bars if body.name not in held for point in body.tips]
+    bars = [body for body in mechanism.bodies if body.bar_ends]
+    near, findings = SAME_POINT * max((math.dist(*bar.bar_ends) for bar in bars), default=0.0), []
+    ends = [(body, point) for body in bars if body.name not in held for point in body.bar_ends]
     for bar, end in ends:
         here = [joint for joint in joints if math.dist(joint.at, end) <= near]
         if not here or any(bar.name in joint.references() for joint in here):
             continue
         two = [body for body in (here[0].first, here[0].second) if isinstance(body, Body)]
-        points = {body.name: (*body.tips, *((node.x, node.y) for node in body.nodes())) for body in two}
+        points = {body.name: (*body.bar_ends, *((node.x, node.y) for node in body.nodes())) for body in two}
         apart = [name for name, own in points.items() if all(math.dist(one, end) > near for one in own)]
         wrong = [repr(name) for name in apart] or ["one of them"]
         text = f"{here[0].label} joins {quoted([b.name for b in two])} at ({end[0]:.4g}, {end[1]:.4g}) m, where"

@@ -60,7 +60,7 @@ def watch_findings(mechanism: Mechanism, motion: WatchedMotion, contacts: Contac
     yield from _penetrations(mechanism, motion, contacts.names)
     yield from _coarse_contacts(motion, contacts)
     for part in mechanism.parts:
-        yield from part.findings_after(mechanism, motion)
+        yield from part.answers("findings_after", mechanism, motion)
     if motion.peak("energy.kinetic")[0] == 0.0 and mechanism.bodies and not any(mechanism.gravity):
         yield found("nothing-moves", (), NOTHING_MOVES, WHAT_MOVES)
 

@@ -36,7 +36,7 @@ class ElasticBody(Body):
     """The bodies that are linear elastic."""
 
     @property
-    def whole(self) -> ElasticBody:
+    def whole_body(self) -> ElasticBody:
         """The body with all its nodes, of which this one is made."""
         return self
 
@@ -65,7 +65,7 @@ class ElasticBody(Body):
     def strain_in(self, motion: WatchedMotion) -> tuple[float, float, float]:
         """Largest strain and stress [Pa] in a `motion`, and when [s]."""
         name = f"{self.name}.von_mises"
-        known = name in motion.signals.places and self.whole.theory == self.theory
+        known = name in motion.signals.places and self.whole_body.theory == self.theory
         stress, when = motion.peak(name) if known else (0.0, 0.0)
         return stress / max(material.young for material in self.all_materials), stress, when
 
@@ -79,8 +79,8 @@ class ElasticBody(Body):
 
     def findings_before(self, mechanism: Mechanism) -> Iterator[Finding]:  # noqa: ARG002 - the body alone
         """Findings on sizes and cells of the whole body."""
-        yield from self.whole.coarse_cells(self)
-        yield from (replace(finding, parts=(self.name,)) for finding in self.whole.odd_sizes())
+        yield from self.whole_body.coarse_cells(self)
+        yield from (replace(finding, parts=(self.name,)) for finding in self.whole_body.odd_sizes())
 
     def findings_at_rest(self, mechanism: Mechanism, load: float, pose: Pose | None) -> Iterator[Finding]:  # noqa: ARG002
         """Finding on a body that yields or strains by much under the loads at rest."""
@@ -100,7 +100,7 @@ class ElasticBody(Body):
 
     def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:  # noqa: ARG002
         """Findings on cells, strains beyond linear elasticity, and the safety against yield."""
-        yield from self.whole.coarse_cells(self)
+        yield from self.whole_body.coarse_cells(self)
         strain, stress, when = self.strain_in(motion)
         limit = None if self.seeks_stress else _yield_stress(self)
         by = "by some" if self.theory == ElasticBody.theory else "by"
@@ -126,7 +126,7 @@ class ElasticBody(Body):
         several = len({material.yield_stress for material in self.all_materials}) > 1
         weakest = " of the weakest material, at least" * several
         text = (
-            f"{self.label}: largest {self.whole.stress_name} {number_text(stress)} Pa at t = {when:.6g} s at node "
+            f"{self.label}: largest {self.whole_body.stress_name} {number_text(stress)} Pa at t = {when:.6g} s at node "
             f"{node}, ({x:.4g}, {y:.4g}) m in the reference configuration: safety against yield{weakest} "
             f"{limit / stress:.3g}"
         )

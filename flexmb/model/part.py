@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
@@ -12,9 +13,9 @@ import numpy as np
 
 from flexmb import checks, kernels
 from flexmb.display import Shown
-from flexmb.errors import FlexmbError, InputError, ModelError
+from flexmb.errors import USER_ERRORS, FlexmbError, InputError, ModelError
 from flexmb.fields import Input, field, fields_of, point, record
-from flexmb.findings.finding import Finding
+from flexmb.findings.finding import Finding, found
 from flexmb.model.contributions import (
     AXES,
     Attachment,
@@ -158,6 +159,25 @@ class Part(Input, Shown, ABC):
         """Findings on a `motion` of `mechanism` that a real part could not follow, or the theory does not cover."""
         return ()
 
+    def answers(self, question: str, *arguments: Any) -> list[Finding]:
+        """Findings of `findings_before`, `findings_at_rest` or `findings_after`; a failure of the method is one."""
+        former = getattr(self, "remarks", None) if question == "findings_after" else None
+        try:
+            given: list[Any] = list(getattr(self, question)(*arguments))
+            if callable(former):
+                text = (
+                    f"{type(self).__name__}.remarks is called findings_after now, and yields records fm.doctor.Finding"
+                )
+                warnings.warn(f"{text}; the former name goes with the next version.", DeprecationWarning, stacklevel=2)
+                given += [found("unreal-motion", (self.name,), str(one)) for one in former(*arguments)]
+            wrong = [f"it gives {one!r}, which is no Finding" for one in given if not isinstance(one, Finding)][:1]
+        except FlexmbError:
+            raise
+        except USER_ERRORS as error:
+            given, wrong = [], [f"{type(error).__name__}: {error}"]
+        told = [found("broken-question", (self.name,), f"{self.label}: {question} failed: {one}.") for one in wrong]
+        return [*(one for one in given if isinstance(one, Finding)), *told]
+
     def validate(self, mechanism: Mechanism) -> None:
         """Check the part against the other parts of `mechanism`."""
 
@@ -205,12 +225,12 @@ class Body(Part):
         """Node and offset of a `point` of the reference configuration; `owner`: caller, for messages."""
 
     @property
-    def tips(self) -> tuple[tuple[float, float], ...]:
+    def bar_ends(self) -> tuple[tuple[float, float], ...]:
         """Both ends of a bar in the reference configuration [m]; () for a body of another form."""
         return ()
 
     @property
-    def whole(self) -> Body:
+    def whole_body(self) -> Body:
         """The body with all its nodes, of which this one is made."""
         return self
 

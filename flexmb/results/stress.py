@@ -96,7 +96,7 @@ def stress(
     else:
         shape = next(s for s in sol.shapes if isinstance(s, MeshShape) and s.part == part.name)
         places = Places(np.arange(len(shape.points)), part.reference_points(), {}, {})
-        of = _of_plane if part.whole is part else _of_reduced
+        of = _of_plane if part.whole_body is part else _of_reduced
         fields = _with_principal(of(sol, part, shape, instants))
     chosen = np.arange(len(places.nodes)) if points is None else chosen_places(part.label, places, points)
     own = {"node": (places.nodes, ""), "x": (places.points[:, 0], "m"), "y": (places.points[:, 1], "m"), **places.more}
@@ -119,7 +119,7 @@ def _body(sol: Solution, name: str, mechanism: Mechanism | None) -> Any:
     part = known.find(name)
     if not isinstance(part, ElasticBody):
         raise InputError(f"{part.label} has no stresses. Name a flexible body of {known.name!r}.")
-    if not part.whole.knows_stress:
+    if not part.whole_body.knows_stress:
         text = f"{part.label}: a section does not know its outer fibre, so there are no stresses"
         raise InputError(f"{text}. Give outer_fibre=... [m] to the section.")
     return part

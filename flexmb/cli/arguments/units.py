@@ -122,7 +122,8 @@ def _scale(unit_text: str, unit: str, text: str, name: str, *, pi: bool) -> Scal
         return factor, power + int(pi)
     kind = next((u for u, units in UNITS.items() if _bare(unit_text) in {_bare(typed) for typed in units}), None)
     if kind is not None:
-        raise InputError(f"{name}: {text!r} is {NOUNS.get(kind, f'in {kind}')}; give {noun(unit)}.")
+        how = "" if unit else f", or declare the unit in the file: Annotated[float, {kind!r}]"
+        raise InputError(f"{name}: {text!r} is {NOUNS.get(kind, f'in {kind}')}; give {noun(unit)}{how}.")
     if not allowed:
         raise InputError(f"{name}: {text!r}: {unit_text!r} is no unit known here; {name} is {noun(unit)}.")
     raise InputError(f"{name}: {text!r}: {unit_text!r} is no unit known here. {did_you_mean(unit_text, allowed)}")

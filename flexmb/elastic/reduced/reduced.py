@@ -427,7 +427,7 @@ class Reduced(MeshBody):
         return self.body.seeks_stress if self.stress is None else self.stress
 
     @property
-    def whole(self) -> FlexibleBody | PlaneBody:
+    def whole_body(self) -> FlexibleBody | PlaneBody:
         """The body with all its nodes."""
         return self.body
 

@@ -50,7 +50,7 @@ class Bar(Body):
             raise InputError(f"{self.label}: start and end are both {self.start}; a link must have a length > 0 m.")
 
     @property
-    def tips(self) -> tuple[Point, ...]:
+    def bar_ends(self) -> tuple[Point, ...]:
         """Both ends [m]."""
         return self.start, self.end
 
