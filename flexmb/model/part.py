@@ -160,7 +160,7 @@ class Part(Input, Shown, ABC):
         return ()
 
     def answers(self, question: str, *arguments: Any) -> list[Finding]:
-        """Findings of `findings_before`, `findings_at_rest` or `findings_after`; a failure of the method is one."""
+        """Findings of a method `question`, such as `findings_after`, called with `arguments`; its failure is one."""
         former = getattr(self, "remarks", None) if question == "findings_after" else None
         try:
             given: list[Any] = list(getattr(self, question)(*arguments))

@@ -13,7 +13,6 @@ from flexmb.kernels import friction_law, joint_friction_kernel
 from flexmb.model.contributions import Contribution, JointFriction
 from flexmb.model.law import FrictionLaw
 from flexmb.model.part import Joint
-from flexmb.parts.bodies.rigid import RigidBody
 from flexmb.parts.joints.revolute import coincidence_piece
 from flexmb.places import LOAD, LOAD_BY_Q, SLIDING
 
@@ -136,15 +135,14 @@ class OneWayClutch(Joint):
         """Time in which the largest `torque` [N m] of a run changes the speed of the bodies [s]; inf without torque.
 
         It is J/damping or sqrt(J/stiffness), whichever is shorter.  J is the torque over the largest acceleration, at
-        least the moment of inertia of rigid bodies about the pin, since impacts accelerate them more.
+        least the moment of inertia of the rigid bodies, since impacts accelerate them more.
         """
         acceleration, inverse = 0.0, 0.0
         for end in self.ends(mechanism):
             name = f"{end.part}.{end.node}.alpha" if end.node else f"{end.part}.alpha"
             acceleration += motion.peak(name)[0] if name in motion.signals.places else 0.0
-            body = self.first if end.part == self.first.name else self.second
-            if isinstance(body, RigidBody):
-                inverse += 1.0 / (body.inertia + body.mass * math.hypot(*end.offset) ** 2)
+            inertia = getattr(self.first if end.part == self.first.name else self.second, "inertia", None)
+            inverse += 1.0 / inertia if isinstance(inertia, float) else 0.0
         if torque == 0.0 or acceleration == 0.0:
             return math.inf
         J = max(torque / acceleration, 1.0 / inverse if inverse > 0.0 else 0.0)
