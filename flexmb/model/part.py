@@ -170,6 +170,8 @@ class Part(Input, Shown, ABC):
                 )
                 warnings.warn(f"{text}; the former name goes with the next version.", DeprecationWarning, stacklevel=2)
                 given += [found("unreal-motion", (self.name,), str(one)) for one in former(*arguments)]
+            if not given:
+                return []
             wrong = [f"it gives {one!r}, which is no Finding" for one in given if not isinstance(one, Finding)][:1]
         except FlexmbError:
             raise
