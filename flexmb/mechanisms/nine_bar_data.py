@@ -96,7 +96,10 @@ class NineBarData(Input):
     thickness: float = field("thickness of all bars but that of link 3", "m", positive, default=0.012)
     thickness3: float = field("thickness of the bar of link 3", "m", positive, default=0.006)
     damping: float = field(
-        "zeta2, stiffness-proportional damping of the beams", "s", not_negative, default=LIGHT_DAMPING
+        "zeta2, stiffness-proportional damping of the beams; inferred: `INFERRED_DAMPING`",
+        "s",
+        not_negative,
+        default=LIGHT_DAMPING,
     )
     mass_damping: float = field("zeta1, mass-proportional damping of the beams", "1/s", not_negative, default=0.0)
     gravity: float = field("acceleration of gravity along X", "m/s^2", default=-9.81)

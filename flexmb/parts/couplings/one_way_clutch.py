@@ -127,7 +127,7 @@ class OneWayClutch(Joint):
         h, duration = motion.fixed_step, self._duration(mechanism, motion, torque)
         if h is not None and h > COARSE_STEP * duration:
             text = f"{self.label} engages at t = {when:.6g} s within some {duration:.2g} s, in which a fixed step of"
-            text = f"{text} {h:.3g} s is too long: speeds behind it are off by 2 % or more."
+            text = f"{text} {h:.3g} s is long: speeds behind it may be off by 2 % or more."
             remedy = f"Take steps of {0.1 * duration:.1g} s, or Adaptive()."
             yield found("coarse-step", (self.name,), text, remedy, step=h, duration=duration)
 
