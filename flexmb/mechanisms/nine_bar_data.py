@@ -99,7 +99,7 @@ class NineBarData(Input):
         "zeta2, stiffness-proportional damping of the beams; inferred: `INFERRED_DAMPING`",
         "s",
         not_negative,
-        default=LIGHT_DAMPING,
+        default=INFERRED_DAMPING,
     )
     mass_damping: float = field("zeta1, mass-proportional damping of the beams", "1/s", not_negative, default=0.0)
     gravity: float = field("acceleration of gravity along X", "m/s^2", default=-9.81)

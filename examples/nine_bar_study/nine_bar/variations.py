@@ -108,7 +108,7 @@ VARIATIONS = (
     Variation("g", "R1 = 5 mm", {"bearing_radius": 0.005}, play_only=True),
     Variation("h", "R1 = 20 mm", {"bearing_radius": 0.020}, play_only=True),
     Variation("i", "zeta2 = 0", {"damping": 0.0}, beams_only=True),
-    Variation("j", "zeta2 = 1e-7 s", {"damping": 1e-7}, beams_only=True),
+    Variation("j", "zeta2 = 1e-6 s, light steel structures", {"damping": DATA.LIGHT_DAMPING}, beams_only=True),
     Variation("k", "zeta2 = 1e-5 s", {"damping": 1e-5}, beams_only=True),
     Variation("l", "zeta2 = 1e-4 s", {"damping": 1e-4}, beams_only=True),
     Variation("m", "zeta1 = 10 1/s, on rates of deformation", {"mass_damping": 10.0}, beams_only=True),
@@ -147,18 +147,15 @@ VARIATIONS = (
 ZETAS = (1e-7, 1e-6, 5e-6, 1e-5, 2e-5, 3e-5, 5e-5, 1e-4, 1e-3)
 """Values of zeta2 on the page "damping" [s]."""
 
-INFERRED = 2e-5
-"""Value of zeta2 [s] at which the page varies other numbers, too."""
-
 
 def _damped(letter: str, what: str, beams_only: bool = True, elements: int = 2, **data: float) -> Variation:
-    return Variation(letter, what, {"damping": INFERRED, **data}, {"elements": elements}, beams_only=beams_only)
+    return Variation(letter, what, {"damping": DATA.damping, **data}, {"elements": elements}, beams_only=beams_only)
 
 
 DAMPED = (
     *(_damped(f"zeta{z:g}", f"zeta2 = {z:g} s", damping=z) for z in ZETAS),
-    *(_damped(f"elements{n}", f"{INFERRED:g} s, {n} elements a link", elements=n) for n in (4, 8)),
-    *(_damped(f"mass{z:g}", f"{INFERRED:g} s, zeta1 = {z:g} 1/s", mass_damping=z) for z in (10.0, 100.0)),
-    *(_damped(f"cf{c:g}", f"{INFERRED:g} s, cf = {c:g}", False, friction_coefficient=c) for c in (0.0, 0.03)),
+    *(_damped(f"elements{n}", f"{DATA.damping:g} s, {n} elements a link", elements=n) for n in (4, 8)),
+    *(_damped(f"mass{z:g}", f"{DATA.damping:g} s, zeta1 = {z:g} 1/s", mass_damping=z) for z in (10.0, 100.0)),
+    *(_damped(f"cf{c:g}", f"{DATA.damping:g} s, cf = {c:g}", False, friction_coefficient=c) for c in (0.0, 0.03)),
 )
 """Variations of the page "damping"."""
