@@ -129,6 +129,7 @@ statics.start.redundant_joints.looks_dependent#10.0 | 1 | HOLD | pivot that seem
 engine.step.step_size.IMPACT_STEPS | steps | an impact | steps of an impact with rtol = 1e-4 | 0.125 0.25 4 10
 engine.step.step_size.FEWEST_IMPACT_STEPS | steps | an impact | fewest steps of an impact, for any rtol | 0.125 4 10
 engine.step.step_size.FLIGHT_WEIGHT | 1 | error of positions | how much more it counts in flight
+engine.step.step_size.FIRST_STEP | 1 | largest step | first step of a run
 engine.step.step_size.SMOOTH_STEPS | steps | period of the drives | largest step, without clearance
 engine.step.step_size.LARGEST_STEPS | steps | period of the drives | largest step, with clearance | 0.04 0.1 10 40
 statics.start.assemble.CLOSED_GAP | 1 | size of the mechanism | gap of a loop that is closed
@@ -382,6 +383,9 @@ dynamics.verdict.LEAST | points | nothing | least points of a verdict
 dynamics.verdict.LEAST_APERIODIC | points | nothing | the same, of no period
 dynamics.verdict.LEAST_CHAOTIC | points | nothing | the same, of chaos
 dynamics.verdict.CLEARLY | 1 | standard errors | an exponent that is not zero
+dynamics.verdict.REGULAR | 1 | separation of random points | separation of a regular motion, at most
+dynamics.verdict.PARTED | 1 | separation of random points | separation of chaos, at least
+dynamics.verdict.TOGETHER | 1 | separation of random points | separation below which the 0-1 test is not asked
 dynamics.verdict.SETTLED | 1 | spread | drift of what has settled
 dynamics.verdict.MOST_SIGNALS | signals | nothing | signals that are tested
 dynamics.verdict.PART | 1 | record | lags of the 0-1 test: one over this part

@@ -1,4 +1,4 @@
-"""Contact laws: normal forces, friction, onset, coefficient of restitution, validity."""
+"""Normal laws of contacts; friction laws are in `flexmb.friction`."""
 
 from flexmb.namespace import lazy_names
 

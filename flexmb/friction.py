@@ -1,4 +1,4 @@
-"""Friction laws, one a file."""
+"""Friction laws."""
 
 from flexmb.namespace import lazy_names
 

@@ -87,6 +87,12 @@ PART = 4
 
 With a tenth, as in the source, 250 points of a closed curve may look chaotic, and banded chaos regular."""
 
+REGULAR, PARTED, TOGETHER = 0.2, 0.5, 0.05
+"""Separation of neighbours D below which a motion is regular, above which it is chaotic; below which K is not asked.
+
+Limits of the 0-1 test K: `series/zero_one.py`; of tests for cycles, approach and drift: `evidence.py`.
+"""
+
 RELATIVE = 1e-4
 """Difference that counts as none, over the spread of the signal."""
 
@@ -357,16 +363,16 @@ def _changing(z: np.ndarray, bands: int, evidence: dict[str, float]) -> Verdict 
             return Verdict("transient", text, 0, evidence)
     swelling = swells(z)
     evidence["swelling"] = swelling
-    if evidence["zero_one"] < CHAOTIC and evidence["separation"] < 0.2 and swelling > 1.05:
+    if evidence["zero_one"] < CHAOTIC and evidence["separation"] < REGULAR and swelling > 1.05:
         text = f"A regular motion whose amplitude changes by a factor {swelling:.3g} from first to last quarter."
         return Verdict("transient", f"{text} Leave out more points, or take more.", 0, evidence)
     return None
 
 
 def _kind_of_separation(D: float) -> str:
-    if D < 0.2:
+    if D < REGULAR:
         return "regular"
-    return "chaotic" if D > 0.5 else "undecided"
+    return "chaotic" if D > PARTED else "undecided"
 
 
 def _aperiodic_kind(zero_one: str, neighbours: str, evidence: dict[str, float]) -> Verdict:
@@ -380,7 +386,7 @@ def _aperiodic_kind(zero_one: str, neighbours: str, evidence: dict[str, float]) 
         chaotic = sign > 0 and "chaotic" in kinds and "regular" not in kinds
         closed = sign == 0 and "regular" in kinds and "chaotic" not in kinds
     else:
-        together = zero_one != "chaotic" and evidence["separation"] < 0.05
+        together = zero_one != "chaotic" and evidence["separation"] < TOGETHER
         chaotic, closed = kinds == {"chaotic"}, kinds == {"regular"} or together
     if chaotic:
         return Verdict("chaotic", f"No cycle, and neighbours part: {values}.", 0, evidence)

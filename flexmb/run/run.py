@@ -25,7 +25,7 @@ from flexmb.engine.state.record import BUFFER_FULL, CONDITION_MET, DONE, NEVER, 
 from flexmb.engine.state.trial import new_trial, rigid_coordinates
 from flexmb.engine.step.contact_log import close_round_off_gaps, running_episodes, start_episodes, take_episodes
 from flexmb.engine.step.method import Method
-from flexmb.engine.step.step_size import FLIGHT_WEIGHT, Adaptive, FixedStep
+from flexmb.engine.step.step_size import FIRST_STEP, FLIGHT_WEIGHT, Adaptive, FixedStep
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.engine.system.work import workspace
 from flexmb.errors import InputError, KernelError, SolveError
@@ -130,7 +130,7 @@ def least_step(t: float) -> float:
 
 
 class Chords:
-    """Longest steps that follow the drives, the histories of loads and the inputs of controllers of a run.
+    """Longest steps between whose ends drives, histories of loads and inputs of controllers are nearly straight lines.
 
     Raises
     ------
@@ -188,7 +188,11 @@ FIRST_BLOCK_UPDATES = 20_000
 """Number of unknowns times steps of the first block, some ten milliseconds."""
 
 NEWTON_TOLERANCE = 1e-6
-"""Tolerance of Newton's corrections relative to h^2 |a|."""
+"""Tolerance of Newton's corrections relative to h^2 |a|.
+
+Others: `ITERATION_FRACTION` of engine/radau/step.py, `STEP_ROUND_OFF` and `REST_STRIDE` of statics/equilibrium.py,
+`CLOSED_GAP` of statics/start/projection.py; values and what they change: docs/numbers.md.
+"""
 
 NEWTON_ITERATIONS = 30
 """Number of Newton iterations of a step at most."""
@@ -246,7 +250,7 @@ class Run:
         self._set_redundancy(start.redundant)
         flow.clock.held_steps = -1.0 if looks_dependent(self.program, self.work, start.q, start.redundant) else 0.0
         flow.clock.save_start = NOT_SAVING
-        flow.clock.step_size = self.h_max if isinstance(self.step, FixedStep) else 1e-3 * self.h_max
+        flow.clock.step_size = self.h_max if isinstance(self.step, FixedStep) else FIRST_STEP * self.h_max
         with naming_kernels(self):
             self.stepper.evaluate(self)
         start_balance(flow.ledger, flow.balance)
@@ -305,7 +309,7 @@ class Run:
     def run_to(self, end: float, saving: float | None) -> None:
         """Run until `end` [s]; `saving`: time between saved instants [s], 0 for every step, None for no saving.
 
-        A step ends just before a jump of a drive or load, and the next one is a first step just after the jump.
+        A step ends just before a jump of a drive or load, and the next one is a starting step just after the jump.
         """
         if self.note or self.code not in (RUNNING, DONE):
             return  # a run that was stopped before the instants to be saved stays stopped
@@ -385,7 +389,7 @@ class Run:
             self.note = f"Stopped: {str(error).rstrip('.')}"
 
     def _cross_jump(self, instant: float, interval: float, *, first: bool = False) -> None:
-        """Cross a jump of loads: new accelerations, joint forces and powers; the next step is a first step.
+        """Cross a jump of loads: new accelerations, joint forces and powers; the next step is a starting step.
 
         Positions, velocities and energies stay; histories of sampled controllers change (`first`: of all of them).
         """
@@ -489,7 +493,10 @@ class Run:
         )
 
     def restart(self) -> dict[str, np.ndarray]:
-        """Present state by name, from which a run of the same model continues bit for bit."""
+        """Present state by name, from which a run of the same model continues bit for bit.
+
+        Names are those of `Flow` and of the stepper; `results/netcdf.py` writes them.
+        """
         own = {"signals": self.record.signals.copy(), MODEL: self.program.fingerprint}
         return {**self.flow.saved(), **own, **self.stepper.saved()}
 

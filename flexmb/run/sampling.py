@@ -1,4 +1,7 @@
-"""Sampled controllers between two compiled runs, and controllers that drive their signal away."""
+"""Sampled controllers between two compiled runs, and controllers that drive their signal away.
+
+`Run` stops at each of `Program.instants` and calls `act`; between them `hold_outputs` of engine/system/controls.py.
+"""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ def error_ratio(tables, h, ratio, scheme, options, flow, trial):
     """Estimated local error of positions and velocities over the accepted error.
 
     Positions: h^2 |beta - 1/6| |x1 - x0|.  Velocities of rigid bodies: c h^3 |a''| with a'' from the last three
-    accelerations; h |a1 - a0| / 12 in a first step.  An acceleration that changes its direction in every step is an
+    accelerations; h |a1 - a0| / 12 in a starting step.  An acceleration that changes its direction in every step is an
     unresolved wave, whose differences say nothing of a''.  Velocities of the nodes of beams are left out.
 
     In free flight positions count more (`StepControl.flight_weight`): their errors add up, and decide the place of the
@@ -144,6 +144,10 @@ def accept_or_reject(h, error, growth, options, flow, trial, record):
 
     error : error over the accepted error; negative for a trial that did not converge or missed a contact event
     growth : allowed step over h by this error
+
+    Reasons of a rejection, and their counters: an event of a contact (`step_to_events`; `rejected_at_contacts`); no
+    convergence, a singular matrix, numbers that are not finite (codes of `implicit_step`; `not_converged`); else the
+    error.  `Stats.rejections` says them in words.
     """
     if 0.0 <= error <= 1.0:
         copy(trial.speeds, flow.largest_speeds)

@@ -320,7 +320,7 @@ def newmark_coefficients(h, scheme):
 
 @compiled
 def start_auxiliary_acceleration(n, options, flow, trial):
-    """Set x1 after a first step: x1 = a1 + (alpha_m - alpha_f) (a1 - a0), see `Newmark.starting`."""
+    """Set x1 after a starting step: x1 = a1 + (alpha_m - alpha_f) (a1 - a0), see `Newmark.starting`."""
     for i in range(n):
         trial.x[i] = trial.a[i] + (options.regular.alpha_m - options.regular.alpha_f) * (trial.a[i] - flow.a[i])
 

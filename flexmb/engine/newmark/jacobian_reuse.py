@@ -1,4 +1,4 @@
-"""Factors of the iteration matrix: when they are reused; rows of constraints that depend on others.
+"""Convergence of Newton's iteration, reuse of factors of its matrix, rows of constraints that depend on others.
 
 Holding a row leaves it out of the linear system of a step: its multiplier keeps the value of the last step.  The other
 rows close the joint, too, if the row is redundant; `allowed_gap` bounds the gap that it may open otherwise.

@@ -144,7 +144,7 @@ class Newmark(Method):
 
     @property
     def starting(self) -> Newmark:
-        """Coefficients of a first step.
+        """Coefficients of a starting step.
 
         x stands for the acceleration at a time Delta h later, Delta = alpha_m - alpha_f.  With x0 = a0 the multipliers
         would begin with an error of first order.  x0 = a0 + Delta (a1 - a0) turns the method into a plain Newmark step

@@ -2,8 +2,8 @@
 
 Polynomials of order 0 to 3 pass through the last one to four states.  After every step the errors of all orders are
 known; the order with the least error predicts the next step.  Smooth motion favours the highest order, vibrations of
-beams that the steps do not resolve the constant.  A jump, a first step and a contact that opens or closes restart the
-predictor with order 0.
+beams that the steps do not resolve the constant.  A jump, a starting step and a contact that opens or closes restart
+the predictor with order 0.
 """
 
 import math

@@ -61,7 +61,7 @@ ESTIMATE = (-(13.0 + 7.0 * _ROOT) / 3.0, (-13.0 + 7.0 * _ROOT) / 3.0, -1.0 / 3.0
 class StageStep(Record):
     """Step sizes and Newton iteration of Radau's method.
 
-    last : last accepted step [s]; 0: the next step is a first step
+    last : last accepted step [s]; 0: the next step is a starting step
     factored_size : step size of the factored matrices [s]; 0: no factors
     error_factor : theta/(1 - theta) with the contraction rate theta of Newton's iteration
     iterations : Newton iterations of the last step

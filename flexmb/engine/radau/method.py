@@ -127,7 +127,7 @@ class RadauStepper(Stepper):
         return {**kept, "radau.step": self.stages.step.numbers()}
 
     def restore(self, restart: Mapping[str, Any]) -> None:
-        """Restore the arrays of `saved`; without them (restart of another method) the next step is a first step."""
+        """Restore the arrays of `saved`; without them (restart of another method) the next step is a starting step."""
         step = self.stages.step
         if "radau.step" not in restart:
             step.last = 0.0

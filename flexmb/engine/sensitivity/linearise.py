@@ -45,8 +45,8 @@ apart = whole(error_model="numpy", _nrt=False)
 class CarriedStep(Record):
     """Times of the step that differences are carried through.
 
-    start : start of the step [s];  before : size of the step before [s], 0: this was a first step
-    last : size of this step [s], 0: a first step follows
+    start : start of the step [s];  before : size of the step before [s], 0: this was a starting step
+    last : size of this step [s], 0: a starting step follows
     """
 
     start: float

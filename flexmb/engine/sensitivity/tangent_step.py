@@ -237,7 +237,7 @@ def add_rates(C, n, kv, factor, j, T, work):
 
 @compiled
 def finish_differences(n, kv, kx, ka, delta, first, restarts, j, T):
-    """Set the differences at the end of the step; x = a before a first step."""
+    """Set the differences at the end of the step; x = a before a starting step."""
     for i in range(n):
         moved, a0 = T.u[j, i] - T.e[i], T.a[j, i]
         T.q[j, i] = T.u[j, i]
@@ -424,7 +424,7 @@ def project_differences(program: Program, flow: Any, most: float, T: Tangents) -
 
 
 def complete_differences(program: Program, flow: Any, T: Tangents, work: Work, *, histories: bool) -> None:
-    """Set the accelerations, and `histories`, that follow from T.q, T.v, T.z in the present state, for a first step."""
+    """Set the accelerations, and `histories`, that follow from T.q, T.v, T.z in the present state, to start a step."""
     n, t, tables = program.n_q, float(flow.clock.t), program.tables
     T.X[:], T.Y[:] = 0.0, 0.0
     now = (flow.q, flow.v, flow.a, flow.lam, flow.z)

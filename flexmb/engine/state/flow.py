@@ -1,4 +1,4 @@
-"""Accepted state of a run: all numbers and arrays that a restart needs."""
+"""Accepted state of a run, which a restart holds beside signals, fingerprint and the numbers of the method."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Clock(Record):
     step_size : step that the error estimate allows, or the fixed step [s]
     contact_step : smaller step within an impact [s]; 0: no impact
     retry_step : step to try after a trial that missed a contact event [s]; 0: no such trial
-    last_step : last accepted step [s]; 0: the next step is a first step
+    last_step : last accepted step [s]; 0: the next step has none before it (start, jump, impact), a starting step
     rejected_trials : rejected trials since the last accepted step
     held_steps : number of successive steps with held multipliers; -1: only rows whose pivot is lost are held
     save_start : time at which saving began [s]; -1: saving has not begun

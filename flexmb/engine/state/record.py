@@ -32,7 +32,7 @@ class Coefficients(Record, frozen=True):
 class Options(Record, frozen=True):
     """Options of method and step control.
 
-    regular, first : coefficients of regular steps, and of first steps (at the start, after a jump)
+    regular, first : coefficients of regular steps, and of starting steps (at the start, after a jump)
     form : form of the constraints, a value of `FORMS`
     tolerance : tolerance of Newton's corrections relative to h^2 |a|
     iterations : most Newton iterations

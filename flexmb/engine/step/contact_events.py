@@ -55,7 +55,8 @@ NEAR_GAP = 1e-4
 """Gap relative to the size of the mechanism up to which a step may cross such an onset, to as deep behind it."""
 
 LOOKS, UNEXPECTED_GAP = 8, 0.25
-"""Parts of a step that are looked at; difference of a gap from the cubic over that at an end, which is too large."""
+"""Number of points of a step at which its gaps are computed; difference of a gap from the cubic through both ends, over
+the gap at an end, above which the cubic is not believed."""
 
 
 @compiled
@@ -359,7 +360,7 @@ def force_exponent(tables, address, c, depth, speed, N, flow, work):
 
 @compiled
 def update_impacts(tables, address, h, options, flow, trial, work):
-    """Update the steps of impacts after an accepted step; whether the next step is a first step, as after a jump.
+    """Update the steps of impacts after an accepted step; whether the next step is a starting step, as after a jump.
 
     Called after `step_to_events`, while `flow` still is the state before the step.
     """

@@ -1,7 +1,7 @@
 """Saved instants: rows of signals at the instants of the save grid, which need not be ends of steps.
 
 Within a step, positions and velocities are cubic in time, accelerations and multipliers quadratic, or linear after a
-first step.  All signals are those of this state: forces, contacts, joints, stored energies and measured signals are
+starting step.  All signals are those of this state: forces, contacts, joints, stored energies and measured signals are
 evaluated there.  Works and losses since the start are linear in time within a step.
 """
 

@@ -26,6 +26,9 @@ Rigid mechanisms without contacts hardly take smaller steps.  Their velocities w
 of 2e-6 in the balance of energies.
 """
 
+FIRST_STEP = 1e-3
+"""First step of a run over the largest one; the error estimate lets it grow."""
+
 
 @record
 class FixedStep(Input):
