@@ -84,6 +84,13 @@ class NetcdfContent:
         kind = variable.attrs.get("dtype")  # truth values, which netCDF does not have
         return values.astype(bool) if kind in (b"bool", "bool") else np.asarray(values)
 
+    def text(self, name: str) -> str:
+        """Variable `name`, which is one text."""
+        variable = self.variable(name)
+        if variable.size != 1:
+            raise ValueError(f"{name!r} has {variable.size} values; it must be one text")
+        return str(variable.asstr()[()])
+
     def floats(self, name: str, shape: tuple[int, ...]) -> np.ndarray:
         """Variable `name`, which holds floats of this shape, read-only."""
         values = self.array(name)
@@ -142,9 +149,10 @@ def load(path: str | Path) -> Solution:
     if source.suffix == ".py":
         text = f"{str(source)!r}: a file of Python, and no result of a run. Run it first (flexmb run {source.name})"
         raise FileFormatError(f"{text}, and give the file that this writes: out/{source.stem}/{source.stem}.nc.")
-    if not source.is_file():
-        raise FileFormatError(f"{str(source)!r}: there is no such file. Check the path; sol.to_netcdf(...) writes one.")
     try:
+        if not source.is_file():
+            text = f"{str(source)!r}: there is no such file"
+            raise FileFormatError(f"{text}. Check the path; sol.to_netcdf(...) writes one.")
         content = read_sealed(source)
         with h5py.File(io.BytesIO(content), "r") as file:
             found = NetcdfContent(file, len(content))
@@ -227,7 +235,7 @@ def _check_version(source: Path, file: NetcdfContent) -> None:
         )
     if not 1 <= int(version) <= FORMAT:
         raise FileFormatError(
-            f"{str(source)!r}: written in format {int(version)}; this version of flexmb reads formats up to {FORMAT}. "
+            f"{str(source)!r}: written in format {int(version):g}; this version of flexmb reads formats up to {FORMAT}. "
             "Install the version of flexmb that wrote it."
         )
 
@@ -254,11 +262,27 @@ def _columns(file: NetcdfContent, names: tuple[str, ...], n: int, tables: list[s
     return values, Peaks(*(np.array([found[name][k] for name in names]) for k in (1, 2)))
 
 
+def _check_record(record: dict[str, Any]) -> None:
+    """Refuse a record whose status or statistics no run has."""
+    if not isinstance(record["ok"], bool) or not isinstance(record["status"], str):
+        raise ValueError(
+            f"ok is {record['ok']!r} and status {record['status']!r}; they must be a truth value and a text"
+        )
+    wrong = {key: value for key, value in record["stats"].items() if isinstance(value, str) or not 0 <= value < np.inf}
+    if wrong:
+        raise ValueError(f"statistics of the run are {wrong!r}; they must be numbers from 0 on")
+
+
 def _solution(file: NetcdfContent) -> Solution:
-    record: dict[str, Any] = json.loads(str(file.variable(RECORD).asstr()[()]))
+    record: dict[str, Any] = json.loads(file.text(RECORD))
+    _check_record(record)
     signals = Signals.of(Signal(name, units) for name, units in record["signals"])
     time = file.array(TIME)
+    if not np.isfinite(time).all():
+        raise ValueError(f"{TIME!r} has values that are not finite")
     if file.number(VERSION) == FORMAT:
+        if tuple(one.decode() if isinstance(one, bytes) else str(one) for one in file.array(SIGNAL)) != signals.names:
+            raise ValueError(f"{SIGNAL!r} and the record have other names, or another order")
         values = file.floats(VALUES, (len(time), len(signals)))
         peaks = Peaks(*(file.floats(name, (len(signals),)) for name in (PEAK, PEAK_TIME)))
     else:

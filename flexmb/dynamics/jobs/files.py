@@ -20,7 +20,9 @@ SEAL, DIGEST = b"flexmb-blake2b:", 16
 """First bytes of the checksum behind a file, and number of its further bytes."""
 
 
-READ_ERRORS = (OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError)
+READ_ERRORS = (
+    OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError, ArithmeticError, MemoryError, SystemError,
+)  # fmt: skip
 """Errors of readers on damaged files; all have been seen."""
 
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)

@@ -390,7 +390,7 @@ def _refuse_others(store: Store, fingerprint: Mapping[str, Any], kind: str) -> N
     if found.get("kind") != kind:
         raise InputError(f"{label}: it holds a {found.get('kind')}, not a {kind}. Give another path.")
     there, here = found.get("fingerprint", {}), json.loads(json.dumps(fingerprint))
-    untold = [f"{name} ({value.partition(UNKNOWN)[2]})" for name, value in here.items() if UNKNOWN in str(value)]
+    untold = [f"{name} ({text.partition(UNKNOWN)[2]})" for name, text in _texts(here) if UNKNOWN in text]
     if untold:
         text = f"{label}: it cannot be told whether it was written by the same sweep, because of {', '.join(untold)}"
         raise InputError(f"{text}. Give another path, or make such objects within the function.")
@@ -400,6 +400,13 @@ def _refuse_others(store: Store, fingerprint: Mapping[str, Any], kind: str) -> N
         raise InputError(
             f"{label}: it was written by another sweep ({listed}). Give another path, or what it was made of."
         )
+
+
+def _texts(fingerprint: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Names and texts of a fingerprint, those of arguments that stay fixed one by one."""
+    for name, value in fingerprint.items():
+        inner = value.items() if isinstance(value, dict) else ((name, value),)
+        yield from ((one, str(text)) for one, text in inner)
 
 
 def _chunk(column: Column, value: Any, header: bytes) -> bytes:

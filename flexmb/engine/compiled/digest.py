@@ -223,8 +223,10 @@ def _function(value: FunctionType) -> Parts:
         return f"{home}.{value.__qualname__}{_version(home)}".encode()
     cells = [_content_of(cell) for cell in value.__closure__ or ()]
     parts = [value.__name__, _text(value), value.__defaults__, value.__kwdefaults__, cells]
-    if is_of_user(home):
-        parts += [{name: item for name, item in sorted(vars(value).items()) if name != "__wrapped__"}, named_by(value)]
+    if is_of_user(home):  # what a wrapper of flexmb or of a library names is theirs; what it wraps is in its closure
+        own = is_of_user(value.__globals__.get("__name__", ""))
+        kept = {name: item for name, item in sorted(vars(value).items()) if name != "__wrapped__"}
+        parts += [kept, named_by(value) if own else {}]
     return "function", parts
 
 
