@@ -30,9 +30,10 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.program.controls import samplers, wired
 from flexmb.program.numbering import Numbering, state_coordinates
-from flexmb.program.program import Names, Program, ReferenceConfiguration
+from flexmb.program.packing import flat, numbers
+from flexmb.program.program import Program, ReferenceConfiguration
 from flexmb.program.signals import aliases
-from flexmb.program.structure import numbers_of, structure_of
+from flexmb.program.structure import structure_of
 
 # Check of kernels: one call of each in plain Python, with errors that name part and kernel
 
@@ -345,21 +346,14 @@ def _compiled(mechanism: Mechanism, contributions: Contributions, number: Number
     call_each_kernel(contributions, number)
     declared, others = contributions.controls, aliases(mechanism)
     contributions = wired(contributions, number, others)
-    structure = structure_of(contributions, number)
-    p, z = numbers_of(contributions)
+    listed = numbers(contributions)
+    structure = structure_of(contributions, number, listed)
+    p, z = flat(listed)
     driven = [row for c in contributions.constraints for row in c.motions]
-    names = Names(
-        structure.elements,
-        structure.coordinates,
-        structure.rows,
-        structure.contacts,
-        tuple(body.name for body in mechanism.bodies),
-        structure.signals,
-        others,
-    )
+    names = replace(structure.names, bodies=tuple(body.name for body in mechanism.bodies), aliases=others)
     return Program(
         mechanism.name,
-        structure.filled(p),
+        structure.tables.replaced(p=p),
         structure.kernels,
         structure.symbolic,
         reference_configuration(mechanism, number, z),
@@ -368,24 +362,13 @@ def _compiled(mechanism: Mechanism, contributions: Contributions, number: Number
         tuple(period_of(row) for row in driven),
         structure.drives,
         number.extent,
-        least_clearance(contributions),
+        min((c.p[0] or math.inf for c in contributions.contacts), default=None),
         motions_of(contributions),
         tuple(c.normal for c in contributions.contacts),
         samplers(declared, contributions.controls, structure.tables.controls.z, names),
         tuple(c.part for c in contributions.controls),
-        tuple(k for c in declared if c.sample is None for k in _settled(c, number)),
+        tuple(number.dofs(state_coordinates(c))[k] for c in declared if c.sample is None for k in c.settled),
     )
-
-
-def least_clearance(contributions: Contributions) -> float | None:
-    """The smallest clearance of all contacts [m]; infinite where none has one, None without contacts."""
-    return min((c.p[0] or math.inf for c in contributions.contacts), default=None)
-
-
-def _settled(control: ControlContribution, number: Numbering) -> list[int]:
-    """Coordinates of the states of a control that begin where their rates are 0."""
-    dofs = number.dofs(state_coordinates(control))
-    return [dofs[k] for k in control.settled]
 
 
 def period_of(row: RowMotion) -> float | None:

@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
+from typing import Any
 
 import numpy as np
 
 from flexmb import checks
+from flexmb.engine.linalg.ordering import elimination_order
+from flexmb.engine.linalg.symbolic import symbolic
 from flexmb.errors import KernelError
 from flexmb.kernels import Kernel
 from flexmb.model.contributions import USES_OF_FACTOR, ConstraintContribution, Contributions, Coordinate, Reaction
-from flexmb.model.law import Motion
-from flexmb.program.numbering import Lists, Numbering
+from flexmb.model.law import Law, Motion
+from flexmb.program.numbering import Lists, Numbering, blocks_and_edges, state_coordinates
 from flexmb.program.program import (
     CONTACT_COMMON,
     FIRST_OUTPUT,
     MEASURED,
-    MOTION_SPEED,
-    MOTION_VALUE,
     OUTPUT,
     Constraints,
     Contacts,
@@ -27,32 +28,78 @@ from flexmb.program.program import (
     Elements,
     Measured,
 )
-from flexmb.program.signals import force_signals
+from flexmb.program.signals import force_signals, layout
 
-Bounds = tuple[int, int]
+# Numbers of the parts, in the order in which they are packed
+
+NumberLists = dict[str, list[Sequence[float]]]
+"""Lists of numbers by what they belong to, one behind the other."""
 
 
-class KernelList:
-    """Kernels of one contract, each once."""
+def numbers(contributions: Contributions) -> tuple[NumberLists, NumberLists]:
+    """Numbers p and start histories z of all parts.
 
-    def __init__(self) -> None:
-        self.kernels: list[Kernel] = []
-        self._number: dict[int, int] = {}
+    It alone says their order: from it are the places in the tables, the lengths in the key of a structure, and p and z.
+    """
+    elements, constraints, contacts = contributions.elements, contributions.constraints, contributions.contacts
+    rubbing, controls = [c.joint_friction for c in constraints], contributions.controls
+    p: NumberLists = {
+        "element": [e.p for e in elements],
+        "factor": [_parameters(e.factor) for e in elements],
+        "constraint": [c.p for c in constraints],
+        "motion": [_parameters(motion) for c in constraints for motion in motion_of_each_row(c)],
+        "joint friction": [own for one in rubbing for own in ((one.p, one.friction.parameters()) if one else ((), ()))],
+        "contact": [own for c in contacts for own in (c.p, c.normal.parameters(), c.friction.parameters())],
+        "signal": [signal.p for signal in contributions.signals],
+        "angle": [angle.p for angle in contributions.angles],
+        "control": [
+            own
+            for c in controls
+            for own in (c.p, *(_parameters(one.motion) if one.motion else one.p for one in c.sources))
+        ],
+    }
+    z: NumberLists = {
+        "element": [e.history for e in elements],
+        "joint friction": [one.friction.history() if one else () for one in rubbing],
+        "contact": [
+            own for c in contacts for own in ((0.0,) * CONTACT_COMMON, c.normal.history(), c.friction.history())
+        ],
+        "control": [control.history for control in controls],
+    }
+    return p, z
 
-    def number(self, kernel: Kernel | None) -> int:
-        """Number of the kernel, -1 for None."""
-        if kernel is None:
-            return -1
-        if id(kernel) not in self._number:
-            self._number[id(kernel)] = len(self.kernels)
-            self.kernels.append(kernel)
-        return self._number[id(kernel)]
 
-    def numbers(self, kernels: Iterable[Kernel | None]) -> list[int]:
-        """Numbers of several kernels, -1 for None; most of a large model are alike."""
-        listed = list(kernels)
-        of = {id(kernel): self.number(kernel) for kernel in {id(kernel): kernel for kernel in listed}.values()}
-        return [of[id(kernel)] for kernel in listed]
+def flat(listed: tuple[NumberLists, NumberLists]) -> tuple[np.ndarray, np.ndarray]:
+    """The arrays of all `numbers`."""
+    p, z = (np.array([*chain.from_iterable(chain.from_iterable(lists.values()))], dtype=float) for lists in listed)
+    return p, z
+
+
+def _parameters(law: Law | None) -> Sequence[float]:
+    return law.parameters() if law else ()
+
+
+def motion_of_each_row(contribution: ConstraintContribution) -> list[Motion | None]:
+    """The motions of a constraint, None for rows without."""
+    given = {driven.row: driven.motion for driven in contribution.motions}
+    return [given.get(row) for row in range(contribution.rows)]
+
+
+def bounds_of(lists: NumberLists) -> dict[str, np.ndarray]:
+    """Where each list begins and ends in the array of all numbers, (n, 2)."""
+    found, last = {}, 0
+    for name, group in lists.items():
+        ends = last + ends_of(map(len, group))
+        found[name], last = np.stack([ends[:-1], ends[1:]], axis=1), int(ends[-1])
+    return found
+
+
+def ends_of(lengths: Iterable[int]) -> np.ndarray:
+    """0, and where each of several lists ends that lie one behind the other."""
+    return np.cumsum([0, *lengths]).astype(np.int64)
+
+
+# Packing: tables of numbered kernels, coordinates and places in the factored matrix
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,10 +123,6 @@ class Blocks:
         return Blocks(ptr, rows.values[rows.ptr[block] + row], columns.values[columns.ptr[block] + column])
 
 
-Positions = Callable[[np.ndarray, np.ndarray], np.ndarray]
-"""Places in the factored matrix of entries with these rows and columns."""
-
-
 def ints(values: Sequence[int] | np.ndarray) -> np.ndarray:
     """A 1-D int64 array."""
     return np.array(values, dtype=np.int64).reshape(-1)
@@ -96,31 +139,35 @@ def table(rows: Sequence[Sequence[int]] | np.ndarray, columns: int) -> np.ndarra
 
 
 class Packer:
-    """Collects numbers, histories, kernels and matrix blocks of all pieces, in the order of declaration."""
+    """Numbers of kernels and matrix blocks of all pieces, in the order of declaration."""
 
-    def __init__(self, contributions: Contributions, number: Numbering) -> None:
-        self.contributions = contributions
-        self.number = number
-        self.p: list[float] = []
-        self.z: list[float] = []
-        self.kernels = {name: KernelList() for name in KINDS}
+    def __init__(
+        self, contributions: Contributions, number: Numbering, listed: tuple[NumberLists, NumberLists]
+    ) -> None:
+        self.contributions, self.number = contributions, number
+        self.p, self.z = map(bounds_of, listed)
+        self.kernels: dict[str, dict[int, tuple[int, Kernel]]] = {name: {} for name in KINDS}
         groups = (contributions.elements, contributions.contacts, contributions.constraints)
         self.element_dofs, self.contact_dofs, self.constraint_dofs = (number.lists(group) for group in groups)
         self.element_blocks, self.contact_blocks = (self.square(d) for d in (self.element_dofs, self.contact_dofs))
-        row = np.cumsum([0, *(contribution.rows for contribution in contributions.constraints)])
-        self.n_c = int(row[-1])
-        rows = Lists(row, number.n_q + np.arange(self.n_c))
+        self.row = ends_of(contribution.rows for contribution in contributions.constraints)
+        self.n_c = int(self.row[-1])
+        rows = Lists(self.row, number.n_q + np.arange(self.n_c))
         self.g_blocks = Blocks.of(rows, self.unknowns(self.constraint_dofs))
         self.h_blocks = self.square(self.constraint_dofs)
         self.control_dofs = number.lists(contributions.controls)
-        states = Lists.of([number.dofs(control.states) for control in contributions.controls])
+        states = Lists.of([number.dofs(state_coordinates(control)) for control in contributions.controls])
         self.state_blocks = Blocks.of(states, self.control_dofs)
         outputs = [(k, load) for k, c in enumerate(contributions.controls) for load in c.load_coordinates]
         self.owner = ints([k for k, _ in outputs])
         loads = Lists.of([number.dofs(load) for _, load in outputs])
         lists = [self.control_dofs.values[self.control_dofs.ptr[k] : self.control_dofs.ptr[k + 1]] for k in self.owner]
         self.load_blocks = Blocks.of(loads, Lists.of([values.tolist() for values in lists]))
-        self.outputs = np.cumsum([0, *(len(control.outputs) for control in contributions.controls)])
+        self.outputs = ends_of(len(control.outputs) for control in contributions.controls)
+        order = elimination_order(*blocks_and_edges(contributions, number))
+        self.symbolic = symbolic(number.n_q + self.n_c, *self.pattern(), order)
+        self.names = number.names()
+        self.layout = layout(contributions, self.names, number.n_b)
 
     def unknowns(self, dofs: Lists) -> Lists:
         """Numbers of coordinates, -1 for the ground."""
@@ -140,228 +187,182 @@ class Packer:
         inside = (rows >= 0) & (columns >= 0)
         return rows[inside], columns[inside]
 
-    def add(self, values: Iterable[float]) -> Bounds:
-        """Append numbers of a part; where they begin and end."""
-        begin = len(self.p)
-        self.p.extend(values)
-        return begin, len(self.p)
+    def positions(self, blocks: Blocks, *, transposed: bool = False) -> np.ndarray:
+        """Places of the entries of blocks in the factored matrix."""
+        both = (blocks.columns, blocks.rows) if transposed else (blocks.rows, blocks.columns)
+        return places(self.symbolic.positions(*both))
 
-    def add_each(self, lists: Sequence[Sequence[float]]) -> np.ndarray:
-        """Append the numbers of several parts; where they begin and end, (n, 2)."""
-        ends = len(self.p) + np.cumsum([0, *map(len, lists)])
-        self.p.extend(chain.from_iterable(lists))
-        return np.stack([ends[:-1], ends[1:]], axis=1)
+    def numbered(self, kind: str, kernels: Iterable[Kernel | None]) -> np.ndarray:
+        """Numbers of kernels among those of their kind, -1 for None."""
+        known = self.kernels[kind]
+        return ints([-1 if k is None else known.setdefault(id(k), (len(known), k))[0] for k in kernels])
 
-    def remember_each(self, lists: Sequence[Sequence[float]]) -> np.ndarray:
-        """Append start values of several histories; where they begin and end, (n, 2)."""
-        ends = len(self.z) + np.cumsum([0, *map(len, lists)])
-        self.z.extend(chain.from_iterable(lists))
-        return np.stack([ends[:-1], ends[1:]], axis=1)
-
-    def numbers(self, kind: str, kernels: Iterable[Kernel | None]) -> np.ndarray:
-        """Numbers of the kernels of a kind, -1 for None."""
-        return ints(self.kernels[kind].numbers(kernels))
-
-    def remember(self, values: Iterable[float]) -> Bounds:
-        """Append start values of a history; where they begin and end."""
-        begin = len(self.z)
-        self.z.extend(values)
-        return begin, len(self.z)
-
-    def elements(self, positions: Positions) -> Elements:
-        """Arrays of the elements; `positions` maps rows and columns to places in the factored matrix."""
-        contributions = self.contributions.elements
-        factors = [contribution.factor for contribution in contributions]
-        # what is never called is not compiled
-        slow = [None if contribution.is_complete else contribution for contribution in contributions]
+    def elements(self) -> Elements:
+        """Arrays of the elements."""
+        found = self.contributions.elements
         return Elements(
-            self.numbers("element", [contribution.kernel if contribution else None for contribution in slow]),
-            self.numbers("energy", [contribution.energy for contribution in contributions]),
-            self.factors(factors),
-            self.numbers("force", [contribution.force for contribution in contributions]),
-            self.numbers("tangent", [contribution.tangent for contribution in contributions]),
-            self.numbers("account", [contribution.account for contribution in contributions]),
-            self.add_each([contribution.p for contribution in contributions]),
-            self.add_each([law.parameters() if law else () for law in factors]),
-            self.remember_each([contribution.history for contribution in contributions]),
+            # what is never called is not compiled
+            self.numbered("element", [None if e.is_complete else e.kernel for e in found]),
+            self.numbered("energy", [e.energy for e in found]),
+            self.factors(),
+            self.numbered("force", [e.force for e in found]),
+            self.numbered("tangent", [e.tangent for e in found]),
+            self.numbered("account", [e.account for e in found]),
+            self.p["element"],
+            self.p["factor"],
+            self.z["element"],
             self.element_dofs.ptr,
             self.element_blocks.ptr,
             places(self.element_dofs.values),
-            places(positions(self.element_blocks.rows, self.element_blocks.columns)),
+            self.positions(self.element_blocks),
         )
 
-    def constraints(self, positions: Positions, out: Sequence[int], measured: Sequence[int]) -> Constraints:
-        """Arrays of the constraints; `out` numbers the first signal of each, `measured` the signals of kernels."""
-        contributions = self.contributions.constraints
-        laws = [law for contribution in contributions for law in motion_of_each_row(contribution)]
-        rows, columns = self.g_blocks.rows, self.g_blocks.columns
+    def constraints(self) -> Constraints:
+        """Arrays of the constraints."""
+        found = self.contributions.constraints
+        motions = [motion for contribution in found for motion in motion_of_each_row(contribution)]
+        rubbing = [contribution.joint_friction for contribution in found]
+        load = self.numbered("joint_friction", [one.kernel if one else None for one in rubbing])
+        law = self.numbered("friction", [one.friction.kernel if one else None for one in rubbing])
         return Constraints(
-            self.numbers("constraint", [contribution.kernel for contribution in contributions]),
-            self.numbers("motion", [law.kernel if law else None for law in laws]),
-            self.add_each([contribution.p for contribution in contributions]),
-            self.add_each([law.parameters() if law else () for law in laws]),
-            ints(np.cumsum([0, *(contribution.rows for contribution in contributions)])),
+            self.numbered("constraint", [contribution.kernel for contribution in found]),
+            self.numbered("motion", [motion.kernel if motion else None for motion in motions]),
+            self.p["constraint"],
+            self.p["motion"],
+            self.row,
             self.constraint_dofs.ptr,
             self.g_blocks.ptr,
             self.h_blocks.ptr,
             places(self.constraint_dofs.values),
-            places(positions(rows, columns)),
-            places(positions(columns, rows)),
-            places(positions(self.h_blocks.rows, self.h_blocks.columns)),
-            table([places_of_second(contribution) for contribution in contributions], 3),
-            ints([contribution.moment_row for contribution in contributions]),
-            ints(out),
-            ints([len(force_signals(contribution)) for contribution in contributions]),
-            *self.joint_frictions(contributions),
-            *self.reactions(contributions, measured),
+            self.positions(self.g_blocks),
+            self.positions(self.g_blocks, transposed=True),
+            self.positions(self.h_blocks),
+            table([places_of_second(contribution) for contribution in found], 3),
+            ints([contribution.moment_row for contribution in found]),
+            ints(self.layout.constraints),
+            ints([len(force_signals(contribution)) for contribution in found]),
+            np.column_stack([load, law]),
+            self.p["joint friction"].reshape(-1, 4),
+            self.z["joint friction"],
+            np.array([one.arm if one else 1.0 for one in rubbing], dtype=float),
+            *self.reactions(),
         )
 
-    def factors(self, motions: Sequence[Motion | None]) -> np.ndarray:
+    def factors(self) -> np.ndarray:
         """Factor of each element: number of a motion, NO_FACTOR, or FIRST_OUTPUT less the number of an output."""
-        found = self.numbers("motion", [law.kernel if law else None for law in motions])
+        elements = self.contributions.elements
+        found = self.numbered("motion", [e.factor.kernel if e.factor else None for e in elements])
         controlled = {
             load: FIRST_OUTPUT - int(self.outputs[c]) - k
             for c, control in enumerate(self.contributions.controls)
             for k, load in enumerate(control.loads)
         }
-        for e, element in enumerate(self.contributions.elements if controlled else ()):
+        for e, element in enumerate(elements if controlled else ()):
             found[e] = controlled.get(element.part, found[e])
         return found
 
-    def reactions(
-        self, contributions: Sequence[ConstraintContribution], measured: Sequence[int]
-    ) -> tuple[np.ndarray, ...]:
-        """Bounds, rows, coordinates, factors and rates of reported reactions."""
-        first = np.cumsum([0, *(contribution.rows for contribution in contributions)])
-        signals = zip(self.contributions.signals, measured, strict=True)
+    def reactions(self) -> tuple[np.ndarray, ...]:
+        """Bounds, rows, coordinates, factors and rates of reported reactions; bounds, places and powers of forces."""
+        constraints = self.contributions.constraints
+        signals = zip(self.contributions.signals, self.layout.measured, strict=True)
         rates = {(signal.part, signal.name): place for signal, place in signals}
-        found = [
-            (
-                first[c] + r.row,
-                self.number.dofs([piece.coordinates[r.place]])[0] if r.place >= 0 else -1,
-                r.factor,
-                rate_of(piece, r, rates),
-            )
-            for c, piece in enumerate(contributions)
-            for r in piece.reactions
-        ]
-        rows, dofs, factors, own_rates = zip(*found, strict=True) if found else ((), (), (), ())
-        bounds = np.cumsum([0, *(len(contribution.reactions) for contribution in contributions)])
-        listed = [reaction for contribution in contributions for reaction in contribution.reactions]
-        on = np.cumsum([0, *(len(reaction.on) for reaction in listed)])
-        places, powers = [k for reaction in listed for k in reaction.on], [int(r.power) for r in listed]
-        factor = np.array(factors, dtype=float)
-        return ints(bounds), ints(rows), ints(dofs), factor, ints(own_rates), ints(on), ints(places), ints(powers)
-
-    def joint_frictions(self, contributions: Sequence[ConstraintContribution]) -> tuple[np.ndarray, ...]:
-        """Kernels, numbers, histories and arms of friction in ideal joints."""
-        if not any(contribution.joint_friction for contribution in contributions):
-            count, end = len(contributions), (len(self.p), len(self.z))
-            return np.full((count, 2), -1), np.full((count, 4), end[0]), np.full((count, 2), end[1]), np.ones(count)
-        kernel, p, z, arm = [], [], [], []
-        for contribution in contributions:
-            joint_friction = contribution.joint_friction
-            law = joint_friction.friction if joint_friction else None
-            parts = (
-                ("joint_friction", joint_friction.kernel if joint_friction else None),
-                ("friction", law.kernel if law else None),
-            )
-            kernel.append([self.kernels[kind].number(k) for kind, k in parts])
-            p.append(
-                [*self.add(joint_friction.p if joint_friction else ()), *self.add(law.parameters() if law else ())]
-            )
-            z.append(self.remember(law.history() if law else ()))
-            arm.append(joint_friction.arm if joint_friction else 1.0)
-        return table(kernel, 2), table(p, 4), table(z, 2), np.array(arm, dtype=float).reshape(-1)
-
-    def contacts(self, positions: Positions, out: Sequence[int]) -> Contacts:
-        """Arrays of the contacts; `out` numbers the first signal of each."""
-        kernel, p, z = [], [], []
-        for contribution in self.contributions.contacts:
-            parts = (
-                ("gap", contribution.gap),
-                ("normal", contribution.normal.kernel),
-                ("friction", contribution.friction.kernel),
-            )
-            kernel.append([self.kernels[kind].number(k) for kind, k in parts])
-            values = (contribution.p, contribution.normal.parameters(), contribution.friction.parameters())
-            p.append([b for v in values for b in self.add(v)])
-            histories = ((0.0,) * CONTACT_COMMON, contribution.normal.history(), contribution.friction.history())
-            bounds = [self.remember(h) for h in histories]
-            z.append([*(b for b, _ in bounds), bounds[-1][1]])
-        entries = places(positions(self.contact_blocks.rows, self.contact_blocks.columns))
-        return Contacts(
-            table(kernel, 3), table(p, 6), table(z, 4), places(self.contact_dofs.values), entries, ints(out)
+        found = [(c, piece, reaction) for c, piece in enumerate(constraints) for reaction in piece.reactions]
+        velocities = [[piece.coordinates[r.place]] if r.place >= 0 else [] for _, piece, r in found]
+        return (
+            ends_of(len(piece.reactions) for piece in constraints),
+            ints([self.row[c] + r.row for c, _, r in found]),
+            ints([self.number.dofs(own)[0] if own else -1 for own in velocities]),
+            np.array([r.factor for *_, r in found], dtype=float),
+            ints([rate_of(piece, r, rates) for _, piece, r in found]),
+            ends_of(len(r.on) for *_, r in found),
+            ints([k for *_, r in found for k in r.on]),
+            ints([r.power for *_, r in found]),
         )
 
-    def controls(self, positions: Positions, out: Sequence[int]) -> Controls:
-        """Arrays of the controls; `positions` maps rows and columns to places in the factored matrix."""
+    def contacts(self) -> Contacts:
+        """Arrays of the contacts."""
+        found = self.contributions.contacts
+        kernels = (
+            self.numbered("gap", [contribution.gap for contribution in found]),
+            self.numbered("normal", [contribution.normal.kernel for contribution in found]),
+            self.numbered("friction", [contribution.friction.kernel for contribution in found]),
+        )
+        return Contacts(
+            np.column_stack(kernels),
+            self.p["contact"].reshape(-1, 6),
+            np.ascontiguousarray(self.z["contact"].reshape(-1, 6)[:, [0, 2, 4, 5]]),
+            places(self.contact_dofs.values),
+            self.positions(self.contact_blocks),
+            ints(self.layout.contacts),
+        )
+
+    def controls(self) -> Controls:
+        """Arrays of the controls, and of the sources of their inputs."""
         controls, dofs = self.contributions.controls, self.control_dofs
-        kernel, p, z, source, source_dofs, source_places = [], [], [], [], [], []
-        number = {control.part: int(self.outputs[c]) for c, control in enumerate(controls)}
+        inputs = ends_of(len(control.sources) for control in controls)
+        own = inputs[:-1] + np.arange(len(controls))  # the numbers of a control lie before those of its sources
+        listed = Lists.of([self.number.dofs(one.coordinates) for control in controls for one in control.sources])
+        source, reached = [], []
         for c, control in enumerate(controls):
-            kernel.append(self.kernels["control"].number(control.kernel))
-            p.append(self.add(control.p))
-            z.append(self.remember(control.history))
-            place = {int(dof): i for i, dof in enumerate(dofs.values[dofs.ptr[c] : dofs.ptr[c + 1]])}
-            for one in control.sources:
-                own = self.number.dofs(one.coordinates)
-                what = own[0] if own else -1
-                if one.kind == MEASURED:
-                    what = self.kernels["signal"].number(one.kernel)
-                elif one.kind in (MOTION_VALUE, MOTION_SPEED) and one.motion:
-                    what = self.kernels["motion"].number(one.motion.kernel)
-                elif one.kind == OUTPUT:
-                    what = number[one.control] + one.output
-                source.append([one.kind, what, *self.add(one.motion.parameters() if one.motion else one.p)])
-                source_dofs.append(own)
-                source_places += [place.get(dof, -1) for dof in own]
+            place = {dof: i for i, dof in enumerate(dofs.values[dofs.ptr[c] : dofs.ptr[c + 1]].tolist())}
+            source += [(one.kind, self.source(one)) for one in control.sources]
+            reached += [place.get(dof, -1) for one in control.sources for dof in self.number.dofs(one.coordinates)]
         width = np.diff(dofs.ptr)[self.owner]
-        listed = Lists.of(source_dofs)
         return Controls(
-            ints(kernel),
-            table(p, 2),
-            table(z, 2),
-            ints(np.cumsum([0, *(len(control.sources) for control in controls)])),
-            table(source, 4),
+            self.numbered("control", [control.kernel for control in controls]),
+            self.p["control"][own],
+            self.z["control"],
+            inputs,
+            np.column_stack([table(source, 2), np.delete(self.p["control"], own, axis=0)]),
             listed.ptr,
             listed.values,
-            ints(source_places),
-            ints([control.count for control in controls]),
-            ints(self.outputs),
+            ints(reached),
+            ints([len(control.states) for control in controls]),
+            self.outputs,
             self.owner,
-            ints(np.cumsum([0, *width])),
+            ends_of(width),
             dofs.ptr,
             places(dofs.values),
             self.state_blocks.ptr,
-            places(positions(self.state_blocks.rows, self.state_blocks.columns)),
+            self.positions(self.state_blocks),
             self.load_blocks.ptr,
-            places(positions(self.load_blocks.rows, self.load_blocks.columns)),
-            ints(out),
+            self.positions(self.load_blocks),
+            ints(self.layout.controls),
         )
 
-    def measured(self, out: Sequence[int], angle_out: Sequence[int]) -> Measured:
+    def source(self, one: Any) -> int:
+        """Number of the kernel, the output or the coordinate that an input of a control is read from."""
+        if one.kind == OUTPUT:
+            first = {control.part: int(self.outputs[c]) for c, control in enumerate(self.contributions.controls)}
+            return first[one.control] + int(one.output)
+        if one.kind == MEASURED:
+            return int(self.numbered("signal", [one.kernel])[0])
+        return (
+            int(self.numbered("motion", [one.motion.kernel])[0]) if one.motion else self.number.dofs(one.coordinates)[0]
+        )
+
+    def measured(self) -> Measured:
         """Arrays of the signals computed by kernels, and of relative rotations."""
-        contributions, angles = self.contributions.signals, self.contributions.angles
-        dofs = self.number.lists(contributions)
+        found, angles = self.contributions.signals, self.contributions.angles
+        dofs = self.number.lists(found)
         elements = [*enumerate(self.contributions.elements)]
         element = {contribution.part: e for e, contribution in reversed(elements)}
         element |= {contribution.part: e for e, contribution in reversed(elements) if contribution.factor is not None}
-        placed = list(zip(contributions, out, strict=True))
+        placed = list(zip(found, self.layout.measured, strict=True))
         return Measured(
-            self.numbers("signal", [None if one.place else one.kernel for one in contributions]),
-            self.numbers("extremum", [one.kernel if one.place else None for one in contributions]),
-            self.add_each([contribution.p for contribution in contributions]),
+            self.numbered("signal", [None if one.place else one.kernel for one in found]),
+            self.numbered("extremum", [one.kernel if one.place else None for one in found]),
+            self.p["signal"],
             dofs.ptr,
             dofs.values,
-            ints([element[one.part] if one.use_of_factor else -1 for one in contributions]),
-            ints([USES_OF_FACTOR.index(one.use_of_factor) if one.use_of_factor else -1 for one in contributions]),
-            ints(out),
+            ints([element[one.part] if one.use_of_factor else -1 for one in found]),
+            ints([USES_OF_FACTOR.index(one.use_of_factor) if one.use_of_factor else -1 for one in found]),
+            ints(self.layout.measured),
             ints([*(k for one, k in placed if one.is_mode), *(k + 1 for one, k in placed if one.place)]),
             table([(k + 1, k) for one, k in placed if one.place], 2),
             table(self.number.lists(angles).values.reshape(-1, 2), 2),
-            self.add_each([contribution.p for contribution in angles]),
-            ints(angle_out),
+            self.p["angle"],
+            ints(self.layout.angles),
         )
 
 
@@ -383,12 +384,6 @@ def rate_of(contribution: ConstraintContribution, reaction: Reaction, rates: Map
         )
         raise KernelError(f"{text} of a kernel of this part. {checks.did_you_mean(reaction.rate, own)}")
     return rates[contribution.part, reaction.rate]
-
-
-def motion_of_each_row(contribution: ConstraintContribution) -> list[Motion | None]:
-    """The motions of a constraint, None for rows without."""
-    given = {driven.row: driven.motion for driven in contribution.motions}
-    return [given.get(row) for row in range(contribution.rows)]
 
 
 def places_of_second(contribution: ConstraintContribution) -> list[int]:

@@ -93,8 +93,7 @@ def geometric_stiffness(
         system = StateEvaluation(compile_mechanism(mechanism, closed=True))
     program = system.program
     u, rate = path[: program.n_q], path[program.n_q :]
-    sizes = np.where(program.tables.kind == 1, program.length, 1.0)
-    size = np.abs(u * sizes).max()
+    size = np.abs(u * _sizes(program)).max()
     h = PATH_STRIDE * program.length / size if size else 1.0  # rigid bodies do not move: K is linear in the multipliers
 
     def stiffness(k: int) -> sp.csc_matrix:
@@ -116,7 +115,7 @@ def _turns(mechanism: Mechanism, system: StateEvaluation, q: np.ndarray, u: np.n
     own = slice(0, program.n_q)
     behind[own], here[own], ahead[own] = q - stride * u, q, q + stride * u
     size[:] = 1.0
-    size[own] = np.where(program.tables.kind == 1, program.length, 1.0)
+    size[own] = _sizes(program)
     reduced = {body.name for body in mechanism.bodies if isinstance(body, Reduced)}
     bodies, E = {body.name for body in mechanism.bodies}, program.tables.elements
     given = np.full(len(E.p), np.nan)
@@ -239,21 +238,13 @@ LONGEST_STEP = 0.5
 
 @dataclass(frozen=True, eq=False)
 class LoadPath:
-    """Growing loads on a structure.
+    """Growing loads on a structure, to first order s (force + stiffness (q - q0))."""
 
-    Parameters
-    ----------
-    program : the structure without loads.
-    start : (n_q,) coordinates and (n_c,) multipliers without loads.
-    force : (n_q,) residual of the loads at factor 1 there.
-    stiffness : (n_q, n_q) their stiffness there; to first order they are force + stiffness (q - q0).
-    """
-
-    program: Program
+    program: Program  # the structure without loads
     system: StateEvaluation
-    start: tuple[np.ndarray, np.ndarray]
-    force: np.ndarray
-    stiffness: sp.csc_matrix
+    start: tuple[np.ndarray, np.ndarray]  # coordinates (n_q,) and multipliers (n_c,) without loads
+    force: np.ndarray  # (n_q,) residual of the loads at factor 1 there
+    stiffness: sp.csc_matrix  # (n_q, n_q) their stiffness there
 
     def tangent(self, q: np.ndarray, lam: np.ndarray, s: float) -> tuple[sp.csc_matrix, sp.csr_matrix]:
         """Tangent stiffness (n_q, n_q) under s times the loads and G (n_c, n_q) at coordinates and multipliers."""
@@ -488,14 +479,25 @@ def _loads(system: StateEvaluation, loaded: StateEvaluation, q: np.ndarray) -> t
 
 
 def _without_loads(bare: Mechanism, program: Program, system: StateEvaluation) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates (n_q,), multipliers (n_c,) without loads: the reference configuration, or where contacts carry."""
+    """Coordinates (n_q,), multipliers (n_c,) without loads: the reference configuration, or where contacts carry.
+
+    A structure that forces or open joints would move from its reference configuration is refused.
+    """
     if len(program.names.contacts):
         q, lam, _ = at_rest(bare, program, system, 1, Spin(0.0, (0.0, 0.0)))
         if carries(system.at(q, lam=lam)).any():
             return q, lam
     q = np.array(program.reference.q)
     refuse_free_motion(program, system, q)
-    _refuse_stress(program, system, q)
+    system.at(q, weights=(1.0, 0.0, 0.0))
+    step = system.solve(-np.append(system.force, system.residual), f"buckling of {program.name!r}")[: program.n_q]
+    step = np.abs(step) * _sizes(program) / program.length
+    if step.max() > 1e-9:
+        raise InputError(
+            f"buckling: without its loads mechanism {program.name!r} does not rest in the reference configuration; "
+            f"it would move {program.names.coordinates[int(step.argmax())]!r} most. "
+            "Draw it closed, with springs at their free length."
+        )
     return q, np.zeros(program.n_c)
 
 
@@ -509,19 +511,6 @@ def is_load(part: Part, mechanism: Mechanism) -> bool:
     found = () if isinstance(part, Body) else mechanism.contributions_of(part)
     forces = [one for one in found if not isinstance(one, SignalContribution)]
     return bool(forces) and all(isinstance(one, ElementContribution) and one.energy is None for one in forces)
-
-
-def _refuse_stress(program: Program, system: StateEvaluation, q: np.ndarray) -> None:
-    """Refuse a structure that forces or open joints would move from its reference configuration without loads."""
-    system.at(q, weights=(1.0, 0.0, 0.0))
-    step = system.solve(-np.append(system.force, system.residual), f"buckling of {program.name!r}")[: program.n_q]
-    step = np.abs(step) * _sizes(program) / program.length
-    if step.max() > 1e-9:
-        raise InputError(
-            f"buckling: without its loads mechanism {program.name!r} does not rest in the reference configuration; "
-            f"it would move {program.names.coordinates[int(step.argmax())]!r} most. "
-            "Draw it closed, with springs at their free length."
-        )
 
 
 def _sizes(program: Program) -> np.ndarray:

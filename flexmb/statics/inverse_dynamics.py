@@ -14,7 +14,7 @@ from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import refuse_controllers
 from flexmb.program.compiler import compile as compile_mechanism
-from flexmb.program.program import Program, resolve
+from flexmb.program.program import resolve
 from flexmb.statics.equilibrium import reactions
 from flexmb.statics.start.assemble import close_loops
 from flexmb.statics.start.consistent import accelerations, degrees_of_freedom, rigid_velocities
@@ -67,11 +67,6 @@ class DrivenMotion:
         return self.forces[checks.one_of("DrivenMotion", "drive", drive, self.forces)][:, 2]
 
 
-def undeclared(program: Program) -> Program:
-    """The program without the start velocities that its bodies declare."""
-    return replace(program, reference=replace(program.reference, v=np.full(program.n_q, np.nan)))
-
-
 @arguments.checked
 def inverse_dynamics(mechanism: Mechanism, times: Sequence[float] | np.ndarray) -> DrivenMotion:
     """Motion and forces of a mechanism whose drives prescribe every motion; joints are ideal, bodies rigid.
@@ -103,7 +98,8 @@ def inverse_dynamics(mechanism: Mechanism, times: Sequence[float] | np.ndarray) 
     system = StateEvaluation(program)
     given = checks.sequence(label, "times", times, "instants [s]")
     instants = np.array([checks.number(label, f"times[{k}]", t, "s") for k, t in enumerate(given)])
-    program = undeclared(program)  # drives prescribe all velocities; what bodies declare holds at the start alone
+    # drives prescribe all velocities; what bodies declare holds at the start alone
+    program = replace(program, reference=replace(program.reference, v=np.full(program.n_q, np.nan)))
     rows = []
     for t in instants:
         q, _ = close_loops(program, {}, start=q, t=float(t))

@@ -35,20 +35,12 @@ DENSE, LOWEST = 300, 24
 
 
 class LinearModes(NamedTuple):
-    """Modes about a pose, drives held fast.
+    """Modes about a pose, drives held fast."""
 
-    Parameters
-    ----------
-    omega : (k,) angular frequencies [rad/s], ascending.
-    decay : (k,) rates at which dampers let them die out [1/s].
-    shapes : (n_b, k) shapes x with x^T M x = 1.
-    elastic : (k,) whether more than half of the stiffness is elastic; of the others it is that of gravity.
-    """
-
-    omega: np.ndarray
-    decay: np.ndarray
-    shapes: np.ndarray
-    elastic: np.ndarray
+    omega: np.ndarray  # (k,) angular frequencies [rad/s], ascending
+    decay: np.ndarray  # (k,) rates at which dampers let them die out [1/s]
+    shapes: np.ndarray  # (n_b, k) shapes x with x^T M x = 1
+    elastic: np.ndarray  # (k,) whether more than half of the stiffness is elastic; of the others it is that of gravity
 
 
 class State(NamedTuple):
@@ -62,18 +54,11 @@ class State(NamedTuple):
 
 
 class Vibrations(NamedTuple):
-    """Vibrations at the states of a run in which the same contacts are closed.
-
-    Parameters
-    ----------
-    states : the states.
-    energies : (states, 3, k) omega^2 y^2, y'^2 and y''^2/omega^2 of the modes [J].
-    modes : means of frequencies and decays, shapes of the last state.
-    """
+    """Vibrations at the states of a run in which the same contacts are closed."""
 
     states: list[State]
-    energies: np.ndarray
-    modes: LinearModes
+    energies: np.ndarray  # (states, 3, k) omega^2 y^2, y'^2 and y''^2/omega^2 of the modes [J]
+    modes: LinearModes  # means of frequencies and decays, shapes of the last state
 
 
 def vibrations_of(program: Program, states: Sequence[State], dt: float) -> list[Vibrations]:
@@ -161,21 +146,8 @@ def _multipliers_at_rest(system: StateEvaluation, state: State) -> np.ndarray:
     return found if np.isfinite(found).all() else np.zeros(program.n_c)
 
 
-class LoopModes(NamedTuple):
-    """Modes of controllers with states.
-
-    Parameters
-    ----------
-    values : (k,) eigenvalues with a frequency > 0 [1/s].
-    amplitudes : (k, states) amplitudes of the states of controllers in each.
-    """
-
-    values: np.ndarray
-    amplitudes: np.ndarray
-
-
-def loop_modes(program: Program, state: State) -> LoopModes:
-    """Modes of mechanism and controllers together that vibrate in the states of controllers, and their amplitudes.
+def loop_modes(program: Program, state: State) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues (k,) [1/s] of mechanism and controllers with a frequency > 0, amplitudes (k, states) of controllers.
 
     The rates of the state, along a left eigenvector w, are s eta where it vibrates freely with the amplitude eta.
     """
@@ -190,4 +162,4 @@ def loop_modes(program: Program, state: State) -> LoopModes:
     rates = np.concatenate([Z.T @ state.v, Z.T @ state.a])
     eta = (left.conj().T @ rates) / ((left.conj() * right).sum(axis=0) * s)
     states = (Z @ right[len(k) :])[n_b:]
-    return LoopModes(s, 2.0 * np.abs(states * eta).T)
+    return s, 2.0 * np.abs(states * eta).T
