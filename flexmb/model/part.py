@@ -288,17 +288,6 @@ class Ground(Body):
 GROUND = Ground()
 
 
-def require_signals(kind: type[Element]) -> None:
-    """Refuse signals of a class of elements that are not (name, unit, signal kernel)."""
-    for signal in kind.signals:
-        fits = isinstance(signal, tuple) and len(signal) == 3 and isinstance(signal[2], kernels.Kernel)
-        if not fits or signal[2].contract is not kernels.SIGNAL or not all(isinstance(x, str) for x in signal[:2]):
-            raise InputError(
-                f"{kind.__name__}: signals has {signal!r}; each must be (name, unit, kernel) with a kernel made by "
-                "@fm.kernels.signal_kernel, e.g. ('moment', 'N m', moment_kernel)."
-            )
-
-
 @record
 class Element(Part):
     """Base of elements written by users: one kernel on named coordinates.
@@ -324,7 +313,13 @@ class Element(Part):
         require_kernel(cls, kernels.ENERGY, "energy")
         require_kernel(cls, kernels.FORCE, "force_kernel")
         require_kernel(cls, kernels.TANGENT, "tangent_kernel")
-        require_signals(cls)
+        for signal in cls.signals:
+            fits = isinstance(signal, tuple) and len(signal) == 3 and isinstance(signal[2], kernels.Kernel)
+            if not fits or signal[2].contract is not kernels.SIGNAL or not all(isinstance(x, str) for x in signal[:2]):
+                raise InputError(
+                    f"{cls.__name__}: signals has {signal!r}; each must be (name, unit, kernel) with a kernel made by "
+                    "@fm.kernels.signal_kernel, e.g. ('moment', 'N m', moment_kernel)."
+                )
 
     def parameters(self) -> tuple[float, ...]:
         """Parameters p of the kernel."""

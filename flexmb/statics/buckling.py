@@ -51,6 +51,7 @@ from flexmb.engine.linalg.large import negative_eigenvalues, solver
 from flexmb.engine.system.evaluate import COORDINATES, add_turns
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import FlexmbError, InputError, SolveError
+from flexmb.findings.finding import Finding, found, sentences
 from flexmb.model.contributions import ElementContribution, SignalContribution
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, Part, refuse_controllers
@@ -312,20 +313,19 @@ def factor_from_half(path: LoadPath, factor: float, shape: np.ndarray) -> tuple[
     return s / lost if lost > 0.0 else math.inf, float(moved.max())
 
 
-def trust_note(factor: float, from_half: float, moved: float) -> str:
-    """Note on a first load factor that the equilibrium under half of it does not confirm; "" where it does."""
+def doubts(factor: float, from_half: float, moved: float) -> tuple[Finding, ...]:
+    """Finding on a first load factor that the equilibrium under half of it does not confirm."""
     if abs(from_half - factor) <= TRUSTED * factor and moved <= SMALL_MOVEMENT:
-        return ""
+        return ()
     if math.isnan(from_half):
         seen = "no equilibrium was found under half of these loads"
     else:
         share = 100.0 * 0.5 * factor / from_half
         seen = f"under half of these loads the stiffness against the shape is {share:.3g} % lower, in place of 50 %"
         seen += f", and the structure moves by {moved:.2g} of its size (or rad)"
-    return (
-        f"The load factor {factor:.6g} is no buckling load to rely on: {seen}, since it bends before it buckles. "
-        "Look for the load at which static_equilibrium(...) is no longer stable."
-    )
+    text = f"The load factor {factor:.6g} is no buckling load to rely on: {seen}, since it bends before it buckles."
+    remedy = "Look for the load at which static_equilibrium(...) is no longer stable."
+    return (found("bending-load", (), text, remedy, factor=factor, from_half=from_half, moved=moved),)
 
 
 # Linear buckling: the factors by which all loads must grow until a structure loses its stiffness
@@ -358,8 +358,8 @@ class Buckling:
     from_half : the first factor > 0 found again from the equilibrium under half of it, with large displacements: about
         the same where the structure keeps its shape until it buckles; inf where its stiffness does not fall; nan
         without an equilibrium or a factor > 0.
-    notes : a sentence where the two differ by more than a tenth, or the structure moves by more than a tenth of its
-        size (or rad) under half of the factor, so that the factors cannot be relied on.
+    findings : one where the two differ by more than a tenth, or the structure moves by more than a tenth of its size
+        (or rad) under half of the factor, so that the factors cannot be relied on.
     left_out : names of contacts that do not carry without the loads, and so count as open.
     """
 
@@ -369,8 +369,13 @@ class Buckling:
     aliases: dict[str, str]
     moves: tuple[str, ...]
     from_half: float = math.nan
-    notes: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
     left_out: tuple[str, ...] = ()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences of the findings."""
+        return sentences(self.findings)
 
     def shape(self, mode: int, name: str) -> float:
         """Amplitude of a coordinate in a shape.
@@ -463,12 +468,11 @@ def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
     x = x / np.abs(x * _sizes(program)[:, None]).max(axis=0, initial=0.0)
     names = program.names
     moves = tuple(moves_most(names.coordinates, program.length, shape) for shape in x.T)
-    if not (len(factors) and factors[0] > 0.0):
-        return Buckling(factors, x, names.coordinates, names.aliases, moves, left_out=left_out)
-    first = float(factors[0])
-    half, moved = factor_from_half(LoadPath(program, system, (q, lam), force, K_load), first, x[:, 0])
-    notes = tuple(filter(None, [trust_note(first, half, moved)]))
-    return Buckling(factors, x, names.coordinates, names.aliases, moves, half, notes, left_out)
+    half, findings = math.nan, ()
+    if len(factors) and factors[0] > 0.0:
+        half, moved = factor_from_half(LoadPath(program, system, (q, lam), force, K_load), float(factors[0]), x[:, 0])
+        findings = doubts(float(factors[0]), half, moved)
+    return Buckling(factors, x, names.coordinates, names.aliases, moves, half, findings, left_out)
 
 
 def _loads(system: StateEvaluation, loaded: StateEvaluation, q: np.ndarray) -> tuple[np.ndarray, sp.csc_matrix]:

@@ -20,22 +20,13 @@ POSE_SHIFT = 0.05
 
 
 class Redundancy(NamedTuple):
-    """Constraint equations that depend on others at a pose.
+    """Constraint equations that depend on others at a pose."""
 
-    Parameters
-    ----------
-    joints : parts whose equations repeat one another without the drives.
-    rows : number of redundant equations among these.
-    driven : parts whose equations repeat one another with the drives, beyond those.
-    excess : number of further redundant equations.
-    structural : whether the excess does not depend on the pose.
-    """
-
-    joints: tuple[str, ...]
-    rows: int
-    driven: tuple[str, ...]
-    excess: int
-    structural: bool
+    joints: tuple[str, ...]  # parts whose equations repeat one another without the drives
+    rows: int  # number of redundant equations among these
+    driven: tuple[str, ...]  # parts whose equations repeat one another with the drives, beyond those
+    excess: int  # number of further redundant equations
+    structural: bool  # whether the excess does not depend on the pose
 
     @property
     def parts(self) -> tuple[str, ...]:
