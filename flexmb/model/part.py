@@ -408,34 +408,20 @@ class Joint(Part):
 
 
 class WatchedMotion(NamedTuple):
-    """Motion of a run, whatever of it was saved.
+    """Motion of a run, whatever of it was saved."""
 
-    Parameters
-    ----------
-    signals : names of all signals.
-    times : (n,) instants of some accepted steps, the first and the most strained one among them [s].
-    values : (n, n_y) all signals there.
-    z : (n, n_z) histories there.
-    sizes : (n,) sizes of the steps that led there [s].
-    even : (n,) whether they are those that are evenly distributed over the steps.
-    peaks : (n_y,) largest absolute values of all signals over all steps, and (n_y,) when [s].
-    reported : the same of the time that is saved.
-    lows : least value and its instant [s] of the signals of `Part.pushes`, by name.
-    fixed_step : size of the steps [s]; None: chosen by their errors.
-    failed : whether a step failed.
-    """
-
-    signals: Signals
-    times: np.ndarray
-    values: np.ndarray
-    z: np.ndarray
-    sizes: np.ndarray
-    even: np.ndarray
+    signals: Signals  # names of all signals
+    times: np.ndarray  # (n,) instants of some accepted steps, the first and the most strained one among them [s]
+    values: np.ndarray  # (n, n_y) all signals there
+    z: np.ndarray  # (n, n_z) histories there
+    sizes: np.ndarray  # (n,) sizes of the steps that led there [s]
+    even: np.ndarray  # (n,) whether they are those that are evenly distributed over the steps
+    # (n_y,) largest absolute values of all signals over all steps, and (n_y,) when [s]
     peaks: tuple[np.ndarray, np.ndarray]
-    reported: tuple[np.ndarray, np.ndarray]
-    lows: Mapping[str, tuple[float, float]]
-    fixed_step: float | None
-    failed: bool
+    reported: tuple[np.ndarray, np.ndarray]  # the same of the time that is saved
+    lows: Mapping[str, tuple[float, float]]  # least value and its instant [s] of the signals of `Part.pushes`, by name
+    fixed_step: float | None  # size of the steps [s]; None: chosen by their errors
+    failed: bool  # whether a step failed
 
     def rows(self, *names: str) -> np.ndarray:
         """Values (n, k) of signals by their full names at the instants."""

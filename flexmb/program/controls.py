@@ -228,30 +228,13 @@ def samplers(
     for control in controls:
         if control.sample is None:
             continue
-        inputs = tuple(
-            wanted if isinstance(wanted, MotionInput) else _place_of(control, wanted, names)
-            for wanted in control.inputs
-        )
-        sizes = len(control.states), len(control.outputs)
-        found.append(
-            Sampler(
-                control.part,
-                control.kernel,
-                control.p,
-                inputs,
-                control.sample,
-                *sizes,
-                place[control.part],
-                control.settled,
-            )
-        )
+        inputs: list[int | MotionInput] = []
+        for wanted in control.inputs:
+            read = isinstance(wanted, str) and names.signals.places.get(resolved(wanted, names.signals, names.aliases))
+            if read is None:
+                text = f"{control.label}: input {wanted!r} is no signal of the mechanism"
+                raise ModelError(f"{text}. {hint(str(wanted), names.signals, names.aliases)}")
+            inputs.append(wanted if isinstance(wanted, MotionInput) else read)
+        own, sizes = (control.part, control.kernel, control.p), (len(control.states), len(control.outputs))
+        found.append(Sampler(*own, tuple(inputs), control.sample, *sizes, place[control.part], control.settled))
     return tuple(found)
-
-
-def _place_of(control: ControlContribution, wanted: str, names: Names) -> int:
-    """Place of an input among the signals."""
-    place = names.signals.places.get(resolved(wanted, names.signals, names.aliases))
-    if place is None:
-        text = f"{control.label}: input {wanted!r} is no signal of the mechanism"
-        raise ModelError(f"{text}. {hint(wanted, names.signals, names.aliases)}")
-    return place

@@ -341,20 +341,12 @@ TOUCHING, OPEN = "touching", "open"
 
 @dataclass(frozen=True)
 class PairKernels:
-    """Kernels of one kind of pair.
+    """Kernels of one kind of pair."""
 
-    Parameters
-    ----------
-    equation : constraint kernel of the distance.
-    gap : gap kernel.
-    sliding : joint-friction kernel.
-    speed : signal kernel of the normal speed of the second body.
-    """
-
-    equation: Kernel
-    gap: Kernel
-    sliding: Kernel
-    speed: Kernel
+    equation: Kernel  # constraint kernel of the distance
+    gap: Kernel  # gap kernel
+    sliding: Kernel  # joint-friction kernel
+    speed: Kernel  # signal kernel of the normal speed of the second body
 
     def contributions(self, part: Any, coordinates: tuple[Coordinate, ...], p: tuple[float, ...]) -> list[Contribution]:
         """Constraint equation of an ideal pair; contact and its ideal form at the start."""
@@ -376,18 +368,8 @@ class PairKernels:
 FACE = PairKernels(face_kernel, face_gap_kernel, face_friction, face_speed)
 """Pair of a closed curve with a line."""
 
-ROLLER = PairKernels(
-    roller_kernel,
-    roller_gap_kernel,
-    roller_friction,
-    roller_speed,
-)
+ROLLER = PairKernels(roller_kernel, roller_gap_kernel, roller_friction, roller_speed)
 """Pair of a closed curve with a circle or point."""
 
-CURVES = PairKernels(
-    curves_kernel,
-    curves_gap_kernel,
-    curves_friction,
-    curves_speed,
-)
+CURVES = PairKernels(curves_kernel, curves_gap_kernel, curves_friction, curves_speed)
 """Pair of two closed curves."""

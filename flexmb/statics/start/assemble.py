@@ -140,20 +140,12 @@ SPARSE_ENTRIES = 400_000
 
 @dataclass(frozen=True)
 class Pose:
-    """Coordinates of an assembled mechanism.
+    """Coordinates of an assembled mechanism."""
 
-    Parameters
-    ----------
-    q : (n_q,) coordinates [m, rad].
-    names : (n_q,) their names.
-    gap : largest gap of a joint [m or rad].
-    aliases : other names of nodes.
-    """
-
-    q: np.ndarray
-    names: tuple[str, ...]
-    gap: float
-    aliases: dict[str, str]
+    q: np.ndarray  # (n_q,) coordinates [m, rad]
+    names: tuple[str, ...]  # (n_q,) their names
+    gap: float  # largest gap of a joint [m or rad]
+    aliases: dict[str, str]  # other names of nodes
 
     def __getitem__(self, name: str) -> float:
         stem, _, axis = name.rpartition(".")
