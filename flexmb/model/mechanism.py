@@ -75,14 +75,11 @@ def described(mechanism: Mechanism) -> dict[str, Any]:
     [value, unit] by the name of the field, without fields that are None.  Values are numbers, texts, lists of these, or
     for laws, materials and sections such fields again, with "class".
     """
-    return {"gravity": list(mechanism.gravity), "parts": [_part(part) for part in mechanism.parts]}
-
-
-def _part(part: Part) -> dict[str, Any]:
-    found: dict[str, Any] = {"name": part.name, "class": type(part).__name__, "kind": "part"}
-    if isinstance(part, Body):
-        found |= {"kind": "body", "mass": plain(part.total_mass())}
-    return {**found, "fields": _fields(part)}
+    parts = []
+    for part in mechanism.parts:
+        kind = {"kind": "body", "mass": plain(part.total_mass())} if isinstance(part, Body) else {"kind": "part"}
+        parts.append({"name": part.name, "class": type(part).__name__, **kind, "fields": _fields(part)})
+    return {"gravity": list(mechanism.gravity), "parts": parts}
 
 
 def _fields(owner: Any) -> dict[str, list[Any]]:

@@ -80,7 +80,7 @@ class Part(Input, Shown, ABC):
             object.__setattr__(self, name, names)
         super().__post_init__()
         for name in [one.name for one in fields_of(type(self)) if one.type == "Part"]:
-            if not _is_kind((value := getattr(self, name)).__class__, Part):
+            if not is_kind((value := getattr(self, name)).__class__, Part):
                 hint = " Give the part itself, not its name." if isinstance(value, str) else ""
                 raise InputError(f"{self.label}: {name} is {value!r}; it must be a body or GROUND.{hint}")
 
@@ -120,7 +120,7 @@ class Part(Input, Shown, ABC):
     def references(self) -> tuple[str, ...]:
         """Names of the parts to which this part is connected."""
         values = [getattr(self, field.name) for field in fields_of(type(self))]
-        return tuple([v.name for v in values if _is_kind(v.__class__, Part)])
+        return tuple([v.name for v in values if is_kind(v.__class__, Part)])
 
     @property
     def pushes(self) -> tuple[str, ...]:
@@ -185,7 +185,7 @@ class Part(Input, Shown, ABC):
 
 
 @cache
-def _is_kind(kind: type, of: type) -> bool:
+def is_kind(kind: type, of: type) -> bool:
     """Whether a class is one of another; remembered, since abstract base classes are slow."""
     return issubclass(kind, of)
 
@@ -193,11 +193,11 @@ def _is_kind(kind: type, of: type) -> bool:
 def _materials(values: Iterable[Any]) -> Iterator[Material]:
     """Materials among values, in tuples of them, and among the fields of laws."""
     for value in values:
-        if _is_kind(value.__class__, Material):
+        if is_kind(value.__class__, Material):
             yield value
         elif isinstance(value, tuple):
             yield from _materials(value)
-        elif _is_kind(value.__class__, Law):
+        elif is_kind(value.__class__, Law):
             yield from _materials(vars(value).values())
 
 

@@ -14,7 +14,7 @@ from flexmb.engine.linalg.ordering import elimination_order
 from flexmb.engine.linalg.symbolic import symbolic
 from flexmb.errors import KernelError
 from flexmb.kernels import Kernel
-from flexmb.model.contributions import USES_OF_FACTOR, ConstraintContribution, Contributions, Coordinate, Reaction
+from flexmb.model.contributions import USES_OF_FACTOR, ConstraintContribution, Contributions, Reaction
 from flexmb.model.law import Law, Motion
 from flexmb.program.numbering import Lists, Numbering, blocks_and_edges, state_coordinates
 from flexmb.program.program import (
@@ -237,7 +237,7 @@ class Packer:
             self.positions(self.g_blocks),
             self.positions(self.g_blocks, transposed=True),
             self.positions(self.h_blocks),
-            table([places_of_second(contribution) for contribution in found], 3),
+            table([[c.coordinates.index(one) for one in c.second] if c.second else [-1] * 3 for c in found], 3),
             ints([contribution.moment_row for contribution in found]),
             ints(self.layout.constraints),
             ints([len(force_signals(contribution)) for contribution in found]),
@@ -384,11 +384,3 @@ def rate_of(contribution: ConstraintContribution, reaction: Reaction, rates: Map
         )
         raise KernelError(f"{text} of a kernel of this part. {checks.did_you_mean(reaction.rate, own)}")
     return rates[contribution.part, reaction.rate]
-
-
-def places_of_second(contribution: ConstraintContribution) -> list[int]:
-    """Places of x, y, theta of the second body among the coordinates of a constraint."""
-    if contribution.second is None:
-        return [-1, -1, -1]
-    places: dict[Coordinate, int] = {c: i for i, c in enumerate(contribution.coordinates)}
-    return [places[c] for c in contribution.second]

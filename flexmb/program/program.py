@@ -390,6 +390,11 @@ class Program:
         """Number of constraint rows."""
         return self.tables.sizes.n_c
 
+    @cached_property
+    def sizes(self) -> np.ndarray:
+        """Movements (n_q,) beside which others are judged: the size of the mechanism [m], and 1 rad of angles."""
+        return np.where(np.asarray(self.tables.kind) == 1, 1.0, self.length)
+
     def coordinate(self, name: str) -> int:
         """Number of the coordinate called `name`, e.g. "rod.node3.x"; aliases are followed."""
         return self.names.coordinates.index(resolve(name, self.names.aliases))

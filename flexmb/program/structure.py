@@ -20,6 +20,7 @@ from flexmb.engine.linalg.symbolic import Symbolic
 from flexmb.kernels import Kernel
 from flexmb.model.contributions import Contributions
 from flexmb.model.law import Law
+from flexmb.model.part import is_kind
 from flexmb.program.numbering import Numbering
 from flexmb.program.packing import KINDS, NumberLists, Packer, flat
 from flexmb.program.program import Names, Sizes, Tables, freeze
@@ -69,13 +70,10 @@ def structure_of(contributions: Contributions, number: Numbering, listed: tuple[
     if known is None:
         # the kernels are kept beside it: the key holds their ids, which must not be given to others
         known = _LATEST[key] = new_structure(contributions, number, listed), tuple(kernels)
-        while len(_LATEST) > REMEMBERED_STRUCTURES or (len(_LATEST) > 1 and _unknowns() > REMEMBERED_UNKNOWNS):
-            _LATEST.popitem(last=False)
+        unknowns = sum(structure.symbolic.n for structure, _ in _LATEST.values())
+        while len(_LATEST) > REMEMBERED_STRUCTURES or (len(_LATEST) > 1 and unknowns > REMEMBERED_UNKNOWNS):
+            unknowns -= _LATEST.popitem(last=False)[1][0].symbolic.n
     return known[0]
-
-
-def _unknowns() -> int:
-    return sum(structure.symbolic.n for structure, _ in _LATEST.values())
 
 
 def _read_all(group: Sequence[Any], number: Numbering, kernels: list[Kernel]) -> tuple[Any, ...]:
@@ -106,7 +104,7 @@ def _read(value: Any, kernels: list[Kernel]) -> Any:
     if isinstance(value, Kernel):
         kernels.append(value)
         return id(value)
-    if _is_law(value.__class__):
+    if is_kind(value.__class__, Law):
         kernels.append(value.kernel)
         return id(value.kernel)
     kind = value.__class__
@@ -118,12 +116,6 @@ def _read(value: Any, kernels: list[Kernel]) -> Any:
         item = getattr(value, name)
         found.append(item if item is None else _read(item, kernels))
     return tuple(found)
-
-
-@cache
-def _is_law(kind: type) -> bool:
-    """Whether a class is one of laws; remembered, since abstract base classes are slow."""
-    return issubclass(kind, Law)
 
 
 @cache

@@ -94,7 +94,7 @@ def geometric_stiffness(
         system = StateEvaluation(compile_mechanism(mechanism, closed=True))
     program = system.program
     u, rate = path[: program.n_q], path[program.n_q :]
-    size = np.abs(u * _sizes(program)).max()
+    size = np.abs(u * (program.length / program.sizes)).max()
     h = PATH_STRIDE * program.length / size if size else 1.0  # rigid bodies do not move: K is linear in the multipliers
 
     def stiffness(k: int) -> sp.csc_matrix:
@@ -116,7 +116,7 @@ def _turns(mechanism: Mechanism, system: StateEvaluation, q: np.ndarray, u: np.n
     own = slice(0, program.n_q)
     behind[own], here[own], ahead[own] = q - stride * u, q, q + stride * u
     size[:] = 1.0
-    size[own] = _sizes(program)
+    size[own] = program.length / program.sizes
     reduced = {body.name for body in mechanism.bodies if isinstance(body, Reduced)}
     bodies, E = {body.name for body in mechanism.bodies}, program.tables.elements
     given = np.full(len(E.p), np.nan)
@@ -275,7 +275,7 @@ class LoadPath:
     def _newton(self, q: np.ndarray, lam: np.ndarray, s: float) -> tuple[np.ndarray, np.ndarray] | None:
         """Coordinates and multipliers under s times the loads, by Newton's method."""
         program, start = self.program, self.start[0]
-        size = np.where(program.tables.kind == 1, 1.0, program.length)
+        size = program.sizes
         for _ in range(MOST_ITERATIONS):
             K, G = self.tangent(q, lam, s)
             loads = s * (self.force + self.stiffness @ (q - start))
@@ -309,7 +309,7 @@ def factor_from_half(path: LoadPath, factor: float, shape: np.ndarray) -> tuple[
     except (FlexmbError, RuntimeError):
         return math.nan, math.nan
     lost = 1.0 - float(pushed @ shape) / float(pushed @ answer)
-    moved = np.abs(found[0] - start) / np.where(program.tables.kind == 1, 1.0, program.length)
+    moved = np.abs(found[0] - start) / program.sizes
     return s / lost if lost > 0.0 else math.inf, float(moved.max())
 
 
@@ -465,7 +465,7 @@ def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
     K_path = (geometric_stiffness(bare, system, q, lam, path) + K_load).tocsc()
     solve = _dense if program.n_q <= DENSE_COORDINATES else _sparse
     factors, x = solve(program, K, K_path, G, count)
-    x = x / np.abs(x * _sizes(program)[:, None]).max(axis=0, initial=0.0)
+    x = x / np.abs(x * (program.length / program.sizes)[:, None]).max(axis=0, initial=0.0)
     names = program.names
     moves = tuple(moves_most(names.coordinates, program.length, shape) for shape in x.T)
     half, findings = math.nan, ()
@@ -495,7 +495,7 @@ def _without_loads(bare: Mechanism, program: Program, system: StateEvaluation) -
     refuse_free_motion(program, system, q)
     system.at(q, weights=(1.0, 0.0, 0.0))
     step = system.solve(-np.append(system.force, system.residual), f"buckling of {program.name!r}")[: program.n_q]
-    step = np.abs(step) * _sizes(program) / program.length
+    step = np.abs(step) / program.sizes
     if step.max() > 1e-9:
         raise InputError(
             f"buckling: without its loads mechanism {program.name!r} does not rest in the reference configuration; "
@@ -506,20 +506,14 @@ def _without_loads(bare: Mechanism, program: Program, system: StateEvaluation) -
 
 
 def unloaded(mechanism: Mechanism) -> Mechanism:
-    """The mechanism without gravity and without the parts that are loads."""
-    return mechanism.with_loads([part for part in mechanism.parts if not is_load(part, mechanism)], (0.0, 0.0))
+    """The mechanism without gravity and without loads: no bodies, with elements that keep no energy beside signals."""
 
+    def is_load(part: Part) -> bool:
+        found = () if isinstance(part, Body) else mechanism.contributions_of(part)
+        forces = [one for one in found if not isinstance(one, SignalContribution)]
+        return bool(forces) and all(isinstance(one, ElementContribution) and one.energy is None for one in forces)
 
-def is_load(part: Part, mechanism: Mechanism) -> bool:
-    """Whether a part is no body and has elements, none of which keeps energy, beside signals alone."""
-    found = () if isinstance(part, Body) else mechanism.contributions_of(part)
-    forces = [one for one in found if not isinstance(one, SignalContribution)]
-    return bool(forces) and all(isinstance(one, ElementContribution) and one.energy is None for one in forces)
-
-
-def _sizes(program: Program) -> np.ndarray:
-    """Factors (n_q,) that turn coordinates into lengths [m]."""
-    return np.where(program.tables.kind == 1, program.length, 1.0)
+    return mechanism.with_loads([part for part in mechanism.parts if not is_load(part)], (0.0, 0.0))
 
 
 def _dense(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -526,7 +526,7 @@ def is_stable(program: Program, K: sp.csc_matrix, G: sp.csr_matrix) -> bool | No
 
     K (n_q, n_q) is the tangent stiffness, multipliers included, G (n_c, n_q) are the constraints.
     """
-    sizes = sp.diags_array(1.0 / np.where(program.tables.kind == 1, program.length, 1.0))
+    sizes = sp.diags_array(program.sizes / program.length)
     K = (sizes @ K @ sizes).tocsc()
     if abs(K - K.T).max() > STIFFNESS_ASYMMETRY * (abs(K).max() if K.nnz else 0.0):
         return None

@@ -64,7 +64,7 @@ class Vibrations(NamedTuple):
 def vibrations_of(program: Program, states: Sequence[State], dt: float) -> list[Vibrations]:
     """Vibrations at some states, one group for each set of closed contacts."""
     system, n_b = StateEvaluation(program), program.tables.sizes.n_b
-    sizes = np.where(np.asarray(program.tables.kind)[:n_b] == 1, 1.0, program.length)
+    sizes = program.sizes[:n_b]
     known: dict[bytes, tuple[np.ndarray, LinearModes]] = {}
     groups: dict[tuple[bytes, int], list[tuple[State, LinearModes, np.ndarray]]] = {}
     for state in states:

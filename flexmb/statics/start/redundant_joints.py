@@ -66,8 +66,7 @@ def shaken_pose(program: Program, q: np.ndarray) -> np.ndarray:
 
     q is a pose of the bodies alone or with the states of controls.
     """
-    sizes = np.where(np.asarray(program.tables.kind)[: len(q)] == 1, 1.0, program.length)
-    return np.asarray(q + POSE_SHIFT * np.sin(1.0 + 7.3 * np.arange(len(q))) * sizes)
+    return np.asarray(q + POSE_SHIFT * np.sin(1.0 + 7.3 * np.arange(len(q))) * program.sizes[: len(q)])
 
 
 def redundant_rows(program: Program, closed: Program, q: np.ndarray, t: float) -> int:
