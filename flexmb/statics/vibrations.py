@@ -106,31 +106,16 @@ def _at(system: StateEvaluation, state: State, dt: float = 0.0, **more: Any) -> 
 
 def linear_modes(system: StateEvaluation, state: State, lam: np.ndarray) -> LinearModes:
     """Modes with a positive stiffness about a state; of large models the lowest ones."""
-    n_b, none = system.program.tables.sizes.n_b, np.zeros(0)
-    if n_b > DENSE:
-        elastic = _at(system, state, weights=(1.0, 0.0, 0.0)).block()
-        K, C, M = (_at(system, state, lam=lam, weights=w).block() for w in np.eye(3))
-        order, held = system.program.symbolic.order, np.zeros((system.program.n_q, 0))
-        squares, x = undamped(K, M, system.jacobian, held, LOWEST, order)
-        rising = np.argsort(squares)
-        found = _positive(squares[rising], x[:, rising], C, elastic, RIGID_OF_LARGE)
-        return found._replace(shapes=found.shapes[:n_b])
-    elastic = _at(system, state, weights=(1.0, 0.0, 0.0)).dense[:n_b, :n_b]
-    K, C, M = (_at(system, state, lam=lam, weights=w).dense[:n_b, :n_b] for w in np.eye(3))
-    Z = null_space(system.dense[system.program.n_q :, :n_b])
-    if Z.shape[1] == 0:
-        return LinearModes(none, none, np.zeros((n_b, 0)), none)
-    k, m = (Z.T @ (A + A.T) @ Z / 2.0 for A in (K, M))
-    squares, y = la.eigh(k, m)
-    return _positive(squares, Z @ y, C, elastic, RIGID)
-
-
-def _positive(squares: np.ndarray, x: np.ndarray, C: Any, K: Any, rigid: float) -> LinearModes:
-    """Modes with a stiffness that is above round-off; K without the stiffness of gravity."""
-    positive = squares > rigid * np.abs(squares).max(initial=0.0)
-    x, squares = x[:, positive], squares[positive]
-    own = (x * (K @ x)).sum(axis=0)
-    return LinearModes(np.sqrt(squares), 0.5 * (x * (C @ x)).sum(axis=0), x, own > 0.5 * squares)
+    program, n_b = system.program, system.program.tables.sizes.n_b
+    n, count, rigid = (program.n_q, LOWEST, RIGID_OF_LARGE) if n_b > DENSE else (n_b, n_b, RIGID)
+    elastic = _at(system, state, weights=(1.0, 0.0, 0.0)).block()[:n, :n]  # without the stiffness of gravity
+    K, C, M = (_at(system, state, lam=lam, weights=w).block()[:n, :n] for w in np.eye(3))
+    squares, x = undamped(K, M, system.jacobian[:, :n], np.zeros((n, 0)), count, program.symbolic.order)
+    rising = np.argsort(squares)
+    rising = rising[squares[rising] > rigid * np.abs(squares).max(initial=0.0)]  # the rest is round-off
+    x, squares = x[:, rising], squares[rising]
+    own = (x * (elastic @ x)).sum(axis=0)
+    return LinearModes(np.sqrt(squares), 0.5 * (x * (C @ x)).sum(axis=0), x[:n_b], own > 0.5 * squares)
 
 
 def _multipliers_at_rest(system: StateEvaluation, state: State) -> np.ndarray:
