@@ -234,6 +234,10 @@ class Addresses(Record):
     control: Integers
 
 
+KINDS = tuple(Addresses._fields)
+"""Kinds of kernels."""
+
+
 # Compiled mechanism: arrays, kernels and names; can be pickled
 
 

@@ -14,7 +14,6 @@ from flexmb.program import compiler as smoke
 from flexmb.program import structure
 from flexmb.program.compiler import chosen_contributions, compile_with_start
 from flexmb.program.numbering import Numbering
-from flexmb.program.packing import numbers
 
 
 def with_friction():
@@ -217,7 +216,7 @@ def test_a_bad_call_is_refused_every_time(monkeypatch):
 def test_pieces_that_cannot_be_compared_are_packed_anew(forgotten):
     mechanism = counted(0.5)
     contributions, number = mechanism.contributions(), Numbering(mechanism)
-    first, second = (structure.structure_of(contributions, number, numbers(contributions)) for _ in range(2))
+    first, second = (structure.structure_of(contributions, number, structure.numbers(contributions)) for _ in range(2))
     assert not forgotten
     assert first.tables.elements.dofs.tolist() == second.tables.elements.dofs.tolist()
 
