@@ -25,7 +25,7 @@ from flexmb.model.contributions import (
     Reaction,
     SignalContribution,
 )
-from flexmb.parts.cams.spans import common_normal, foot, support
+from flexmb.parts.cams.spans import common_normal, extreme
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import put_column, put_eccentricity, put_point
 from flexmb.places import LOAD, LOAD_BY_LAM, SLIDING
@@ -231,7 +231,7 @@ def point_pair(p, base, q, X, Y, radius):
     c, s = math.cos(q[2]), math.sin(q[2])
     ex, ey = X - q[0], Y - q[1]
     Z, W = c * ex + s * ey, -s * ex + c * ey
-    x, y, tx, ty, bend = foot(p, base, Z, W)
+    x, y, tx, ty, bend = extreme(p, base, Z, W, True)
     away = (Z - x) * ty - (W - y) * tx
     nx, ny = c * ty + s * tx, s * ty - c * tx
     X, Y = q[0] + c * x - s * y, q[1] + s * x + c * y
@@ -284,7 +284,7 @@ def face_pair(p, q):
     ux, uy = c2 * p[ALONG_X] - s2 * p[ALONG_Y], s2 * p[ALONG_X] + c2 * p[ALONG_Y]
     X, Y = q[3] + c2 * p[START_X] - s2 * p[START_Y], q[4] + s2 * p[START_X] + c2 * p[START_Y]
     nx, ny = p[SIDE] * uy, -p[SIDE] * ux  # from the curve to the line
-    x, y, _, _, bend = support(p, CURVE_UNDER_LINE, c1 * nx + s1 * ny, -s1 * nx + c1 * ny)
+    x, y, _, _, bend = extreme(p, CURVE_UNDER_LINE, c1 * nx + s1 * ny, -s1 * nx + c1 * ny, False)
     x, y = q[0] + c1 * x - s1 * y, q[1] + s1 * x + c1 * y
     distance = (X - x) * nx + (Y - y) * ny
     pair = with_arms(q, x, y, nx, ny, distance, 1.0, bend, 1.0, 0.0)
