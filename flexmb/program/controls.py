@@ -104,7 +104,12 @@ class _Finder:
     def __init__(self, contributions: Contributions, number: Numbering, aliases: Mapping[str, str]) -> None:
         self.signals: Signals = layout(contributions, number.names(), number.n_b).signals
         self.aliases = aliases
-        self.known = self._coordinates(number)
+        self.known: dict[str, Source] = {}
+        for part, node in number.nodes[: number.n_b // 3]:
+            stem = f"{part}.{node.name}" if node.name else part
+            for kind, signals in zip((COORDINATE, VELOCITY), COORDINATE_SIGNALS[:2], strict=True):
+                for axis, (name, _) in enumerate(signals):
+                    self.known[f"{stem}.{name}"] = Source(kind, ((part, node.name, axis),))
         for joint in contributions.angles:
             self.known[f"{joint.part}.angle"] = Source(MEASURED, joint.coordinates, relative_angle, joint.p)
             self.known[f"{joint.part}.omega"] = Source(MEASURED, joint.coordinates, relative_rate, joint.p)
@@ -127,16 +132,6 @@ class _Finder:
         self.loads = {element.part: element.coordinates for element in contributions.elements}
         self.pose = number.pose()
         self.number = number
-
-    def _coordinates(self, number: Numbering) -> dict[str, Source]:
-        """Coordinates and velocities of all nodes of bodies."""
-        found = {}
-        for part, node in number.nodes[: number.n_b // 3]:
-            stem = f"{part}.{node.name}" if node.name else part
-            for kind, signals in zip((COORDINATE, VELOCITY), COORDINATE_SIGNALS[:2], strict=True):
-                for axis, (name, _) in enumerate(signals):
-                    found[f"{stem}.{name}"] = Source(kind, ((part, node.name, axis),))
-        return found
 
     def name(self, wanted: str) -> str:
         """The name of a signal, by itself or by an alias."""

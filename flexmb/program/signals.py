@@ -111,7 +111,7 @@ def layout(contributions: Contributions, coordinate_names: tuple[str, ...], n_b:
     given = {
         f"{control.part}.{state}": unit
         for control in contributions.controls
-        for state, unit in zip(control.state_names, control.state_units, strict=True)
+        for state, unit in zip(control.states, control.state_units, strict=True)
     }
     states = [(name, given.get(name, "")) for name in coordinate_names[n_b:]]
     names, units = [], []
@@ -135,7 +135,7 @@ def layout(contributions: Contributions, coordinate_names: tuple[str, ...], n_b:
     measured = tuple([more(contribution.part, kernel_signals(contribution)) for contribution in contributions.signals])
     controls = []
     for control in contributions.controls:  # its outputs; of a sampled one its states before them
-        own = zip(control.state_names, control.state_units, strict=True) if control.is_sampled else ()
+        own = zip(control.states, control.state_units, strict=True) if control.is_sampled else ()
         controls.append(more(control.part, [*own, *zip(control.outputs, control.output_units, strict=True)]))
     energy = more("energy", [(name, "J") for name in ENERGY_SIGNALS])
     return Layout(Signals(names, units), constraints, contacts, angles, measured, tuple(controls), energy)

@@ -48,9 +48,13 @@ def hermite_spans(starts: np.ndarray, ends: np.ndarray, steps: np.ndarray) -> np
 
 def sampled(spans: np.ndarray, samples: int, order: int = 0) -> np.ndarray:
     """Points (n samples, 2) of spans, or derivatives by the parameter of each span, from the start of each on."""
-    u = np.arange(samples) / samples
+    return values_at(spans, np.arange(samples) / samples, order).reshape(-1, 2)
+
+
+def values_at(spans: np.ndarray, u: np.ndarray, order: int) -> np.ndarray:
+    """Derivatives (n, samples, 2) of spans at the parameters u (samples,)."""
     powers = np.array([math.perm(k, order) * u ** max(0, k - order) * (k >= order) for k in range(8)])
-    found: np.ndarray = np.einsum("nai,iu->nua", spans, powers).reshape(-1, 2)
+    found: np.ndarray = np.einsum("nai,iu->nua", spans, powers)
     return found
 
 
