@@ -468,7 +468,7 @@ def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
     x = x / np.abs(x * (program.length / program.sizes)[:, None]).max(axis=0, initial=0.0)
     names = program.names
     moves = tuple(moves_most(names.coordinates, program.length, shape) for shape in x.T)
-    half, findings = math.nan, ()
+    half, findings = math.nan, tuple[Finding, ...]()
     if len(factors) and factors[0] > 0.0:
         half, moved = factor_from_half(LoadPath(program, system, (q, lam), force, K_load), float(factors[0]), x[:, 0])
         findings = doubts(float(factors[0]), half, moved)
