@@ -57,7 +57,7 @@ class Source:
 
 @dataclass(frozen=True)
 class WiredControl(ControlContribution):
-    """Control whose inputs are found; those of a sampled one are read between steps and have no sources here."""
+    """Control with the sources of its inputs; a sampled one has none, since a run reads its inputs between steps."""
 
     sources: tuple[Source, ...] = ()
     load_coordinates: tuple[tuple[Coordinate, ...], ...] = ()  # of the load of each output; none without load

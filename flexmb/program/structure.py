@@ -100,7 +100,7 @@ def motion_of_each_row(contribution: ConstraintContribution) -> list[Motion | No
 
 
 def bounds_of(lists: NumberLists) -> dict[str, np.ndarray]:
-    """Where each list begins and ends in the array of all numbers, (n, 2)."""
+    """Bounds of each list in the array of all numbers, (n, 2)."""
     found, last = {}, 0
     for name, group in lists.items():
         ends = last + ends_of(map(len, group))
@@ -207,7 +207,7 @@ class Packer:
         return places(self.symbolic.positions(*both))
 
     def numbered(self, kind: str, kernels: Iterable[Kernel | None]) -> np.ndarray:
-        """Numbers of kernels among those of their kind, -1 for None."""
+        """Numbers of the kernels of a kind, -1 for None."""
         known = self.kernels[kind]
         return ints([-1 if k is None else known.setdefault(id(k), (len(known), k))[0] for k in kernels])
 
