@@ -76,8 +76,11 @@ CODES_OF_RUNS: dict[str, tuple[str, str]] = {
     "strength": (NOTE, "largest stress of a body, and its safety against yield"),
     "broken-question": (WARNING, "a method of a part that yields findings failed"),
     "bookkeeping": (NOTE, "what a method or a checkpoint has to say on a run"),
+    "bending-load": (WARNING, "loads bend a structure before it buckles, so linear load factors cannot be relied on"),
+    "ideal-joints": (NOTE, "inverse dynamics takes contacts and elastic joints as ideal joints"),
+    "unknown-history": (NOTE, "inverse dynamics knows nothing of the history of a friction law"),
 }
-"""The same of further codes of runs."""
+"""The same of further codes of runs, of buckling and of inverse dynamics."""
 
 
 NOTHING_MOVES = "Nothing sets the mechanism in motion."

@@ -110,7 +110,7 @@ def equilibrium_beside(program: Program, q: np.ndarray) -> tuple[np.ndarray, np.
     """Coordinates and multipliers of an equilibrium beside a pose (n_q,), stable or not; None where there is none."""
     if program.n_q > MOST_LOADED_COORDINATES:
         return None
-    system, start, size = StateEvaluation(program), q, np.where(program.tables.kind == 1, 1.0, program.length)
+    system, start, size = StateEvaluation(program), q, program.sizes
     force, G = system.at(q, weights=(1.0, 0.0, 0.0)).force, system.jacobian.toarray()
     lam, none = np.linalg.lstsq(G.T, -force, rcond=None)[0], np.zeros(program.n_q)
     for _ in range(MOST_ITERATIONS):

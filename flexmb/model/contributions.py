@@ -351,11 +351,6 @@ class ControlContribution:
         """Whether the outputs change at instants alone."""
         return self.sample is not None
 
-    @property
-    def state_names(self) -> tuple[str, ...]:
-        """Names of the states."""
-        return self.states
-
 
 Contribution = (
     ElementContribution

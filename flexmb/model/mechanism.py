@@ -37,33 +37,15 @@ LISTED_PARTS = 12
 """Number of parts at most in a line."""
 
 
-def mechanism_text(mechanism: Mechanism) -> str:
-    """Name, numbers and names of parts, gravity, in three lines."""
-    bodies = [part for part in mechanism.parts if isinstance(part, Body)]
-    others = [part for part in mechanism.parts if not isinstance(part, Body)]
-    lines = [f"Mechanism {mechanism.name!r}: {_numbers(mechanism)}; {_gravity(mechanism)}"]
-    lines += [cut(f"  {noun}  {_names(parts)}") for noun, parts in (("bodies", bodies), ("others", others)) if parts]
-    return "\n".join(lines)
-
-
-def mechanism_html(mechanism: Mechanism) -> str:
-    """Table of all parts with their classes, connections and values."""
-    head = ("part", "class", "connects", "mass [kg]", "values")
-    rows = display.table([_row(part) for part in mechanism.parts], head)
-    return display.page(f"Mechanism {mechanism.name!r}", f"{_numbers(mechanism)}; {_gravity(mechanism)}", rows)
-
-
 def _numbers(mechanism: Mechanism) -> str:
+    """Numbers of parts, and gravity."""
     joints = sum(isinstance(part, Joint) for part in mechanism.parts)
     bodies = len(mechanism.bodies)
     rest = len(mechanism.parts) - bodies - joints
-    texts = [counted(bodies, "body"), counted(joints, "joint")]
-    return ", ".join([*texts, *([counted(rest, "other part")] if rest else [])])
-
-
-def _gravity(mechanism: Mechanism) -> str:
+    texts = [counted(bodies, "body"), counted(joints, "joint"), *([counted(rest, "other part")] if rest else [])]
     gx, gy = mechanism.gravity
-    return f"gravity ({number_text(gx)}, {number_text(gy)}) m/s^2" if gx or gy else "no gravity"
+    gravity = f"gravity ({number_text(gx)}, {number_text(gy)}) m/s^2" if gx or gy else "no gravity"
+    return f"{', '.join(texts)}; {gravity}"
 
 
 def _names(parts: Sequence[Part]) -> str:
@@ -93,14 +75,11 @@ def described(mechanism: Mechanism) -> dict[str, Any]:
     [value, unit] by the name of the field, without fields that are None.  Values are numbers, texts, lists of these, or
     for laws, materials and sections such fields again, with "class".
     """
-    return {"gravity": list(mechanism.gravity), "parts": [_part(part) for part in mechanism.parts]}
-
-
-def _part(part: Part) -> dict[str, Any]:
-    found: dict[str, Any] = {"name": part.name, "class": type(part).__name__, "kind": "part"}
-    if isinstance(part, Body):
-        found |= {"kind": "body", "mass": plain(part.total_mass())}
-    return {**found, "fields": _fields(part)}
+    parts = []
+    for part in mechanism.parts:
+        kind = {"kind": "body", "mass": plain(part.total_mass())} if isinstance(part, Body) else {"kind": "part"}
+        parts.append({"name": part.name, "class": type(part).__name__, **kind, "fields": _fields(part)})
+    return {"gravity": list(mechanism.gravity), "parts": parts}
 
 
 def _fields(owner: Any) -> dict[str, list[Any]]:
@@ -296,10 +275,15 @@ class Mechanism(metaclass=arguments.CheckedType):
         return list(self.names)
 
     def __repr__(self) -> str:
-        return mechanism_text(self)
+        """Name, numbers and names of parts, gravity, in three lines."""
+        others = [part for part in self.parts if not isinstance(part, Body)]
+        groups = ("bodies", self.bodies), ("others", others)
+        lines = [cut(f"  {noun}  {_names(parts)}") for noun, parts in groups if parts]
+        return "\n".join([f"{self.label}: {_numbers(self)}", *lines])
 
     def _repr_html_(self) -> str:
-        return mechanism_html(self)
+        head = ("part", "class", "connects", "mass [kg]", "values")
+        return display.page(self.label, _numbers(self), display.table([_row(part) for part in self.parts], head))
 
     def find(self, name: Part | str) -> Part:
         """The part of that name, or `ModelError` with the nearest name; a part stands for its name."""
@@ -472,14 +456,10 @@ def points_of(part: Part) -> set[tuple[float, float]]:
     return {value for value in values if len(value) == 2 and all(isinstance(x, float) for x in value)}
 
 
-def changeable(owner: Any) -> list[str]:
-    """Names of the fields of a part, or of a record in it, that `with_` may change."""
-    return [f.name for f in fields(owner) if f.init and f.name != "name"]
-
-
 def require_field(label: str, name: str, owner: Any) -> str:
     """`name` if it is a field of a part, or of a record in it, that may be changed, else `InputError` with a hint."""
-    known, name = changeable(owner), arguments.present_name(type(owner), name)
+    known = [f.name for f in fields(owner) if f.init and f.name != "name"]
+    name = arguments.present_name(type(owner), name)
     if isinstance(owner, Joint) and "clearance" not in known and get_close_matches(name, ["clearance"]):
         text = f"{label}: {owner.label} has no clearance"
         raise InputError(

@@ -80,7 +80,7 @@ class Part(Input, Shown, ABC):
             object.__setattr__(self, name, names)
         super().__post_init__()
         for name in [one.name for one in fields_of(type(self)) if one.type == "Part"]:
-            if not _is_kind((value := getattr(self, name)).__class__, Part):
+            if not is_kind((value := getattr(self, name)).__class__, Part):
                 hint = " Give the part itself, not its name." if isinstance(value, str) else ""
                 raise InputError(f"{self.label}: {name} is {value!r}; it must be a body or GROUND.{hint}")
 
@@ -120,7 +120,7 @@ class Part(Input, Shown, ABC):
     def references(self) -> tuple[str, ...]:
         """Names of the parts to which this part is connected."""
         values = [getattr(self, field.name) for field in fields_of(type(self))]
-        return tuple([v.name for v in values if _is_kind(v.__class__, Part)])
+        return tuple([v.name for v in values if is_kind(v.__class__, Part)])
 
     @property
     def pushes(self) -> tuple[str, ...]:
@@ -185,7 +185,7 @@ class Part(Input, Shown, ABC):
 
 
 @cache
-def _is_kind(kind: type, of: type) -> bool:
+def is_kind(kind: type, of: type) -> bool:
     """Whether a class is one of another; remembered, since abstract base classes are slow."""
     return issubclass(kind, of)
 
@@ -193,11 +193,11 @@ def _is_kind(kind: type, of: type) -> bool:
 def _materials(values: Iterable[Any]) -> Iterator[Material]:
     """Materials among values, in tuples of them, and among the fields of laws."""
     for value in values:
-        if _is_kind(value.__class__, Material):
+        if is_kind(value.__class__, Material):
             yield value
         elif isinstance(value, tuple):
             yield from _materials(value)
-        elif _is_kind(value.__class__, Law):
+        elif is_kind(value.__class__, Law):
             yield from _materials(vars(value).values())
 
 
@@ -288,17 +288,6 @@ class Ground(Body):
 GROUND = Ground()
 
 
-def require_signals(kind: type[Element]) -> None:
-    """Refuse signals of a class of elements that are not (name, unit, signal kernel)."""
-    for signal in kind.signals:
-        fits = isinstance(signal, tuple) and len(signal) == 3 and isinstance(signal[2], kernels.Kernel)
-        if not fits or signal[2].contract is not kernels.SIGNAL or not all(isinstance(x, str) for x in signal[:2]):
-            raise InputError(
-                f"{kind.__name__}: signals has {signal!r}; each must be (name, unit, kernel) with a kernel made by "
-                "@fm.kernels.signal_kernel, e.g. ('moment', 'N m', moment_kernel)."
-            )
-
-
 @record
 class Element(Part):
     """Base of elements written by users: one kernel on named coordinates.
@@ -324,7 +313,13 @@ class Element(Part):
         require_kernel(cls, kernels.ENERGY, "energy")
         require_kernel(cls, kernels.FORCE, "force_kernel")
         require_kernel(cls, kernels.TANGENT, "tangent_kernel")
-        require_signals(cls)
+        for signal in cls.signals:
+            fits = isinstance(signal, tuple) and len(signal) == 3 and isinstance(signal[2], kernels.Kernel)
+            if not fits or signal[2].contract is not kernels.SIGNAL or not all(isinstance(x, str) for x in signal[:2]):
+                raise InputError(
+                    f"{cls.__name__}: signals has {signal!r}; each must be (name, unit, kernel) with a kernel made by "
+                    "@fm.kernels.signal_kernel, e.g. ('moment', 'N m', moment_kernel)."
+                )
 
     def parameters(self) -> tuple[float, ...]:
         """Parameters p of the kernel."""
@@ -413,34 +408,20 @@ class Joint(Part):
 
 
 class WatchedMotion(NamedTuple):
-    """Motion of a run, whatever of it was saved.
+    """Motion of a run, whatever of it was saved."""
 
-    Parameters
-    ----------
-    signals : names of all signals.
-    times : (n,) instants of some accepted steps, the first and the most strained one among them [s].
-    values : (n, n_y) all signals there.
-    z : (n, n_z) histories there.
-    sizes : (n,) sizes of the steps that led there [s].
-    even : (n,) whether they are those that are evenly distributed over the steps.
-    peaks : (n_y,) largest absolute values of all signals over all steps, and (n_y,) when [s].
-    reported : the same of the time that is saved.
-    lows : least value and its instant [s] of the signals of `Part.pushes`, by name.
-    fixed_step : size of the steps [s]; None: chosen by their errors.
-    failed : whether a step failed.
-    """
-
-    signals: Signals
-    times: np.ndarray
-    values: np.ndarray
-    z: np.ndarray
-    sizes: np.ndarray
-    even: np.ndarray
+    signals: Signals  # names of all signals
+    times: np.ndarray  # (n,) instants of some accepted steps, the first and the most strained one among them [s]
+    values: np.ndarray  # (n, n_y) all signals there
+    z: np.ndarray  # (n, n_z) histories there
+    sizes: np.ndarray  # (n,) sizes of the steps that led there [s]
+    even: np.ndarray  # (n,) whether they are those that are evenly distributed over the steps
+    # (n_y,) largest absolute values of all signals over all steps, and (n_y,) when [s]
     peaks: tuple[np.ndarray, np.ndarray]
-    reported: tuple[np.ndarray, np.ndarray]
-    lows: Mapping[str, tuple[float, float]]
-    fixed_step: float | None
-    failed: bool
+    reported: tuple[np.ndarray, np.ndarray]  # the same of the time that is saved
+    lows: Mapping[str, tuple[float, float]]  # least value and its instant [s] of the signals of `Part.pushes`, by name
+    fixed_step: float | None  # size of the steps [s]; None: chosen by their errors
+    failed: bool  # whether a step failed
 
     def rows(self, *names: str) -> np.ndarray:
         """Values (n, k) of signals by their full names at the instants."""

@@ -16,17 +16,11 @@ Place = tuple[str, str, Point]
 
 @dataclass(frozen=True, slots=True)
 class RigidShape:
-    """Polylines that move with one node of a part.
-
-    Parameters
-    ----------
-    node : name of its node; empty for the one node of a rigid body.
-    lines : polylines, each a tuple of points (x, y) in the frame of the node [m].
-    """
+    """Polylines that move with one node of a part."""
 
     part: str
-    node: str
-    lines: tuple[tuple[Point, ...], ...]
+    node: str  # name of its node; empty for the one node of a rigid body
+    lines: tuple[tuple[Point, ...], ...]  # polylines, each a tuple of points (x, y) in the frame of the node [m]
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,34 +28,25 @@ class BeamShape:
     """One beam element between two nodes of a part.
 
     The rotation of an end against the chord is theta + start_angle - (direction of the chord).
-
-    Parameters
-    ----------
-    start, end : names of the nodes.
-    length : length of the unstressed element [m].
-    start_angle, end_angle : direction of the axis less theta of the node, in the unstressed element [rad].
-    axial : axial force per elongation [N/m].
-    bending : (b11, b12, b22), end moments per end rotation against the chord [N m/rad].
-    ei : bending stiffness of the section at the start and at the end [N m2].
-    depth : depth of the section in the plane at the start and at the end [m]; 0 where it is unknown.
-    shear : (c1, c2), shear angle over the end rotations against the chord, sign changed [1].
-    bow : shortening of the chord over length/30: bow1 u1^2 - bow2 u1 u2 + bow3 u2^2, with the end rotations u1 and u2.
-    unstressed : (l0, u10, u20), end rotations of the unstressed element against its chord [rad], and the sum of its
-        chord and the shortening of its chord [m]; None: straight.
     """
 
     part: str
-    start: str
+    start: str  # name of its node; `end` that of the other one
     end: str
-    length: float
-    start_angle: float
+    length: float  # length of the unstressed element [m]
+    start_angle: float  # direction of the axis less theta of the node, in the unstressed element [rad]
     end_angle: float
-    axial: float
-    bending: tuple[float, float, float]
-    ei: tuple[float, float]
+    axial: float  # axial force per elongation [N/m]
+    bending: tuple[float, float, float]  # (b11, b12, b22), end moments per end rotation against the chord [N m/rad]
+    ei: tuple[float, float]  # bending stiffness of the section at the start and at the end [N m2]
+    # depth of the section in the plane at the start and at the end [m]; 0 where it is unknown
     depth: tuple[float, float] = (0.0, 0.0)
+    # (c1, c2), shear angle over the end rotations against the chord, sign changed [1]
     shear: tuple[float, float] = (0.0, 0.0)
+    # shortening of the chord over length/30: bow1 u1^2 - bow2 u1 u2 + bow3 u2^2, with the end rotations u1 and u2
     bow: tuple[float, float, float] = (2.0, 1.0, 2.0)
+    # (l0, u10, u20), end rotations of the unstressed element against its chord [rad], and the sum of its chord
+    # and the shortening of its chord [m]; None: straight
     unstressed: tuple[float, float, float] | None = None
 
     @property
@@ -82,127 +67,84 @@ class MeshShape:
 
     Each point is carried by a node, at an offset in the frame of this node.  Of a reduced body, `basis` gives the
     displacements of all points by the poses of all nodes against the frame of the body, and there are no carriers.
-
-    Parameters
-    ----------
-    kind : kind of the cells: "tri3", "tri6", "quad4" or "quad9".
-    points : (n) places in the reference configuration [m].
-    cells : (m) numbers of the points of each cell, corners first.
-    loops : numbers of the points along the outline and along each hole, in order, the first one not repeated.
-    nodes : names of the nodes that move the points.
-    carriers : (n) number of a node in `nodes`, and the point in its frame [m].
-    materials : stresses sx = d11 ex + d12 ey, txy = d33 gxy, sz = nu (sx + sy): (d11, d12, d33 [Pa], nu; 0 in a plate).
-    material_of : (m) number of the material of each cell; empty: the only one.
-    poses : (nodes) x, y, theta of the nodes in the reference configuration [m, rad], of a reduced body in its axes.
-    weights : (nodes) x, y by which the nodes turn the frame; empty: it turns with the first node.
-    basis : (2 n) displacements x0, y0, x1, ... by x, y, theta of every node.
-    shortening : directions (n,) in which bending shortens the body, each above its matrix (n, n) [1/m]; in older
-        files matrices of the coordinates from the fourth one on.
-    fibres : (n) of reduced beams: normal stress in the outer fibre, by x, y, theta of every node [Pa/m, Pa/rad].
     """
 
     part: str
-    kind: str
-    points: tuple[Point, ...]
-    cells: tuple[tuple[int, ...], ...]
+    kind: str  # kind of the cells: "tri3", "tri6", "quad4" or "quad9"
+    points: tuple[Point, ...]  # (n) places in the reference configuration [m]
+    cells: tuple[tuple[int, ...], ...]  # (m) numbers of the points of each cell, corners first
+    # numbers of the points along the outline and along each hole, in order, the first one not repeated
     loops: tuple[tuple[int, ...], ...]
-    nodes: tuple[str, ...]
+    nodes: tuple[str, ...]  # names of the nodes that move the points
+    # (n) number of a node in `nodes`, and the point in its frame [m]
     carriers: tuple[tuple[int, float, float], ...] = ()
+    # stresses sx = d11 ex + d12 ey, txy = d33 gxy, sz = nu (sx + sy): (d11, d12, d33 [Pa], nu; 0 in a plate)
     materials: tuple[tuple[float, float, float, float], ...] = ()
-    material_of: tuple[int, ...] = ()
+    material_of: tuple[int, ...] = ()  # (m) number of the material of each cell; empty: the only one
+    # (nodes) x, y, theta of the nodes in the reference configuration [m, rad], of a reduced body in its axes
     poses: tuple[tuple[float, float, float], ...] = ()
+    # (nodes) x, y by which the nodes turn the frame; empty: it turns with the first node
     weights: tuple[Point, ...] = ()
-    basis: tuple[tuple[float, ...], ...] = ()
+    basis: tuple[tuple[float, ...], ...] = ()  # (2 n) displacements x0, y0, x1, ... by x, y, theta of every node
+    # directions (n,) in which bending shortens the body, each above its matrix (n, n) [1/m]; in older files
+    # matrices of the coordinates from the fourth one on
     shortening: tuple[tuple[tuple[float, ...], ...], ...] = ()
+    # (n) of reduced beams: normal stress in the outer fibre, by x, y, theta of every node [Pa/m, Pa/rad]
     fibres: tuple[tuple[float, ...], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class PointShape:
-    """A joint, or another thing drawn as one point.
-
-    Parameters
-    ----------
-    kind : what it is: "revolute", "prismatic", "fixed", "clearance", ...
-    body, node : the node that carries the point; the body "ground" stands still at the origin.
-    offset : the point in the frame of the node [m].
-    other : point of the other body of a joint; None for a point of one body.
-    along : direction of the guide or slot in which the point slides, in the frame of `other`; None: it does not slide.
-    """
+    """A joint, or another thing drawn as one point."""
 
     part: str
-    kind: str
-    body: str
+    kind: str  # what it is: "revolute", "prismatic", "fixed", "clearance", ...
+    body: str  # body and node that carry the point; the body "ground" stands still at the origin
     node: str
-    offset: Point
-    other: Place | None = None
+    offset: Point  # the point in the frame of the node [m]
+    other: Place | None = None  # point of the other body of a joint; None for a point of one body
+    # direction of the guide or slot in which the point slides, in the frame of `other`; None: it does not slide
     along: Point | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class LineShape:
-    """A thing between two points: spring, damper, rod or cable.
-
-    Parameters
-    ----------
-    kind : "spring", "damper", "rod" or "cable".
-    first, second : both points.
-    """
+    """A thing between two points: spring, damper, rod or cable."""
 
     part: str
-    kind: str
+    kind: str  # "spring", "damper", "rod" or "cable"
     first: Place
     second: Place
 
 
 @dataclass(frozen=True, slots=True)
 class ArrowShape:
-    """An arrow that ends in a point: a force.
-
-    Parameters
-    ----------
-    at : the point.
-    direction : direction of the arrow, in the frame of the node or in world axes.
-    turns : whether the direction turns with the node.
-    """
+    """An arrow that ends in a point: a force."""
 
     part: str
     at: Place
-    direction: Point
-    turns: bool
+    direction: Point  # direction of the arrow, in the frame of the node or in world axes
+    turns: bool  # whether the direction turns with the node
 
 
 @dataclass(frozen=True, slots=True)
 class CircleShape:
-    """A circle about a point, with a spoke that shows its rotation: a pitch circle.
-
-    Parameters
-    ----------
-    at : the centre.
-    radius : radius [m].
-    """
+    """A circle about a point, with a spoke that shows its rotation: a pitch circle."""
 
     part: str
     at: Place
-    radius: float
+    radius: float  # radius [m]
 
 
 @dataclass(frozen=True, slots=True)
 class BeltShape:
-    """A belt around two wheels.
-
-    Parameters
-    ----------
-    first, second : centres of the wheels.
-    radii : radii of the belt's middle line on both wheels [m].
-    crossed : whether the strands cross.
-    """
+    """A belt around two wheels."""
 
     part: str
-    first: Place
+    first: Place  # centres of the wheels
     second: Place
-    radii: tuple[float, float]
-    crossed: bool
+    radii: tuple[float, float]  # radii of the belt's middle line on both wheels [m]
+    crossed: bool  # whether the strands cross
 
 
 Symbol = LineShape | ArrowShape | CircleShape | BeltShape

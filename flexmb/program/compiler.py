@@ -30,9 +30,9 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.program.controls import samplers, wired
 from flexmb.program.numbering import Numbering, state_coordinates
-from flexmb.program.program import Names, Program, ReferenceConfiguration
+from flexmb.program.program import Program, ReferenceConfiguration
 from flexmb.program.signals import aliases
-from flexmb.program.structure import numbers_of, structure_of
+from flexmb.program.structure import flat, numbers, structure_of
 
 # Check of kernels: one call of each in plain Python, with errors that name part and kernel
 
@@ -126,34 +126,20 @@ def _law(law: Law) -> KernelCall:
 
 
 def _arguments(kernel: Kernel, contribution: Any, pose: Sequence[float], history: Sequence[float]) -> list[Any]:
-    """Arguments of a kernel after p: at rest, in the reference configuration, at t = 0."""
-    name, n = kernel.contract.name, len(pose)
+    """Arguments of a kernel after p: at rest, in the reference configuration, at t = 0; laws at a small penetration."""
+    name, n, m = kernel.contract.name, len(pose), getattr(contribution, "rows", 0)
     if name == "control":
         return _arguments_of_control(contribution)
-    q, z = np.array(pose, dtype=float), np.array(history, dtype=float)
-    zero, rows = np.zeros(n), [np.zeros(getattr(contribution, "rows", 0)) for _ in range(4)]
-    state = [0.0, 0.0, q, zero.copy(), zero.copy(), z]
-    plain: dict[str, list[Any]] = {
-        "force": [*state, zero.copy(), z.copy()],
-        "account": [*state[:-1], np.zeros(n), z, *np.zeros((3, n)), z.copy()],
-        "energy": [0.0, q, zero],
-        "gap": [q, zero, np.zeros(GAP_SIZE)],
-        "normal": [1e-6, -1e-6, -1e-3, z, z.copy()],
-        "friction": [1e-6, -1e-6, 1e-3, z, z.copy()],
-        "motion": [0.0],
-        "signal": [0.0, q, zero, zero.copy()],
-        "extremum": [0.0, q, zero, zero.copy(), -1.0],
-    }
-    if name in plain:  # a signal may read all coordinates of a large body, so it must not cost a matrix of them
-        return plain[name]
-    square = np.zeros((n, n))
-    with_matrices: dict[str, list[Any]] = {
-        "element": [*state, zero.copy(), square, square.copy(), square.copy(), z.copy()],
-        "tangent": [*state, 1.0, 1.0, 1.0, zero.copy(), square, z.copy()],
-        "constraint": [0.0, q, zero, rows[0], rows[1], np.zeros((len(rows[0]), n)), rows[2], rows[3], square],
-        "joint_friction": [q, rows[1], np.zeros(JOINT_FRICTION_SIZE), square],
-    }
-    return with_matrices[name]
+    numbers = {"t": 0.0, "h": 1e-6 if kernel.contract.active else 0.0, "least": -1.0, "kq": 1.0, "kv": 1.0, "ka": 1.0}
+    numbers |= {"gap": -1e-6, "gap_rate": -1e-3, "slip": -1e-6, "N": 1e-3}
+    given = {"q": pose, "z": history, "z_new": history}
+    sizes: dict[str, Any] = dict.fromkeys(("v", "a", "y", "r", "Mv", "My"), n) | dict.fromkeys("KCMAH", (n, n))
+    sizes |= dict.fromkeys(("lam", "g", "g_t", "gamma"), m)
+    sizes |= {"G": (m, n), "out": GAP_SIZE if name == "gap" else JOINT_FRICTION_SIZE}
+    return [
+        numbers[x] if x in numbers else np.array(given[x], dtype=float) if x in given else np.zeros(sizes[x])
+        for x in kernel.contract.parameters[1:]
+    ]
 
 
 def _sizes_of(control: ControlContribution) -> tuple[int, int, int]:
@@ -345,21 +331,14 @@ def _compiled(mechanism: Mechanism, contributions: Contributions, number: Number
     call_each_kernel(contributions, number)
     declared, others = contributions.controls, aliases(mechanism)
     contributions = wired(contributions, number, others)
-    structure = structure_of(contributions, number)
-    p, z = numbers_of(contributions)
+    listed = numbers(contributions)
+    structure = structure_of(contributions, number, listed)
+    p, z = flat(listed)
     driven = [row for c in contributions.constraints for row in c.motions]
-    names = Names(
-        structure.elements,
-        structure.coordinates,
-        structure.rows,
-        structure.contacts,
-        tuple(body.name for body in mechanism.bodies),
-        structure.signals,
-        others,
-    )
+    names = replace(structure.names, bodies=tuple(body.name for body in mechanism.bodies), aliases=others)
     return Program(
         mechanism.name,
-        structure.filled(p),
+        structure.tables.replaced(p=p),
         structure.kernels,
         structure.symbolic,
         reference_configuration(mechanism, number, z),
@@ -368,24 +347,13 @@ def _compiled(mechanism: Mechanism, contributions: Contributions, number: Number
         tuple(period_of(row) for row in driven),
         structure.drives,
         number.extent,
-        least_clearance(contributions),
+        min((c.p[0] or math.inf for c in contributions.contacts), default=None),
         motions_of(contributions),
         tuple(c.normal for c in contributions.contacts),
         samplers(declared, contributions.controls, structure.tables.controls.z, names),
         tuple(c.part for c in contributions.controls),
-        tuple(k for c in declared if c.sample is None for k in _settled(c, number)),
+        tuple(number.dofs(state_coordinates(c))[k] for c in declared if c.sample is None for k in c.settled),
     )
-
-
-def least_clearance(contributions: Contributions) -> float | None:
-    """The smallest clearance of all contacts [m]; infinite where none has one, None without contacts."""
-    return min((c.p[0] or math.inf for c in contributions.contacts), default=None)
-
-
-def _settled(control: ControlContribution, number: Numbering) -> list[int]:
-    """Coordinates of the states of a control that begin where their rates are 0."""
-    dofs = number.dofs(state_coordinates(control))
-    return [dofs[k] for k in control.settled]
 
 
 def period_of(row: RowMotion) -> float | None:

@@ -44,65 +44,33 @@ def relative_rate(p, t, q, v, a):
 
 @dataclass(frozen=True)
 class Source:
-    """Source of an input of a control.
-
-    Parameters
-    ----------
-    kind : COORDINATE, VELOCITY, MEASURED, MOTION_VALUE, MOTION_SPEED or OUTPUT.
-    coordinates : coordinates that the input depends on.
-    kernel, p : signal kernel of a measured input, and its numbers.
-    motion : motion of a prescribed input.
-    control, output : control and number of an output that is the input of another control.
-    """
+    """Source of an input of a control, of one of the kinds of `flexmb.program.program`."""
 
     kind: int
-    coordinates: tuple[Coordinate, ...] = ()
-    kernel: Kernel | None = None
-    p: tuple[float, ...] = ()
-    motion: Motion | None = None
-    control: str = ""
-    output: int = 0
+    coordinates: tuple[Coordinate, ...] = ()  # that the input depends on
+    kernel: Kernel | None = None  # signal kernel of a measured input
+    p: tuple[float, ...] = ()  # its numbers
+    motion: Motion | None = None  # of a prescribed input
+    control: str = ""  # whose output is the input
+    output: int = 0  # number of that output
 
 
 @dataclass(frozen=True)
-class WiredControl:
-    """Control whose inputs are found.
+class WiredControl(ControlContribution):
+    """Control with the sources of its inputs; a sampled one has none, since a run reads its inputs between steps."""
 
-    Parameters
-    ----------
-    part, kernel, p, loads, outputs, history : see `ControlContribution`; start values of states, of a sampled control
-        with its outputs.
-    sources : sources of the inputs; none of a sampled control, whose inputs are read between steps.
-    states : coordinates of the states, in threes.
-    count : number of states.
-    load_coordinates : coordinates of the load of each output; none of an output without load.
-    state_units, output_units : units of states and outputs.
-    state_names : names of the states.
-    """
-
-    part: str
-    kernel: Kernel
-    p: tuple[float, ...]
-    loads: tuple[str, ...]
-    outputs: tuple[str, ...]
-    history: tuple[float, ...]
-    sources: tuple[Source, ...]
-    states: tuple[Coordinate, ...]
-    count: int
-    load_coordinates: tuple[tuple[Coordinate, ...], ...]
-    state_units: tuple[str, ...]
-    output_units: tuple[str, ...]
-    state_names: tuple[str, ...]
+    sources: tuple[Source, ...] = ()
+    load_coordinates: tuple[tuple[Coordinate, ...], ...] = ()  # of the load of each output; none without load
 
     @property
-    def is_sampled(self) -> bool:
-        """Whether the outputs change at instants alone."""
-        return bool(self.history)
+    def history(self) -> tuple[float, ...]:
+        """Start values of the states of a sampled control, and of its outputs."""
+        return (*self.start, *(0.0,) * len(self.outputs)) if self.is_sampled else ()
 
     @property
     def coordinates(self) -> tuple[Coordinate, ...]:
         """Coordinates of the states, then coordinates of the inputs, without the ground."""
-        found = dict.fromkeys(self.states)
+        found = dict.fromkeys(state_coordinates(self))
         for source in self.sources:
             found.update(dict.fromkeys(c for c in source.coordinates if c[0] != GROUND.name))
         return tuple(found)
@@ -123,25 +91,10 @@ def wired(contributions: Contributions, number: Numbering, aliases: Mapping[str,
     finder = _Finder(contributions, number, aliases)
     found: dict[str, WiredControl] = {}
     for control in _ordered(contributions.controls, finder):
-        sources = () if control.sample is not None else tuple(finder.sources(control, found))
-        held = (*control.start, *(0.0,) * len(control.outputs)) if control.sample is not None else ()
-        loads = tuple(finder.loads[name] for name in control.loads)
-        none: tuple[tuple[Coordinate, ...], ...] = ((),) * (len(control.outputs) - len(loads))
-        found[control.part] = WiredControl(
-            control.part,
-            control.kernel,
-            control.p,
-            control.loads,
-            control.outputs,
-            held,
-            sources,
-            state_coordinates(control),
-            len(control.states),
-            (*loads, *none),
-            control.state_units,
-            control.output_units,
-            control.states,
-        )
+        sources = () if control.is_sampled else tuple(finder.sources(control, found))
+        loads = [finder.loads[name] for name in control.loads]
+        none: list[tuple[Coordinate, ...]] = [()] * (len(control.outputs) - len(loads))
+        found[control.part] = WiredControl(**vars(control), sources=sources, load_coordinates=(*loads, *none))
     return replace(contributions, controls=tuple(found.values()))
 
 
@@ -151,7 +104,12 @@ class _Finder:
     def __init__(self, contributions: Contributions, number: Numbering, aliases: Mapping[str, str]) -> None:
         self.signals: Signals = layout(contributions, number.names(), number.n_b).signals
         self.aliases = aliases
-        self.known = self._coordinates(number)
+        self.known: dict[str, Source] = {}
+        for part, node in number.nodes[: number.n_b // 3]:
+            stem = f"{part}.{node.name}" if node.name else part
+            for kind, signals in zip((COORDINATE, VELOCITY), COORDINATE_SIGNALS[:2], strict=True):
+                for axis, (name, _) in enumerate(signals):
+                    self.known[f"{stem}.{name}"] = Source(kind, ((part, node.name, axis),))
         for joint in contributions.angles:
             self.known[f"{joint.part}.angle"] = Source(MEASURED, joint.coordinates, relative_angle, joint.p)
             self.known[f"{joint.part}.omega"] = Source(MEASURED, joint.coordinates, relative_rate, joint.p)
@@ -174,16 +132,6 @@ class _Finder:
         self.loads = {element.part: element.coordinates for element in contributions.elements}
         self.pose = number.pose()
         self.number = number
-
-    def _coordinates(self, number: Numbering) -> dict[str, Source]:
-        """Coordinates and velocities of all nodes of bodies."""
-        found = {}
-        for part, node in number.nodes[: number.n_b // 3]:
-            stem = f"{part}.{node.name}" if node.name else part
-            for kind, signals in zip((COORDINATE, VELOCITY), COORDINATE_SIGNALS[:2], strict=True):
-                for axis, (name, _) in enumerate(signals):
-                    found[f"{stem}.{name}"] = Source(kind, ((part, node.name, axis),))
-        return found
 
     def name(self, wanted: str) -> str:
         """The name of a signal, by itself or by an alias."""
@@ -275,30 +223,13 @@ def samplers(
     for control in controls:
         if control.sample is None:
             continue
-        inputs = tuple(
-            wanted if isinstance(wanted, MotionInput) else _place_of(control, wanted, names)
-            for wanted in control.inputs
-        )
-        sizes = len(control.states), len(control.outputs)
-        found.append(
-            Sampler(
-                control.part,
-                control.kernel,
-                control.p,
-                inputs,
-                control.sample,
-                *sizes,
-                place[control.part],
-                control.settled,
-            )
-        )
+        inputs: list[int | MotionInput] = []
+        for wanted in control.inputs:
+            read = isinstance(wanted, str) and names.signals.places.get(resolved(wanted, names.signals, names.aliases))
+            if read is None:
+                text = f"{control.label}: input {wanted!r} is no signal of the mechanism"
+                raise ModelError(f"{text}. {hint(str(wanted), names.signals, names.aliases)}")
+            inputs.append(wanted if isinstance(wanted, MotionInput) else read)
+        own, sizes = (control.part, control.kernel, control.p), (len(control.states), len(control.outputs))
+        found.append(Sampler(*own, tuple(inputs), control.sample, *sizes, place[control.part], control.settled))
     return tuple(found)
-
-
-def _place_of(control: ControlContribution, wanted: str, names: Names) -> int:
-    """Place of an input among the signals."""
-    place = names.signals.places.get(resolved(wanted, names.signals, names.aliases))
-    if place is None:
-        text = f"{control.label}: input {wanted!r} is no signal of the mechanism"
-        raise ModelError(f"{text}. {hint(wanted, names.signals, names.aliases)}")
-    return place

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain, pairwise
-from typing import Protocol
+from typing import Any
 
 import numpy as np
 
@@ -16,14 +16,6 @@ from flexmb.model.part import GROUND
 
 UNUSED = ("unused1", "unused2")
 """Names of coordinates that fill up the states of a control to threes."""
-
-
-class Placed(Protocol):
-    """A piece, as far as it stands on coordinates."""
-
-    @property
-    def coordinates(self) -> tuple[Coordinate, ...]:
-        """Names of its coordinates."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,14 +48,14 @@ class Numbering:
         named = [(part, node.name) for part, node in self.nodes]
         every = [(part, node, axis) for part, node in (*named, (GROUND.name, "")) for axis in (0, 1, 2)]
         self._number: dict[Coordinate, int] = dict(zip(every, range(len(every)), strict=True))
-        self._lists: dict[int, tuple[Sequence[Placed], Lists]] = {}
+        self._lists: dict[int, tuple[Sequence[Any], Lists]] = {}
 
     def dofs(self, coordinates: Sequence[Coordinate]) -> list[int]:
         """Numbers of coordinates; the ground's are n_q, n_q + 1, n_q + 2."""
         return [self._number[c] for c in coordinates]
 
-    def lists(self, contributions: Sequence[Placed]) -> Lists:
-        """Numbers of the coordinates of each piece, remembered for the same sequence of pieces."""
+    def lists(self, contributions: Sequence[Any]) -> Lists:
+        """Numbers of the `coordinates` of each piece, remembered for the same sequence of pieces."""
         if id(contributions) not in self._lists:
             number = self._number.__getitem__
             self._lists[id(contributions)] = (

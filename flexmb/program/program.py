@@ -102,8 +102,8 @@ class Constraints(Record):
     moment: Integers  # (n,) row of the reported moment, -1: none
     out: Integers  # (n,) first of its signals
     forces: Integers  # (n,) how many signals its force has, before those of its motions; 0 for a drive
-    joint_friction: IntegerTable  # (n, 2) GRIP_LAW and SLIDING_LAW, -1: no friction
-    joint_friction_p: IntegerTable  # (n, 4) GRIP_P, GRIP_P_END, SLIDING_P, SLIDING_P_END
+    joint_friction: IntegerTable  # (n, 2) LOAD_KERNEL and SLIDING_LAW, -1: no friction
+    joint_friction_p: IntegerTable  # (n, 4) LOAD_P, LOAD_P_END, SLIDING_P, SLIDING_P_END
     joint_friction_z: IntegerTable  # (n, 2)
     joint_friction_arm: Vector  # (n,)
     reaction: Integers  # (n + 1,) where its reported reactions are
@@ -234,33 +234,26 @@ class Addresses(Record):
     control: Integers
 
 
+KINDS = tuple(Addresses._fields)
+"""Kinds of kernels."""
+
+
 # Compiled mechanism: arrays, kernels and names; can be pickled
 
 
 @dataclass(frozen=True)
 class Sampler:
-    """Control that acts at instants k sample, as a run needs it between its steps.
-
-    Parameters
-    ----------
-    name : name of the controller.
-    kernel, p : control law and its numbers.
-    inputs : places of the inputs among the signals, or motions.
-    sample : time between two instants [s].
-    states, outputs : numbers of states and outputs.
-    z : place of its history, states before outputs.
-    settled : numbers of the states that begin where their rates are 0.
-    """
+    """Control that acts at instants k sample, as a run needs it between its steps."""
 
     name: str
     kernel: Kernel
     p: tuple[float, ...]
-    inputs: tuple[int | MotionInput, ...]
-    sample: float
+    inputs: tuple[int | MotionInput, ...]  # places of the inputs among the signals, or motions
+    sample: float  # time between two instants [s]
     states: int
     outputs: int
-    z: int
-    settled: tuple[int, ...] = ()
+    z: int  # place of its history, states before outputs
+    settled: tuple[int, ...] = ()  # numbers of the states that begin where their rates are 0
 
     def instants(self, t: float, t_end: float) -> Iterator[float]:
         """Instants in (t, t_end] [s]."""
@@ -316,7 +309,7 @@ class Program:
     periods: tuple[float | None, ...]  # of the drives
     drives: tuple[str, ...]  # of driven rows, in the order of the rows: part, or part.coordinate
     length: float  # size of the drawn mechanism [m]
-    least_clearance: float | None
+    least_clearance: float | None  # of all contacts [m]; infinite where none has one
     motions: tuple[Motion, ...]  # of drives and loads
     normals: tuple[NormalLaw, ...] = ()  # of the contacts
     samplers: tuple[Sampler, ...] = ()  # controls that act at instants
@@ -400,6 +393,11 @@ class Program:
     def n_c(self) -> int:
         """Number of constraint rows."""
         return self.tables.sizes.n_c
+
+    @cached_property
+    def sizes(self) -> np.ndarray:
+        """Movements (n_q,) beside which others are judged: the size of the mechanism [m], and 1 rad of angles."""
+        return np.where(np.asarray(self.tables.kind) == 1, 1.0, self.length)
 
     def coordinate(self, name: str) -> int:
         """Number of the coordinate called `name`, e.g. "rod.node3.x"; aliases are followed."""

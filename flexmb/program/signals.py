@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from flexmb.model.contributions import ConstraintContribution, Contributions, RowMotion, SignalContribution
 from flexmb.model.mechanism import Mechanism
@@ -105,12 +104,6 @@ def constraint_signals(contribution: ConstraintContribution) -> tuple[tuple[str,
     )
 
 
-def control_signals(control: Any) -> tuple[tuple[str, str], ...]:
-    """Signals of a control: its outputs; of a sampled one its states before them."""
-    states = zip(control.state_names, control.state_units, strict=True) if control.is_sampled else ()
-    return (*states, *zip(control.outputs, control.output_units, strict=True))
-
-
 def layout(contributions: Contributions, coordinate_names: tuple[str, ...], n_b: int | None = None) -> Layout:
     """Signals of a mechanism; n_b: number of coordinates of bodies, before the states of controls; None: all."""
     n_b = len(coordinate_names) if n_b is None else n_b
@@ -118,7 +111,7 @@ def layout(contributions: Contributions, coordinate_names: tuple[str, ...], n_b:
     given = {
         f"{control.part}.{state}": unit
         for control in contributions.controls
-        for state, unit in zip(control.state_names, control.state_units, strict=True)
+        for state, unit in zip(control.states, control.state_units, strict=True)
     }
     states = [(name, given.get(name, "")) for name in coordinate_names[n_b:]]
     names, units = [], []
@@ -140,9 +133,12 @@ def layout(contributions: Contributions, coordinate_names: tuple[str, ...], n_b:
     contacts = tuple([more(contribution.label, CONTACT_SIGNALS) for contribution in contributions.contacts])
     angles = tuple([more(contribution.part, ANGLE_SIGNALS) for contribution in contributions.angles])
     measured = tuple([more(contribution.part, kernel_signals(contribution)) for contribution in contributions.signals])
-    controls = tuple([more(control.part, control_signals(control)) for control in contributions.controls])
+    controls = []
+    for control in contributions.controls:  # its outputs; of a sampled one its states before them
+        own = zip(control.states, control.state_units, strict=True) if control.is_sampled else ()
+        controls.append(more(control.part, [*own, *zip(control.outputs, control.output_units, strict=True)]))
     energy = more("energy", [(name, "J") for name in ENERGY_SIGNALS])
-    return Layout(Signals(names, units), constraints, contacts, angles, measured, controls, energy)
+    return Layout(Signals(names, units), constraints, contacts, angles, measured, tuple(controls), energy)
 
 
 def aliases(mechanism: Mechanism) -> dict[str, str]:

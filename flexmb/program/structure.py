@@ -1,4 +1,4 @@
-"""Structure of a program, independent of all numbers; shared by mechanisms that differ in numbers alone.
+"""Structure of a program: packed tables, independent of all numbers, shared by mechanisms that differ in numbers alone.
 
 Integer arrays, elimination order and pattern of the factors depend on kernels and coordinates, not on lengths and mass.
 The latest structures are remembered, so that a sweep computes them once.  Their key contains everything that they
@@ -8,24 +8,392 @@ depend on, and they are read-only.
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
+from itertools import chain
 from operator import attrgetter
 from typing import Any
 
 import numpy as np
 
+from flexmb import checks
 from flexmb.engine.linalg.ordering import elimination_order
 from flexmb.engine.linalg.symbolic import Symbolic, symbolic
+from flexmb.errors import KernelError
 from flexmb.kernels import Kernel
-from flexmb.model.contributions import Contributions
-from flexmb.model.law import Law
-from flexmb.model.signal import Signals
-from flexmb.program.numbering import Numbering, blocks_and_edges
-from flexmb.program.packing import KINDS, Packer, motion_of_each_row
-from flexmb.program.program import CONTACT_COMMON, Sizes, Tables, freeze
-from flexmb.program.signals import layout
+from flexmb.model.contributions import USES_OF_FACTOR, ConstraintContribution, Contributions, Reaction
+from flexmb.model.law import Law, Motion
+from flexmb.model.part import is_kind
+from flexmb.program.numbering import Lists, Numbering, blocks_and_edges, state_coordinates
+from flexmb.program.program import (
+    CONTACT_COMMON,
+    FIRST_OUTPUT,
+    KINDS,
+    MEASURED,
+    OUTPUT,
+    Constraints,
+    Contacts,
+    Controls,
+    Elements,
+    Measured,
+    Names,
+    Sizes,
+    Tables,
+    freeze,
+)
+from flexmb.program.signals import force_signals, layout
+
+# Numbers of the parts, in the order in which they are packed
+
+NumberLists = dict[str, list[Sequence[float]]]
+"""Lists of numbers by what they belong to, one behind the other."""
+
+
+def numbers(contributions: Contributions) -> tuple[NumberLists, NumberLists]:
+    """Numbers p and start histories z of all parts.
+
+    It alone says their order: from it are the places in the tables, the lengths in the key of a structure, and p and z.
+    """
+    elements, constraints, contacts = contributions.elements, contributions.constraints, contributions.contacts
+    rubbing, controls = [c.joint_friction for c in constraints], contributions.controls
+    p: NumberLists = {
+        "element": [e.p for e in elements],
+        "factor": [_parameters(e.factor) for e in elements],
+        "constraint": [c.p for c in constraints],
+        "motion": [_parameters(motion) for c in constraints for motion in motion_of_each_row(c)],
+        "joint friction": [own for one in rubbing for own in ((one.p, one.friction.parameters()) if one else ((), ()))],
+        "contact": [own for c in contacts for own in (c.p, c.normal.parameters(), c.friction.parameters())],
+        "signal": [signal.p for signal in contributions.signals],
+        "angle": [angle.p for angle in contributions.angles],
+        "control": [
+            own
+            for c in controls
+            for own in (c.p, *(_parameters(one.motion) if one.motion else one.p for one in c.sources))
+        ],
+    }
+    z: NumberLists = {
+        "element": [e.history for e in elements],
+        "joint friction": [one.friction.history() if one else () for one in rubbing],
+        "contact": [
+            own for c in contacts for own in ((0.0,) * CONTACT_COMMON, c.normal.history(), c.friction.history())
+        ],
+        "control": [control.history for control in controls],
+    }
+    return p, z
+
+
+def flat(listed: tuple[NumberLists, NumberLists]) -> tuple[np.ndarray, np.ndarray]:
+    """The arrays of all `numbers`."""
+    p, z = (np.array([*chain.from_iterable(chain.from_iterable(lists.values()))], dtype=float) for lists in listed)
+    return p, z
+
+
+def _parameters(law: Law | None) -> Sequence[float]:
+    return law.parameters() if law else ()
+
+
+def motion_of_each_row(contribution: ConstraintContribution) -> list[Motion | None]:
+    """The motions of a constraint, None for rows without."""
+    given = {driven.row: driven.motion for driven in contribution.motions}
+    return [given.get(row) for row in range(contribution.rows)]
+
+
+def bounds_of(lists: NumberLists) -> dict[str, np.ndarray]:
+    """Bounds of each list in the array of all numbers, (n, 2)."""
+    found, last = {}, 0
+    for name, group in lists.items():
+        ends = last + ends_of(map(len, group))
+        found[name], last = np.stack([ends[:-1], ends[1:]], axis=1), int(ends[-1])
+    return found
+
+
+def ends_of(lengths: Iterable[int]) -> np.ndarray:
+    """0, and where each of several lists ends that lie one behind the other."""
+    return np.cumsum([0, *lengths]).astype(np.int64)
+
+
+# Packing: tables of numbered kernels, coordinates and places in the factored matrix
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Dense blocks of the matrix, row by row: where each begins, row and column numbers of all entries."""
+
+    ptr: np.ndarray
+    rows: np.ndarray
+    columns: np.ndarray
+
+    @staticmethod
+    def of(rows: Lists, columns: Lists) -> Blocks:
+        """One block for each two lists of unknowns."""
+        width = np.diff(columns.ptr)
+        size = np.diff(rows.ptr) * width
+        ptr = np.concatenate([[0], np.cumsum(size)]).astype(np.int64)
+        block = np.repeat(np.arange(len(size)), size)
+        within = np.arange(ptr[-1]) - ptr[block]
+        row = within // width[block]
+        column = within - row * width[block]
+        return Blocks(ptr, rows.values[rows.ptr[block] + row], columns.values[columns.ptr[block] + column])
+
+
+def ints(values: Sequence[int] | np.ndarray) -> np.ndarray:
+    """A 1-D int64 array."""
+    return np.array(values, dtype=np.int64).reshape(-1)
+
+
+def places(values: Sequence[int] | np.ndarray) -> np.ndarray:
+    """A 1-D uint64 array of indices: the compiled loop need not ask whether they count from the end."""
+    return np.array(values, dtype=np.uint64).reshape(-1)
+
+
+def table(rows: Sequence[Sequence[int]] | np.ndarray, columns: int) -> np.ndarray:
+    """A 2-D int64 array, also without rows."""
+    return np.array(rows, dtype=np.int64).reshape(-1, columns)
+
+
+class Packer:
+    """Numbers of kernels and matrix blocks of all pieces, in the order of declaration."""
+
+    def __init__(
+        self, contributions: Contributions, number: Numbering, listed: tuple[NumberLists, NumberLists]
+    ) -> None:
+        self.contributions, self.number = contributions, number
+        self.p, self.z = map(bounds_of, listed)
+        self.kernels: dict[str, dict[int, tuple[int, Kernel]]] = {name: {} for name in KINDS}
+        groups = (contributions.elements, contributions.contacts, contributions.constraints)
+        self.element_dofs, self.contact_dofs, self.constraint_dofs = (number.lists(group) for group in groups)
+        self.element_blocks, self.contact_blocks = (self.square(d) for d in (self.element_dofs, self.contact_dofs))
+        self.row = ends_of(contribution.rows for contribution in contributions.constraints)
+        self.n_c = int(self.row[-1])
+        rows = Lists(self.row, number.n_q + np.arange(self.n_c))
+        self.g_blocks = Blocks.of(rows, self.unknowns(self.constraint_dofs))
+        self.h_blocks = self.square(self.constraint_dofs)
+        self.control_dofs = number.lists(contributions.controls)
+        states = Lists.of([number.dofs(state_coordinates(control)) for control in contributions.controls])
+        self.state_blocks = Blocks.of(states, self.control_dofs)
+        outputs = [(k, load) for k, c in enumerate(contributions.controls) for load in c.load_coordinates]
+        self.owner = ints([k for k, _ in outputs])
+        loads = Lists.of([number.dofs(load) for _, load in outputs])
+        lists = [self.control_dofs.values[self.control_dofs.ptr[k] : self.control_dofs.ptr[k + 1]] for k in self.owner]
+        self.load_blocks = Blocks.of(loads, Lists.of([values.tolist() for values in lists]))
+        self.outputs = ends_of(len(control.outputs) for control in contributions.controls)
+        order = elimination_order(*blocks_and_edges(contributions, number))
+        self.symbolic = symbolic(number.n_q + self.n_c, *self.pattern(), order)
+        self.names = number.names()
+        self.layout = layout(contributions, self.names, number.n_b)
+
+    def unknowns(self, dofs: Lists) -> Lists:
+        """Numbers of coordinates, -1 for the ground."""
+        return Lists(dofs.ptr, np.where(dofs.values < self.number.n_q, dofs.values, -1))
+
+    def square(self, dofs: Lists) -> Blocks:
+        """Blocks on the coordinates of each piece."""
+        unknowns = self.unknowns(dofs)
+        return Blocks.of(unknowns, unknowns)
+
+    def pattern(self) -> tuple[np.ndarray, np.ndarray]:
+        """Rows and columns of all structural nonzeros, the ground excluded."""
+        groups = [self.element_blocks, self.contact_blocks, self.g_blocks, self.h_blocks]
+        groups += [self.state_blocks, self.load_blocks]
+        rows = np.concatenate([g.rows for g in groups])
+        columns = np.concatenate([g.columns for g in groups])
+        inside = (rows >= 0) & (columns >= 0)
+        return rows[inside], columns[inside]
+
+    def positions(self, blocks: Blocks, *, transposed: bool = False) -> np.ndarray:
+        """Places of the entries of blocks in the factored matrix."""
+        both = (blocks.columns, blocks.rows) if transposed else (blocks.rows, blocks.columns)
+        return places(self.symbolic.positions(*both))
+
+    def numbered(self, kind: str, kernels: Iterable[Kernel | None]) -> np.ndarray:
+        """Numbers of the kernels of a kind, -1 for None."""
+        known = self.kernels[kind]
+        return ints([-1 if k is None else known.setdefault(id(k), (len(known), k))[0] for k in kernels])
+
+    def elements(self) -> Elements:
+        """Arrays of the elements."""
+        found = self.contributions.elements
+        return Elements(
+            # what is never called is not compiled
+            self.numbered("element", [None if e.is_complete else e.kernel for e in found]),
+            self.numbered("energy", [e.energy for e in found]),
+            self.factors(),
+            self.numbered("force", [e.force for e in found]),
+            self.numbered("tangent", [e.tangent for e in found]),
+            self.numbered("account", [e.account for e in found]),
+            self.p["element"],
+            self.p["factor"],
+            self.z["element"],
+            self.element_dofs.ptr,
+            self.element_blocks.ptr,
+            places(self.element_dofs.values),
+            self.positions(self.element_blocks),
+        )
+
+    def constraints(self) -> Constraints:
+        """Arrays of the constraints."""
+        found = self.contributions.constraints
+        motions = [motion for contribution in found for motion in motion_of_each_row(contribution)]
+        rubbing = [contribution.joint_friction for contribution in found]
+        load = self.numbered("joint_friction", [one.kernel if one else None for one in rubbing])
+        law = self.numbered("friction", [one.friction.kernel if one else None for one in rubbing])
+        return Constraints(
+            self.numbered("constraint", [contribution.kernel for contribution in found]),
+            self.numbered("motion", [motion.kernel if motion else None for motion in motions]),
+            self.p["constraint"],
+            self.p["motion"],
+            self.row,
+            self.constraint_dofs.ptr,
+            self.g_blocks.ptr,
+            self.h_blocks.ptr,
+            places(self.constraint_dofs.values),
+            self.positions(self.g_blocks),
+            self.positions(self.g_blocks, transposed=True),
+            self.positions(self.h_blocks),
+            table([[c.coordinates.index(one) for one in c.second] if c.second else [-1] * 3 for c in found], 3),
+            ints([contribution.moment_row for contribution in found]),
+            ints(self.layout.constraints),
+            ints([len(force_signals(contribution)) for contribution in found]),
+            np.column_stack([load, law]),
+            self.p["joint friction"].reshape(-1, 4),
+            self.z["joint friction"],
+            np.array([one.arm if one else 1.0 for one in rubbing], dtype=float),
+            *self.reactions(),
+        )
+
+    def factors(self) -> np.ndarray:
+        """Factor of each element: number of a motion, NO_FACTOR, or FIRST_OUTPUT less the number of an output."""
+        elements = self.contributions.elements
+        found = self.numbered("motion", [e.factor.kernel if e.factor else None for e in elements])
+        controlled = {
+            load: FIRST_OUTPUT - int(self.outputs[c]) - k
+            for c, control in enumerate(self.contributions.controls)
+            for k, load in enumerate(control.loads)
+        }
+        for e, element in enumerate(elements if controlled else ()):
+            found[e] = controlled.get(element.part, found[e])
+        return found
+
+    def reactions(self) -> tuple[np.ndarray, ...]:
+        """Bounds, rows, coordinates, factors and rates of reported reactions; bounds, places and powers of forces."""
+        constraints = self.contributions.constraints
+        signals = zip(self.contributions.signals, self.layout.measured, strict=True)
+        rates = {(signal.part, signal.name): place for signal, place in signals}
+        found = [(c, piece, reaction) for c, piece in enumerate(constraints) for reaction in piece.reactions]
+        velocities = [[piece.coordinates[r.place]] if r.place >= 0 else [] for _, piece, r in found]
+        return (
+            ends_of(len(piece.reactions) for piece in constraints),
+            ints([self.row[c] + r.row for c, _, r in found]),
+            ints([self.number.dofs(own)[0] if own else -1 for own in velocities]),
+            np.array([r.factor for *_, r in found], dtype=float),
+            ints([rate_of(piece, r, rates) for _, piece, r in found]),
+            ends_of(len(r.on) for *_, r in found),
+            ints([k for *_, r in found for k in r.on]),
+            ints([r.power for *_, r in found]),
+        )
+
+    def contacts(self) -> Contacts:
+        """Arrays of the contacts."""
+        found = self.contributions.contacts
+        kernels = (
+            self.numbered("gap", [contribution.gap for contribution in found]),
+            self.numbered("normal", [contribution.normal.kernel for contribution in found]),
+            self.numbered("friction", [contribution.friction.kernel for contribution in found]),
+        )
+        return Contacts(
+            np.column_stack(kernels),
+            self.p["contact"].reshape(-1, 6),
+            np.ascontiguousarray(self.z["contact"].reshape(-1, 6)[:, [0, 2, 4, 5]]),
+            places(self.contact_dofs.values),
+            self.positions(self.contact_blocks),
+            ints(self.layout.contacts),
+        )
+
+    def controls(self) -> Controls:
+        """Arrays of the controls, and of the sources of their inputs."""
+        controls, dofs = self.contributions.controls, self.control_dofs
+        inputs = ends_of(len(control.sources) for control in controls)
+        own = inputs[:-1] + np.arange(len(controls))  # the numbers of a control lie before those of its sources
+        listed = Lists.of([self.number.dofs(one.coordinates) for control in controls for one in control.sources])
+        source, reached = [], []
+        for c, control in enumerate(controls):
+            place = {dof: i for i, dof in enumerate(dofs.values[dofs.ptr[c] : dofs.ptr[c + 1]].tolist())}
+            source += [(one.kind, self.source(one)) for one in control.sources]
+            reached += [place.get(dof, -1) for one in control.sources for dof in self.number.dofs(one.coordinates)]
+        width = np.diff(dofs.ptr)[self.owner]
+        return Controls(
+            self.numbered("control", [control.kernel for control in controls]),
+            self.p["control"][own],
+            self.z["control"],
+            inputs,
+            np.column_stack([table(source, 2), np.delete(self.p["control"], own, axis=0)]),
+            listed.ptr,
+            listed.values,
+            ints(reached),
+            ints([len(control.states) for control in controls]),
+            self.outputs,
+            self.owner,
+            ends_of(width),
+            dofs.ptr,
+            places(dofs.values),
+            self.state_blocks.ptr,
+            self.positions(self.state_blocks),
+            self.load_blocks.ptr,
+            self.positions(self.load_blocks),
+            ints(self.layout.controls),
+        )
+
+    def source(self, one: Any) -> int:
+        """Number of the kernel, the output or the coordinate that an input of a control is read from."""
+        if one.kind == OUTPUT:
+            first = {control.part: int(self.outputs[c]) for c, control in enumerate(self.contributions.controls)}
+            return first[one.control] + int(one.output)
+        if one.kind == MEASURED:
+            return int(self.numbered("signal", [one.kernel])[0])
+        return (
+            int(self.numbered("motion", [one.motion.kernel])[0]) if one.motion else self.number.dofs(one.coordinates)[0]
+        )
+
+    def measured(self) -> Measured:
+        """Arrays of the signals computed by kernels, and of relative rotations."""
+        found, angles = self.contributions.signals, self.contributions.angles
+        dofs = self.number.lists(found)
+        elements = [*enumerate(self.contributions.elements)]
+        element = {contribution.part: e for e, contribution in reversed(elements)}
+        element |= {contribution.part: e for e, contribution in reversed(elements) if contribution.factor is not None}
+        placed = list(zip(found, self.layout.measured, strict=True))
+        return Measured(
+            self.numbered("signal", [None if one.place else one.kernel for one in found]),
+            self.numbered("extremum", [one.kernel if one.place else None for one in found]),
+            self.p["signal"],
+            dofs.ptr,
+            dofs.values,
+            ints([element[one.part] if one.use_of_factor else -1 for one in found]),
+            ints([USES_OF_FACTOR.index(one.use_of_factor) if one.use_of_factor else -1 for one in found]),
+            ints(self.layout.measured),
+            ints([*(k for one, k in placed if one.is_mode), *(k + 1 for one, k in placed if one.place)]),
+            table([(k + 1, k) for one, k in placed if one.place], 2),
+            table(self.number.lists(angles).values.reshape(-1, 2), 2),
+            self.p["angle"],
+            ints(self.layout.angles),
+        )
+
+
+def rate_of(contribution: ConstraintContribution, reaction: Reaction, rates: Mapping[tuple[str, str], int]) -> int:
+    """Number of the signal that multiplies a reaction, -1 for none; `rates` numbers the signals of kernels."""
+    if not reaction.rate:
+        return -1
+    own = [name for part, name in rates if part == contribution.part]
+    if reaction.rate not in own:
+        text = (
+            f"Part {contribution.part!r}: reaction {reaction.name!r} has the rate {reaction.rate!r}, which is no signal"
+        )
+        raise KernelError(f"{text} of a kernel of this part. {checks.did_you_mean(reaction.rate, own)}")
+    return rates[contribution.part, reaction.rate]
+
+
+# Structures: tables of the first mechanism of each, remembered for others that differ in numbers alone
 
 REMEMBERED_STRUCTURES = 16
 """Number of remembered structures; a mechanism has two, one in motion and one for its start."""
@@ -36,8 +404,8 @@ REMEMBERED_UNKNOWNS = 50_000
 FIELDWISE_FROM = 100
 """Number of contributions above which their keys are read field by field, which is faster."""
 
-NUMBERS = ("p", "history")
-"""Fields of contributions of which a structure depends on the length alone."""
+NUMBERS = ("p", "history", "start", "sample")
+"""Fields of contributions of which a structure depends on the length alone, which `numbers` knows, if at all."""
 
 NAMES = frozenset("part name coordinates second units drive_units signal holds rows row moment_row place".split())
 """Fields of names and whole numbers, which are part of the key."""
@@ -47,45 +415,35 @@ _LATEST: OrderedDict[Hashable, tuple[Structure, tuple[Kernel, ...]]] = OrderedDi
 
 @dataclass(frozen=True, eq=False)
 class Structure:
-    """Structure of a program; its tables have the parameters of the first mechanism with this structure."""
+    """Structure of a program; tables with the parameters of the first mechanism, names without bodies and aliases."""
 
     tables: Tables
     kernels: tuple[tuple[Kernel, ...], ...]
     symbolic: Symbolic
-    elements: tuple[str, ...]
-    coordinates: tuple[str, ...]
-    rows: tuple[str, ...]
-    contacts: tuple[str, ...]
+    names: Names
     drives: tuple[str, ...]
-    signals: Signals
-
-    def filled(self, p: np.ndarray) -> Tables:
-        """The tables with the numbers (n_p,) of one mechanism."""
-        return self.tables.replaced(p=p)
 
 
-def structure_of(contributions: Contributions, number: Numbering) -> Structure:
-    """Structure of contributions, remembered or new."""
+def structure_of(contributions: Contributions, number: Numbering, listed: tuple[NumberLists, NumberLists]) -> Structure:
+    """Structure of contributions with the `numbers` of their parts, remembered or new."""
     kernels: list[Kernel] = []
     groups = tuple(getattr(contributions, group.name) for group in fields(contributions))
     key = (
         tuple([(part, node.name) for part, node in number.nodes]),
+        tuple([tuple(map(len, group)) for lists in listed for group in lists.values()]),
         *(_read_all(group, number, kernels) for group in groups),
     )
     try:
         known = _LATEST.get(key)
     except TypeError:  # a part of one's own put something into its pieces that cannot be compared
-        return new_structure(contributions, number)
+        return new_structure(contributions, number, listed)
     if known is None:
         # the kernels are kept beside it: the key holds their ids, which must not be given to others
-        known = _LATEST[key] = new_structure(contributions, number), tuple(kernels)
-        while len(_LATEST) > REMEMBERED_STRUCTURES or (len(_LATEST) > 1 and _unknowns() > REMEMBERED_UNKNOWNS):
-            _LATEST.popitem(last=False)
+        known = _LATEST[key] = new_structure(contributions, number, listed), tuple(kernels)
+        unknowns = sum(structure.symbolic.n for structure, _ in _LATEST.values())
+        while len(_LATEST) > REMEMBERED_STRUCTURES or (len(_LATEST) > 1 and unknowns > REMEMBERED_UNKNOWNS):
+            unknowns -= _LATEST.popitem(last=False)[1][0].symbolic.n
     return known[0]
-
-
-def _unknowns() -> int:
-    return sum(structure.symbolic.n for structure, _ in _LATEST.values())
 
 
 def _read_all(group: Sequence[Any], number: Numbering, kernels: list[Kernel]) -> tuple[Any, ...]:
@@ -96,10 +454,9 @@ def _read_all(group: Sequence[Any], number: Numbering, kernels: list[Kernel]) ->
     kinds = tuple(map(type, group))
     if len(group) < FIELDWISE_FROM or len(set(kinds)) != 1:
         return tuple([_read(contribution, kernels) for contribution in group])
-    lengths, names, others = _fields(kinds[0])
+    names, others = _fields(kinds[0])
     dofs = number.lists(group)
     found: list[tuple[Any, ...]] = [kinds, (dofs.ptr.tobytes(), dofs.values.tobytes())]
-    found += [tuple([len(getattr(contribution, name)) for contribution in group]) for name in lengths]
     found += [tuple(map(attrgetter(name), group)) for name in names if name != "coordinates"]
     for name in others:
         values = list(map(attrgetter(name), group))
@@ -117,15 +474,14 @@ def _read(value: Any, kernels: list[Kernel]) -> Any:
     if isinstance(value, Kernel):
         kernels.append(value)
         return id(value)
-    if _is_law(value.__class__):
+    if is_kind(value.__class__, Law):
         kernels.append(value.kernel)
-        return id(value.kernel), len(value.parameters()), len(value.history())
+        return id(value.kernel)
     kind = value.__class__
-    lengths, names, others = _fields(kind)
-    if not lengths and not names and not others:
+    names, others = _fields(kind)
+    if not names and not others:
         return value
-    found: list[Any] = [kind, *[len(getattr(value, name)) for name in lengths]]
-    found += [getattr(value, name) for name in names]
+    found: list[Any] = [kind, *[getattr(value, name) for name in names]]
     for name in others:
         item = getattr(value, name)
         found.append(item if item is None else _read(item, kernels))
@@ -133,95 +489,52 @@ def _read(value: Any, kernels: list[Kernel]) -> Any:
 
 
 @cache
-def _is_law(kind: type) -> bool:
-    """Whether a class is one of laws; remembered, since abstract base classes are slow."""
-    return issubclass(kind, Law)
-
-
-@cache
 def _fields(kind: type) -> tuple[tuple[str, ...], ...]:
-    """Fields of a dataclass by their role: number lists, names, others; empty for other objects."""
-    known = [f.name for f in fields(kind)] if is_dataclass(kind) else []
-    lengths, names = ([name for name in known if name in group] for group in (NUMBERS, NAMES))
-    return tuple(lengths), tuple(names), tuple([name for name in known if name not in (*lengths, *names)])
+    """Fields of a dataclass but for numbers: names, and others; empty for other objects."""
+    known = [f.name for f in fields(kind) if f.name not in NUMBERS] if is_dataclass(kind) else []
+    return tuple([name for name in known if name in NAMES]), tuple([name for name in known if name not in NAMES])
 
 
-def most_coordinates(contributions: Contributions) -> int:
-    """Largest number of coordinates that one kernel reads; 1 without kernels."""
+def new_structure(
+    contributions: Contributions, number: Numbering, listed: tuple[NumberLists, NumberLists]
+) -> Structure:
+    """New structure of contributions."""
+    packer = Packer(contributions, number, listed)
+    places = packer.layout
+    elements, constraints, contacts = packer.elements(), packer.constraints(), packer.contacts()
+    measured, controls = packer.measured(), packer.controls()
     sources = [source for control in contributions.controls for source in control.sources]
     read = [*contributions.elements, *contributions.constraints, *contributions.signals, *sources]
-    return max([len(contribution.coordinates) for contribution in read], default=1)
-
-
-def new_structure(contributions: Contributions, number: Numbering) -> Structure:
-    """New structure of contributions."""
-    packer = Packer(contributions, number)
-    order = elimination_order(*blocks_and_edges(contributions, number))
-    pattern = symbolic(number.n_q + packer.n_c, *packer.pattern(), order)
-    names = number.names()
-    places = layout(contributions, names, number.n_b)
-    elements = packer.elements(pattern.positions)
-    constraints = packer.constraints(pattern.positions, places.constraints, places.measured)
-    contacts = packer.contacts(pattern.positions, places.contacts)
-    measured = packer.measured(places.measured, places.angles)
-    controls = packer.controls(pattern.positions, places.controls)
+    p, z = flat(listed)
     sizes = Sizes(
         number.n_q,
         number.n_b,
         packer.n_c,
-        len(packer.z),
+        len(z),
         len(places.signals),
         places.energy,
-        most_coordinates(contributions),
-        max([p.rows for p in contributions.constraints], default=1),
-        any(p.joint_friction is not None for p in contributions.constraints),
+        max([len(contribution.coordinates) for contribution in read], default=1),
+        max([c.rows for c in contributions.constraints], default=1),
+        any(c.joint_friction is not None for c in contributions.constraints),
     )
-    places_in_order = np.arange(number.n_q)
-    kind = ((places_in_order % 3 == 2) & (places_in_order < number.n_b)).astype(np.int64)
-    tables = Tables(sizes, np.array(packer.p, dtype=float), elements, constraints, contacts, measured, controls, kind)
+    in_order = np.arange(number.n_q)
+    kind = ((in_order % 3 == 2) & (in_order < number.n_b)).astype(np.int64)
+    tables = Tables(sizes, p, elements, constraints, contacts, measured, controls, kind)
     freeze(tables)
+    names = Names(
+        tuple(map(attrgetter("part"), contributions.elements)),
+        packer.names,
+        tuple(f"{c.part}[{i}]" for c in contributions.constraints for i in range(c.rows)),
+        tuple(c.label for c in contributions.contacts),
+        (),
+        places.signals,
+        {},
+    )
     driven = [(c.part, row) for c in contributions.constraints for row in c.motions]
     return Structure(
         tables,
-        tuple(tuple(packer.kernels[kind].kernels) for kind in KINDS),
-        pattern,
-        tuple(map(attrgetter("part"), contributions.elements)),
+        tuple(tuple(kernel for _, kernel in packer.kernels[kind].values()) for kind in KINDS),
+        packer.symbolic,
         names,
-        tuple(f"{c.part}[{i}]" for c in contributions.constraints for i in range(c.rows)),
-        tuple(c.label for c in contributions.contacts),
         tuple(f"{part}.{row.name}" if row.name else part for part, row in driven),
-        places.signals,
     )
-
-
-def numbers_of(contributions: Contributions) -> tuple[np.ndarray, np.ndarray]:
-    """Parameters p and start histories z of all contributions, in the order of `Packer`."""
-    p: list[float] = []
-    z: list[float] = []
-    for element in contributions.elements:
-        p.extend(element.p)
-        z.extend(element.history)
-    for element in contributions.elements:
-        p.extend(element.factor.parameters() if element.factor else ())
-    for constraint in contributions.constraints:
-        p.extend(constraint.p)
-    for constraint in contributions.constraints:
-        for motion in motion_of_each_row(constraint) if constraint.motions else ():
-            p.extend(motion.parameters() if motion else ())
-    for constraint in contributions.constraints:
-        if constraint.joint_friction is not None:
-            p.extend((*constraint.joint_friction.p, *constraint.joint_friction.friction.parameters()))
-            z.extend(constraint.joint_friction.friction.history())
-    for contact in contributions.contacts:
-        p.extend((*contact.p, *contact.normal.parameters(), *contact.friction.parameters()))
-        z.extend((0.0,) * CONTACT_COMMON + (*contact.normal.history(), *contact.friction.history()))
-    for signal in contributions.signals:
-        p.extend(signal.p)
-    for angle in contributions.angles:
-        p.extend(angle.p)
-    for control in contributions.controls:
-        p.extend(control.p)
-        z.extend(control.history)
-        for source in control.sources:
-            p.extend(source.motion.parameters() if source.motion else source.p)
-    return np.array(p, dtype=float), np.array(z, dtype=float)

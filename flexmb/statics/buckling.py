@@ -51,6 +51,7 @@ from flexmb.engine.linalg.large import negative_eigenvalues, solver
 from flexmb.engine.system.evaluate import COORDINATES, add_turns
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import FlexmbError, InputError, SolveError
+from flexmb.findings.finding import Finding, found, sentences
 from flexmb.model.contributions import ElementContribution, SignalContribution
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, Part, refuse_controllers
@@ -93,8 +94,7 @@ def geometric_stiffness(
         system = StateEvaluation(compile_mechanism(mechanism, closed=True))
     program = system.program
     u, rate = path[: program.n_q], path[program.n_q :]
-    sizes = np.where(program.tables.kind == 1, program.length, 1.0)
-    size = np.abs(u * sizes).max()
+    size = np.abs(u * (program.length / program.sizes)).max()
     h = PATH_STRIDE * program.length / size if size else 1.0  # rigid bodies do not move: K is linear in the multipliers
 
     def stiffness(k: int) -> sp.csc_matrix:
@@ -116,7 +116,7 @@ def _turns(mechanism: Mechanism, system: StateEvaluation, q: np.ndarray, u: np.n
     own = slice(0, program.n_q)
     behind[own], here[own], ahead[own] = q - stride * u, q, q + stride * u
     size[:] = 1.0
-    size[own] = np.where(program.tables.kind == 1, program.length, 1.0)
+    size[own] = program.length / program.sizes
     reduced = {body.name for body in mechanism.bodies if isinstance(body, Reduced)}
     bodies, E = {body.name for body in mechanism.bodies}, program.tables.elements
     given = np.full(len(E.p), np.nan)
@@ -239,21 +239,13 @@ LONGEST_STEP = 0.5
 
 @dataclass(frozen=True, eq=False)
 class LoadPath:
-    """Growing loads on a structure.
+    """Growing loads on a structure, to first order s (force + stiffness (q - q0))."""
 
-    Parameters
-    ----------
-    program : the structure without loads.
-    start : (n_q,) coordinates and (n_c,) multipliers without loads.
-    force : (n_q,) residual of the loads at factor 1 there.
-    stiffness : (n_q, n_q) their stiffness there; to first order they are force + stiffness (q - q0).
-    """
-
-    program: Program
+    program: Program  # the structure without loads
     system: StateEvaluation
-    start: tuple[np.ndarray, np.ndarray]
-    force: np.ndarray
-    stiffness: sp.csc_matrix
+    start: tuple[np.ndarray, np.ndarray]  # coordinates (n_q,) and multipliers (n_c,) without loads
+    force: np.ndarray  # (n_q,) residual of the loads at factor 1 there
+    stiffness: sp.csc_matrix  # (n_q, n_q) their stiffness there
 
     def tangent(self, q: np.ndarray, lam: np.ndarray, s: float) -> tuple[sp.csc_matrix, sp.csr_matrix]:
         """Tangent stiffness (n_q, n_q) under s times the loads and G (n_c, n_q) at coordinates and multipliers."""
@@ -283,7 +275,7 @@ class LoadPath:
     def _newton(self, q: np.ndarray, lam: np.ndarray, s: float) -> tuple[np.ndarray, np.ndarray] | None:
         """Coordinates and multipliers under s times the loads, by Newton's method."""
         program, start = self.program, self.start[0]
-        size = np.where(program.tables.kind == 1, 1.0, program.length)
+        size = program.sizes
         for _ in range(MOST_ITERATIONS):
             K, G = self.tangent(q, lam, s)
             loads = s * (self.force + self.stiffness @ (q - start))
@@ -317,24 +309,23 @@ def factor_from_half(path: LoadPath, factor: float, shape: np.ndarray) -> tuple[
     except (FlexmbError, RuntimeError):
         return math.nan, math.nan
     lost = 1.0 - float(pushed @ shape) / float(pushed @ answer)
-    moved = np.abs(found[0] - start) / np.where(program.tables.kind == 1, 1.0, program.length)
+    moved = np.abs(found[0] - start) / program.sizes
     return s / lost if lost > 0.0 else math.inf, float(moved.max())
 
 
-def trust_note(factor: float, from_half: float, moved: float) -> str:
-    """Note on a first load factor that the equilibrium under half of it does not confirm; "" where it does."""
+def doubts(factor: float, from_half: float, moved: float) -> tuple[Finding, ...]:
+    """Finding on a first load factor that the equilibrium under half of it does not confirm."""
     if abs(from_half - factor) <= TRUSTED * factor and moved <= SMALL_MOVEMENT:
-        return ""
+        return ()
     if math.isnan(from_half):
         seen = "no equilibrium was found under half of these loads"
     else:
         share = 100.0 * 0.5 * factor / from_half
         seen = f"under half of these loads the stiffness against the shape is {share:.3g} % lower, in place of 50 %"
         seen += f", and the structure moves by {moved:.2g} of its size (or rad)"
-    return (
-        f"The load factor {factor:.6g} is no buckling load to rely on: {seen}, since it bends before it buckles. "
-        "Look for the load at which static_equilibrium(...) is no longer stable."
-    )
+    text = f"The load factor {factor:.6g} is no buckling load to rely on: {seen}, since it bends before it buckles."
+    remedy = "Look for the load at which static_equilibrium(...) is no longer stable."
+    return (found("bending-load", (), text, remedy, factor=factor, from_half=from_half, moved=moved),)
 
 
 # Linear buckling: the factors by which all loads must grow until a structure loses its stiffness
@@ -367,8 +358,8 @@ class Buckling:
     from_half : the first factor > 0 found again from the equilibrium under half of it, with large displacements: about
         the same where the structure keeps its shape until it buckles; inf where its stiffness does not fall; nan
         without an equilibrium or a factor > 0.
-    notes : a sentence where the two differ by more than a tenth, or the structure moves by more than a tenth of its
-        size (or rad) under half of the factor, so that the factors cannot be relied on.
+    findings : one where the two differ by more than a tenth, or the structure moves by more than a tenth of its size
+        (or rad) under half of the factor, so that the factors cannot be relied on.
     left_out : names of contacts that do not carry without the loads, and so count as open.
     """
 
@@ -378,8 +369,13 @@ class Buckling:
     aliases: dict[str, str]
     moves: tuple[str, ...]
     from_half: float = math.nan
-    notes: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
     left_out: tuple[str, ...] = ()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences of the findings."""
+        return sentences(self.findings)
 
     def shape(self, mode: int, name: str) -> float:
         """Amplitude of a coordinate in a shape.
@@ -469,15 +465,14 @@ def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
     K_path = (geometric_stiffness(bare, system, q, lam, path) + K_load).tocsc()
     solve = _dense if program.n_q <= DENSE_COORDINATES else _sparse
     factors, x = solve(program, K, K_path, G, count)
-    x = x / np.abs(x * _sizes(program)[:, None]).max(axis=0, initial=0.0)
+    x = x / np.abs(x * (program.length / program.sizes)[:, None]).max(axis=0, initial=0.0)
     names = program.names
     moves = tuple(moves_most(names.coordinates, program.length, shape) for shape in x.T)
-    if not (len(factors) and factors[0] > 0.0):
-        return Buckling(factors, x, names.coordinates, names.aliases, moves, left_out=left_out)
-    first = float(factors[0])
-    half, moved = factor_from_half(LoadPath(program, system, (q, lam), force, K_load), first, x[:, 0])
-    notes = tuple(filter(None, [trust_note(first, half, moved)]))
-    return Buckling(factors, x, names.coordinates, names.aliases, moves, half, notes, left_out)
+    half, findings = math.nan, tuple[Finding, ...]()
+    if len(factors) and factors[0] > 0.0:
+        half, moved = factor_from_half(LoadPath(program, system, (q, lam), force, K_load), float(factors[0]), x[:, 0])
+        findings = doubts(float(factors[0]), half, moved)
+    return Buckling(factors, x, names.coordinates, names.aliases, moves, half, findings, left_out)
 
 
 def _loads(system: StateEvaluation, loaded: StateEvaluation, q: np.ndarray) -> tuple[np.ndarray, sp.csc_matrix]:
@@ -488,45 +483,37 @@ def _loads(system: StateEvaluation, loaded: StateEvaluation, q: np.ndarray) -> t
 
 
 def _without_loads(bare: Mechanism, program: Program, system: StateEvaluation) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates (n_q,), multipliers (n_c,) without loads: the reference configuration, or where contacts carry."""
+    """Coordinates (n_q,), multipliers (n_c,) without loads: the reference configuration, or where contacts carry.
+
+    A structure that forces or open joints would move from its reference configuration is refused.
+    """
     if len(program.names.contacts):
         q, lam, _ = at_rest(bare, program, system, 1, Spin(0.0, (0.0, 0.0)))
         if carries(system.at(q, lam=lam)).any():
             return q, lam
     q = np.array(program.reference.q)
     refuse_free_motion(program, system, q)
-    _refuse_stress(program, system, q)
-    return q, np.zeros(program.n_c)
-
-
-def unloaded(mechanism: Mechanism) -> Mechanism:
-    """The mechanism without gravity and without the parts that are loads."""
-    return mechanism.with_loads([part for part in mechanism.parts if not is_load(part, mechanism)], (0.0, 0.0))
-
-
-def is_load(part: Part, mechanism: Mechanism) -> bool:
-    """Whether a part is no body and has elements, none of which keeps energy, beside signals alone."""
-    found = () if isinstance(part, Body) else mechanism.contributions_of(part)
-    forces = [one for one in found if not isinstance(one, SignalContribution)]
-    return bool(forces) and all(isinstance(one, ElementContribution) and one.energy is None for one in forces)
-
-
-def _refuse_stress(program: Program, system: StateEvaluation, q: np.ndarray) -> None:
-    """Refuse a structure that forces or open joints would move from its reference configuration without loads."""
     system.at(q, weights=(1.0, 0.0, 0.0))
     step = system.solve(-np.append(system.force, system.residual), f"buckling of {program.name!r}")[: program.n_q]
-    step = np.abs(step) * _sizes(program) / program.length
+    step = np.abs(step) / program.sizes
     if step.max() > 1e-9:
         raise InputError(
             f"buckling: without its loads mechanism {program.name!r} does not rest in the reference configuration; "
             f"it would move {program.names.coordinates[int(step.argmax())]!r} most. "
             "Draw it closed, with springs at their free length."
         )
+    return q, np.zeros(program.n_c)
 
 
-def _sizes(program: Program) -> np.ndarray:
-    """Factors (n_q,) that turn coordinates into lengths [m]."""
-    return np.where(program.tables.kind == 1, program.length, 1.0)
+def unloaded(mechanism: Mechanism) -> Mechanism:
+    """The mechanism without gravity and without loads: no bodies, with elements that keep no energy beside signals."""
+
+    def is_load(part: Part) -> bool:
+        found = () if isinstance(part, Body) else mechanism.contributions_of(part)
+        forces = [one for one in found if not isinstance(one, SignalContribution)]
+        return bool(forces) and all(isinstance(one, ElementContribution) and one.energy is None for one in forces)
+
+    return mechanism.with_loads([part for part in mechanism.parts if not is_load(part)], (0.0, 0.0))
 
 
 def _dense(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -243,8 +243,7 @@ def undamped(
     Z = null_space(held.toarray())
     if Z.shape[1] == 0:
         return np.zeros(0), np.zeros((K.shape[0], 0))
-    k, m = (Z.T @ (X @ Z) for X in (K, M))
-    k, m = _symmetric(k), _symmetric(m)
+    k, m = (_symmetric(Z.T @ (X @ Z)) for X in (K, M))
     try:
         squares, y = la.eigh(k, m)
     except la.LinAlgError as error:
@@ -301,21 +300,16 @@ def _sparse(
         try:
             squares, x = _with_copies(A, B, M, order, shift, wanted, below)
             if below(small) not in (int((squares < small).sum()), None):
-                lowest = _below_all(below, min(small, 4.0 * squares[0]))
+                lowest = min(small, 4.0 * squares[0])  # an unstable pose: some eigenvalues are negative
+                for _ in range(LONGEST_SEARCH):
+                    if below(lowest) == 0:
+                        break
+                    lowest *= 4.0
                 return _with_copies(A, B, M, order, lowest, wanted, below)
             return squares, x
         except (ArpackNoConvergence, RuntimeError) as error:
             failure = error
     raise SolveError(f"modes: the eigensolver did not converge ({failure}). Ask for fewer modes.") from failure
-
-
-def _below_all(below: Below, shift: float) -> float:
-    """A shift below all eigenvalues, of which some are negative: an unstable pose."""
-    for _ in range(LONGEST_SEARCH):
-        if below(shift) == 0:
-            break
-        shift *= 4.0
-    return shift
 
 
 def _with_copies(
@@ -526,7 +520,7 @@ def is_stable(program: Program, K: sp.csc_matrix, G: sp.csr_matrix) -> bool | No
 
     K (n_q, n_q) is the tangent stiffness, multipliers included, G (n_c, n_q) are the constraints.
     """
-    sizes = sp.diags_array(1.0 / np.where(program.tables.kind == 1, program.length, 1.0))
+    sizes = sp.diags_array(program.sizes / program.length)
     K = (sizes @ K @ sizes).tocsc()
     if abs(K - K.T).max() > STIFFNESS_ASYMMETRY * (abs(K).max() if K.nnz else 0.0):
         return None

@@ -104,8 +104,7 @@ def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) 
     Every stride decreases the potential, so that the motion ends in a stable equilibrium; Newton's method would find
     the nearest stationary point.
     """
-    n, length = program.n_q, program.length
-    size = np.where(program.tables.kind == 1, 1.0, length)
+    n, length, size = program.n_q, program.length, program.sizes
     diagonal = program.symbolic.positions(np.arange(n), np.arange(n))
     spin.at(system, q)
     forces = float(np.abs(system.force * size).max(initial=0.0))
@@ -156,7 +155,7 @@ def _stride(
     spin: Spin,
 ) -> tuple[np.ndarray, np.ndarray] | None:
     """One implicit stride from (q, lam); None if Newton fails or the viscosity is too small."""
-    n, size = program.n_q, np.where(program.tables.kind == 1, 1.0, program.length)
+    n, size = program.n_q, program.sizes
     first = start[0]
     q, lam = first.copy(), start[1].copy()
     last = np.inf
@@ -361,8 +360,7 @@ def _newton(
 ) -> tuple[np.ndarray, np.ndarray, int, np.ndarray] | None:
     """Solution for one load and speed, its iterations, and the first tangent's step (n_q,); None if Newton fails."""
     n, last, tangent = program.n_q, np.inf, np.zeros(0)
-    q, lam = q.copy(), lam.copy()
-    size = np.where(program.tables.kind == 1, 1.0, program.length)
+    q, lam, size = q.copy(), lam.copy(), program.sizes
     for iteration in range(1, most + 1):
         try:
             d = correction(system, q, lam, held, spin, STEP_ACCURACY)
@@ -397,7 +395,7 @@ def _against_tangents(
     ahead, lam, _, tangent = found
 
     def length(move: np.ndarray) -> float:
-        return float(np.abs(move / np.where(program.tables.kind == 1, 1.0, program.length)).max())
+        return float(np.abs(move / program.sizes).max())
 
     moved = ahead - q
     before = carries(system.at(q))
@@ -517,7 +515,7 @@ def refuse_other_forces(owner: str, program: Program, system: StateEvaluation, a
         step = correction(system, at.q, at.lam, np.zeros(program.n_q), Spin(at.spin, at.about))[: program.n_q]
     except SolveError:
         return  # on the verge of buckling: nothing can be said
-    step = np.abs(step) / np.where(program.tables.kind == 1, 1.0, program.length)
+    step = np.abs(step) / program.sizes
     if step.max() > OTHER_MODEL_STEP:
         raise InputError(
             f"{owner}: the equilibrium given is none of mechanism {program.name!r}: its forces would move "

@@ -11,10 +11,11 @@ from flexmb import arguments, checks, display
 from flexmb.display import counted, cut, listed
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
+from flexmb.findings.finding import Finding, found, sentences
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import refuse_controllers
 from flexmb.program.compiler import compile as compile_mechanism
-from flexmb.program.program import Program, resolve
+from flexmb.program.program import resolve
 from flexmb.statics.equilibrium import reactions
 from flexmb.statics.start.assemble import close_loops
 from flexmb.statics.start.consistent import accelerations, degrees_of_freedom, rigid_velocities
@@ -31,7 +32,7 @@ class DrivenMotion:
     names : (n_q,) names of the coordinates.
     aliases : other names of nodes.
     forces : for every joint and drive (n, 3): fx, fy on the second body [N] and moment or drive torque [N m, N].
-    notes : sentences on parts that a run may show in another way: contacts taken as closed, laws with a history.
+    findings : on parts that a run may show in another way: contacts taken as closed, laws with a history.
     """
 
     time: np.ndarray
@@ -41,7 +42,12 @@ class DrivenMotion:
     names: tuple[str, ...]
     aliases: dict[str, str]
     forces: dict[str, np.ndarray]
-    notes: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences of the findings."""
+        return sentences(self.findings)
 
     def __repr__(self) -> str:
         span = f", {self.time[0]:.6g} to {self.time[-1]:.6g} s" if len(self.time) else ""
@@ -65,11 +71,6 @@ class DrivenMotion:
     def torque(self, drive: str) -> np.ndarray:
         """(n,) torque of a drive on the second body of its joint [N m], or force [N]."""
         return self.forces[checks.one_of("DrivenMotion", "drive", drive, self.forces)][:, 2]
-
-
-def undeclared(program: Program) -> Program:
-    """The program without the start velocities that its bodies declare."""
-    return replace(program, reference=replace(program.reference, v=np.full(program.n_q, np.nan)))
 
 
 @arguments.checked
@@ -103,34 +104,30 @@ def inverse_dynamics(mechanism: Mechanism, times: Sequence[float] | np.ndarray) 
     system = StateEvaluation(program)
     given = checks.sequence(label, "times", times, "instants [s]")
     instants = np.array([checks.number(label, f"times[{k}]", t, "s") for k, t in enumerate(given)])
-    program = undeclared(program)  # drives prescribe all velocities; what bodies declare holds at the start alone
+    # drives prescribe all velocities; what bodies declare holds at the start alone
+    program = replace(program, reference=replace(program.reference, v=np.full(program.n_q, np.nan)))
     rows = []
     for t in instants:
         q, _ = close_loops(program, {}, start=q, t=float(t))
         v = rigid_velocities(program, q, float(t))
         a, lam = accelerations(program, q, v, float(t))
-        found = reactions(program, system.at(q, v, a, lam, t=float(t)), lam)
-        rows.append((q, v, a, found))
+        rows.append((q, v, a, reactions(program, system.at(q, v, a, lam, t=float(t)), lam)))
     forces = {name: np.array([row[3][name] for row in rows]) for name in (rows[0][3] if rows else {})}
     q_all, v_all, a_all = (np.array([row[k] for row in rows]) for k in range(3))
-    names, notes = program.names, tuple(_notes(mechanism))
-    return DrivenMotion(instants, q_all, v_all, a_all, names.coordinates, names.aliases, forces, notes)
+    names, findings = program.names, tuple(_findings(mechanism))
+    return DrivenMotion(instants, q_all, v_all, a_all, names.coordinates, names.aliases, forces, findings)
 
 
-def _notes(mechanism: Mechanism) -> Iterator[str]:
-    """Sentences on contacts and elastic joints that ideal joints replace, and on friction laws with a history."""
-    found = mechanism.contributions()
-    ideal = dict.fromkeys(c.part for c in found.constraints if c.holds != "always")
+def _findings(mechanism: Mechanism) -> Iterator[Finding]:
+    """Findings on contacts and elastic joints that ideal joints replace, and on friction laws with a history."""
+    given = mechanism.contributions()
+    ideal = tuple(dict.fromkeys(c.part for c in given.constraints if c.holds != "always"))
     if ideal:
-        yield (
-            f"Taken as ideal joints, which neither slip, yield nor lift off, and have no ends: {listed(ideal)}. Where "
-            "a run shows otherwise, its forces differ."
-        )
-    rubbing = [(c.part, c.joint_friction.friction) for c in found.constraints if c.joint_friction]
-    rubbing += [(c.part, c.friction) for c in found.contacts]
-    remembering = dict.fromkeys(part for part, law in rubbing if law.history())
+        text = f"Taken as ideal joints, which neither slip, yield nor lift off, and have no ends: {listed(ideal)}."
+        yield found("ideal-joints", ideal, f"{text} Where a run shows otherwise, its forces differ.")
+    rubbing = [(c.part, c.joint_friction.friction) for c in given.constraints if c.joint_friction]
+    rubbing += [(c.part, c.friction) for c in given.contacts]
+    remembering = tuple(dict.fromkeys(part for part, law in rubbing if law.history()))
     if remembering:
-        yield (
-            f"Friction of {listed(remembering)} follows from a history, of which single instants know nothing: it is "
-            "that of the start of a run."
-        )
+        text = f"Friction of {listed(remembering)} follows from a history, of which single instants know nothing: it is"
+        yield found("unknown-history", remembering, f"{text} that of the start of a run.")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -178,19 +178,12 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
         s, x = _with_damping(K, C, M, G, rigid, left)
     kinds = [f"rigid: {motion_in_words(program, motion)}" for motion in motions.T[:count]]
     kinds += _kinds(K, s, x)
-    s = np.append(np.zeros(rigid.shape[1]), s)[:count]
-    found = _record(program, s, np.hstack([rigid, x])[:, :count], kinds, rigid.shape[1], real=real)
-    return replace(found, left_out=left_out)
-
-
-def _record(program: Program, s: np.ndarray, shapes: np.ndarray, kinds: list[str], rigid: int, *, real: bool) -> Modes:
-    """Record of eigenvalues and shapes; `real`: undamped problem, with negative frequencies of unstable modes."""
-    frequencies = (np.abs(s.imag) - (s.real if real else 0.0)) / (2.0 * np.pi)
-    size = np.where(s == 0.0, 1.0, np.abs(s))
-    moves = tuple(moves_most(program.names.coordinates, program.length, x) for x in shapes.T)
-    names = program.names
-    damping = -s.real / size + 0.0
-    return Modes(frequencies, shapes, names.coordinates, names.aliases, rigid, tuple(kinds), moves, s, damping)
+    s, shapes = np.append(np.zeros(rigid.shape[1]), s)[:count], np.hstack([rigid, x])[:, :count]
+    frequencies = (np.abs(s.imag) - (s.real if real else 0.0)) / (2.0 * np.pi)  # of unstable real modes < 0
+    damping = -s.real / np.where(s == 0.0, 1.0, np.abs(s)) + 0.0
+    names, others = program.names.coordinates, program.names.aliases
+    moves = tuple(moves_most(names, program.length, shape) for shape in shapes.T)
+    return Modes(frequencies, shapes, names, others, rigid.shape[1], tuple(kinds), moves, s, damping, left_out)
 
 
 def _with_damping(K: Any, C: Any, M: Any, G: Any, rigid: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:

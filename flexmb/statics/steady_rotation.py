@@ -59,14 +59,10 @@ class Spin:
         K = self.at(system, q, lam, (1.0, 0.0, 0.0)).block()
         if not self.speed:
             return K, C, M
-        S = quarter_turn(len(q))
+        quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])  # (x, y, theta) to (-y, x, 0)
+        S = sp.csr_matrix(sp.block_diag([quarter] * (len(q) // 3)))
         W = self.speed
         return (K + W * (C @ S) + W**2 * (M @ S @ S)).tocsc(), (C + 2.0 * W * (M @ S)).tocsc(), M
-
-
-def quarter_turn(n: int) -> sp.csr_matrix:
-    """S (n, n): (x, y, theta) of every node to (-y, x, 0)."""
-    return sp.csr_matrix(sp.block_diag([np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])] * (n // 3)))
 
 
 def check_spin(owner: str, mechanism: Mechanism, program: Program, system: StateEvaluation, spin: Spin) -> None:

@@ -35,20 +35,12 @@ DENSE, LOWEST = 300, 24
 
 
 class LinearModes(NamedTuple):
-    """Modes about a pose, drives held fast.
+    """Modes about a pose, drives held fast."""
 
-    Parameters
-    ----------
-    omega : (k,) angular frequencies [rad/s], ascending.
-    decay : (k,) rates at which dampers let them die out [1/s].
-    shapes : (n_b, k) shapes x with x^T M x = 1.
-    elastic : (k,) whether more than half of the stiffness is elastic; of the others it is that of gravity.
-    """
-
-    omega: np.ndarray
-    decay: np.ndarray
-    shapes: np.ndarray
-    elastic: np.ndarray
+    omega: np.ndarray  # (k,) angular frequencies [rad/s], ascending
+    decay: np.ndarray  # (k,) rates at which dampers let them die out [1/s]
+    shapes: np.ndarray  # (n_b, k) shapes x with x^T M x = 1
+    elastic: np.ndarray  # (k,) whether more than half of the stiffness is elastic; of the others it is that of gravity
 
 
 class State(NamedTuple):
@@ -62,24 +54,17 @@ class State(NamedTuple):
 
 
 class Vibrations(NamedTuple):
-    """Vibrations at the states of a run in which the same contacts are closed.
-
-    Parameters
-    ----------
-    states : the states.
-    energies : (states, 3, k) omega^2 y^2, y'^2 and y''^2/omega^2 of the modes [J].
-    modes : means of frequencies and decays, shapes of the last state.
-    """
+    """Vibrations at the states of a run in which the same contacts are closed."""
 
     states: list[State]
-    energies: np.ndarray
-    modes: LinearModes
+    energies: np.ndarray  # (states, 3, k) omega^2 y^2, y'^2 and y''^2/omega^2 of the modes [J]
+    modes: LinearModes  # means of frequencies and decays, shapes of the last state
 
 
 def vibrations_of(program: Program, states: Sequence[State], dt: float) -> list[Vibrations]:
     """Vibrations at some states, one group for each set of closed contacts."""
     system, n_b = StateEvaluation(program), program.tables.sizes.n_b
-    sizes = np.where(np.asarray(program.tables.kind)[:n_b] == 1, 1.0, program.length)
+    sizes = program.sizes[:n_b]
     known: dict[bytes, tuple[np.ndarray, LinearModes]] = {}
     groups: dict[tuple[bytes, int], list[tuple[State, LinearModes, np.ndarray]]] = {}
     for state in states:
@@ -121,31 +106,16 @@ def _at(system: StateEvaluation, state: State, dt: float = 0.0, **more: Any) -> 
 
 def linear_modes(system: StateEvaluation, state: State, lam: np.ndarray) -> LinearModes:
     """Modes with a positive stiffness about a state; of large models the lowest ones."""
-    n_b, none = system.program.tables.sizes.n_b, np.zeros(0)
-    if n_b > DENSE:
-        elastic = _at(system, state, weights=(1.0, 0.0, 0.0)).block()
-        K, C, M = (_at(system, state, lam=lam, weights=w).block() for w in np.eye(3))
-        order, held = system.program.symbolic.order, np.zeros((system.program.n_q, 0))
-        squares, x = undamped(K, M, system.jacobian, held, LOWEST, order)
-        rising = np.argsort(squares)
-        found = _positive(squares[rising], x[:, rising], C, elastic, RIGID_OF_LARGE)
-        return found._replace(shapes=found.shapes[:n_b])
-    elastic = _at(system, state, weights=(1.0, 0.0, 0.0)).dense[:n_b, :n_b]
-    K, C, M = (_at(system, state, lam=lam, weights=w).dense[:n_b, :n_b] for w in np.eye(3))
-    Z = null_space(system.dense[system.program.n_q :, :n_b])
-    if Z.shape[1] == 0:
-        return LinearModes(none, none, np.zeros((n_b, 0)), none)
-    k, m = (Z.T @ (A + A.T) @ Z / 2.0 for A in (K, M))
-    squares, y = la.eigh(k, m)
-    return _positive(squares, Z @ y, C, elastic, RIGID)
-
-
-def _positive(squares: np.ndarray, x: np.ndarray, C: Any, K: Any, rigid: float) -> LinearModes:
-    """Modes with a stiffness that is above round-off; K without the stiffness of gravity."""
-    positive = squares > rigid * np.abs(squares).max(initial=0.0)
-    x, squares = x[:, positive], squares[positive]
-    own = (x * (K @ x)).sum(axis=0)
-    return LinearModes(np.sqrt(squares), 0.5 * (x * (C @ x)).sum(axis=0), x, own > 0.5 * squares)
+    program, n_b = system.program, system.program.tables.sizes.n_b
+    n, count, rigid = (program.n_q, LOWEST, RIGID_OF_LARGE) if n_b > DENSE else (n_b, n_b, RIGID)
+    elastic = _at(system, state, weights=(1.0, 0.0, 0.0)).block()[:n, :n]  # without the stiffness of gravity
+    K, C, M = (_at(system, state, lam=lam, weights=w).block()[:n, :n] for w in np.eye(3))
+    squares, x = undamped(K, M, system.jacobian[:, :n], np.zeros((n, 0)), count, program.symbolic.order)
+    rising = np.argsort(squares)
+    rising = rising[squares[rising] > rigid * np.abs(squares).max(initial=0.0)]  # the rest is round-off
+    x, squares = x[:, rising], squares[rising]
+    own = (x * (elastic @ x)).sum(axis=0)
+    return LinearModes(np.sqrt(squares), 0.5 * (x * (C @ x)).sum(axis=0), x[:n_b], own > 0.5 * squares)
 
 
 def _multipliers_at_rest(system: StateEvaluation, state: State) -> np.ndarray:
@@ -161,21 +131,8 @@ def _multipliers_at_rest(system: StateEvaluation, state: State) -> np.ndarray:
     return found if np.isfinite(found).all() else np.zeros(program.n_c)
 
 
-class LoopModes(NamedTuple):
-    """Modes of controllers with states.
-
-    Parameters
-    ----------
-    values : (k,) eigenvalues with a frequency > 0 [1/s].
-    amplitudes : (k, states) amplitudes of the states of controllers in each.
-    """
-
-    values: np.ndarray
-    amplitudes: np.ndarray
-
-
-def loop_modes(program: Program, state: State) -> LoopModes:
-    """Modes of mechanism and controllers together that vibrate in the states of controllers, and their amplitudes.
+def loop_modes(program: Program, state: State) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues (k,) [1/s] of mechanism and controllers with a frequency > 0, amplitudes (k, states) of controllers.
 
     The rates of the state, along a left eigenvector w, are s eta where it vibrates freely with the amplitude eta.
     """
@@ -190,4 +147,4 @@ def loop_modes(program: Program, state: State) -> LoopModes:
     rates = np.concatenate([Z.T @ state.v, Z.T @ state.a])
     eta = (left.conj().T @ rates) / ((left.conj() * right).sum(axis=0) * s)
     states = (Z @ right[len(k) :])[n_b:]
-    return LoopModes(s, 2.0 * np.abs(states * eta).T)
+    return s, 2.0 * np.abs(states * eta).T

@@ -14,7 +14,6 @@ from flexmb.program import compiler as smoke
 from flexmb.program import structure
 from flexmb.program.compiler import chosen_contributions, compile_with_start
 from flexmb.program.numbering import Numbering
-from flexmb.program.packing import Packer
 
 
 def with_friction():
@@ -86,19 +85,24 @@ def test_a_remembered_structure_makes_the_same_program_as_a_new_one(name, start,
 
 @pytest.mark.parametrize("name", MECHANISMS)
 def test_numbers_stand_where_the_tables_look_for_them(name):
-    """The packer collects them together with their places; `numbers_of` collects them alone."""
     mechanism, _ = MECHANISMS[name]
-    contributions = chosen_contributions(mechanism.contributions(), closed=False, start=False)
-    packer = Packer(contributions, Numbering(mechanism))
-    places = structure.layout(contributions, packer.number.names())
-    packer.elements(lambda rows, columns: rows)
-    packer.constraints(lambda rows, columns: rows, places.constraints, places.measured)
-    packer.contacts(lambda rows, columns: rows, places.contacts)
-    packer.measured(places.measured, places.angles)
-    packer.controls(lambda rows, columns: rows, places.controls)
-    p, z = structure.numbers_of(contributions)
-    assert p.tolist() == packer.p
-    assert z.tolist() == packer.z
+    program, found = fm.compile(mechanism), chosen_contributions(mechanism.contributions(), closed=False, start=False)
+    T, p, z = program.tables, program.tables.p, program.reference.z
+    laws = [(c.p, c.normal.parameters(), c.friction.parameters()) for c in found.contacts]
+    rubbing = [(c, c.joint_friction) for c in found.constraints]
+    groups = [
+        (T.elements.p, [e.p for e in found.elements]),
+        (T.elements.factor_p, [e.factor.parameters() if e.factor else () for e in found.elements]),
+        (T.constraints.p, [c.p for c in found.constraints]),
+        (T.constraints.joint_friction_p[:, :2], [one.p if one else () for _, one in rubbing]),
+        (T.constraints.joint_friction_p[:, 2:], [one.friction.parameters() if one else () for _, one in rubbing]),
+        *((T.contacts.p[:, 2 * k : 2 * k + 2], [own[k] for own in laws]) for k in range(3)),
+        (T.measured.p, [signal.p for signal in found.signals]),
+    ]
+    for bounds, wanted in groups:
+        assert [p[begin:end].tolist() for begin, end in bounds] == [list(numbers) for numbers in wanted]
+    assert [z[a:b].tolist() for a, b in T.contacts.z[:, 1:3]] == [list(c.normal.history()) for c in found.contacts]
+    assert [z[a:b].tolist() for a, b in T.elements.z] == [list(e.history) for e in found.elements]
 
 
 def test_other_numbers_share_the_arrays_and_other_kernels_do_not(forgotten):
@@ -212,7 +216,7 @@ def test_a_bad_call_is_refused_every_time(monkeypatch):
 def test_pieces_that_cannot_be_compared_are_packed_anew(forgotten):
     mechanism = counted(0.5)
     contributions, number = mechanism.contributions(), Numbering(mechanism)
-    first, second = structure.structure_of(contributions, number), structure.structure_of(contributions, number)
+    first, second = (structure.structure_of(contributions, number, structure.numbers(contributions)) for _ in range(2))
     assert not forgotten
     assert first.tables.elements.dofs.tolist() == second.tables.elements.dofs.tolist()
 

@@ -13,8 +13,7 @@ from flexmb.findings.finding import Finding, found
 from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE, Kernel
 from flexmb.places import GAP, GAP_RATE, LOAD, SLIDING, SLIP
 from flexmb.program import program as at
-from flexmb.program.packing import KINDS
-from flexmb.program.program import Program
+from flexmb.program.program import KINDS, Program
 
 MOST_CALLS = 20_000
 """Number of calls of kernels at a state at most: about half a second."""

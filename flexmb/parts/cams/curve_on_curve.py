@@ -281,10 +281,15 @@ class CurveOnCurve(Part):
         return pair_shapes(mechanism, self, self.first_curve, self.second_curve)
 
 
-def check_pair(part: Any) -> None:
-    """Check bodies and start of a pair of curves."""
+def require_two(part: Any) -> None:
+    """Refuse a body against itself."""
     if part.first.name == part.second.name:
         raise ModelError(f"{part.label} joins {part.first.name!r} to itself; give two different bodies.")
+
+
+def check_pair(part: Any) -> None:
+    """Check bodies and start of a pair of curves."""
+    require_two(part)
     if part.normal is None and part.start == OPEN:
         raise InputError(f"{part.label}: an ideal pair cannot start open; give normal=..., or leave start.")
 

@@ -14,7 +14,7 @@ from flexmb import checks, display
 from flexmb.display import Shown
 from flexmb.errors import InputError
 from flexmb.fields import Input, field, point, positive, record
-from flexmb.parts.cams.spans import area, crossing, curvatures, reversed_spans, sampled
+from flexmb.parts.cams.spans import area, crossing, curvatures, reversed_spans, sampled, values_at
 
 # Straight segment and circle of a body: flat face and roller
 
@@ -204,7 +204,7 @@ class ClosedCurve(Input):
     def length(self) -> float:
         """Length of the curve [m]."""
         nodes, weights = np.polynomial.legendre.leggauss(8)
-        slopes = np.einsum("nai,iu->nua", self.array, _slope_powers(0.5 * (nodes + 1.0)))
+        slopes = values_at(self.array, 0.5 * (nodes + 1.0), 1)
         return float(np.sum(0.5 * weights * np.hypot(slopes[..., 0], slopes[..., 1])))
 
     @property
@@ -289,8 +289,3 @@ def spline(points: np.ndarray) -> np.ndarray:
         values = found(at[:-1], nu=order) if order else points
         spans[:, :, order] = values * (steps**order / math.factorial(order))[:, None]
     return spans
-
-
-def _slope_powers(u: np.ndarray) -> np.ndarray:
-    """Derivatives of the powers 0 to 7 of u."""
-    return np.array([k * u ** max(0, k - 1) for k in range(8)])

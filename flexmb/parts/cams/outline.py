@@ -297,21 +297,13 @@ ROUNDED, POINTED, END = 0.0, 1.0, 2.0
 
 @dataclass(frozen=True)
 class RoundArc:
-    """Arc of a round.
+    """Arc of a round."""
 
-    Parameters
-    ----------
-    at : centre [m]; of a corner and of an end the point itself.
-    radius : radius [m], 0 of a corner and of an end.
-    begin, end : directions of the outward normals at both ends [rad].
-    kind : `ROUNDED`, `POINTED` or `END`.
-    """
-
-    at: tuple[float, float]
-    radius: float
-    begin: float
+    at: tuple[float, float]  # centre [m]; of a corner and of an end the point itself
+    radius: float  # radius [m], 0 of a corner and of an end
+    begin: float  # directions of the outward normals at both ends [rad]
     end: float
-    kind: float
+    kind: float  # `ROUNDED`, `POINTED` or `END`
 
 
 def rounds(outline: Outline) -> list[list[RoundArc]]:

@@ -16,7 +16,14 @@ from flexmb.model.contributions import ContactContribution, Contribution, Node
 from flexmb.model.law import FRICTION_LAW, NORMAL_LAW, FrictionLaw, NormalLaw
 from flexmb.model.part import Part
 from flexmb.model.shape import Shapes
-from flexmb.parts.cams.curve_on_curve import TOLERANCE_LENGTH, carriers, in_frame, pair_shapes, signed_distance
+from flexmb.parts.cams.curve_on_curve import (
+    TOLERANCE_LENGTH,
+    carriers,
+    in_frame,
+    pair_shapes,
+    require_two,
+    signed_distance,
+)
 from flexmb.parts.cams.curves import CircularCurve
 from flexmb.parts.cams.outline import Outline, RoundArc, rounds
 from flexmb.parts.cams.outline_kernels import PART, PART_WITHOUT_START, WHOLE, outline_gap_kernel
@@ -116,12 +123,6 @@ class OutlineContact(Part):
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """Outline and circle."""
         return pair_shapes(mechanism, self, self.outline, self.circle)
-
-
-def require_two(part: Any) -> None:
-    """Refuse a body against itself."""
-    if part.first.name == part.second.name:
-        raise ModelError(f"{part.label} joins {part.first.name!r} to itself; give two different bodies.")
 
 
 def check_names(part: Any, contacts: Iterable[str]) -> None:

@@ -25,7 +25,7 @@ from flexmb.model.contributions import (
     Reaction,
     SignalContribution,
 )
-from flexmb.parts.cams.spans import common_normal, foot, support
+from flexmb.parts.cams.spans import common_normal, extreme
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import put_column, put_eccentricity, put_point
 from flexmb.places import LOAD, LOAD_BY_LAM, SLIDING
@@ -231,7 +231,7 @@ def point_pair(p, base, q, X, Y, radius):
     c, s = math.cos(q[2]), math.sin(q[2])
     ex, ey = X - q[0], Y - q[1]
     Z, W = c * ex + s * ey, -s * ex + c * ey
-    x, y, tx, ty, bend = foot(p, base, Z, W)
+    x, y, tx, ty, bend = extreme(p, base, Z, W, True)
     away = (Z - x) * ty - (W - y) * tx
     nx, ny = c * ty + s * tx, s * ty - c * tx
     X, Y = q[0] + c * x - s * y, q[1] + s * x + c * y
@@ -284,7 +284,7 @@ def face_pair(p, q):
     ux, uy = c2 * p[ALONG_X] - s2 * p[ALONG_Y], s2 * p[ALONG_X] + c2 * p[ALONG_Y]
     X, Y = q[3] + c2 * p[START_X] - s2 * p[START_Y], q[4] + s2 * p[START_X] + c2 * p[START_Y]
     nx, ny = p[SIDE] * uy, -p[SIDE] * ux  # from the curve to the line
-    x, y, _, _, bend = support(p, CURVE_UNDER_LINE, c1 * nx + s1 * ny, -s1 * nx + c1 * ny)
+    x, y, _, _, bend = extreme(p, CURVE_UNDER_LINE, c1 * nx + s1 * ny, -s1 * nx + c1 * ny, False)
     x, y = q[0] + c1 * x - s1 * y, q[1] + s1 * x + c1 * y
     distance = (X - x) * nx + (Y - y) * ny
     pair = with_arms(q, x, y, nx, ny, distance, 1.0, bend, 1.0, 0.0)
@@ -341,20 +341,12 @@ TOUCHING, OPEN = "touching", "open"
 
 @dataclass(frozen=True)
 class PairKernels:
-    """Kernels of one kind of pair.
+    """Kernels of one kind of pair."""
 
-    Parameters
-    ----------
-    equation : constraint kernel of the distance.
-    gap : gap kernel.
-    sliding : joint-friction kernel.
-    speed : signal kernel of the normal speed of the second body.
-    """
-
-    equation: Kernel
-    gap: Kernel
-    sliding: Kernel
-    speed: Kernel
+    equation: Kernel  # constraint kernel of the distance
+    gap: Kernel  # gap kernel
+    sliding: Kernel  # joint-friction kernel
+    speed: Kernel  # signal kernel of the normal speed of the second body
 
     def contributions(self, part: Any, coordinates: tuple[Coordinate, ...], p: tuple[float, ...]) -> list[Contribution]:
         """Constraint equation of an ideal pair; contact and its ideal form at the start."""
@@ -376,18 +368,8 @@ class PairKernels:
 FACE = PairKernels(face_kernel, face_gap_kernel, face_friction, face_speed)
 """Pair of a closed curve with a line."""
 
-ROLLER = PairKernels(
-    roller_kernel,
-    roller_gap_kernel,
-    roller_friction,
-    roller_speed,
-)
+ROLLER = PairKernels(roller_kernel, roller_gap_kernel, roller_friction, roller_speed)
 """Pair of a closed curve with a circle or point."""
 
-CURVES = PairKernels(
-    curves_kernel,
-    curves_gap_kernel,
-    curves_friction,
-    curves_speed,
-)
+CURVES = PairKernels(curves_kernel, curves_gap_kernel, curves_friction, curves_speed)
 """Pair of two closed curves."""

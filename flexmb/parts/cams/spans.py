@@ -48,9 +48,13 @@ def hermite_spans(starts: np.ndarray, ends: np.ndarray, steps: np.ndarray) -> np
 
 def sampled(spans: np.ndarray, samples: int, order: int = 0) -> np.ndarray:
     """Points (n samples, 2) of spans, or derivatives by the parameter of each span, from the start of each on."""
-    u = np.arange(samples) / samples
+    return values_at(spans, np.arange(samples) / samples, order).reshape(-1, 2)
+
+
+def values_at(spans: np.ndarray, u: np.ndarray, order: int) -> np.ndarray:
+    """Derivatives (n, samples, 2) of spans at the parameters u (samples,)."""
     powers = np.array([math.perm(k, order) * u ** max(0, k - order) * (k >= order) for k in range(8)])
-    found: np.ndarray = np.einsum("nai,iu->nua", spans, powers).reshape(-1, 2)
+    found: np.ndarray = np.einsum("nai,iu->nua", spans, powers)
     return found
 
 
@@ -191,75 +195,47 @@ def frame_at(p, k, u):
 
 
 @compiled
-def nearest_start(p, base, X, Y):
-    """Span whose start is nearest to the point (X, Y)."""
-    boxes = int(p[base + BOXES])
-    bound = math.inf
-    for b in range(boxes):
-        k = base + FIRST_BOX + BOX_SIZE * b
-        away = math.sqrt((X - p[k + BOX_X]) ** 2 + (Y - p[k + BOX_Y]) ** 2)
-        bound = min(bound, away)
+def away_of(x, y, a, b, near):
+    """Square of the distance of (x, y) from the point (a, b) if `near`; else its way against the direction (a, b)."""
+    return (a - x) ** 2 + (b - y) ** 2 if near else -(a * x + b * y)
+
+
+@compiled
+def away_of_box(p, k, a, b, near):
+    """Distance of the middle of a box, see `away_of`."""
+    away = away_of(p[k + BOX_X], p[k + BOX_Y], a, b, near)
+    return math.sqrt(away) if near else away
+
+
+@compiled
+def first_start(p, base, a, b, near):
+    """Span whose start is nearest to the point (a, b) if `near`, else farthest along the direction (a, b)."""
+    boxes, bound = int(p[base + BOXES]), math.inf
+    for i in range(boxes):
+        bound = min(bound, away_of_box(p, base + FIRST_BOX + BOX_SIZE * i, a, b, near))
     best, found = math.inf, 0
-    for b in range(boxes):
-        k = base + FIRST_BOX + BOX_SIZE * b
-        away = math.sqrt((X - p[k + BOX_X]) ** 2 + (Y - p[k + BOX_Y]) ** 2)
-        if away - p[k + BOX_RADIUS] > bound:
+    for i in range(boxes):
+        k = base + FIRST_BOX + BOX_SIZE * i
+        if away_of_box(p, k, a, b, near) - p[k + BOX_RADIUS] > bound:
             continue
         for span in range(int(p[k + BOX_FIRST]), int(p[k + BOX_END])):
             c = span_place(p, base, span)
-            square = (X - p[c]) ** 2 + (Y - p[c + SPAN_Y]) ** 2
-            if square < best:
-                best, found = square, span
+            away = away_of(p[c], p[c + SPAN_Y], a, b, near)
+            if away < best:
+                best, found = away, span
     return found
 
 
 @compiled
-def foot(p, base, X, Y):
-    """Point of the curve nearest to (X, Y), unit tangent and curvature there."""
-    span, u = nearest_start(p, base, X, Y), 0.0
+def extreme(p, base, a, b, near):
+    """Point nearest to (a, b) if `near`, else farthest along the unit vector (a, b); unit tangent and curvature."""
+    span, u = first_start(p, base, a, b, near), 0.0
     for _ in range(MOST_ITERATIONS):
         k = span_place(p, base, span)
         x, dx, ddx = horner(p, k, u)
         y, dy, ddy = horner(p, k + SPAN_Y, u)
-        slope = (x - X) * dx + (y - Y) * dy
-        bend = dx * dx + dy * dy + (x - X) * ddx + (y - Y) * ddy
-        step = newton_step(slope, bend)
-        span, u = moved(p, base, span, u, step)
-        if abs(step) <= LEAST_STEP:
-            break
-    return frame_at(p, span_place(p, base, span), u)
-
-
-@compiled
-def farthest_start(p, base, mx, my):
-    """Span whose start lies farthest along the direction (mx, my)."""
-    boxes = int(p[base + BOXES])
-    bound = -math.inf
-    for b in range(boxes):
-        k = base + FIRST_BOX + BOX_SIZE * b
-        bound = max(bound, mx * p[k + BOX_X] + my * p[k + BOX_Y])
-    best, found = -math.inf, 0
-    for b in range(boxes):
-        k = base + FIRST_BOX + BOX_SIZE * b
-        if mx * p[k + BOX_X] + my * p[k + BOX_Y] + p[k + BOX_RADIUS] < bound:
-            continue
-        for span in range(int(p[k + BOX_FIRST]), int(p[k + BOX_END])):
-            c = span_place(p, base, span)
-            far = mx * p[c] + my * p[c + SPAN_Y]
-            if far > best:
-                best, found = far, span
-    return found
-
-
-@compiled
-def support(p, base, mx, my):
-    """Point of the curve farthest along the unit vector (mx, my), unit tangent and curvature there."""
-    span, u = farthest_start(p, base, mx, my), 0.0
-    for _ in range(MOST_ITERATIONS):
-        k = span_place(p, base, span)
-        _, dx, ddx = horner(p, k, u)
-        _, dy, ddy = horner(p, k + SPAN_Y, u)
-        step = newton_step(-mx * dx - my * dy, -mx * ddx - my * ddy)
+        ex, ey, square = (x - a, y - b, dx * dx + dy * dy) if near else (-a, -b, 0.0)
+        step = newton_step(ex * dx + ey * dy, square + ex * ddx + ey * ddy)
         span, u = moved(p, base, span, u, step)
         if abs(step) <= LEAST_STEP:
             break

@@ -140,20 +140,12 @@ SPARSE_ENTRIES = 400_000
 
 @dataclass(frozen=True)
 class Pose:
-    """Coordinates of an assembled mechanism.
+    """Coordinates of an assembled mechanism."""
 
-    Parameters
-    ----------
-    q : (n_q,) coordinates [m, rad].
-    names : (n_q,) their names.
-    gap : largest gap of a joint [m or rad].
-    aliases : other names of nodes.
-    """
-
-    q: np.ndarray
-    names: tuple[str, ...]
-    gap: float
-    aliases: dict[str, str]
+    q: np.ndarray  # (n_q,) coordinates [m, rad]
+    names: tuple[str, ...]  # (n_q,) their names
+    gap: float  # largest gap of a joint [m or rad]
+    aliases: dict[str, str]  # other names of nodes
 
     def __getitem__(self, name: str) -> float:
         stem, _, axis = name.rpartition(".")
@@ -233,7 +225,16 @@ def _newton(
         q = rigid.moved(q, w * (LARGEST_MOVE / largest) if largest > LARGEST_MOVE else w)
     if gap <= 1e3 * wanted:
         return q, gap
-    raise AssemblyError(_open_joints(program, g, gap))
+    names: dict[str, float] = {}
+    for row, value in zip(program.names.rows, g, strict=True):
+        part = row.partition("[")[0]
+        names[part] = float(np.hypot(names.get(part, 0.0), value))
+    worst = sorted(names.items(), key=lambda item: -item[1])[:4]
+    listed = ", ".join(f"{name!r} by {value:.4g}" for name, value in worst)
+    raise AssemblyError(
+        f"Mechanism {program.name!r} cannot be assembled: joints stay open, {listed} (m or rad; {gap:.3g} at worst). "
+        "Check the lengths of the links in that loop, or choose positions of the drives that it can reach."
+    )
 
 
 def least_shift(A: Any, b: np.ndarray, sizes: np.ndarray) -> np.ndarray:
@@ -247,16 +248,3 @@ def least_shift(A: Any, b: np.ndarray, sizes: np.ndarray) -> np.ndarray:
         if found is not None and np.abs(A @ found[:n] - b).max() <= 1e-9 * np.abs(b).max():
             return np.asarray(sizes * found[:n])
     return np.asarray(sizes * np.linalg.lstsq(plain(A), b, rcond=1e-10)[0])
-
-
-def _open_joints(program: Program, g: np.ndarray, gap: float) -> str:
-    names: dict[str, float] = {}
-    for row, value in zip(program.names.rows, g, strict=True):
-        part = row.partition("[")[0]
-        names[part] = float(np.hypot(names.get(part, 0.0), value))
-    worst = sorted(names.items(), key=lambda item: -item[1])[:4]
-    listed = ", ".join(f"{name!r} by {value:.4g}" for name, value in worst)
-    return (
-        f"Mechanism {program.name!r} cannot be assembled: joints stay open, {listed} (m or rad; {gap:.3g} at worst). "
-        "Check the lengths of the links in that loop, or choose positions of the drives that it can reach."
-    )

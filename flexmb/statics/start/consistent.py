@@ -37,20 +37,13 @@ MOST_FRICTION_ITERATIONS = 30
 
 @dataclass(frozen=True)
 class Start:
-    """Consistent start values, which satisfy constraints, their rates and the equations of motion.
+    """Consistent start values, which satisfy constraints, their rates and the equations of motion."""
 
-    Parameters
-    ----------
-    q, v, a : (n_q,) positions, velocities, accelerations.
-    lam : (n_c,) multipliers.
-    redundant : number of redundant constraint equations.
-    """
-
-    q: np.ndarray
+    q: np.ndarray  # (n_q,) as velocities and accelerations
     v: np.ndarray
     a: np.ndarray
-    lam: np.ndarray
-    redundant: int = 0
+    lam: np.ndarray  # (n_c,) multipliers
+    redundant: int = 0  # number of redundant constraint equations
 
 
 def consistent_start(

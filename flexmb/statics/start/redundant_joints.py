@@ -20,22 +20,13 @@ POSE_SHIFT = 0.05
 
 
 class Redundancy(NamedTuple):
-    """Constraint equations that depend on others at a pose.
+    """Constraint equations that depend on others at a pose."""
 
-    Parameters
-    ----------
-    joints : parts whose equations repeat one another without the drives.
-    rows : number of redundant equations among these.
-    driven : parts whose equations repeat one another with the drives, beyond those.
-    excess : number of further redundant equations.
-    structural : whether the excess does not depend on the pose.
-    """
-
-    joints: tuple[str, ...]
-    rows: int
-    driven: tuple[str, ...]
-    excess: int
-    structural: bool
+    joints: tuple[str, ...]  # parts whose equations repeat one another without the drives
+    rows: int  # number of redundant equations among these
+    driven: tuple[str, ...]  # parts whose equations repeat one another with the drives, beyond those
+    excess: int  # number of further redundant equations
+    structural: bool  # whether the excess does not depend on the pose
 
     @property
     def parts(self) -> tuple[str, ...]:
@@ -75,8 +66,7 @@ def shaken_pose(program: Program, q: np.ndarray) -> np.ndarray:
 
     q is a pose of the bodies alone or with the states of controls.
     """
-    sizes = np.where(np.asarray(program.tables.kind)[: len(q)] == 1, 1.0, program.length)
-    return np.asarray(q + POSE_SHIFT * np.sin(1.0 + 7.3 * np.arange(len(q))) * sizes)
+    return np.asarray(q + POSE_SHIFT * np.sin(1.0 + 7.3 * np.arange(len(q))) * program.sizes[: len(q)])
 
 
 def redundant_rows(program: Program, closed: Program, q: np.ndarray, t: float) -> int:
