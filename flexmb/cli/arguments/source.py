@@ -171,7 +171,8 @@ def find(text: str) -> Source:
 
 def _from_file(path: Path, name: str | None) -> Source:
     module = _load(path)
-    usable = [n for n, value in vars(module).items() if _is_source(value, module)]
+    own = [n for n, value in vars(module).items() if inspect.isfunction(value) and value.__module__ == module.__name__]
+    usable = [n for n, value in vars(module).items() if n in own or isinstance(value, Mechanism)]
     alone = [n for n in usable if isinstance(vars(module)[n], Mechanism)]
     names = [name] if name is not None else [n for n in NAMES if n in vars(module)]
     names = names or (alone if len(alone) == 1 else [])
@@ -182,11 +183,6 @@ def _from_file(path: Path, name: str | None) -> Source:
     value = vars(module)[names[0]]
     make = (lambda: value) if isinstance(value, Mechanism) else value
     return Source(path.stem if name is None else f"{path.stem}-{name}", make, path)
-
-
-def _is_source(value: Any, module: ModuleType) -> bool:
-    own = inspect.isfunction(value) and value.__module__ == module.__name__
-    return own or isinstance(value, Mechanism)
 
 
 def _load(path: Path) -> ModuleType:
