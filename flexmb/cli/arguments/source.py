@@ -37,12 +37,16 @@ TRUTH = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no":
 
 def changed(mechanism: Mechanism, texts: Sequence[str]) -> Mechanism:
     """The mechanism with changed fields: "crank.mass=200g", "B.normal.restitution=0.8", "gravity=0,-9.81"."""
-    changes = {}
+    changes: dict[str, Any] = {}
     for text in texts:
         path, equals, value = text.partition("=")
         if not equals or not value:
             raise InputError(f"--set: {text!r} has no value; give PART.FIELD=VALUE, e.g. crank.mass=200g.")
-        changes[path] = _value(field_option(mechanism, path, "set"), value)
+        option = field_option(mechanism, path, "set")
+        if option.kind == "flag":
+            changes[path] = TRUTH[checks.one_of(option.flag, "value", value.lower(), TRUTH)]
+        else:
+            changes[path] = option.value(value.strip("()[]") if option.kind == "numbers" else value)
     return mechanism.with_(changes) if isinstance(mechanism, Mechanism) and changes else mechanism
 
 
@@ -69,13 +73,6 @@ def field_option(mechanism: Mechanism, path: str, flag: str) -> Option:
         text = f"{label}: {last!r} is {type(value).__name__}, which cannot be typed"
         raise InputError(f"{text}. Change it in a file of your own with mech.with_ or mech.with_part.")
     return Field(f"{flag} {path}", found.kind, found.default, found.unit, found.help)
-
-
-def _value(option: Option, text: str) -> Any:
-    """Value of a typed text."""
-    if option.kind == "flag":
-        return TRUTH[checks.one_of(option.flag, "value", text.lower(), TRUTH)]
-    return option.value(text.strip("()[]") if option.kind == "numbers" else text)
 
 
 # Source of a mechanism: a ready one by its name, or FILE.py[:NAME]
@@ -126,13 +123,7 @@ class Source:
 
 @dataclass(frozen=True)
 class Changed:
-    """Function that returns a mechanism with changed fields; it takes the arguments of another one.
-
-    Parameters
-    ----------
-    make : the other function.
-    texts : changes as they are typed, "PART.FIELD=VALUE".
-    """
+    """Function that makes a mechanism as another one does, with changes as they are typed, "PART.FIELD=VALUE"."""
 
     make: Callable[..., Any]
     texts: tuple[str, ...]

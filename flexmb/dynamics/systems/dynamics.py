@@ -385,12 +385,7 @@ class ContinuousFlow(Dynamics):
 
 
 class OfFlow(Dynamics):
-    """Base class of systems with the state, signals and parameters of an inner flow.
-
-    Attributes
-    ----------
-    flow : the flow.
-    """
+    """Base class of systems with the state, signals and parameters of an inner flow."""
 
     flow: ContinuousFlow
     size: Any = property(attrgetter("flow.size"))
