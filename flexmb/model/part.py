@@ -409,7 +409,7 @@ class Joint(Part):
 
 
 def refuse_one_body(part: Any, how: str = "joins {} to") -> None:
-    """Refuse a part with one body at both of its ends; `how` says what the part does with it."""
+    """Refuse a part with one body at both of its ends; `how` is the verb of the message."""
     if part.first.name == part.second.name:
         raise ModelError(f"{part.label} {how.format(repr(part.first.name))} itself; give two different bodies.")
 

@@ -130,7 +130,7 @@ class ShootingRun:
 
 
 class Shooting:
-    """Multiple shooting of a flow or map, whose state it changes; the other arguments are those of `periodic_orbit`."""
+    """Multiple shooting of a flow or map, with the arguments of `periodic_orbit`."""
 
     def __init__(
         self,
