@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor, Future
 from contextlib import nullcontext
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +52,7 @@ def work_off(
     if workers > 1:
         for case in first:
             simulate(case.mechanism(), t_end=1e-6)
-    crew = worker_pool(min(workers, jobs), _imported) if workers > 1 else nullcontext()
+    crew = worker_pool(min(workers, jobs), import_module, "xarray") if workers > 1 else nullcontext()
     with crew as pool, WorkBar("runs", [run.work for run in runs], workers, shown=shown) as bar:
         for run in diagrams:
             _spread(run, kept, pool, bar, failures)
@@ -85,11 +86,6 @@ def timed(call: Callable[[], Any]) -> tuple[Any, Cost]:
     processor, wall = time.process_time(), time.perf_counter()
     found = call()
     return found, Cost(time.process_time() - processor, time.perf_counter() - wall)
-
-
-def _imported() -> None:
-    """Import xarray in a new worker."""
-    import xarray  # noqa: F401 - all workers import at the same time
 
 
 def _chain(run: StudyRun, kept: Kept, bar: WorkBar, failures: dict[str, str]) -> Chain:

@@ -64,7 +64,11 @@ PLACES = {"bash": ("${COMP_WORDS[1]}", "${COMP_WORDS[2]}"), "zsh": ("${words[2]}
 
 def completion(options: argparse.Namespace) -> int:
     """`flexmb completion`: print the script."""
-    commands, mechanisms = list(words()), of_mechanisms()
+    commands, mechanisms = list(words()), dict[str, dict[str, str]]()
+    for name, make in ready().items():
+        own = options_of(make)
+        mechanisms[name] = {option.flag: option.help for option in own}
+        mechanisms[name] |= {f"--no-{o.flag[2:]}": o.help for o in own if o.kind == "flag"}
     if options.shell == "fish":
         print("\n".join(_fish(commands, mechanisms)))
         return 0
@@ -85,16 +89,6 @@ def words() -> Iterator[Words]:
         ending = ".py" if takes else ".nc" if any(action.metavar == "RUN.nc" for action in plain) else ""
         values = tuple(ready()) if takes else tuple(str(v) for action in plain[:1] for v in action.choices or ())
         yield Words(command.name, command.help, flags, values, ending, takes)
-
-
-def of_mechanisms() -> dict[str, dict[str, str]]:
-    """Options with their help by ready mechanism; a truth value has two."""
-    found: dict[str, dict[str, str]] = {}
-    for name, make in ready().items():
-        options = options_of(make)
-        found[name] = {option.flag: option.help for option in options}
-        found[name] |= {f"--no-{o.flag[2:]}": o.help for o in options if o.kind == "flag"}
-    return found
 
 
 def _cases(commands: list[Words], mechanisms: dict[str, dict[str, str]], first: str, second: str) -> Iterator[str]:

@@ -126,7 +126,14 @@ def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     require_those_of(options)
     keywords = keywords_of_run(mechanism, options)
     require_folder(folder)
-    keywords |= _checkpoints(folder / f"{name}.checkpoint.nc", options)
+    path = folder / f"{name}.checkpoint.nc"
+    every = quantity(options.checkpoint, "s", "--checkpoint")
+    note = f"there is no {path}; the run starts at the beginning."
+    if not options.resume:
+        note = f"{path} is of an interrupted run, which --resume continues; this run starts anew."
+    if path.is_file() != options.resume and not options.quiet:
+        print(f"flexmb: {note}", file=sys.stderr)
+    keywords |= {"checkpoint": path, "checkpoint_every": every, "resume": options.resume}
     with removed_after() as checkpoints:
         sol = simulate(mechanism, progress=not options.quiet, **keywords)
         sol = replace(sol, model={**sol.model, COMMAND: without_output(options.arguments)})
@@ -147,17 +154,6 @@ def keywords_of_run(mechanism: Mechanism, options: argparse.Namespace) -> dict[s
     """Keywords of `simulate` for times, steps, method and restart."""
     restart = {} if options.restart is None else {"restart": load(options.restart).restart}
     return {**_times(mechanism, options), **solver_of(options), **restart}
-
-
-def _checkpoints(path: Path, options: argparse.Namespace) -> dict[str, Any]:
-    """Keywords of `simulate` for checkpoints; prints a note on an existing or missing checkpoint."""
-    every = quantity(options.checkpoint, "s", "--checkpoint")
-    note = f"there is no {path}; the run starts at the beginning."
-    if not options.resume:
-        note = f"{path} is of an interrupted run, which --resume continues; this run starts anew."
-    if path.is_file() != options.resume and not options.quiet:
-        print(f"flexmb: {note}", file=sys.stderr)
-    return {"checkpoint": path, "checkpoint_every": every, "resume": options.resume}
 
 
 def periods_of(mechanism: Mechanism) -> list[float]:

@@ -51,7 +51,11 @@ def sweep(source: Source, makers: list[Option], options: argparse.Namespace) -> 
         diagram = bifurcation(make, parameter, values, **shared, **given)
     written = [Path(options.store)] if options.store else [write_netcdf(folder / f"{STEM}.nc", {"": diagram})]
     if not options.no_plots:
-        written += _pictures(diagram, folder, pictures)
+        from flexmb.show.pictures.diagrams import default_signal, plot_bifurcation  # noqa: PLC0415 - when asked for
+
+        for name in dict.fromkeys(pictures or [default_signal(diagram)]):
+            written.append(folder / f"{STEM}-{name}.png")
+            plot_bifurcation(diagram, name).savefig(written[-1], dpi=150)
     if not options.no_report and (diagram["status"].values != "").any():
         written.append(report(diagram, folder / f"{STEM}.html"))
     bad = ~diagram["ok"].values
@@ -95,16 +99,6 @@ def _varied(
     if not equals:
         raise InputError(f"--vary: {options.vary!r} names no range; give PART.FIELD={RANGE}.")
     return mechanism, path, values_of(text, field_option(mechanism, path, "vary")), {}
-
-
-def _pictures(diagram: xr.Dataset, folder: Path, signals: list[str]) -> list[Path]:
-    """Pictures of the chosen signals, or of one default signal."""
-    from flexmb.show.pictures.diagrams import default_signal, plot_bifurcation  # noqa: PLC0415 - only when asked for
-
-    written = {signal: folder / f"{STEM}-{signal}.png" for signal in signals or [default_signal(diagram)]}
-    for signal, path in written.items():
-        plot_bifurcation(diagram, signal).savefig(path, dpi=150)
-    return list(written.values())
 
 
 def _summary(diagram: xr.Dataset) -> str:

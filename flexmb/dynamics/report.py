@@ -237,28 +237,22 @@ class Plan:
         places = [flow.names.index(name) for name in names]
         times, rows, trouble = list[float](), list[np.ndarray](), ""
         if self.series and exponents.ok and flow.ok:
-            trouble = self._go_on(times, rows, progress)
+            bar = ProgressBar(f"{flow.name}, saved", float(self.series), shown=progress, of="periods")
+            times, rows, begin = [flow.time], [flow.observe()], flow.time
+            for number in range(1, self.series * self.samples + 1):
+                if not flow.advance(begin + number * period / self.samples - flow.time):
+                    trouble = flow.status
+                    break
+                times.append(begin + number * period / self.samples)
+                rows.append(flow.observe())
+                if number % self.samples == 0:
+                    bar.update(1)
+            bar.close()
         fine, units = np.array(rows).reshape(len(rows), len(flow.names)), tuple(flow.units[place] for place in places)
         points = exponents.points[:, places]
         motion = Motion(names, units, points, period, np.array(times), fine[:, places], trouble)
         found = tuple(self._estimates(motion, name) for name in signals)
         return ChaosReport(exponents, period, self.skip, motion, found, tuple(pairs))
-
-    def _go_on(self, times: list[float], rows: list[np.ndarray], shown: bool) -> str:
-        """Add fine samples from the present state on; returns the reason of an early end or ""."""
-        flow, period, samples = self.strobe.flow, self.strobe.period, self.samples
-        begin, progress = flow.time, ProgressBar(f"{flow.name}, saved", float(self.series), shown=shown, of="periods")
-        times.append(begin)
-        rows.append(flow.observe())
-        for number in range(1, self.series * samples + 1):
-            if not flow.advance(begin + number * period / samples - flow.time):
-                break
-            times.append(begin + number * period / samples)
-            rows.append(flow.observe())
-            if number % samples == 0:
-                progress.update(1)
-        progress.close()
-        return "" if flow.ok else flow.status
 
     def _estimates(self, motion: Motion, name: str) -> SignalEstimates:
         """Estimates from one signal of a motion."""

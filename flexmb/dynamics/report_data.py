@@ -25,7 +25,20 @@ def datasets(report: ChaosReport) -> dict[str, xr.Dataset]:
     if report.signals:
         groups["series"] = _series(report.signals)
     if any(estimate.spectrum is not None for estimate in report.signals):
-        groups["spectrum"] = _spectra(report.signals)
+        having = [(f.name, f.spectrum) for f in report.signals if f.spectrum is not None]
+        most = max(len(spectrum.peaks) for _, spectrum in having)
+        dims, (peaks, power) = ("signal", "frequency"), np.full((2, len(having), most), np.nan)
+        for k, (_, spectrum) in enumerate(having):
+            peaks[k, : len(spectrum.peaks)], power[k, : len(spectrum.peaks)] = spectrum.peaks, spectrum.power
+        spectra: dict[str, Any] = {
+            "density": (dims, np.stack([spectrum.density for _, spectrum in having])),
+            "floor": (dims, np.stack([spectrum.floor for _, spectrum in having])),
+            "line": (("signal", "rank"), peaks, {"units": "Hz"}),
+            "line_power": (("signal", "rank"), power),
+        }
+        names = np.array([name for name, _ in having], dtype=object)
+        frequency = ("frequency", having[0][1].frequency, {"units": "Hz"})
+        groups["spectrum"] = xr.Dataset(spectra, {"signal": names, "frequency": frequency})
     return groups
 
 
@@ -104,19 +117,3 @@ def _row(f: SignalEstimates) -> dict[str, float | str]:
         names = ("rate", "determinism", "laminarity", "mean_diagonal", "longest_diagonal", "entropy", "trapping_time")
         row |= {f"recurrence_{name}": float(vars(f.recurrence)[name]) for name in (*names, "threshold")}
     return row
-
-
-def _spectra(estimates: Sequence[SignalEstimates]) -> xr.Dataset:
-    having = [(f.name, f.spectrum) for f in estimates if f.spectrum is not None]
-    most = max(len(spectrum.peaks) for _, spectrum in having)
-    dims, (peaks, power) = ("signal", "frequency"), np.full((2, len(having), most), np.nan)
-    for k, (_, spectrum) in enumerate(having):
-        peaks[k, : len(spectrum.peaks)], power[k, : len(spectrum.peaks)] = spectrum.peaks, spectrum.power
-    data = {
-        "density": (dims, np.stack([spectrum.density for _, spectrum in having])),
-        "floor": (dims, np.stack([spectrum.floor for _, spectrum in having])),
-        "line": (("signal", "rank"), peaks, {"units": "Hz"}),
-        "line_power": (("signal", "rank"), power),
-    }
-    names = np.array([name for name, _ in having], dtype=object)
-    return xr.Dataset(data, {"signal": names, "frequency": ("frequency", having[0][1].frequency, {"units": "Hz"})})

@@ -373,8 +373,7 @@ class Joint(Part):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.first.name == self.second.name:
-            raise ModelError(f"{self.label} joins {self.first.name!r} to itself; give two different bodies.")
+        refuse_one_body(self)
 
     def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
         """Attachments of the joint on the first and the second body of `mechanism`."""
@@ -402,6 +401,12 @@ class Joint(Part):
         """The joint as a point of the first body."""
         first, second = self.ends(mechanism)
         return (PointShape(self.name, self.kind, *first.place, other=second.place),)
+
+
+def refuse_one_body(part: Any, how: str = "joins {} to") -> None:
+    """Refuse a part with one body at both of its ends; `how` is the verb of the message."""
+    if part.first.name == part.second.name:
+        raise ModelError(f"{part.label} {how.format(repr(part.first.name))} itself; give two different bodies.")
 
 
 # Motion of a run as its parts are asked about it: peaks over all steps, and poses of some steps

@@ -121,11 +121,15 @@ def save(sol: Solution, path: str | Path) -> Path:
     run leaves either the old file or the new one.  Errors: a path that cannot be written; a `model` that cannot be
     written as JSON.
     """
+    import xarray as xr
+
     dataset = _dataset(sol)
     groups = {"": dataset}
     encodings: dict[str, dict[str, Any]] = {"": {str(name): {"_FillValue": None} for name in dataset.variables}}
     if sol.restart:
-        groups[RESTART] = _restart(sol)
+        comment = "state at the end of the run, from which flexmb.simulate(..., restart=...) goes on"
+        arrays = {name: ([f"{name}_{i}" for i in range(a.ndim)], a) for name, a in sol.restart.items()}
+        groups[RESTART] = xr.Dataset(arrays, attrs={"comment": comment})
     if sol.contacts.names:
         groups[EPISODES], encodings[EPISODES] = _episodes(sol), {name: {"_FillValue": None} for name, _ in COLUMNS}
     return write_sealed(Path(path), netcdf_image(groups, encodings), "Solution")
@@ -156,7 +160,15 @@ def load(path: str | Path) -> Solution:
         content = read_sealed(source)
         with h5py.File(io.BytesIO(content), "r") as file:
             found = NetcdfContent(file, len(content))
-            _check_version(source, found)
+            version = found.number(VERSION)
+            if version is None or RECORD not in found.file:
+                raise FileFormatError(
+                    f"{str(source)!r}: a netCDF file, but not one of flexmb (no {VERSION!r}, no {RECORD!r}). "
+                    "Open it with xarray.open_dataset."
+                )
+            if not 1 <= int(version) <= FORMAT:
+                text = f"{str(source)!r}: written in format {version:g}; this version of flexmb reads formats up to"
+                raise FileFormatError(f"{text} {FORMAT}. Install the version of flexmb that wrote it.")
             return _solution(found)
     except READ_ERRORS as error:
         text = f"{str(source)!r}: cannot be read as a solution; it is damaged, truncated or no netCDF file ({error})."
@@ -204,15 +216,6 @@ def _dataset(sol: Solution) -> xr.Dataset:
     return xr.Dataset({RECORD: kept, VALUES: values}, {TIME: time, **coordinates}, attrs)
 
 
-def _restart(sol: Solution) -> xr.Dataset:
-    import xarray as xr
-
-    arrays = sol.restart.items()
-    comment = "state at the end of the run, from which flexmb.simulate(..., restart=...) goes on"
-    variables = {name: ([f"{name}_{i}" for i in range(a.ndim)], a) for name, a in arrays}
-    return xr.Dataset(variables, attrs={"comment": comment})
-
-
 def _episodes(sol: Solution) -> xr.Dataset:
     """All episodes in the order in which they ended; the contact as its number, named by `flag_meanings`."""
     import xarray as xr
@@ -224,20 +227,6 @@ def _episodes(sol: Solution) -> xr.Dataset:
     attrs["contact"] |= {"flag_values": np.arange(float(len(names))), "flag_meanings": flag_meanings(names)}
     attrs["mode"] |= {"flag_values": [float(mode) for mode in MODES], "flag_meanings": " ".join(MODES.values())}
     return xr.Dataset({name: xr.Variable("episode", rows[:, k], attrs[name]) for k, (name, _) in enumerate(COLUMNS)})
-
-
-def _check_version(source: Path, file: NetcdfContent) -> None:
-    version = file.number(VERSION)
-    if version is None or RECORD not in file.file:
-        raise FileFormatError(
-            f"{str(source)!r}: a netCDF file, but not one of flexmb (no {VERSION!r}, no {RECORD!r}). "
-            "Open it with xarray.open_dataset."
-        )
-    if not 1 <= int(version) <= FORMAT:
-        raise FileFormatError(
-            f"{str(source)!r}: written in format {int(version):g}; this version of flexmb reads formats up to {FORMAT}. "
-            "Install the version of flexmb that wrote it."
-        )
 
 
 def _columns(file: NetcdfContent, names: tuple[str, ...], n: int, tables: list[str]) -> tuple[np.ndarray, Peaks]:

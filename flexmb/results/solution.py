@@ -219,31 +219,6 @@ def _scales(sol: Solution) -> dict[str, float]:
     }
 
 
-def solution_text(sol: Solution) -> str:
-    """Name and status; saved instants, signals, cost; main peaks and number of notes: three lines, five at most."""
-    saved, signals, steps, _, clock, *_ = facts(sol)
-    lines = [cut(f"Solution of {sol.name!r}: {sol.status}", 3)]
-    lines += [f"  {saved.text}; {signals.text}; {steps.value} in {clock.text} on the clock"]
-    peaks = [f"{name} {_peak(sol, name)}" for name in _largest(sol)[:IN_TEXT]]
-    last = ["largest " + ", ".join(peaks)] if peaks else []
-    last += [counted(len(sol.notes), "note") + " in sol.notes"] if sol.notes else []
-    return "\n".join([*lines, *([cut(f"  {'; '.join(last)}")] if last else [])])
-
-
-def solution_html(sol: Solution) -> str:
-    """Table of the end of the run, the main peaks, notes, and the names of all signals on a click."""
-    peaks = [(name, *_peak_cells(sol, name)) for name in largest_signals(sol)[:IN_TABLE]]
-    signals = display.table([(owner, ", ".join(names)) for owner, names in _by_part(sol).items()])
-    return display.page(
-        f"Solution of {sol.name!r}",
-        sol.status,
-        display.table((fact.label, fact.text) for fact in facts(sol)),
-        display.table(peaks, ("signal", "largest absolute value", "unit", "at t [s]")),
-        display.folded(counted(len(sol.notes), "note"), display.texts(sol.notes)) if sol.notes else "",
-        display.folded(_signals(sol), signals),
-    )
-
-
 def _largest(sol: Solution) -> list[str]:
     """The main signals, one of each kind before others."""
     kinds: dict[str, int] = {}
@@ -253,19 +228,6 @@ def _largest(sol: Solution) -> list[str]:
         kinds[ending] = kinds.get(ending, 0) + 1
         order.append((kinds[ending], name))
     return [name for _, name in sorted(order, key=lambda entry: entry[0])]
-
-
-def _peak(sol: Solution, name: str) -> str:
-    return f"{sol.peak(name).value:.4g} {sol.units(name)}".rstrip()
-
-
-def _peak_cells(sol: Solution, name: str) -> tuple[str, str, str]:
-    value, time = sol.peak(name)
-    return f"{value:.6g}", sol.units(name), f"{time:.6g}"
-
-
-def _signals(sol: Solution) -> str:
-    return f"{counted(len(sol.names), 'signal')} of {listed(_by_part(sol), 5) or 'no part'}"
 
 
 def _by_part(sol: Solution) -> dict[str, list[str]]:
@@ -374,7 +336,7 @@ class Solution:
         return xr.DataArray(self.array(name), coords={"time": time}, dims="time", name=name, attrs=attrs)
 
     def __contains__(self, name: object) -> bool:
-        return isinstance(name, str) and resolved(name, self.signals, self.aliases) in self._places
+        return isinstance(name, str) and resolved(name, self.signals, self.aliases) in self.signals.places
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.names)
@@ -426,7 +388,7 @@ class Solution:
         """
         k = self._place(name)
         peak = Peak(float(self.peaks.values[k]), float(self.peaks.times[k]))
-        at = self._places.get(f"{self.signals.names[k]}_node")
+        at = self.signals.places.get(f"{self.signals.names[k]}_node")
         if at is not None:
             from flexmb.results.stress import place_of_stress
 
@@ -557,11 +519,29 @@ class Solution:
 
         return save(self, path)
 
-    def __repr__(self) -> str:
-        return solution_text(self)
+    def __repr__(self) -> str:  # three lines, five at most
+        saved, signals, steps, _, clock, *_ = facts(self)
+        lines = [cut(f"Solution of {self.name!r}: {self.status}", 3)]
+        lines += [f"  {saved.text}; {signals.text}; {steps.value} in {clock.text} on the clock"]
+        main = _largest(self)[:IN_TEXT]
+        peaks = [f"{name} {self.peak(name).value:.4g} {self.units(name)}".rstrip() for name in main]
+        last = ["largest " + ", ".join(peaks)] if peaks else []
+        last += [counted(len(self.notes), "note") + " in sol.notes"] if self.notes else []
+        return "\n".join([*lines, *([cut(f"  {'; '.join(last)}")] if last else [])])
 
     def _repr_html_(self) -> str:
-        return solution_html(self)
+        peaks = [(name, *self.peak(name)) for name in largest_signals(self)[:IN_TABLE]]
+        rows = [(name, f"{value:.6g}", self.units(name), f"{time:.6g}") for name, value, time in peaks]
+        parts = _by_part(self)
+        signals = display.table([(owner, ", ".join(names)) for owner, names in parts.items()])
+        return display.page(
+            f"Solution of {self.name!r}",
+            self.status,
+            display.table((fact.label, fact.text) for fact in facts(self)),
+            display.table(rows, ("signal", "largest absolute value", "unit", "at t [s]")),
+            display.folded(counted(len(self.notes), "note"), display.texts(self.notes)) if self.notes else "",
+            display.folded(f"{counted(len(self.names), 'signal')} of {listed(parts, 5) or 'no part'}", signals),
+        )
 
     def _ipython_key_completions_(self) -> list[str]:
         return [*self.names, *(self._alias(name) for name in self.names if self._alias(name) != name)]
@@ -590,17 +570,13 @@ class Solution:
     def _set(self, name: str, value: object) -> None:
         object.__setattr__(self, name, value)
 
-    @property
-    def _places(self) -> dict[str, int]:
-        return self.signals.places
-
     def _fitting(self, name: str) -> Sequence[str]:
         """Names of the signals that a name or a pattern fits; the name alone if there is none."""
         pattern = resolved(name, self.signals, self.aliases) if isinstance(name, str) else ""
         return (matching(self.names, pattern) if "*" in pattern else []) or [name]
 
     def _place(self, name: Any) -> int:
-        place = self._places.get(resolved(name, self.signals, self.aliases)) if isinstance(name, str) else None
+        place = self.signals.places.get(resolved(name, self.signals, self.aliases)) if isinstance(name, str) else None
         if place is None:
             text = f"Solution of {self.name!r} has no signal {name!r}. {hint(str(name), self.signals, self.aliases)}"
             if name in ("time", "t"):

@@ -143,11 +143,6 @@ def finer_steps(rtol: float) -> str:
     return f"step=Adaptive(rtol={0.1 * rtol:.3g})"
 
 
-def without_advice(status: str) -> str:
-    """The status without the remedies that fit any failure, where its cause is known."""
-    return status.partition(" Try ")[0]
-
-
 def rejected_sentence(program: Program, flow: Flow, trial: Trial, record: RunRecord) -> tuple[str, str]:
     """Reason for a step below the smallest one, and remedies beside a smaller one."""
     met = int(record.count.rejecting_contact) - 1

@@ -97,7 +97,12 @@ def stress(
         shape = next(s for s in sol.shapes if isinstance(s, MeshShape) and s.part == part.name)
         places = Places(np.arange(len(shape.points)), part.reference_points(), {}, {})
         of = _of_plane if part.whole_body is part else _of_reduced
-        fields = _with_principal(of(sol, part, shape, instants))
+        whole = of(sol, part, shape, instants)
+        sx, sy, txy, _ = np.moveaxis(whole, -1, 0)
+        larger, smaller, _ = principal(whole[..., :3])
+        signed = np.where(larger + smaller >= 0.0, larger, smaller)
+        found = {"sx": sx, "sy": sy, "txy": txy, "principal_1": larger, "principal_2": smaller, "signed": signed}
+        fields = {**found, "von_mises": von_mises(whole)}
     chosen = np.arange(len(places.nodes)) if points is None else chosen_places(part.label, places, points)
     own = {"node": (places.nodes, ""), "x": (places.points[:, 0], "m"), "y": (places.points[:, 1], "m"), **places.more}
     columns = {name: (values, {"units": "Pa", "long_name": MEANINGS[name]}) for name, values in fields.items()}
@@ -168,15 +173,6 @@ def _of_reduced(sol: Solution, body: Any, shape: MeshShape, instants: np.ndarray
     e = shortened(d, body.element.directions)
     found: np.ndarray = np.einsum("msi,ti->tms", stresses(body.basis.shapes), e, optimize=True)
     return found
-
-
-def _with_principal(whole: np.ndarray) -> dict[str, np.ndarray]:
-    """Stresses by name."""
-    sx, sy, txy, _ = np.moveaxis(whole, -1, 0)
-    larger, smaller, _ = principal(whole[..., :3])
-    signed = np.where(larger + smaller >= 0.0, larger, smaller)
-    found = {"sx": sx, "sy": sy, "txy": txy, "principal_1": larger, "principal_2": smaller, "signed": signed}
-    return {**found, "von_mises": von_mises(whole)}
 
 
 def chosen_places(label: str, places: Places, points: Wanted) -> np.ndarray:

@@ -216,7 +216,8 @@ def _write(sol: Solution, meshes: list[meshio.Mesh], kinds: tuple[str, ...], tim
         collection = Path(scratch) / target.name
         text = _collection(folder.name, names, times, TRACES if traced is not None else None)
         collection.write_text(text, encoding="utf-8", errors="surrogateescape")  # names of files as the system has them
-        for stale in _frames_in(folder, target.stem):
+        pattern = re.compile(re.escape(target.stem) + r"_\d{4,}\.vtu")
+        for stale in [file for file in folder.iterdir() if pattern.fullmatch(file.name) or file.name == TRACES]:
             stale.unlink()
         for name in [*names, "names.json", *([TRACES] if traced is not None else [])]:
             (Path(scratch) / name).replace(folder / name)
@@ -238,12 +239,6 @@ def _trace_mesh(sol: Solution) -> meshio.Mesh | None:
     steps = np.concatenate([k * n + _steps(n) for k in range(len(paths))])
     data = {"time": np.tile(sol.time, len(paths))}
     return meshio.Mesh(points, [("line", steps)], point_data=data)
-
-
-def _frames_in(folder: Path, stem: str) -> list[Path]:
-    """Frames that an earlier call left in the folder."""
-    pattern = re.compile(re.escape(stem) + r"_\d{4,}\.vtu")
-    return [file for file in folder.iterdir() if pattern.fullmatch(file.name) or file.name == TRACES]
 
 
 def _collection(folder: str, names: list[str], times: np.ndarray, traced: str | None) -> str:

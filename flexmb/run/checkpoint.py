@@ -111,7 +111,20 @@ class Checkpoints:
         """Write a checkpoint now."""
         self.last = time.monotonic()
         try:
-            checkpoint_of(run, {**self.model, COMMAND: self.command}).to_netcdf(self.path)
+            sol = run.solution({**self.model, COMMAND: self.command})
+            record = run.record
+            more = {  # all counters and peaks beside the usual restart
+                "peak": record.peak.copy(),
+                "peak_time": record.peak_time.copy(),
+                "held_rows": record.held_rows.astype(np.uint8),
+                "count": record.count.numbers(),
+                "report": record.report.numbers(),
+                "lows": record.lows.copy(),
+                "earlier": np.array([run.earlier.values, run.earlier.times]),
+                **{f"{POSES}{name}": array for name, array in record.poses.saved().items()},
+            }
+            object.__setattr__(sol, "restart", {**sol.restart, **more})
+            sol.to_netcdf(self.path)
         except InputError as error:
             self.failure = self.failure or f"No checkpoint since t = {run.flow.clock.t:.6g} s: {error}"
             self.last += EVERY  # the disk may have room again
@@ -183,24 +196,6 @@ def removed_after() -> Iterator[list[Checkpoints]]:
         one.failure = one.remove()
 
 
-def checkpoint_of(run: Run, model: Mapping[str, Any]) -> Solution:
-    """A solution that holds the run so far, with all counters and peaks beside the usual restart."""
-    sol = run.solution(dict(model), wall_time=0.0)
-    record = run.record
-    more = {
-        "peak": record.peak.copy(),
-        "peak_time": record.peak_time.copy(),
-        "held_rows": record.held_rows.astype(np.uint8),
-        "count": record.count.numbers(),
-        "report": record.report.numbers(),
-        "lows": record.lows.copy(),
-        "earlier": np.array([run.earlier.values, run.earlier.times]),
-        **{f"{POSES}{name}": array for name, array in record.poses.saved().items()},
-    }
-    object.__setattr__(sol, "restart", {**sol.restart, **more})
-    return sol
-
-
 def adopt(run: Run, sol: Solution) -> None:
     """Give a run the saved instants, contact intervals, peaks and counters of its checkpoint."""
     record, kept = run.record, sol.restart
@@ -219,19 +214,14 @@ def adopt(run: Run, sol: Solution) -> None:
     run.earlier = Peaks(*fitting(kept, "earlier", np.array([run.earlier.values, run.earlier.times])))
     own = {name.removeprefix(POSES): array for name, array in kept.items() if name.startswith(POSES)}
     record.poses.restore(own)
-    refuse_beyond(run)
-    run.saving = float(run.flow.clock.save_start) >= 0.0
-
-
-def refuse_beyond(run: Run) -> None:
-    """Refuse counters that compiled code takes for indices, and that are beyond the sizes of this run."""
-    count, program = run.record.count, run.program
-    unknowns = program.n_q + program.n_c
-    most = {"rows": 0, "episodes": 0, "lost_pivot": unknowns - 1, "rejecting_contact": len(program.names.contacts)}
-    given = {**count.as_dict(), "poses": run.record.poses.number.count}
-    for name, limit in {**most, "poses": len(run.record.poses.times) - 1}.items():
+    # counters that compiled code takes for indices must not be beyond the sizes of this run
+    most = {"rows": 0, "episodes": 0, "lost_pivot": run.program.n_q + run.program.n_c - 1}
+    most |= {"rejecting_contact": len(run.program.names.contacts), "poses": len(record.poses.times) - 1}
+    given = {**record.count.as_dict(), "poses": record.poses.number.count}
+    for name, limit in most.items():
         if not 0 <= given[name] <= limit:
             raise ValueError(f"its counter {name!r} is {given[name]}")
+    run.saving = float(run.flow.clock.save_start) >= 0.0
 
 
 def digest(restart: Mapping[str, Any] | None) -> str:

@@ -37,7 +37,7 @@ from flexmb.program.compiler import just_before
 from flexmb.program.program import Program
 from flexmb.results.contact_intervals import ContactLog
 from flexmb.results.solution import Peaks, Solution, Stats
-from flexmb.results.status import sentence, without_advice
+from flexmb.results.status import sentence
 from flexmb.run.checkpoint import MODEL, refuse_broken_clock, refuse_other_model
 from flexmb.run.sampling import act
 from flexmb.run.saving import (
@@ -325,7 +325,9 @@ class Run:
             with self.interruption:
                 self._run_over_jumps(end, interval, bar, ends=saving is not None)
             if self.code == DONE and not self.note and 0.0 < interval < NEVER and saves_end(self, end):
-                self.saved.add_end(float(self.flow.clock.t), self.record.signals, 1e-6 * interval)
+                now = float(self.flow.clock.t)
+                if not self.saved.is_at(now, 1e-6 * interval):
+                    self.saved.add_one(now, self.record.signals)
         except KeyboardInterrupt as stop:
             self.note, self.interrupted = str(stop) or "Interrupted from the keyboard", True
             if is_in_job():
@@ -355,8 +357,10 @@ class Run:
         steps, self.code = max(FIRST_BLOCK_UPDATES // (self.program.symbolic.n + 1), 16), RUNNING
         while self.code == RUNNING and not self.note:
             began = time.perf_counter()
-            steps = self._steps_left(steps)
-            begun = Snapshot(self) if self.stopping is not None and self.stopping.are_located else None
+            if self.max_steps is not None:
+                steps = max(0, min(steps, self.max_steps - int(self.record.count.steps)))
+            located = self.stopping is not None and not all(one.is_fault for one in self.stopping.conditions)
+            begun = Snapshot(self) if located else None
             if steps == 0 and ahead and self.flow.clock.t >= (1.0 - 1e-12) * target:
                 self.code = DONE
             elif steps == 0:
@@ -416,11 +420,6 @@ class Run:
         if self.stopping is not None:
             self.met = self.stopping.met(before, record.signals)
 
-    def _steps_left(self, steps: int) -> int:
-        if self.max_steps is None:
-            return steps
-        return max(0, min(steps, self.max_steps - int(self.record.count.steps)))
-
     def arguments(self, options: Options) -> tuple[Any, ...]:
         """Arguments of every compiled loop: tables, kernels, factors, options, state, trial, work, record."""
         common = (self.program.tables, self.program.addresses, self.lu, options, self.flow, self.trial)
@@ -469,7 +468,9 @@ class Run:
     ) -> Solution:
         """Solution of the run so far, with findings on it and the time on the clock [s]."""
         own = [found("bookkeeping", (), remark) for remark in self.stepper.remarks()]
-        faults = sentences(findings, errors=True)
+        faults, status = sentences(findings, errors=True), self.status()
+        if faults:
+            status = status.partition(" Try ")[0]  # the cause is known: no remedies of any failure
         program = self.stepper.reported
         kept = slice(None) if self.kept is None else self.kept
         names, (time, values) = program.names.signals, self.saved.finished()
@@ -478,9 +479,7 @@ class Run:
             values=values,
             signals=names if self.kept is None else names.chosen(self.kept),
             peaks=Peaks(self.record.peak[kept].copy(), self.record.peak_time[kept].copy()),
-            status=" ".join(
-                [without_advice(self.status()) if faults else self.status(), *(f"Not ok: {fault}" for fault in faults)]
-            ),
+            status=" ".join([status, *(f"Not ok: {fault}" for fault in faults)]),
             ok=self.code == DONE and not self.note and not faults,
             stats=self.stats(wall_time),
             aliases=program.names.aliases,

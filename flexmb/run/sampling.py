@@ -64,17 +64,14 @@ def act(program: Program, instant: float, signals: np.ndarray, z: np.ndarray, *,
     if every:
         for sampler in acting:
             _settle(sampler, instant, signals, z)
-    changes = [(sampler, _new_history(sampler, instant, signals, z)) for sampler in acting]
-    for sampler, history in changes:
+    histories = []
+    for sampler in acting:
+        u = np.array([_input(wanted, instant, signals) for wanted in sampler.inputs], dtype=float)
+        x = z[sampler.z : sampler.z + sampler.states].copy()
+        dx, y = _law(sampler, instant, u, x)
+        histories.append(np.concatenate([x + sampler.sample * dx, y]))
+    for sampler, history in zip(acting, histories, strict=True):
         z[sampler.z : sampler.z + len(history)] = history
-
-
-def _new_history(sampler: Sampler, t: float, signals: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """States and outputs of a controller after an instant."""
-    u = np.array([_input(wanted, t, signals) for wanted in sampler.inputs], dtype=float)
-    x = z[sampler.z : sampler.z + sampler.states].copy()
-    dx, y = _law(sampler, t, u, x)
-    return np.concatenate([x + sampler.sample * dx, y])
 
 
 def _law(sampler: Sampler, t: float, u: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -146,11 +146,6 @@ class SavedRows:
         """Append one row, of all signals (n_y,)."""
         self.add(np.array([time]), self._chosen(signals)[None, :])
 
-    def add_end(self, time: float, signals: np.ndarray, tolerance: float) -> None:
-        """Append the row of all signals (n_y,) at the end of a run [s], unless the last row is of that time."""
-        if not self.is_at(time, tolerance):
-            self.add_one(time, signals)
-
     def is_at(self, time: float, tolerance: float) -> bool:
         """Whether the last row is of that time [s]."""
         return self.count > 0 and abs(float(self._times[self.count - 1]) - time) <= tolerance

@@ -156,11 +156,6 @@ class StopConditions:
             run.record = run.record.replaced(watched=self.places[:count], levels=self.levels[:count])
             run.stopping = self
 
-    @property
-    def are_located(self) -> bool:
-        """Whether there are conditions whose instant is located, so that snapshots are needed."""
-        return not all(one.is_fault for one in self.conditions)
-
     def fault(self, number: int) -> str:
         """Text of a fault; "" for a condition of the user."""
         one = self.conditions[number]

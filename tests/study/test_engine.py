@@ -459,7 +459,7 @@ def test_times_of_points_that_were_deleted_are_forgotten(kept):
 def test_there_are_no_more_workers_than_jobs(kept, journal, monkeypatch):
     asked = []
 
-    def noted(workers, begin):
+    def noted(workers, *begin):
         asked.append(workers)
         return nullcontext()
 

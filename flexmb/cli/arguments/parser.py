@@ -65,7 +65,11 @@ def parser_of(source: Source | None, wanted: str) -> tuple[argparse.ArgumentPars
             own.add_argument("source", metavar="NAME", help=SOURCE_HELP)
             own.add_argument("--set", metavar="PART.FIELD=VALUE", action="append", default=[], help=SET_HELP)
             if source is not None and command.name == wanted:
-                found = _add_maker(own, source)
+                try:
+                    found = add_options(own, source.make, f"options of {source.name}")
+                except argparse.ArgumentError as error:
+                    text = f"{source.name}: a parameter has the name of an option of this command ({error})."
+                    raise FlexmbError(f"{text} Rename the parameter.") from error
     return parser, found
 
 
@@ -77,11 +81,3 @@ def source_of(given: Sequence[str]) -> Source | None:
     from flexmb.cli.arguments.source import find  # noqa: PLC0415 - imports numba: not for `flexmb --help`
 
     return find(given[1])
-
-
-def _add_maker(command: argparse.ArgumentParser, source: Source) -> list[Option]:
-    try:
-        return add_options(command, source.make, f"options of {source.name}")
-    except argparse.ArgumentError as error:
-        text = f"{source.name}: a parameter has the name of an option of this command ({error})."
-        raise FlexmbError(f"{text} Rename the parameter.") from error

@@ -37,12 +37,16 @@ TRUTH = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no":
 
 def changed(mechanism: Mechanism, texts: Sequence[str]) -> Mechanism:
     """The mechanism with changed fields: "crank.mass=200g", "B.normal.restitution=0.8", "gravity=0,-9.81"."""
-    changes = {}
+    changes: dict[str, Any] = {}
     for text in texts:
         path, equals, value = text.partition("=")
         if not equals or not value:
             raise InputError(f"--set: {text!r} has no value; give PART.FIELD=VALUE, e.g. crank.mass=200g.")
-        changes[path] = _value(field_option(mechanism, path, "set"), value)
+        option = field_option(mechanism, path, "set")
+        if option.kind == "flag":
+            changes[path] = TRUTH[checks.one_of(option.flag, "value", value.lower(), TRUTH)]
+        else:
+            changes[path] = option.value(value.strip("()[]") if option.kind == "numbers" else value)
     return mechanism.with_(changes) if isinstance(mechanism, Mechanism) and changes else mechanism
 
 
@@ -69,13 +73,6 @@ def field_option(mechanism: Mechanism, path: str, flag: str) -> Option:
         text = f"{label}: {last!r} is {type(value).__name__}, which cannot be typed"
         raise InputError(f"{text}. Change it in a file of your own with mech.with_ or mech.with_part.")
     return Field(f"{flag} {path}", found.kind, found.default, found.unit, found.help)
-
-
-def _value(option: Option, text: str) -> Any:
-    """Value of a typed text."""
-    if option.kind == "flag":
-        return TRUTH[checks.one_of(option.flag, "value", text.lower(), TRUTH)]
-    return option.value(text.strip("()[]") if option.kind == "numbers" else text)
 
 
 # Source of a mechanism: a ready one by its name, or FILE.py[:NAME]
@@ -126,13 +123,7 @@ class Source:
 
 @dataclass(frozen=True)
 class Changed:
-    """Function that returns a mechanism with changed fields; it takes the arguments of another one.
-
-    Parameters
-    ----------
-    make : the other function.
-    texts : changes as they are typed, "PART.FIELD=VALUE".
-    """
+    """Function that makes a mechanism as another one does, with changes as they are typed, "PART.FIELD=VALUE"."""
 
     make: Callable[..., Any]
     texts: tuple[str, ...]
@@ -171,7 +162,8 @@ def find(text: str) -> Source:
 
 def _from_file(path: Path, name: str | None) -> Source:
     module = _load(path)
-    usable = [n for n, value in vars(module).items() if _is_source(value, module)]
+    own = [n for n, value in vars(module).items() if inspect.isfunction(value) and value.__module__ == module.__name__]
+    usable = [n for n, value in vars(module).items() if n in own or isinstance(value, Mechanism)]
     alone = [n for n in usable if isinstance(vars(module)[n], Mechanism)]
     names = [name] if name is not None else [n for n in NAMES if n in vars(module)]
     names = names or (alone if len(alone) == 1 else [])
@@ -182,11 +174,6 @@ def _from_file(path: Path, name: str | None) -> Source:
     value = vars(module)[names[0]]
     make = (lambda: value) if isinstance(value, Mechanism) else value
     return Source(path.stem if name is None else f"{path.stem}-{name}", make, path)
-
-
-def _is_source(value: Any, module: ModuleType) -> bool:
-    own = inspect.isfunction(value) and value.__module__ == module.__name__
-    return own or isinstance(value, Mechanism)
 
 
 def _load(path: Path) -> ModuleType:

@@ -63,7 +63,12 @@ class Span:
         if self.duration is not None:
             if not is_flow:
                 raise InputError(f"{label}: duration= belongs to a flow; this is a map. Give periods=.")
-            return self._of_duration(label, system, self.duration)
+            end = checks.positive(label, "duration", self.duration, "s")
+            unit = end / INTERVALS if self.interval is None else checks.positive(label, "interval", self.interval, "s")
+            number = round(end / unit)
+            check_enough(label, number, "intervals")
+            skipped = int(np.ceil(checks.not_negative(label, "skip", self.skip, "s") / unit - 1e-9))
+            return RenormalisationSchedule(system, unit, skipped, number, is_section=False)
         number, skipped = checks.count(label, "periods", self.periods), checks.count(label, "skip", self.skip, 0)
         check_enough(label, number, system.unit if not is_flow and system.period is None else "periods")
         strobe = strobe_of(self.caller, system, self.period)
@@ -71,14 +76,6 @@ class Span:
         if flow is None or length is None:
             return RenormalisationSchedule(system, 1.0, skipped, number)
         return RenormalisationSchedule(flow, length, skipped, number)
-
-    def _of_duration(self, label: str, system: Dynamics, duration: float) -> RenormalisationSchedule:
-        end = checks.positive(label, "duration", duration, "s")
-        unit = end / INTERVALS if self.interval is None else checks.positive(label, "interval", self.interval, "s")
-        points = round(end / unit)
-        check_enough(label, points, "intervals")
-        skipped = int(np.ceil(checks.not_negative(label, "skip", self.skip, "s") / unit - 1e-9))
-        return RenormalisationSchedule(system, unit, skipped, points, is_section=False)
 
     def finished(self, exponents: Exponents, schedule: RenormalisationSchedule) -> Exponents:
         """Exponents of a run with the verdict on its section points, and a note for the job after an early end."""
@@ -236,10 +233,7 @@ def growth_to_next_point(
 class TangentVectors:
     """Tangent vectors, made orthonormal at each renormalisation (G. Benettin et al., Meccanica 15 (1980) 9).
 
-    Parameters
-    ----------
-    W : vectors (size, k), orthonormal in the weights.
-    weights : weights (size,) of the system.
+    The vectors W (size, k) are orthonormal in the weights (size,) of the system.
     """
 
     strained_fraction = 0.25  # a single impact is divided at its instant, and not the whole period

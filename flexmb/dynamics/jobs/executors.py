@@ -46,13 +46,9 @@ class Outcome:
 
 
 class Attempt:
-    """A block whose exception is kept and not raised, because a failed point must not end a sweep.
+    """A block whose exception is kept (`error`) and not raised, because a failed point must not end a sweep.
 
     KeyboardInterrupt (Ctrl-C) is raised.  A call of `sys.exit` in a user's function counts as a failure.
-
-    Attributes
-    ----------
-    error : the exception, or None.
     """
 
     def __init__(self) -> None:

@@ -21,7 +21,8 @@ SEAL, DIGEST = b"flexmb-blake2b:", 16
 
 
 READ_ERRORS = (
-    OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError, ArithmeticError, MemoryError, SystemError,
+    OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError, ArithmeticError, MemoryError,
+    SystemError,
 )  # fmt: skip
 """Errors of readers on damaged files; all have been seen."""
 

@@ -56,17 +56,6 @@ class ContinuationPoint:
         return abs(value) if self.touches.get(name) == old.touches.get(name) else -abs(value)
 
 
-def signed_volume(J: np.ndarray, u: np.ndarray, units: np.ndarray) -> float:
-    """Sign of the determinant of J with the direction u as last row, times the smallest singular value.
-
-    It vanishes where branches cross.  J holds derivatives of gaps and phase by the unknowns; `units` (columns,) are
-    scales of the unknowns, and the first one scales the gaps.
-    """
-    ahead = u / units
-    whole = np.vstack([J * units / units[0], ahead / np.linalg.norm(ahead)])
-    return float(np.linalg.slogdet(whole)[0] * np.linalg.svd(whole, compute_uv=False)[-1])
-
-
 def root(
     make: Callable[[float], ContinuationPoint | None],
     low: tuple[float, ContinuationPoint],
@@ -163,7 +152,14 @@ def follow(
     for name, value in (("step", step), ("largest", largest), ("smallest", smallest)):
         checks.positive(LABEL, name, value)
     shooting = orbit.shooting.copy(orbit.times, orbit.shooting.segments)
-    begin, end = _range(orbit, parameter, span)
+    if not isinstance(span, (tuple, list)) or len(span) != 2:
+        raise InputError(f"{LABEL}: span is {span!r}; it must be a pair (from, to).")
+    begin, end = span
+    if begin is None:
+        begin = orbit.parameters[checks.one_of(LABEL, "parameter", parameter, orbit.parameters)]
+    begin, end = checks.number(LABEL, "span[0]", begin), checks.number(LABEL, "span[1]", end)
+    if begin == end:
+        raise InputError(f"{LABEL}: span is ({begin:g}, {end:g}); both ends must differ.")
     shooting.system.reset(parameters={parameter: begin})  # an unknown one is refused here
     shooting.parameter = parameter
     continuation = Continuation(
@@ -175,18 +171,6 @@ def follow(
         extremes=checks.count(LABEL, "extremes", extremes, 0),
     )
     return continuation.run(orbit, checks.count(LABEL, "points", points, 2))
-
-
-def _range(orbit: PeriodicOrbit, parameter: str, span: tuple[float | None, float]) -> tuple[float, float]:
-    if not isinstance(span, (tuple, list)) or len(span) != 2:
-        raise InputError(f"{LABEL}: span is {span!r}; it must be a pair (from, to).")
-    begin = span[0]
-    if begin is None:
-        begin = orbit.parameters[checks.one_of(LABEL, "parameter", parameter, orbit.parameters)]
-    begin, end = checks.number(LABEL, "span[0]", begin), checks.number(LABEL, "span[1]", span[1])
-    if begin == end:
-        raise InputError(f"{LABEL}: span is ({begin:g}, {end:g}); both ends must differ.")
-    return begin, end
 
 
 @dataclass(kw_only=True)
@@ -290,7 +274,11 @@ class Continuation:
             by_y = np.einsum("js,jsd->jd", weighted, run.bases).ravel()
             row = np.concatenate([by_y, [before.period / t**2] * self.shooting.autonomous, [before.value / p**2]])
         unknowns = solved(np.vstack([J, row]), np.append(np.zeros(len(J)), 1.0))
-        self.volume = signed_volume(J, unknowns, np.array([x] * (M * d) + [t] * self.shooting.autonomous + [p]))
+        # sign of the determinant, times the smallest singular value: it vanishes where branches cross
+        units = np.array([x] * (M * d) + [t] * self.shooting.autonomous + [p])
+        ahead = unknowns / units
+        whole = np.vstack([J * units / units[0], ahead / np.linalg.norm(ahead)])
+        self.volume = float(np.linalg.slogdet(whole)[0] * np.linalg.svd(whole, compute_uv=False)[-1])
         starts = np.einsum("jsd,jd->js", run.bases, unknowns[: M * d].reshape(M, d))
         direction = Direction(starts, float(unknowns[M * d]) if self.shooting.autonomous else 0.0, float(unknowns[-1]))
         length = np.sqrt(self._dot(direction, direction))

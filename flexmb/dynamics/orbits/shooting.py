@@ -27,11 +27,8 @@ class StateSpace:
     Positions and velocities must return, angles of bodies up to whole turns; entries without weight follow from them.
     Histories of friction and of elements must return as well, in their own units (deflections of bristles).  Histories
     of normal contacts need not: they hold times of onsets, and values that positions and velocities determine.  They
-    are passed on from the end of one run to the start of the next run (`free_rows`).
-
-    Parameters
-    ----------
-    angles : names of state entries that count modulo 2 pi.
+    are passed on from the end of one run to the start of the next run (`free_rows`).  The entries named by `angles`
+    count modulo 2 pi.
     """
 
     def __init__(self, label: str, system: Dynamics, angles: tuple[str, ...] = ()) -> None:
@@ -133,13 +130,7 @@ class ShootingRun:
 
 
 class Shooting:
-    """Multiple shooting of a system over `times` periods in `segments` segments.
-
-    Parameters
-    ----------
-    system : flow or map, whose state the shooting changes.
-    period, times, autonomous, segments, tangent, angles : see `periodic_orbit`.
-    """
+    """Multiple shooting of a flow or map, with the arguments of `periodic_orbit`."""
 
     def __init__(
         self,

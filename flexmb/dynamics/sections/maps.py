@@ -221,7 +221,10 @@ class SectionMap(SectionOfFlow):
         for _ in range(checks.count(self._label, "duration", duration, 0)):
             if not self.ok:
                 break
-            T = None if tangents is None else self._at_one_time(tangents)
+            T, n = None, self.flow.size
+            if tangents is not None:  # differences at the present time of neighbours that start at different times
+                late = np.outer(self.flow.velocity(), tangents[n]) if self.flow.driven else 0.0
+                T = np.array(tangents[:n] - late)
             while self._to_next_crossing(T) and self._side not in DIRECTIONS[self.direction]:
                 pass
             if not self.ok:
@@ -253,13 +256,6 @@ class SectionMap(SectionOfFlow):
         self._side = UP if height + AHEAD * flow.pace * rate >= 0.0 else DOWN
         v = flow.velocity()
         self._time_weight = float(flow.weights @ v**2) or 1.0
-
-    def _at_one_time(self, tangents: np.ndarray) -> np.ndarray:
-        """Differences (flow.size, k) at the present time of neighbours that start at different times."""
-        n = self.flow.size
-        if not self.flow.driven:
-            return tangents.copy()
-        return np.ascontiguousarray(tangents[:n] - np.outer(self.flow.velocity(), tangents[n]))
 
     def _project(self, T: np.ndarray, tangents: np.ndarray) -> None:
         """Write into `tangents` the differences at the crossing, for differences T at one time."""

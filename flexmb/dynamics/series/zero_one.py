@@ -107,24 +107,19 @@ def kind_of(value: float) -> str:
 
 def growth_correlations(phi: np.ndarray, angles: np.ndarray, ratio: int = 10) -> np.ndarray:
     """K_c (k,) of a signal (n,) for angles c (k,) [rad/sample], from lags up to n / `ratio`."""
+    from scipy.signal import fftconvolve
+
     lags = np.arange(1, len(phi) // ratio + 1)
+    count = len(phi) - len(lags)
     found, n = np.zeros(len(angles)), lags - lags.mean()
     for k, c in enumerate(angles):
-        growth = _displacement(phi, c, lags)
-        growth = growth - growth.mean()
+        walk = np.cumsum(phi * np.exp(1j * c * np.arange(1, len(phi) + 1)))  # p + i q
+        square = np.concatenate([[0.0], np.cumsum(np.abs(walk) ** 2)])
+        end_squares = square[lags + count] - square[lags]
+        cross = fftconvolve(walk, np.conj(walk[:count][::-1]), mode="valid").real[lags]
+        mean_square = (end_squares + square[count] - 2.0 * cross) / count
+        growth = mean_square - phi.mean() ** 2 * (1.0 - np.cos(lags * c)) / (1.0 - np.cos(c))
+        growth = growth - growth.mean()  # of the modified mean square displacement
         scale = np.sqrt((n @ n) * (growth @ growth))
         found[k] = n @ growth / scale if scale > 0.0 else 0.0
     return found
-
-
-def _displacement(phi: np.ndarray, c: float, lags: np.ndarray) -> np.ndarray:
-    """Modified mean square displacement D_c at the lags."""
-    from scipy.signal import fftconvolve
-
-    walk = np.cumsum(phi * np.exp(1j * c * np.arange(1, len(phi) + 1)))  # p + i q
-    count = len(phi) - len(lags)
-    square = np.concatenate([[0.0], np.cumsum(np.abs(walk) ** 2)])
-    end_squares = square[lags + count] - square[lags]
-    cross = fftconvolve(walk, np.conj(walk[:count][::-1]), mode="valid").real[lags]
-    mean_square = (end_squares + square[count] - 2.0 * cross) / count
-    return np.asarray(mean_square - phi.mean() ** 2 * (1.0 - np.cos(lags * c)) / (1.0 - np.cos(c)))

@@ -201,13 +201,7 @@ PARTIAL = ".partial"
 
 
 class Store:
-    """Open store of a sweep; see `opened` and `existing`.
-
-    Parameters
-    ----------
-    path : folder of the store.
-    attributes : attributes of the store by name.
-    """
+    """Open store of a sweep; see `opened` and `existing`."""
 
     def __init__(self, path: Path, attributes: Mapping[str, Any]) -> None:
         self.path, self.attributes = path, dict(attributes)

@@ -7,6 +7,7 @@ import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from functools import partial
+from operator import attrgetter
 from types import FunctionType
 from typing import TYPE_CHECKING, Any, Self
 
@@ -384,46 +385,17 @@ class ContinuousFlow(Dynamics):
 
 
 class OfFlow(Dynamics):
-    """Base class of systems with the state, signals and parameters of an inner flow.
-
-    Attributes
-    ----------
-    flow : the flow.
-    """
+    """Base class of systems with the state, signals and parameters of an inner flow."""
 
     flow: ContinuousFlow
-
-    @property
-    def size(self) -> int:
-        return self.flow.size
-
-    @property
-    def dimension(self) -> int:
-        return self.flow.dimension
-
-    @property
-    def weights(self) -> np.ndarray:
-        return self.flow.weights
-
-    @property
-    def records(self) -> np.ndarray:
-        return self.flow.records
-
-    @property
-    def telling(self) -> tuple[int, ...]:
-        return self.flow.telling
-
-    @property
-    def resolution(self) -> np.ndarray | None:
-        return self.flow.resolution
-
-    @property
-    def parameters(self) -> Mapping[str, Any]:
-        return self.flow.parameters
-
-    @property
-    def fineness(self) -> str:
-        return self.flow.fineness
+    size: Any = property(attrgetter("flow.size"))
+    dimension: Any = property(attrgetter("flow.dimension"))
+    weights: Any = property(attrgetter("flow.weights"))
+    records: Any = property(attrgetter("flow.records"))
+    telling: Any = property(attrgetter("flow.telling"))
+    resolution: Any = property(attrgetter("flow.resolution"))
+    parameters: Any = property(attrgetter("flow.parameters"))
+    fineness: Any = property(attrgetter("flow.fineness"))
 
     def state(self) -> np.ndarray:
         return self.flow.state()

@@ -278,14 +278,10 @@ class MechanismFlow(ContinuousFlow):
         return self.ok
 
     def on_manifold(self, tangents: np.ndarray) -> np.ndarray:
-        """Projection of differences (size, k) onto the differences that satisfy joints and drives at the present state.
+        """Projection of `tangents` (size, k) onto the differences that satisfy joints and drives at the present state.
 
         Differences of positions and velocities are projected in the metric of `weights`.  Differences of accelerations
         follow from them and from the differences of histories.
-
-        Parameters
-        ----------
-        tangents : the differences (size, k).
         """
         W = np.array(tangents, dtype=np.float64, order="C")
         return self.run.on_manifold(self._checked(W))
@@ -297,12 +293,7 @@ class MechanismFlow(ContinuousFlow):
 
         Parameters
         ----------
-        count : number of vectors.
-        seed : seed of the random directions.
-
-        Raises
-        ------
-        InputError : more vectors than dimensions; a count or seed that is not whole.
+        count, seed : see `Dynamics.tangent_basis`.
         """
         W, n = super().tangent_basis(count, seed), self.program.n_q
         W[2 * n : 2 * n + self.program.tables.sizes.n_z] = 0.0
@@ -418,14 +409,10 @@ class MechanismFlow(ContinuousFlow):
         return [v for _, v in sorted(vars(self).items()) if isinstance(v, (Program, FixedStep, Adaptive, Newmark))]
 
     def remarks(self, since: float) -> list[str]:
-        """A sentence on each contact that stayed closed since a given time.
+        """A sentence on each contact that stayed closed since the start `since` of the measured growth [s].
 
         Laws with hysteresis damping depend on the approach speed of the last onset.  The run lacks the tangent of this
         approach speed if the onset precedes the measured growth.  Contacts with other laws are not listed.
-
-        Parameters
-        ----------
-        since : start of the measured growth [s].
         """
         sentences, tables, names = [], self.program.tables, self.program.names.contacts
         for row in running_episodes(tables, self.run.flow):

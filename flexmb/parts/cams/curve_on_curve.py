@@ -15,7 +15,7 @@ from flexmb.fields import field, instance, one_of, point, record
 from flexmb.findings.finding import Finding, found
 from flexmb.model.contributions import Contribution, Coordinate, Node, SignalContribution, node_coordinates
 from flexmb.model.law import FrictionLaw, NormalLaw
-from flexmb.model.part import Part
+from flexmb.model.part import Part, refuse_one_body
 from flexmb.model.shape import RigidShape, Shapes
 from flexmb.parts.cams.curves import SAMPLES, CircularCurve, ClosedCurve, Line
 from flexmb.parts.cams.pair_kernels import CURVE_UNDER_CURVE, CURVES, FACE, OPEN, ROLLER, TOUCHING, face_place
@@ -281,15 +281,9 @@ class CurveOnCurve(Part):
         return pair_shapes(mechanism, self, self.first_curve, self.second_curve)
 
 
-def require_two(part: Any) -> None:
-    """Refuse a body against itself."""
-    if part.first.name == part.second.name:
-        raise ModelError(f"{part.label} joins {part.first.name!r} to itself; give two different bodies.")
-
-
 def check_pair(part: Any) -> None:
     """Check bodies and start of a pair of curves."""
-    require_two(part)
+    refuse_one_body(part)
     if part.normal is None and part.start == OPEN:
         raise InputError(f"{part.label}: an ideal pair cannot start open; give normal=..., or leave start.")
 

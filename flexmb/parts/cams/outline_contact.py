@@ -14,14 +14,13 @@ from flexmb.errors import InputError, ModelError
 from flexmb.fields import field, instance, record
 from flexmb.model.contributions import ContactContribution, Contribution, Node
 from flexmb.model.law import FRICTION_LAW, NORMAL_LAW, FrictionLaw, NormalLaw
-from flexmb.model.part import Part
+from flexmb.model.part import Part, refuse_one_body
 from flexmb.model.shape import Shapes
 from flexmb.parts.cams.curve_on_curve import (
     TOLERANCE_LENGTH,
     carriers,
     in_frame,
     pair_shapes,
-    require_two,
     signed_distance,
 )
 from flexmb.parts.cams.curves import CircularCurve
@@ -72,7 +71,7 @@ class OutlineContact(Part):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_two(self)
+        refuse_one_body(self)
         chains = self.outline.chains() if self.outline.hollow_corners() else []
         check_names(self, [f"side{number}" for number, _ in enumerate(chains, 1)])
         for k, (x, y) in enumerate(self.outline.points):
@@ -204,7 +203,7 @@ class OutlineOnOutline(Part):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        require_two(self)
+        refuse_one_body(self)
         try:
             self.normal.parameters()
         except InputError as error:

@@ -21,7 +21,7 @@ from flexmb.model.contributions import (
     SignalContribution,
 )
 from flexmb.model.law import NormalLaw
-from flexmb.model.part import Part
+from flexmb.model.part import Part, refuse_one_body
 from flexmb.model.shape import CABLE, ROD, CircleShape, LineShape, Shapes
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import dot
@@ -101,8 +101,7 @@ class Distance(Part):
         super().__post_init__()
         if planar.distance(self.at, self.to) == 0.0:
             raise InputError(f"{self.label}: both points are {self.at}; a rod needs a length. Use Revolute(...).")
-        if self.first.name == self.second.name:
-            raise ModelError(f"{self.label} joins {self.first.name!r} to itself; give two different bodies.")
+        refuse_one_body(self)
 
     def ends(self, mechanism: Mechanism) -> tuple[Attachment, Attachment]:
         """Both points on the bodies of `mechanism`."""
@@ -177,8 +176,7 @@ class Cable(Part):
             raise InputError(
                 f"{self.label}: both points are {self.at}, so the cable needs a length. Give free_length= in m."
             )
-        if self.first.name == self.second.name:
-            raise ModelError(f"{self.label} ties {self.first.name!r} to itself; give two different bodies.")
+        refuse_one_body(self, "ties {} to")
 
     @property
     def slack_length(self) -> float:

@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from flexmb import checks
-from flexmb.errors import InputError, ModelError
+from flexmb.errors import InputError
 from flexmb.fields import field, record
 from flexmb.kernels import compiled, constraint_kernel, signal_kernel
 from flexmb.model.contributions import ConstraintContribution, Contribution, Coordinate, Reaction, SignalContribution
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.part import GROUND, Part, name_of
+from flexmb.model.part import GROUND, Part, name_of, refuse_one_body
 from flexmb.parts.joints.contact_point import curvature_times, direction, dot
 from flexmb.parts.joints.prismatic import Prismatic, joint_with_coordinate
 from flexmb.parts.joints.revolute import Revolute, drawn_angle
@@ -67,8 +67,7 @@ class SameRotation(Part):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.first.name == self.second.name:
-            raise ModelError(f"{self.label} couples {self.first.name!r} with itself; give two different bodies.")
+        refuse_one_body(self, "couples {} with")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One constraint equation between two angles."""

@@ -21,7 +21,7 @@ from flexmb.fields import Rule, directed, field, point, positive, record
 from flexmb.kernels import Kernel, compiled, gap_kernel, signal_kernel
 from flexmb.model.contributions import ContactContribution, Contribution, Coordinate
 from flexmb.model.law import Motion, NormalLaw
-from flexmb.model.part import GROUND, Part
+from flexmb.model.part import GROUND, Part, refuse_one_body
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import difference_column, put_column, put_eccentricity, put_point
 from flexmb.parts.joints.prismatic import Prismatic, joint_with_coordinate
@@ -223,8 +223,7 @@ class Stop(Part):
                 f"{self.label}: joint is {self.joint!r}; it must be a joint or its name. For bodies without a common "
                 "joint leave it out and give first=, second= and at=."
             )
-        if self.first.name == self.second.name:
-            raise ModelError(f"{self.label} stops {self.first.name!r} against itself; give two different bodies.")
+        refuse_one_body(self, "stops {} against")
         if self.to is None:
             object.__setattr__(self, "to", self.at)
         if self.along is None and self.at == self.to:

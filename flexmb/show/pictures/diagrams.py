@@ -76,7 +76,10 @@ def plot_bifurcation(diagram: xr.Dataset, signal: str, *, title: str | None = No
     figure, ax = panel_of(DIAGRAM_SIZE)
     pieces: dict[tuple[str, str], list[Any]] = {}
     for direction, row in _rows(diagram):
-        _gather(pieces, row, parameter, signal, direction)
+        values, points = row[parameter].values, row[signal].values
+        for k in np.flatnonzero(row["ok"].values):
+            key = (entry_of(str(row["verdict"].values[k])), direction)
+            pieces.setdefault(key, []).append((np.full(points.shape[1], values[k]), points[k]))
         _mark(ax, row, parameter)
     _draw(ax, pieces)
     ax.set_title(diagram.attrs["name"] if title is None else title)
@@ -107,14 +110,6 @@ def default_signal(diagram: xr.Dataset) -> str:
     moving = [name for name in names if not name.endswith(".theta") and np.ptp(diagram[name].fillna(0.0).values) > 0.0]
     eccentric = [name for name in names if name.endswith(".ex")]
     return next(iter(eccentric + moving + names))
-
-
-def _gather(pieces: dict[tuple[str, str], list[Any]], row: xr.Dataset, parameter: str, signal: str, name: str) -> None:
-    """Add the section points of one direction to `pieces`, by verdict and direction."""
-    values, points = row[parameter].values, row[signal].values
-    for k in np.flatnonzero(row["ok"].values):
-        key = (entry_of(str(row["verdict"].values[k])), name)
-        pieces.setdefault(key, []).append((np.full(points.shape[1], values[k]), points[k]))
 
 
 def _mark(ax: Axes, row: xr.Dataset, parameter: str) -> None:
@@ -280,7 +275,8 @@ def plot_basin(basin: Basin, *, title: str | None = None) -> Figure:
     for k, points in enumerate(basin.attractors):
         x, y = points[:, basin.places[0]], points[:, basin.places[1]]
         ax.plot(x, y, "o", color=colours[k + 2], markeredgecolor="black", markersize=5, linestyle="none")
-    names = {-1: "lost", 0: "undecided"} | {k + 1: _named(k + 1, n) for k, n in enumerate(basin.periods)}
+    names = {-1: "lost", 0: "undecided"}
+    names |= {k: f"{k} (period {n})" if n else f"{k} (not periodic)" for k, n in enumerate(basin.periods, 1)}
     patches = [
         Patch(facecolor=colours[k + 1], label=f"{names[k]}: {100.0 * fraction:.1f} %")
         for k, fraction in basin.fractions.items()
@@ -294,10 +290,6 @@ def _edges(values: np.ndarray) -> tuple[float, float]:
     low, high = float(values.min()), float(values.max())
     half = 0.5 * (high - low) / max(len(values) - 1, 1) or 0.5
     return low - half, high + half
-
-
-def _named(number: int, period: int) -> str:
-    return f"{number} (period {period})" if period else f"{number} (not periodic)"
 
 
 # Phase portraits, section points and the convergence of exponents, as matplotlib figures

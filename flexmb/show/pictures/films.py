@@ -24,7 +24,6 @@ from flexmb.show.pictures.style import DIVERGING, SEQUENTIAL, label_axis, panel_
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from matplotlib.text import Text
 
 # Frames of a film as images; axes and labels are drawn once, moving parts for each frame
 
@@ -89,7 +88,13 @@ class Film:
         self._canvas: Any = self._figure.canvas  # matplotlib declares no types here
         colouring = None if field is None else _colouring(self.scene, field[0])
         self._pose = Pose(self._ax, self.scene, 0, colouring)
-        self._time = self._caption()
+        name = self.scene.name
+        if self._magnify != 1.0:
+            name += f", deformation x {self._magnify:g}" if self._magnify else ", undeformed"
+        self._figure.suptitle(name, x=0.02, ha="left", fontsize="medium")
+        style: dict[str, Any] = {"ha": "right", "va": "top", "fontsize": "medium", "family": "monospace"}
+        self._time = self._figure.text(0.98, 0.985, "", **style)
+        self._time.set_in_layout(False)
         if field is not None and colouring is not None:
             self._bar(colouring, *field)
         else:
@@ -108,23 +113,20 @@ class Film:
         if self._centres is not None:
             self._figure.set_layout_engine("none")  # settled by now; longer numbers at moving axes would shake it
         still = self._canvas.copy_from_bbox(self._figure.bbox)
-        digits = _digits(self.scene.time)
+        step = float(np.diff(self.scene.time).min()) if len(self) > 1 else 0.0
+        digits = max(0, math.ceil(-math.log10(step))) if step > 0.0 else 3  # each frame has another time
         for k in range(len(self)) if numbers is None else numbers:
             if self._centres is None:
                 self._canvas.restore_region(still)
             else:
-                self._move_axes(self._centres[k] - self._centres[0])
+                (dx, dy), (xs, ys) = self._centres[k] - self._centres[0], self.scene.box
+                self._ax.set(xlim=(xs[0] + dx, xs[1] + dx), ylim=(ys[0] + dy, ys[1] + dy))
+                self._canvas.draw()
             self._pose.show(k)
             self._time.set_text(f"t = {self.scene.time[k]:.{digits}f} s")
             for artist in moving:
                 artist.draw(renderer)
             yield np.asarray(self._canvas.buffer_rgba())[:, :, :3].copy()
-
-    def _move_axes(self, shift: np.ndarray) -> None:
-        """Draw the axes again, displaced by `shift` (2,) [m] from the first frame."""
-        (dx, dy), (xs, ys) = shift, self.scene.box
-        self._ax.set(xlim=(xs[0] + dx, xs[1] + dx), ylim=(ys[0] + dy, ys[1] + dy))
-        self._canvas.draw()
 
     def _make(self) -> tuple[Figure, Axes]:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -137,17 +139,6 @@ class Film:
         ax.set_ylabel("y [m]", fontsize="small")
         ax.tick_params(labelsize="x-small")
         return figure, ax
-
-    def _caption(self) -> Text:
-        """Name on the left above the axes, time on the right."""
-        name = self.scene.name
-        if self._magnify != 1.0:
-            name += f", deformation x {self._magnify:g}" if self._magnify else ", undeformed"
-        self._figure.suptitle(name, x=0.02, ha="left", fontsize="medium")
-        style: dict[str, Any] = {"ha": "right", "va": "top", "fontsize": "medium", "family": "monospace"}
-        text = self._figure.text(0.98, 0.985, "", **style)
-        text.set_in_layout(False)
-        return text
 
     def _bar(self, colouring: Colouring, field: str, units: str) -> None:
         from matplotlib.cm import ScalarMappable
@@ -232,12 +223,6 @@ def field_limit(scene: Scene, field: str) -> float:
     """Value at the ends of the colours of a field."""
     values = np.concatenate([np.abs(line.fields[field]).ravel() for line in scene.lines if line.is_beam])
     return float(np.percentile(values, SHARE)) or float(values.max()) or 1.0
-
-
-def _digits(time: np.ndarray) -> int:
-    """Decimals of the shown time, so that each frame has another one."""
-    step = float(np.diff(time).min()) if len(time) > 1 else 0.0
-    return max(0, math.ceil(-math.log10(step))) if step > 0.0 else 3
 
 
 # Files of films: GIF by Pillow, MP4 by the ffmpeg that comes with imageio-ffmpeg

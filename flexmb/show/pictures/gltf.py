@@ -231,13 +231,7 @@ def export_gltf(sol: Solution, path: str | Path, *, frames: int | None = None, m
 
 
 class Export:
-    """Content of a glTF file of some rows of a solution.
-
-    Parameters
-    ----------
-    rows : (n,) numbers of rows, increasing.
-    true : solution of the stresses, where the deformation of `sol` is magnified.
-    """
+    """Content of a glTF file of some rows of a solution, with the stresses of one whose deformation is true."""
 
     def __init__(self, sol: Solution, rows: np.ndarray, true: Solution) -> None:
         self._sol, self._rows, self._time = sol, rows, sol.time[rows] - sol.time[rows[0]]
@@ -288,12 +282,14 @@ class Export:
 
     def _mesh(self, surface: Surface, body: FlexibleMotion) -> None:
         """A mesh that moves as a rigid body, with the shapes of its deformation."""
+        from matplotlib import colormaps
+
         first = np.array(surface.shape.points)
         weights, shapes = body.deformation(surface.points, first)
         zeros, colours, material = np.zeros((len(first), 1)), None, self._materials[surface.part]
         if surface.has_stress:
             top = stress_limit(self._scene)
-            colours = _map_colours(surface.von_mises.max(axis=0) / top)
+            colours = _linear(colormaps[SEQUENTIAL](surface.von_mises.max(axis=0) / top)[:, :3])
             name = f"{surface.part}: largest von Mises stress, 0 to {top:.4g} Pa"
             material = self._glb.material(name, (1.0, 1.0, 1.0))
         mesh = self._glb.mesh(
@@ -347,13 +343,6 @@ class Export:
             if mark.kind != "journal" and mark.part in names:
                 node = self._glb.node(mark.part, [meshes[red if mark.kind == "clearance" else dark]])
                 self._glb.move(node, self._time, mark.points, np.zeros(len(self._time)), None)
-
-
-def _map_colours(values: np.ndarray) -> np.ndarray:
-    """Linear colours (n, 3) of numbers from 0 to 1."""
-    import matplotlib
-
-    return _linear(matplotlib.colormaps[SEQUENTIAL](values)[:, :3])
 
 
 Solid = tuple[np.ndarray, np.ndarray, np.ndarray]

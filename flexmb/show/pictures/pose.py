@@ -184,13 +184,7 @@ class Colouring:
 
 
 class Pose:
-    """Artists of one pose on an axes.
-
-    Parameters
-    ----------
-    now : number of the instant that is shown first.
-    colouring : colours of beams; None: each body has its own colour.
-    """
+    """Artists of one pose on an axes; without a colouring of beams each body has its own colour."""
 
     def __init__(self, ax: Axes, scene: Scene, now: int, colouring: Colouring | None = None) -> None:
         self._ax, self._scene = ax, scene

@@ -211,7 +211,8 @@ def render(
     """
     nearest = drawing.nearest_instants if times is None else drawing.nearest_to_each
     indices = nearest(sol, _instants(sol, times))
-    rows = _with_trace(indices)
+    between = [np.linspace(a, b, TRACE_POSES + 2).round().astype(int) for a, b in pairwise(indices)]
+    rows = np.unique(np.concatenate([indices, *between]))
     scene = scene_of(sol, rows)
     columns = 2 if len(indices) == 4 else min(3, len(indices))
     lines = math.ceil(len(indices) / columns)
@@ -220,7 +221,9 @@ def render(
     for k, ax in enumerate(axes):
         if k < len(indices):
             now = int(np.searchsorted(rows, indices[k]))
-            _earlier_poses(ax, scene, range(int(np.searchsorted(rows, indices[k - 1])) if k else now, now))
+            for line in scene.lines:
+                for before in range(int(np.searchsorted(rows, indices[k - 1])) if k else now, now):
+                    ax.plot(*line.points[before].T, color="0.85", linewidth=0.8, zorder=1)
             Pose(ax, scene, now)
             ax.set_title(f"t = {sol.time[indices[k]]:.6g} s", fontsize="small")
         ax.set(xlim=scene.box[0], ylim=scene.box[1], aspect="equal", visible=k < len(indices))
@@ -243,12 +246,6 @@ def _instants(sol: Solution, times: Sequence[float] | np.ndarray | None) -> np.n
     return np.array(wanted)
 
 
-def _with_trace(indices: np.ndarray) -> np.ndarray:
-    """The instants to be shown, and some instants between them."""
-    between = [np.linspace(a, b, TRACE_POSES + 2).round().astype(int) for a, b in pairwise(indices)]
-    return np.unique(np.concatenate([indices, *between]))
-
-
 def figure_size(label: str, box: Box, columns: int, rows: int, size: tuple[float, float] | None) -> tuple[float, float]:
     """Width and height of a figure of some panels [inch], as given, or from the limits of x and y."""
     if size is not None:
@@ -259,13 +256,6 @@ def figure_size(label: str, box: Box, columns: int, rows: int, size: tuple[float
     (x0, x1), (y0, y1) = box
     wide = 3.2 if columns > 1 else 6.0
     return 0.6 + (wide + 0.15) * columns, 1.2 + rows * (0.3 + min(wide * (y1 - y0) / (x1 - x0), 1.4 * wide))
-
-
-def _earlier_poses(ax: Axes, scene: Scene, before: range) -> None:
-    """Draw the earlier poses in grey."""
-    for line in scene.lines:
-        for k in before:
-            ax.plot(*line.points[k].T, color="0.85", linewidth=0.8, zorder=1)
 
 
 def _label(ax: Axes, *, left: bool, below: bool) -> None:

@@ -474,7 +474,10 @@ def plot_contact_force(
     ax.vlines(angle, 0.0, force[touching], color=COLOURS[0], linewidth=0.5, alpha=0.35)
     ax.plot(angle, force[touching], ".", color=COLOURS[0], markersize=3.0, linestyle="none")
     ax.set_ylim(0.0, 1.05 * float(force.max()))
-    ax.set_rlabel_position(_emptiest(angle))  # type: ignore[attr-defined]
+    ordered = np.sort(angle)  # the numbers stand in the widest gap
+    gaps = np.diff(np.append(ordered, ordered[0] + 2.0 * np.pi))
+    k = int(gaps.argmax())
+    ax.set_rlabel_position(float(np.degrees(ordered[k] + 0.5 * gaps[k])))  # type: ignore[attr-defined]
     ax.grid(visible=True, color="0.9", linewidth=0.6)
     name = f"{sol.name}, normal force of {joint} [N] over the direction of the contact"
     figure.suptitle(name if title is None else title, fontsize="medium")
@@ -490,11 +493,3 @@ def _rows(label: str, sol: Solution, joint: str, since: float | None) -> np.ndar
     if not len(rows):
         raise InputError(f"{label}: since is {begin:g} s, after the end of the motion. Give an earlier time.")
     return rows
-
-
-def _emptiest(angles: np.ndarray) -> float:
-    """Direction [deg] in the middle of the widest gap of some angles [rad], for numbers that hide nothing."""
-    ordered = np.sort(angles)
-    gaps = np.diff(np.append(ordered, ordered[0] + 2.0 * np.pi))
-    k = int(gaps.argmax())
-    return float(np.degrees(ordered[k] + 0.5 * gaps[k]))

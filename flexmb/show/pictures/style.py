@@ -30,13 +30,10 @@ def make_drawable(texts: Iterable[Text]) -> None:
             continue
         own = findfont(text.get_fontproperties())
         fonts = {c: _family(own, c) for c in words}
-        text.set_text("".join(_escaped(c) if fonts[c] is None else c for c in words))
+        shown = (c.encode("ascii", "backslashreplace").decode() if fonts[c] is None else c for c in words)
+        text.set_text("".join(shown))
         others = [name for name in dict.fromkeys(fonts.values()) if name and name not in text.get_fontfamily()]
         text.set_fontfamily([*text.get_fontfamily(), *others])
-
-
-def _escaped(character: str) -> str:
-    return character.encode("ascii", "backslashreplace").decode()
 
 
 @cache

@@ -52,7 +52,7 @@ def write_chaos(groups: Mapping[str, xr.Dataset], path: Path, signals: Sequence[
         "kind": "chaos",
         "first": int(root["period"].values[0]),
         "unit": root["exponent"].attrs.get("units", ""),
-        "plane": _plane(names),
+        "plane": list(names[:2]) if len(names) > 1 else ["number", names[0]],
         "section": {
             "names": names,
             "units": [root[name].attrs.get("units", "") for name in names],
@@ -81,11 +81,6 @@ def _signals(root: xr.Dataset, motion: xr.Dataset | None, signals: Sequence[str]
         return chosen_signals(signals, known)
     sampled = [] if motion is None else [str(name) for name in motion.data_vars]
     return list(dict.fromkeys([*sampled, *known]))[:MOST_SIGNALS]
-
-
-def _plane(names: Sequence[str]) -> list[str]:
-    """Signals of the first picture: the first two, as `flexmb chaos` orders them, or the number of the point."""
-    return [names[0], names[1]] if len(names) > 1 else ["number", names[0]]
 
 
 def _key_numbers(root: xr.Dataset) -> Markup:

@@ -61,17 +61,6 @@ NODE_DOTS = 2
 """Number of dots in the name of a signal of a node of a flexible part, at least."""
 
 
-def frame_instants(sol: Solution, frames: int) -> np.ndarray:
-    """Numbers of the saved instants of the frames: all, or `frames` of them evenly over the time.
-
-    Instants with numbers that are not finite are left out.
-    """
-    chosen = np.arange(len(sol.time))
-    if len(sol.time) > frames:
-        chosen = nearest_instants(sol, np.linspace(sol.time[0], sol.time[-1], frames))
-    return chosen[np.isfinite(sol.values[chosen]).all(axis=1)] if len(chosen) else chosen
-
-
 def chosen_names(sol: Solution, signals: Any) -> list[str]:
     """Names of the signals on the page, the main ones first.
 
@@ -194,14 +183,6 @@ def clearance_data(sol: Solution, frames: np.ndarray) -> list[dict[str, Any]]:
 
 def _column(sol: Solution, name: str) -> np.ndarray:
     return np.nan_to_num(sol.array(name)) if name in sol else np.zeros(len(sol.time))
-
-
-def clearance_section(sol: Solution) -> Markup | None:
-    """Section of all joints with contacts; None for a solution without them."""
-    joints = joints_with_contacts(sol)
-    if not joints:
-        return None
-    return section("Joints with clearance", *(_joint(sol, joint) for joint in joints), anchor="clearances")
 
 
 def _joint(sol: Solution, joint: str) -> Markup:
@@ -358,19 +339,15 @@ def settings_section(sol: Solution, frames: int) -> Markup:
     """Section of settings, versions and the command of a run."""
     model = dict(sol.model)
     command = model.pop("command", None)
-    rows: list[tuple[str, Content]] = [("command", tag("code", command_text(command)))] if command else []
+    words = command if isinstance(command, list) else [command]
+    typed = shlex.join(["flexmb", *map(str, words)])
+    rows: list[tuple[str, Content]] = [("command", tag("code", typed))] if command else []
     rows += [("mechanism", sol.name), ("frames here", f"{frames} of {len(sol.time)} saved instants")]
     rows += [(key, _short(value)) for key, value in model.items() if key not in ("name", "flexmb", "version")]
     written = model.get("flexmb", model.get("version", "unknown"))
     here = f"flexmb {installed_version()}, Python {platform.python_version()}, numpy {np.__version__}"
     rows += [("computed by", f"flexmb {written}"), ("page written by", here)]
     return section("Settings and versions", facts(rows), anchor="settings")
-
-
-def command_text(arguments: Any) -> str:
-    """Command line of a run from its stored arguments."""
-    words = arguments if isinstance(arguments, list) else [arguments]
-    return shlex.join(["flexmb", *map(str, words)])
 
 
 def _short(value: Any) -> str:
@@ -409,7 +386,10 @@ def write_run(
 ) -> Path:
     """Write the page of a run; see `flexmb.report`."""
     require_rows("report", sol, drawn=False)
-    names, instants = chosen_names(sol, signals), frame_instants(sol, frames)
+    names, instants = chosen_names(sol, signals), np.arange(len(sol.time))
+    if len(sol.time) > frames:
+        instants = nearest_instants(sol, np.linspace(sol.time[0], sol.time[-1], frames))
+    instants = instants[np.isfinite(sol.values[instants]).all(axis=1)]
     if len(instants) == 0:
         raise InputError("report: no saved instant is finite. Look at sol.status for the end of the run.")
     known = sol.mechanism if mechanism is None else mechanism
@@ -438,13 +418,18 @@ def _scene(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> 
 def _body(sol: Solution, moving: Markup, mechanism: Mechanism | None, description: dict[str, Any]) -> Markup:
     """All sections but the last one."""
     panels = tag("div", class_="plots", id="plots")
-    plots = tag("div", tag("h2", "Signals over the time t [s]"), panels, _more_signals(), class_="signals")
-    names = [name for name in main_signals(sol) if name in sol]
+    select = tag("select", tag("option", "Add a plot ...", value=""), id="more-signals", aria_label="Add a plot")
+    hint = "Click or drag in a plot to set the time; Shift and drag to zoom in, double click to zoom out."
+    more = tag("div", select, tag("p", hint, class_="hint"), class_="more")
+    plots = tag("div", tag("h2", "Signals over the time t [s]"), panels, more, class_="signals")
+    names, joints = [name for name in main_signals(sol) if name in sol], joints_with_contacts(sol)
     return joined(
         [
             tag("div", moving, plots, class_="stage"),
             section("Largest values", peaks_table(sol, names), anchor="peaks") if names else None,
-            clearance_section(sol),
+            section("Joints with clearance", *(_joint(sol, joint) for joint in joints), anchor="clearances")
+            if joints
+            else None,
             energy_section(sol),
             statistics_section(sol),
             _model_section(sol, description),
@@ -461,10 +446,3 @@ def _examined(mechanism: Mechanism | None) -> Report | str:
         return check(mechanism)
     except FlexmbError as error:
         return f"The examination failed: {error}"
-
-
-def _more_signals() -> Markup:
-    """Choice of a further plot."""
-    select = tag("select", tag("option", "Add a plot ...", value=""), id="more-signals", aria_label="Add a plot")
-    hint = "Click or drag in a plot to set the time; Shift and drag to zoom in, double click to zoom out."
-    return tag("div", select, tag("p", hint, class_="hint"), class_="more")

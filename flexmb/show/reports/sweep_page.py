@@ -93,13 +93,14 @@ def _rows(diagram: xr.Dataset, path: Path) -> list[dict[str, Any]]:
                 continue
             verdict = str(part["verdict"].values[k])
             entry, name = entry_of(verdict) if verdict else "", point_file(parameter, float(value))
+            colour = VERDICT_COLOURS[entry]  # of matplotlib; "" is the colour of the text in CSS
             found.append(
                 {
                     "place": k,
                     "direction": direction,
                     "verdict": verdict,
                     "entry": entry,
-                    "colour": _css(VERDICT_COLOURS[entry]),
+                    "colour": colour if colour.startswith("#") else "" if colour == "black" else GREY,
                     "exponent": float(part["exponent"].values[k]) if "exponent" in part else None,
                     "ok": bool(part["ok"].values[k]),
                     "status": status,
@@ -107,11 +108,6 @@ def _rows(diagram: xr.Dataset, path: Path) -> list[dict[str, Any]]:
                 }
             )
     return found
-
-
-def _css(colour: str) -> str:
-    """Colour of matplotlib as one of CSS; "" for the colour of the text."""
-    return colour if colour.startswith("#") else "" if colour == "black" else GREY
 
 
 def _points(diagram: xr.Dataset, name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
