@@ -2,6 +2,7 @@
 
 import json
 import pickle
+import re
 import runpy
 import subprocess
 import sys
@@ -251,6 +252,43 @@ def test_damaged_bytes_of_a_file_without_checksum(tmp_path):
         path.write_bytes(damaged[: random.integers(1, len(content))] if random.random() < 0.2 else damaged)
         with suppress(FileFormatError):
             load(path)
+
+
+def record(**changes):
+    """A change of the record of a dataset."""
+
+    def change(dataset):
+        found = json.loads(str(dataset["flexmb_record"].values))
+        return dataset.assign(flexmb_record=((), json.dumps({**found, **changes})))
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda d: d.assign_coords(time=np.full(101, np.nan)), "'time' has values that are not finite"),
+        (lambda d: d.assign_coords(time=np.full(101, np.inf)), "'time' has values that are not finite"),
+        (lambda d: d.assign_coords(signal=d["signal"].values[::-1]), "other names, or another order"),
+        (record(ok="no"), "they must be a truth value and a text"),
+        (record(ok=7), "they must be a truth value and a text"),
+        (record(status=5), "they must be a truth value and a text"),
+        (record(stats={"steps": -1}), "statistics of the run are {'steps': -1}"),
+        (record(stats={"steps": "x"}), "statistics of the run are {'steps': 'x'}"),
+        (lambda d: d.assign(flexmb_record=("line", ["{}", "{}"])), "has 2 values; it must be one text"),
+        (lambda d: d.assign_attrs(flexmb_format=np.inf), "cannot be read as a solution"),
+    ],
+)
+def test_a_crafted_file_without_checksum(tmp_path, change, told):
+    """What no run has written is refused: numbers would come back under other names, or a failed run as a good one."""
+    path = changed(solution().to_netcdf(tmp_path / "a.nc"), change)
+    with pytest.raises(FileFormatError, match=re.escape(told)):
+        load(path)
+
+
+def test_a_name_that_is_too_long(tmp_path):
+    with pytest.raises(FileFormatError, match=r"File name too long"):
+        load(tmp_path / ("x" * 300 + ".nc"))
 
 
 def test_nobody_can_write_to_what_was_loaded(tmp_path):

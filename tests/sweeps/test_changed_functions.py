@@ -12,6 +12,7 @@ import pytest
 
 import flexmb as fm
 from flexmb.engine.compiled.digest import digest
+from flexmb.model import field, record
 
 CHANGES = {
     "global number": ("GAIN = 2.0\ndef f(a):\n    return GAIN * a\n", "GAIN = 2.0", "GAIN = 3.0"),
@@ -325,6 +326,49 @@ def test_an_object_whose_content_cannot_be_told_is_named(model, tmp_path):
     with pytest.raises(fm.errors.InputError, match=r"cannot be told .*global LOCK \(_thread\.lock\)"):
         swept(model(zz_model=text), tmp_path / "s", resume=True)
     assert "but for _thread.lock" in digest([threading.Lock()])
+
+
+@record
+class Own(fm.FrictionLaw):
+    """A law of a user, with a constructor of its own, which flexmb wraps."""
+
+    coefficient: float = field("coefficient", default=0.1)
+
+    def __post_init__(self):
+        super().__post_init__()
+        assert self.coefficient < 1.0
+
+
+def test_an_own_law_with_a_constructor_can_be_told():
+    """What the wrapper of its constructor names is flexmb's, and no part of the law."""
+    assert len(digest(Own())) == len(digest(1.0))
+    assert digest(Own(0.1)) == digest(Own()) != digest(Own(0.2))
+
+
+def orbit(a, law):
+    """An oscillator that forgets its start."""
+    return fm.chaos.Map(lambda x: 0.5 * x + law["gain"] * a, [0.1])
+
+
+def test_an_argument_that_stays_fixed_is_named(tmp_path):
+    def go(**more):
+        law = {"gain": 1.0, "lock": threading.Lock()}
+        return fm.bifurcation(orbit, "a", [0.1, 0.2], fixed={"law": law}, skip=1, keep=2, store=tmp_path / "s", **more)
+
+    go()
+    with pytest.raises(fm.errors.InputError, match=r"cannot be told .*law \(_thread\.lock\)"):
+        go(resume=True)
+
+
+def test_a_leftover_folder_and_a_long_name(tmp_path):
+    def f(a):
+        return 2.0 * a
+
+    before = swept(f, tmp_path / "s")
+    (tmp_path / "s" / "x.partial").mkdir()
+    assert swept(f, tmp_path / "s", resume=True).identical(before)
+    with pytest.raises(fm.errors.InputError, match="File name too long"):
+        swept(f, tmp_path / ("x" * 300))
 
 
 @pytest.mark.parametrize(

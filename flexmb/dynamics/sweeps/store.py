@@ -322,10 +322,29 @@ class Store:
 def opened(path: Any, fingerprint: Mapping[str, Any], kind: str, *, resume: bool) -> Store:
     """New store in a folder, or, with `resume`, the store that is there, if it has this fingerprint and kind.
 
-    The fingerprint holds texts on which the results depend; the kind is "bifurcation" or "sweep".
+    The fingerprint holds texts on which the results depend; the kind is "bifurcation" or "sweep".  Points with a status
+    are not computed again.
     """
     _zarr()
     folder = checks.path("store", path)
+    try:
+        found = _found(folder, fingerprint, kind, resume=resume)
+        folder.mkdir(parents=True, exist_ok=True)
+        for file in folder.rglob(f"*{PARTIAL}"):  # of a killed process
+            if file.is_file():
+                file.unlink(missing_ok=True)
+    except OSError as error:
+        text = f"Store {str(folder)!r}: cannot be made or written ({error.strerror or error})."
+        raise InputError(f"{text} Give a writable folder.") from error
+    if found is not None:
+        return found
+    store = Store(folder, {})
+    store.describe(**{VERSION: FORMAT}, kind=kind, fingerprint=dict(fingerprint))
+    return store
+
+
+def _found(folder: Path, fingerprint: Mapping[str, Any], kind: str, *, resume: bool) -> Store | None:
+    """The store of the same sweep in a folder; None: no store, and no other files."""
     if folder.exists() and not folder.is_dir():
         raise FileFormatError(f"Store {str(folder)!r}: this is a file. Give a folder, such as out/speed.zarr.")
     if (folder / GROUP_FILE).is_file():
@@ -334,19 +353,10 @@ def opened(path: Any, fingerprint: Mapping[str, Any], kind: str, *, resume: bool
             raise InputError(f"{text}. Go on with it (resume=True, --resume), give another path, or delete it.")
         store = existing(folder)
         _refuse_others(store, fingerprint, kind)
-        _sweep_out(folder)
         return store
     if folder.exists() and any(not file.name.endswith(PARTIAL) for file in folder.iterdir()):
         raise FileFormatError(f"Store {str(folder)!r}: the folder holds other files. Give an empty or a new one.")
-    store = Store(folder, {})
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        _sweep_out(folder)
-    except OSError as error:
-        text = f"Store {str(folder)!r}: cannot be made ({error.strerror or error})."
-        raise InputError(f"{text} Give a writable folder.") from error
-    store.describe(**{VERSION: FORMAT}, kind=kind, fingerprint=dict(fingerprint))
-    return store
+    return None
 
 
 @contextmanager
@@ -431,12 +441,6 @@ def _unsealed(file: Path) -> dict[str, Any]:
     if description["attributes"].pop(SEAL, None) != _checksum(description):
         raise ValueError(f"{file.parent.name}/{file.name} does not agree with its checksum")
     return description
-
-
-def _sweep_out(folder: Path) -> None:
-    """Remove temporary files of a killed process."""
-    for file in folder.rglob(f"*{PARTIAL}"):
-        file.unlink(missing_ok=True)
 
 
 def _zarr() -> Any:
