@@ -35,13 +35,12 @@ IN_FILES = {
         "components 11, 22, 12 of stress and strain": "S E D U V",
     },
     "flexmb/elastic/planes/loads.py": {"x and y of each node": "arms B"},
-    "flexmb/elastic/planes/mass_damping.py": {"x and y of each node": "e u f dx dv du df arms"},
+    "flexmb/elastic/beams/mass_damping.py": {"x and y of each node": "g u y f target"},
     "flexmb/elastic/planes/stress.py": {"x and y of each node": "d p"},
     "flexmb/elastic/reduced/kernel.py": {
-        "coordinates of nodes": "target of_x of_y w al rate total",
+        "coordinates of nodes": "target of_x of_y w al rate total df both modal of_curve g1 g2 vt vs bd",
         "poses of nodes, in threes behind HEAD": "p",
     },
-    "flexmb/elastic/reduced/tangent.py": {"coordinates of nodes": "df both modal of_curve g1 g2 vt vs bd"},
     "flexmb/elastic/reduced/peak_stress.py": {"x, y, theta of nodes, as deformed": "e"},
     "flexmb/engine/linalg/symbolic.py": {"columns before": "ptr parent"},
     "flexmb/engine/linalg/lu.py": {

@@ -18,6 +18,7 @@ from flexmb.elastic.planes.elements import (
     GRAVITY_X,
     GRAVITY_Y,
     NODES,
+    TIE,
     ZETA,
     arms_of_pin,
     corotated_damping,
@@ -41,6 +42,7 @@ from flexmb.elastic.planes.elements import (
     turned_arms,
 )
 from flexmb.elastic.planes.forms import cell_matrices, stiffness_basis
+from flexmb.elastic.planes.pins import Interface
 from flexmb.engine.compiled.arrays import matrix_view
 from flexmb.kernels import account_kernel, element_kernel, energy_kernel, fast, force_kernel, tangent_kernel
 from flexmb.model.contributions import Coordinate, ElementContribution
@@ -235,14 +237,6 @@ def cell_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
 # Numbers p of the kernels of plane cells, from the mesh, the moduli and the pins
 
 
-@dataclass(frozen=True)
-class Pin:
-    """A rigid pin: name of its node, and the place [m] in the mesh from which its nodes are measured."""
-
-    node: str
-    place: tuple[float, float]
-
-
 @dataclass(frozen=True, eq=False)
 class Cells:
     """Cells of one body, with the numbers of their kernels.
@@ -291,14 +285,14 @@ def cell_contributions(
     part: str,
     cells: Cells,
     nodes: Mapping[int, str],
-    pins: Mapping[int, Pin],
+    pins: Mapping[int, Interface],
     damping: float,
     gravity: tuple[float, float],
 ) -> list[ElementContribution]:
     """Contributions of all cells, with a stiffness-proportional damping time [s] and gravity [m/s^2].
 
-    `nodes` names the mechanism's nodes by number, of all nodes that lie on no pin; `pins` are the pins by number of the
-    mesh's nodes that lie on them.
+    `nodes` names the mechanism's nodes by number, of all nodes that lie on no pin; `pins` are the rigid pins by number
+    of the mesh's nodes that lie on them.
     """
     width = cells.cells.shape[1]
     masses = cells.masses.reshape(len(cells.cells), -1)
@@ -320,7 +314,7 @@ def _contribution(part: str, coordinates: tuple[Coordinate, ...], p: tuple[float
 
 
 def ties_of(
-    part: str, numbers: list[int], points: np.ndarray, nodes: Mapping[int, str], pins: Mapping[int, Pin]
+    part: str, numbers: list[int], points: np.ndarray, nodes: Mapping[int, str], pins: Mapping[int, Interface]
 ) -> tuple[tuple[Coordinate, ...], list[float], int]:
     """Coordinates of a cell, numbers of the ties of its nodes, and number of its pins.
 
@@ -328,13 +322,24 @@ def ties_of(
     `cell_contributions`.
     """
     on = list(dict.fromkeys(pins[k] for k in numbers if k in pins))
-    coordinates = [(part, pin.node, axis) for pin in on for axis in (0, 1, 2)]
+    coordinates = [(part, pin.name, axis) for pin in on for axis in (0, 1, 2)]
     ties: list[float] = []
     for k in numbers:
         pin = pins.get(k)
         if pin is not None:
-            ties += [3.0 * on.index(pin), 1.0, points[k, 0] - pin.place[0], points[k, 1] - pin.place[1]]
+            ties += [3.0 * on.index(pin), 1.0, points[k, 0] - pin.point[0], points[k, 1] - pin.point[1]]
         else:
             ties += [float(len(coordinates)), 0.0, 0.0, 0.0]
             coordinates += [(part, nodes[k], 0), (part, nodes[k], 1)]
     return tuple(coordinates), [float(x) for x in ties], len(on)
+
+
+def tie_matrix(ties: list[float], count: int) -> np.ndarray:
+    """T = dx/dq (nodes x 2, count) of the ties of a cell with `count` coordinates, in the mesh."""
+    found = np.zeros((len(ties) // 2, count))
+    for k, (first, on_pin, x, y) in enumerate(np.reshape(ties, (-1, TIE)).tolist()):
+        i = int(first)
+        found[2 * k : 2 * k + 2, i : i + 2] = np.eye(2)
+        if on_pin:
+            found[2 * k : 2 * k + 2, i + 2] = -y, x
+    return found

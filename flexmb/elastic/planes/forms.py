@@ -11,6 +11,7 @@ Equations (11.3) and (11.5) of docs/theory/plane_bodies.md.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -18,6 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse import bsr_array, coo_array, csr_array, kron
+from scipy.sparse.linalg import LinearOperator, eigsh, splu
 from skfem import Basis, BilinearForm
 
 from flexmb.elastic.meshes.mesh import STRESS, ByRegion, PlaneMesh, densities, elasticity, numbers_of_cells
@@ -199,3 +201,25 @@ def assembled(mesh: PlaneMesh, local: Array) -> csr_array:
     cells, (n, k) = mesh.cells.astype(np.int32), (len(mesh.points), mesh.cells.shape[1])
     rows, columns = np.repeat(cells, k, axis=1).ravel(), np.tile(cells, k).ravel()
     return csr_array(coo_array((local.ravel(), (rows, columns)), shape=(n, n)).tocsr())
+
+
+# Lowest natural vibrations by Lanczos' method
+
+
+def factored(K: Any) -> Any:
+    """Factors of a sparse symmetric matrix."""
+    return splu(K.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+
+
+def lowest(
+    K: Any, M: Any, count: int, shift: float = 0.0, solve: Callable[[Array], Array] | None = None
+) -> tuple[Array, Array]:
+    """Lowest eigenvalues (count,) of K x = w^2 M x, ascending, and their vectors (n, count).
+
+    `shift` lies below all of them; `solve` is the inverse of K - shift M, where it is known.
+    """
+    inverse = LinearOperator(K.shape, matvec=solve or factored(K - shift * M).solve, dtype=float)
+    start = np.sin(1.0 + 7.3 * np.arange(K.shape[0]))  # the same in every run
+    values, vectors = eigsh(K, count, M, sigma=shift, OPinv=inverse, v0=start)
+    order = np.argsort(values)
+    return values[order], vectors[:, order]

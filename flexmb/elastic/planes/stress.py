@@ -339,27 +339,20 @@ def peak_stress_kernel(p, t, q, v, a, least):
 
 
 def peak_stress_signal(
-    part: str,
-    coordinates: tuple[Coordinate, ...],
-    ties: np.ndarray,
-    points: np.ndarray,
-    cells: np.ndarray,
-    kind: str,
-    materials: np.ndarray,
+    part: str, coordinates: tuple[Coordinate, ...], ties: list[float], mesh: PlaneMesh, materials: np.ndarray
 ) -> SignalContribution:
-    """The signals `von_mises` and `von_mises_node` of cells (m, k), by places `points` (nodes, 2) without stress [m].
+    """The signals `von_mises` and `von_mises_node` of a body, by the mesh without stress.
 
-    `ties` (nodes, 4) are first coordinate of each node, 1 on a pin, arm x, arm y; `materials` (m, 4) are d11, d12, d33
-    [Pa], and sz over sx + sy.
+    `ties` are first coordinate of each node, 1 on a pin, arm x, arm y; `materials` (m, 4) are `cell_materials`.
     """
-    m, k = cells.shape
-    areas, mean = areas_and_means(points, cells, kind)
+    points, cells, (m, k) = mesh.points, mesh.cells, mesh.cells.shape
+    areas, mean = areas_and_means(points, cells, mesh.kind)
     weighted = materials * np.column_stack([areas, areas, areas, np.ones(m)])
     own = (
         cells, points[cells].reshape(m, -1), mean.reshape(m, -1),
-        gradients_at_nodes(points, cells, kind).reshape(m, -1), weighted,
+        gradients_at_nodes(points, cells, mesh.kind).reshape(m, -1), weighted,
     )  # fmt: skip
-    per_node = np.column_stack([ties, 1.0 / around_nodes(cells, areas, len(points))])
+    per_node = np.column_stack([np.reshape(ties, (len(points), -1)), 1.0 / around_nodes(cells, areas, len(points))])
     numbers = np.concatenate([(len(points), k, m), per_node.ravel(), np.hstack(own).ravel()]).tolist()
     return SignalContribution(
         part, "von_mises", "Pa", peak_stress_kernel, coordinates, tuple(numbers), place="von_mises_node"

@@ -27,9 +27,9 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 import scipy.linalg as la
-import scipy.sparse.linalg as sla
 
 from flexmb import planar
+from flexmb.elastic.planes.forms import factored, lowest
 from flexmb.elastic.reduced.kernel import MOST
 from flexmb.errors import InputError
 from flexmb.model.contributions import Node
@@ -279,9 +279,7 @@ def require_room(model: ElasticModel, modes: int) -> None:
 def _solver(model: ElasticModel, K: Sparse) -> Callable[[Array], Array]:
     """Solver of K_ii x = b."""
     try:
-        factors = sla.splu(
-            K.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0.0
-        )
+        factors = factored(K)
     except RuntimeError as error:
         raise InputError(_not_held(model)) from error
     size = np.abs(factors.U.diagonal())
@@ -308,14 +306,11 @@ def _vibrations(
     if n <= DENSE or count >= n - 1:
         squares, shapes = la.eigh(K.toarray(), M.toarray()) if n else (np.zeros(0), np.zeros((0, 0)))
         return np.sqrt(np.maximum(squares, 0.0)), shapes
-    inverse = sla.LinearOperator((n, n), matvec=solve, dtype=float)
-    start = np.sin(1.0 + 7.3 * np.arange(n))  # the same in every run
-    squares, shapes = sla.eigsh(K, count, M, sigma=0.0, OPinv=inverse, v0=start)
-    order = np.argsort(squares)
-    omega = np.sqrt(squares[order])
+    squares, shapes = lowest(K, M, count, solve=solve)
+    omega = np.sqrt(squares)
     if up_to is not None and omega[-1] <= 2.0 * math.pi * up_to:
         return _vibrations(model, K, M, min(2 * count, n), up_to, solve)
-    return omega, shapes[:, order]
+    return omega, shapes
 
 
 def _amplitudes(model: ElasticModel, phi: Array) -> Array:

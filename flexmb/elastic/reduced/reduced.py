@@ -16,16 +16,16 @@ from flexmb import arguments, checks, planar
 from flexmb.elastic.planes.plane_body import MeshBody, PlaneBody
 from flexmb.elastic.reduced.accuracy import Accuracy, Load, accuracy, deformation_findings
 from flexmb.elastic.reduced.bases import Basis, ElasticModel, basis, frame_weights
-from flexmb.elastic.reduced.models import model_of_beams, model_of_plane, pins_of_beams
-from flexmb.elastic.reduced.peak_stress import group_parameters, peak_stress_signal
-from flexmb.elastic.reduced.superelement import Superelement, checked_loads, left_out, load_contributions, superelement
-from flexmb.elastic.reduced.tangent import (
+from flexmb.elastic.reduced.kernel import (
     reduced_account,
     reduced_energy,
     reduced_force,
     reduced_kernel,
     reduced_tangent,
 )
+from flexmb.elastic.reduced.models import model_of_beams, model_of_plane, pins_of_beams
+from flexmb.elastic.reduced.peak_stress import group_parameters, peak_stress_signal
+from flexmb.elastic.reduced.superelement import Superelement, checked_loads, left_out, load_contributions, superelement
 from flexmb.errors import InputError
 from flexmb.fields import Rule, count, field, flag, not_negative, one_of, positive, variant
 from flexmb.model.contributions import Attachment, Contribution, ElementContribution, Node
@@ -467,15 +467,9 @@ class Reduced(MeshBody):
         coordinates = self.coordinates
         p = self.element.parameters(mechanism.gravity)
         element = ElementContribution(
-            self.name,
-            reduced_kernel,
-            coordinates,
-            p,
-            energy=reduced_energy,
-            force=reduced_force,
-            tangent=reduced_tangent,
-            account=reduced_account,
-        )
+            self.name, reduced_kernel, coordinates, p,
+            energy=reduced_energy, force=reduced_force, tangent=reduced_tangent, account=reduced_account,
+        )  # fmt: skip
         stresses = self.model.stresses
         if stresses is None or not self.seeks_stress:
             return [element]

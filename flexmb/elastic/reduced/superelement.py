@@ -44,12 +44,13 @@ from flexmb.elastic.reduced.kernel import (
     dot,
     frame_of,
     from_frame,
+    gradient,
     scratch,
     times,
+    to_world,
     turned,
 )
-from flexmb.elastic.reduced.tangent import to_world
-from flexmb.engine.compiled.arrays import block_of, item_of, part_of, row_of, stack_matrix
+from flexmb.engine.compiled.arrays import block_of, part_of, row_of, stack_matrix
 from flexmb.errors import InputError
 from flexmb.kernels import element_kernel, fast, signal_kernel
 from flexmb.model.contributions import (
@@ -141,28 +142,13 @@ def combined(p, c0, c1, x, y):
 
 
 @fast
-def gradient(p, size, x):
-    """Fill g, the derivative of theta_f."""
-    n = int(p[COUNT])
-    g = row_of(x, G, n)
-    for i in range(n):
-        g[i] = 0.0
-    if p[BY_PIN] != 0.0:
-        g[2] = 1.0
-        return
-    weights = part_of(p, HEAD + n, HEAD + 2 * n)
-    for i in range(0, n, 3):
-        g[i], g[i + 1] = -item_of(weights, i + 1) / size, item_of(weights, i) / size
-
-
-@fast
 def load_force(p, q, x, y, r):
     """Residual r (n,); F + g m is left in FORCE.  Cosine and sine of the frame, c0, c1 and m are returned."""
     c, s, angle, size = frame_of(p, q)
     n = deformation(p, q, c, s, angle, x)
     c0, c1 = directions(p, q, angle)
     m = combined(p, c0, c1, x, y)
-    gradient(p, size, x)
+    gradient(p, 1.0 / size, x)
     force = row_of(y, FORCE, n)
     add(m, row_of(x, G, n), force)
     from_frame(c, s, force, part_of(r, 0, n))
