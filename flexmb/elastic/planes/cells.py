@@ -19,13 +19,10 @@ from flexmb.elastic.planes.elements import (
     GRAVITY_Y,
     NODES,
     TIE,
-    ZETA,
     arms_of_pin,
-    corotated_damping,
     corotated_energy,
     corotated_force,
     corotated_tangent,
-    lagrange_damping,
     lagrange_energy,
     lagrange_force,
     lagrange_tangent,
@@ -131,31 +128,27 @@ def cell_tangents(p, q, v, a, kq, kv, ka, r, A):
 
 @fast
 def add_turning(p, pin, x, v, a, kq, kv, arms, f, A):
-    """Add the tangent of the arms of a turning pin, by forces f (2 m,), damping and inertia."""
+    """Add the tangent of the arms of a turning pin, by forces f (2 m,), damping and inertia.
+
+    The latter are linear functions of velocities and accelerations: what they add to forces at rest.
+    """
     n, theta = 2 * int(p[NODES]), 3 * pin + 2
-    own, change, s = nodal(), nodal(), nodal()
+    own, change, gain, moving, still = nodal(), nodal(), nodal(), nodal(), nodal()
     arms_of_pin(p, pin, arms, own)
-    spin, gain = v[theta], a[theta]
-    moved = 0.0
-    for i in range(n):
-        moved += own[i] * f[i]
-        change[i], s[i] = -kq * spin * own[i], 0.0
-    A[theta, theta] -= kq * moved
-    if p[ZETA] > 0.0:
-        if p[FORMULATION] == COROTATED:
-            corotated_damping(p, x, change, s)
-        else:
-            lagrange_damping(p, x, change, s)
+    along, across = -kq * a[theta] - 2.0 * kv * v[theta], -kq * v[theta] * v[theta]
     for i in range(0, n, 2):
-        along, across = -kq * gain - 2.0 * kv * spin, -kq * spin * spin
-        change[i] = along * own[i] - across * own[i + 1]
-        change[i + 1] = along * own[i + 1] + across * own[i]
-    add_mass_times(p, change, 0.0, 0.0, s)
-    column, size = on_every_coordinate(), A.shape[0]
-    for i in range(size):
-        column[i] = 0.0
-    on_coordinates(p, arms, s, column)
-    for i in range(size):
+        change[i], change[i + 1] = -kq * v[theta] * own[i], -kq * v[theta] * own[i + 1]
+        gain[i], gain[i + 1] = along * own[i] - across * own[i + 1], along * own[i + 1] + across * own[i]
+    node_forces(p, x, change, gain, moving)
+    change[:], gain[:] = 0.0, 0.0
+    node_forces(p, x, change, gain, still)
+    for i in range(n):
+        A[theta, theta] -= kq * own[i] * f[i]
+        moving[i] -= still[i]
+    column = on_every_coordinate()
+    column[:] = 0.0
+    on_coordinates(p, arms, moving, column)
+    for i in range(A.shape[0]):
         A[i, theta] += column[i]
 
 
@@ -241,8 +234,6 @@ def cell_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
 class Cells:
     """Cells of one body, with the numbers of their kernels.
 
-    Parameters
-    ----------
     points : (n, 2), places of the nodes in the axes of the mesh [m].
     cells : (m, k) numbers of the nodes.
     masses : (m, k, k), consistent mass matrices of one direction [kg].
@@ -261,19 +252,19 @@ class Cells:
         mesh: PlaneMesh, material: ByRegion[Material], thickness: ByRegion[float], state: str, formulation: float
     ) -> Cells:
         """Cells of a mesh; thickness [m], state "stress" or "strain", formulation `COROTATED` or `TOTAL_LAGRANGE`."""
-        matrices = cell_matrices(mesh, material, thickness, state)
+        stiffness, masses = cell_matrices(mesh, material, thickness, state)
         m, basis = len(mesh.cells), stiffness_basis(mesh)
         gradients = np.stack([np.moveaxis(field.grad, 0, -1) for field, *_ in basis.basis], axis=2)  # (m, q, k, 2)
         if formulation == COROTATED:
             mean = np.einsum("cq,cqkx->ckx", basis.dx / basis.dx.sum(axis=1, keepdims=True), gradients)
-            numbers = np.hstack([mean.reshape(m, -1), matrices.stiffness.reshape(m, -1)])
+            numbers = np.hstack([mean.reshape(m, -1), stiffness.reshape(m, -1)])
         else:
             d11, d12, d33 = elasticity(mesh, material, state).T
             head = np.stack([np.full(m, float(basis.dx.shape[1])), d11, d12, d11, d33], axis=1)
             volumes = basis.dx * numbers_of_cells(mesh, "thickness", thickness, "m")[:, None]
             at_points = np.concatenate([volumes[:, :, None], gradients.reshape(m, len(volumes[0]), -1)], axis=2)
             numbers = np.hstack([head, at_points.reshape(m, -1)])
-        return Cells(mesh.points, mesh.cells, matrices.mass, formulation, numbers)
+        return Cells(mesh.points, mesh.cells, masses, formulation, numbers)
 
     @property
     def mass(self) -> float:

@@ -66,20 +66,6 @@ class PlaneMatrices:
         return mass, (float(centre[0]), float(centre[1])), float(np.sum(off * (self.scalar_mass @ off)))
 
 
-@dataclass(frozen=True, eq=False)
-class CellMatrices:
-    """Matrices of every cell.
-
-    Attributes
-    ----------
-    stiffness : (m, 2k, 2k) [N/m], displacements of a cell's nodes ordered x0, y0, x1, y1, ...
-    mass : (m, k, k) [kg], for x and for y.
-    """
-
-    stiffness: Array
-    mass: Array
-
-
 def matrices(
     mesh: PlaneMesh, material: ByRegion[Material], thickness: ByRegion[float], state: str = STRESS
 ) -> PlaneMatrices:
@@ -99,10 +85,10 @@ def matrices(
 
 def cell_matrices(
     mesh: PlaneMesh, material: ByRegion[Material], thickness: ByRegion[float], state: str = STRESS
-) -> CellMatrices:
-    """Stiffness and mass of every cell; parameters as of `matrices`."""
+) -> tuple[Array, Array]:
+    """Stiffness (m, 2k, 2k) [N/m] and mass (m, k, k) [kg] of every cell; parameters as of `matrices`."""
     same, cross = _stiffness_blocks(mesh, material, thickness, state)
-    return CellMatrices(_interleaved(same, cross), _mass(mesh, material, thickness))
+    return _interleaved(same, cross), _mass(mesh, material, thickness)
 
 
 def _interleaved(same: tuple[Array, Array], cross: Array) -> Array:

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+from scipy.sparse import csr_array
 
 from flexmb.elastic.meshes.cell_kinds import edge_rule
 from flexmb.elastic.meshes.mesh import ByRegion, PlaneMesh, numbers_of_cells
@@ -91,8 +92,6 @@ def edge_load(mesh: PlaneMesh, name: str, traction: Field, thickness: ByRegion[f
 class LoadedEdges:
     """Edges of the boundary on which a load acts.
 
-    Parameters
-    ----------
     nodes : (b, k) nodes of each edge, the body on the left.
     places : (b, q, 2) its quadrature points [m].
     thickness : (b,) thickness of its cell [m].
@@ -135,22 +134,8 @@ def edge_products(mesh: PlaneMesh, edges: LoadedEdges, stress: Stress) -> Array:
 def edge_pressure(mesh: PlaneMesh, name: str, pressure: Stress, thickness: ByRegion[float]) -> Array:
     """Nodal forces (2n,) [N] of a pressure [Pa] on the edges of a set, by thickness [m]; > 0 pushes into the body."""
     edges = loaded_edges(mesh, name, thickness)
-    return on_edges(mesh, edges.nodes, edge_products(mesh, edges, pressure), 0.0).ravel()
-
-
-def on_edges(mesh: PlaneMesh, nodes: npt.NDArray[np.int64], normal: Array, along: Array | float) -> Array:
-    """Nodal forces (n, 2) [N] of stresses that follow edges of nodes (b, k), at the places of the mesh.
-
-    `normal` and `along` are products (b, k, k) of the pressure and of the shear, or 0 [N/m].
-    """
-    x = mesh.points[nodes]
-    inner = np.stack([-x[:, :, 1], x[:, :, 0]], axis=2)  # the body lies on the left of an edge
-    forces = np.zeros((len(mesh.points), 2))
-    on_nodes = np.einsum("bkl,bla->bka", normal, inner)
-    if np.ndim(along):
-        on_nodes = on_nodes + np.einsum("bkl,bla->bka", along, x)
-    np.add.at(forces, nodes, on_nodes)
-    return forces
+    products = edge_products(mesh, edges, pressure)
+    return FollowedEdges(edges.nodes, products, np.zeros_like(products)).forces(mesh).ravel()
 
 
 def real_values(given: Any) -> Array:
@@ -319,10 +304,8 @@ def mesh_load_signal(p, t, q, v, a):
 
 @dataclass(frozen=True, eq=False)
 class FollowedEdges:
-    """Edges that a load follows.
+    """Edges that a load follows, the body on their left.
 
-    Parameters
-    ----------
     nodes : (b, k) nodes of each edge.
     normal, along : (b, k, k) products of the pressure and of the shear [N/m].
     """
@@ -331,13 +314,26 @@ class FollowedEdges:
     normal: Array
     along: Array
 
+    def matrix(self, size: int) -> csr_array:
+        """A (size, size): nodal forces x0, y0, x1, y1, ... by the places of the nodes."""
+        blocks = np.zeros((*self.normal.shape, 2, 2))
+        blocks[..., 0, 0] = blocks[..., 1, 1] = self.along
+        blocks[..., 0, 1], blocks[..., 1, 0] = -self.normal, self.normal
+        places = 2 * self.nodes[:, :, None] + np.arange(2)  # (b, k, 2)
+        b, k, _ = places.shape
+        rows = np.broadcast_to(places[:, :, None, :, None], (b, k, k, 2, 2))
+        columns = np.broadcast_to(places[:, None, :, None, :], (b, k, k, 2, 2))
+        return csr_array((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(size, size))
+
+    def forces(self, mesh: PlaneMesh) -> Array:
+        """Nodal forces (n, 2) [N] at the places of the mesh."""
+        return np.asarray((self.matrix(mesh.points.size) @ mesh.points.ravel()).reshape(-1, 2))
+
 
 @dataclass(frozen=True, eq=False)
 class NodalLoad:
     """A load on the nodes of a mesh, in the axes of the mesh.
 
-    Parameters
-    ----------
     forces : (n, 2) forces on the undeformed body [N].
     nodes : numbers of the nodes on which it acts, though its values may be 0.
     follower : whether their directions turn with the first pin.

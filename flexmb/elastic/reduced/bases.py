@@ -46,8 +46,6 @@ Sparse: TypeAlias = Any
 class ElasticModel:
     """Small displacements of an elastic body.
 
-    Parameters
-    ----------
     label : class and name of the body, for messages.
     pins : (P) nodes where other parts are attached; the first 3 P displacements are x, y and rotation of these.
     stiffness : (N, N) symmetric, 0 for rigid motions [N/m].
@@ -128,8 +126,6 @@ LEAST_SHARE = 1e-10
 class Basis:
     """Shapes of a reduced body.
 
-    Parameters
-    ----------
     nodes : pins, the node of static shapes of inertia, if there is one, then a node for every three vibrations.
     shapes : (N, n) displacements of the model by those of the nodes.
     held : frequencies with all pins held of the kept vibrations, and of the next one, if there is one [Hz].
@@ -226,12 +222,7 @@ def _own_inertia(model: ElasticModel, solve: Callable[[Array], Array], room: int
 
 
 def inertia_loads(model: ElasticModel) -> dict[str, Array]:
-    """Forces (N,) of unit accelerations along x, along y and about the first pin, and of a turn about it at 1 rad/s.
-
-    Parameters
-    ----------
-    model : the body.
-    """
+    """Forces (N,) of unit accelerations along x, along y and about the first pin, and of a turn about it at 1 rad/s."""
     arms = model.points - np.array([model.pins[0].x, model.pins[0].y])
     one, zero = np.ones(len(arms)), np.zeros(len(arms))
     fields = {

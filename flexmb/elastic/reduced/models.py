@@ -66,8 +66,6 @@ SLOPES = np.stack(
 class Element(NamedTuple):
     """An element of a beam as it lies unstressed.
 
-    Parameters
-    ----------
     places : (6,) places of its displacements among all.
     turn : (6, 6) displacements in the axes of its chord by those of the nodes.
     start : first end [m].
@@ -196,8 +194,6 @@ class BeamModel:
 
     The axes are those of the first pin.
 
-    Parameters
-    ----------
     pins : names of its nodes where parts are attached.
     """
 

@@ -52,8 +52,6 @@ REMEMBERED = 8
 class Kept(Generic[Value]):
     """Values by key; the oldest give way.
 
-    Attributes
-    ----------
     made : number of values that were computed.
     """
 

@@ -24,10 +24,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 import scipy.linalg as la
-import scipy.sparse as sp
 
 from flexmb import checks
-from flexmb.elastic.planes.loads import POWER, SIGNALS, FollowedEdges, NodalLoad
+from flexmb.elastic.planes.loads import POWER, SIGNALS, NodalLoad
 from flexmb.elastic.planes.plane_body import MeshBody
 from flexmb.elastic.reduced.bases import Basis, frame_weights, require_room, rigid_motions
 from flexmb.elastic.reduced.kernel import (
@@ -284,8 +283,6 @@ ROUND_OFF = 1e-10
 class Superelement:
     """Matrices of the kernel (`flexmb.elastic.reduced.kernel`), in the axes of the reference configuration.
 
-    Parameters
-    ----------
     nodes : pins and nodes of vibrations.
     pins : number of pins.
     by_pin : whether the frame is that of the first pin.
@@ -510,7 +507,7 @@ def load_contributions(
         none = np.zeros((found.shapes.shape[1],) * 2)
         blocks += [stiffness_under(found, found.model.shape.T @ g) if g.any() else none for g in both]
     if load.edges:
-        moved = edge_matrix(load.edges, len(f)) @ shapes
+        moved = load.edges.matrix(len(f)) @ shapes
         blocks += [shapes.T @ moved, turning.T @ moved]
     head = element.load_head(kind, found.model.direction, stiffens=stiffening)
     p = (*head, *np.concatenate([np.ravel(block) for block in blocks]).tolist())
@@ -547,15 +544,3 @@ def _quarter(rows: Array) -> Array:
     turned = np.empty_like(rows)
     turned[0::2], turned[1::2] = -rows[1::2], rows[0::2]
     return turned
-
-
-def edge_matrix(edges: FollowedEdges, size: int) -> sp.csr_matrix:
-    """A (size, size): nodal forces of a load that follows edges, by the places of the nodes."""
-    blocks = np.zeros((*edges.normal.shape, 2, 2))
-    blocks[..., 0, 0] = blocks[..., 1, 1] = edges.along
-    blocks[..., 0, 1], blocks[..., 1, 0] = -edges.normal, edges.normal
-    places = 2 * edges.nodes[:, :, None] + np.arange(2)  # (b, k, 2)
-    b, k, _ = places.shape
-    rows = np.broadcast_to(places[:, :, None, :, None], (b, k, k, 2, 2))
-    columns = np.broadcast_to(places[:, None, :, None, :], (b, k, k, 2, 2))
-    return sp.csr_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(size, size))

@@ -374,7 +374,7 @@ def beam_pieces(
                     force=beam_force,
                     tangent=beam_tangent,
                     account=beam_account,
-                )
+                )  # fmt: skip
             )
     return contributions
 
