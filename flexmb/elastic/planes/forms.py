@@ -141,12 +141,7 @@ def stress_at_quadrature(mesh: PlaneMesh, material: ByRegion[Material], u: Array
     slopes = np.zeros((2, 2, *basis.dx.shape))  # component, direction
     for k, (field, *_) in enumerate(basis.basis):
         slopes += np.einsum("ma,bmq->abmq", own[:, k], field.grad)
-    return stress_of_slopes(elasticity(mesh, material, state), slopes)
-
-
-def stress_of_slopes(D: Array, slopes: Array) -> Array:
-    """Stresses (m, q, 3) of displacement gradients (2, 2, m, q) and stiffnesses (m, 3)."""
-    d11, d12, d33 = (D[:, k, None] for k in range(3))
+    d11, d12, d33 = elasticity(mesh, material, state).T[:, :, None]
     ex, ey, gxy = slopes[0, 0], slopes[1, 1], slopes[0, 1] + slopes[1, 0]
     return np.stack([d11 * ex + d12 * ey, d12 * ex + d11 * ey, d33 * gxy], axis=2)
 

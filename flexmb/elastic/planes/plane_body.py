@@ -69,7 +69,7 @@ class MeshBody(ElasticBody):
 
     @abstractmethod
     def loaded(self, name: str, load: NodalLoad, history: Motion | None) -> Sequence[Contribution]:
-        """Contributions of a `load` on the mesh, in its axes, times the value of the motion `history`; None: constant."""
+        """Contributions of a `load` on the mesh, in its axes, times the value of `history`; None: constant."""
 
 
 # Natural frequencies and shapes of plane bodies, free or held at pins

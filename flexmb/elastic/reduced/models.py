@@ -345,17 +345,6 @@ class BeamModel:
         )
 
 
-def model_of_beams(body: FlexibleBody, pins: Sequence[str]) -> ElasticModel:
-    """Elastic model of a body of beams with pins, the names of its nodes where parts are attached."""
-    return BeamModel(body, pins).model()
-
-
-def pins_of_beams(body: FlexibleBody) -> tuple[Node, ...]:
-    """Nodes at the corners of a body of beams."""
-    nodes = {node.name: node for node in body.nodes()}
-    return tuple(nodes[name] for name in body.corners)
-
-
 # Plane bodies as their reduction sees them, in the axes of their mesh
 
 

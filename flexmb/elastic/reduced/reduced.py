@@ -23,7 +23,7 @@ from flexmb.elastic.reduced.kernel import (
     reduced_kernel,
     reduced_tangent,
 )
-from flexmb.elastic.reduced.models import model_of_beams, model_of_plane, pins_of_beams
+from flexmb.elastic.reduced.models import BeamModel, model_of_plane
 from flexmb.elastic.reduced.peak_stress import group_parameters, peak_stress_signal
 from flexmb.elastic.reduced.superelement import Superelement, checked_loads, left_out, load_contributions, superelement
 from flexmb.errors import InputError
@@ -222,11 +222,12 @@ class Reduced(MeshBody):
     @cached_property
     def _pins(self) -> tuple[Node, ...]:
         """Nodes of the body where parts may be attached."""
+        body = self.body
         if self.pins is None:
-            return pins_of_beams(self.body) if isinstance(self.body, FlexibleBody) else self.body.pin_nodes
+            return tuple(map(body.node, body.corners)) if isinstance(body, FlexibleBody) else body.pin_nodes
         if not self.pins:
             raise InputError(f"{self.label}: pins is empty; name at least one node of the body.")
-        own = self.body.nodes() if isinstance(self.body, FlexibleBody) else self.body.pin_nodes
+        own = body.nodes() if isinstance(body, FlexibleBody) else body.pin_nodes
         known = [*self.body.aliases, *(node.name for node in own)]
         found = tuple(self.body.node(checks.one_of(self.label, "pin", name, known)) for name in self.pins)
         if len({pin.name for pin in found}) < len(found):
@@ -261,7 +262,7 @@ class Reduced(MeshBody):
             found = MODELS.of(self._key, lambda: model_of_plane(body, pins))
             found = replace(found, origin=body.origin, direction=body.direction)
         else:
-            found = MODELS.of(self._key, lambda: model_of_beams(body, pins))
+            found = MODELS.of(self._key, lambda: BeamModel(body, pins).model())
         return replace(found, label=body.label, damping=body.damping, mass_damping=body.mass_damping)
 
     @cached_property

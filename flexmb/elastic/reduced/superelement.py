@@ -326,17 +326,6 @@ class Superelement:
             weights[: self.pins, :2] = frame_weights(self.nodes[: self.pins])
         return poses, weights
 
-    def load_head(self, kind: float, angle: float, *, stiffens: bool) -> tuple[float, ...]:
-        """Parameters before the poses, of a load (`flexmb.elastic.reduced.superelement`).
-
-        `angle` is that of the axes in which its forces are given [rad]; `stiffens`: its geometric stiffness is among
-        the parameters.
-        """
-        head = [0.0] * HEAD
-        head[COUNT], head[BY_PIN], head[KIND], head[ANGLE] = 3.0 * len(self.nodes), float(self.by_pin), kind, angle
-        head[STIFFENS] = float(stiffens)
-        return tuple(head)
-
     def frequencies(self, count: int) -> Array:
         """Lowest frequencies of the free body, without rigid motions (at most `count`) [Hz]."""
         squares = la.eigh(self.matrices["K"], self.matrices["M"], eigvals_only=True)[3:]
@@ -509,7 +498,9 @@ def load_contributions(
     if load.edges:
         moved = load.edges.matrix(len(f)) @ shapes
         blocks += [shapes.T @ moved, turning.T @ moved]
-    head = element.load_head(kind, found.model.direction, stiffens=stiffening)
+    head = [0.0] * HEAD
+    head[COUNT], head[BY_PIN], head[KIND] = float(shapes.shape[1]), float(element.by_pin), kind
+    head[ANGLE], head[STIFFENS] = found.model.direction, float(stiffening)
     p = (*head, *np.concatenate([np.ravel(block) for block in blocks]).tolist())
     return [
         ElementContribution(name, reduced_load_kernel, coordinates, p, factor=history),

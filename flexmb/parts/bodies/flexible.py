@@ -364,18 +364,11 @@ def beam_pieces(
     for beam in beams:
         ends = [node_coordinates(part, node) for node in beam.nodes]
         for p, (first, second) in zip(beam_parameters(beam, nodes, damping, gravity), pairwise(ends), strict=True):
-            contributions.append(
-                ElementContribution(
-                    part,
-                    beam_kernel,
-                    (*first, *second),
-                    p,
-                    energy=beam_energy,
-                    force=beam_force,
-                    tangent=beam_tangent,
-                    account=beam_account,
-                )  # fmt: skip
-            )
+            element = ElementContribution(
+                part, beam_kernel, (*first, *second), p,
+                energy=beam_energy, force=beam_force, tangent=beam_tangent, account=beam_account,
+            )  # fmt: skip
+            contributions.append(element)
     return contributions
 
 
