@@ -350,14 +350,14 @@ class PlaneBody(MeshBody):
 
     def _damped(self) -> Iterator[Contribution]:
         """Mass-proportional damping of all cells; the frame has the first two pins, or one and the farthest node."""
-        points, place = self.mesh.points, np.array(self.interfaces[0].point)
+        points, first = self.mesh.points, self.interfaces[0]
         if len(self.interfaces) > 1:
-            end, name = np.array(self.interfaces[1].point), self.interfaces[1].name
+            end, name = self.interfaces[1].point, self.interfaces[1].name
         else:
-            far = int(np.linalg.norm(points - place, axis=1).argmax())
-            end, name = points[far], self.free_nodes[far]
-        frame = tuple(c for node in (self.interfaces[0].name, name) for c in node_coordinates(self.name, node)[:2])
-        angle = -_direction(place, end)
+            far = int(np.linalg.norm(points - np.array(first.point), axis=1).argmax())
+            end, name = (float(points[far, 0]), float(points[far, 1])), self.free_nodes[far]
+        frame = tuple(c for node in (first.name, name) for c in node_coordinates(self.name, node)[:2])
+        angle = -_direction(first.point, end)
         for numbers, mass in zip(self._cells.cells.tolist(), self._cells.masses, strict=True):
             own, ties, held = ties_of(self.name, numbers, points, self.free_nodes, self.on_pins)
             T = tie_matrix(ties, len(own))
@@ -397,7 +397,8 @@ class PlaneBody(MeshBody):
         """The mesh."""
         names, poses = zip(*((node.name, (node.x, node.y, node.theta)) for node in self.nodes()), strict=True)
         shape = mesh_shape(self.name, self.mesh.placed(self.direction, self.origin), self.material, self.state)
-        number, carriers = {name: k for k, name in enumerate(names)}, []
+        number = {name: k for k, name in enumerate(names)}
+        carriers = []
         for k, (x, y) in enumerate(self.mesh.points.tolist()):
             pin = self.on_pins.get(k)
             arm = (0.0, 0.0) if pin is None else (x - pin.point[0], y - pin.point[1])
@@ -461,7 +462,7 @@ class PlaneBody(MeshBody):
 _matrices = lru_cache(maxsize=REMEMBERED)(matrices)
 
 
-def _direction(start: Sequence[float], end: Sequence[float]) -> float:
+def _direction(start: Point, end: Point) -> float:
     """Direction from one point to another one [rad]."""
     return math.atan2(end[1] - start[1], end[0] - start[0])
 

@@ -184,7 +184,8 @@ class FlexibleBody(ElasticBody):
         nodes = {n.name: n for n in self.nodes()}
         poses = {name: rows([f"{self.name}.{name}.{axis}" for axis in ("x", "y", "theta")]) for name in nodes}
         shapes = beam_shapes(self.name, self.beams, nodes)
-        return np.max([largest_strain(poses[shape.start], poses[shape.end], shape) for shape in shapes], axis=0)
+        strains = [largest_strain(poses[shape.start], poses[shape.end], shape) for shape in shapes]
+        return np.asarray(np.max(strains, axis=0))
 
     def odd_sizes(self) -> Iterator[Finding]:
         """Finding on beams without shear that are short for their height."""
