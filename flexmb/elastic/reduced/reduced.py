@@ -247,8 +247,8 @@ class Reduced(MeshBody):
         """Stiffness and mass of the body over all its displacements."""
         body, pins = self.body, [pin.name for pin in self._pins]
         found, (origin, direction) = MODELS.of(self._key, lambda: model_of(body, pins)), place_of(body, pins)
-        given = {"label": body.label, "damping": body.damping, "mass_damping": body.mass_damping}
-        return replace(found, origin=origin, direction=direction, **given)
+        found = replace(found, label=body.label, damping=body.damping, mass_damping=body.mass_damping)
+        return replace(found, origin=origin, direction=direction)
 
     @cached_property
     def basis(self) -> Basis:
