@@ -251,7 +251,7 @@ def mass_damping_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
 def damping_element(
     part: str, coordinates: tuple[Coordinate, ...], zeta: float, turning: int, mass: np.ndarray, angle: float
 ) -> ElementContribution:
-    """Damping of an element at a rate zeta [1/s]; the coordinates are those of A and B, then those of its nodes.
+    """Damping of an element at a rate zeta [1/s] by the coordinates of A, of B and of its nodes.
 
     `turning` is the number of its nodes that turn, which come first; `mass` (n, n) lies in axes that have the direction
     `angle` [rad] against the line from A to B in the reference configuration.
