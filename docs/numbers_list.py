@@ -485,6 +485,7 @@ def _left_out() -> dict[str, str]:
         dynamics.systems.mechanism_flow.ONSET dynamics.basins.LOST
         dynamics.basins.UNDECIDED
         program.signals.CONTACT_PENETRATION program.program.CONTACT_COMMON elastic.beams.stress.SIZE
+        elastic.beams.mass_damping.POINTS elastic.beams.mass_damping.MOST
         program.program.NO_FACTOR program.program.FIRST_OUTPUT engine.system.outputs.FRICTION_ALONE
     decides a remark or a refusal, and no number of a run: dynamics.report.FEWEST_PERIODS dynamics.report.FEWEST_SAMPLES
         dynamics.report.MORE_THAN dynamics.report.POINTS dynamics.jobs.files.NO_ROOM findings.watch.LEAST_STEPS findings.watch.SHARE

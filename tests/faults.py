@@ -149,8 +149,8 @@ WINGS = (
     ),
     Fault(
         "elastic/planes/loads.py",
-        "inner = np.stack([-x[:, :, 1], x[:, :, 0]], axis=2)  # the body lies on the left of an edge",
-        "inner = np.stack([-x[:, :, 1], -x[:, :, 0]], axis=2)",
+        "blocks[..., 0, 1], blocks[..., 1, 0] = -self.normal, self.normal",
+        "blocks[..., 0, 1], blocks[..., 1, 0] = self.normal, self.normal",
         "planes/test_loads.py",
     ),
 )

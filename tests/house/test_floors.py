@@ -52,6 +52,7 @@ SIDEWAYS = {
     ("parts.joints", "parts.contact"): "a joint with clearance holds a normal and a friction law",
     ("parts.loads", "elastic.planes"): "loads act on the meshes of plane bodies",
     ("elastic.meshes", "elastic.beams"): "plane meshes are read from files as line meshes are",
+    ("elastic.planes", "elastic.beams"): "a plane body has the mass-proportional damping of beams",
     ("elastic.planes", "elastic.meshes"): "a plane body has a mesh",
     (
         "elastic.planes",

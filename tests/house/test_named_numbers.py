@@ -29,19 +29,18 @@ IN_FILES = {
         "ends and stages of a step, in time": "past_lam b to_d to_x to_y",
         "coordinates": "Q",
     },
-    "flexmb/elastic/planes/cells.py": {"x and y of each node": "change own"},
+    "flexmb/elastic/planes/cells.py": {"x and y of each node": "change own gain"},
     "flexmb/elastic/planes/elements.py": {
         "x and y of each node, and of a row of its stiffness": "d rate left right k p arms B",
         "components 11, 22, 12 of stress and strain": "S E D U V",
     },
     "flexmb/elastic/planes/loads.py": {"x and y of each node": "arms B"},
-    "flexmb/elastic/planes/mass_damping.py": {"x and y of each node": "e u f dx dv du df arms"},
-    "flexmb/elastic/planes/stress.py": {"x and y of each node": "d p"},
+    "flexmb/elastic/beams/mass_damping.py": {"x and y of each node": "g u y f target"},
+    "flexmb/elastic/planes/stress.py": {"x and y of each node": "d p places"},
     "flexmb/elastic/reduced/kernel.py": {
-        "coordinates of nodes": "target of_x of_y w al rate total",
+        "coordinates of nodes": "target of_x of_y w al rate total df both modal of_curve g1 g2 vt vs bd",
         "poses of nodes, in threes behind HEAD": "p",
     },
-    "flexmb/elastic/reduced/tangent.py": {"coordinates of nodes": "df both modal of_curve g1 g2 vt vs bd"},
     "flexmb/elastic/reduced/peak_stress.py": {"x, y, theta of nodes, as deformed": "e"},
     "flexmb/engine/linalg/symbolic.py": {"columns before": "ptr parent"},
     "flexmb/engine/linalg/lu.py": {

@@ -5,9 +5,10 @@ import pytest
 
 import flexmb as fm
 from flexmb.elastic.meshes.mesh import PlaneMesh
-from flexmb.elastic.planes.cells import Cells, Pin, cell_contributions, cell_energy, cell_force, cell_kernel
+from flexmb.elastic.planes.cells import Cells, cell_contributions, cell_energy, cell_force, cell_kernel
 from flexmb.elastic.planes.elements import COROTATED, TOTAL_LAGRANGE
 from flexmb.elastic.planes.forms import matrices
+from flexmb.elastic.planes.pins import Interface
 
 SOFT = fm.Material(young=2e5, density=2000.0, poisson=0.3)
 CORNERS = {"tri3": [(0, 0), (1, 0), (0, 1)], "quad4": [(0, 0), (1, 0), (1, 1), (0, 1)]}
@@ -33,7 +34,8 @@ def one_cell(kind, formulation=COROTATED, damping=0.0, held=(), gravity=GRAVITY)
     """Element of one cell whose first nodes lie on pins, and the mesh."""
     mesh = skew_mesh(kind)
     cells = Cells.of(mesh, SOFT, 0.1, "stress", formulation)
-    pins = {int(mesh.cells[0, k]): Pin(name, PLACES[name]) for k, name in enumerate(held)}
+    made = {name: Interface(name, mesh.cells[0], PLACES[name]) for name in held}
+    pins = {int(mesh.cells[0, k]): made[name] for k, name in enumerate(held)}
     free = {k: f"n{k}" for k in range(len(mesh.points)) if k not in pins}
     (element,) = cell_contributions("body", cells, free, pins, damping, gravity)
     return element, mesh

@@ -105,10 +105,10 @@ def test_rigid_motions_have_no_forces_and_no_stress(kind):
 @pytest.mark.parametrize("kind", KINDS)
 def test_matrices_of_cells_add_up_to_those_of_the_body(kind):
     mesh = skewed(kind)
-    whole, cells = matrices(mesh, STEEL, 0.01), cell_matrices(mesh, STEEL, 0.01)
+    whole, of_cells = matrices(mesh, STEEL, 0.01), cell_matrices(mesh, STEEL, 0.01)
     dofs = (2 * mesh.cells[:, :, None] + np.arange(2)).reshape(len(mesh.cells), -1)
     K, M = np.zeros(whole.stiffness.shape), np.zeros(whole.scalar_mass.shape)
-    for numbers, nodes, stiffness, mass in zip(dofs, mesh.cells, cells.stiffness, cells.mass, strict=True):
+    for numbers, nodes, stiffness, mass in zip(dofs, mesh.cells, *of_cells, strict=True):
         K[np.ix_(numbers, numbers)] += stiffness
         M[np.ix_(nodes, nodes)] += mass
     np.testing.assert_allclose(whole.stiffness.toarray(), K, rtol=1e-12, atol=1e-14 * K.max())

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+import flexmb as fm
 from flexmb import places
 from flexmb.elastic.beams import corotational as chord
 from flexmb.elastic.beams import mass_damping
 from flexmb.elastic.beams.fem import beam_matrices
+from flexmb.elastic.beams.mass_damping import mass_damping_kernel
 from flexmb.elastic.beams.section import Rectangle
 from flexmb.engine.state import flow
 from flexmb.engine.system import outputs
@@ -55,15 +57,19 @@ def test_numbers_are_packed_in_the_order_of_their_places():
 
 
 def test_mass_of_damping_is_packed_as_the_kernel_reads_it():
-    axial, bending = np.array([[2.0, 1.0], [1.0, 3.0]]), np.arange(16.0).reshape(4, 4)
-    m = bending + bending.T
-    p = mass_damping.damping_parameters(0.5, 0.0, axial, m, ((0.0, 0.0), (0.0, 0.0)))
-    whole = np.zeros((6, 6))
-    whole[np.ix_((0, 3), (0, 3))], whole[np.ix_((1, 2, 4, 5), (1, 2, 4, 5))] = axial, m
-    assert p[mass_damping.ZETA] == 0.5
-    for i in range(6):
-        for j in range(i, 6):
-            assert p[getattr(mass_damping, f"M{i + 1}{j + 1}")] == whole[i, j]
+    """A straight bar along its own frame: m of axial and of bending displacements, and the boss at each end."""
+    section, steel = Rectangle(0.01, 0.02), Material(young=2e11, density=7800.0)
+    given = {"section": section, "material": steel, "elements": 1, "mass": 3.0, "inertia": 0.6}
+    bar = fm.FlexibleLink("bar", (0.0, 0.0), (1.0, 0.0), mass_damping=0.5, **given)
+    contributions = bar.contributions(fm.Mechanism("bar", (bar,)))
+    (element,) = (c for c in contributions if getattr(c, "kernel", None) is mass_damping_kernel)
+    data, boss = beam_matrices([0.0, 1.0], section, steel), bar._bosses
+    whole = np.diag([boss.masses[0], boss.masses[0], boss.inertia, boss.masses[1], boss.masses[1], boss.inertia])
+    whole[np.ix_((0, 3), (0, 3))] += data.axial_mass[0]
+    whole[np.ix_((1, 2, 4, 5), (1, 2, 4, 5))] += data.bending_mass[0]
+    p = np.array(element.p)
+    assert (p[mass_damping.ZETA], p[mass_damping.TURNING]) == (0.5, 2.0)
+    np.testing.assert_allclose(p[mass_damping.MASSES :].reshape(6, 6), whole, rtol=1e-14, atol=1e-15)
 
 
 def test_integrals_of_mass_are_packed_as_the_beam_reads_them():

@@ -53,8 +53,6 @@ BOW = (2.0, 1.0, 2.0)
 class Bending(NamedTuple):
     """Matrices of n elements in the order w1, theta1, w2, theta2, and the influence of shear on their shape.
 
-    Attributes
-    ----------
     stiffness : (n, 4, 4) [N/m, N, N m].
     mass : (n, 4, 4) of the axis alone [kg, kg m, kg m^2].
     rotary : (n, 4, 4) of the rotation of sections alone [kg, kg m, kg m^2].
@@ -138,8 +136,6 @@ Linearly tapered dimensions need it: cubic x cubic x A of degree 2, and slope x 
 class BeamMatrices:
     """Matrices of the n elements of one straight beam; read-only arrays.
 
-    Attributes
-    ----------
     lengths : (n,) lengths of the elements [m].
     axial_stiffness : (n, 2, 2) in the order u1, u2 [N/m].
     axial_mass : (n, 2, 2) [kg].

@@ -1,9 +1,9 @@
-"""Mass-proportional damping of a beam element, on the velocity of deformation: kernel and power.
+"""Mass-proportional damping of an element of a flexible body, on the velocity of deformation: kernels, their numbers.
 
 The body's frame has its origin in the node A and its x axis towards the node B; alpha is the direction from A to B.
-For the nodes k = i, j of the element
+For the nodes k of the element, those that turn first
 
-Deformation      dk = R(alpha)^T (xk - xA)  and  thetak - alpha   (constant parts have no rate)
+Deformation      dk = R(alpha)^T (xk - xA)  and, of a node that turns, thetak - alpha   (constant parts have no rate)
 Its rate         dk_dot = R^T (vk - vA) + alpha_dot D dk,   thetak_dot - alpha_dot,   D = [[0, 1], [-1, 0]]
 Force            r = zeta J^T m J v,   J = d(d)/dq
 Power            zeta d_dot^T m d_dot >= 0
@@ -11,80 +11,153 @@ Power            zeta d_dot^T m d_dot >= 0
 with m the consistent mass of the element in the axes of the body's frame.  Every rigid motion, also of a bent body, has
 d_dot = 0 and is not damped.  The forces are in balance, moments included.
 
-In the axes of the frame, with S v = (vk - vA, thetak_dot), g = (D di, -1, D dj, -1), t = d(alpha)/dq and
-H = d2(alpha)/dq2, J = S + g t^T.  Both tangents follow by the product rule, without omissions.
-Equation (3.10) of docs/theory/inertia.md.
+In the axes of the frame, with S v = (vk - vA, thetak_dot), g = (D dk, -1), t = d(alpha)/dq and H = d2(alpha)/dq2,
+J = S + g t^T.  Both tangents follow by the product rule, without omissions.
+Equations (3.10) of docs/theory/inertia.md and (11.11) of docs/theory/plane_bodies.md.
 """
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
+from flexmb.engine.compiled.arrays import stack_vector
 from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel
+from flexmb.model.contributions import Coordinate, ElementContribution
 
-ZETA, M11, M12, M13, M14, M15, M16, M22, M23, M24, M25, M26 = range(12)
-M33, M34, M35, M36, M44, M45, M46, M55, M56, M66 = range(12, 22)
-"""Parameters p: damping rate zeta and upper triangle of m, row by row."""
+ZETA, TURNING, MASSES = range(3)
+"""Parameters p: damping rate zeta, number of nodes that turn, then m (n, n)."""
 
+POINTS = 4
+"""Number of the coordinates of A and B, the first ones."""
 
-@compiled
-def turned(x):
-    """D x for both nodes."""
-    return (x[1], -x[0], 0.0, x[4], -x[3], 0.0)
+MOST = POINTS + 27
+"""Largest number of coordinates: nine nodes that turn."""
 
-
-@compiled
-def dot(x, y):
-    """Scalar product of two nodal vectors."""
-    return x[0] * y[0] + x[1] * y[1] + x[2] * y[2] + x[3] * y[3] + x[4] * y[4] + x[5] * y[5]
+scratch = stack_vector(MOST)
+"""A vector on A, B and the nodes; of d, d_dot and forces on them the entries of the nodes alone count."""
 
 
 @compiled
-def combined(k, x, y):
-    """k x + y."""
-    return (k * x[0] + y[0], k * x[1] + y[1], k * x[2] + y[2], k * x[3] + y[3], k * x[4] + y[4], k * x[5] + y[5])
+def after(p, i):
+    """First coordinate of the point or node behind the one that begins at i."""
+    return i + 3 if POINTS <= i < POINTS + 3 * int(p[TURNING]) else i + 2
 
 
 @compiled
-def deformation_rate(q, v):
-    """Frame (l, cos, sin), alpha_dot, its derivatives by A along and across AB, g, d_dot, in the axes of the frame."""
+def turned(p, n, x, target):
+    """Set target = D x."""
+    i = POINTS
+    while i < n:
+        target[i], target[i + 1], end = x[i + 1], -x[i], after(p, i)
+        if end == i + 3:
+            target[i + 2] = 0.0
+        i = end
+
+
+@compiled
+def dot(n, x, y):
+    """Scalar product of two vectors on the nodes."""
+    total = 0.0
+    for i in range(POINTS, n):
+        total += x[i] * y[i]
+    return total
+
+
+@compiled
+def mass_times(p, n, x, target):
+    """Set target = m x."""
+    for i in range(n - POINTS):
+        row, total = MASSES + i * (n - POINTS), 0.0
+        for j in range(n - POINTS):
+            total += p[row + j] * x[POINTS + j]
+        target[POINTS + i] = total
+
+
+@compiled
+def deformation_rate(p, q, v, g, u):
+    """Fill g and u = d_dot; frame (l, cos, sin), alpha_dot, its derivatives by A along and across AB."""
     dx, dy = q[2] - q[0], q[3] - q[1]
     l = math.sqrt(dx * dx + dy * dy)
     c, s = dx / l, dy / l
     wx, wy = v[2] - v[0], v[3] - v[1]
     stretch, rate = (c * wx + s * wy) / l, (c * wy - s * wx) / l
-    xi, yi, xj, yj = q[4] - q[0], q[5] - q[1], q[7] - q[0], q[8] - q[1]
-    g = (c * yi - s * xi, -c * xi - s * yi, -1.0, c * yj - s * xj, -c * xj - s * yj, -1.0)
-    vxi, vyi, vxj, vyj = v[4] - v[0], v[5] - v[1], v[7] - v[0], v[8] - v[1]
-    u = (c * vxi + s * vyi, c * vyi - s * vxi, v[6], c * vxj + s * vyj, c * vyj - s * vxj, v[9])
-    return l, c, s, rate, rate / l, stretch / l, g, combined(rate, g, u)
+    i = POINTS
+    while i < q.shape[0]:
+        x, y, vx, vy = q[i] - q[0], q[i + 1] - q[1], v[i] - v[0], v[i + 1] - v[1]
+        g[i], g[i + 1], end = c * y - s * x, -c * x - s * y, after(p, i)
+        u[i], u[i + 1] = rate * g[i] + (c * vx + s * vy), rate * g[i + 1] + (c * vy - s * vx)
+        if end == i + 3:
+            g[i + 2], u[i + 2] = -1.0, v[i + 2] - rate
+        i = end
+    return l, c, s, rate, rate / l, stretch / l
 
 
 @compiled
-def mass_times(p, x):
-    """M x; p holds the upper triangle of m."""
-    a, b, c, d, e, f = x
-    return (
-        p[M11] * a + p[M12] * b + p[M13] * c + p[M14] * d + p[M15] * e + p[M16] * f,
-        p[M12] * a + p[M22] * b + p[M23] * c + p[M24] * d + p[M25] * e + p[M26] * f,
-        p[M13] * a + p[M23] * b + p[M33] * c + p[M34] * d + p[M35] * e + p[M36] * f,
-        p[M14] * a + p[M24] * b + p[M34] * c + p[M44] * d + p[M45] * e + p[M46] * f,
-        p[M15] * a + p[M25] * b + p[M35] * c + p[M45] * d + p[M55] * e + p[M56] * f,
-        p[M16] * a + p[M26] * b + p[M36] * c + p[M46] * d + p[M56] * e + p[M66] * f,
-    )
+def balance(p, n, k, l, y):
+    """Complete y = S^T y + k t: forces on A and B."""
+    x_sum, y_sum, i = 0.0, 0.0, POINTS
+    while i < n:
+        x_sum -= y[i]
+        y_sum -= y[i + 1]
+        i = after(p, i)
+    y[0], y[1], y[2], y[3] = x_sum, y_sum - k / l, 0.0, k / l
 
 
 @compiled
-def on_nodes(k, y, l):
-    """S^T y + k t: forces on A, B, i and j."""
-    return (-y[0] - y[3], -y[1] - y[4] - k / l, 0.0, k / l, y[0], y[1], y[2], y[3], y[4], y[5])
+def put_force(p, q, v, r):
+    """r (n,), and the power of damping."""
+    g, u, f, n, i = scratch(), scratch(), scratch(), q.shape[0], 0
+    l, c, s, _, _, _ = deformation_rate(p, q, v, g, u)
+    mass_times(p, n, u, f)
+    balance(p, n, dot(n, f, g), l, f)
+    while i < n:
+        r[i], r[i + 1], end = p[ZETA] * (c * f[i] - s * f[i + 1]), p[ZETA] * (s * f[i] + c * f[i + 1]), after(p, i)
+        if end == i + 3:
+            r[i + 2] = p[ZETA] * f[i + 2]
+        i = end
+    return p[ZETA] * dot(n, u, f)
+
+
+@compiled
+def damping_power(p, q, v):
+    """Power of damping [W]."""
+    g, u, f, n = scratch(), scratch(), scratch(), q.shape[0]
+    deformation_rate(p, q, v, g, u)
+    mass_times(p, n, u, f)
+    return p[ZETA] * dot(n, u, f)
+
+
+@compiled
+def fill_blocks(p, rate, K, C):
+    """C = S^T m S and K = rate S^T m D S."""
+    n = K.shape[0]
+    for i in range(POINTS, n):
+        row = MASSES + (i - POINTS) * (n - POINTS) - POINTS
+        for j in range(POINTS, n):
+            C[i, j] = p[row + j]
+        j = POINTS
+        while j < n:
+            K[i, j], K[i, j + 1] = -rate * C[i, j + 1], rate * C[i, j]
+            j = after(p, j)
+    for X in (K, C):
+        i = POINTS
+        while i < n:
+            for j in range(POINTS, n):
+                X[0, j] -= X[i, j]
+                X[1, j] -= X[i + 1, j]
+            i = after(p, i)
+        for i in range(n):
+            j = POINTS
+            while j < n:
+                X[i, 0] -= X[i, j]
+                X[i, 1] -= X[i, j + 1]
+                j = after(p, j)
 
 
 @compiled
 def add_product(y, hx, hy, X):
     """X += y h^T, where h has the entries hx, hy of A and the opposite ones of B."""
-    for i in range(10):
+    for i in range(X.shape[0]):
         X[i, 0] += y[i] * hx
         X[i, 1] += y[i] * hy
         X[i, 2] -= y[i] * hx
@@ -92,133 +165,102 @@ def add_product(y, hx, hy, X):
 
 
 @compiled
-def fill_blocks(p, rate, K, C):
-    """C = S^T m S and K = rate S^T m D S."""
-    k = M11
-    for i in range(4, 10):
-        for j in range(i, 10):
-            C[i, j] = p[k]
-            C[j, i] = p[k]
-            k += 1
-    for i in range(4, 10):
-        for j in (4, 7):
-            K[i, j], K[i, j + 1] = -rate * C[i, j + 1], rate * C[i, j]
-    for X in (K, C):
-        for j in range(4, 10):
-            X[0, j], X[1, j] = -X[4, j] - X[7, j], -X[5, j] - X[8, j]
-        for i in range(10):
-            X[i, 0], X[i, 1] = -X[i, 4] - X[i, 7], -X[i, 5] - X[i, 8]
-
-
-@compiled
-def add_curvature(k, l, K):
-    """K += k H."""
-    h = k / (l * l)
-    for i, j in ((0, 1), (2, 3)):
-        K[i, j] -= h
-        K[j, i] -= h
-    for i, j in ((0, 3), (1, 2)):
-        K[i, j] += h
-        K[j, i] += h
-
-
-@compiled
-def finish(zeta, c, s, X):
+def finish(p, c, s, X):
     """X times zeta, with rows and columns turned from the axes of the frame into the axes of the plane."""
-    for k in (0, 2, 4, 7):
-        for j in range(10):
+    n, k = X.shape[0], 0
+    while k < n:
+        for j in range(n):
             x, y = X[k, j], X[k + 1, j]
             X[k, j], X[k + 1, j] = c * x - s * y, s * x + c * y
-    for i in range(10):
-        for k in (0, 2, 4, 7):
+        k = after(p, k)
+    for i in range(n):
+        k = 0
+        while k < n:
             x, y = X[i, k], X[i, k + 1]
             X[i, k], X[i, k + 1] = c * x - s * y, s * x + c * y
-    for i in range(10):
-        for j in range(10):
-            X[i, j] *= zeta
+            k = after(p, k)
+        for j in range(n):
+            X[i, j] *= p[ZETA]
 
 
 @compiled
-def write_force(zeta, l, c, s, g, f, r):
-    """r = zeta J^T f."""
-    F = on_nodes(dot(f, g), f, l)
-    for k in (0, 2, 4, 7):
-        r[k], r[k + 1] = zeta * (c * F[k] - s * F[k + 1]), zeta * (s * F[k] + c * F[k + 1])
-    r[6], r[9] = zeta * F[6], zeta * F[9]
+def put_tangents(p, q, v, K, C):
+    """K and C (n, n)."""
+    g, u, f, x, y, Df, work, n = scratch(), scratch(), scratch(), scratch(), scratch(), scratch(), scratch(), q.shape[0]
+    l, c, s, rate, hx, hy = deformation_rate(p, q, v, g, u)
+    mass_times(p, n, u, f)
+    mass_times(p, n, g, x)
+    turned(p, n, u, work)
+    mass_times(p, n, work, y)
+    fill_blocks(p, rate, K, C)
+    # C = S^T m S + J^T m g t^T + t (S^T m g)^T
+    balance(p, n, dot(n, g, x), l, x)
+    add_product(x, 0.0, -1.0 / l, C)
+    # K = J^T m d(d_dot)/dq + d(J^T f)/dq, d(d_dot)/dq = rate D S + D d_dot t^T + g h^T, h = d(rate)/dq
+    turned(p, n, f, Df)
+    turned(p, n, g, work)
+    k = dot(n, g, y) + dot(n, f, work)
+    for i in range(POINTS, n):
+        y[i] -= Df[i]
+    balance(p, n, k, l, y)
+    add_product(y, 0.0, -1.0 / l, K)
+    add_product(x, hx, hy, K)
+    balance(p, n, 0.0, l, x)
+    turned(p, n, x, work)
+    for i in range(POINTS, n):
+        work[i] = rate * work[i] + Df[i]
+    balance(p, n, 0.0, l, work)
+    for j in range(n):
+        C[1, j] -= x[j] / l
+        C[3, j] += x[j] / l
+        K[1, j] += work[j] / l
+        K[3, j] -= work[j] / l
+    h = dot(n, f, g) / (l * l)
+    for i, j, k in ((0, 1, -h), (2, 3, -h), (0, 3, h), (1, 2, h)):  # f.g H
+        K[i, j] += k
+        K[j, i] += k
+    finish(p, c, s, K)
+    finish(p, c, s, C)
 
 
 @element_kernel
 def mass_damping_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
-    """Damping of d_dot; q = (xA, yA, xB, yB, xi, yi, thetai, xj, yj, thetaj), r (10,), K, C (10, 10), M = 0."""
-    zeta = p[ZETA]
-    l, c, s, rate, hx, hy, g, d_dot = deformation_rate(q, v)
-    f, x, y = mass_times(p, d_dot), mass_times(p, g), mass_times(p, turned(d_dot))
-    write_force(zeta, l, c, s, g, f, r)
-    fill_blocks(p, rate, K, C)
-    # C = S^T m S + J^T m g t^T + t (S^T m g)^T
-    zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    slope = on_nodes(1.0, zero, l)
-    xJ, xS = on_nodes(dot(g, x), x, l), on_nodes(0.0, x, l)
-    add_product(xJ, 0.0, -1.0 / l, C)
-    # K = J^T m d(d_dot)/dq + d(J^T f)/dq, d(d_dot)/dq = rate D S + D d_dot t^T + g h^T, h = d(rate)/dq
-    Df = turned(f)
-    column = on_nodes(dot(g, y) + dot(f, turned(g)), combined(-1.0, Df, y), l)
-    row = on_nodes(0.0, combined(rate, turned(x), Df), l)
-    add_product(column, 0.0, -1.0 / l, K)
-    add_product(xJ, hx, hy, K)
-    for j in range(10):
-        for i in (1, 3):
-            C[i, j] += slope[i] * xS[j]
-            K[i, j] -= slope[i] * row[j]
-    add_curvature(dot(f, g), l, K)
-    finish(zeta, c, s, K)
-    finish(zeta, c, s, C)
-
-
-@compiled
-def put_force(p, q, v, r):
-    """r (10,), and the power of damping."""
-    l, c, s, rate, hx, hy, g, d_dot = deformation_rate(q, v)
-    f = mass_times(p, d_dot)
-    write_force(p[ZETA], l, c, s, g, f, r)
-    return p[ZETA] * dot(d_dot, f)
+    """Damping of d_dot; q = A, B (x, y), then the nodes; r (n,), K, C (n, n), M = 0."""
+    put_force(p, q, v, r)
+    put_tangents(p, q, v, K, C)
 
 
 @force_kernel
 def mass_damping_force(p, t, h, q, v, a, z, r, z_new):
-    """Residual r (10,) alone."""
+    """Residual r (n,) alone."""
     put_force(p, q, v, r)
 
 
 @energy_kernel
 def mass_damping_energy(p, t, q, v):
     """Energies: nothing stored, and the power of damping."""
-    _, _, _, _, _, _, _, d_dot = deformation_rate(q, v)
-    return 0.0, 0.0, p[ZETA] * dot(d_dot, mass_times(p, d_dot))
+    return 0.0, 0.0, damping_power(p, q, v)
 
 
 @account_kernel
 def mass_damping_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
-    """r (10,), no mass, the power of damping."""
+    """r (n,), no mass, the power of damping."""
     return 0.0, 0.0, put_force(p, q, v, r)
 
 
-def damping_parameters(
-    zeta: float, angle: float, axial: np.ndarray, bending: np.ndarray, lumps: Sequence[tuple[float, float]]
-) -> tuple[float, ...]:
-    """Parameters p of an element at a damping rate zeta1 [1/s].
+def damping_element(
+    part: str, coordinates: tuple[Coordinate, ...], zeta: float, turning: int, mass: np.ndarray, angle: float
+) -> ElementContribution:
+    """Damping of an element at a rate zeta [1/s] by the coordinates of A, of B and of its nodes.
 
-    `angle` [rad] is the direction of the element against the line from A to B in the reference configuration; `axial`
-    (2, 2) is the mass in the order u1, u2 [kg], `bending` (4, 4) in the order w1, theta1, w2, theta2 [kg, kg m,
-    kg m^2]; `lumps` are mass [kg] and moment of inertia [kg m^2] on each of the two nodes.
+    `turning` is the number of its nodes that turn, which come first; `mass` (n, n) lies in axes that have the direction
+    `angle` [rad] against the line from A to B in the reference configuration.
     """
-    m, turn = np.zeros((6, 6)), np.eye(6)
-    m[np.ix_((0, 3), (0, 3))] = axial
-    m[np.ix_((1, 2, 4, 5), (1, 2, 4, 5))] = bending
-    c, s = math.cos(angle), math.sin(angle)
-    for k in (0, 3):
+    c, s, turn = math.cos(angle), math.sin(angle), np.eye(len(mass))
+    for k in (*range(0, 3 * turning, 3), *range(3 * turning, len(mass), 2)):
         turn[k : k + 2, k : k + 2] = [[c, -s], [s, c]]
-    m = turn @ m @ turn.T
-    for k, (mass, inertia) in zip((0, 3), lumps, strict=True):
-        m[range(k, k + 3), range(k, k + 3)] += (mass, mass, inertia)
-    return (float(zeta), *(float(x) for x in m[np.triu_indices(6)]))
+    p = (float(zeta), float(turning), *(turn @ mass @ turn.T).ravel().tolist())
+    return ElementContribution(
+        part, mass_damping_kernel, coordinates, p,
+        energy=mass_damping_energy, force=mass_damping_force, account=mass_damping_account,
+    )  # fmt: skip

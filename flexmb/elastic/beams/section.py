@@ -46,7 +46,35 @@ class Section(Input, Shown, ABC):
         raise InputError(f"{type(self).__name__}: the shear factor is unknown; give it as a number, shear=5/6.")
 
 
-class Prismatic(Section):
+class Dimensioned(Section):
+    """Base of sections that have dimensions everywhere."""
+
+    @abstractmethod
+    def _dimensions_at(self, s: Place) -> tuple[type[Prismatic], list[Array]]:
+        """Class whose formulas hold, and the dimensions at s."""
+
+    def area_at(self, s: Place) -> Array:
+        """A(s) [m^2] for the dimensions at s."""
+        kind, dimensions = self._dimensions_at(s)
+        return kind.area_of(*dimensions)
+
+    def second_moment_at(self, s: Place) -> Array:
+        """I(s) [m^4] for the dimensions at s."""
+        kind, dimensions = self._dimensions_at(s)
+        return kind.second_moment_of(*dimensions)
+
+    def outer_fibre_at(self, s: Place) -> Array:
+        """c(s) [m] for the dimensions at s."""
+        kind, dimensions = self._dimensions_at(s)
+        return kind.outer_fibre_of(*dimensions)
+
+    def shear_factor_at(self, s: Place, poisson: float) -> Array:
+        """ks(s) [1] for the dimensions at s."""
+        kind, dimensions = self._dimensions_at(s)
+        return kind.shear_factor_of(poisson, *dimensions)
+
+
+class Prismatic(Dimensioned):
     """Base of sections that are constant along the beam and described by positive dimensions.
 
     The fields of a subclass are its dimensions; `area_of`, `second_moment_of` and `outer_fibre_of` take their values
@@ -77,21 +105,8 @@ class Prismatic(Section):
         """Values of the fields, in order."""
         return tuple(getattr(self, field.name) for field in fields(self))  # type: ignore[arg-type]
 
-    def area_at(self, s: Place) -> Array:
-        """A [m^2], the same for every s."""
-        return self.area_of(*_constant(self.dimensions(), s))
-
-    def second_moment_at(self, s: Place) -> Array:
-        """I [m^4], the same for every s."""
-        return self.second_moment_of(*_constant(self.dimensions(), s))
-
-    def outer_fibre_at(self, s: Place) -> Array:
-        """c [m], the same for every s."""
-        return self.outer_fibre_of(*_constant(self.dimensions(), s))
-
-    def shear_factor_at(self, s: Place, poisson: float) -> Array:
-        """Shear factor ks [1], the same for every s."""
-        return self.shear_factor_of(poisson, *_constant(self.dimensions(), s))
+    def _dimensions_at(self, s: Place) -> tuple[type[Prismatic], list[Array]]:
+        return type(self), [np.full(np.shape(s), value) for value in self.dimensions()]
 
 
 def checked_factor(owner: str, name: str, value: object, *_: str) -> float:
@@ -285,7 +300,7 @@ PRISMATIC = instance(Prismatic, "a section with constant dimensions, such as Rec
 
 
 @record
-class Tapered(Section):
+class Tapered(Dimensioned):
     """Linear change of the dimensions between two sections of the same class.
 
     A tapered rectangle has A of degree two and I of degree four in s; a tapered `GeneralSection` has A and I linear.
@@ -311,27 +326,7 @@ class Tapered(Section):
             text = f"Tapered: start is a {classes}; both must be of one class"
             raise InputError(f"{text}. Use GeneralSection for both, or divide the beam.")
 
-    def area_at(self, s: Place) -> Array:
-        """A(s) [m^2] for the dimensions at s."""
-        kind, dimensions = self._mixed(s)
-        return kind.area_of(*dimensions)
-
-    def second_moment_at(self, s: Place) -> Array:
-        """I(s) [m^4] for the dimensions at s."""
-        kind, dimensions = self._mixed(s)
-        return kind.second_moment_of(*dimensions)
-
-    def outer_fibre_at(self, s: Place) -> Array:
-        """c(s) [m] for the dimensions at s."""
-        kind, dimensions = self._mixed(s)
-        return kind.outer_fibre_of(*dimensions)
-
-    def shear_factor_at(self, s: Place, poisson: float) -> Array:
-        """ks(s) [1] for the dimensions at s."""
-        kind, dimensions = self._mixed(s)
-        return kind.shear_factor_of(poisson, *dimensions)
-
-    def _mixed(self, s: Place) -> tuple[type[Prismatic], list[Array]]:
+    def _dimensions_at(self, s: Place) -> tuple[type[Prismatic], list[Array]]:
         x = np.asarray(s, dtype=float)
         pairs = zip(self.start.dimensions(), self.end.dimensions(), strict=True)
         return type(self.start), [(1.0 - x) * a + x * b for a, b in pairs]
@@ -346,7 +341,3 @@ def shear_factors(section: Section, shear: bool | float, poisson: float, s: Arra
         owner = f"{type(section).__name__}.shear_factor_at"
         raise InputError(f"{owner}: the result is {values!r}; it must be finite, > 0, and shaped like s.")
     return values
-
-
-def _constant(dimensions: tuple[float, ...], s: Place) -> list[Array]:
-    return [np.full(np.shape(s), value) for value in dimensions]

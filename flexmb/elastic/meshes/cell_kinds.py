@@ -32,8 +32,6 @@ class CellKind:
 
     Nodes are ordered as in VTK and gmsh: corners counter-clockwise, then the middles of the edges, then the centre.
 
-    Attributes
-    ----------
     name : "tri3", "tri6", "quad4" or "quad9".
     nodes, corners : numbers of nodes and of corners.
     edges : local nodes of each edge: both ends, then the middle of quadratic cells; the cell lies on the left.
@@ -117,8 +115,6 @@ Indices = npt.NDArray[np.int64]
 class Edges:
     """Edges of all cells, each edge once.
 
-    Attributes
-    ----------
     nodes : (e, 2) or (e, 3) first node, last node and middle of each edge, as its first cell has it on the left.
     cells : (e, 2) both cells of an edge; -1 for the missing one of a boundary edge.
     counts : (e,) number of cells of each edge.

@@ -18,13 +18,11 @@ from flexmb.elastic.planes.elements import (
     GRAVITY_X,
     GRAVITY_Y,
     NODES,
-    ZETA,
+    TIE,
     arms_of_pin,
-    corotated_damping,
     corotated_energy,
     corotated_force,
     corotated_tangent,
-    lagrange_damping,
     lagrange_energy,
     lagrange_force,
     lagrange_tangent,
@@ -41,6 +39,7 @@ from flexmb.elastic.planes.elements import (
     turned_arms,
 )
 from flexmb.elastic.planes.forms import cell_matrices, stiffness_basis
+from flexmb.elastic.planes.pins import Interface
 from flexmb.engine.compiled.arrays import matrix_view
 from flexmb.kernels import account_kernel, element_kernel, energy_kernel, fast, force_kernel, tangent_kernel
 from flexmb.model.contributions import Coordinate, ElementContribution
@@ -129,31 +128,27 @@ def cell_tangents(p, q, v, a, kq, kv, ka, r, A):
 
 @fast
 def add_turning(p, pin, x, v, a, kq, kv, arms, f, A):
-    """Add the tangent of the arms of a turning pin, by forces f (2 m,), damping and inertia."""
+    """Add the tangent of the arms of a turning pin, by forces f (2 m,), damping and inertia.
+
+    The latter are linear functions of velocities and accelerations: what they add to forces at rest.
+    """
     n, theta = 2 * int(p[NODES]), 3 * pin + 2
-    own, change, s = nodal(), nodal(), nodal()
+    own, change, gain, moving, still = nodal(), nodal(), nodal(), nodal(), nodal()
     arms_of_pin(p, pin, arms, own)
-    spin, gain = v[theta], a[theta]
-    moved = 0.0
-    for i in range(n):
-        moved += own[i] * f[i]
-        change[i], s[i] = -kq * spin * own[i], 0.0
-    A[theta, theta] -= kq * moved
-    if p[ZETA] > 0.0:
-        if p[FORMULATION] == COROTATED:
-            corotated_damping(p, x, change, s)
-        else:
-            lagrange_damping(p, x, change, s)
+    along, across = -kq * a[theta] - 2.0 * kv * v[theta], -kq * v[theta] * v[theta]
     for i in range(0, n, 2):
-        along, across = -kq * gain - 2.0 * kv * spin, -kq * spin * spin
-        change[i] = along * own[i] - across * own[i + 1]
-        change[i + 1] = along * own[i + 1] + across * own[i]
-    add_mass_times(p, change, 0.0, 0.0, s)
-    column, size = on_every_coordinate(), A.shape[0]
-    for i in range(size):
-        column[i] = 0.0
-    on_coordinates(p, arms, s, column)
-    for i in range(size):
+        change[i], change[i + 1] = -kq * v[theta] * own[i], -kq * v[theta] * own[i + 1]
+        gain[i], gain[i + 1] = along * own[i] - across * own[i + 1], along * own[i + 1] + across * own[i]
+    node_forces(p, x, change, gain, moving)
+    change[:], gain[:] = 0.0, 0.0
+    node_forces(p, x, change, gain, still)
+    for i in range(n):
+        A[theta, theta] -= kq * own[i] * f[i]
+        moving[i] -= still[i]
+    column = on_every_coordinate()
+    column[:] = 0.0
+    on_coordinates(p, arms, moving, column)
+    for i in range(A.shape[0]):
         A[i, theta] += column[i]
 
 
@@ -235,20 +230,10 @@ def cell_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
 # Numbers p of the kernels of plane cells, from the mesh, the moduli and the pins
 
 
-@dataclass(frozen=True)
-class Pin:
-    """A rigid pin: name of its node, and the place [m] in the mesh from which its nodes are measured."""
-
-    node: str
-    place: tuple[float, float]
-
-
 @dataclass(frozen=True, eq=False)
 class Cells:
     """Cells of one body, with the numbers of their kernels.
 
-    Parameters
-    ----------
     points : (n, 2), places of the nodes in the axes of the mesh [m].
     cells : (m, k) numbers of the nodes.
     masses : (m, k, k), consistent mass matrices of one direction [kg].
@@ -267,19 +252,19 @@ class Cells:
         mesh: PlaneMesh, material: ByRegion[Material], thickness: ByRegion[float], state: str, formulation: float
     ) -> Cells:
         """Cells of a mesh; thickness [m], state "stress" or "strain", formulation `COROTATED` or `TOTAL_LAGRANGE`."""
-        matrices = cell_matrices(mesh, material, thickness, state)
+        stiffness, masses = cell_matrices(mesh, material, thickness, state)
         m, basis = len(mesh.cells), stiffness_basis(mesh)
         gradients = np.stack([np.moveaxis(field.grad, 0, -1) for field, *_ in basis.basis], axis=2)  # (m, q, k, 2)
         if formulation == COROTATED:
             mean = np.einsum("cq,cqkx->ckx", basis.dx / basis.dx.sum(axis=1, keepdims=True), gradients)
-            numbers = np.hstack([mean.reshape(m, -1), matrices.stiffness.reshape(m, -1)])
+            numbers = np.hstack([mean.reshape(m, -1), stiffness.reshape(m, -1)])
         else:
             d11, d12, d33 = elasticity(mesh, material, state).T
             head = np.stack([np.full(m, float(basis.dx.shape[1])), d11, d12, d11, d33], axis=1)
             volumes = basis.dx * numbers_of_cells(mesh, "thickness", thickness, "m")[:, None]
             at_points = np.concatenate([volumes[:, :, None], gradients.reshape(m, len(volumes[0]), -1)], axis=2)
             numbers = np.hstack([head, at_points.reshape(m, -1)])
-        return Cells(mesh.points, mesh.cells, matrices.mass, formulation, numbers)
+        return Cells(mesh.points, mesh.cells, masses, formulation, numbers)
 
     @property
     def mass(self) -> float:
@@ -291,14 +276,14 @@ def cell_contributions(
     part: str,
     cells: Cells,
     nodes: Mapping[int, str],
-    pins: Mapping[int, Pin],
+    pins: Mapping[int, Interface],
     damping: float,
     gravity: tuple[float, float],
 ) -> list[ElementContribution]:
     """Contributions of all cells, with a stiffness-proportional damping time [s] and gravity [m/s^2].
 
-    `nodes` names the mechanism's nodes by number, of all nodes that lie on no pin; `pins` are the pins by number of the
-    mesh's nodes that lie on them.
+    `nodes` names the mechanism's nodes by number, of all nodes that lie on no pin; `pins` are the rigid pins by number
+    of the mesh's nodes that lie on them.
     """
     width = cells.cells.shape[1]
     masses = cells.masses.reshape(len(cells.cells), -1)
@@ -320,7 +305,7 @@ def _contribution(part: str, coordinates: tuple[Coordinate, ...], p: tuple[float
 
 
 def ties_of(
-    part: str, numbers: list[int], points: np.ndarray, nodes: Mapping[int, str], pins: Mapping[int, Pin]
+    part: str, numbers: list[int], points: np.ndarray, nodes: Mapping[int, str], pins: Mapping[int, Interface]
 ) -> tuple[tuple[Coordinate, ...], list[float], int]:
     """Coordinates of a cell, numbers of the ties of its nodes, and number of its pins.
 
@@ -328,13 +313,24 @@ def ties_of(
     `cell_contributions`.
     """
     on = list(dict.fromkeys(pins[k] for k in numbers if k in pins))
-    coordinates = [(part, pin.node, axis) for pin in on for axis in (0, 1, 2)]
+    coordinates = [(part, pin.name, axis) for pin in on for axis in (0, 1, 2)]
     ties: list[float] = []
     for k in numbers:
         pin = pins.get(k)
         if pin is not None:
-            ties += [3.0 * on.index(pin), 1.0, points[k, 0] - pin.place[0], points[k, 1] - pin.place[1]]
+            ties += [3.0 * on.index(pin), 1.0, points[k, 0] - pin.point[0], points[k, 1] - pin.point[1]]
         else:
             ties += [float(len(coordinates)), 0.0, 0.0, 0.0]
             coordinates += [(part, nodes[k], 0), (part, nodes[k], 1)]
     return tuple(coordinates), [float(x) for x in ties], len(on)
+
+
+def tie_matrix(ties: list[float], count: int) -> np.ndarray:
+    """T = dx/dq (nodes x 2, count) of the ties of a cell with `count` coordinates, in the mesh."""
+    found = np.zeros((len(ties) // 2, count))
+    for k, (first, on_pin, x, y) in enumerate(np.reshape(ties, (-1, TIE)).tolist()):
+        i = int(first)
+        found[2 * k : 2 * k + 2, i : i + 2] = np.eye(2)
+        if on_pin:
+            found[2 * k : 2 * k + 2, i + 2] = -y, x
+    return found

@@ -180,13 +180,15 @@ def pins_of(p):
 
 
 @fast
-def deformation(p, x, d):
-    """d (2 m,) of nodes at x (2 m,), relative to the first node; cos, sin of the rotation, and rho."""
-    m, g = int(p[NODES]), formulation_at(p)
+def deformation_by(p, m, places, gradients, x, d):
+    """d (2 m,) of nodes at x (2 m,), relative to the first node; cos, sin of the rotation, and rho.
+
+    The places of the nodes and the mean gradients begin at these places of p.
+    """
     a, b = 0.0, 0.0
     for k in range(m):
         ex, ey = x[2 * k] - x[0], x[2 * k + 1] - x[1]
-        gx, gy = p[g + 2 * k], p[g + 2 * k + 1]
+        gx, gy = p[gradients + 2 * k], p[gradients + 2 * k + 1]
         a += gx * ex + gy * ey
         b += gx * ey - gy * ex
         d[2 * k], d[2 * k + 1] = ex, ey
@@ -194,9 +196,15 @@ def deformation(p, x, d):
     c, s = a / rho, b / rho
     for k in range(m):
         ex, ey = d[2 * k], d[2 * k + 1]
-        d[2 * k] = c * ex + s * ey - (p[PLACES + 2 * k] - p[PLACES])
-        d[2 * k + 1] = c * ey - s * ex - (p[PLACES + 2 * k + 1] - p[PLACES + 1])
+        d[2 * k] = c * ex + s * ey - (p[places + 2 * k] - p[places])
+        d[2 * k + 1] = c * ey - s * ex - (p[places + 2 * k + 1] - p[places + 1])
     return c, s, rho
+
+
+@fast
+def deformation(p, x, d):
+    """`deformation_by` the numbers of a cell."""
+    return deformation_by(p, int(p[NODES]), PLACES, formulation_at(p), x, d)
 
 
 @fast
@@ -278,19 +286,6 @@ def corotated_force(p, x, v, r):
         stiffness_times(p, rate, f)
     else:
         stiffness_times(p, d, f)
-    projected(p, c, s, rho, turned_product(n, d, f), f, r)
-
-
-@fast
-def corotated_damping(p, x, v, r):
-    """Forces r (2 m,) of damping alone, a linear function of v."""
-    n = 2 * int(p[NODES])
-    d, rate, f = nodal(), nodal(), nodal()
-    c, s, rho = deformation(p, x, d)
-    deformation_rate(p, c, s, rho, d, v, rate)
-    stiffness_times(p, rate, f)
-    for i in range(n):
-        f[i] *= p[ZETA]
     projected(p, c, s, rho, turned_product(n, d, f), f, r)
 
 
@@ -469,18 +464,6 @@ def damped_stress(p, point, F, v):
         D = strain_rate(F, gradient(p, point, v))
         E = (E[0] + p[ZETA] * D[0], E[1] + p[ZETA] * D[1], E[2] + p[ZETA] * D[2])
     return stress(p, E)
-
-
-@fast
-def lagrange_damping(p, x, v, r):
-    """Forces r (2 m,) of damping alone, a linear function of v."""
-    for i in range(2 * int(p[NODES])):
-        r[i] = 0.0
-    for k in range(int(p[formulation_at(p)])):
-        point = point_at(p, k)
-        F = gradient(p, point, x)
-        D = strain_rate(F, gradient(p, point, v))
-        add_force(p, point, F, stress(p, (p[ZETA] * D[0], p[ZETA] * D[1], p[ZETA] * D[2])), r)
 
 
 @fast

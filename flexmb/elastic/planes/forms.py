@@ -11,6 +11,7 @@ Equations (11.3) and (11.5) of docs/theory/plane_bodies.md.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -18,6 +19,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 from scipy.sparse import bsr_array, coo_array, csr_array, kron
+from scipy.sparse.linalg import LinearOperator, eigsh, splu
 from skfem import Basis, BilinearForm
 
 from flexmb.elastic.meshes.mesh import STRESS, ByRegion, PlaneMesh, densities, elasticity, numbers_of_cells
@@ -64,20 +66,6 @@ class PlaneMatrices:
         return mass, (float(centre[0]), float(centre[1])), float(np.sum(off * (self.scalar_mass @ off)))
 
 
-@dataclass(frozen=True, eq=False)
-class CellMatrices:
-    """Matrices of every cell.
-
-    Attributes
-    ----------
-    stiffness : (m, 2k, 2k) [N/m], displacements of a cell's nodes ordered x0, y0, x1, y1, ...
-    mass : (m, k, k) [kg], for x and for y.
-    """
-
-    stiffness: Array
-    mass: Array
-
-
 def matrices(
     mesh: PlaneMesh, material: ByRegion[Material], thickness: ByRegion[float], state: str = STRESS
 ) -> PlaneMatrices:
@@ -97,10 +85,10 @@ def matrices(
 
 def cell_matrices(
     mesh: PlaneMesh, material: ByRegion[Material], thickness: ByRegion[float], state: str = STRESS
-) -> CellMatrices:
-    """Stiffness and mass of every cell; parameters as of `matrices`."""
+) -> tuple[Array, Array]:
+    """Stiffness (m, 2k, 2k) [N/m] and mass (m, k, k) [kg] of every cell; parameters as of `matrices`."""
     same, cross = _stiffness_blocks(mesh, material, thickness, state)
-    return CellMatrices(_interleaved(same, cross), _mass(mesh, material, thickness))
+    return _interleaved(same, cross), _mass(mesh, material, thickness)
 
 
 def _interleaved(same: tuple[Array, Array], cross: Array) -> Array:
@@ -153,12 +141,7 @@ def stress_at_quadrature(mesh: PlaneMesh, material: ByRegion[Material], u: Array
     slopes = np.zeros((2, 2, *basis.dx.shape))  # component, direction
     for k, (field, *_) in enumerate(basis.basis):
         slopes += np.einsum("ma,bmq->abmq", own[:, k], field.grad)
-    return stress_of_slopes(elasticity(mesh, material, state), slopes)
-
-
-def stress_of_slopes(D: Array, slopes: Array) -> Array:
-    """Stresses (m, q, 3) of displacement gradients (2, 2, m, q) and stiffnesses (m, 3)."""
-    d11, d12, d33 = (D[:, k, None] for k in range(3))
+    d11, d12, d33 = elasticity(mesh, material, state).T[:, :, None]
     ex, ey, gxy = slopes[0, 0], slopes[1, 1], slopes[0, 1] + slopes[1, 0]
     return np.stack([d11 * ex + d12 * ey, d12 * ex + d11 * ey, d33 * gxy], axis=2)
 
@@ -199,3 +182,25 @@ def assembled(mesh: PlaneMesh, local: Array) -> csr_array:
     cells, (n, k) = mesh.cells.astype(np.int32), (len(mesh.points), mesh.cells.shape[1])
     rows, columns = np.repeat(cells, k, axis=1).ravel(), np.tile(cells, k).ravel()
     return csr_array(coo_array((local.ravel(), (rows, columns)), shape=(n, n)).tocsr())
+
+
+# Lowest natural vibrations by Lanczos' method
+
+
+def factored(K: Any) -> Any:
+    """Factors of a sparse symmetric matrix."""
+    return splu(K.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+
+
+def lowest(
+    K: Any, M: Any, count: int, shift: float = 0.0, solve: Callable[[Array], Array] | None = None
+) -> tuple[Array, Array]:
+    """Lowest eigenvalues (count,) of K x = w^2 M x, ascending, and their vectors (n, count).
+
+    `shift` lies below all of them; `solve` is the inverse of K - shift M, where it is known.
+    """
+    inverse = LinearOperator(K.shape, matvec=solve or factored(K - shift * M).solve, dtype=float)
+    start = np.sin(1.0 + 7.3 * np.arange(K.shape[0]))  # the same in every run
+    values, vectors = eigsh(K, count, M, sigma=shift, OPinv=inverse, v0=start)
+    order = np.argsort(values)
+    return values[order], vectors[:, order]

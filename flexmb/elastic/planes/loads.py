@@ -14,16 +14,17 @@ It is linear in x, so the tangent is constant but for the arms of pins.  Equatio
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+from scipy.sparse import csr_array
 
 from flexmb.elastic.meshes.cell_kinds import edge_rule
 from flexmb.elastic.meshes.mesh import ByRegion, PlaneMesh, numbers_of_cells
-from flexmb.elastic.planes.cells import Pin, ties_of
+from flexmb.elastic.planes.cells import ties_of
 from flexmb.elastic.planes.elements import (
     FIRST,
     NODES,
@@ -50,6 +51,9 @@ from flexmb.model.contributions import (
     signal_contributions,
 )
 from flexmb.model.law import Motion
+
+if TYPE_CHECKING:
+    from flexmb.elastic.planes.plane_body import PlaneBody
 
 # Nodal forces of loads on plane bodies: fields in the body, tractions and pressures on its edges
 
@@ -88,8 +92,6 @@ def edge_load(mesh: PlaneMesh, name: str, traction: Field, thickness: ByRegion[f
 class LoadedEdges:
     """Edges of the boundary on which a load acts.
 
-    Parameters
-    ----------
     nodes : (b, k) nodes of each edge, the body on the left.
     places : (b, q, 2) its quadrature points [m].
     thickness : (b,) thickness of its cell [m].
@@ -132,22 +134,8 @@ def edge_products(mesh: PlaneMesh, edges: LoadedEdges, stress: Stress) -> Array:
 def edge_pressure(mesh: PlaneMesh, name: str, pressure: Stress, thickness: ByRegion[float]) -> Array:
     """Nodal forces (2n,) [N] of a pressure [Pa] on the edges of a set, by thickness [m]; > 0 pushes into the body."""
     edges = loaded_edges(mesh, name, thickness)
-    return on_edges(mesh, edges.nodes, edge_products(mesh, edges, pressure), 0.0).ravel()
-
-
-def on_edges(mesh: PlaneMesh, nodes: npt.NDArray[np.int64], normal: Array, along: Array | float) -> Array:
-    """Nodal forces (n, 2) [N] of stresses that follow edges of nodes (b, k), at the places of the mesh.
-
-    `normal` and `along` are products (b, k, k) of the pressure and of the shear, or 0 [N/m].
-    """
-    x = mesh.points[nodes]
-    inner = np.stack([-x[:, :, 1], x[:, :, 0]], axis=2)  # the body lies on the left of an edge
-    forces = np.zeros((len(mesh.points), 2))
-    on_nodes = np.einsum("bkl,bla->bka", normal, inner)
-    if np.ndim(along):
-        on_nodes = on_nodes + np.einsum("bkl,bla->bka", along, x)
-    np.add.at(forces, nodes, on_nodes)
-    return forces
+    products = edge_products(mesh, edges, pressure)
+    return FollowedEdges(edges.nodes, products, np.zeros_like(products)).forces(mesh).ravel()
 
 
 def real_values(given: Any) -> Array:
@@ -316,10 +304,8 @@ def mesh_load_signal(p, t, q, v, a):
 
 @dataclass(frozen=True, eq=False)
 class FollowedEdges:
-    """Edges that a load follows.
+    """Edges that a load follows, the body on their left.
 
-    Parameters
-    ----------
     nodes : (b, k) nodes of each edge.
     normal, along : (b, k, k) products of the pressure and of the shear [N/m].
     """
@@ -328,13 +314,26 @@ class FollowedEdges:
     normal: Array
     along: Array
 
+    def matrix(self, size: int) -> csr_array:
+        """A (size, size): nodal forces x0, y0, x1, y1, ... by the places of the nodes."""
+        blocks = np.zeros((*self.normal.shape, 2, 2))
+        blocks[..., 0, 0] = blocks[..., 1, 1] = self.along
+        blocks[..., 0, 1], blocks[..., 1, 0] = -self.normal, self.normal
+        places = 2 * self.nodes[:, :, None] + np.arange(2)  # (b, k, 2)
+        b, k, _ = places.shape
+        rows = np.broadcast_to(places[:, :, None, :, None], (b, k, k, 2, 2))
+        columns = np.broadcast_to(places[:, None, :, None, :], (b, k, k, 2, 2))
+        return csr_array((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(size, size))
+
+    def forces(self, mesh: PlaneMesh) -> Array:
+        """Nodal forces (n, 2) [N] at the places of the mesh."""
+        return np.asarray((self.matrix(mesh.points.size) @ mesh.points.ravel()).reshape(-1, 2))
+
 
 @dataclass(frozen=True, eq=False)
 class NodalLoad:
     """A load on the nodes of a mesh, in the axes of the mesh.
 
-    Parameters
-    ----------
     forces : (n, 2) forces on the undeformed body [N].
     nodes : numbers of the nodes on which it acts, though its values may be 0.
     follower : whether their directions turn with the first pin.
@@ -347,72 +346,54 @@ class NodalLoad:
     edges: FollowedEdges | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class LoadedMesh:
-    """A body with all nodes, as a load sees it.
+def load_contributions(body: PlaneBody, name: str, load: NodalLoad, history: Motion | None) -> list[Contribution]:
+    """Elements and signals of a load on all nodes of a body, times the value of `history`; None: constant."""
+    kernel: Kernel = edge_force_kernel if load.edges else node_force_kernel
+    parts = list(_edges(body, load.edges) if load.edges else _nodes(body, load))
+    numbers, coordinates = [float(load.edges is not None)], list[Coordinate]()
+    for place, p in parts:
+        numbers += [float(len(place)), float(len(p)), *p]
+        coordinates += place
+    return [
+        *(ElementContribution(name, kernel, place, p, factor=history) for place, p in parts),
+        *signal_contributions(
+            name, mesh_load_signal, SIGNALS, tuple(coordinates), tuple(numbers), use_of_factor=MULTIPLIES
+        ),
+    ]
 
-    Parameters
-    ----------
-    points : (n, 2) nodes in the axes of the mesh [m].
-    names : names of the nodes of the mechanism by number, of all nodes that lie on no rigid pin.
-    pins : rigid pins by number of the mesh's nodes that lie on them.
-    main : name of the first pin.
-    direction : direction of the mesh's x-axis in the world [rad].
-    """
 
-    part: str
-    points: Array
-    names: Mapping[int, str]
-    pins: Mapping[int, Pin]
-    main: str
-    direction: float
+def _edges(body: PlaneBody, edges: FollowedEdges) -> Iterator[tuple[tuple[Coordinate, ...], tuple[float, ...]]]:
+    """Coordinates and numbers of each edge."""
+    products = np.stack([edges.normal, edges.along], axis=3).reshape(len(edges.nodes), -1)
+    for nodes, own in zip(edges.nodes.tolist(), products.tolist(), strict=True):
+        coordinates, ties, held = ties_of(body.name, nodes, body.mesh.points, body.free_nodes, body.on_pins)
+        yield coordinates, (float(len(nodes)), float(held), *own, *ties)
 
-    def contributions(self, name: str, load: NodalLoad, history: Motion | None) -> list[Contribution]:
-        """Elements and signals of a load, times the value of the motion `history`; None: constant."""
-        kernel: Kernel = edge_force_kernel if load.edges else node_force_kernel
-        parts = list(self._edges(load.edges) if load.edges else self._nodes(load))
-        numbers, coordinates = [float(load.edges is not None)], list[Coordinate]()
-        for place, p in parts:
-            numbers += [float(len(place)), float(len(p)), *p]
-            coordinates += place
-        return [
-            *(ElementContribution(name, kernel, place, p, factor=history) for place, p in parts),
-            *signal_contributions(
-                name, mesh_load_signal, SIGNALS, tuple(coordinates), tuple(numbers), use_of_factor=MULTIPLIES
-            ),
-        ]
 
-    def _edges(self, edges: FollowedEdges) -> Iterator[tuple[tuple[Coordinate, ...], tuple[float, ...]]]:
-        """Coordinates and numbers of each edge."""
-        products = np.stack([edges.normal, edges.along], axis=3).reshape(len(edges.nodes), -1)
-        for nodes, own in zip(edges.nodes.tolist(), products.tolist(), strict=True):
-            coordinates, ties, held = ties_of(self.part, nodes, self.points, self.names, self.pins)
-            yield coordinates, (float(len(nodes)), float(held), *own, *ties)
+def _nodes(body: PlaneBody, load: NodalLoad) -> Iterator[tuple[tuple[Coordinate, ...], tuple[float, ...]]]:
+    """Coordinates and numbers of each loaded node, then of each loaded pin."""
+    on_pins: dict[str, Array] = {}
+    for k in load.nodes.tolist():
+        fx, fy = load.forces[k].tolist()
+        pin = body.on_pins.get(k)
+        if pin is None:
+            yield _force(body, load, (fx, fy, 0.0, 0.0), node_coordinates(body.name, body.free_nodes[k])[:2])
+            continue
+        ax, ay = (body.mesh.points[k] - pin.point).tolist()
+        sums = on_pins.setdefault(pin.name, np.zeros(4))
+        sums += (fx, fy, ax * fy - ay * fx, ax * fx + ay * fy)
+    for name, sums in on_pins.items():
+        yield _force(body, load, tuple(sums.tolist()), node_coordinates(body.name, name))
 
-    def _nodes(self, load: NodalLoad) -> Iterator[tuple[tuple[Coordinate, ...], tuple[float, ...]]]:
-        """Coordinates and numbers of each loaded node, then of each loaded pin."""
-        turning = node_coordinates(self.part, self.main)[2]
-        on_pins: dict[Pin, Array] = {}
-        for k in load.nodes.tolist():
-            fx, fy = load.forces[k].tolist()
-            pin = self.pins.get(k)
-            if pin is None:
-                place = node_coordinates(self.part, self.names[k])[:2]
-                yield self._force(load, (fx, fy, 0.0, 0.0), place, turning)
-                continue
-            ax, ay = (self.points[k] - pin.place).tolist()
-            sums = on_pins.setdefault(pin, np.zeros(4))
-            sums += (fx, fy, ax * fy - ay * fx, ax * fx + ay * fy)
-        for pin, sums in on_pins.items():
-            yield self._force(load, tuple(sums.tolist()), node_coordinates(self.part, pin.node), turning)
 
-    def _force(
-        self, load: NodalLoad, sums: tuple[float, ...], place: tuple[Coordinate, ...], turning: Coordinate
-    ) -> tuple[tuple[Coordinate, ...], tuple[float, ...]]:
-        """Coordinates and numbers of a force on the node at `place`, with its rotation if it has one."""
-        own, at = (2 if len(place) == 3 else -1), -1
-        if load.follower:
-            if turning not in place:
-                place = (*place, turning)
-            at = place.index(turning)
-        return place, (*sums, self.direction, float(own), float(at))
+def _force(
+    body: PlaneBody, load: NodalLoad, sums: tuple[float, ...], place: tuple[Coordinate, ...]
+) -> tuple[tuple[Coordinate, ...], tuple[float, ...]]:
+    """Coordinates and numbers of a force on the node at `place`, with its rotation if it has one."""
+    own, at = (2 if len(place) == 3 else -1), -1
+    if load.follower:
+        turning = node_coordinates(body.name, body.interfaces[0].name)[2]
+        if turning not in place:
+            place = (*place, turning)
+        at = place.index(turning)
+    return place, (*sums, body.direction, float(own), float(at))

@@ -100,8 +100,6 @@ NO_ARM = 1e-9
 class Interface:
     """A set of nodes that moves with one point.
 
-    Parameters
-    ----------
     nodes : node numbers of the set.
     point : place of the pin in the axes of the mesh [m].
     kind : "rigid" or "averaged".
@@ -150,8 +148,6 @@ class Tie:
 
     u = matrix [pins; u[free]]
 
-    Attributes
-    ----------
     matrix : (2n, 3p + f) sparse; columns u_x, u_y, theta of each pin, then the free displacements.
     pins : names of the pins.
     free : (f,) numbers of the free displacements among x0, y0, x1, y1, ...

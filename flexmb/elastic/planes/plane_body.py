@@ -9,23 +9,23 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import KW_ONLY, dataclass, replace
+from dataclasses import KW_ONLY, replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import numpy.typing as npt
-from scipy.sparse import csc_array
-from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
+from scipy.sparse.linalg import ArpackError
 
 from flexmb import checks, planar
+from flexmb.elastic.beams.mass_damping import damping_element
 from flexmb.elastic.meshes.mesh import STRAIN, STRESS, PlaneMesh, by_region, cell_values, elasticity, require_material
-from flexmb.elastic.planes.cells import Cells, Pin, cell_contributions
+from flexmb.elastic.planes.cells import Cells, cell_contributions, tie_matrix, ties_of
 from flexmb.elastic.planes.elements import COROTATED, TOTAL_LAGRANGE
-from flexmb.elastic.planes.forms import PlaneMatrices, matrices
-from flexmb.elastic.planes.mass_damping import damping_contributions, far_node
+from flexmb.elastic.planes.forms import PlaneMatrices, lowest, matrices
+from flexmb.elastic.planes.loads import NodalLoad, load_contributions
 from flexmb.elastic.planes.pins import AVERAGED, RIGID, Interface, Tie, averaged_pin, tie
-from flexmb.elastic.planes.stress import peak_stress_signal
+from flexmb.elastic.planes.stress import cell_materials, mesh_shape, peak_stress_signal
 from flexmb.errors import InputError, SolveError
 from flexmb.fields import field, flag, instance, not_negative, one_of, point, record
 from flexmb.findings.finding import Finding, found
@@ -35,7 +35,6 @@ from flexmb.model.contributions import (
     Contribution,
     Coordinate,
     Node,
-    SignalContribution,
     node_coordinates,
 )
 from flexmb.model.elastic_body import ElasticBody
@@ -45,7 +44,6 @@ from flexmb.parts.bodies.flexible import Field, RigidProperties, Triple, start_d
 from flexmb.parts.bodies.point_mass import held_rotation_kernel, node_mass
 
 if TYPE_CHECKING:
-    from flexmb.elastic.planes.loads import NodalLoad
     from flexmb.model.law import Motion
     from flexmb.model.mechanism import Mechanism
 
@@ -71,14 +69,7 @@ class MeshBody(ElasticBody):
 
     @abstractmethod
     def loaded(self, name: str, load: NodalLoad, history: Motion | None) -> Sequence[Contribution]:
-        """Contributions of a load on the mesh.
-
-        Parameters
-        ----------
-        name : name of the load.
-        load : its forces, in the axes of the mesh.
-        history : motion whose value multiplies it; None: constant.
-        """
+        """Contributions of a `load` on the mesh, in its axes, times the value of `history`; None: constant."""
 
 
 # Natural frequencies and shapes of plane bodies, free or held at pins
@@ -113,160 +104,23 @@ def vibrations(
         text = f"{label}: with its pins held it has {K.shape[0]} displacements"
         raise InputError(f"{text}, so it cannot vibrate. Take pins that leave nodes free, or a finer mesh.")
     checks.between(label, "count", count, 1, K.shape[0] - rigid - 1)
-    squared, shapes = _lowest(label, csc_array(K), csc_array(M), count + rigid, matrices)
+    # E/rho and the length of the body give a frequency that no material and no unit changes
+    scale = matrices.stiffness.diagonal().max() / matrices.mass.diagonal().max()
+    try:
+        squared, shapes = lowest(K, M, count + rigid, -SHIFT * scale / len(matrices.mesh.points))
+    except ArpackError as error:
+        text = f"{label}: {count + rigid} natural frequencies were not found ({error})"
+        raise SolveError(f"{text}. Ask for fewer, or look for nearly separate pieces of the mesh.") from None
     frequencies = np.sqrt(np.maximum(squared[rigid:], 0.0)) / (2.0 * math.pi)
     shapes = shapes[:, rigid:]
     return frequencies, shapes if T is None else T @ shapes
 
-
-def _lowest(label: str, K: csc_array, M: csc_array, count: int, matrices: PlaneMatrices) -> tuple[Array, Array]:
-    """Lowest eigenvalues of K - w^2 M and their vectors, by Lanczos' method on the inverse of K - shift M."""
-    # E/rho and the length of the body give a frequency that no material and no unit changes
-    scale = matrices.stiffness.diagonal().max() / matrices.mass.diagonal().max()
-    nodes = len(matrices.mesh.points)
-    shift = -SHIFT * scale / nodes
-    factors = splu(csc_array(K - shift * M), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
-                   options={"SymmetricMode": True})  # fmt: skip
-    inverse = LinearOperator(K.shape, matvec=factors.solve, dtype=float)
-    start = np.random.default_rng(0).standard_normal(K.shape[0])
-    try:
-        values, vectors = eigsh(K, count, M, sigma=shift, OPinv=inverse, v0=start)
-    except ArpackError as error:
-        text = f"{label}: {count} natural frequencies were not found ({error})"
-        raise SolveError(f"{text}. Ask for fewer, or look for nearly separate pieces of the mesh.") from None
-    order = np.argsort(values)
-    return values[order], vectors[:, order]
-
-
-# Contributions of a plane body with all nodes of its mesh: cells, pins, and rotations that mesh nodes do not have
 
 PIN_SHARE = 1e-7
 """Mass of an averaged pin over that of its body: it keeps the equations of motion regular.
 
 Its nodes have as much less, so that no rigid motion of the body has another inertia.  Frequencies of motions that
 deform the hole change by less than this share.  With a hundredth of it steps find the pins without mass."""
-
-
-@dataclass(frozen=True, eq=False)
-class MeshPin:
-    """A pin of a body: name of its node, place in the mesh [m], numbers of the mesh's nodes that it holds.
-
-    weights : (n,) of an averaged pin, with the sum 1; None: a rigid pin.
-    """
-
-    name: str
-    place: tuple[float, float]
-    nodes: np.ndarray
-    weights: np.ndarray | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class FullBody:
-    """A plane body with all nodes of its mesh.
-
-    Parameters
-    ----------
-    cells : cells, in the axes of the mesh.
-    origin : the mesh's origin in the world [m].
-    angle : direction of the mesh's x-axis in the world [rad].
-    damping : stiffness-proportional damping time [s].
-    mass_damping : mass-proportional damping rate [1/s].
-    """
-
-    part: str
-    cells: Cells
-    pins: Sequence[MeshPin]
-    origin: tuple[float, float] = (0.0, 0.0)
-    angle: float = 0.0
-    damping: float = 0.0
-    mass_damping: float = 0.0
-
-    @cached_property
-    def on_pins(self) -> dict[int, Pin]:
-        """Rigid pins by the numbers of their nodes."""
-        rigid = [pin for pin in self.pins if pin.weights is None]
-        return {int(k): Pin(pin.name, pin.place) for pin in rigid for k in pin.nodes}
-
-    @cached_property
-    def names(self) -> dict[int, str]:
-        """Names of the nodes that lie on no rigid pin, by number."""
-        return {k: f"node{k}" for k in range(len(self.cells.points)) if k not in self.on_pins}
-
-    def nodes(self) -> tuple[Node, ...]:
-        """Pins, then nodes of the mesh, in the reference configuration."""
-        pins = [Node(pin.name, *self._world(pin.place), self.angle) for pin in self.pins]
-        points = self.cells.points.tolist()
-        return (*pins, *(Node(name, *self._world(points[k]), 0.0, turns=False) for k, name in self.names.items()))
-
-    def _world(self, point: Sequence[float]) -> tuple[float, float]:
-        return planar.from_frame(self.origin, self.angle, (point[0], point[1]))
-
-    def contributions(self, gravity: tuple[float, float]) -> list[Contribution]:
-        """Cells, averaged pins, held rotations."""
-        found: list[Contribution] = []
-        found += cell_contributions(self.part, self.cells, self.names, self.on_pins, self.damping, gravity)
-        if self.mass_damping:
-            zeta = self.mass_damping
-            found += damping_contributions(self.part, self.cells, self.names, self.on_pins, zeta, self._axis())
-        inertia = self.cells.mass * float(np.ptp(self.cells.points, axis=0).max()) ** 2
-        for name in self.names.values():  # any moment of inertia will do
-            theta = node_coordinates(self.part, name)[2:]
-            found.append(node_mass(self.part, name, 0.0, inertia / len(self.names), (0.0, 0.0)))
-            found.append(ConstraintContribution(self.part, held_rotation_kernel, theta, (), 1, is_drive=True))
-        for pin in self.pins:
-            if pin.weights is not None:
-                found += self._averaged(pin, pin.weights, gravity)
-        return found
-
-    def _axis(self) -> tuple[str, str]:
-        """Nodes of the frame of mass-proportional damping: the first two pins, or one and the farthest node."""
-        if len(self.pins) > 1:
-            return self.pins[0].name, self.pins[1].name
-        return self.pins[0].name, self.names[far_node(self.cells.points, self.pins[0].place)]
-
-    def carriers(self) -> tuple[tuple[int, float, float], ...]:
-        """Number of the node that carries each point of the mesh, in the order of `nodes`, and its place there [m]."""
-        pins = [pin.name for pin in self.pins]
-        number = {name: len(pins) + k for k, name in enumerate(self.names.values())}
-        found = []
-        for k, (x, y) in enumerate(self.cells.points.tolist()):
-            pin = self.on_pins.get(k)
-            if pin is None:
-                found.append((number[self.names[k]], 0.0, 0.0))
-            else:
-                found.append((pins.index(pin.node), x - pin.place[0], y - pin.place[1]))
-        return tuple(found)
-
-    def stress_signal(self, mesh: PlaneMesh, materials: np.ndarray) -> SignalContribution:
-        """Signal of the largest von Mises stress, with its node.
-
-        `materials` (m, 4) are d11, d12, d33 [Pa] of each cell, and sz over sx + sy.
-        """
-        pins = [pin.name for pin in self.pins]
-        coordinates = [c for name in pins for c in node_coordinates(self.part, name)]
-        ties = np.zeros((len(mesh.points), 4))
-        for k, place in enumerate(mesh.points):
-            pin = self.on_pins.get(k)
-            if pin is None:
-                ties[k, 0] = len(coordinates)
-                coordinates += node_coordinates(self.part, self.names[k])[:2]
-            else:
-                ties[k] = 3.0 * pins.index(pin.node), 1.0, *(place - pin.place)
-        return peak_stress_signal(self.part, tuple(coordinates), ties, mesh.points, mesh.cells, mesh.kind, materials)
-
-    def _averaged(self, pin: MeshPin, weights: np.ndarray, gravity: tuple[float, float]) -> list[Contribution]:
-        """Constraint and small mass of an averaged pin, taken from its nodes."""
-        own = [node_coordinates(self.part, self.names[int(k)])[:2] for k in pin.nodes]
-        coordinates = (*node_coordinates(self.part, pin.name), *(c for pair in own for c in pair))
-        arms = self.cells.points[pin.nodes] - np.array(pin.place)
-        mass = PIN_SHARE * self.cells.mass
-        inertia = mass * float(weights @ (arms**2).sum(axis=1))
-        shares = zip((self.names[int(k)] for k in pin.nodes), weights.tolist(), strict=True)
-        return [
-            averaged_pin(self.part, coordinates, arms, weights),
-            node_mass(self.part, pin.name, mass, inertia, gravity),
-            *(node_mass(self.part, name, -mass * w, 0.0, gravity) for name, w in shares),
-        ]
 
 
 # Flexible body of any planar shape: a mesh of plane stress or plane strain with pins in its holes
@@ -353,7 +207,7 @@ class PlaneBody(MeshBody):
             require_material(f"{self.label}, region {region!r}" if region else self.label, material)
         cell_values(self.mesh, "thickness", self.thickness)
         elasticity(self.mesh, self.material, self.state)
-        count = len(self.interfaces) + len(self.mesh.points) - len(self._held)
+        count = len(self.interfaces) + len(self.free_nodes)
         for name, checked in (("velocity", start_velocity), ("displacement", start_displacement)):
             object.__setattr__(self, name, checked(self.label, getattr(self, name), count, None))
 
@@ -429,23 +283,34 @@ class PlaneBody(MeshBody):
         return _matrices(self.mesh, self.material, self.thickness, self.state)
 
     @cached_property
-    def _held(self) -> frozenset[int]:
-        """Nodes of the mesh that rigid pins hold."""
-        return frozenset(node for i in self.interfaces if i.kind == RIGID for node in i.nodes.tolist())
+    def on_pins(self) -> dict[int, Interface]:
+        """Rigid pins by the numbers of the mesh's nodes that they hold."""
+        return {k: pin for pin in self.interfaces if pin.kind == RIGID for k in pin.nodes.tolist()}
+
+    @cached_property
+    def free_nodes(self) -> dict[int, str]:
+        """Names of the mesh's nodes that no rigid pin holds, by number."""
+        return {k: f"node{k}" for k in range(len(self.mesh.points)) if k not in self.on_pins}
+
+    @cached_property
+    def _cells(self) -> Cells:
+        """Cells with the numbers of their kernels, in the axes of the mesh."""
+        return Cells.of(self.mesh, self.material, self.thickness, self.state, FORMULATIONS[self.formulation])
 
     @cached_property
     def _nodes(self) -> tuple[Node, ...]:
-        free = [(f"node{k}", point) for k, point in enumerate(self.mesh.points.tolist()) if k not in self._held]
-        return (*self.pin_nodes, *(Node(name, *self._world((x, y)), 0.0, turns=False) for name, (x, y) in free))
+        points = self.mesh.points.tolist()
+        free = (Node(name, *self._world(points[k]), 0.0, turns=False) for k, name in self.free_nodes.items())
+        return (*self.pin_nodes, *free)
 
     @cached_property
     def pin_nodes(self) -> tuple[Node, ...]:
         """The pins in the reference configuration."""
         return tuple(Node(i.name, *self._world(i.point), self.direction) for i in self.interfaces)
 
-    def _world(self, point: Point) -> Point:
+    def _world(self, point: Sequence[float]) -> Point:
         """A point of the mesh in the reference configuration [m]."""
-        return planar.from_frame(self.origin, self.direction, point)
+        return planar.from_frame(self.origin, self.direction, (point[0], point[1]))
 
     def nodes(self) -> tuple[Node, ...]:
         """The pins, then the nodes of the mesh that no rigid pin holds."""
@@ -465,12 +330,59 @@ class PlaneBody(MeshBody):
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """Cells, averaged pins, held rotations of the mesh's nodes; the largest stress."""
-        from flexmb.elastic.planes.stress import cell_materials  # noqa: PLC0415
-
-        found = self._full.contributions(mechanism.gravity)
+        cells, gravity, mesh = self._cells, mechanism.gravity, self.mesh
+        found: list[Contribution] = []
+        found += cell_contributions(self.name, cells, self.free_nodes, self.on_pins, self.damping, gravity)
+        found += self._damped() if self.mass_damping else ()
+        inertia = cells.mass * float(np.ptp(mesh.points, axis=0).max()) ** 2
+        for name in self.free_nodes.values():  # any moment of inertia will do
+            theta = node_coordinates(self.name, name)[2:]
+            found.append(node_mass(self.name, name, 0.0, inertia / len(self.free_nodes), (0.0, 0.0)))
+            found.append(ConstraintContribution(self.name, held_rotation_kernel, theta, (), 1, is_drive=True))
+        for pin in self.interfaces:
+            found += self._averaged(pin, gravity) if pin.kind == AVERAGED else ()
         if self.stress:
-            found.append(self._full.stress_signal(self.mesh, cell_materials(self.mesh, self.material, self.state)))
+            everywhere = list(range(len(mesh.points)))
+            coordinates, ties, _ = ties_of(self.name, everywhere, mesh.points, self.free_nodes, self.on_pins)
+            materials = cell_materials(mesh, self.material, self.state)
+            found.append(peak_stress_signal(self.name, coordinates, ties, mesh, materials))
         return found
+
+    def _damped(self) -> Iterator[Contribution]:
+        """Mass-proportional damping of all cells; the frame has the first two pins, or one and the farthest node."""
+        points, first = self.mesh.points, self.interfaces[0]
+        if len(self.interfaces) > 1:
+            end, name = self.interfaces[1].point, self.interfaces[1].name
+        else:
+            far = int(np.linalg.norm(points - np.array(first.point), axis=1).argmax())
+            end, name = (float(points[far, 0]), float(points[far, 1])), self.free_nodes[far]
+        frame = tuple(c for node in (first.name, name) for c in node_coordinates(self.name, node)[:2])
+        angle = -_direction(first.point, end)
+        for numbers, mass in zip(self._cells.cells.tolist(), self._cells.masses, strict=True):
+            own, ties, held = ties_of(self.name, numbers, points, self.free_nodes, self.on_pins)
+            T = tie_matrix(ties, len(own))
+            whole = T.T @ np.kron(mass, np.eye(2)) @ T
+            yield damping_element(self.name, (*frame, *own), self.mass_damping, held, whole, angle)
+
+    def _averaged(self, pin: Interface, gravity: tuple[float, float]) -> list[Contribution]:
+        """Constraint and small mass of an averaged pin, taken from its nodes."""
+        names, weights, arms = (
+            [self.free_nodes[k] for k in pin.nodes.tolist()],
+            pin.weights(self.mesh),
+            pin.arms(self.mesh),
+        )
+        coordinates = [*node_coordinates(self.name, pin.name)]
+        coordinates += [c for name in names for c in node_coordinates(self.name, name)[:2]]
+        mass = PIN_SHARE * self._cells.mass
+        inertia = mass * float(weights @ (arms**2).sum(axis=1))
+        return [
+            averaged_pin(self.name, tuple(coordinates), arms, weights),
+            node_mass(self.name, pin.name, mass, inertia, gravity),
+            *(
+                node_mass(self.name, name, -mass * w, 0.0, gravity)
+                for name, w in zip(names, weights.tolist(), strict=True)
+            ),
+        ]
 
     @property
     def plane(self) -> PlaneBody:
@@ -479,29 +391,19 @@ class PlaneBody(MeshBody):
 
     def loaded(self, name: str, load: NodalLoad, history: Motion | None) -> Sequence[Contribution]:
         """Contributions of a load `name` on the nodes, times the value of `history`."""
-        from flexmb.elastic.planes.loads import LoadedMesh  # noqa: PLC0415
-
-        full, main = self._full, self.interfaces[0].name
-        mesh = LoadedMesh(self.name, full.cells.points, full.names, full.on_pins, main, self.direction)
-        return mesh.contributions(name, load, history)
-
-    @cached_property
-    def _full(self) -> FullBody:
-        """The body with all nodes of its mesh."""
-        from flexmb.elastic.planes.cells import Cells  # noqa: PLC0415
-
-        cells = Cells.of(self.mesh, self.material, self.thickness, self.state, FORMULATIONS[self.formulation])
-        weights = [None if i.kind == RIGID else i.weights(self.mesh) for i in self.interfaces]
-        pins = [MeshPin(i.name, i.point, i.nodes, w) for i, w in zip(self.interfaces, weights, strict=True)]
-        return FullBody(self.name, cells, pins, self.origin, self.direction, self.damping, self.mass_damping)
+        return load_contributions(self, name, load, history)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the mesh alone
         """The mesh."""
-        from flexmb.elastic.planes.stress import mesh_shape  # noqa: PLC0415
-
         names, poses = zip(*((node.name, (node.x, node.y, node.theta)) for node in self.nodes()), strict=True)
         shape = mesh_shape(self.name, self.mesh.placed(self.direction, self.origin), self.material, self.state)
-        return (replace(shape, nodes=names, carriers=self._full.carriers(), poses=poses),)
+        number = {name: k for k, name in enumerate(names)}
+        carriers = []
+        for k, (x, y) in enumerate(self.mesh.points.tolist()):
+            pin = self.on_pins.get(k)
+            arm = (0.0, 0.0) if pin is None else (x - pin.point[0], y - pin.point[1])
+            carriers.append((number[self.free_nodes[k] if pin is None else pin.name], *arm))
+        return (replace(shape, nodes=names, carriers=tuple(carriers), poses=poses),)
 
     @property
     def seeks_stress(self) -> bool:

@@ -13,6 +13,7 @@ import scipy.linalg as la
 import scipy.sparse.linalg as sla
 
 from flexmb import checks
+from flexmb.elastic.planes.forms import lowest
 from flexmb.elastic.planes.stress import von_mises
 from flexmb.elastic.reduced.bases import DENSE, RIGID, Basis, ElasticModel, Sparse, inertia_loads
 from flexmb.elastic.reduced.kernel import FIRST
@@ -238,13 +239,7 @@ def _lowest(K: Sparse, M: Sparse, count: int, rigid: int, scale: float) -> Array
     n, wanted = K.shape[0], count + rigid
     if n <= DENSE or wanted >= n - 1:
         return np.asarray(la.eigh(K.toarray(), M.toarray(), eigvals_only=True)[rigid:wanted])
-    shift = -SHIFT * scale if rigid else 0.0
-    factors = sla.splu(K - shift * M, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
-                       options={"SymmetricMode": True})  # fmt: skip
-    inverse = sla.LinearOperator((n, n), matvec=factors.solve, dtype=float)
-    start = np.sin(1.0 + 7.3 * np.arange(n))  # the same in every run
-    squares = sla.eigsh(K, wanted, M, sigma=shift, OPinv=inverse, v0=start, return_eigenvectors=False)
-    return np.asarray(np.sort(squares)[rigid:])
+    return lowest(K, M, wanted, -SHIFT * scale if rigid else 0.0)[0][rigid:]
 
 
 def _lengths(model: ElasticModel, displacements: Array) -> Array:

@@ -27,9 +27,9 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 import scipy.linalg as la
-import scipy.sparse.linalg as sla
 
 from flexmb import planar
+from flexmb.elastic.planes.forms import factored, lowest
 from flexmb.elastic.reduced.kernel import MOST
 from flexmb.errors import InputError
 from flexmb.model.contributions import Node
@@ -46,8 +46,6 @@ Sparse: TypeAlias = Any
 class ElasticModel:
     """Small displacements of an elastic body.
 
-    Parameters
-    ----------
     label : class and name of the body, for messages.
     pins : (P) nodes where other parts are attached; the first 3 P displacements are x, y and rotation of these.
     stiffness : (N, N) symmetric, 0 for rigid motions [N/m].
@@ -128,8 +126,6 @@ LEAST_SHARE = 1e-10
 class Basis:
     """Shapes of a reduced body.
 
-    Parameters
-    ----------
     nodes : pins, the node of static shapes of inertia, if there is one, then a node for every three vibrations.
     shapes : (N, n) displacements of the model by those of the nodes.
     held : frequencies with all pins held of the kept vibrations, and of the next one, if there is one [Hz].
@@ -226,12 +222,7 @@ def _own_inertia(model: ElasticModel, solve: Callable[[Array], Array], room: int
 
 
 def inertia_loads(model: ElasticModel) -> dict[str, Array]:
-    """Forces (N,) of unit accelerations along x, along y and about the first pin, and of a turn about it at 1 rad/s.
-
-    Parameters
-    ----------
-    model : the body.
-    """
+    """Forces (N,) of unit accelerations along x, along y and about the first pin, and of a turn about it at 1 rad/s."""
     arms = model.points - np.array([model.pins[0].x, model.pins[0].y])
     one, zero = np.ones(len(arms)), np.zeros(len(arms))
     fields = {
@@ -279,9 +270,7 @@ def require_room(model: ElasticModel, modes: int) -> None:
 def _solver(model: ElasticModel, K: Sparse) -> Callable[[Array], Array]:
     """Solver of K_ii x = b."""
     try:
-        factors = sla.splu(
-            K.tocsc(), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}, diag_pivot_thresh=0.0
-        )
+        factors = factored(K)
     except RuntimeError as error:
         raise InputError(_not_held(model)) from error
     size = np.abs(factors.U.diagonal())
@@ -308,14 +297,11 @@ def _vibrations(
     if n <= DENSE or count >= n - 1:
         squares, shapes = la.eigh(K.toarray(), M.toarray()) if n else (np.zeros(0), np.zeros((0, 0)))
         return np.sqrt(np.maximum(squares, 0.0)), shapes
-    inverse = sla.LinearOperator((n, n), matvec=solve, dtype=float)
-    start = np.sin(1.0 + 7.3 * np.arange(n))  # the same in every run
-    squares, shapes = sla.eigsh(K, count, M, sigma=0.0, OPinv=inverse, v0=start)
-    order = np.argsort(squares)
-    omega = np.sqrt(squares[order])
+    squares, shapes = lowest(K, M, count, solve=solve)
+    omega = np.sqrt(squares)
     if up_to is not None and omega[-1] <= 2.0 * math.pi * up_to:
         return _vibrations(model, K, M, min(2 * count, n), up_to, solve)
-    return omega, shapes[:, order]
+    return omega, shapes
 
 
 def _amplitudes(model: ElasticModel, phi: Array) -> Array:

@@ -9,9 +9,9 @@ the arc and uk the rotation of the end k against the chord.  It is what the elem
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Sequence
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -66,8 +66,6 @@ SLOPES = np.stack(
 class Element(NamedTuple):
     """An element of a beam as it lies unstressed.
 
-    Parameters
-    ----------
     places : (6,) places of its displacements among all.
     turn : (6, 6) displacements in the axes of its chord by those of the nodes.
     start : first end [m].
@@ -196,8 +194,6 @@ class BeamModel:
 
     The axes are those of the first pin.
 
-    Parameters
-    ----------
     pins : names of its nodes where parts are attached.
     """
 
@@ -349,22 +345,10 @@ class BeamModel:
         )
 
 
-def model_of_beams(body: FlexibleBody, pins: Sequence[str]) -> ElasticModel:
-    """Elastic model of a body of beams with pins, the names of its nodes where parts are attached."""
-    return BeamModel(body, pins).model()
-
-
-def pins_of_beams(body: FlexibleBody) -> tuple[Node, ...]:
-    """Nodes at the corners of a body of beams."""
-    nodes = {node.name: node for node in body.nodes()}
-    return tuple(nodes[name] for name in body.corners)
-
-
 # Plane bodies as their reduction sees them, in the axes of their mesh
 
 
-def model_of_plane(body: PlaneBody, pins: Sequence[str]) -> ElasticModel:
-    """Elastic model of a plane body with pins where parts are attached; its other pins are left out."""
+def _model_of_plane(body: PlaneBody, pins: Sequence[str]) -> ElasticModel:
     kept = [interface for interface in body.interfaces if interface.name in pins]
     if not kept:
         raise InputError(f"{body.label}: none of its pins is left. Keep at least one.")
@@ -406,3 +390,42 @@ def model_of_plane(body: PlaneBody, pins: Sequence[str]) -> ElasticModel:
         stresses,
         body.mass_damping,
     )
+
+
+# What a reduced body asks of the body with all its nodes, by its class
+
+Reducible: TypeAlias = FlexibleBody | PlaneBody
+"""Bodies that can be reduced."""
+
+
+def attachable(body: Reducible) -> tuple[Node, ...]:
+    """Nodes where parts may be attached."""
+    return body.pin_nodes if isinstance(body, PlaneBody) else body.nodes()
+
+
+def pins_of(body: Reducible) -> tuple[Node, ...]:
+    """Nodes that are pins where none are named: corners of beams, holes of a plane body."""
+    return body.pin_nodes if isinstance(body, PlaneBody) else tuple(map(body.node, body.corners))
+
+
+def place_of(body: Reducible, pins: Sequence[str]) -> tuple[tuple[float, float], float]:
+    """Origin [m] and direction [rad] of the axes of the elastic model."""
+    if isinstance(body, PlaneBody):
+        return body.origin, body.direction
+    first = body.node(pins[0])
+    return (first.x, first.y), first.theta
+
+
+def model_of(body: Reducible, pins: Sequence[str]) -> ElasticModel:
+    """Elastic model of a body with pins where parts are attached; its other pins are left out."""
+    return _model_of_plane(body, pins) if isinstance(body, PlaneBody) else BeamModel(body, pins).model()
+
+
+def key_of(body: Reducible, pins: Sequence[str]) -> Hashable:
+    """All that the elastic model of a body with pins depends on, but its label, damping and place."""
+    if isinstance(body, PlaneBody):
+        kinds = tuple((interface.name, interface.kind) for interface in body.interfaces if interface.name in pins)
+        return body.mesh, body.thickness, body.material, body.state, kinds
+    pivot = float(getattr(body, "pivot_inertia", 0.0))
+    corners = body.corners, body.corner_points
+    return tuple(pins), body.nodes(), body.beams, corners, body._bosses, pivot

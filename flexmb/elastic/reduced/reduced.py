@@ -16,23 +16,22 @@ from flexmb import arguments, checks, planar
 from flexmb.elastic.planes.plane_body import MeshBody, PlaneBody
 from flexmb.elastic.reduced.accuracy import Accuracy, Load, accuracy, deformation_findings
 from flexmb.elastic.reduced.bases import Basis, ElasticModel, basis, frame_weights
-from flexmb.elastic.reduced.models import model_of_beams, model_of_plane, pins_of_beams
-from flexmb.elastic.reduced.peak_stress import group_parameters, peak_stress_signal
-from flexmb.elastic.reduced.superelement import Superelement, checked_loads, left_out, load_contributions, superelement
-from flexmb.elastic.reduced.tangent import (
+from flexmb.elastic.reduced.kernel import (
     reduced_account,
     reduced_energy,
     reduced_force,
     reduced_kernel,
     reduced_tangent,
 )
+from flexmb.elastic.reduced.models import Reducible, attachable, key_of, model_of, pins_of, place_of
+from flexmb.elastic.reduced.peak_stress import group_parameters, peak_stress_signal
+from flexmb.elastic.reduced.superelement import Superelement, checked_loads, left_out, load_contributions, superelement
 from flexmb.errors import InputError
 from flexmb.fields import Rule, count, field, flag, not_negative, one_of, positive, variant
 from flexmb.model.contributions import Attachment, Contribution, ElementContribution, Node
 from flexmb.model.part import Body, WatchedMotion
 from flexmb.model.shape import MeshShape, Shapes
 from flexmb.parts.bodies.flexible import nearest_node
-from flexmb.parts.bodies.flexible_body import FlexibleBody
 from flexmb.parts.loads.mesh_loads import MeshLoad
 
 if TYPE_CHECKING:
@@ -52,8 +51,6 @@ REMEMBERED = 8
 class Kept(Generic[Value]):
     """Values by key; the oldest give way.
 
-    Attributes
-    ----------
     made : number of values that were computed.
     """
 
@@ -81,16 +78,6 @@ MODELS: Kept[ElasticModel] = Kept()
 BASES: Kept[Basis] = Kept()
 ELEMENTS: Kept[Superelement] = Kept()
 GROUPS: Kept[tuple[float, ...]] = Kept()
-
-
-def key_of(body: FlexibleBody | PlaneBody, pins: Sequence[str]) -> Hashable:
-    """All that the elastic model of a body with pins depends on, but its label, damping and place."""
-    if isinstance(body, PlaneBody):
-        kinds = tuple((interface.name, interface.kind) for interface in body.interfaces if interface.name in pins)
-        return body.mesh, body.thickness, body.material, body.state, kinds
-    pivot = float(getattr(body, "pivot_inertia", 0.0))
-    corners = body.corners, body.corner_points
-    return tuple(pins), body.nodes(), body.beams, corners, body._bosses, pivot
 
 
 # A flexible body by its pins and a few modes
@@ -153,7 +140,7 @@ class Reduced(MeshBody):
     [1182.9]
     """
 
-    body: FlexibleBody | PlaneBody = field("a `FlexibleLink`, `FlexibleFrame` or `PlaneBody`")
+    body: Reducible = field("a `FlexibleLink`, `FlexibleFrame` or `PlaneBody`")
     modes: int = field("least number of vibrations with all pins held", rule=count(0), default=0)
     up_to: float | None = field("frequency up to which all of them are kept", "Hz", positive, default=None)
     pins: tuple[str, ...] | None = field("nodes where parts may be attached", rule=Rule(pin_names), default=None)
@@ -168,7 +155,7 @@ class Reduced(MeshBody):
 
     def __init__(
         self,
-        body: FlexibleBody | PlaneBody,
+        body: Reducible,
         modes: int = 0,
         *,
         up_to: float | None = None,
@@ -208,13 +195,13 @@ class Reduced(MeshBody):
         super().__post_init__()
         for ratio in self.damping_ratios if isinstance(self.damping_ratios, tuple) else (self.damping_ratios,):
             checks.not_negative(self.label, "damping_ratios", ratio)
-        if not isinstance(self.body, FlexibleBody | PlaneBody):
+        if not isinstance(self.body, Reducible):
             raise InputError(
                 f"{self.label}: a {type(self.body).__name__} does not bend. Reduce a FlexibleLink, FlexibleFrame or "
                 "PlaneBody; leave others as they are."
             )
         object.__setattr__(self, "load_shapes", checked_loads(self, self.load_shapes))
-        if self.stress and isinstance(self.body, FlexibleBody):
+        if self.stress and not self.body.knows_stress:
             _ = replace(self.body, stress=True)  # refuses sections without outer fibres
         names = [pin.name for pin in self._pins]
         checks.no_name_of_nodes(self.label, names, "modes", "nodes of its vibrations")
@@ -224,13 +211,13 @@ class Reduced(MeshBody):
     @cached_property
     def _pins(self) -> tuple[Node, ...]:
         """Nodes of the body where parts may be attached."""
+        body = self.body
         if self.pins is None:
-            return pins_of_beams(self.body) if isinstance(self.body, FlexibleBody) else self.body.pin_nodes
+            return pins_of(body)
         if not self.pins:
             raise InputError(f"{self.label}: pins is empty; name at least one node of the body.")
-        own = self.body.nodes() if isinstance(self.body, FlexibleBody) else self.body.pin_nodes
-        known = [*self.body.aliases, *(node.name for node in own)]
-        found = tuple(self.body.node(checks.one_of(self.label, "pin", name, known)) for name in self.pins)
+        known = [*body.aliases, *(node.name for node in attachable(body))]
+        found = tuple(body.node(checks.one_of(self.label, "pin", name, known)) for name in self.pins)
         if len({pin.name for pin in found}) < len(found):
             raise InputError(f"{self.label}: pins are {self.pins!r}; name each one once.")
         return found
@@ -259,12 +246,9 @@ class Reduced(MeshBody):
     def model(self) -> ElasticModel:
         """Stiffness and mass of the body over all its displacements."""
         body, pins = self.body, [pin.name for pin in self._pins]
-        if isinstance(body, PlaneBody):
-            found = MODELS.of(self._key, lambda: model_of_plane(body, pins))
-            found = replace(found, origin=body.origin, direction=body.direction)
-        else:
-            found = MODELS.of(self._key, lambda: model_of_beams(body, pins))
-        return replace(found, label=body.label, damping=body.damping, mass_damping=body.mass_damping)
+        found, (origin, direction) = MODELS.of(self._key, lambda: model_of(body, pins)), place_of(body, pins)
+        found = replace(found, label=body.label, damping=body.damping, mass_damping=body.mass_damping)
+        return replace(found, origin=origin, direction=direction)
 
     @cached_property
     def basis(self) -> Basis:
@@ -427,7 +411,7 @@ class Reduced(MeshBody):
         return self.body.seeks_stress if self.stress is None else self.stress
 
     @property
-    def whole_body(self) -> FlexibleBody | PlaneBody:
+    def whole_body(self) -> Reducible:
         """The body with all its nodes."""
         return self.body
 
@@ -455,7 +439,7 @@ class Reduced(MeshBody):
     @property
     def plane(self) -> PlaneBody | None:
         """The body with all nodes of its mesh; None for one of beams."""
-        return self.body if isinstance(self.body, PlaneBody) else None
+        return self.body.plane if isinstance(self.body, MeshBody) else None
 
     def loaded(self, name: str, load: NodalLoad, history: Motion | None) -> Sequence[Contribution]:
         """Contributions of a load `name` on the mesh, times the value of `history`."""
@@ -467,15 +451,9 @@ class Reduced(MeshBody):
         coordinates = self.coordinates
         p = self.element.parameters(mechanism.gravity)
         element = ElementContribution(
-            self.name,
-            reduced_kernel,
-            coordinates,
-            p,
-            energy=reduced_energy,
-            force=reduced_force,
-            tangent=reduced_tangent,
-            account=reduced_account,
-        )
+            self.name, reduced_kernel, coordinates, p,
+            energy=reduced_energy, force=reduced_force, tangent=reduced_tangent, account=reduced_account,
+        )  # fmt: skip
         stresses = self.model.stresses
         if stresses is None or not self.seeks_stress:
             return [element]

@@ -24,10 +24,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 import scipy.linalg as la
-import scipy.sparse as sp
 
 from flexmb import checks
-from flexmb.elastic.planes.loads import POWER, SIGNALS, FollowedEdges, NodalLoad
+from flexmb.elastic.planes.loads import POWER, SIGNALS, NodalLoad
 from flexmb.elastic.planes.plane_body import MeshBody
 from flexmb.elastic.reduced.bases import Basis, frame_weights, require_room, rigid_motions
 from flexmb.elastic.reduced.kernel import (
@@ -44,12 +43,13 @@ from flexmb.elastic.reduced.kernel import (
     dot,
     frame_of,
     from_frame,
+    gradient,
     scratch,
     times,
+    to_world,
     turned,
 )
-from flexmb.elastic.reduced.tangent import to_world
-from flexmb.engine.compiled.arrays import block_of, item_of, part_of, row_of, stack_matrix
+from flexmb.engine.compiled.arrays import block_of, part_of, row_of, stack_matrix
 from flexmb.errors import InputError
 from flexmb.kernels import element_kernel, fast, signal_kernel
 from flexmb.model.contributions import (
@@ -141,28 +141,13 @@ def combined(p, c0, c1, x, y):
 
 
 @fast
-def gradient(p, size, x):
-    """Fill g, the derivative of theta_f."""
-    n = int(p[COUNT])
-    g = row_of(x, G, n)
-    for i in range(n):
-        g[i] = 0.0
-    if p[BY_PIN] != 0.0:
-        g[2] = 1.0
-        return
-    weights = part_of(p, HEAD + n, HEAD + 2 * n)
-    for i in range(0, n, 3):
-        g[i], g[i + 1] = -item_of(weights, i + 1) / size, item_of(weights, i) / size
-
-
-@fast
 def load_force(p, q, x, y, r):
     """Residual r (n,); F + g m is left in FORCE.  Cosine and sine of the frame, c0, c1 and m are returned."""
     c, s, angle, size = frame_of(p, q)
     n = deformation(p, q, c, s, angle, x)
     c0, c1 = directions(p, q, angle)
     m = combined(p, c0, c1, x, y)
-    gradient(p, size, x)
+    gradient(p, 1.0 / size, x)
     force = row_of(y, FORCE, n)
     add(m, row_of(x, G, n), force)
     from_frame(c, s, force, part_of(r, 0, n))
@@ -298,8 +283,6 @@ ROUND_OFF = 1e-10
 class Superelement:
     """Matrices of the kernel (`flexmb.elastic.reduced.kernel`), in the axes of the reference configuration.
 
-    Parameters
-    ----------
     nodes : pins and nodes of vibrations.
     pins : number of pins.
     by_pin : whether the frame is that of the first pin.
@@ -342,17 +325,6 @@ class Superelement:
         if not self.by_pin:
             weights[: self.pins, :2] = frame_weights(self.nodes[: self.pins])
         return poses, weights
-
-    def load_head(self, kind: float, angle: float, *, stiffens: bool) -> tuple[float, ...]:
-        """Parameters before the poses, of a load (`flexmb.elastic.reduced.superelement`).
-
-        `angle` is that of the axes in which its forces are given [rad]; `stiffens`: its geometric stiffness is among
-        the parameters.
-        """
-        head = [0.0] * HEAD
-        head[COUNT], head[BY_PIN], head[KIND], head[ANGLE] = 3.0 * len(self.nodes), float(self.by_pin), kind, angle
-        head[STIFFENS] = float(stiffens)
-        return tuple(head)
 
     def frequencies(self, count: int) -> Array:
         """Lowest frequencies of the free body, without rigid motions (at most `count`) [Hz]."""
@@ -524,9 +496,11 @@ def load_contributions(
         none = np.zeros((found.shapes.shape[1],) * 2)
         blocks += [stiffness_under(found, found.model.shape.T @ g) if g.any() else none for g in both]
     if load.edges:
-        moved = edge_matrix(load.edges, len(f)) @ shapes
+        moved = load.edges.matrix(len(f)) @ shapes
         blocks += [shapes.T @ moved, turning.T @ moved]
-    head = element.load_head(kind, found.model.direction, stiffens=stiffening)
+    head = [0.0] * HEAD
+    head[COUNT], head[BY_PIN], head[KIND] = float(shapes.shape[1]), float(element.by_pin), kind
+    head[ANGLE], head[STIFFENS] = found.model.direction, float(stiffening)
     p = (*head, *np.concatenate([np.ravel(block) for block in blocks]).tolist())
     return [
         ElementContribution(name, reduced_load_kernel, coordinates, p, factor=history),
@@ -561,15 +535,3 @@ def _quarter(rows: Array) -> Array:
     turned = np.empty_like(rows)
     turned[0::2], turned[1::2] = -rows[1::2], rows[0::2]
     return turned
-
-
-def edge_matrix(edges: FollowedEdges, size: int) -> sp.csr_matrix:
-    """A (size, size): nodal forces of a load that follows edges, by the places of the nodes."""
-    blocks = np.zeros((*edges.normal.shape, 2, 2))
-    blocks[..., 0, 0] = blocks[..., 1, 1] = edges.along
-    blocks[..., 0, 1], blocks[..., 1, 0] = -edges.normal, edges.normal
-    places = 2 * edges.nodes[:, :, None] + np.arange(2)  # (b, k, 2)
-    b, k, _ = places.shape
-    rows = np.broadcast_to(places[:, :, None, :, None], (b, k, k, 2, 2))
-    columns = np.broadcast_to(places[:, None, :, None, :], (b, k, k, 2, 2))
-    return sp.csr_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(size, size))

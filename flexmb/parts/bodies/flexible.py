@@ -30,15 +30,9 @@ from flexmb.elastic.beams.corotational import (
     tangents,
     unstressed_elements,
 )
-from flexmb.elastic.beams.mass_damping import (
-    damping_parameters,
-    mass_damping_account,
-    mass_damping_energy,
-    mass_damping_force,
-    mass_damping_kernel,
-)
+from flexmb.elastic.beams.mass_damping import damping_element
 from flexmb.elastic.beams.section import Section, checked_factor
-from flexmb.elastic.beams.stress import BeamElements, beam_stress_kernel, outer_fibres
+from flexmb.elastic.beams.stress import beam_stress_kernel, outer_fibres
 from flexmb.errors import InputError
 from flexmb.kernels import signal_kernel
 from flexmb.model.contributions import Contribution, ElementContribution, Node, SignalContribution, node_coordinates
@@ -370,18 +364,11 @@ def beam_pieces(
     for beam in beams:
         ends = [node_coordinates(part, node) for node in beam.nodes]
         for p, (first, second) in zip(beam_parameters(beam, nodes, damping, gravity), pairwise(ends), strict=True):
-            contributions.append(
-                ElementContribution(
-                    part,
-                    beam_kernel,
-                    (*first, *second),
-                    p,
-                    energy=beam_energy,
-                    force=beam_force,
-                    tangent=beam_tangent,
-                    account=beam_account,
-                )
-            )
+            element = ElementContribution(
+                part, beam_kernel, (*first, *second), p,
+                energy=beam_energy, force=beam_force, tangent=beam_tangent, account=beam_account,
+            )  # fmt: skip
+            contributions.append(element)
     return contributions
 
 
@@ -401,22 +388,12 @@ def mass_damping_pieces(
     for beam in beams:
         data, directions = matrices(beam), chord_directions(beam)
         for k, nodes in enumerate(pairwise(beam.nodes)):
-            ends = tuple(left.pop(node, (0.0, 0.0)) for node in nodes)
-            p = damping_parameters(
-                zeta, directions[k] - direction(axis), data.axial_mass[k], data.bending_mass[k], ends
-            )
+            mass, ends = np.zeros((6, 6)), [left.pop(node, (0.0, 0.0)) for node in nodes]
+            mass[np.ix_((0, 3), (0, 3))] = data.axial_mass[k]
+            mass[np.ix_((1, 2, 4, 5), (1, 2, 4, 5))] = data.bending_mass[k]
+            mass += np.diag([x for lump, inertia in ends for x in (lump, lump, inertia)])
             coordinates = (*frame, *(c for node in nodes for c in node_coordinates(part, node)))
-            contributions.append(
-                ElementContribution(
-                    part,
-                    mass_damping_kernel,
-                    coordinates,
-                    p,
-                    energy=mass_damping_energy,
-                    force=mass_damping_force,
-                    account=mass_damping_account,
-                )
-            )
+            contributions.append(damping_element(part, coordinates, zeta, 2, mass, directions[k] - direction(axis)))
     return contributions
 
 
@@ -429,15 +406,6 @@ def chord_directions(beam: Beam) -> list[float]:
     """Directions of the chords of the elements in the reference configuration [rad]."""
     middles = [0.5 * (a + b) for a, b in pairwise(beam.places)]
     return tangents(beam.start, beam.end, beam.turn, middles)
-
-
-def beam_elements(beam: Beam, nodes: Mapping[str, Node]) -> BeamElements:
-    """Elements of a beam, for strains."""
-    offsets, stations, data = np.array(_offsets(beam, nodes)), np.array(beam.stations), matrices(beam)
-    outer = outer_fibres(beam.section, stations / stations[-1])
-    outer = np.maximum(outer[:-1], outer[1:])
-    ends = np.array([offsets[:-1], offsets[1:]])
-    return BeamElements(np.diff(stations), ends, outer, data.shear_shares.T, data.bow.T, unstressed_shape(beam, data).T)
 
 
 def beam_shapes(part: str, beams: Sequence[Beam], nodes: dict[str, Node]) -> tuple[BeamShape, ...]:

@@ -13,6 +13,7 @@ import numpy as np
 from flexmb import planar
 from flexmb.elastic.beams.corotational import chord_share
 from flexmb.elastic.beams.section import Section
+from flexmb.elastic.beams.shapes import largest_strain
 from flexmb.errors import InputError
 from flexmb.fields import field, instance, not_negative, positive, record
 from flexmb.findings.finding import Finding, found
@@ -30,7 +31,6 @@ from flexmb.parts.bodies.flexible import (
     RigidProperties,
     Triple,
     assemble,
-    beam_elements,
     beam_pieces,
     beam_shapes,
     beam_stress_signal,
@@ -170,22 +170,22 @@ class FlexibleBody(ElasticBody):
 
     def strain_at_rest(self, mechanism: Mechanism, pose: Pose) -> tuple[float, float]:  # noqa: ARG002 - the pose alone
         """Largest strain and stress [Pa] of the beams at rest in a `pose`."""
-        strain = self.strains(lambda names: np.array([[pose[name] for name in names]])).max()
+        strain = self._strains(lambda names: np.array([[pose[name] for name in names]])).max()
         return float(strain), float(strain) * self.material.young
 
     def strain_in(self, motion: WatchedMotion) -> tuple[float, float, float]:
         """Largest strain and stress [Pa] at the poses of a `motion`, and when [s]."""
-        strains = self.strains(lambda names: motion.rows(*names))
+        strains = self._strains(lambda names: motion.rows(*names))
         k = int(np.argmax(strains))
         return float(strains[k]), float(strains[k]) * self.material.young, float(motion.times[k])
 
-    def strains(self, rows: Callable[[list[str]], np.ndarray]) -> np.ndarray:
+    def _strains(self, rows: Callable[[list[str]], np.ndarray]) -> np.ndarray:
         """Largest strains (n,) of n poses, by a function that gives `rows` (n, k) of coordinates by full names."""
-        nodes, found_here = {node.name: node for node in self.nodes()}, []
-        for beam in self.beams:
-            names = [f"{self.name}.{node}.{axis}" for axis in ("x", "y", "theta") for node in beam.nodes]
-            found_here.append(beam_elements(beam, nodes).strains(*np.split(rows(names), 3, axis=1)).max(axis=1))
-        return np.asarray(np.max(found_here, axis=0))
+        nodes = {n.name: n for n in self.nodes()}
+        poses = {name: rows([f"{self.name}.{name}.{axis}" for axis in ("x", "y", "theta")]) for name in nodes}
+        shapes = beam_shapes(self.name, self.beams, nodes)
+        strains = [largest_strain(poses[shape.start], poses[shape.end], shape) for shape in shapes]
+        return np.asarray(np.max(strains, axis=0))
 
     def odd_sizes(self) -> Iterator[Finding]:
         """Finding on beams without shear that are short for their height."""

@@ -20,7 +20,6 @@ from flexmb.elastic.planes.loads import (
     edge_load,
     edge_products,
     loaded_edges,
-    on_edges,
     real_values,
 )
 from flexmb.elastic.planes.plane_body import MeshBody, PlaneBody
@@ -271,8 +270,8 @@ class EdgePressure(MeshLoad):
         """
         edges = loaded_edges(plane.mesh, self.edge, plane.thickness)
         normal, along = (edge_products(plane.mesh, edges, _placed(plane, s)) for s in (self.pressure, self.shear))
-        forces = on_edges(plane.mesh, edges.nodes, normal, along)
-        return NodalLoad(forces, np.unique(edges.nodes), edges=FollowedEdges(edges.nodes, normal, along))
+        followed = FollowedEdges(edges.nodes, normal, along)
+        return NodalLoad(followed.forces(plane.mesh), np.unique(edges.nodes), edges=followed)
 
 
 def scaled(value: Any, part: float) -> Any:
