@@ -1,4 +1,4 @@
-"""Constant matrices of a reduced body, and loads on its mesh: kernels, and forces by the nodes of the element.
+"""Matrices of a reduced body (mass, stiffness, geometric stiffness K_G), and loads on its mesh.
 
 In the axes of the frame the forces on the points of the body are c0 f + c1 J f, plus A d for a load that follows edges:
 
@@ -421,9 +421,11 @@ def _modal_damping(M: Array, K: Array, ratios: float | tuple[float, ...]) -> Arr
 
 
 def _stiffening(found: Basis, K: Array, free: Array) -> tuple[Array, Array]:
-    """Kc of centrifugal forces about the first pin, and Q of the forces of the pins and of the own inertia.
+    """Geometric stiffness: Kc of centrifugal forces about the first pin at unit speed, and Q of unit forces.
 
-    With static shapes of inertia or loads, Q of all coordinates; Kc is of the stress that these leave.
+    Q_a is that of a unit force along the static shape a, 1/2 d Q_a d the shortening there; equation (12.10) of
+    docs/theory/reduced.md.  With static shapes of inertia or loads, Q of all coordinates; Kc is of the stress that these
+    leave.
     """
     model, n, m = found.model, len(K), found.model.count
     first = np.array([model.pins[0].x, model.pins[0].y])
@@ -432,7 +434,7 @@ def _stiffening(found: Basis, K: Array, free: Array) -> tuple[Array, Array]:
     static = np.hstack([found.shapes[:, :m] + found.shapes[:, m:] @ found.followed, inner])[:, FIRST:]
     if not static.shape[1]:
         return centrifugal, np.zeros((0, n, n))
-    stiff = np.stack([_seen(found, column, free) for column in static.T])
+    stiff = np.stack([_reduced_stiffness(found, column, free) for column in static.T])
     flexible = np.linalg.inv(static.T @ (model.stiffness @ static))
     return centrifugal, np.einsum("ab,bij->aij", flexible, stiff)
 
@@ -461,10 +463,10 @@ def stiffness_under(found: Basis, force: Array) -> Array:
         inner = found.shapes[:, m:]
         of_inner = found.model.stiffness @ inner
         z -= inner @ np.linalg.solve(inner.T @ of_inner, of_inner.T @ z)
-    return _seen(found, z, rigid_motions(found.nodes))
+    return _reduced_stiffness(found, z, rigid_motions(found.nodes))
 
 
-def _seen(found: Basis, z: Array, free: Array) -> Array:
+def _reduced_stiffness(found: Basis, z: Array, free: Array) -> Array:
     """Geometric stiffness (n, n) of the stress of displacements (N,), without round-off on translations."""
     return _without(free[:, :2], found.shapes.T @ (found.model.stress_stiffness(z) @ found.shapes))
 
