@@ -124,7 +124,6 @@ engine.step.contact_events.LEFT_BEFORE_ONSET | 1 | time to an onset | part that 
 engine.step.contact_events.NEAR_GAP | 1 | size of the mechanism | gap up to which a step may cross an unknown onset
 engine.step.contact_events.LOOKS | 1 | a step | places at which a step is looked at | 0.5 2
 engine.step.contact_events.UNEXPECTED_GAP | 1 | gap at an end | difference from the cubic that is too large
-run.run.Run.begin#0.001 | 1 | largest step | first step
 statics.start.redundant_joints.looks_dependent#10.0 | 1 | HOLD | pivot that seems lost at the start
 engine.step.step_size.IMPACT_STEPS | steps | an impact | steps of an impact with rtol = 1e-4 | 0.125 0.25 4 10
 engine.step.step_size.FEWEST_IMPACT_STEPS | steps | an impact | fewest steps of an impact, for any rtol | 0.125 4 10

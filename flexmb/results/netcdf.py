@@ -270,9 +270,9 @@ def _solution(file: NetcdfContent) -> Solution:
     if not np.isfinite(time).all():
         raise ValueError(f"{TIME!r} has values that are not finite")
     if file.number(VERSION) == FORMAT:
+        values = file.floats(VALUES, (len(time), len(signals)))
         if tuple(one.decode() if isinstance(one, bytes) else str(one) for one in file.array(SIGNAL)) != signals.names:
             raise ValueError(f"{SIGNAL!r} and the record have other names, or another order")
-        values = file.floats(VALUES, (len(time), len(signals)))
         peaks = Peaks(*(file.floats(name, (len(signals),)) for name in (PEAK, PEAK_TIME)))
     else:
         values, peaks = _columns(file, signals.names, len(time), record.get("node_tables", []))

@@ -329,20 +329,20 @@ def test_an_object_whose_content_cannot_be_told_is_named(model, tmp_path):
 
 
 @record
-class Own(fm.FrictionLaw):
+class Own(fm.friction.SmoothCoulomb):
     """A law of a user, with a constructor of its own, which flexmb wraps."""
 
-    coefficient: float = field("coefficient", default=0.1)
+    gain: float = field("a number of one's own", default=1.0)
 
     def __post_init__(self):
         super().__post_init__()
-        assert self.coefficient < 1.0
+        assert self.gain > 0.0
 
 
 def test_an_own_law_with_a_constructor_can_be_told():
     """What the wrapper of its constructor names is flexmb's, and no part of the law."""
-    assert len(digest(Own())) == len(digest(1.0))
-    assert digest(Own(0.1)) == digest(Own()) != digest(Own(0.2))
+    assert len(digest(Own(0.1))) == len(digest(1.0))
+    assert digest(Own(0.1)) == digest(Own(0.1, gain=1.0)) != digest(Own(0.1, gain=2.0))
 
 
 def orbit(a, law):

@@ -13,7 +13,7 @@ d_dot = 0 and is not damped.  The forces are in balance, moments included.
 
 In the axes of the frame, with S v = (vk - vA, thetak_dot), g = (D dk, -1), t = d(alpha)/dq and H = d2(alpha)/dq2,
 J = S + g t^T.  Both tangents follow by the product rule, without omissions.
-Equations (3.10) of docs/theory/inertia.md and (11.11) of docs/theory/plane_bodies.md.
+Equation (3.10) of docs/theory/inertia.md.  Equation (11.11) of docs/theory/plane_bodies.md.
 """
 
 import math

@@ -92,17 +92,6 @@ def section_forces(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape
     return SectionForces(*(np.broadcast_to(f[:, None], M.shape) if f.ndim == 1 else f for f in (N, M, V)))
 
 
-def largest_strain(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape) -> np.ndarray:
-    """Largest strain (n,) of the outer fibres of an element, axial and bending strain added.
-
-    Equation (2.12) of docs/theory/beam.md; poses as for `element_shape`.
-    """
-    N, ends = section_forces(pose_start, pose_end, beam, np.zeros(1)).N[:, 0], np.array([0.0, 1.0])
-    bending = np.abs(curvature(pose_start, pose_end, beam, ends)).max(axis=1)
-    strain: np.ndarray = np.abs(N) / (beam.axial * beam.length) + 0.5 * max(beam.depth) * bending
-    return strain
-
-
 def bending_stiffness(beam: BeamShape, xi: np.ndarray) -> np.ndarray:
     """E I of the section, (m,) [N m2], linear between the ends."""
     stiffness: np.ndarray = np.interp(xi, (0.0, 1.0), beam.ei)

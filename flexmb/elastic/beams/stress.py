@@ -1,4 +1,4 @@
-"""Largest stress of beams, and the node where it acts.
+"""Strain and stress of beams, and the largest one.
 
 sigma = |N|/A + |M| c/I at both ends of every element, with the elastic axial force and end moments of the corotational
 element, which are in balance with its nodes; c is the distance of the outer fibre.  The shear stress is left out: it is
@@ -7,6 +7,9 @@ zero in the outer fibres of the sections, where the normal stress is largest.
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
 import numpy as np
 
 from flexmb.elastic.beams.corotational import PARAMETERS, deformation, elastic
@@ -14,6 +17,58 @@ from flexmb.elastic.beams.section import Section
 from flexmb.engine.compiled.arrays import part_of, stack_vector
 from flexmb.errors import InputError
 from flexmb.kernels import extremum_kernel, fast
+
+# Strain and stress of beams from the poses of their nodes
+
+
+@dataclass(frozen=True)
+class BeamElements:
+    """The elements of one beam, for strains.
+
+    Parameters
+    ----------
+    lengths : (n,) unstressed lengths [m].
+    offsets : (2, n) direction of the unstressed beam less the angle of the nodes at both ends of each element [rad].
+    outer : (n,) largest distance of the outer fibre from the centroid along each element [m].
+    shear : (2, n) shares of the end rotations in the shear angle [1].
+    bow : (3, n) shortening of the chords.
+    unstressed : (3, n) l0 [m], u10 and u20 [rad]; see `flexmb.elastic.beams.corotational`.
+    """
+
+    lengths: np.ndarray
+    offsets: np.ndarray
+    outer: np.ndarray
+    shear: np.ndarray
+    bow: np.ndarray
+    unstressed: np.ndarray
+
+    def strains(self, x: np.ndarray, y: np.ndarray, theta: np.ndarray) -> np.ndarray:
+        """Largest strain (instants, n) of the outer fibres of each element, axial and bending strain added.
+
+        Equation (2.12) of docs/theory/beam.md.  Poses x, y, theta of the nodes are (instants, n + 1) [m, rad].
+
+        The strains are those with the chord of an element, the shortening of the chord by bending, and the cubic shape
+        of the corotational element: curvatures at the ends are (4 u1 + 2 u2)/L and (2 u1 + 4 u2)/L, where u1, u2 are
+        the rotations of the axis less those of the unstressed element.  Source: as of `beams.corotational`.
+        """
+        dx, dy, L = np.diff(x, axis=1), np.diff(y, axis=1), self.lengths
+        chord = np.arctan2(dy, dx)
+        u1 = wrapped(theta[:, :-1] + self.offsets[0] - chord)
+        u2 = wrapped(theta[:, 1:] + self.offsets[1] - chord)
+        b1, b2, b3 = self.bow
+        free, free1, free2 = self.unstressed
+        axial = (np.hypot(dx, dy) - free) / L + (b1 * u1 * u1 - b2 * u1 * u2 + b3 * u2 * u2) / 30.0
+        u1, u2 = u1 - free1, u2 - free2
+        sheared = self.shear[0] * u1 + self.shear[1] * u2
+        u1, u2 = u1 - sheared, u2 - sheared
+        bending = np.maximum(np.abs(4.0 * u1 + 2.0 * u2), np.abs(2.0 * u1 + 4.0 * u2)) / L
+        strain: np.ndarray = np.abs(axial) + bending * self.outer
+        return strain
+
+
+def wrapped(angle: np.ndarray) -> np.ndarray:
+    """Angles in [-pi, pi]."""
+    return angle - 2.0 * math.pi * np.round(angle / (2.0 * math.pi))
 
 
 def outer_fibres(section: Section, stations: np.ndarray) -> np.ndarray:
@@ -27,6 +82,8 @@ def outer_fibres(section: Section, stations: np.ndarray) -> np.ndarray:
         fibres = np.zeros_like(stations)
     return fibres
 
+
+# Largest normal stress in the outer fibres of beams, and the node where it acts
 
 COUNT, HEAD = range(2)
 START, END, START_NODE, END_NODE, START_AREA, START_MODULUS, END_AREA, END_MODULUS, OWN = range(9)

@@ -32,7 +32,7 @@ from flexmb.elastic.beams.corotational import (
 )
 from flexmb.elastic.beams.mass_damping import damping_element
 from flexmb.elastic.beams.section import Section, checked_factor
-from flexmb.elastic.beams.stress import beam_stress_kernel, outer_fibres
+from flexmb.elastic.beams.stress import BeamElements, beam_stress_kernel, outer_fibres
 from flexmb.errors import InputError
 from flexmb.kernels import signal_kernel
 from flexmb.model.contributions import Contribution, ElementContribution, Node, SignalContribution, node_coordinates
@@ -406,6 +406,15 @@ def chord_directions(beam: Beam) -> list[float]:
     """Directions of the chords of the elements in the reference configuration [rad]."""
     middles = [0.5 * (a + b) for a, b in pairwise(beam.places)]
     return tangents(beam.start, beam.end, beam.turn, middles)
+
+
+def beam_elements(beam: Beam, nodes: Mapping[str, Node]) -> BeamElements:
+    """Elements of a beam, for strains."""
+    offsets, stations, data = np.array(_offsets(beam, nodes)), np.array(beam.stations), matrices(beam)
+    outer = outer_fibres(beam.section, stations / stations[-1])
+    outer = np.maximum(outer[:-1], outer[1:])
+    ends = np.array([offsets[:-1], offsets[1:]])
+    return BeamElements(np.diff(stations), ends, outer, data.shear_shares.T, data.bow.T, unstressed_shape(beam, data).T)
 
 
 def beam_shapes(part: str, beams: Sequence[Beam], nodes: dict[str, Node]) -> tuple[BeamShape, ...]:

@@ -13,7 +13,6 @@ import numpy as np
 from flexmb import planar
 from flexmb.elastic.beams.corotational import chord_share
 from flexmb.elastic.beams.section import Section
-from flexmb.elastic.beams.shapes import largest_strain
 from flexmb.errors import InputError
 from flexmb.fields import field, instance, not_negative, positive, record
 from flexmb.findings.finding import Finding, found
@@ -31,6 +30,7 @@ from flexmb.parts.bodies.flexible import (
     RigidProperties,
     Triple,
     assemble,
+    beam_elements,
     beam_pieces,
     beam_shapes,
     beam_stress_signal,
@@ -181,11 +181,11 @@ class FlexibleBody(ElasticBody):
 
     def _strains(self, rows: Callable[[list[str]], np.ndarray]) -> np.ndarray:
         """Largest strains (n,) of n poses, by a function that gives `rows` (n, k) of coordinates by full names."""
-        nodes = {n.name: n for n in self.nodes()}
-        poses = {name: rows([f"{self.name}.{name}.{axis}" for axis in ("x", "y", "theta")]) for name in nodes}
-        shapes = beam_shapes(self.name, self.beams, nodes)
-        strains = [largest_strain(poses[shape.start], poses[shape.end], shape) for shape in shapes]
-        return np.asarray(np.max(strains, axis=0))
+        nodes, found_here = {node.name: node for node in self.nodes()}, []
+        for beam in self.beams:
+            names = [f"{self.name}.{node}.{axis}" for axis in ("x", "y", "theta") for node in beam.nodes]
+            found_here.append(beam_elements(beam, nodes).strains(*np.split(rows(names), 3, axis=1)).max(axis=1))
+        return np.asarray(np.max(found_here, axis=0))
 
     def odd_sizes(self) -> Iterator[Finding]:
         """Finding on beams without shear that are short for their height."""
