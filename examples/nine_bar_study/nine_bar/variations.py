@@ -148,7 +148,13 @@ ZETAS = (1e-7, 1e-6, 5e-6, 1e-5, 2e-5, 3e-5, 5e-5, 1e-4, 1e-3)
 """Values of zeta2 on the page "damping" [s]."""
 
 
+SAME = {"zeta1e-06": "j", "zeta1e-05": "k", "zeta0.0001": "l", "zeta2e-05": "y", "elements8": "z", "mass10": "m"}
+SAME |= {"cf0": "d", "cf0.03": "e"}
+"""Letters of rows of the sensitivity whose runs the page "damping" shares, by its own."""
+
+
 def _damped(letter: str, what: str, beams_only: bool = True, elements: int = 2, **data: float) -> Variation:
+    letter = SAME.get(letter, letter)
     return Variation(letter, what, {"damping": DATA.damping, **data}, {"elements": elements}, beams_only=beams_only)
 
 
