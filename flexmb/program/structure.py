@@ -59,9 +59,9 @@ def numbers(contributions: Contributions) -> tuple[NumberLists, NumberLists]:
     rubbing, controls = [c.joint_friction for c in constraints], contributions.controls
     p: NumberLists = {
         "element": [e.p for e in elements],
-        "factor": [_parameters(e.factor) for e in elements],
+        "factor": [e.factor.parameters() if e.factor else () for e in elements],
         "constraint": [c.p for c in constraints],
-        "motion": [_parameters(motion) for c in constraints for motion in motion_of_each_row(c)],
+        "motion": [m.parameters() if m else () for c in constraints for m in motion_of_each_row(c)],
         "joint friction": [own for one in rubbing for own in ((one.p, one.friction.parameters()) if one else ((), ()))],
         "contact": [own for c in contacts for own in (c.p, c.normal.parameters(), c.friction.parameters())],
         "signal": [signal.p for signal in contributions.signals],
@@ -69,7 +69,7 @@ def numbers(contributions: Contributions) -> tuple[NumberLists, NumberLists]:
         "control": [
             own
             for c in controls
-            for own in (c.p, *(_parameters(one.motion) if one.motion else one.p for one in c.sources))
+            for own in (c.p, *(one.motion.parameters() if one.motion else one.p for one in c.sources))
         ],
     }
     z: NumberLists = {
@@ -87,10 +87,6 @@ def flat(listed: tuple[NumberLists, NumberLists]) -> tuple[np.ndarray, np.ndarra
     """The arrays of all `numbers`."""
     p, z = (np.array([*chain.from_iterable(chain.from_iterable(lists.values()))], dtype=float) for lists in listed)
     return p, z
-
-
-def _parameters(law: Law | None) -> Sequence[float]:
-    return law.parameters() if law else ()
 
 
 def motion_of_each_row(contribution: ConstraintContribution) -> list[Motion | None]:
