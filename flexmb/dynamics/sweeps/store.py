@@ -407,7 +407,7 @@ def _refuse_others(store: Store, fingerprint: Mapping[str, Any], kind: str) -> N
 
 
 def _texts(fingerprint: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    """Names and texts of a fingerprint, with those of fixed arguments one by one."""
+    """Names and texts of a fingerprint; each fixed argument by itself."""
     for name, value in fingerprint.items():
         inner = value.items() if isinstance(value, dict) else ((name, value),)
         yield from ((one, str(text)) for one, text in inner)
