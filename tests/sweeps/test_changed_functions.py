@@ -346,7 +346,7 @@ def test_an_own_law_with_a_constructor_can_be_told():
 
 
 def orbit(a, law):
-    """An oscillator that forgets its start."""
+    """A map that forgets its start."""
     return fm.chaos.Map(lambda x: 0.5 * x + law["gain"] * a, [0.1])
 
 

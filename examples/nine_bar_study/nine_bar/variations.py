@@ -144,24 +144,31 @@ VARIATIONS = (
     Variation("jj", "friction rises from 1e-5 to 1e-4 m/s (1e-4 to 1e-3)", {"v0": 1e-5, "v1": 1e-4}, play_only=True),
 )
 
-ZETAS = (1e-7, 1e-6, 5e-6, 1e-5, 2e-5, 3e-5, 5e-5, 1e-4, 1e-3)
-"""Values of zeta2 on the page "damping" [s]."""
-
-
-SAME = {"zeta1e-06": "j", "zeta1e-05": "k", "zeta0.0001": "l", "zeta2e-05": "y", "elements8": "z", "mass10": "m"}
-SAME |= {"cf0": "d", "cf0.03": "e"}
-"""Letters of rows of the sensitivity whose runs the page "damping" shares, by its own."""
+ZETAS = {1e-7: "zeta1e-07", 1e-6: "j", 5e-6: "zeta5e-06", 1e-5: "k", 2e-5: "y"}
+ZETAS |= {3e-5: "zeta3e-05", 5e-5: "zeta5e-05", 1e-4: "l", 1e-3: "zeta0.001"}
+"""Values of zeta2 on the page "damping" [s], and the letters of its rows: rows that the sensitivity has, too, have the
+letters of there, so that both pages share their runs."""
 
 
 def _damped(letter: str, what: str, beams_only: bool = True, elements: int = 2, **data: float) -> Variation:
-    letter = SAME.get(letter, letter)
     return Variation(letter, what, {"damping": DATA.damping, **data}, {"elements": elements}, beams_only=beams_only)
 
 
+def _beside(what: str) -> str:
+    """Words of a row in which another number changes, too."""
+    return f"{DATA.damping:g} s, {what}"
+
+
 DAMPED = (
-    *(_damped(f"zeta{z:g}", f"zeta2 = {z:g} s", damping=z) for z in ZETAS),
-    *(_damped(f"elements{n}", f"{DATA.damping:g} s, {n} elements a link", elements=n) for n in (4, 8)),
-    *(_damped(f"mass{z:g}", f"{DATA.damping:g} s, zeta1 = {z:g} 1/s", mass_damping=z) for z in (10.0, 100.0)),
-    *(_damped(f"cf{c:g}", f"{DATA.damping:g} s, cf = {c:g}", False, friction_coefficient=c) for c in (0.0, 0.03)),
+    *(_damped(letter, f"zeta2 = {z:g} s", damping=z) for z, letter in ZETAS.items()),
+    *(_damped(letter, _beside(f"{n} elements a link"), elements=n) for letter, n in (("elements4", 4), ("z", 8))),
+    *(
+        _damped(letter, _beside(f"zeta1 = {z:g} 1/s"), mass_damping=z)
+        for letter, z in (("m", 10.0), ("mass100", 100.0))
+    ),
+    *(
+        _damped(letter, _beside(f"cf = {c:g}"), False, friction_coefficient=c)
+        for letter, c in (("d", 0.0), ("e", 0.03))
+    ),
 )
 """Variations of the page "damping"."""

@@ -29,7 +29,7 @@ INTRODUCTION = """
 The paper prints no damping of its links: zeta1 and zeta2 of eq. (30) have no values. Here zeta2 runs over four decades,
 and the claims are judged by the rules of the page "claims", from {keep} turns after {skip} and exponents over {points}
 turns after {settle}, with 2 elements a link; in the last rows other numbers change as well. Claim 9 rests on 0.5, 1.6,
-1.65, 2 and 2.5 pi rad/s, claim 10 on 0.01, 0.05 and 0.5 mm.
+1.65, 2 and 2.5 pi rad/s, claim 10 on 0.01, 0.05 and 0.5 mm. Rows with a letter are those of the page "sensitivity".
 
 A value at which most claims agree is inferred: it is fitted to what the paper says and proves nothing, neither that the
 paper took it nor that such links have it. What damping steel and pins have stands in docs/nine_bar.md.
@@ -55,7 +55,7 @@ def standing(verdicts: np.ndarray) -> str:
     counts = ", ".join(f"{n} at {z:g} s" for n, z in zip(agreeing, ZETAS, strict=True))
     text = f"Most claims agree at zeta2 = {', '.join(best)} s. Agreeing claims, of {len(CLAIMS)}: {counts}."
     rows = [[str(claim.number), claim.text, _stands(verdicts[:, k])] for k, claim in enumerate(CLAIMS)]
-    shown = table(["claim", "what the paper says", f"over zeta2 from {ZETAS[0]:g} to {ZETAS[-1]:g} s"], rows, left=3)
+    shown = table(["claim", "what the paper says", f"over zeta2 from {min(ZETAS):g} to {max(ZETAS):g} s"], rows, left=3)
     return f"## What disagrees, and what depends on the damping\n\n{paragraph(text)}\n\n{shown}"
 
 
