@@ -144,10 +144,13 @@ VARIATIONS = (
     Variation("jj", "friction rises from 1e-5 to 1e-4 m/s (1e-4 to 1e-3)", {"v0": 1e-5, "v1": 1e-4}, play_only=True),
 )
 
-ZETAS = {1e-7: "zeta1e-07", 1e-6: "j", 5e-6: "zeta5e-06", 1e-5: "k", 2e-5: "y"}
-ZETAS |= {3e-5: "zeta3e-05", 5e-5: "zeta5e-05", 1e-4: "l", 1e-3: "zeta0.001"}
-"""Values of zeta2 on the page "damping" [s], and the letters of its rows: rows that the sensitivity has, too, have the
-letters of there, so that both pages share their runs."""
+LETTERS = {1e-7: "zeta1e-07", 1e-6: "j", 5e-6: "zeta5e-06", 1e-5: "k", 2e-5: "y"}
+LETTERS |= {3e-5: "zeta3e-05", 5e-5: "zeta5e-05", 1e-4: "l", 1e-3: "zeta0.001"}
+"""Letters of the rows of the page "damping" by zeta2 [s]; rows that the sensitivity has, too, have the letters of there,
+so that both pages share their runs."""
+
+ZETAS = tuple(LETTERS)
+"""Values of zeta2 on the page "damping" [s]."""
 
 
 def _damped(letter: str, what: str, beams_only: bool = True, elements: int = 2, **data: float) -> Variation:
@@ -160,7 +163,7 @@ def _beside(what: str) -> str:
 
 
 DAMPED = (
-    *(_damped(letter, f"zeta2 = {z:g} s", damping=z) for z, letter in ZETAS.items()),
+    *(_damped(letter, f"zeta2 = {z:g} s", damping=z) for z, letter in LETTERS.items()),
     *(_damped(letter, _beside(f"{n} elements a link"), elements=n) for letter, n in (("elements4", 4), ("z", 8))),
     *(
         _damped(letter, _beside(f"zeta1 = {z:g} 1/s"), mass_damping=z)

@@ -55,7 +55,7 @@ def standing(verdicts: np.ndarray) -> str:
     counts = ", ".join(f"{n} at {z:g} s" for n, z in zip(agreeing, ZETAS, strict=True))
     text = f"Most claims agree at zeta2 = {', '.join(best)} s. Agreeing claims, of {len(CLAIMS)}: {counts}."
     rows = [[str(claim.number), claim.text, _stands(verdicts[:, k])] for k, claim in enumerate(CLAIMS)]
-    shown = table(["claim", "what the paper says", f"over zeta2 from {min(ZETAS):g} to {max(ZETAS):g} s"], rows, left=3)
+    shown = table(["claim", "what the paper says", f"over zeta2 from {ZETAS[0]:g} to {ZETAS[-1]:g} s"], rows, left=3)
     return f"## What disagrees, and what depends on the damping\n\n{paragraph(text)}\n\n{shown}"
 
 
