@@ -146,8 +146,8 @@ VARIATIONS = (
 
 LETTERS = {1e-7: "zeta1e-07", 1e-6: "j", 5e-6: "zeta5e-06", 1e-5: "k", 2e-5: "y"}
 LETTERS |= {3e-5: "zeta3e-05", 5e-5: "zeta5e-05", 1e-4: "l", 1e-3: "zeta0.001"}
-"""Letters of the rows of the page "damping" by zeta2 [s]; rows that the sensitivity has, too, have the letters of there,
-so that both pages share their runs."""
+"""Letters of the rows of the page "damping" by zeta2 [s]; rows that the sensitivity has, too, have its letters, so that
+both pages share their runs."""
 
 ZETAS = tuple(LETTERS)
 """Values of zeta2 on the page "damping" [s]."""
