@@ -6,6 +6,7 @@ from flexmb import chaos as chaos
 from flexmb import contact as contact
 from flexmb import controllers as controllers
 from flexmb import couplings as couplings
+from flexmb import design as design
 from flexmb import doctor as doctor
 from flexmb import drives as drives
 from flexmb import equilibrium as equilibrium

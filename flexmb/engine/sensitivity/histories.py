@@ -7,7 +7,7 @@ differences relative to each number: a gap of 1e-6 m is not lost in coordinates 
 from flexmb.engine.compiled.arrays import part_of
 from flexmb.engine.system.contacts import call_friction, call_normal, jacobians
 from flexmb.engine.system.elements import call_element, call_force, gather_state
-from flexmb.engine.system.work import JOINT_SLIP, N_BY_GAP, N_BY_RATE, T_BY_N
+from flexmb.engine.system.work import JOINT_SLIP, N_BY_GAP, N_BY_RATE, T_BY_N, T_BY_SLIP
 from flexmb.kernels import compiled, copy, friction_at
 from flexmb.parts.contact.onset import crossing, cubic
 from flexmb.places import (
@@ -99,7 +99,7 @@ def _store_upper_side(begin, end, work):
 
 
 @compiled
-def _element_force(tables, address, e, n, t, h, z, work):
+def element_force(tables, address, e, n, t, h, z, work):
     """Evaluate force and history of element e at the gathered state, in work.rl and work.z_new."""
     for i in range(n):
         work.rl[i] = 0.0
@@ -120,11 +120,11 @@ def add_element_history(tables, address, e, n, t, h, s, z, T, work):
             continue
         eps = difference_step(z[i], work.z_new[i], LEAST_DIFFERENCE)
         T.zs[i] = z[i] + eps
-        _element_force(tables, address, e, n, t, h, T.zs, work)
+        element_force(tables, address, e, n, t, h, T.zs, work)
         _store_upper_side(begin, end, work)
         copy(part_of(work.rl, 0, n), part_of(force, 0, n))
         T.zs[i] = z[i] - eps
-        _element_force(tables, address, e, n, t, h, T.zs, work)
+        element_force(tables, address, e, n, t, h, T.zs, work)
         T.zs[i] = z[i]
         _add_history_difference(begin, end, eps, i, T, work)
         for j in range(T.z.shape[0]):
@@ -166,9 +166,13 @@ def add_contact_history(tables, address, c, h, z, T, work):
             T.T[j, c] += (more - less) * T.z[j, i] / (2.0 * eps)
     S = work.contact_scratch
     jacobians(out, S)
+    slopes, by = work.slopes[c], T.by.contact
     for j in range(T.z.shape[0]):
-        N = T.N[j, c]
-        friction = work.slopes[c, T_BY_N] * N + T.T[j, c]
+        N, friction = T.N[j, c], T.T[j, c]
+        if 3 * j < by.shape[0]:  # parameters
+            N += slopes[N_BY_GAP] * by[3 * j, c] + slopes[N_BY_RATE] * by[3 * j + 1, c]
+            friction += slopes[T_BY_SLIP] * by[3 * j + 2, c]
+        friction += slopes[T_BY_N] * N
         for i in range(6):
             T.F[j, K.dofs[6 * c + i]] += S[NORMAL, i] * N + S[TANGENTIAL, i] * friction
 
@@ -238,6 +242,7 @@ def advance_contact_history(tables, address, c, h, v, z, T, work):
 def _contact_differences(K, c, v, T, work):
     """Set T.own (k, 4): differences of gap, gap rate, slip and normal force of contact c."""
     out, slopes, S, by = work.contact[c], work.slopes[c], work.contact_scratch, T.local
+    explicit = T.by.contact
     dofs = part_of(K.dofs, 6 * c, 6 * c + 6)
     jacobians(out, S)
     for i in range(6):
@@ -245,6 +250,8 @@ def _contact_differences(K, c, v, T, work):
     _rate_derivatives(out, work.vl, by)
     for j in range(T.q.shape[0]):
         gap, rate, slip = 0.0, 0.0, 0.0
+        if 3 * j < explicit.shape[0]:  # parameters
+            gap, rate, slip = explicit[3 * j, c], explicit[3 * j + 1, c], explicit[3 * j + 2, c]
         for i in range(6):
             dq, dv = T.q[j, dofs[i]], T.v[j, dofs[i]]
             gap += S[NORMAL, i] * dq
@@ -368,10 +375,10 @@ def advance_element_history(tables, address, e, t, h, q, v, a, z, T, work):
         if most == 0.0:
             continue
         _move_element(E, e, n, 1.0 / most, j, q, v, a, T, work)
-        _element_force(tables, address, e, n, t, h, z, work)
+        element_force(tables, address, e, n, t, h, z, work)
         _store_upper_side(begin, end, work)
         _move_element(E, e, n, -1.0 / most, j, q, v, a, T, work)
-        _element_force(tables, address, e, n, t, h, z, work)
+        element_force(tables, address, e, n, t, h, z, work)
         for l in range(begin, end):
             T.z1[j, l] += (work.z_between[l] - work.z_new[l]) * 0.5 * most
 

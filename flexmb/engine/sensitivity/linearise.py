@@ -6,6 +6,8 @@ With dv = X + kv u and da = Y + ka u for unknown differences u of positions, the
 that stiff elements lose no digits; derivatives by histories are central differences of single laws or elements.
 """
 
+import numpy as np
+
 from flexmb.engine.compiled.arrays import matrix_view, part_of
 from flexmb.engine.compiled.pieces import whole
 from flexmb.engine.compiled.records import Matrix, Record, Vector
@@ -18,6 +20,8 @@ from flexmb.engine.sensitivity.histories import (
     advance_element_history,
     advance_joint_friction_history,
 )
+from flexmb.engine.sensitivity.parameters import ParameterRates, add_parameters, parameter_rates
+from flexmb.engine.sensitivity.signal_rows import SignalRows, signal_rows
 from flexmb.engine.system.constraints import add_constraints
 from flexmb.engine.system.contacts import add_contacts, jacobians
 from flexmb.engine.system.elements import add_elements, call_element, call_tangent, gather_state, load_factor
@@ -69,6 +73,7 @@ class Tangents(Record):
     tau : (k,) time shift of each neighbour [s];  shift : (k,) increment of tau [s]
     q0, v0, a0, lam0, z0, impacts : state before the step;  ap, zp : state before the step before
     rt : (n_q + 3,) rate of the forces in time at rest;  moving : (2, n_c) G v, and G a + W v
+    by : directions of the parameters to which the first differences belong;  rows : derivatives of signals
     """
 
     q: Matrix
@@ -110,11 +115,15 @@ class Tangents(Record):
     rt: Vector
     moving: Matrix
     step: CarriedStep
+    by: ParameterRates
+    rows: SignalRows
     impacts: Matrix
 
 
-def new_tangents(program: Program, k: int) -> Tangents:
-    """Arrays for k differences of states of a compiled mechanism."""
+def new_tangents(
+    program: Program, k: int, by: ParameterRates | None = None, signals: SignalRows | None = None
+) -> Tangents:
+    """Arrays for k differences of states of a compiled mechanism, with the directions and rows of k parameters."""
     tables, n, m = program.tables, program.n_q + 3, program.n_c
     n_z, n_k, n_g = tables.sizes.n_z, len(tables.contacts.kernel), len(tables.constraints.kernel)
     total = program.n_q + m
@@ -126,6 +135,8 @@ def new_tangents(program: Program, k: int) -> Tangents:
         **rows,
         **vectors,
         step=CarriedStep(0.0, 0.0, 0.0),
+        by=parameter_rates(program, np.zeros((0, len(tables.p))), np.zeros(0)) if by is None else by,
+        rows=signal_rows(program, 0) if signals is None else signals,
         u=(k, total),
         D=tables.elements.pos[-1],
         W=tables.constraints.pos_g[-1],
@@ -156,6 +167,8 @@ def linearise(tables, address, t, h, q, v, a, lam, z, kv, ka, T, work):
     add_contacts(tables, address, t, h, q, v, z, 1.0, kv, True, work)
     add_constraints(tables, address, t, h, q, v, lam, z, 1.0, kv, True, work)
     _add_elements(tables, address, t, h, q, v, a, z, kv, ka, T, work)
+    if T.by.step.shape[0] > 0:
+        add_parameters(tables, address, t, h, q, v, a, lam, z, T, work)
     for c in range(tables.contacts.kernel.shape[0]):
         add_contact_history(tables, address, c, h, z, T, work)
     for c in range(tables.constraints.kernel.shape[0]):

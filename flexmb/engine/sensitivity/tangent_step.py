@@ -21,6 +21,7 @@ Equations (9.1) to (9.3) of docs/theory/exponents.md.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numba
@@ -45,7 +46,9 @@ from flexmb.engine.sensitivity.linearise import (
     rate_forces,
     rows_times,
 )
-from flexmb.engine.state.record import GEAR_GUPTA_LEIMKUHLER, POSITION, RUNNING, VELOCITY, Options
+from flexmb.engine.sensitivity.parameters import move_numbers
+from flexmb.engine.sensitivity.signal_rows import keep_differences, write_rows
+from flexmb.engine.state.record import BUFFER_FULL, GEAR_GUPTA_LEIMKUHLER, POSITION, RUNNING, VELOCITY, Options
 from flexmb.engine.step.contact_events import IMPACT_STEP, slow_approach_speed
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.engine.system.work import Work, workspace
@@ -62,6 +65,9 @@ MOST_ROUNDS = 10
 
 CONVERGED_CHANGE, DIVERGED_CHANGE = 1e-13, 1e-9
 """Relative change of the positions from round to round: converged below the first, refused above the second."""
+
+LEAST_PIVOT = 1e-300
+"""Least stiffness of a coordinate by which a force is divided."""
 
 TANGENT_LOST = 40
 """Code of a step with a singular tangent."""
@@ -81,7 +87,7 @@ def store_start(flow, T):
 
 
 @compiled
-def carry_differences(tables, address, lu, h, options, flow, trial, T, work):
+def carry_differences(tables, address, lu, h, options, flow, trial, record, T, work):
     """Carry the differences T through the step of size h that led to `flow`; RUNNING, or TANGENT_LOST.
 
     `store_start` has stored the state before the step.
@@ -93,6 +99,8 @@ def carry_differences(tables, address, lu, h, options, flow, trial, T, work):
     t, n, m = flow.clock.t, tables.sizes.n_q, tables.sizes.n_c
     if options.adaptive and meets_onset(tables, flow, trial, T):
         shift_times(tables, address, T, work)
+    if T.rows.places.shape[0] > 0:
+        keep_differences(n, T)
     for j in range(T.q.shape[0]):
         start_differences(n, h, 1.0 if first else h / T.step.before, kv, kx, ka, o, j, T)
     linearise(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.z0, kv, ka, T, work)
@@ -108,6 +116,8 @@ def carry_differences(tables, address, lu, h, options, flow, trial, T, work):
             return TANGENT_LOST
         finish_differences(n, kv, kx, ka, delta, first, flow.clock.last_step == 0.0, j, T)
     advance_histories(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.z0, T, work)
+    if T.rows.places.shape[0] > 0:
+        write_rows(tables, address, h, options, flow, trial, record, T)
     T.step.last = 0.0 if flow.clock.last_step == 0.0 else h
     copy(T.a0, T.ap)
     copy(T.z0, T.zp)
@@ -180,9 +190,12 @@ def solve_differences(tables, lu, kv, options, j, T, work):
     """Solve for positions and multipliers in T.u and position shifts in T.e; whether the solution converged.
 
     The shifts depend on the positions by W alone, which is small beside kv G, so that alternate solutions converge.
+    Positions that joints hold are round-off beside those of the same forces on unheld coordinates.
     """
     n, m, form = tables.sizes.n_q, tables.sizes.n_c, options.form
-    u, change, size = T.u[j], 0.0, 0.0
+    u, change, size, unheld = T.u[j], 0.0, 0.0, 0.0
+    for i in range(n):
+        unheld = max(unheld, abs(T.F[j, i]) / max(abs(T.seen[i]), LEAST_PIVOT))
     T.e[:] = 0.0
     for _ in range(MOST_ROUNDS):
         T.b[:] = 0.0
@@ -198,8 +211,11 @@ def solve_differences(tables, lu, kv, options, j, T, work):
         if form != VELOCITY:
             for i in range(m):
                 T.b[n + i] = T.tau[j] * T.moving[SPEED, i]
+            if j < T.by.g.shape[0]:
+                for i in range(m):
+                    T.b[n + i] -= T.by.g[j, i]
         solve(lu, work.lu, T.b, T.d, T.y)
-        change, size = 0.0, 0.0
+        change, size = 0.0, unheld
         for i in range(n):
             change, size = max(change, abs(T.d[i] - u[i])), max(size, abs(T.d[i]))
         copy(T.d, u)
@@ -232,6 +248,8 @@ def add_rates(C, n, kv, factor, j, T, work):
         for i in range(C.row[c + 1] - C.row[c]):
             row = C.row[c] + i
             rate = rows_times(C, c, work.G, T.X[j], i) + rows_times(C, c, T.W, T.r, i)
+            if j < T.by.g.shape[0]:
+                rate += T.by.gv[j, row] - kv * T.by.g[j, row]
             T.b[n + row] += factor * (rate + tau * (kv * T.moving[SPEED, row] - T.moving[ACCELERATION, row]))
 
 
@@ -292,8 +310,10 @@ def advance_with_tangents(table, tables, address, lu, options, flow, trial, work
         store_start(flow, T)
         code = step_at(table, tables, address, lu, options, flow, trial, work, record, 1)
         if record.count.steps > before:
-            carried = carry_differences(tables, address, lu, record.report.size, options, flow, trial, T, own)
+            carried = carry_differences(tables, address, lu, record.report.size, options, flow, trial, record, T, own)
             code = carried if code == RUNNING else code
+            if code == RUNNING and T.rows.every and T.rows.number.steps == T.rows.times.shape[0]:
+                return BUFFER_FULL
         if code != RUNNING:
             return code
     return RUNNING
@@ -345,8 +365,8 @@ class CarryingRun(Run):
 
     stepper: CarryingStepper
 
-    def __init__(self, program: Program, method: Newmark, *others: Any) -> None:
-        super().__init__(program, method, *others)
+    def __init__(self, program: Program, method: Newmark, *others: Any, **more: Any) -> None:
+        super().__init__(program, method, *others, **more)
         self.stepper = CarryingStepper(program, method)
 
     def carry_to(self, end: float, W: np.ndarray) -> None:
@@ -412,15 +432,20 @@ def pack_differences(program: Program, T: Tangents, W: np.ndarray) -> None:
 
 
 def project_differences(program: Program, flow: Any, most: float, T: Tangents) -> None:
-    """Project T.q and T.v onto G dq = 0, G dv + (dG/dt) dq = 0; `most` as in `find_jacobian_rate`."""
+    """Project T.q and T.v onto G dq = 0, G dv + (dG/dt) dq = 0; `most` as in `find_jacobian_rate`.
+
+    Parameters add their effect on both equations at the last linearised state.
+    """
     n, t, metric = program.n_q, float(flow.clock.t), metric_of(program)
     system, q, v = StateEvaluation(program), flow.q[:n], flow.v[:n]
     G = system.at(q, t=t).jacobian
     eps = min(most, POSE_DIFFERENCE / max(np.abs(v / np.where(metric == 1.0, program.length, 1.0)).max(), 1e-300))
     turning = (system.at(q + eps * v, t=t + eps).jacobian - system.at(q - eps * v, t=t - eps).jacobian) / (2.0 * eps)
+    explicit = np.zeros((2, len(T.q), program.n_c))
+    explicit[:, : len(T.by.step)] = T.by.g, T.by.gv
     for j in range(len(T.q)):
-        T.q[j, :n] += shortest_correction(metric, G, -(G @ T.q[j, :n]))
-        T.v[j, :n] += shortest_correction(metric, G, -(G @ T.v[j, :n] + turning @ T.q[j, :n]))
+        T.q[j, :n] += shortest_correction(metric, G, -(G @ T.q[j, :n]) - explicit[0, j])
+        T.v[j, :n] += shortest_correction(metric, G, -(G @ T.v[j, :n] + turning @ T.q[j, :n]) - explicit[1, j])
 
 
 def complete_differences(program: Program, flow: Any, T: Tangents, work: Work, *, histories: bool) -> None:
@@ -436,7 +461,7 @@ def complete_differences(program: Program, flow: Any, T: Tangents, work: Work, *
     b = np.zeros((len(T.q), n + program.n_c))
     b[:, :n] = T.F[:, :n] - (K @ T.q[:, :n].T).T - (C @ T.v[:, :n].T).T
     for j in range(len(T.q)):
-        b[j, n:] = -_acceleration_gap_difference(program, system, state, t, (T.q[j, :n], T.v[j, :n]))
+        b[j, n:] = -_acceleration_gap_difference(program, state, t, j, T)
     system.at(*state[:2], **whole, t=t, weights=(0.0, 0.0, 1.0))
     for j in range(len(T.q)):
         T.u[j] = system.solve(b[j], f"Tangent of the accelerations of {program.name!r} at t = {t:.6g} s")
@@ -446,18 +471,22 @@ def complete_differences(program: Program, flow: Any, T: Tangents, work: Work, *
         advance_histories(tables, program.addresses, t, 0.0, *now, T, work)
 
 
-def _acceleration_gap_difference(
-    program: Program, system: StateEvaluation, state: Any, t: float, change: Any
-) -> np.ndarray:
-    """Difference of G a - gamma (n_c,) by differences of q and v, at constant a."""
-    (q, v, a), (dq, dv) = state, change
+def _acceleration_gap_difference(program: Program, state: Any, t: float, j: int, T: Tangents) -> np.ndarray:
+    """Difference j of G a - gamma (n_c,) by differences of q, v and the numbers, at constant a."""
+    (q, v, a), n, by = state, program.n_q, T.by
+    dq, dv = T.q[j, :n], T.v[j, :n]
     length = np.where(metric_of(program) == 1.0, program.length, 1.0)
     fast = max(float(np.abs(v / length).max()), 1.0)
     most = max(float(np.abs(dq / length).max()), float(np.abs(dv / length).max()) / fast)
-    if program.n_c == 0 or most == 0.0:
+    moves = j < len(by.step)
+    if program.n_c == 0 or (most == 0.0 and not moves):
         return np.zeros(program.n_c)
-    eps, sides = STATE_DIFFERENCE / most, []
-    for move in (eps, -eps):
+    eps = STATE_DIFFERENCE / max(most, 1e-300)
+    eps, sides = min(eps, float(by.step[j])) if moves else eps, []
+    system = StateEvaluation(replace(program, tables=by.varied))
+    for move in (eps, -eps, 0.0):
+        if moves:
+            move_numbers(program.tables, by, j, move)
         G = system.at(q + move * dq, v + move * dv, t=t).jacobian
         sides.append(G @ a - system.gamma)
     return np.asarray((sides[0] - sides[1]) / (2.0 * eps))

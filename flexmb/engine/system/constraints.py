@@ -38,7 +38,7 @@ def add_constraints(tables, address, t, h, q, v, lam, z, kq, kv, matrix, work):
         if matrix:
             for i in range(n * n):
                 work.Kl[i] = 0.0
-        _call_constraint(tables, address, c, n, m, t, lam, work)
+        call_constraint(tables, address, c, n, m, t, lam, work)
         if n == 6 and m == 2:  # a joint of two nodes: numbers that are known let the compiler unroll
             _scatter(C, c, 6, 2, lam, matrix, work)
         else:
@@ -49,7 +49,7 @@ def add_constraints(tables, address, t, h, q, v, lam, z, kq, kv, matrix, work):
                 if work.Kl[k] != 0.0:
                     work.lu[positions[k]] += kq * work.Kl[k]
         if C.joint_friction[c, LOAD_KERNEL] >= 0:
-            _add_joint_friction(tables, address, c, n, m, h, lam, z, kq, kv, matrix, work)
+            add_joint_friction(tables, address, c, n, m, h, lam, z, kq, kv, matrix, work)
 
 
 @compiled
@@ -77,7 +77,7 @@ def _scatter(C, c, n, m, lam, matrix, work):
 
 
 @compiled
-def _add_joint_friction(tables, address, c, n, m, h, lam, z, kq, kv, matrix, work):
+def add_joint_friction(tables, address, c, n, m, h, lam, z, kq, kv, matrix, work):
     """Add friction in joint c, and its tangents by coordinates, velocities and multipliers."""
     C = tables.constraints
     out, H = work.joint_friction_out, work.joint_friction_curve
@@ -125,7 +125,7 @@ def _add_joint_friction(tables, address, c, n, m, h, lam, z, kq, kv, matrix, wor
 
 
 @compiled
-def _call_constraint(tables, address, c, n, m, t, lam, work):
+def call_constraint(tables, address, c, n, m, t, lam, work):
     """Call the kernel of constraint c, and subtract the prescribed motions from their rows."""
     C = tables.constraints
     begin, end = C.row[c], C.row[c + 1]

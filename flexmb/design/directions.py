@@ -1,0 +1,113 @@
+"""Directions of parameters: derivatives of the packed numbers of a program, and of its start values."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from flexmb.design.parameters import ParameterModel
+from flexmb.errors import FlexmbError, InputError
+from flexmb.model.mechanism import Mechanism
+from flexmb.program.compiler import compile_with_start
+from flexmb.program.program import Program
+from flexmb.statics.start.consistent import Start, consistent_start
+
+CENTRAL = (-2.0, 1.0 / 12.0), (-1.0, -8.0 / 12.0), (1.0, 8.0 / 12.0), (2.0, -1.0 / 12.0)
+FORWARD = (0.0, -25.0 / 12.0), (1.0, 4.0), (2.0, -3.0), (3.0, 4.0 / 3.0), (4.0, -0.25)
+BACKWARD = tuple((-place, -weight) for place, weight in FORWARD)
+"""Places and weights of derivatives of fourth order, by differences on both sides and on one."""
+
+DISTANCES = (1e-3, 1e-5)
+"""Distance of two neighbours relative to the parameter; the second where the first is refused."""
+
+DIFFERENCE_OF_NUMBERS = 1e-5
+"""Largest difference of a parameter for derivatives by kernels, relative to the parameter."""
+
+
+class Directions(NamedTuple):
+    """Derivatives by k parameters: of the numbers, (k, n_p), of start positions and velocities, (k, n_q)."""
+
+    numbers: np.ndarray
+    steps: np.ndarray  # (k,) largest difference of each parameter
+    q: np.ndarray
+    v: np.ndarray
+
+
+class Neighbour(NamedTuple):
+    """A mechanism with a changed parameter: its program and its start."""
+
+    program: Program
+    start: Start
+
+
+def neighbour(mechanism: Mechanism) -> Neighbour:
+    """Program and start of a mechanism."""
+    program, closed = compile_with_start(mechanism)
+    return Neighbour(program, consistent_start(mechanism, program, closed=closed))
+
+
+def directions(model: ParameterModel, here: Neighbour, end: float) -> Directions:
+    """Directions of the parameters of a model; `here`: its present program, `end`: end of the run [s].
+
+    Raises
+    ------
+    InputError : a parameter that changes the structure of the program, or moves kinks of drives and loads in time.
+    """
+    rows = [_direction(model, k, here, end) for k in range(len(model.parameters))]
+    numbers, q, v = (np.stack(column) for column in zip(*rows, strict=True))
+    sizes = np.array([DIFFERENCE_OF_NUMBERS * size_of(value) for value in model.values])
+    return Directions(numbers, sizes, q, v)
+
+
+def size_of(value: float) -> float:
+    """Size of a parameter, by which its differences are judged; 1 for a parameter that is 0."""
+    return abs(value) or 1.0
+
+
+def _direction(model: ParameterModel, k: int, here: Neighbour, end: float) -> tuple[np.ndarray, ...]:
+    """Derivatives of numbers, start positions and start velocities by parameter k."""
+    refused: FlexmbError | None = None
+    for distance in DISTANCES:
+        for stencil in (CENTRAL, FORWARD, BACKWARD):
+            h = distance * size_of(model.values[k])
+            try:
+                found = [_moved(model, k, place * h) for place, _ in stencil]
+            except FlexmbError as error:
+                refused = refused or error
+                continue
+            for one in found:
+                _refuse_other_structure(model, k, here.program, one.program, end)
+            weights = np.array([weight / h for _, weight in stencil])
+            return _sum(weights, found)
+    name, value = model.names[k], model.values[k]
+    text = f"{model.label}: {name} = {value:.6g} has no neighbours on both sides or one ({refused})"
+    raise InputError(f"{text} Take a value farther from the limit.")
+
+
+def _sum(weights: np.ndarray, found: Sequence[Neighbour]) -> tuple[np.ndarray, ...]:
+    """Weighted sums of numbers, start positions and start velocities; exact where these are equal."""
+    columns = ([one.program.tables.p for one in found], [one.start.q for one in found], [one.start.v for one in found])
+    middle = [np.array(column[0]) for column in columns]
+    return tuple(
+        sum(w * (np.asarray(x) - first) for w, x in zip(weights, column, strict=True))
+        for column, first in zip(columns, middle, strict=True)
+    )
+
+
+def _moved(model: ParameterModel, k: int, shift: float) -> Neighbour:
+    values = list(model.values)
+    values[k] += shift
+    return neighbour(model.at(values))
+
+
+def _refuse_other_structure(model: ParameterModel, k: int, here: Program, other: Program, end: float) -> None:
+    name = model.names[k]
+    same = here.names.coordinates == other.names.coordinates and here.kernels == other.kernels
+    if not same or len(here.tables.p) != len(other.tables.p) or here.symbolic is not other.symbolic:
+        text = f"{model.label}: {name} changes the structure of the equations"
+        raise InputError(f"{text}, so there is no derivative by it. Compare runs with both values.")
+    if not np.array_equal(here.breaks(end), other.breaks(end)):
+        text = f"{model.label}: {name} moves instants at which a drive or load has a kink or jumps"
+        raise InputError(f"{text}; no derivative is known there. Vary it by a sweep.")

@@ -1,0 +1,132 @@
+"""Measures of signals over a run, with their derivatives: mean, root of the mean square, peak, value at the end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from flexmb import checks
+
+KINDS = ("mean", "rms", "peak", "end")
+"""Kinds of measures."""
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A number that tells a signal over a whole run; made by `mean`, `rms`, `peak`, `at_end`."""
+
+    kind: str
+    signal: str
+    norm: float | None = None
+
+    @property
+    def name(self) -> str:
+        """Name in tables: "peak of O.force"."""
+        order = "" if self.norm is None else f" (p = {self.norm:g})"
+        return f"{self.kind}{order} of {self.signal}"
+
+
+def mean(signal: str) -> Measure:
+    """Mean over the run.
+
+    Parameters
+    ----------
+    signal : name of a signal.
+    """
+    return Measure("mean", signal)
+
+
+def rms(signal: str) -> Measure:
+    """Root of the mean square over the run.
+
+    Parameters
+    ----------
+    signal : name of a signal.
+    """
+    return Measure("rms", signal)
+
+
+def at_end(signal: str) -> Measure:
+    """Value at the end of the run.
+
+    Parameters
+    ----------
+    signal : name of a signal.
+    """
+    return Measure("end", signal)
+
+
+def peak(signal: str, *, norm: float | None = None) -> Measure:
+    """Largest absolute value over the run.
+
+    Parameters
+    ----------
+    signal : name of a signal.
+    norm : p of the smooth measure (mean of |s|^p)^(1/p), which lies below the peak and nears it with growing p; None:
+        the peak itself.  Its derivative is that of the signal at the instant of the peak, and jumps where another
+        instant takes over.
+
+    Raises
+    ------
+    InputError : a norm below 1.
+    """
+    if norm is not None:
+        norm = checks.between("peak", "norm", norm, 1.0, 1e6)
+    return Measure("peak", signal, norm)
+
+
+class Rows(NamedTuple):
+    """A signal at the ends of all steps, the start before them, and its derivatives.
+
+    Derivatives belong to neighbours that arrive later by the time shifts: dy at t + dp shift.
+    """
+
+    time: np.ndarray  # (n,) [s]
+    y: np.ndarray  # (n,)
+    slope: np.ndarray  # (n, k)
+    shift: np.ndarray  # (n, k) [s] a unit of the parameter
+
+
+def measured(measure: Measure, rows: Rows) -> tuple[float, np.ndarray]:
+    """Value of a measure, and its derivatives (k,).
+
+    Equations (10.6) and (10.7) of docs/theory/design.md.
+    """
+    y, slope = rows.y, rows.slope
+    if measure.kind == "end":
+        return float(y[-1]), slope[-1] - rows.shift[-1] * _rate(rows)[-1]
+    if measure.kind == "mean":
+        return _mean(rows)
+    if measure.kind == "peak" and measure.norm is None:
+        k = int(np.abs(y).argmax())
+        late = rows.shift[k] * _rate(rows)[k] if k == len(y) - 1 else 0.0  # the end stays, an extremum moves
+        return abs(float(y[k])), np.sign(y[k]) * (slope[k] - late)
+    p = 2.0 if measure.norm is None else measure.norm
+    largest = float(np.abs(y).max()) or 1.0
+    part = np.abs(y) / largest
+    inner = p * part ** (p - 1.0) * np.sign(y) / largest
+    value, change = _mean(rows._replace(y=part**p, slope=inner[:, None] * slope))
+    if value == 0.0:
+        return 0.0, np.zeros(slope.shape[1])
+    root = value ** (1.0 / p)
+    return largest * root, largest * root / (p * value) * change
+
+
+def _rate(rows: Rows) -> np.ndarray:
+    """Rate (n, 1) of the signal at the end of each step, from the step before."""
+    h = np.diff(rows.time)
+    return np.concatenate([[0.0], np.diff(rows.y) / h])[:, None]
+
+
+def _mean(rows: Rows) -> tuple[float, np.ndarray]:
+    """Mean by the trapezoidal rule, and its derivatives.
+
+    Where the time shift changes, at the onset of a contact, a neighbour goes on for that time as it came.
+    """
+    h, span, y, slope = np.diff(rows.time)[:, None], rows.time[-1] - rows.time[0], rows.y[:, None], rows.slope
+    later = np.diff(rows.shift, axis=0)
+    before = slope[:-1] + later * _rate(rows)[:-1]
+    change = (0.5 * h * (before + slope[1:]) + later * y[:-1]).sum(axis=0) - rows.shift[-1] * y[-1]
+    return float((0.5 * h * (y[:-1] + y[1:])).sum() / span), change / span

@@ -1,0 +1,122 @@
+"""Parameters of a mechanism: numbers of its parts, or arguments of a function that makes it."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, fields
+from numbers import Real
+from typing import Any
+
+from flexmb import checks
+from flexmb.errors import InputError
+from flexmb.fields import unit_of
+from flexmb.model.mechanism import Mechanism, require_field
+
+Model = Mechanism | Callable[..., Mechanism]
+"""A mechanism, or a function of numbers that returns one."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter: its name, its value, its SI unit ("" where it is unknown or none)."""
+
+    name: str
+    value: float
+    unit: str
+
+
+class ParameterModel:
+    """A mechanism as a function of parameters.
+
+    Parameters
+    ----------
+    label : first words of messages.
+    model : a mechanism, whose parameters are numbers of its parts, "B.clearance" or "B.normal.restitution"; or a
+        function that returns a mechanism, whose parameters are its arguments.
+    names : names of the parameters, or their values by name.
+
+    Raises
+    ------
+    InputError : another kind of model; unknown parameters, with the nearest name; whole numbers, switches and texts,
+        by which nothing has a derivative; arguments without a value.
+    """
+
+    def __init__(self, label: str, model: Model, names: Iterable[str] | Mapping[str, float]) -> None:
+        self.label, self.model = label, model
+        if not isinstance(model, Mechanism) and not callable(model):
+            text = f"{label}: model is {model!r}"
+            raise InputError(f"{text}; it must be a Mechanism, or a function of numbers that returns one.")
+        given: dict[str, Any] = dict(names) if isinstance(names, Mapping) else {}
+        listed = checks.sequence(label, "parameters", list(names), "names such as 'B.clearance'")
+        if not listed or len(set(listed)) < len(listed):
+            raise InputError(f"{label}: parameters is {listed!r}; give at least one name, each of them once.")
+        self.parameters = tuple(self._parameter(name, given.get(name)) for name in listed)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters."""
+        return tuple(one.name for one in self.parameters)
+
+    @property
+    def values(self) -> tuple[float, ...]:
+        """Values of the parameters."""
+        return tuple(one.value for one in self.parameters)
+
+    def at(self, values: Iterable[float]) -> Mechanism:
+        """The mechanism with other values (n,) of the parameters."""
+        changes = dict(zip(self.names, map(float, values), strict=True))
+        if isinstance(self.model, Mechanism):
+            return self.model.with_(changes)
+        made = self.model(**changes)
+        if not isinstance(made, Mechanism):
+            raise InputError(f"{self.label}: the function returned {type(made).__name__}; it must return a Mechanism.")
+        return made
+
+    def _parameter(self, name: Any, value: Any) -> Parameter:
+        if not isinstance(name, str):
+            raise InputError(f"{self.label}: parameters holds {name!r}; it must hold names such as 'B.clearance'.")
+        found = _of_part if isinstance(self.model, Mechanism) else _of_function
+        present, unit, wanted = found(self.label, self.model, name)
+        value = present if value is None else value
+        number = isinstance(value, Real) and not isinstance(value, bool)
+        if not number or wanted not in ("float", "float | None"):
+            kind = wanted if number else repr(value)
+            text = f"{self.label}: {name!r} is {kind}"
+            raise InputError(f"{text}; there are derivatives by real numbers alone. Compare runs with both values.")
+        return Parameter(name, checks.number(self.label, name, value, unit), unit)
+
+
+def _of_part(label: str, mechanism: Any, name: str) -> tuple[Any, str, str]:
+    """Value, unit and declared kind of a number of a part."""
+    part, _, path = name.partition(".")
+    if not path:
+        raise InputError(f"{label}: {name!r} is no number of a part; give a name such as 'B.clearance'.")
+    owner: Any = mechanism.find(part)
+    value, unit, kind = owner, "", ""
+    for piece in path.split("."):
+        if not hasattr(type(value), "__dataclass_fields__"):
+            raise InputError(f"{label}: {name!r}: there are no fields before {piece!r}.")
+        own = require_field(f"{label}: {name!r}", piece, value)
+        declared = next(field for field in fields(value) if field.name == own)
+        kind, unit = _kind(declared.type), unit_of(value, own)
+        value = getattr(value, own)
+    return value, unit, kind
+
+
+def _of_function(label: str, function: Any, name: str) -> tuple[Any, str, str]:
+    """Default, unit and declared kind of an argument of a function."""
+    known = inspect.signature(function).parameters
+    checks.one_of(label, "parameter", name, list(known))
+    default, told = known[name].default, known[name].annotation
+    value = None if default is inspect.Parameter.empty else default
+    return value, unit_of(function, name), _kind("float" if told is inspect.Parameter.empty else told)
+
+
+def _kind(declared: Any) -> str:
+    """Declared kind of a number: "float", "int", ...; the first argument of Annotated."""
+    text = declared if isinstance(declared, str) else getattr(declared, "__name__", str(declared))
+    if "Annotated" in text:
+        text = str(getattr(declared, "__origin__", text)) if not isinstance(declared, str) else text
+        text = text.partition("[")[2].partition(",")[0] or text
+    return {"<class 'float'>": "float"}.get(text, text)

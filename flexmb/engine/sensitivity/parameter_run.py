@@ -1,0 +1,75 @@
+"""Run that carries the derivatives of its state by parameters, and writes those of its signals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from flexmb.design.measures import Rows
+from flexmb.engine.sensitivity.linearise import Tangents, new_tangents
+from flexmb.engine.sensitivity.parameters import parameter_rates
+from flexmb.engine.sensitivity.signal_rows import signal_rows, write_start
+from flexmb.engine.sensitivity.tangent_step import CarryingRun, complete_differences, project_differences
+from flexmb.engine.state.record import NEVER, Options
+
+
+class ParameterRun(CarryingRun):
+    """Run of the Newmark family with derivatives by parameters, and with one difference of the state alone.
+
+    `growth` is the factor by which this difference has grown: of positions and, times period / (2 pi), of velocities.
+    """
+
+    blocks: list[tuple[np.ndarray, ...]]
+    growth = 0.0
+
+    def carry(self, end: float, found: Any, probe: tuple[np.ndarray, np.ndarray], places: np.ndarray, due: np.ndarray) -> Tangents:
+        """Run until `end` [s]; derivatives of the signals at `places` at the instants `due` and at every step.
+
+        found : `Directions` of p parameters;  probe : the difference of positions and velocities (n_q,)
+        """
+        n, program, k = self.program.n_q, self.program, len(found.q) + 1
+        by = parameter_rates(program, found.numbers, found.steps)
+        self.stepper.tangents = T = new_tangents(program, k, by, signal_rows(program, k, places, due, every=True))
+        T.q[:, :n], T.v[:, :n] = np.vstack([found.q, probe[0]]), np.vstack([found.v, probe[1]])
+        self.blocks = []
+        complete_differences(program, self.flow, T, self.stepper.second, histories=False)
+        project_differences(program, self.flow, float(self.flow.clock.step_size), T)
+        complete_differences(program, self.flow, T, self.stepper.second, histories=True)
+        begun = self._length(T)
+        options = self.options(end, NEVER)
+        write_start(program.tables, program.addresses, options, self.flow, self.trial, self.record, T)
+        self.run_to(end, saving=float(np.diff(due).min()))
+        self._fetch_rows()
+        self.growth = self._length(T) / begun if begun > 0.0 else 0.0
+        self.stepper.tangents = None
+        return T
+
+    def rows(self, first: np.ndarray, slopes: np.ndarray) -> Callable[[int], Rows]:
+        """Rows of signal k at the ends of all steps, behind the start with these values (m,) and slopes (p, m)."""
+        p, m = slopes.shape
+        time, y, slope, shift = (np.concatenate(column) for column in zip(*self.blocks, strict=True))
+        time, y = np.concatenate([[0.0], time]), np.concatenate([first[None], y])
+        slope = np.concatenate([slopes[None], slope.reshape(len(slope), -1, m)[:, :p]])
+        shift = np.concatenate([np.zeros((1, p)), shift[:, :p]])
+        return lambda k: Rows(time, y[:, k], slope[:, :, k], shift)
+
+    def empty_buffer(self, options: Options) -> None:
+        """Empty the buffers of the run, and those of its rows."""
+        super().empty_buffer(options)
+        self._fetch_rows()
+
+    def _fetch_rows(self) -> None:
+        rows: Any = None if self.stepper.tangents is None else self.stepper.tangents.rows
+        if rows is not None and rows.number.steps > 0:
+            kept = slice(0, int(rows.number.steps))
+            arrays = rows.times, rows.step_values, rows.step_slopes, rows.shifts
+            self.blocks.append(tuple(array[kept].copy() for array in arrays))
+            rows.number.steps = 0
+
+    def _length(self, T: Tangents) -> float:
+        n, time = self.program.n_q, (self.period or self.t_end) / (2.0 * math.pi)
+        parts = T.q[-1, :n] / self.program.sizes, time * T.v[-1, :n] / self.program.sizes
+        return float(np.linalg.norm(np.concatenate(parts)))
