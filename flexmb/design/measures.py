@@ -87,6 +87,7 @@ class Rows(NamedTuple):
     y: np.ndarray  # (n,)
     slope: np.ndarray  # (n, k)
     shift: np.ndarray  # (n, k) [s] a unit of the parameter
+    last: np.ndarray  # (k,) derivatives at the end of the run, at the same instant
 
 
 def measured(measure: Measure, rows: Rows) -> tuple[float, np.ndarray]:
@@ -96,13 +97,13 @@ def measured(measure: Measure, rows: Rows) -> tuple[float, np.ndarray]:
     """
     y, slope = rows.y, rows.slope
     if measure.kind == "end":
-        return float(y[-1]), slope[-1] - rows.shift[-1] * _rate(rows)[-1]
+        return float(y[-1]), rows.last
     if measure.kind == "mean":
         return _mean(rows)
     if measure.kind == "peak" and measure.norm is None:
         k = int(np.abs(y).argmax())
-        late = rows.shift[k] * _rate(rows)[k] if k == len(y) - 1 else 0.0  # the end stays, an extremum moves
-        return abs(float(y[k])), np.sign(y[k]) * (slope[k] - late)
+        at_peak = rows.last if k == len(y) - 1 else slope[k]  # the end stays, an extremum moves
+        return abs(float(y[k])), np.sign(y[k]) * at_peak
     p = 2.0 if measure.norm is None else measure.norm
     largest = float(np.abs(y).max()) or 1.0
     part = np.abs(y) / largest

@@ -240,7 +240,7 @@ def _result(
         unit = units[places[k]]
         found[one] = (("parameter", "time"), slopes[:, :, k].T, {"units": f"{unit or '1'} per unit of the parameter"})
         signals[one] = ("time", values[:, column[int(places[k])]], {"units": unit, "long_name": long_name(one)})
-    rows = run.rows(first, slopes[0])
+    rows = run.rows(first, slopes)
     measures = []
     for k, one in enumerate(wanted):
         every = [one] if isinstance(one, Measure) else [Measure(kind, one) for kind in KINDS]

@@ -1,7 +1,7 @@
 """Linearised forces at a state, times small differences of the state, for the tangent of a step.
 
-With dv = X + kv u and da = Y + ka u for unknown differences u of positions, the forces change by
-    A u + C X + M Y + (dr/dz) dz,   A = K + kv C + ka M.
+With dq = U + u, dv = X + kv u and da = Y + ka u for unknown u beside predicted differences, the forces change by
+    A u + K U + C X + M Y + (dr/dz) dz,   A = K + kv C + ka M.
 `linearise` evaluates all terms in one pass over elements, contacts and constraints.  Matrices come from the kernels, so
 that stiff elements lose no digits; derivatives by histories are central differences of single laws or elements.
 """
@@ -10,7 +10,7 @@ import numpy as np
 
 from flexmb.engine.compiled.arrays import matrix_view, part_of
 from flexmb.engine.compiled.pieces import whole
-from flexmb.engine.compiled.records import Matrix, Record, Vector
+from flexmb.engine.compiled.records import Integers, IntegerTable, Matrix, Record, Vector
 from flexmb.engine.sensitivity.histories import (
     FIRST,
     add_contact_history,
@@ -23,11 +23,11 @@ from flexmb.engine.sensitivity.histories import (
 from flexmb.engine.sensitivity.parameters import ParameterRates, add_parameters, parameter_rates
 from flexmb.engine.sensitivity.signal_rows import SignalRows, signal_rows
 from flexmb.engine.system.constraints import add_constraints
-from flexmb.engine.system.contacts import add_contacts, jacobians
+from flexmb.engine.system.contacts import add_contacts, add_tangents, jacobians
 from flexmb.engine.system.elements import add_elements, call_element, call_tangent, gather_state, load_factor
-from flexmb.engine.system.work import JOINT_T_BY_SLIP, N_BY_RATE, T_BY_N, T_BY_SLIP
+from flexmb.engine.system.work import JOINT_T_BY_SLIP, N_BY_GAP, N_BY_RATE, T_BY_N, T_BY_SLIP, gather
 from flexmb.kernels import compiled, constraint_at, copy, joint_friction_at
-from flexmb.places import NORMAL, SLIDING, TANGENTIAL
+from flexmb.places import FRICTION_FORCE, NORMAL, NORMAL_FORCE, SLIDING, TANGENTIAL
 from flexmb.program.program import BEGIN, END, LOAD_KERNEL, LOAD_P, LOAD_P_END, Program
 
 SPEED, ACCELERATION = range(2)
@@ -62,17 +62,20 @@ class Tangents(Record):
     """Differences of k neighbouring states, with the arrays that carry them through a step; one row per difference.
 
     q, v, a, x, z : (k, n_q + 3), z (k, n_z) differences of the state;  z1 : of the histories at the end of the step
-    X, Y, R : (k, n_q + 3) differences of velocities, accelerations, auxiliary accelerations at unchanged positions
-    F : (k, n_q + 3) - (C X + M Y + (dr/dz) dz);  u : (k, n_q + n_c) differences of positions and multipliers
+    U, X, Y, R : (k, n_q + 3) predicted differences of positions, velocities, accelerations, auxiliary accelerations
+    F : (k, n_q + 3) - (K U + C X + M Y + (dr/dz) dz);  moved : (k, n_q) differences of positions beside U
+    u : (k, n_q + n_c) differences of positions and multipliers;  gap : (n_c,) G times `moved`
     N, T : (k, contacts) differences of normal and friction force by histories alone
+    entries : (n, 3) places in the matrix of contacts and of H, their rows and columns
     D : kv C + ka M of all elements, one after the other;  W : dG/dt, as `Work.G`
     slip_direction : (joints, 6) direction of the slip in joints with friction
     b, d, e, y, seen : (n_q + n_c,) vectors of the linear system;  r, f : (n_q + 3,) motions and forces
     local : vectors of one element or contact;  own : (k, 4) differences of gap, gap rate, slip and normal force
     g : (3, n_c) outputs of constraint kernels beside G;  zs : (n_z,) varied histories
     tau : (k,) time shift of each neighbour [s];  shift : (k,) increment of tau [s]
-    q0, v0, a0, lam0, z0, impacts : state before the step;  ap, zp : state before the step before
+    q0, v0, a0, lam0, z0 : state before the step;  ap, zp : state before the step before
     rt : (n_q + 3,) rate of the forces in time at rest;  moving : (2, n_c) G v, and G a + W v
+    closing : (contacts,) 1 for a contact that begins at the very end of the step
     by : directions of the parameters to which the first differences belong;  rows : derivatives of signals
     """
 
@@ -82,11 +85,15 @@ class Tangents(Record):
     x: Matrix
     z: Matrix
     z1: Matrix
+    U: Matrix
     X: Matrix
     Y: Matrix
     R: Matrix
     F: Matrix
     u: Matrix
+    moved: Matrix
+    gap: Vector
+    entries: IntegerTable
     N: Matrix
     T: Matrix
     D: Vector
@@ -117,7 +124,7 @@ class Tangents(Record):
     step: CarriedStep
     by: ParameterRates
     rows: SignalRows
-    impacts: Matrix
+    closing: Integers
 
 
 def new_tangents(
@@ -127,7 +134,7 @@ def new_tangents(
     tables, n, m = program.tables, program.n_q + 3, program.n_c
     n_z, n_k, n_g = tables.sizes.n_z, len(tables.contacts.kernel), len(tables.constraints.kernel)
     total = program.n_q + m
-    rows, mean = dict.fromkeys(("q", "v", "a", "x", "X", "Y", "R", "F"), (k, n)), max(tables.sizes.most_dofs, 6)
+    rows, mean = dict.fromkeys(("q", "v", "a", "x", "U", "X", "Y", "R", "F"), (k, n)), max(tables.sizes.most_dofs, 6)
     rows |= dict.fromkeys(("z", "z1"), (k, n_z)) | dict.fromkeys(("N", "T"), (k, n_k))
     vectors = dict.fromkeys(("b", "d", "e", "y", "seen"), total) | dict.fromkeys(("zs", "z0", "zp"), n_z)
     vectors |= dict.fromkeys(("r", "f", "q0", "v0", "a0", "ap", "rt"), n) | dict.fromkeys(("tau", "shift"), k)
@@ -138,6 +145,9 @@ def new_tangents(
         by=parameter_rates(program, np.zeros((0, len(tables.p))), np.zeros(0)) if by is None else by,
         rows=signal_rows(program, 0) if signals is None else signals,
         u=(k, total),
+        moved=(k, program.n_q),
+        gap=m,
+        entries=_entries(program),
         D=tables.elements.pos[-1],
         W=tables.constraints.pos_g[-1],
         slip_direction=(n_g, 6),
@@ -146,13 +156,21 @@ def new_tangents(
         g=(3, m),
         lam0=m,
         moving=(2, m),
-        impacts=(n_k, 3),
+        closing=np.zeros(n_k, dtype=np.int64),
     )
+
+
+def _entries(program: Program) -> np.ndarray:
+    """Places, rows and columns of the entries of contacts and constraints in the matrix of the coordinates."""
+    tables, pattern = program.tables, program.symbolic
+    wanted = np.unique(np.concatenate([tables.contacts.positions, tables.constraints.positions_h]).astype(np.int64))
+    every = np.stack([pattern.places, pattern.a_rows, pattern.a_cols], axis=1).astype(np.int64)
+    return every[np.isin(every[:, 0], wanted) & (every[:, 1:] < program.n_q).all(axis=1)]
 
 
 @apart
 def linearise(tables, address, t, h, q, v, a, lam, z, kv, ka, T, work):
-    """Fill work.lu with [[A, G^T], [G, 0]], T.F with -(C X + M Y + (dr/dz) dz), and T.z1 with the effect of T.z on it.
+    """Fill work.lu with [[A, G^T], [G, 0]], T.F with -(K U + C X + M Y + (dr/dz) dz), T.z1 with the effect of T.z on it.
 
     q, v, a : (n_q + 3,); z : history a time h before.  Friction in joints is in A and beside G^T as in `evaluate`.
     """
@@ -164,8 +182,12 @@ def linearise(tables, address, t, h, q, v, a, lam, z, kv, ka, T, work):
     T.T[:, :] = 0.0
     T.z1[:, :] = 0.0
     copy(z, T.zs)
-    add_contacts(tables, address, t, h, q, v, z, 1.0, kv, True, work)
-    add_constraints(tables, address, t, h, q, v, lam, z, 1.0, kv, True, work)
+    add_contacts(tables, address, t, h, q, v, z, 1.0, 0.0, True, work)
+    for c in range(tables.contacts.kernel.shape[0]):
+        if T.closing[c] != 0:
+            _open_contact(tables, c, q, v, work)
+    add_constraints(tables, address, t, h, q, v, lam, z, 1.0, 0.0, True, work)
+    _subtract_stiffness(T, work)
     _add_elements(tables, address, t, h, q, v, a, z, kv, ka, T, work)
     if T.by.step.shape[0] > 0:
         add_parameters(tables, address, t, h, q, v, a, lam, z, T, work)
@@ -177,6 +199,52 @@ def linearise(tables, address, t, h, q, v, a, lam, z, kv, ka, T, work):
             add_joint_friction_history(tables, address, c, h, z, T, work)
     for j in range(T.q.shape[0]):
         subtract_damping(tables, 1.0, T.X[j], T.F[j], T, work)
+    _add_damping(tables, kv, T, work)
+
+
+@compiled
+def _subtract_stiffness(T, work):
+    """F -= K U with the stiffness of contacts and constraints in work.lu."""
+    for k in range(T.entries.shape[0]):
+        value, row, column = work.lu[T.entries[k, 0]], T.entries[k, 1], T.entries[k, 2]
+        for j in range(T.U.shape[0]):
+            T.F[j, row] -= value * T.U[j, column]
+
+
+@compiled
+def _add_damping(tables, kv, T, work):
+    """Add kv C of contacts and of friction in joints to work.lu."""
+    K, C, S = tables.contacts, tables.constraints, work.contact_scratch
+    for c in range(K.kernel.shape[0]):
+        slopes, positions = work.slopes[c], part_of(K.positions, 36 * c, 36 * c + 36)
+        if slopes[N_BY_RATE] == 0.0 and slopes[T_BY_SLIP] == 0.0:
+            continue
+        jacobians(work.contact[c], S)
+        for j in range(6):
+            N = kv * slopes[N_BY_RATE] * S[NORMAL, j]
+            friction = slopes[T_BY_N] * N + kv * slopes[T_BY_SLIP] * S[TANGENTIAL, j]
+            for i in range(6):
+                work.lu[positions[6 * i + j]] -= S[NORMAL, i] * N + S[TANGENTIAL, i] * friction
+    for c in range(C.kernel.shape[0]):
+        if C.joint_friction[c, LOAD_KERNEL] >= 0:
+            n, slope = C.dof[c + 1] - C.dof[c], kv * work.slopes[K.kernel.shape[0] + c, JOINT_T_BY_SLIP]
+            for i in range(6):
+                for j in range(6):
+                    entry = T.slip_direction[c, i] * slope * T.slip_direction[c, j]
+                    work.lu[C.positions_h[C.pos_h[c] + n * i + j]] -= entry
+
+
+@compiled
+def _open_contact(tables, c, q, v, work):
+    """Take the tangents of contact c out of work.lu."""
+    K, out, slopes = tables.contacts, work.contact[c], work.slopes[c]
+    gather(q, K.dofs, 6 * c, 6, work.ql)
+    gather(v, K.dofs, 6 * c, 6, work.vl)
+    jacobians(out, work.contact_scratch)
+    positions, N, T = part_of(K.positions, 36 * c, 36 * c + 36), out[NORMAL_FORCE], out[FRICTION_FORCE]
+    by_gap, by_rate, by_slip, by_N = slopes[N_BY_GAP], slopes[N_BY_RATE], slopes[T_BY_SLIP], slopes[T_BY_N]
+    add_tangents(out, positions, -1.0, 0.0, N, T, by_gap, by_rate, by_slip, by_N, work)
+    slopes[:] = 0.0
 
 
 @compiled
@@ -192,6 +260,7 @@ def _add_elements(tables, address, t, h, q, v, a, z, kv, ka, T, work):
             call_element(tables, address, e, n, t, h, z, work)
             _subtract_product(E, e, n, s, work.Cl, T.X, T.F)
             _subtract_product(E, e, n, s, work.Ml, T.Y, T.F)
+            _subtract_product(E, e, n, s, work.Kl, T.U, T.F)
             for i in range(n * n):
                 D[i] = s * (kv * work.Cl[i] + ka * work.Ml[i])
                 work.lu[positions[i]] += s * work.Kl[i] + D[i]
@@ -205,6 +274,7 @@ def _add_elements(tables, address, t, h, q, v, a, z, kv, ka, T, work):
             for i in range(n * n):
                 D[i] += s * ka * work.Kl[i]
             call_tangent(tables, address, e, n, t, h, z, 1.0, 0.0, 0.0, work)
+            _subtract_product(E, e, n, s, work.Kl, T.U, T.F)
             for i in range(n * n):
                 work.lu[positions[i]] += s * work.Kl[i] + D[i]
         if E.z[e, END] > E.z[e, BEGIN]:

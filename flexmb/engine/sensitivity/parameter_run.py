@@ -48,13 +48,13 @@ class ParameterRun(CarryingRun):
         return T
 
     def rows(self, first: np.ndarray, slopes: np.ndarray) -> Callable[[int], Rows]:
-        """Rows of signal k at the ends of all steps, behind the start with these values (m,) and slopes (p, m)."""
-        p, m = slopes.shape
+        """Rows of signal k at the ends of all steps; values (m,) at the start, derivatives (instants, p, m)."""
+        _, p, m = slopes.shape
         time, y, slope, shift = (np.concatenate(column) for column in zip(*self.blocks, strict=True))
         time, y = np.concatenate([[0.0], time]), np.concatenate([first[None], y])
-        slope = np.concatenate([slopes[None], slope.reshape(len(slope), -1, m)[:, :p]])
+        slope = np.concatenate([slopes[:1], slope.reshape(len(slope), -1, m)[:, :p]])
         shift = np.concatenate([np.zeros((1, p)), shift[:, :p]])
-        return lambda k: Rows(time, y[:, k], slope[:, :, k], shift)
+        return lambda k: Rows(time, y[:, k], slope[:, :, k], shift, slopes[-1, :, k])
 
     def empty_buffer(self, options: Options) -> None:
         """Empty the buffers of the run, and those of its rows."""

@@ -10,6 +10,7 @@ Equations (10.2) and (10.3) of docs/theory/design.md.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -86,6 +87,13 @@ def _pieces(tables: Tables, places: set[int]) -> Iterator[tuple[int, int]]:
     for kind, number, lists in bounds:
         if any(place in places for begin, end in lists for place in range(begin, end)):
             yield kind, number
+
+
+def moved_program(program: Program, by: ParameterRates, j: int, eps: float) -> Program:
+    """The program with its numbers moved by eps along parameter j."""
+    own, p = slice(int(by.first[j]), int(by.first[j + 1])), np.array(program.tables.p)
+    p[by.number[own]] += eps * by.rate[own]
+    return replace(program, tables=program.tables.replaced(p=p))
 
 
 @compiled

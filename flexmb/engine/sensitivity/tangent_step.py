@@ -1,7 +1,7 @@
 """Tangent of the implicit step: small differences of a state, carried through the steps of a run.
 
-Unknowns of a step are the differences dq of positions and dlam of multipliers; dv and da follow from dq by Newmark's
-relations (see `Newmark`).  At the end of the step
+Unknowns of a step are the differences dq of positions, beside predicted ones, and dlam of multipliers; dv and da follow
+from dq by Newmark's relations (see `Newmark`).  At the end of the step
     K dq + C dv + M da + d(G^T lam)/dq dq + G^T dlam + (dr/dz) dz = 0,
     G dq = 0,   G dv + W dq = 0,   W = dG/dt along the motion.
 Both constraint equations hold, since positions have the shift e = -S^-1 G^T mu with the matrix S of the step, beside
@@ -21,7 +21,6 @@ Equations (9.1) to (9.3) of docs/theory/exponents.md.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numba
@@ -46,14 +45,15 @@ from flexmb.engine.sensitivity.linearise import (
     rate_forces,
     rows_times,
 )
-from flexmb.engine.sensitivity.parameters import move_numbers
+from flexmb.engine.sensitivity.parameters import moved_program
 from flexmb.engine.sensitivity.signal_rows import keep_differences, write_rows
 from flexmb.engine.state.record import BUFFER_FULL, GEAR_GUPTA_LEIMKUHLER, POSITION, RUNNING, VELOCITY, Options
-from flexmb.engine.step.contact_events import IMPACT_STEP, slow_approach_speed
+from flexmb.engine.step.contact_events import slow_approach_speed
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.engine.system.work import Work, workspace
 from flexmb.errors import SolveError
 from flexmb.kernels import compiled, copy
+from flexmb.parts.contact.onset import crossing, cubic
 from flexmb.program.program import COMMON_Z, LAST_GAP, LAST_GAP_RATE, PHASE, Program
 from flexmb.run.run import Run
 from flexmb.statics.start.projection import metric_of, shortest_correction
@@ -69,6 +69,9 @@ CONVERGED_CHANGE, DIVERGED_CHANGE = 1e-13, 1e-9
 LEAST_PIVOT = 1e-300
 """Least stiffness of a coordinate by which a force is divided."""
 
+VERY_END = 0.9
+"""Fraction of a step from which a contact that begins in it begins at its end."""
+
 TANGENT_LOST = 40
 """Code of a step with a singular tangent."""
 
@@ -82,8 +85,6 @@ def store_start(flow, T):
     copy(flow.lam, T.lam0)
     copy(flow.z, T.z0)
     T.step.start, T.step.before = flow.clock.t, flow.clock.last_step
-    for c in range(flow.impacts.shape[0]):
-        copy(flow.impacts[c], T.impacts[c])
 
 
 @compiled
@@ -97,12 +98,12 @@ def carry_differences(tables, address, lu, h, options, flow, trial, record, T, w
     kv, kx = o.gamma / (o.beta * h), 1.0 / (o.beta * h * h)
     ka = (1.0 - o.alpha_m) / (1.0 - o.alpha_f) * kx
     t, n, m = flow.clock.t, tables.sizes.n_q, tables.sizes.n_c
-    if options.adaptive and meets_onset(tables, flow, trial, T):
+    if options.adaptive and meets_onset(tables, h, flow, trial, T):
         shift_times(tables, address, T, work)
     if T.rows.places.shape[0] > 0:
         keep_differences(n, T)
     for j in range(T.q.shape[0]):
-        start_differences(n, h, 1.0 if first else h / T.step.before, kv, kx, ka, o, j, T)
+        start_differences(n, h, 1.0 if first else h / T.step.before, o, j, T)
     linearise(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.z0, kv, ka, T, work)
     if m > 0 and options.form != POSITION:
         find_jacobian_rate(tables, address, t, h, options.length, flow.q, flow.v, flow.lam, T, work)
@@ -134,21 +135,33 @@ def has_time_shift(T):
 
 
 @compiled
-def meets_onset(tables, flow, trial, T):
-    """Whether a contact began in this step at a located onset; sets T.shift, which aligns the onsets."""
+def meets_onset(tables, h, flow, trial, T):
+    """Whether a contact began in this step, not slowly; sets T.shift, which aligns the onsets.
+
+    Of a contact that began at the very end, as round-off of the time has it, the step sees nothing (T.closing), and
+    the shift follows in the next step.
+    """
+    found = False
     for c in range(tables.contacts.kernel.shape[0]):
         k = tables.contacts.z[c, COMMON_Z]
-        rate = T.z0[k + LAST_GAP_RATE]
-        if (
-            T.z0[k + PHASE] == 0.0
-            and flow.z[k + PHASE] != 0.0
-            and T.impacts[c, IMPACT_STEP] > 0.0
-            and -rate > slow_approach_speed(c, flow, trial)
-        ):
-            for j in range(T.shift.shape[0]):
-                T.shift[j] = -T.z[j, k + LAST_GAP] / rate
-            return True
-    return False
+        gap, rate, s = T.z0[k + LAST_GAP], T.z0[k + LAST_GAP_RATE], 0.0
+        late = T.closing[c] != 0
+        T.closing[c] = 0
+        if not late:
+            if T.z0[k + PHASE] != 0.0 or flow.z[k + PHASE] == 0.0 or -rate <= slow_approach_speed(c, flow, trial):
+                continue
+            s = crossing(h, gap, rate, flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE])
+            _, slope = cubic(s, h, gap, rate, flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE])
+            rate = slope / h
+            if s > VERY_END:
+                T.closing[c] = 1
+                continue
+        if found or rate >= 0.0:
+            continue
+        for j in range(T.shift.shape[0]):
+            T.shift[j] = -(T.z[j, k + LAST_GAP] + s * h * T.z[j, k + LAST_GAP_RATE]) / rate
+        found = True
+    return found
 
 
 @compiled
@@ -172,17 +185,17 @@ def shift_times(tables, address, T, work):
 
 
 @compiled
-def start_differences(n, h, ratio, kv, kx, ka, o, j, T):
-    """Predict differences of positions in T.u; set T.X, T.Y and T.R, the other differences at unchanged positions."""
+def start_differences(n, h, ratio, o, j, T):
+    """Predict all differences at the end of a step, in T.U, T.X, T.Y and T.R."""
     am = o.alpha_m
     for i in range(n):
         a0 = T.a[j, i]
         x0 = a0 + ratio * (T.x[j, i] - a0)
         x1 = (a0 - am * x0) / (1.0 - am)
-        guess = T.q[j, i] + h * T.v[j, i] + h * h * ((0.5 - o.beta) * x0 + o.beta * x1)
-        T.u[j, i] = guess
-        T.X[j, i] = T.v[j, i] + h * ((1.0 - o.gamma) * x0 + o.gamma * x1) - kv * guess
-        T.Y[j, i], T.R[j, i] = a0 - ka * guess, x1 - kx * guess
+        T.U[j, i] = T.q[j, i] + h * T.v[j, i] + h * h * ((0.5 - o.beta) * x0 + o.beta * x1)
+        T.X[j, i] = T.v[j, i] + h * ((1.0 - o.gamma) * x0 + o.gamma * x1)
+        T.Y[j, i], T.R[j, i] = a0, x1
+        T.u[j, i], T.moved[j, i] = T.U[j, i], 0.0
 
 
 @compiled
@@ -193,10 +206,11 @@ def solve_differences(tables, lu, kv, options, j, T, work):
     Positions that joints hold are round-off beside those of the same forces on unheld coordinates.
     """
     n, m, form = tables.sizes.n_q, tables.sizes.n_c, options.form
-    u, change, size, unheld = T.u[j], 0.0, 0.0, 0.0
+    change, size, unheld = 0.0, 0.0, 0.0
     for i in range(n):
         unheld = max(unheld, abs(T.F[j, i]) / max(abs(T.seen[i]), LEAST_PIVOT))
     T.e[:] = 0.0
+    find_gaps(tables.constraints, j, T, work)
     for _ in range(MOST_ROUNDS):
         T.b[:] = 0.0
         if m > 0 and form == GEAR_GUPTA_LEIMKUHLER:
@@ -210,15 +224,15 @@ def solve_differences(tables, lu, kv, options, j, T, work):
             T.b[i] += T.F[j, i] - T.tau[j] * T.rt[i]
         if form != VELOCITY:
             for i in range(m):
-                T.b[n + i] = T.tau[j] * T.moving[SPEED, i]
-            if j < T.by.g.shape[0]:
-                for i in range(m):
-                    T.b[n + i] -= T.by.g[j, i]
+                T.b[n + i] = T.gap[i]
         solve(lu, work.lu, T.b, T.d, T.y)
         change, size = 0.0, unheld
         for i in range(n):
-            change, size = max(change, abs(T.d[i] - u[i])), max(size, abs(T.d[i]))
-        copy(T.d, u)
+            change = max(change, abs(T.d[i] - T.moved[j, i]))
+            T.moved[j, i], T.u[j, i] = T.d[i], T.U[j, i] + T.d[i]
+            size = max(size, abs(T.u[j, i]))
+        for i in range(n, n + m):
+            T.u[j, i] = T.d[i]
         if form == POSITION or m == 0 or change <= CONVERGED_CHANGE * size:
             break
     if m > 0 and form == GEAR_GUPTA_LEIMKUHLER:
@@ -227,8 +241,19 @@ def solve_differences(tables, lu, kv, options, j, T, work):
 
 
 @compiled
+def find_gaps(C, j, T, work):
+    """Set T.gap, G times the displacement that the prediction leaves to be found: tau G v - dg - G U."""
+    for c in range(C.kernel.shape[0]):
+        for i in range(C.row[c + 1] - C.row[c]):
+            row = C.row[c] + i
+            T.gap[row] = T.tau[j] * T.moving[SPEED, row] - rows_times(C, c, work.G, T.U[j], i)
+            if j < T.by.g.shape[0]:
+                T.gap[row] -= T.by.g[j, row]
+
+
+@compiled
 def find_shift(tables, lu, kv, j, T, work):
-    """Set T.e = -S^-1 G^T mu with G e = (G X + W u) / kv, so that dv = X + kv (u - e) satisfies G dv + W u = 0.
+    """Set T.e = -S^-1 G^T mu with G e = (G X + W dq) / kv + G u, so that dv = X + kv (u - e) satisfies G dv + W dq = 0.
 
     For a neighbour with a time shift, both equations include the rates of the drives.
     """
@@ -240,7 +265,7 @@ def find_shift(tables, lu, kv, j, T, work):
 
 @compiled
 def add_rates(C, n, kv, factor, j, T, work):
-    """Add factor (G X + W u + tau (kv G v - G a - W v)) to the lower half of T.b."""
+    """Add factor (G X + W dq + kv gap - tau (G a + W v)), and the effect of a parameter, to the lower half of T.b."""
     tau = T.tau[j]
     for i in range(n):
         T.r[i] = T.u[j, i]
@@ -249,15 +274,15 @@ def add_rates(C, n, kv, factor, j, T, work):
             row = C.row[c] + i
             rate = rows_times(C, c, work.G, T.X[j], i) + rows_times(C, c, T.W, T.r, i)
             if j < T.by.g.shape[0]:
-                rate += T.by.gv[j, row] - kv * T.by.g[j, row]
-            T.b[n + row] += factor * (rate + tau * (kv * T.moving[SPEED, row] - T.moving[ACCELERATION, row]))
+                rate += T.by.gv[j, row]
+            T.b[n + row] += factor * (rate + kv * T.gap[row] - tau * T.moving[ACCELERATION, row])
 
 
 @compiled
 def finish_differences(n, kv, kx, ka, delta, first, restarts, j, T):
     """Set the differences at the end of the step; x = a before a starting step."""
     for i in range(n):
-        moved, a0 = T.u[j, i] - T.e[i], T.a[j, i]
+        moved, a0 = T.moved[j, i] - T.e[i], T.a[j, i]
         T.q[j, i] = T.u[j, i]
         T.v[j, i] = T.X[j, i] + kv * moved
         T.a[j, i] = T.Y[j, i] + ka * moved
@@ -451,7 +476,7 @@ def project_differences(program: Program, flow: Any, most: float, T: Tangents) -
 def complete_differences(program: Program, flow: Any, T: Tangents, work: Work, *, histories: bool) -> None:
     """Set the accelerations, and `histories`, that follow from T.q, T.v, T.z in the present state, to start a step."""
     n, t, tables = program.n_q, float(flow.clock.t), program.tables
-    T.X[:], T.Y[:] = 0.0, 0.0
+    T.U[:], T.X[:], T.Y[:] = 0.0, 0.0, 0.0
     now = (flow.q, flow.v, flow.a, flow.lam, flow.z)
     linearise(tables, program.addresses, t, 0.0, *now, 0.0, 1.0, T, work)
     state = [x[:n] for x in now[:3]]
@@ -483,10 +508,8 @@ def _acceleration_gap_difference(program: Program, state: Any, t: float, j: int,
         return np.zeros(program.n_c)
     eps = STATE_DIFFERENCE / max(most, 1e-300)
     eps, sides = min(eps, float(by.step[j])) if moves else eps, []
-    system = StateEvaluation(replace(program, tables=by.varied))
-    for move in (eps, -eps, 0.0):
-        if moves:
-            move_numbers(program.tables, by, j, move)
+    for move in (eps, -eps):
+        system = StateEvaluation(moved_program(program, by, j, move) if moves else program)
         G = system.at(q + move * dq, v + move * dv, t=t).jacobian
         sides.append(G @ a - system.gamma)
     return np.asarray((sides[0] - sides[1]) / (2.0 * eps))

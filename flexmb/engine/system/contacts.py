@@ -78,7 +78,7 @@ def add_contacts(tables, address, t, h, q, v, z, kq, kv, matrix, work):
         for i in range(6):
             work.r[dofs[i]] -= N * S[NORMAL, i] + T * S[TANGENTIAL, i]
         if matrix:
-            _tangents(out, part_of(K.positions, 36 * k, 36 * k + 36), kq, kv, N, T, N_gap, N_rate, T_slip, T_N, work)
+            add_tangents(out, part_of(K.positions, 36 * k, 36 * k + 36), kq, kv, N, T, N_gap, N_rate, T_slip, T_N, work)
 
 
 @compiled
@@ -167,7 +167,7 @@ def jacobians(out, S):
 
 
 @compiled
-def _tangents(out, positions, kq, kv, N, T, N_gap, N_rate, T_slip, T_N, work):
+def add_tangents(out, positions, kq, kv, N, T, N_gap, N_rate, T_slip, T_N, work):
     """Add kq dr/dq + kv dr/dv of a contact to work.lu, column by column.
 
     g, s : derivatives of J_n and J_t by coordinate j (J_t has (n_y, -n_x) where J_n has n).
