@@ -5,5 +5,5 @@ from flexmb.design.measures import at_end as at_end
 from flexmb.design.measures import mean as mean
 from flexmb.design.measures import peak as peak
 from flexmb.design.measures import rms as rms
-from flexmb.design.sensitivity import Sensitivity as Sensitivity
-from flexmb.design.sensitivity import sensitivity as sensitivity
+from flexmb.design.derivatives import Sensitivity as Sensitivity
+from flexmb.design.derivatives import sensitivity as sensitivity

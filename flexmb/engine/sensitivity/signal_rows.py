@@ -267,13 +267,13 @@ def _difference_size(tables, options, flow, j, T):
     """Part of difference j that moves no coordinate and no speed, and no penetration, by more than a small part."""
     R, n, far, fast, speed = T.rows, tables.sizes.n_q, 0.0, 0.0, 0.0
     for i in range(flow.largest_speeds.shape[0]):
-        speed = max(speed, flow.largest_speeds[i])
-    speed = max(speed, 1e-12 * options.length)
+        speed = max(speed, flow.largest_speeds[i] / options.length)
     for i in range(n):
         size = 1.0 if tables.kind[i] == 1 else options.length
         far = max(far, abs(R.dq[i]) / size)
         fast = max(fast, abs(R.dv[i]) / size)
-    eps = SMALL_DIFFERENCE / max(far, fast * options.length / speed, 1e-300)
+        speed = max(speed, abs(flow.v[i]) / size)
+    eps = SMALL_DIFFERENCE / max(far, fast / speed if speed > 0.0 else 0.0, 1e-300)
     if j < T.by.step.shape[0]:
         eps = min(eps, T.by.step[j])
     least = PART_OF_PENETRATION * eps
