@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from flexmb.design.measures import KINDS, Measure, Rows, measured
 from flexmb.design.parameters import Model, ParameterModel
 from flexmb.engine.energy import GRAVITY
 from flexmb.engine.newmark.method import Newmark
-from flexmb.engine.sensitivity.linearise import Tangents
 from flexmb.engine.sensitivity.parameter_run import ParameterRun
 from flexmb.engine.state.record import DONE
 from flexmb.engine.step.method import Method
@@ -31,24 +30,122 @@ from flexmb.run.simulate import Step, check_end, period_or_none, prepared
 if TYPE_CHECKING:
     import xarray as xr
 
-LABEL = "sensitivity"
-
 RTOL_OF_FIXED_STEPS = 1e-6
 """Accuracy of runs with fixed steps, for the horizon of their derivatives."""
 
+# Run of a parameter model with derivatives of some signals
 
-@dataclass(frozen=True)
+
+class HorizonError(SolveError):
+    """A motion in which small differences grow so far that derivatives say nothing at its end."""
+
+
+class Span(NamedTuple):
+    """End of a run, t_end [s] or periods of the drives; saved instants, step and method as in `simulate`."""
+
+    t_end: float | None
+    periods: float | None
+    save: Any
+    step: Step | None
+    method: Method | None
+
+
+class Derivatives(NamedTuple):
+    """Signals along a run and their derivatives by p parameters."""
+
+    times: np.ndarray  # (n,) [s]
+    values: np.ndarray  # (n, m)
+    slopes: np.ndarray  # (n, p, m)
+    rows: Sequence[Rows]  # of each signal, at all steps; empty if these were not wanted
+    units: tuple[str, ...]
+    growth: float  # of a small difference of the state
+    status: str
+
+
+@np.errstate(all="ignore")
+def derivatives(label: str, held: ParameterModel, span: Span, signals: Sequence[str], *, every: bool) -> Derivatives:
+    """Derivatives of `signals` by the parameters of a model; with rows of `every` step.
+
+    Raises
+    ------
+    InputError, SolveError : see `sensitivity`.
+    """
+    mechanism = held.at(held.values)
+    refuse_controllers(mechanism, label, "derivatives by parameters do not pass through controllers")
+    method, step, program, _ = prepared(label, mechanism, span.method, span.step, "refuse")
+    if not isinstance(method, Newmark):
+        raise InputError(f"{label}: method is {method!r}; it must be Newmark(...), whose steps carry derivatives.")
+    if (span.t_end is None) == (span.periods is None):
+        raise InputError(f"{label}: give either t_end= (seconds) or periods= (of the drives).")
+    period = common_period(program) if span.periods is not None else period_or_none(program)
+    end = check_end(label, span.t_end or checks.positive(label, "periods", span.periods) * (period or 0.0))
+    places = _places(label, program, signals)
+    due = _instants(label, save_grid(label, span.save, period, 0.0, end), end)
+    here = neighbour(mechanism)
+    found = directions(held, here, end)
+    run = ParameterRun(program, method, step, end, period, mechanism=mechanism, kept=np.unique(places))
+    run.begin(here.start)
+    run.record = run.record.replaced(save_times=due)
+    first = run.record.signals[places]
+    T = run.carry(end, found, places, due, every=every)
+    rtol = step.rtol if isinstance(step, Adaptive) else RTOL_OF_FIXED_STEPS
+    if run.growth * rtol > 1.0 or not math.isfinite(run.growth):
+        raise HorizonError(
+            f"{label}: a small difference grew by {run.growth:.3g} until t = {float(run.flow.clock.t):.4g} s, more "
+            f"than 1/rtol = {1.0 / rtol:.3g}: derivatives say nothing there. End the run earlier."
+        )
+    if run.note or run.code != DONE:
+        raise SolveError(f"{label}: the run failed: {run.status()}")
+    times, values = run.saved.finished()
+    slopes = T.rows.slopes.reshape(len(times), -1, len(places))[:, : len(held.parameters)]
+    rows = run.rows(first, slopes) if every else ()
+    chosen = values[:, np.searchsorted(np.unique(places), places)]
+    units = tuple(program.names.signals.units[k] for k in places)
+    return Derivatives(times, chosen, slopes, rows, units, run.growth, run.status())
+
+
+def _places(label: str, program: Program, names: Sequence[str]) -> np.ndarray:
+    """Places of signals among all signals; works and losses, and numbers of states or places, are refused."""
+    modes, found = set(np.asarray(program.tables.measured.modes).tolist()), []
+    for name in names:
+        chosen = chosen_places(label, program, [name])
+        if chosen is None or len(chosen) != 1:
+            raise InputError(f"{label}: {name!r} stands for several signals; give each by its name.")
+        place = int(chosen[0])
+        if place > program.tables.sizes.energy + GRAVITY:
+            text = f"{label}: {name!r} is a sum over all steps, whose derivative is not carried"
+            raise InputError(f"{text}. Ask for the mean of a power.")
+        if place in modes:
+            raise InputError(f"{label}: {name!r} numbers states or places, so it has no derivative.")
+        found.append(place)
+    return np.array(found, dtype=np.int64)
+
+
+def _instants(label: str, grid: Any, end: float) -> np.ndarray:
+    """Saved instants (n,) with start and end [s]."""
+    if grid.interval == 0.0:
+        raise InputError(f"{label}: save is 'steps'; give a number of instants, an interval or times.")
+    many = math.floor(end / grid.interval * (1.0 + 1e-9)) + 1
+    times = grid.times if len(grid.times) else grid.interval * np.arange(many)
+    inner = times[(times > 0.0) & (times < end * (1.0 - 1e-9))]
+    return np.concatenate([[0.0], inner, [end]])
+
+
+# Table of derivatives, elasticities
+
+
+@dataclass(frozen=True, repr=False)
 class Sensitivity(display.Inside):
     """Derivatives of signals and of their measures by parameters.
 
-    `s["slider.x"]` is the derivative of a signal, `(parameter, time)`; `s.value["slider.x"]` the signal itself.
+    `s["slider.x"]` is the derivative of a signal, (parameter, time); `s.signals["slider.x"]` the signal itself.
 
     Attributes
     ----------
-    parameters : names, values and units of the parameters are `s.dataset.parameter`, `value` and `unit` beside it.
-    dataset : derivatives of the signals [unit of the signal / unit of the parameter], xarray.
-    signals : the signals themselves, xarray.
-    measures : value, derivatives and relative derivatives of each measure, xarray along `measure` and `parameter`.
+    dataset : derivatives of the signals [unit of the signal / unit of the parameter], with the values and units of the
+        parameters beside them.
+    signals : the signals themselves.
+    measures : `amount`, `derivative` and `relative` derivative of each measure, along measure and parameter.
     growth : factor by which a small difference of the state grew during the run.
     status : sentence on the end of the run.
     """
@@ -70,30 +167,34 @@ class Sensitivity(display.Inside):
         return self.dataset[name]
 
     def table(self) -> list[tuple[str, ...]]:
-        """Rows of texts: measure, its value, then for each parameter derivative, unit and relative derivative."""
-        rows, own = [], self.measures
-        for name in own.measure.values.tolist():
-            one = own.sel(measure=name)
-            for parameter in own.parameter.values.tolist():
-                at = one.sel(parameter=parameter)
-                unit = _per(str(at.unit.item()), str(at.unit_of_parameter.item()))
-                rows.append((name, parameter, f"{float(at.derivative):.6g}", unit, f"{float(at.relative):.4g}"))
+        """Rows of texts: measure, parameter, derivative, its unit, relative derivative."""
+        own, rows = self.measures, []
+        for i, name in enumerate(own.measure.values.tolist()):
+            for k, parameter in enumerate(own.parameter.values.tolist()):
+                unit = per(str(own.unit.values[i]), str(own.unit_of_parameter.values[k]))
+                derivative, relative = (float(own[one].values[i, k]) for one in ("derivative", "relative"))
+                rows.append((name, parameter, f"{derivative:.6g}", unit, f"{relative:.4g}"))
         return rows
 
     def __repr__(self) -> str:
-        head = ("measure", "parameter", "derivative", "unit", "relative")
-        rows = [head, *self.table()]
-        widths = [max(len(row[k]) for row in rows) for k in range(len(head))]
-        lines = ["  ".join(text.ljust(width) for text, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-        return "\n".join([f"Sensitivity: {self.status} A small difference grew by {self.growth:.3g}.", *lines])
+        head = f"Sensitivity: {self.status} A small difference grew by {self.growth:.3g}."
+        return f"{head}\n{columns(('measure', 'parameter', 'derivative', 'unit', 'relative'), self.table())}"
 
 
-def _per(unit: str, other: str) -> str:
-    return f"{unit or '1'}/{f'({other})' if ' ' in other or '/' in other else other or '1'}"
+def columns(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
+    """Lines of a table in columns."""
+    widths = [max(len(row[k]) for row in [head, *rows]) for k in range(len(head))]
+    lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in [head, *rows]]
+    return "\n".join(lines)
+
+
+def per(unit: str, other: str) -> str:
+    """Unit of a derivative: "N/kg", "m/1", "N/(kg m^2)"."""
+    below = f"({other})" if " " in other or "/" in other else other or "1"
+    return f"{unit or '1'}/{below}"
 
 
 @arguments.checked
-@np.errstate(all="ignore")
 def sensitivity(
     model: Model,
     parameters: Iterable[str] | Mapping[str, float],
@@ -107,8 +208,8 @@ def sensitivity(
 ) -> Sensitivity:
     """Derivatives of signals by parameters, through impacts and friction, along one run.
 
-    The steps of a run carry the derivatives of its state; start values, drives and the equations of motion contribute
-    their derivatives by the parameters.  Instants stay: `periods` are those of the present parameters.
+    The steps of the run carry the derivatives of its state: start values, drives and the equations of motion change
+    with the parameters.  Instants stay: `periods` are those of the present parameters.
 
     Parameters
     ----------
@@ -130,139 +231,57 @@ def sensitivity(
     ------
     InputError : unknown parameters and signals, with the nearest name; whole numbers and switches; parameters that
         change the structure of the equations or move kinks of drives in time; other methods; controllers; works and
-        losses, which are sums over all steps (measure the power).
-    SolveError : a run that fails, or a motion in which a small difference grew by more than 1 / rtol: derivatives
-        beyond this horizon, ln(1 / rtol) over the exponent, say nothing.
+        losses, which are sums over all steps.
+    SolveError : a run that fails; a motion in which a small difference grew by more than 1/rtol, since derivatives
+        beyond this horizon, ln(1/rtol) over the exponent, say nothing.
 
     Notes
     -----
     Equations (10.1) to (10.7) of docs/theory/design.md.
     """
-    held = ParameterModel(LABEL, model, parameters)
-    mechanism = held.at(held.values)
-    refuse_controllers(mechanism, LABEL, "derivatives by parameters do not pass through controllers")
-    method, chosen, program, _ = prepared(LABEL, mechanism, method, step, "refuse")
-    if not isinstance(method, Newmark):
-        raise InputError(f"{LABEL}: method is {method!r}; it must be Newmark(...), whose steps carry derivatives.")
-    period = common_period(program) if periods is not None else period_or_none(program)
-    if (t_end is None) == (periods is None):
-        raise InputError(f"{LABEL}: give either t_end= (seconds) or periods= (of the drives).")
-    end = check_end(LABEL, t_end) if t_end is not None else checks.positive(LABEL, "periods", periods) * period  # type: ignore[operator]
-    wanted = [_measure(one) for one in checks.sequence(LABEL, "of", of, "names of signals or measures")]
-    places = _places(program, [_signal(one) for one in wanted])
-    grid = save_grid(LABEL, save, period, 0.0, end)
-    due = _instants(grid.interval, grid.times, end)
-    here = neighbour(mechanism)
-    found = directions(held, here, end)
-    run = ParameterRun(program, method, chosen, end, period, mechanism=mechanism, kept=np.unique(places))
-    run.begin(here.start)
-    run.record = run.record.replaced(save_times=due)
-    first = run.record.signals[places]
-    T = run.carry(end, found, _probe(program), places, due)
-    growth = run.growth
-    _refuse_failed(run, growth, chosen)
-    return _result(held, program, wanted, places, first, run, T)
+    label = "sensitivity"
+    held = ParameterModel(label, model, parameters)
+    wanted = [measure_of(label, one) for one in checks.sequence(label, "of", of, "names of signals or measures")]
+    if not wanted:
+        raise InputError(f"{label}: of is empty; give names of signals, or measures such as rms('slider.ax').")
+    names = [one if isinstance(one, str) else one.signal for one in wanted]
+    found = derivatives(label, held, Span(t_end, periods, save, step, method), names, every=True)
+    return _tables(held, wanted, found)
 
 
-def _measure(one: Any) -> Measure | str:
+def measure_of(label: str, one: Any) -> Measure | str:
+    """A measure or the name of a signal, or `InputError`."""
     if isinstance(one, (str, Measure)):
         return one
-    raise InputError(f"{LABEL}: of holds {one!r}; it must hold names of signals, and measures such as rms('slider.ax').")
+    text = f"{label}: {one!r} is neither the name of a signal nor a measure"
+    raise InputError(f"{text}; give 'slider.ax' or rms('slider.ax').")
 
 
-def _signal(one: Measure | str) -> str:
-    return one if isinstance(one, str) else one.signal
+def _tables(held: ParameterModel, wanted: Sequence[Measure | str], found: Derivatives) -> Sensitivity:
+    import xarray as xr  # noqa: PLC0415 - takes long to import
 
-
-def _places(program: Program, names: Sequence[str]) -> np.ndarray:
-    """Places of signals among all signals; works and losses, and numbers of states or places, are refused."""
-    energy = program.tables.sizes.energy
-    modes, found = set(np.asarray(program.tables.measured.modes).tolist()), []
-    for name in names:
-        place = int(chosen_places(LABEL, program, [name])[0])  # type: ignore[index]
-        if place > energy + GRAVITY:
-            text = f"{LABEL}: {name!r} is a sum over all steps, whose derivative is not carried"
-            raise InputError(f"{text}. Ask for the mean of a power.")
-        if place in modes:
-            raise InputError(f"{LABEL}: {name!r} numbers states or places, so it has no derivative.")
-        found.append(place)
-    return np.array(found, dtype=np.int64)
-
-
-def _instants(interval: float, times: np.ndarray, end: float) -> np.ndarray:
-    """Saved instants (n,) with start and end [s]."""
-    if interval == 0.0:
-        raise InputError(f"{LABEL}: save is 'steps'; give a number of instants, an interval or times.")
-    grid = times if len(times) else interval * np.arange(math.floor(end / interval * (1.0 + 1e-9)) + 1)
-    inner = grid[(grid > 0.0) & (grid < end * (1.0 - 1e-9))]
-    return np.concatenate([[0.0], inner, [end]])
-
-
-def _probe(program: Program) -> tuple[np.ndarray, np.ndarray]:
-    """A difference of positions and velocities (n_q,) in all directions, whose growth is that of all small ones."""
-    away = np.random.default_rng(0).standard_normal((2, program.n_q)) * program.sizes
-    return away[0], away[1]
-
-
-def _refuse_failed(run: ParameterRun, growth: float, step: Any) -> None:
-    rtol = step.rtol if isinstance(step, Adaptive) else RTOL_OF_FIXED_STEPS
-    if growth * rtol > 1.0 or not math.isfinite(growth):
-        raise SolveError(
-            f"{LABEL}: a small difference grew by {growth:.3g} until t = {float(run.flow.clock.t):.4g} s, more than "
-            f"1/rtol = {1.0 / rtol:.3g}: derivatives say nothing there. End the run earlier."
-        )
-    if run.note or run.code != DONE:
-        raise SolveError(f"{LABEL}: the run failed: {run.status()}")
-
-
-def _result(
-    held: ParameterModel,
-    program: Program,
-    wanted: Sequence[Measure | str],
-    places: np.ndarray,
-    first: np.ndarray,
-    run: ParameterRun,
-    T: Tangents,
-) -> Sensitivity:
-    """Data sets of a run that has ended."""
-    import xarray as xr
-
-    m, p, units = len(places), len(held.parameters), program.names.signals.units
-    times, values = run.saved.finished()
-    column = {int(place): k for k, place in enumerate(np.unique(places))}
-    slopes = T.rows.slopes.reshape(len(times), -1, m)[:, :p]
-    along = {"parameter": list(held.names), "time": ("time", times, {"units": "s"})}
-    told = {"value": ("parameter", list(held.values)), "unit_of_parameter": ("parameter", _units(held))}
-    found, signals = {}, {}
+    told = {
+        "parameter": list(held.names),
+        "value": ("parameter", list(held.values)),
+        "unit_of_parameter": ("parameter", [one.unit for one in held.parameters]),
+    }
+    time = ("time", found.times, {"units": "s"})
+    slopes, signals, measures = {}, {}, []
     for k, one in enumerate(wanted):
-        if isinstance(one, Measure):
-            continue
-        unit = units[places[k]]
-        found[one] = (("parameter", "time"), slopes[:, :, k].T, {"units": f"{unit or '1'} per unit of the parameter"})
-        signals[one] = ("time", values[:, column[int(places[k])]], {"units": unit, "long_name": long_name(one)})
-    rows = run.rows(first, slopes)
-    measures = []
-    for k, one in enumerate(wanted):
-        every = [one] if isinstance(one, Measure) else [Measure(kind, one) for kind in KINDS]
-        measures += [(each, units[places[k]], *measured(each, rows(k))) for each in every]
-    derivative = np.array([row[3][:p] for row in measures]).reshape(len(measures), p)
-    value = np.array([row[2] for row in measures])
-    relative = derivative * np.array(held.values) / value[:, None]
+        unit, kinds = found.units[k], [one] if isinstance(one, Measure) else [Measure(kind, one) for kind in KINDS]
+        measures += [(each.name, unit, *measured(each, found.rows[k])) for each in kinds]
+        if isinstance(one, str):
+            attributes = {"units": f"{unit or '1'} per unit of the parameter"}
+            slopes[one] = (("parameter", "time"), found.slopes[:, :, k].T, attributes)
+            signals[one] = ("time", found.values[:, k], {"units": unit, "long_name": long_name(one)})
+    labels, units, amounts, changes = zip(*measures, strict=True)
+    derivative, amount = np.array(changes).reshape(len(amounts), -1), np.array(amounts)
+    with np.errstate(all="ignore"):
+        relative = derivative * np.array(held.values) / amount[:, None]
+    both = ("measure", "parameter")
     own = xr.Dataset(
-        {
-            "amount": ("measure", value),
-            "derivative": (("measure", "parameter"), derivative),
-            "relative": (("measure", "parameter"), relative),
-        },
-        {
-            "measure": [row[0].name for row in measures],
-            "parameter": list(held.names),
-            "unit": ("measure", [row[1] for row in measures]),
-            **told,
-        },
+        {"amount": ("measure", amount), "derivative": (both, derivative), "relative": (both, relative)},
+        {"measure": list(labels), "unit": ("measure", list(units)), **told},
     )
-    return Sensitivity(xr.Dataset(found, along | told), xr.Dataset(signals, {"time": along["time"]}), own, run.growth, run.status())
-
-
-def _units(held: ParameterModel) -> list[str]:
-    return [one.unit for one in held.parameters]
+    whole = xr.Dataset(slopes, {"time": time, **told}), xr.Dataset(signals, {"time": time})
+    return Sensitivity(*whole, own, found.growth, found.status)

@@ -101,9 +101,7 @@ def measured(measure: Measure, rows: Rows) -> tuple[float, np.ndarray]:
     if measure.kind == "mean":
         return _mean(rows)
     if measure.kind == "peak" and measure.norm is None:
-        k = int(np.abs(y).argmax())
-        at_peak = rows.last if k == len(y) - 1 else slope[k]  # the end stays, an extremum moves
-        return abs(float(y[k])), np.sign(y[k]) * at_peak
+        return _crest(rows, int(np.abs(y).argmax()))
     p = 2.0 if measure.norm is None else measure.norm
     largest = float(np.abs(y).max()) or 1.0
     part = np.abs(y) / largest
@@ -113,6 +111,24 @@ def measured(measure: Measure, rows: Rows) -> tuple[float, np.ndarray]:
         return 0.0, np.zeros(slope.shape[1])
     root = value ** (1.0 / p)
     return largest * root, largest * root / (p * value) * change
+
+
+def _crest(rows: Rows, k: int) -> tuple[float, np.ndarray]:
+    """Size of the extremum next to row k, on the parabola through it and its neighbours, and its derivatives.
+
+    Equation (10.8) of docs/theory/design.md.
+    """
+    time, y, slope, last = rows.time, rows.y, rows.slope, len(rows.y) - 1
+    sign = 1.0 if y[k] >= 0.0 else -1.0
+    near = slice(k - 1, k + 2)
+    if k in (0, last) or np.ptp(rows.shift[near], axis=0).any():  # the end stays; at an onset, one side has no parabola
+        return abs(float(y[k])), sign * (rows.last if k == last else slope[k])
+    a, b = time[k] - time[k - 1], time[k + 1] - time[k]
+    left, right = (y[k] - y[k - 1]) / a, (y[k + 1] - y[k]) / b
+    bend = (right - left) / (a + b)
+    x = -0.5 * (left + a * bend) / bend if bend != 0.0 else 0.0  # from time[k]
+    weights = np.array([x * (x - b) / (a * (a + b)), (x + a) * (b - x) / (a * b), x * (x + a) / (b * (a + b))])
+    return abs(float(weights @ y[near])), sign * (weights @ slope[near])
 
 
 def _rate(rows: Rows) -> np.ndarray:

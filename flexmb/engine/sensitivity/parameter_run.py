@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -19,21 +18,23 @@ from flexmb.engine.state.record import NEVER, Options
 class ParameterRun(CarryingRun):
     """Run of the Newmark family with derivatives by parameters, and with one difference of the state alone.
 
-    `growth` is the factor by which this difference has grown: of positions and, times period / (2 pi), of velocities.
+    This is a blow, a difference of velocities; `growth` is the factor by which it has grown, in positions and, times
+    period / (2 pi), in velocities.
     """
 
     blocks: list[tuple[np.ndarray, ...]]
     growth = 0.0
 
-    def carry(self, end: float, found: Any, probe: tuple[np.ndarray, np.ndarray], places: np.ndarray, due: np.ndarray) -> Tangents:
-        """Run until `end` [s]; derivatives of the signals at `places` at the instants `due` and at every step.
+    def carry(self, end: float, found: Any, places: np.ndarray, due: np.ndarray, *, every: bool) -> Tangents:
+        """Run until `end` [s]; derivatives of the signals at `places` at the instants `due`, and at `every` step.
 
-        found : `Directions` of p parameters;  probe : the difference of positions and velocities (n_q,)
+        found : `Directions` of p parameters
         """
         n, program, k = self.program.n_q, self.program, len(found.q) + 1
         by = parameter_rates(program, found.numbers, found.steps)
-        self.stepper.tangents = T = new_tangents(program, k, by, signal_rows(program, k, places, due, every=True))
-        T.q[:, :n], T.v[:, :n] = np.vstack([found.q, probe[0]]), np.vstack([found.v, probe[1]])
+        self.stepper.tangents = T = new_tangents(program, k, by, signal_rows(program, k, places, due, every=every))
+        blow = np.random.default_rng(0).standard_normal(n) * program.sizes / self.time_scale
+        T.q[:, :n], T.v[:, :n] = np.vstack([found.q, np.zeros(n)]), np.vstack([found.v, blow])
         self.blocks = []
         complete_differences(program, self.flow, T, self.stepper.second, histories=False)
         project_differences(program, self.flow, float(self.flow.clock.step_size), T)
@@ -47,14 +48,14 @@ class ParameterRun(CarryingRun):
         self.stepper.tangents = None
         return T
 
-    def rows(self, first: np.ndarray, slopes: np.ndarray) -> Callable[[int], Rows]:
-        """Rows of signal k at the ends of all steps; values (m,) at the start, derivatives (instants, p, m)."""
+    def rows(self, first: np.ndarray, slopes: np.ndarray) -> list[Rows]:
+        """Rows of each signal at the ends of all steps; values (m,) at the start, derivatives (instants, p, m)."""
         _, p, m = slopes.shape
         time, y, slope, shift = (np.concatenate(column) for column in zip(*self.blocks, strict=True))
         time, y = np.concatenate([[0.0], time]), np.concatenate([first[None], y])
         slope = np.concatenate([slopes[:1], slope.reshape(len(slope), -1, m)[:, :p]])
         shift = np.concatenate([np.zeros((1, p)), shift[:, :p]])
-        return lambda k: Rows(time, y[:, k], slope[:, :, k], shift, slopes[-1, :, k])
+        return [Rows(time, y[:, k], slope[:, :, k], shift, slopes[-1, :, k]) for k in range(m)]
 
     def empty_buffer(self, options: Options) -> None:
         """Empty the buffers of the run, and those of its rows."""
@@ -69,7 +70,12 @@ class ParameterRun(CarryingRun):
             self.blocks.append(tuple(array[kept].copy() for array in arrays))
             rows.number.steps = 0
 
+    @property
+    def time_scale(self) -> float:
+        """Time by which velocities are compared with positions [s]."""
+        return (self.period or self.t_end) / (2.0 * math.pi)
+
     def _length(self, T: Tangents) -> float:
-        n, time = self.program.n_q, (self.period or self.t_end) / (2.0 * math.pi)
-        parts = T.q[-1, :n] / self.program.sizes, time * T.v[-1, :n] / self.program.sizes
+        n = self.program.n_q
+        parts = T.q[-1, :n] / self.program.sizes, self.time_scale * T.v[-1, :n] / self.program.sizes
         return float(np.linalg.norm(np.concatenate(parts)))
