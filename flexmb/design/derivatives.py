@@ -237,7 +237,7 @@ def sensitivity(
 
     Notes
     -----
-    Equations (10.1) to (10.7) of docs/theory/design.md.
+    Equations (14.1) to (14.7) of docs/theory/design.md.
     """
     label = "sensitivity"
     held = ParameterModel(label, model, parameters)

@@ -93,7 +93,7 @@ class Rows(NamedTuple):
 def measured(measure: Measure, rows: Rows) -> tuple[float, np.ndarray]:
     """Value of a measure, and its derivatives (k,).
 
-    Equations (10.6) and (10.7) of docs/theory/design.md.
+    Equations (14.6) and (14.7) of docs/theory/design.md.
     """
     y, slope = rows.y, rows.slope
     if measure.kind == "end":
@@ -116,7 +116,7 @@ def measured(measure: Measure, rows: Rows) -> tuple[float, np.ndarray]:
 def _crest(rows: Rows, k: int) -> tuple[float, np.ndarray]:
     """Size of the extremum next to row k, on the parabola through it and its neighbours, and its derivatives.
 
-    Equation (10.8) of docs/theory/design.md.
+    Equation (14.8) of docs/theory/design.md.
     """
     time, y, slope, last = rows.time, rows.y, rows.slope, len(rows.y) - 1
     sign = 1.0 if y[k] >= 0.0 else -1.0

@@ -63,6 +63,11 @@ OF_GAP, OF_RATE, OF_SLIP, OF_NORMAL = range(4)
 RELATIVE_DIFFERENCE, LEAST_DIFFERENCE = 1e-5, 1e-11
 """Difference of a number: relative to the number, and least difference for numbers near 0."""
 
+PART_OF_SLIP, PART_OF_LOAD = 1e-3, 1e-8
+"""Difference of a history of friction in a joint relative to the slip of the step, which a clutch winds up by; and of
+the load of this friction, which of a clutch is its angle.
+"""
+
 NODE_DIFFERENCE, LEAST_NODE_DIFFERENCE = 1e-3, 1e-9
 """Difference of the nodes of an element: relative to their motion in a step, and least difference [m, rad]."""
 
@@ -201,7 +206,7 @@ def add_joint_friction_history(tables, address, c, h, z, T, work):
     for i in range(begin, end):
         if not has_difference(T.z, i):
             continue
-        eps = difference_step(z[i], h * slip, LEAST_DIFFERENCE)
+        eps = max(min(RELATIVE_DIFFERENCE * abs(z[i]), PART_OF_SLIP * abs(h * slip)), LEAST_DIFFERENCE)
         T.zs[i] = z[i] + eps
         more = _joint_friction_force(tables, address, c, h, slip, N, T.zs, work.z_new)
         _store_upper_side(begin, end, work)
@@ -305,7 +310,7 @@ def _advance_normal(tables, address, c, h, gap, rate, z, T, work):
 @compiled
 def _advance_friction(friction, p, h, slip, N, z, begin, end, T, work):
     """History z[begin:end] of a friction law with the numbers p, by slip and normal force."""
-    of_slip, of_N = difference_step(slip, slip, LEAST_DIFFERENCE), RELATIVE_DIFFERENCE * abs(N)
+    of_slip, of_N = difference_step(slip, slip, LEAST_DIFFERENCE), PART_OF_LOAD * abs(N)
     old, new = part_of(z, begin, end), part_of(work.z_new, begin, end)
     friction(p, h, slip + of_slip, N, old, new)
     _store_upper_side(begin, end, work)

@@ -4,7 +4,7 @@ A parameter moves the packed numbers p along its direction dp.  The kernels of t
 p plus and minus a small part of dp, and what they give is differenced.  A normal force is differenced through the gap
 and by its law, so that no difference crosses the onset of a contact.
 
-Equations (10.2) and (10.3) of docs/theory/design.md.
+Equations (14.2) and (14.3) of docs/theory/design.md.
 """
 
 from __future__ import annotations

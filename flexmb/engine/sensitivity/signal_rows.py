@@ -5,7 +5,7 @@ small part of the differences that the steps carry, with the numbers moved by th
 Instants are fixed: a neighbour that is late (time shift tau) is taken where it is at that instant.  Rows of steps keep
 the time shift beside the derivatives, so that integrals over a row of steps can be differenced with their limits.
 
-Equation (10.5) of docs/theory/design.md.
+Equation (14.5) of docs/theory/design.md.
 """
 
 from __future__ import annotations
@@ -23,11 +23,14 @@ from flexmb.engine.system.work import Work, workspace
 from flexmb.kernels import compiled, copy
 from flexmb.program.program import COMMON_Z, LAST_GAP, PHASE, Program
 
-SMALL_DIFFERENCE = 1e-8
-"""Difference of a state for derivatives of signals, relative to size and speed of the mechanism."""
+SMALL_WAY, SMALL_SPEED = 1e-6, 1e-7
+"""Differences of positions and of velocities for derivatives of signals, relative to size and speed of the mechanism.
+
+Friction turns round within a thousandth of the speed or less.
+"""
 
 PART_OF_PENETRATION = 1e-3
-"""Difference of a penetration relative to it, and the least part of SMALL_DIFFERENCE that it may ask for."""
+"""Difference of a penetration relative to it, and the least part of the other differences that it may ask for."""
 
 STEP_ROWS = 512
 """Number of steps whose rows the buffer holds."""
@@ -273,7 +276,9 @@ def _difference_size(tables, options, flow, j, T):
         far = max(far, abs(R.dq[i]) / size)
         fast = max(fast, abs(R.dv[i]) / size)
         speed = max(speed, abs(flow.v[i]) / size)
-    eps = SMALL_DIFFERENCE / max(far, fast / speed if speed > 0.0 else 0.0, 1e-300)
+    eps = SMALL_WAY / max(far, 1e-300)
+    if speed > 0.0:
+        eps = min(eps, SMALL_SPEED * speed / max(fast, 1e-300))
     if j < T.by.step.shape[0]:
         eps = min(eps, T.by.step[j])
     least = PART_OF_PENETRATION * eps
