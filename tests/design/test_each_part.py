@@ -68,5 +68,5 @@ def compared(mechanism: fm.Mechanism, name: str) -> float:
 KINDS = {"m": 0.1, "rad": 0.1, "m/s": 0.01, "rad/s": 0.1, "N": 1.0, "N m": 0.1}
 """Units of the signals that are compared, and usual sizes of these signals in the two thousandths of a second."""
 
-LEAST = 1e-3
+LEAST = 1e-2
 """Relative derivative below which a derivative is compared with the size of the signal."""
