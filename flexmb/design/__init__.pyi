@@ -1,7 +1,5 @@
 """Public names of `flexmb.design`: derivatives by parameters, and measures of signals."""
 
-from flexmb.design.fitting import Fit as Fit
-from flexmb.design.fitting import fit as fit
 from flexmb.design.measures import Measure as Measure
 from flexmb.design.measures import at_end as at_end
 from flexmb.design.measures import mean as mean
