@@ -13,9 +13,8 @@ import numpy as np
 
 from flexmb.display import pretty
 from flexmb.errors import FlexmbError, InputError
-from flexmb.findings.check import check
+from flexmb.findings.check import Report, check
 from flexmb.findings.finding import SEVERITIES
-from flexmb.findings.report import Report
 from flexmb.model.mechanism import Mechanism, described, values_text
 from flexmb.results.contact_intervals import MODES, Episodes
 from flexmb.results.drawing import nearest_instants
