@@ -9,9 +9,10 @@ import numpy as np
 
 from flexmb.engine.state.record import kept_poses
 from flexmb.engine.step.step_size import FixedStep
-from flexmb.findings.cheap import cheap_findings
+from flexmb.findings.dimensions import implausible_findings
 from flexmb.findings.failure import STEP_CODES
 from flexmb.findings.finding import NOTHING_MOVES, WHAT_MOVES, Finding, found
+from flexmb.model.law import FrictionLaw, Law, Motion, NormalLaw
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part, WatchedMotion
 from flexmb.program.program import FRICTION_Z, NORMAL_Z, Program
@@ -21,6 +22,74 @@ from flexmb.run.stopping import Condition
 
 if TYPE_CHECKING:
     from flexmb.run.run import Run
+
+# The part of the examination that costs next to nothing, of every run: laws and motions of users, tables, numbers
+
+REMEMBERED = 512
+"""Number of laws whose findings are remembered: a sweep declares the same ones again and again."""
+
+TRIED_GAP = 1e-4
+"""Size of the gaps at which normal laws are tried [m]."""
+
+_TRIED: dict[type, bool] = {}
+"""Whether values of a class are tried."""
+
+_KNOWN: dict[tuple[str, Law], tuple[Finding, ...]] = {}
+"""Findings by part and law."""
+
+
+def cheap_findings(mechanism: Mechanism) -> list[Finding]:
+    """Findings on users' laws and motions, on tables, and on implausible angles and gravity.
+
+    flexmb's own laws are known to keep their signs.
+    """
+    findings = implausible_findings(mechanism)
+    for part in mechanism.parts:
+        for value in vars(part).values():
+            kind = type(value)
+            if kind not in _TRIED:
+                _TRIED[kind] = _is_tried(kind)
+            if _TRIED[kind]:
+                findings += _remembered(part.name, value)
+    return findings
+
+
+def _is_tried(kind: type) -> bool:
+    """Whether a class is one of laws and motions that are not flexmb's own, or that have findings on their numbers."""
+    if not issubclass(kind, Law):
+        return False
+    ours = kind.kernel.function.__module__.partition(".")[0] == "flexmb"
+    return not ours or kind.findings is not Law.findings
+
+
+def _remembered(name: str, law: Law) -> tuple[Finding, ...]:
+    """Findings on a law; of a law with arrays they are not remembered."""
+    try:
+        found = _KNOWN.get((name, law))
+    except TypeError:
+        return _of_law(name, law)
+    if found is None:
+        if len(_KNOWN) >= REMEMBERED:
+            _KNOWN.clear()
+        found = _KNOWN[name, law] = _of_law(name, law)
+    return found
+
+
+def _of_law(name: str, law: Law) -> tuple[Finding, ...]:
+    """Findings on one law or motion of a part."""
+    from flexmb.findings.laws import friction_sign, is_ours, normal_sign, wrong_rates
+
+    own = tuple(law.findings(name))
+    if is_ours(law.kernel):
+        return own
+    if isinstance(law, Motion):
+        return (*own, *wrong_rates(name, law))
+    if isinstance(law, NormalLaw):
+        return (*own, *normal_sign(name, law, TRIED_GAP))
+    return (*own, *friction_sign(name, law)) if isinstance(law, FrictionLaw) else own
+
+
+# Contacts, motions of parts and laws that cannot be right, by peaks, intervals and poses of a run
 
 LEAST_STEPS = 4.0
 """Steps of an impact below which its restitution means nothing."""
