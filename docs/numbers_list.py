@@ -502,7 +502,7 @@ def _left_out() -> dict[str, str]:
         findings.vibrations.FEWEST_INSTANTS statics.vibrations.NEAR statics.vibrations.RIGID statics.vibrations.ROUND_OFF findings.vibrations.ENERGY_SHARE findings.vibrations.DECAY
         findings.vibrations.PART_OF_STEP findings.vibrations.UNRESOLVED
         findings.vibrations.LOST_PHASE findings.vibrations.LOST_AMPLITUDE run.checkpoint.EVERY results.netcdf.LARGEST_GROWTH
-        findings.failure.STEP_CODES findings.failure.SHOWN_RESIDUALS findings.failure.LEAST_RESIDUAL findings.failure.LEAST_RTOL findings.failure.TRIED_STEPS
+        findings.watch.STEP_CODES findings.watch.SHOWN_RESIDUALS findings.watch.LEAST_RESIDUAL findings.watch.LEAST_RTOL findings.watch.TRIED_STEPS
         engine.system.failed_kernels.MOST_CALLS engine.system.failed_kernels.SHOWN_NUMBERS
         engine.linalg.rank.DENSE_ROWS engine.linalg.rank.IN_COMBINATION statics.eigen.LONGEST_SEARCH
         statics.equilibrium.INDEPENDENCE

@@ -20,10 +20,15 @@ from flexmb.engine.step.method import Method
 from flexmb.engine.step.step_size import Adaptive, FixedStep
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
-from flexmb.findings.failure import failure_findings
 from flexmb.findings.finding import found
 from flexmb.findings.vibrations import vibration_findings
-from flexmb.findings.watch import impossible_penetrations, law_findings_after, watch_findings, watched_motion
+from flexmb.findings.watch import (
+    failure_findings,
+    impossible_penetrations,
+    law_findings_after,
+    watch_findings,
+    watched_motion,
+)
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import common_period, compile_with_start
 from flexmb.program.program import COMMON_Z, FRICTION_Z, NORMAL_Z, PHASE, Program
