@@ -19,7 +19,7 @@ from flexmb.engine.state.record import (
     kept_poses,
 )
 from flexmb.engine.step.step_size import Adaptive, FixedStep
-from flexmb.engine.system.failed_kernels import Instant, changed_contacts, failed_kernel
+from flexmb.engine.system.state_evaluation import Instant, changed_contacts, failed_kernel
 from flexmb.errors import USER_ERRORS, FlexmbError, KernelError
 from flexmb.findings.dimensions import implausible_findings
 from flexmb.findings.finding import NOTHING_MOVES, WHAT_MOVES, Finding, found
