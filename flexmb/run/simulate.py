@@ -30,10 +30,10 @@ from flexmb.findings.watch import (
     watched_motion,
 )
 from flexmb.model.mechanism import Mechanism
+from flexmb.model.signal import hint, resolved
 from flexmb.program.compiler import common_period, compile_with_start
 from flexmb.program.program import COMMON_Z, FRICTION_Z, NORMAL_Z, PHASE, Program
-from flexmb.results.naming import SAVED_KEY, chosen_places
-from flexmb.results.solution import Solution
+from flexmb.results.solution import SAVED_KEY, Solution, matching
 from flexmb.run.checkpoint import EVERY, Checkpoints, digest, plain_values
 from flexmb.run.run import KEYBOARD, TERMINATION, Interruption, Run, passed_contacts
 from flexmb.run.sampling import lost_control
@@ -141,7 +141,7 @@ def simulate(
     begin = _begin(label, end, save_from, save_from_period, period)
     if max_steps is not None:
         checks.count(label, "max_steps", max_steps)
-    kept = chosen_places(label, program, signals)
+    kept = _chosen_places(label, program, signals)
     faults = [*impossible_penetrations(mechanism, program.names.contacts), *lost_control(mechanism, program, end)]
     stopping = StopConditions(label, program.names, stop, faults)
     more: dict[str, Any] = {"max_steps": max_steps, "progress": progress}
@@ -292,6 +292,30 @@ def _begin(label: str, end: float, save_from: float, save_from_period: float | N
             f"{label}: saving begins at {begin:g} s, but the run ends at {end:g} s. Run longer or save earlier."
         )
     return begin
+
+
+def _chosen_places(label: str, program: Program, wanted: object) -> np.ndarray | None:
+    """Places (n,) of the chosen signals, ascending, each once; None where that is all.
+
+    Integrals and rates of states of controls are chosen by their whole names alone.
+    """
+    if wanted is None:
+        return program.shown
+    signals, aliases = program.names.signals, program.names.aliases
+    found: set[int] = set()
+    for name in checks.sequence(label, "signals", wanted, "names such as 'slider.x' or 'slider.*'"):
+        if not isinstance(name, str):
+            raise InputError(f"{label}: signals holds {name!r}; it must hold names such as 'slider.x' or 'slider.*'.")
+        own = resolved(name, signals, aliases)
+        if own in signals.places:
+            found.add(signals.places[own])
+            continue
+        fitting = matching(program.reported.names, own) if "*" in own else []
+        if not fitting:
+            what = "signal fits" if "*" in own else "signal is called"
+            raise InputError(f"{label}: no {what} {name!r}. {hint(name, program.reported, aliases)}")
+        found.update(signals.places[one] for one in fitting)
+    return np.array(sorted(found), dtype=np.int64)
 
 
 # Start values of a run that begins in an equilibrium, at rest or in steady rotation
