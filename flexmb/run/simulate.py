@@ -20,15 +20,9 @@ from flexmb.engine.step.method import Method
 from flexmb.engine.step.step_size import Adaptive, FixedStep
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
+from flexmb.findings import watch
 from flexmb.findings.finding import found
 from flexmb.findings.vibrations import vibration_findings
-from flexmb.findings.watch import (
-    failure_findings,
-    impossible_penetrations,
-    law_findings_after,
-    watch_findings,
-    watched_motion,
-)
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.signal import hint, resolved
 from flexmb.program.compiler import common_period, compile_with_start
@@ -142,7 +136,7 @@ def simulate(
     if max_steps is not None:
         checks.count(label, "max_steps", max_steps)
     kept = _chosen_places(label, program, signals)
-    faults = [*impossible_penetrations(mechanism, program.names.contacts), *lost_control(mechanism, program, end)]
+    faults = [*watch.impossible_penetrations(mechanism, program.names.contacts), *lost_control(mechanism, program, end)]
     stopping = StopConditions(label, program.names, stop, faults)
     more: dict[str, Any] = {"max_steps": max_steps, "progress": progress}
     run = Run(program, method, chosen, end, period, mechanism=mechanism, kept=kept, **more)
@@ -198,11 +192,11 @@ def _solution(
     """
     now, (begun, begin) = float(run.flow.clock.t), begun_saved
     span = run.period if run.period is not None else 0.5 * (now - begin)
-    motion, contacts = watched_motion(run), run.contact_log()
-    findings = [*run.chords.findings, *law_findings_after(run.program, run.flow.z, contacts, now - span)]
-    findings += watch_findings(mechanism, motion, contacts)
+    motion, contacts = watch.watched_motion(run), run.contact_log()
+    findings = [*run.chords.findings, *watch.law_findings_after(run.program, run.flow.z, contacts, now - span)]
+    findings += watch.watch_findings(mechanism, motion, contacts)
     known = any(finding.is_error for finding in findings)
-    findings += [*vibration_findings(run, motion, begun), *failure_findings(run, mechanism, closed, known=known)]
+    findings += [*vibration_findings(run, motion, begun), *watch.failure_findings(run, mechanism, closed, known=known)]
     findings += passed_contacts(run)
     if kept_file is not None:
         troubles = (kept_file.failure, "" if run.interrupted else kept_file.finish())
