@@ -261,7 +261,7 @@ def test_newton_needs_no_more_iterations_down_to_rest(v0):
         fm.simulate(sled(law), t_end=0.04, step=1e-5, save="steps")
         for law in (SmoothAlone(0.3, v0), fm.friction.SmoothCoulomb(0.3, v0=v0))
     ]
-    alone, given = (sol.statistics.newton_iterations for sol in sols)
+    alone, given = (sol.stats.newton_iterations for sol in sols)
     assert abs(sols[0].array("block.vx")[-1]) < 1e-9  # from 0.02 m/s
     assert alone <= given + 1
 
