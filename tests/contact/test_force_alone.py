@@ -1,5 +1,6 @@
 """Laws that return their force alone: derivatives by differences, compiled, pickled, and errors with a remedy."""
 
+import linecache
 import math
 import os
 import pickle
@@ -381,6 +382,18 @@ def test_typed_in_laws_need_no_file():
     kernel = fm.normal_law(space["typed_in"])
     for jit in (False, True):
         assert both(kernel, (), 0.0, -0.2, 0.0, jit=jit) == pytest.approx([1.0, -5.0, 0.0], rel=1e-9)
+
+
+def test_the_text_of_a_law_typed_into_a_notebook_counts_in_every_process():
+    text = "def noted(p, h, gap, gap_rate, z, z_new):\n    return -5.0 * gap if gap < 0.0 else 0.0\n"
+    space, name = {"__name__": "__main__"}, "<cell 1>"
+    linecache.cache[name] = (len(text), None, text.splitlines(keepends=True), name)
+    exec(compile(text, name, "exec"), space)
+    kernel = fm.normal_law(space["noted"])
+    data, identity = pickle.dumps(kernel), kernel.identity
+    del linecache.cache[name]  # as in a process of a pool
+    assert "5.0" in identity
+    assert pickle.loads(data).identity == identity  # noqa: S301
 
 
 def wrong_in_line_two(p, h, gap, gap_rate, z, z_new):
