@@ -51,7 +51,6 @@ from functools import cached_property
 from importlib import import_module
 from numbers import Real
 from textwrap import dedent
-from types import FunctionType
 from typing import Any
 
 import numba
@@ -64,6 +63,7 @@ from numba.np import arrayobj
 
 from flexmb.engine.compiled.arrays import MATRIX
 from flexmb.engine.compiled.code_cache import CodeCache, SealedCache, stamp
+from flexmb.engine.compiled.differences import BY_CONTRACT, with_differences
 from flexmb.engine.compiled.digest import Parts, digest, parts_of
 from flexmb.engine.compiled.notice import notice
 from flexmb.engine.compiled.pieces import KernelPointer, whole
@@ -150,39 +150,8 @@ JOINT_FRICTION_SIZE = 4 + 6 + 6
 direction J of sliding, with slip = J v, and derivatives of the load by the coordinates; H = dJ/dq.  A law that needs
 the place of the joint and no load, as that of a clutch, gets it as a load of either sign."""
 
-
 HELPER = re.compile(r"Untyped global name '(\w+)':.*<class 'function'>")
 """Words of numba about a function that is called and not compiled."""
-
-DIFFERENCE = 6e-6
-"""Difference of a number for the derivative of a force, by its size: the cube root of round-off."""
-
-LEAST_GAP, LEAST_SPEED, LEAST_LOAD = 1e-16, 1e-9, 1e-12
-"""Least differences of gaps [m], of gap rates and slips [m/s], of normal forces [N]."""
-
-force: Any = None
-"""The law in the copies of the next two functions, which `Kernel` makes."""
-
-
-def _normal_by_differences(p, h, gap, gap_rate, z, z_new):  # type: ignore[no-untyped-def]
-    """N of a law, and its derivatives; the value comes last, so that z_new is its own."""
-    s, w = DIFFERENCE * abs(gap) + LEAST_GAP, DIFFERENCE * abs(gap_rate) + LEAST_SPEED
-    shallow, deep, slow, fast = gap + s, gap - s, gap_rate - w, gap_rate + w
-    by_gap = (force(p, h, shallow, gap_rate, z, z_new) - force(p, h, deep, gap_rate, z, z_new)) / (shallow - deep)
-    by_rate = (force(p, h, gap, fast, z, z_new) - force(p, h, gap, slow, z, z_new)) / (fast - slow)
-    return 1.0 * force(p, h, gap, gap_rate, z, z_new), by_gap, by_rate
-
-
-def _friction_by_differences(p, h, slip, N, z, z_new):  # type: ignore[no-untyped-def]
-    """T of a law, and its derivatives; normal forces stay >= 0."""
-    w, s = DIFFERENCE * abs(slip) + LEAST_SPEED, DIFFERENCE * abs(N) + LEAST_LOAD
-    slow, fast, light, heavy = slip - w, slip + w, max(N - s, 0.0), N + s
-    by_slip = (force(p, h, fast, N, z, z_new) - force(p, h, slow, N, z, z_new)) / (fast - slow)
-    by_load = (force(p, h, slip, heavy, z, z_new) - force(p, h, slip, light, z, z_new)) / (heavy - light)
-    return 1.0 * force(p, h, slip, N, z, z_new), by_slip, by_load
-
-
-_BY_DIFFERENCES = {NORMAL.name: _normal_by_differences, FRICTION.name: _friction_by_differences}
 
 
 def text_of(function: Any) -> str | None:
@@ -247,7 +216,7 @@ class Kernel:
         """Python function of the contract; a user's law that returns its force alone gets its derivatives."""
         if not self._may_be_alone:
             return self.function
-        with_derivatives = self._by_differences(self.function)
+        with_derivatives = with_differences(self.contract.name, self.function, self.function)
 
         def completed(*arguments: Any) -> Any:
             found = self.function(*arguments)
@@ -294,16 +263,13 @@ class Kernel:
         return self.function.__module__, self.function.__qualname__, code.co_code, code.co_consts, self.content
 
     @property
-    def _may_be_alone(self) -> bool:
-        return self.contract.name in _BY_DIFFERENCES and not ours(self.function)
+    def is_alone(self) -> bool:
+        """Whether the compiled function has derivatives by differences, of a law that returns its force alone."""
+        return getattr(self.dispatcher, "py_func", self.function) is not self.function
 
-    def _by_differences(self, force: Any) -> Any:
-        """The differences of `force`; its machine code is kept beside that of the user's function."""
-        template, place = _BY_DIFFERENCES[self.contract.name], self.function.__code__
-        code = template.__code__.replace(co_filename=place.co_filename, co_firstlineno=place.co_firstlineno)
-        function = FunctionType(code, {**globals(), "force": force})
-        function.__module__, function.__qualname__ = self.function.__module__, f"{self.name}.differences"
-        return function
+    @property
+    def _may_be_alone(self) -> bool:
+        return self.contract.name in BY_CONTRACT and not ours(self.function)
 
     def _compile(self) -> Any:
         with nullcontext() if ours(self.function) else notice.compiling(self.name):
@@ -333,7 +299,7 @@ class Kernel:
             alone = self._for(self.function, signature.args, **options)
             result = alone.overloads[signature.args].signature.return_type
             if isinstance(result, types.Number):
-                return self._for(self._by_differences(alone), signature, **options)
+                return self._for(with_differences(self.contract.name, self.function, alone), signature, **options)
             if result == signature.return_type:
                 return alone
         return self._for(self.function, signature, **options)
