@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import math
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -183,7 +183,9 @@ def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: 
         raise KernelError(f"{text} {safe}") from error
     size = RETURNED.get(kernel.contract.name, 0)
     if size:
-        values = np.atleast_1d(np.array(result, dtype=float)) if result is not None else np.empty(0)
+        values = np.empty(0)
+        with suppress(TypeError, ValueError):  # words, for example
+            values = np.array(() if result is None else result, dtype=float)
         if values.size != size:
             plural = "s" if size > 1 else ""
             raise KernelError(f"{label} returned {result!r}; it must return {size} number{plural}.")

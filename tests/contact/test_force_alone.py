@@ -361,7 +361,11 @@ def returns_nothing(p, h, gap, gap_rate, z, z_new):
     z_new[0] = gap
 
 
-@pytest.mark.parametrize("function", [returns_two, returns_nothing])
+def returns_a_word(p, h, gap, gap_rate, z, z_new):
+    return "force"
+
+
+@pytest.mark.parametrize("function", [returns_two, returns_nothing, returns_a_word])
 def test_other_numbers_of_results_are_refused(function):
     @dataclass(frozen=True)
     class Wrong(fm.NormalLaw):
