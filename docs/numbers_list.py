@@ -279,6 +279,10 @@ statics.equilibrium.STEP_ACCURACY | 1 | Newton's correction | its error in a lar
 statics.equilibrium.TANGENT_ACCURACY | 1 | length of a tangent | its error in a large model
 parts.bodies.point_mass.MANY_PARTS | parts | nothing | above it compiled kernels tell what turns a particle
 parts.controllers.pid.FILTER_RATIO | 1 | kd / kp | filter of the derivative, where none is given
+engine.differences.DIFFERENCE | 1 | gap, gap rate, slip, normal force | differences for the derivatives of a force alone
+engine.differences.LEAST_GAP | m | nothing | least difference of a gap
+engine.differences.LEAST_SPEED | m/s | nothing | least difference of a gap rate or a slip
+engine.differences.LEAST_LOAD | N | nothing | least difference of a normal force
 engine.system.controls.RELATIVE_DIFFERENCE | 1 | an input or a state | differences of a control law
 engine.system.controls.LEAST_SIZE | 1 | nothing | inputs and states are differenced as if this large
 engine.system.controls.COORDINATE_DIFFERENCE | m, rad | nothing | differences of signals that controls read
