@@ -279,6 +279,10 @@ statics.equilibrium.STEP_ACCURACY | 1 | Newton's correction | its error in a lar
 statics.equilibrium.TANGENT_ACCURACY | 1 | length of a tangent | its error in a large model
 parts.bodies.point_mass.MANY_PARTS | parts | nothing | above it compiled kernels tell what turns a particle
 parts.controllers.pid.FILTER_RATIO | 1 | kd / kp | filter of the derivative, where none is given
+engine.differences.DIFFERENCE | 1 | gap, gap rate, slip, normal force | differences for the derivatives of a force alone
+engine.differences.LEAST_GAP | m | nothing | least difference of a gap
+engine.differences.LEAST_SPEED | m/s | nothing | least difference of a gap rate or a slip
+engine.differences.LEAST_LOAD | N | nothing | least difference of a normal force
 engine.system.controls.RELATIVE_DIFFERENCE | 1 | an input or a state | differences of a control law
 engine.system.controls.LEAST_SIZE | 1 | nothing | inputs and states are differenced as if this large
 engine.system.controls.COORDINATE_DIFFERENCE | m, rad | nothing | differences of signals that controls read
@@ -502,8 +506,8 @@ def _left_out() -> dict[str, str]:
         findings.vibrations.FEWEST_INSTANTS statics.vibrations.NEAR statics.vibrations.RIGID statics.vibrations.ROUND_OFF findings.vibrations.ENERGY_SHARE findings.vibrations.DECAY
         findings.vibrations.PART_OF_STEP findings.vibrations.UNRESOLVED
         findings.vibrations.LOST_PHASE findings.vibrations.LOST_AMPLITUDE run.checkpoint.EVERY results.netcdf.LARGEST_GROWTH
-        findings.failure.STEP_CODES findings.failure.SHOWN_RESIDUALS findings.failure.LEAST_RESIDUAL findings.failure.LEAST_RTOL findings.failure.TRIED_STEPS
-        engine.system.failed_kernels.MOST_CALLS engine.system.failed_kernels.SHOWN_NUMBERS
+        findings.watch.STEP_CODES findings.watch.SHOWN_RESIDUALS findings.watch.LEAST_RESIDUAL findings.watch.LEAST_RTOL findings.watch.TRIED_STEPS
+        engine.system.state_evaluation.MOST_CALLS engine.system.state_evaluation.SHOWN_NUMBERS
         engine.linalg.rank.DENSE_ROWS engine.linalg.rank.IN_COMBINATION statics.eigen.LONGEST_SEARCH
         statics.equilibrium.INDEPENDENCE
         statics.equilibrium.ROUND_OFF engine.linalg.large.DENSE_COLUMNS engine.linalg.large.FIRST_VECTORS engine.linalg.large.VANISHING engine.linalg.large.REGULARISATION

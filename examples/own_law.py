@@ -20,7 +20,7 @@ import flexmb as fm
 
 @fm.normal_law
 def hunt_crossley_kernel(p, h, gap, gap_rate, z, z_new):
-    """N = k depth^n (1 + a depth_rate), never pulling; its derivatives by gap and gap rate are found by the library."""
+    """N = k depth^n (1 + a depth_rate), never pulling; the library finds its derivatives by differences."""
     k, n, a = p
     if gap >= 0.0:
         return 0.0

@@ -24,8 +24,8 @@ control        p, t, u, x, dx, y                                           writt
 =============  ==========================================================  ==========================
 
 p : parameters of the part; z : history at the last accepted state, h : time since then [s], z_new : history if this
-state is accepted.  h = 0 must be safe.  A normal or friction law may return N or T alone; derivatives then follow from
-its source.  r : generalised force that the part exerts, inertia included;
+state is accepted.  h = 0 must be safe.  A normal or friction law may return N or T alone; derivatives are then central
+differences.  r : generalised force that the part exerts, inertia included;
 K, C, M = dr/dq, dr/dv, dr/da.  G = dg/dq; g_t : partial derivative in time; G a = gamma on the manifold;
 H = d(G^T lam)/dq.
 
@@ -43,13 +43,14 @@ from __future__ import annotations
 import ast
 import inspect
 import pickle
+import re
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
+from numbers import Real
 from textwrap import dedent
-from types import FunctionType
 from typing import Any
 
 import numba
@@ -61,13 +62,12 @@ from numba.extending import intrinsic
 from numba.np import arrayobj
 
 from flexmb.engine.compiled.arrays import MATRIX
-from flexmb.engine.compiled.code_cache import CodeCache, SealedCache
+from flexmb.engine.compiled.code_cache import CodeCache, SealedCache, stamp
 from flexmb.engine.compiled.digest import Parts, digest, parts_of
 from flexmb.engine.compiled.notice import notice
 from flexmb.engine.compiled.pieces import KernelPointer, whole
 from flexmb.engine.compiled.shipped import ours
-from flexmb.engine.derivatives.forward import differentiated
-from flexmb.engine.derivatives.source import Source, returned_numbers, text_of
+from flexmb.engine.differences import BY_CONTRACT, with_differences
 from flexmb.errors import KernelError
 
 __all__ = [
@@ -107,19 +107,15 @@ def copy(source, target):  # type: ignore[no-untyped-def]
 
 @dataclass(frozen=True)
 class Contract:
-    """Contract of one kind of kernel: name, names of the parameters, numba signature.
-
-    active : places of the parameters by which a law that returns its force alone is differentiated
-    """
+    """Contract of one kind of kernel: name, names of the parameters, numba signature."""
 
     name: str
     parameters: tuple[str, ...]
     signature: Any
-    active: tuple[int, ...] = ()
 
 
-def _contract(name: str, parameters: str, result: Any, *arguments: Any, active: tuple[int, ...] = ()) -> Contract:
-    return Contract(name, tuple(parameters.split()), result(*arguments), active)
+def _contract(name: str, parameters: str, result: Any, *arguments: Any) -> Contract:
+    return Contract(name, tuple(parameters.split()), result(*arguments))
 
 
 ELEMENT = _contract(
@@ -128,8 +124,8 @@ ELEMENT = _contract(
 ENERGY = _contract("energy", "p t q v", _TRIPLE, _P, _F, _V, _V)
 CONSTRAINT = _contract("constraint", "p t q v lam g G g_t gamma H", types.void, _P, _F, _V, _V, _V, _V, _M, _V, _V, _M)
 GAP = _contract("gap", "p q v out", types.void, _P, _V, _V, _V)
-NORMAL = _contract("normal", "p h gap gap_rate z z_new", _TRIPLE, _P, _F, _F, _F, _P, _V, active=(2, 3))
-FRICTION = _contract("friction", "p h slip N z z_new", _TRIPLE, _P, _F, _F, _F, _P, _V, active=(2, 3))
+NORMAL = _contract("normal", "p h gap gap_rate z z_new", _TRIPLE, _P, _F, _F, _F, _P, _V)
+FRICTION = _contract("friction", "p h slip N z z_new", _TRIPLE, _P, _F, _F, _F, _P, _V)
 MOTION = _contract("motion", "p t", _TRIPLE, _P, _F)
 JOINT_FRICTION = _contract("joint_friction", "p q lam out H", types.void, _P, _V, _V, _V, _M)
 FORCE = _contract("force", "p t h q v a z r z_new", types.void, _P, _F, _F, _V, _V, _V, _P, _V, _V)
@@ -154,6 +150,17 @@ JOINT_FRICTION_SIZE = 4 + 6 + 6
 direction J of sliding, with slip = J v, and derivatives of the load by the coordinates; H = dJ/dq.  A law that needs
 the place of the joint and no load, as that of a clutch, gets it as a load of either sign."""
 
+HELPER = re.compile(r"Untyped global name '(\w+)':.*<class 'function'>")
+"""Words of numba about a function that is called and not compiled."""
+
+
+def text_of(function: Any) -> str | None:
+    """Source text of a function as it stands in its file, or None where there is none (typed-in code)."""
+    try:
+        return inspect.getsource(function)
+    except (OSError, TypeError):
+        return None
+
 
 class Kernel:
     """A kernel function with its contract; compiled when it is first needed, once a process, cached on disk.
@@ -162,20 +169,19 @@ class Kernel:
     ----------
     function : the Python function, with the parameters of the contract in their order.
     contract : one of the contracts of this module.
-    text : source text of the function; None: as it stands in its file.
 
     Raises
     ------
-    KernelError : the function does not take the contract's number of parameters; later, when it is first used: a law
-        that returns its force alone cannot be differentiated.
+    KernelError : the function does not take the contract's number of parameters; later, when it is first used: numba
+        does not compile it.
 
     Notes
     -----
-    A normal or friction law may return its force alone; it is then differentiated by the rules of calculus, from its
-    source text, exact to round-off (`flexmb.engine.derivatives`).
+    A normal or friction law of a user may return its force alone.  Its derivatives are then central differences, with
+    an error of some 1e-9 of them; at a kink they are the mean of both sides.
     """
 
-    def __init__(self, function: Callable[..., Any], contract: Contract, text: str | None = None) -> None:
+    def __init__(self, function: Callable[..., Any], contract: Contract) -> None:
         taken = len(inspect.signature(function).parameters)
         if taken != len(contract.parameters):
             expected = ", ".join(contract.parameters)
@@ -185,8 +191,6 @@ class Kernel:
             )
         self.function = function
         self.contract = contract
-        self.text = text or (text_of(function) if contract.active else None)
-        self._cacheable = True
         self._dispatcher: Any = None
         self._address = 0
         self.__doc__ = function.__doc__
@@ -199,7 +203,7 @@ class Kernel:
     @cached_property
     def identity(self) -> str:
         """Full name, of a user's kernel with its source, where there is one."""
-        text = None if ours(self.function) else self.text or text_of(self.function)
+        text = None if ours(self.function) else text_of(self.function)
         return f"{self.function.__module__}.{self.name} {text and ast.dump(ast.parse(dedent(text)))}"
 
     @cached_property
@@ -209,8 +213,16 @@ class Kernel:
 
     @cached_property
     def python(self) -> Any:
-        """Python function of the contract: the user's function, or its version with derivatives."""
-        return self._complete()
+        """Python function of the contract; a user's law that returns its force alone gets its derivatives."""
+        if not self._may_be_alone:
+            return self.function
+        with_derivatives = with_differences(self.contract.name, self.function, self.function)
+
+        def completed(*arguments: Any) -> Any:
+            found = self.function(*arguments)
+            return with_derivatives(*arguments) if isinstance(found, Real) else found
+
+        return completed
 
     @property
     def dispatcher(self) -> Any:
@@ -244,22 +256,20 @@ class Kernel:
         module, name = self.function.__module__, self.function.__qualname__
         if _lookup(module, name) is self:
             return _lookup, (module, name)
-        return _from_bytes, (numba.cloudpickle.dumps(self.function), self.contract.name, self.text)
+        return _from_bytes, (numba.cloudpickle.dumps(self.function), self.contract.name, self.identity)
 
     def _key(self) -> tuple[Any, ...]:
         code = self.function.__code__
         return self.function.__module__, self.function.__qualname__, code.co_code, code.co_consts, self.content
 
-    def _complete(self) -> Any:
-        """The user's function; its version with derivatives for a law that returns its force alone."""
-        if self.text is None or not isinstance(self.function, FunctionType):
-            return self.function
-        source = Source(self.function, self.text)
-        if returned_numbers(source) != 1:
-            return self.function
-        active = [source.parameters[k] for k in self.contract.active]
-        function, self._cacheable = differentiated(source, active)
-        return function
+    @property
+    def is_alone(self) -> bool:
+        """Whether the compiled function has derivatives by differences, of a law that returns its force alone."""
+        return getattr(self.dispatcher, "py_func", self.function) is not self.function
+
+    @property
+    def _may_be_alone(self) -> bool:
+        return self.contract.name in BY_CONTRACT and not ours(self.function)
 
     def _compile(self) -> Any:
         with nullcontext() if ours(self.function) else notice.compiling(self.name):
@@ -273,20 +283,37 @@ class Kernel:
         try:
             return self._compiled(_nrt=True)
         except NumbaError as error:
-            raise KernelError(f"Kernel {self.name!r} cannot be compiled as {self.contract.name}: {error}") from error
+            helper = HELPER.search(str(error))
+            remedy = "Write it with what numba compiles: numbers, arrays, conditions, functions under `@numba.njit`."
+            if helper:
+                remedy = f"It calls {helper[1]!r}, which is not compiled; put `@numba.njit` on it."
+            text = f"Kernel {self.name!r} cannot be compiled as {self.contract.name}"
+            raise KernelError(f"{text}: {str(error).rstrip()}\n{remedy}") from error
 
     def _compiled(self, **options: Any) -> Any:
-        """The function compiled to its contract, or loaded from a cache; code typed into a session has no cache."""
-        checked = self.contract is CONTROL  # users count its arrays themselves
-        dispatcher = numba.njit(error_model="numpy", boundscheck=checked, **options)(self.python)
+        """The function compiled to its contract, with the derivatives of a force alone."""
         if config.DISABLE_JIT:
-            return dispatcher
-        if self._cacheable and ours(self.python):
-            dispatcher._cache = CodeCache(self.python)
-        elif self._cacheable:
+            return self.python
+        signature = self.contract.signature
+        if self._may_be_alone:
+            alone = self._for(self.function, signature.args, **options)
+            result = alone.overloads[signature.args].signature.return_type
+            if isinstance(result, types.Number):
+                return self._for(with_differences(self.contract.name, self.function, alone), signature, **options)
+            if result == signature.return_type:
+                return alone
+        return self._for(self.function, signature, **options)
+
+    def _for(self, function: Any, signature: Any, **options: Any) -> Any:
+        """A function compiled to a signature, or loaded from a cache; code typed into a session has no cache."""
+        checked = self.contract is CONTROL  # users count its arrays themselves
+        dispatcher = numba.njit(error_model="numpy", boundscheck=checked, **options)(function)
+        if ours(function):
+            dispatcher._cache = CodeCache(function)
+        else:
             with suppress(RuntimeError):  # typed-in code has no file beside which a cache could lie
-                dispatcher._cache = SealedCache(self.python, self.content)
-        dispatcher.compile(self.contract.signature)
+                dispatcher._cache = SealedCache(function, f"{self.content} {stamp(__name__)}")
+        dispatcher.compile(signature)
         dispatcher.disable_compile()
         return dispatcher
 
@@ -303,8 +330,10 @@ def _lookup(module: str, name: str) -> Any:
     return found
 
 
-def _from_bytes(code: bytes, contract: str, text: str | None = None) -> Kernel:
-    return Kernel(pickle.loads(code), _BY_NAME[contract], text)  # noqa: S301 - written by __reduce__ above
+def _from_bytes(code: bytes, contract: str, identity: str) -> Kernel:
+    kernel = Kernel(pickle.loads(code), _BY_NAME[contract])  # noqa: S301 - written by __reduce__ above
+    kernel.identity = identity  # of code typed in, whose text other processes do not see
+    return kernel
 
 
 def _decorator(contract: Contract) -> Callable[[Callable[..., Any]], Kernel]:

@@ -24,6 +24,9 @@ from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 
+PORTABLE_PROCESSORS = {"x86_64": "x86-64-v3"}
+"""Generic processor for which code is made, for each architecture; others compile for themselves."""
+
 
 def main() -> int:
     """Compile in this process, which has not imported numba yet, and write the folder."""
@@ -37,8 +40,7 @@ def main() -> int:
     if options.folder is None:
         compile_kernels() if options.kernels else compile_here()
         return 0
-    processors = runpy.run_path(str(ROOT / "flexmb" / "engine" / "compiled" / "processors.py"))
-    cpu = processors["PORTABLE_PROCESSORS"].get(platform.machine())
+    cpu = PORTABLE_PROCESSORS.get(platform.machine())
     if cpu is None:
         print(f"No code is shipped for {platform.machine()}: it is compiled where it runs.", file=sys.stderr)
         return 0

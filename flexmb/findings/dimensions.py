@@ -1,16 +1,21 @@
-"""Dimensions and numbers as declared: sizes, clearances, materials, units; parts answer for themselves."""
+"""Dimensions and numbers as declared: sizes, clearances, materials, angles, units; parts answer for themselves."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import cache
+from typing import Any
 
 import numpy as np
 
-from flexmb.findings.cheap import implausible_findings
+from flexmb.fields import fields_of
 from flexmb.findings.finding import Finding, found
+from flexmb.model.law import Motion
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.part import Body, Joint
+from flexmb.model.part import Body, Joint, Part
+
+# Numbers of parts: sizes, places, gravity, materials, clearances
 
 LARGEST_SIZE, SMALLEST_SIZE = 20.0, 1e-4
 """Largest and smallest size of the largest body that goes without a remark [m]."""
@@ -114,3 +119,55 @@ def _clearances(mechanism: Mechanism) -> Iterator[Finding]:
                 remedy = "Laws of contact suppose a small clearance; its unit is m."
                 yield found("large-clearance", (part.name,), text, remedy, clearance=clearance, length=length)
                 break
+
+
+# Findings on numbers that look as if degrees, rpm or another sign were meant, of `check` and of runs
+
+TURN, FINEST_PART, SAME = 2.0 * math.pi, math.pi / 24.0, 1e-6
+"""Angle up to which degrees cannot be told from rad [rad]; angle of which larger ones are multiples, when meant in rad
+[rad]; error of such a multiple [1]."""
+
+
+def implausible_findings(mechanism: Mechanism) -> list[Finding]:
+    """Findings on angles and gravity as declared."""
+    findings = []
+    if mechanism.gravity[1] > abs(mechanism.gravity[0]):
+        text = (
+            f"Gravity points upwards, Y is up: gravity is ({mechanism.gravity[0]:g}, {mechanism.gravity[1]:g}) m/s^2."
+        )
+        findings.append(found("upward-gravity", (), text, "Downwards it is gravity=(0, -9.81)."))
+    for part in mechanism.parts:
+        for name, value in _angles(part):
+            shares = value / FINEST_PART
+            if not TURN < abs(value) < math.inf or abs(shares - round(shares)) <= SAME:
+                continue
+            joint = vars(part).get("joint", "")
+            held = mechanism.find(joint) if joint else None
+            if joint is None or (joint and not (isinstance(held, Joint) and held.can_be_turned(mechanism))):  # travels
+                continue
+            text = f"{part.label}: {name} is {value:.4g} rad, {value / TURN:.3g} turns."
+            remedy = (
+                f"Angles are in rad: {value:.4g} degrees are math.radians({value:.4g}) = {math.radians(value):.4g} rad."
+            )
+            findings.append(found("odd-units", (part.name,), text, remedy, angle=value))
+    return findings
+
+
+def _angles(part: Part) -> Iterator[tuple[str, float]]:
+    """Numbers of a part, of its motion and of the target of a controller that are angles by their unit."""
+    motion, target = vars(part).get("motion"), vars(part).get("target")
+    owners: list[Any] = [part, motion] if isinstance(motion, Motion) else [part]
+    for owner in owners:
+        kind: Any = type(owner)
+        for name in _angle_fields(kind):
+            value = vars(owner).get(name)
+            if isinstance(value, float | int):
+                yield name if owner is part else f"motion.{name}", float(value)
+    if isinstance(target, float | int) and str(vars(part).get("measure")).endswith((".angle", ".theta")):
+        yield "target", float(target)
+
+
+@cache
+def _angle_fields(kind: type) -> tuple[str, ...]:
+    """Fields in rad, or in rad or m as their joint has it."""
+    return tuple(field.name for field in fields_of(kind) if field.unit in ("rad", "rad or m"))

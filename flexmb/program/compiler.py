@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import math
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -130,7 +130,8 @@ def _arguments(kernel: Kernel, contribution: Any, pose: Sequence[float], history
     name, n, m = kernel.contract.name, len(pose), getattr(contribution, "rows", 0)
     if name == "control":
         return _arguments_of_control(contribution)
-    numbers = {"t": 0.0, "h": 1e-6 if kernel.contract.active else 0.0, "least": -1.0, "kq": 1.0, "kv": 1.0, "ka": 1.0}
+    h = 1e-6 if name in ("normal", "friction") else 0.0
+    numbers = {"t": 0.0, "h": h, "least": -1.0, "kq": 1.0, "kv": 1.0, "ka": 1.0}
     numbers |= {"gap": -1e-6, "gap_rate": -1e-3, "slip": -1e-6, "N": 1e-3}
     given = {"q": pose, "z": history, "z_new": history}
     sizes: dict[str, Any] = dict.fromkeys(("v", "a", "y", "r", "Mv", "My"), n) | dict.fromkeys("KCMAH", (n, n))
@@ -182,11 +183,12 @@ def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: 
         raise KernelError(f"{text} {safe}") from error
     size = RETURNED.get(kernel.contract.name, 0)
     if size:
-        values = np.atleast_1d(np.array(result, dtype=float)) if result is not None else np.empty(0)
+        values = np.empty(0)
+        with suppress(TypeError, ValueError):  # words, for example
+            values = np.array(() if result is None else result, dtype=float)
         if values.size != size:
             plural = "s" if size > 1 else ""
-            hint = _underivable_law(kernel, values)
-            raise KernelError(f"{label} returned {result!r}; it must return {size} number{plural}.{hint}")
+            raise KernelError(f"{label} returned {result!r}; it must return {size} number{plural}.")
     else:
         arrays = [a.ravel() for a in arguments if isinstance(a, np.ndarray)]
         values = np.concatenate(arrays) if arrays else np.empty(0)
@@ -198,17 +200,6 @@ def _place(kernel: Kernel) -> str:
     """State of a call in words."""
     places = {"normal": "at a penetration of 1e-6 m,", "friction": "at a slip of -1e-6 m/s and N = 1e-3 N,"}
     return places.get(kernel.contract.name, "in the reference configuration, at rest,")
-
-
-def _underivable_law(kernel: Kernel, values: np.ndarray) -> str:
-    """Message about a law that returns its force alone and cannot be differentiated."""
-    if not kernel.contract.active or values.size != 1:
-        return ""
-    if kernel.text is None:
-        return (
-            " The derivatives of a force alone are found from its source text, which is not there; put it into a file."
-        )
-    return " It was not seen to return one number; return an expression, not a name that holds different things."
 
 
 def _short(p: np.ndarray) -> str:

@@ -1,4 +1,8 @@
-"""Results of a run: signals, contact intervals, momenta, remarks, status, netCDF and VTK files."""
+"""Results of a run: signals, contact intervals, momenta, remarks, status, netCDF and VTK files.
+
+In: rows, peaks and status of a run. Out: a `Solution`, and what follows from it at any instant: positions, stresses,
+lines to draw. No step is taken.
+"""
 
 from flexmb.namespace import lazy_names
 

@@ -29,8 +29,7 @@ from flexmb.results.drawing import (
     turned_by,
     whole_turns,
 )
-from flexmb.results.naming import SAVED_KEY
-from flexmb.results.solution import Peaks, Solution
+from flexmb.results.solution import SAVED_KEY, Peaks, Solution
 from flexmb.results.stress import Places, Wanted, at_places, chosen_places, moved_mechanism
 
 if TYPE_CHECKING:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
@@ -16,7 +17,6 @@ from flexmb.findings.finding import Finding, sentences
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.model.signal import Signals, hint, resolved
 from flexmb.results.contact_intervals import ContactLog, Episodes, impacts, select
-from flexmb.results.naming import SAVED_KEY, long_name, matching
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -241,6 +241,15 @@ def _by_part(sol: Solution) -> dict[str, list[str]]:
 
 # The record of a run: named signals over time, status, statistics, final state
 
+SAVED_KEY = "signals"
+"""Key of `Solution.model` for the chosen signals, where not all were saved."""
+
+
+def matching(names: Sequence[str], pattern: str) -> list[str]:
+    """The names that a pattern fits; its only sign is *, any text."""
+    fits = re.compile(".*".join(map(re.escape, pattern.split("*")))).fullmatch
+    return [name for name in names if fits(name)]
+
 
 class UnknownSignalError(InputError, UnknownNameError):
     """A name that is no signal of a solution; also a `KeyError`, as of any mapping."""
@@ -326,6 +335,8 @@ class Solution:
         """The signal of that name over `time`; a dataset for several names or patterns; or `UnknownSignalError`."""
         import xarray as xr
 
+        from flexmb.results.netcdf import long_name
+
         if isinstance(name, list | tuple) or (isinstance(name, str) and "*" in name):
             asked = [name] if isinstance(name, str) else name
             return self._dataset([fitting for one in asked for fitting in self._fitting(one)])
@@ -358,6 +369,8 @@ class Solution:
     def _dataset(self, names: Sequence[str]) -> xr.Dataset:
         """Signals of these names."""
         import xarray as xr
+
+        from flexmb.results.netcdf import long_name
 
         time = xr.Variable("time", self.time, {"units": "s", "long_name": "time"})
         columns = {

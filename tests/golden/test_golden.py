@@ -19,7 +19,7 @@ def test_final_state(name):
     found, apart = runs.compared(found, runs.kept(name))
     same_iterations = found.counters != {} and found.counters == before["counters"]
     assert apart <= (1e-5 if name in runs.STIFF else 1e-12 if same_iterations else 2e-8)
-    if runs.machine() == KEPT["machine"]:
+    if runs.machine() == before["machine"]:
         text = (
             "bits have moved: `python tests/golden/golden_runs.py` shows where; a commit that keeps new ones says why"
         )

@@ -10,12 +10,6 @@ ROOT = Path(__file__).resolve().parents[2]
 BUDGET = json.loads((Path(__file__).parent / "budget.json").read_text(encoding="utf-8"))
 MOST_DOORS = 15
 MOST_FILES_OF_A_ROOM = 8
-ABOVE = {
-    **dict.fromkeys(("engine/system", "engine/compiled", "parts/cams", "results"), 9),
-    "show/pictures": 9,
-    "findings": 11,
-}
-"""Rooms that have more files than a room shall have, and how many."""
 
 
 def door_of(path: str) -> str:
@@ -62,6 +56,5 @@ def test_rooms_are_small():
         for path in (ROOT / "flexmb").rglob("*.py")
         if path.name != "__init__.py"
     )
-    most = {f"flexmb/{room}": count for room, count in ABOVE.items()}
-    crowded = {room: n for room, n in rooms.items() if n > most.get(room, MOST_FILES_OF_A_ROOM) and room != "flexmb"}
+    crowded = {room: n for room, n in rooms.items() if n > MOST_FILES_OF_A_ROOM and room != "flexmb"}
     assert not crowded, f"rooms of more than {MOST_FILES_OF_A_ROOM} files: {crowded}"

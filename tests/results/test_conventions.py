@@ -12,8 +12,7 @@ from andrews import andrews
 
 import flexmb as fm
 from flexmb.results.contact_intervals import ContactLog
-from flexmb.results.naming import long_name, udunits
-from flexmb.results.netcdf import load
+from flexmb.results.netcdf import load, long_name, udunits
 
 handmade = runpy.run_path(str(Path(__file__).parents[1] / "handmade.py"))
 solution = handmade["solution"]

@@ -18,8 +18,7 @@ from flexmb.errors import FileFormatError, InputError
 from flexmb.model.shape import RigidShape
 from flexmb.model.signal import Signal
 from flexmb.results.contact_intervals import ContactLog
-from flexmb.results.naming import udunits
-from flexmb.results.netcdf import load
+from flexmb.results.netcdf import load, udunits
 from flexmb.results.solution import Stats
 
 handmade = runpy.run_path(str(Path(__file__).parents[1] / "handmade.py"))

@@ -20,12 +20,19 @@ def load_scaled_lugre_kernel(p, h, slip, N, z, z_new):
     mu_s, mu_k, vs, sigma0, sigma1, sigma2 = p
     if N <= 0.0:
         z_new[DEFLECTION] = 0.0
-        return 0.0
-    g = mu_k + (mu_s - mu_k) * math.exp(-((slip / vs) ** 2))
-    wear = sigma0 * abs(slip)
-    new = (z[DEFLECTION] + h * slip) * g / (g + h * wear)
+        return 0.0, 0.0, 0.0
+    fall = math.exp(-((slip / vs) ** 2))
+    g = mu_k + (mu_s - mu_k) * fall
+    dg = (mu_s - mu_k) * (fall * -(2.0 * (slip / vs) * (1.0 / vs)))
+    wear, dwear = sigma0 * abs(slip), sigma0 * (1.0 if slip > 0.0 else -1.0 if slip < 0.0 else 0.0)
+    pushed, room = z[DEFLECTION] + h * slip, g + h * wear
+    new = pushed * g / room
+    dnew = 1.0 / room * (g * h + pushed * dg) + -new / room * (dg + h * dwear)
     z_new[DEFLECTION] = new
-    return -(sigma0 * new + sigma1 * (slip - wear * new / g) + sigma2 * slip) * N
+    lost = wear * new / g
+    dlost = 1.0 / g * (new * dwear + wear * dnew) + -lost / g * dg
+    share = -(sigma0 * new + sigma1 * (slip - lost) + sigma2 * slip)
+    return share * N, N * -(sigma0 * dnew + sigma1 * (1.0 - dlost) + sigma2), share
 
 
 @record

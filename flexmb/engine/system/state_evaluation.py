@@ -1,23 +1,29 @@
-"""Evaluation of a program at one state, for solvers in Python: forces, residuals, matrices."""
+"""Evaluation of a program at one state, for solvers in Python: forces, residuals, matrices; kernels that fail there."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from flexmb.engine.linalg.dense import DENSE_UNKNOWNS, PivotingSolver, solve_dense
 from flexmb.engine.linalg.kept_factors import KeptFactors
 from flexmb.engine.system.evaluate import evaluate
-from flexmb.engine.system.failed_kernels import Instant, failed_kernel
 from flexmb.engine.system.work import Work, workspace
 from flexmb.errors import USER_ERRORS, KernelError, SolveError
-from flexmb.program.program import Program
+from flexmb.findings.finding import Finding, found
+from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE, Kernel
+from flexmb.places import GAP, GAP_RATE, LOAD, SLIDING, SLIP
+from flexmb.program import program as at
+from flexmb.program.program import KINDS, Program
 
 if TYPE_CHECKING:
     import scipy.sparse as sp
+
+# Forces, residuals and matrices at one state
 
 Vector = Sequence[float] | np.ndarray
 
@@ -168,3 +174,253 @@ def _padded(x: Vector | None, n: int) -> np.ndarray:
     if x is not None:
         full[: len(x)] = x
     return full
+
+
+# Kernels of a program that raise or are not finite at one state: each is called in plain Python, part by part
+
+MOST_CALLS = 20_000
+"""Number of calls of kernels at a state at most: about half a second."""
+
+SHOWN_NUMBERS = 6
+"""Number of entries of an array in a message at most."""
+
+OUTPUTS = frozenset("r K C M z_new g G g_t gamma H out A Mv My dx y".split())
+"""Names of the parameters that kernels write."""
+
+
+@dataclass(frozen=True)
+class Instant:
+    """State at which kernels are called; `q`, `v` and `a` end with the three coordinates of the ground.
+
+    Parameters
+    ----------
+    t, h : time, and time since the last accepted state [s].
+    q, v, a : coordinates, velocities, accelerations (n_q + 3,).
+    lam : multipliers (n_c,).
+    z : histories at the last accepted state (n_z,).
+    """
+
+    t: float
+    h: float
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    lam: np.ndarray
+    z: np.ndarray
+
+
+@dataclass(frozen=True)
+class _Call:
+    """Call of one kernel."""
+
+    part: str
+    kernel: Kernel
+    arguments: tuple[Any, ...]
+
+    def run(self) -> tuple[np.ndarray, str]:
+        """All numbers that the kernel returns or writes, and the exception in words; "" without an exception."""
+        try:
+            result = self.kernel.python(*self.arguments)
+        except USER_ERRORS as error:
+            return np.empty(0), f"raised {type(error).__name__}: {str(error).rstrip('.')}"
+        written = [np.ravel(value) for value in self.named(OUTPUTS).values()]
+        returned = [] if result is None else [np.ravel(np.asarray(result, dtype=float))]
+        return np.concatenate([*returned, *written, np.empty(0)]), ""
+
+    def named(self, names: frozenset[str]) -> dict[str, Any]:
+        """Arguments by the name of the parameter, chosen by `names`."""
+        pairs = zip(self.kernel.contract.parameters, self.arguments, strict=True)
+        return {name: value for name, value in pairs if name in names}
+
+    def failure(self) -> Finding | None:
+        """Finding on a failed call; None for a good call, and for arguments that are not finite."""
+        given = self.named(frozenset(self.kernel.contract.parameters) - OUTPUTS)
+        if not all(np.isfinite(np.asarray(value)).all() for value in given.values()):
+            return None
+        values, raised = self.run()
+        if not raised and np.isfinite(values).all():
+            return None
+        shown = ", ".join(f"{name} = {_shown(value)}" for name, value in given.items())
+        reason = raised or "gave numbers that are not finite"
+        text = f"The kernel {self.kernel.name!r} of part {self.part!r} {reason}, called with {shown}."
+        return found("broken-kernel", (self.part,), text, "It must return finite numbers for these arguments.")
+
+
+def failed_kernel(program: Program, instants: Sequence[Instant]) -> Finding | None:
+    """Finding on the first kernel that fails at one of several states, the likeliest first.
+
+    None: all are good, or the model is too large.
+    """
+    for instant in instants:
+        with np.errstate(all="ignore"):
+            for number, call in enumerate(_calls(program, instant)):
+                failure = call.failure()
+                if failure is not None:
+                    return failure
+                if number > MOST_CALLS:
+                    return None
+    return None
+
+
+def _calls(program: Program, s: Instant) -> Iterator[_Call]:
+    """Calls of all kernels at a state, in the order of evaluation."""
+    yield from _control_calls(program, s)
+    yield from _element_calls(program, s)
+    yield from _constraint_calls(program, s)
+    yield from _contact_calls(program, s)
+    M = program.tables.measured
+    for k, (number, extremum) in enumerate(zip(M.kernel, M.extremum, strict=True)):
+        dofs = M.dofs[M.dof[k] : M.dof[k + 1]]
+        state = s.q[dofs], s.v[dofs], s.a[dofs]
+        name = program.names.signals.names[int(M.out[k])].rpartition(".")[0]
+        p = _numbers(program, M.p[k])
+        if number >= 0:
+            yield _Call(name, _kernel(program, "signal", number), (p, s.t, *state))
+        else:
+            yield _Call(name, _kernel(program, "extremum", extremum), (p, s.t, *state, -1.0))
+
+
+def _control_calls(program: Program, s: Instant) -> Iterator[_Call]:
+    """Laws of the controls that act at all times, and the motions and signals that they read."""
+    C, outputs = program.tables.controls, np.zeros(int(program.tables.controls.output[-1]))
+    for c in range(len(C.kernel)):
+        begin, end = int(C.output[c]), int(C.output[c + 1])
+        if C.z[c, at.END] > C.z[c, at.BEGIN]:
+            outputs[begin:end] = s.z[C.z[c, at.END] - (end - begin) : C.z[c, at.END]]
+            continue
+        u = np.zeros(int(C.input[c + 1] - C.input[c]))
+        for j in range(len(u)):
+            kind, what, *bounds = (int(k) for k in C.source[C.input[c] + j])
+            if kind in (at.COORDINATE, at.VELOCITY):
+                u[j] = (s.q if kind == at.COORDINATE else s.v)[what]
+            elif kind == at.OUTPUT:
+                u[j] = outputs[what]
+            else:
+                read = _reading(program, s, c, kind, int(C.input[c]) + j, np.array(bounds))
+                yield read
+                values, raised = read.run()
+                u[j] = np.nan if raised else values[1 if kind == at.MOTION_SPEED else 0]
+        x = s.v[C.dofs[C.dof[c] : C.dof[c] + C.states[c]]]
+        y = np.zeros(end - begin)
+        law = _Call(
+            program.controls[c],
+            _kernel(program, "control", C.kernel[c]),
+            (_numbers(program, C.p[c]), s.t, u, x, np.zeros(len(x)), y),
+        )
+        yield law
+        law.run()
+        outputs[begin:end] = y
+
+
+def _reading(program: Program, s: Instant, c: int, kind: int, j: int, bounds: np.ndarray) -> _Call:
+    """Call of the motion or the signal that is input j of control c."""
+    C = program.tables.controls
+    what, p = C.source[j, at.SOURCE_NUMBER], _numbers(program, bounds)
+    if kind != at.MEASURED:
+        return _Call(program.controls[c], _kernel(program, "motion", what), (p, s.t))
+    dofs = C.source_dofs[C.source_dof[j] : C.source_dof[j + 1]]
+    state = s.q[dofs], s.v[dofs], np.zeros(len(dofs))
+    return _Call(program.controls[c], _kernel(program, "signal", what), (p, s.t, *state))
+
+
+def _element_calls(program: Program, s: Instant) -> Iterator[_Call]:
+    E, part = program.tables.elements, program.names.elements
+    for e in range(len(E.kernel)):
+        dofs = E.dofs[E.dof[e] : E.dof[e + 1]]
+        n, p, z = len(dofs), _numbers(program, E.p[e]), s.z[E.z[e, at.BEGIN] : E.z[e, at.END]]
+        state = s.q[dofs], s.v[dofs], s.a[dofs]
+        if E.kernel[e] >= 0:
+            outputs = np.zeros(n), np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n)), z.copy()
+            yield _Call(part[e], _kernel(program, "element", E.kernel[e]), (p, s.t, s.h, *state, z, *outputs))
+        if E.force[e] >= 0:
+            yield _Call(part[e], _kernel(program, "force", E.force[e]), (p, s.t, s.h, *state, z, np.zeros(n), z.copy()))
+        if E.energy[e] >= 0:
+            yield _Call(part[e], _kernel(program, "energy", E.energy[e]), (p, s.t, *state[:2]))
+        if E.factor[e] >= 0:
+            yield _Call(part[e], _kernel(program, "motion", E.factor[e]), (_numbers(program, E.factor_p[e]), s.t))
+
+
+def _constraint_calls(program: Program, s: Instant) -> Iterator[_Call]:
+    C, rows = program.tables.constraints, program.names.rows
+    for c in range(len(C.kernel)):
+        dofs = C.dofs[C.dof[c] : C.dof[c + 1]]
+        begin, end = int(C.row[c]), int(C.row[c + 1])
+        n, m, q, v = len(dofs), end - begin, s.q[dofs], s.v[dofs]
+        part, lam = rows[begin].rpartition("[")[0], s.lam[begin:end]
+        outputs = np.zeros(m), np.zeros((m, n)), np.zeros(m), np.zeros(m), np.zeros((n, n))
+        p = _numbers(program, C.p[c])
+        yield _Call(part, _kernel(program, "constraint", C.kernel[c]), (p, s.t, q, v, lam, *outputs))
+        for k in range(begin, end):
+            if C.motion[k] >= 0:
+                yield _Call(part, _kernel(program, "motion", C.motion[k]), (_numbers(program, C.motion_p[k]), s.t))
+        if C.joint_friction[c, at.LOAD_KERNEL] >= 0:
+            yield from _joint_friction_calls(program, s, c, part)
+
+
+def _joint_friction_calls(program: Program, s: Instant, c: int, part: str) -> Iterator[_Call]:
+    C = program.tables.constraints
+    dofs, places = C.dofs[C.dof[c] : C.dof[c + 1]], C.joint_friction_p[c]
+    out, n = np.zeros(JOINT_FRICTION_SIZE), len(dofs)
+    lam = s.lam[C.row[c] : C.row[c + 1]]
+    p, law_p = (
+        _between(program, places, *ends) for ends in ((at.LOAD_P, at.LOAD_P_END), (at.SLIDING_P, at.SLIDING_P_END))
+    )
+    load = _kernel(program, "joint_friction", C.joint_friction[c, at.LOAD_KERNEL])
+    yield _Call(part, load, (p, s.q[dofs], lam, out, np.zeros((n, n))))
+    z = s.z[C.joint_friction_z[c, at.BEGIN] : C.joint_friction_z[c, at.END]]
+    slip = float(out[SLIDING : SLIDING + 6] @ s.v[dofs[:6]])
+    law = _kernel(program, "friction", C.joint_friction[c, at.SLIDING_LAW])
+    yield _Call(part, law, (law_p, s.h, slip, float(out[LOAD]), z, z.copy()))
+
+
+def _contact_calls(program: Program, s: Instant) -> Iterator[_Call]:
+    K, names = program.tables.contacts, program.names.contacts
+    for k in range(len(K.kernel)):
+        dofs, places, z = K.dofs[6 * k : 6 * k + 6], K.p[k], K.z[k]
+        out = np.zeros(GAP_SIZE)
+        gap, normal, friction = (
+            _kernel(program, kind, K.kernel[k, column])
+            for kind, column in (("gap", at.GAP_KERNEL), ("normal", at.NORMAL_LAW), ("friction", at.FRICTION_LAW))
+        )
+        yield _Call(names[k], gap, (_between(program, places, at.GAP_P, at.GAP_P_END), s.q[dofs], s.v[dofs], out))
+        own = s.z[z[at.NORMAL_Z] : z[at.FRICTION_Z]]
+        arguments = _between(program, places, at.NORMAL_P, at.NORMAL_P_END), s.h, float(out[GAP]), float(out[GAP_RATE])
+        pressed = _Call(names[k], normal, (*arguments, own, own.copy()))
+        yield pressed
+        N, raised = pressed.run()
+        if raised:
+            continue
+        own = s.z[z[at.FRICTION_Z] : z[at.Z_END]]
+        arguments = _between(program, places, at.FRICTION_P, at.FRICTION_P_END), s.h, float(out[SLIP]), float(N[0])
+        yield _Call(names[k], friction, (*arguments, own, own.copy()))
+
+
+def changed_contacts(program: Program, before: np.ndarray, after: np.ndarray) -> tuple[list[str], list[str]]:
+    """Names of contacts that closed, and that opened, between two histories (n_z,)."""
+    closed: list[str] = []
+    opened: list[str] = []
+    for name, place in zip(program.names.contacts, program.tables.contacts.z[:, at.COMMON_Z], strict=True):
+        was, now = before[place + at.LAST_GAP] < 0.0, after[place + at.LAST_GAP] < 0.0
+        if was != now:
+            (closed if now else opened).append(name)
+    return closed, opened
+
+
+def _kernel(program: Program, kind: str, number: Any) -> Kernel:
+    return program.kernels[KINDS.index(kind)][int(number)]
+
+
+def _numbers(program: Program, bounds: np.ndarray) -> np.ndarray:
+    return program.tables.p[bounds[at.BEGIN] : bounds[at.END]]
+
+
+def _between(program: Program, places: np.ndarray, begin: int, end: int) -> np.ndarray:
+    return program.tables.p[places[begin] : places[end]]
+
+
+def _shown(value: Any) -> str:
+    """A number, or the first entries of an array."""
+    if np.ndim(value) == 0:
+        return f"{float(value):.6g}"
+    entries = [f"{float(x):.6g}" for x in np.ravel(value)[:SHOWN_NUMBERS]]
+    return f"({', '.join([*entries, '...'] if np.size(value) > SHOWN_NUMBERS else entries)})"

@@ -25,8 +25,13 @@ from flexmb.parts.cams.curve_on_curve import (
 )
 from flexmb.parts.cams.curves import CircularCurve
 from flexmb.parts.cams.outline import Outline, RoundArc, rounds
-from flexmb.parts.cams.outline_kernels import PART, PART_WITHOUT_START, WHOLE, outline_gap_kernel
-from flexmb.parts.cams.round_kernels import round_gap_kernel
+from flexmb.parts.cams.outline_kernels import (
+    PART,
+    PART_WITHOUT_START,
+    WHOLE,
+    outline_gap_kernel,
+    round_gap_kernel,
+)
 from flexmb.parts.cams.spans import meeting
 from flexmb.parts.contact.friction import Frictionless
 
@@ -301,7 +306,7 @@ def _is_round(outline: Outline) -> bool:
 
 
 def _arc_numbers(arc: RoundArc, node: Node) -> tuple[float, ...]:
-    """Numbers of an arc of a round in the frame of a node, see `round_kernels`."""
+    """Numbers of an arc of a round in the frame of a node, see `outline_kernels`."""
     begin, end = arc.begin - node.theta, arc.end - node.theta
     normals = math.cos(begin), math.sin(begin), math.cos(end), math.sin(end)
     return (*in_frame(node, arc.at), arc.radius, *normals, arc.kind)

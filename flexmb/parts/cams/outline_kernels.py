@@ -1,9 +1,16 @@
-"""A circle of the second body at a chain of straight lines and arcs of the first: gap kernel."""
+"""Gap kernels of outlines, chains of straight lines and arcs: with a circle, with a round of another outline.
+
+A round is a run of convex arcs and corners; a corner is an arc of radius 0.  Each arc has the sector of its outward
+normals.  The gap of a round is the least signed distance of its points from the other outline.
+"""
 
 import math
 
 from flexmb.kernels import compiled, gap_kernel
+from flexmb.parts.cams.outline import POINTED, ROUNDED
 from flexmb.parts.cams.pair_kernels import put_gap, with_arms
+
+# A circle of the second body at a chain of straight lines and arcs of the first
 
 SCALE, CENTRE_X, CENTRE_Y, RADIUS, EXTENT, COUNT, FIRST_PIECE = range(7)
 """Places in p: length for tolerances [m], centre of the circle in the frame of the second node [m], its radius [m],
@@ -115,3 +122,153 @@ def outline_gap_kernel(p, q, v, out):
     nx, ny = c * mx - s * my, s * mx + c * my
     X, Y = q[0] + c * x - s * y, q[1] + s * x + c * y
     put_gap(with_arms(q, X, Y, nx, ny, away - radius, a, b, radius, 1.0), q, v, out)
+
+
+# A round of one outline at a chain of pieces of another one
+
+ROUND_IS_FIRST, MEETS_ROUNDS, ROUNDS, CHAIN, PIECES, FIRST_ROUND = range(1, 7)
+"""Places in p behind SCALE: whether the round belongs to the first body, and whether it counts contacts with convex
+arcs and corners; numbers of arcs of the round, of pieces of the chain, of all pieces; first arc.  Pieces follow the
+arcs, those of the chain first."""
+
+ARC_X, ARC_Y, ARC_RADIUS, FROM_X, FROM_Y, TO_X, TO_Y, KIND, ARC_SIZE = range(9)
+"""Places in an arc of a round: centre and radius [m], outward normals at both ends, kind."""
+
+GAP = 4
+"""Place of the distance in the numbers of a place."""
+
+ROUNDING = 1e-12
+"""Sine of an angle [1] by which sectors overlap."""
+
+SAME = 1e-6
+"""Difference of distances, over the length for tolerances, up to which they are the same."""
+
+
+@compiled
+def within(nx, ny, ax, ay, bx, by):
+    """Whether a direction lies between two others, counter-clockwise from the first one, less than half a turn."""
+    return ax * ny - ay * nx >= -ROUNDING and nx * by - ny * bx >= -ROUNDING and nx * (ax + bx) + ny * (ay + by) > 0.0
+
+
+@compiled
+def corner_place(p, k, X, Y):
+    """Convex corner at the start of a piece, see `outline_place`; infinite distance outside its sector of normals."""
+    ex, ey = X - p[k + X0], Y - p[k + Y0]
+    size = math.sqrt(ex * ex + ey * ey)
+    if p[k + BEND] == 0.0:
+        tx, ty = p[k + Y1] - p[k + Y0], p[k + X0] - p[k + X1]
+    else:
+        turn = 1.0 if p[k + BEND] > 0.0 else -1.0
+        tx, ty = turn * (p[k + X0] - p[k + ORIGIN_X]), turn * (p[k + Y0] - p[k + ORIGIN_Y])
+    mx, my, length = p[k + START_NX], p[k + START_NY], math.sqrt(tx * tx + ty * ty)
+    if mx * ty - my * tx <= ROUNDING * length or (mx * ex + my * ey) * length < (mx * tx + my * ty) * size:
+        return 0.0, 0.0, 0.0, 0.0, math.inf, 0.0, 1.0
+    if size == 0.0:
+        return p[k + X0], p[k + Y0], mx, my, 0.0, 0.0, 1.0
+    return p[k + X0], p[k + Y0], ex / size, ey / size, size, 0.0, 1.0
+
+
+@compiled
+def side_place(p, k, X, Y, radius):
+    """Inside of a piece, see `outline_place`; infinite distance beyond its ends, or where the radius does not fit."""
+    if foot_on_piece(p, k, X, Y) == math.inf or -radius <= p[k + BEND] < 0.0:
+        return 0.0, 0.0, 0.0, 0.0, math.inf, 0.0, 1.0
+    return straight_place(p, k, X, Y) if p[k + BEND] == 0.0 else arc_place(p, k, X, Y)
+
+
+@compiled
+def turned(place, radius, keep):
+    """Place, radius and its sign; seen from the other side, with a positive gap, where it does not count."""
+    x, y, nx, ny, away, a, b = place
+    if keep:
+        return x, y, nx, ny, away - radius, a, b, radius, 1.0
+    return x, y, -nx, -ny, radius - away, a, -b, radius, -1.0
+
+
+@compiled
+def better(best, place, radius, keep):
+    """The one of two places with the smaller gap."""
+    found = turned(place, radius, keep)
+    return found if found[GAP] < best[GAP] else best
+
+
+@compiled
+def counts(p, first, place, radius, X, Y):
+    """Whether an arc around (X, Y) that overlaps the outline at this place touches it there."""
+    _, _, nx, ny, away, a, b = place
+    if b > 0.0 and p[MEETS_ROUNDS] == 0.0:
+        return False
+    _, _, _, _, depth, _, _ = outline_place(p, first, int(p[PIECES]), X - radius * nx, Y - radius * ny)
+    return depth < 0.0 and (a == 0.0 or radius - away <= SAME * p[SCALE] - depth)
+
+
+@compiled
+def point_of_round(p, k, first, X, Y, ax, ay, bx, by, best):
+    """The better one of a place and that of a corner, or of an end of an arc, with the sector (ax, ay) to (bx, by)."""
+    chain, pieces = int(p[CHAIN]), int(p[PIECES])
+    place = outline_place(p, first, chain, X, Y)
+    _, _, nx, ny, away, a, b = place
+    keep = True
+    if away < 0.0:
+        if a > 0.0 and b > 0.0:
+            keep = p[MEETS_ROUNDS] > 0.0 and p[k + KIND] == POINTED and within(-nx, -ny, ax, ay, bx, by)
+        if chain < pieces:
+            _, _, _, _, depth, _, _ = outline_place(p, first, pieces, X, Y)
+            keep = keep and depth < 0.0 and -away <= SAME * p[SCALE] - depth
+    return better(best, place, 0.0, keep)
+
+
+@compiled
+def arc_of_round(p, first, X, Y, radius, ax, ay, bx, by, best):
+    """The better one of a place and that of an arc around (X, Y) with the sector (ax, ay) to (bx, by)."""
+    for i in range(int(p[CHAIN])):
+        k = first + PIECE_SIZE * i
+        for at_corner in range(2):
+            place = corner_place(p, k, X, Y) if at_corner else side_place(p, k, X, Y, radius)
+            _, _, nx, ny, away, _, _ = place
+            if abs(away - radius) < best[GAP] and within(-nx, -ny, ax, ay, bx, by):
+                keep = away >= radius or counts(p, first, place, radius, X, Y)
+                best = better(best, place, radius, keep)
+    return best
+
+
+@compiled
+def round_place(p, X, Y, c, s):
+    """Place of the contact on the outline, normal, gap, curvature, radius of the round and its sign.
+
+    (X, Y), c, s : node of the round, cosine and sine of its angle, in the frame of the outline.
+    """
+    count = int(p[ROUNDS])
+    first = FIRST_ROUND + ARC_SIZE * count
+    best = (0.0, 0.0, 0.0, 0.0, math.inf, 0.0, 1.0, 0.0, 1.0)
+    for i in range(count):
+        k = FIRST_ROUND + ARC_SIZE * i
+        x, y = X + c * p[k + ARC_X] - s * p[k + ARC_Y], Y + s * p[k + ARC_X] + c * p[k + ARC_Y]
+        ax, ay = c * p[k + FROM_X] - s * p[k + FROM_Y], s * p[k + FROM_X] + c * p[k + FROM_Y]
+        bx, by = c * p[k + TO_X] - s * p[k + TO_Y], s * p[k + TO_X] + c * p[k + TO_Y]
+        if p[k + KIND] == ROUNDED:
+            best = arc_of_round(p, first, x, y, p[k + ARC_RADIUS], ax, ay, bx, by, best)
+        else:
+            best = point_of_round(p, k, first, x, y, ax, ay, bx, by, best)
+    if best[GAP] == math.inf:  # the chain is seen by none of the arcs: the distance of a centre, which lies inside
+        k = FIRST_ROUND
+        x, y = X + c * p[k + ARC_X] - s * p[k + ARC_Y], Y + s * p[k + ARC_X] + c * p[k + ARC_Y]
+        place = outline_place(p, first, int(p[CHAIN]), x, y)
+        best = turned(place, 0.0, place[GAP] >= 0.0)
+    return best
+
+
+@gap_kernel
+def round_gap_kernel(p, q, v, out):
+    """Distance of a round of one outline from a chain of pieces of another one."""
+    own, other = (3, 0) if p[ROUND_IS_FIRST] else (0, 3)  # the body of the chain, and that of the round
+    c, s = math.cos(q[own + 2]), math.sin(q[own + 2])
+    ex, ey, turn = q[other] - q[own], q[other + 1] - q[own + 1], q[other + 2] - q[own + 2]
+    place = round_place(p, c * ex + s * ey, -s * ex + c * ey, math.cos(turn), math.sin(turn))
+    x, y, mx, my, gap, a, b, radius, sign = place
+    nx, ny = c * mx - s * my, s * mx + c * my
+    X, Y = q[own] + c * x - s * y, q[own + 1] + s * x + c * y
+    if p[ROUND_IS_FIRST]:
+        put_gap(with_arms(q, X + gap * nx, Y + gap * ny, -nx, -ny, gap, radius, sign, a, b), q, v, out)
+    else:
+        put_gap(with_arms(q, X, Y, nx, ny, gap, a, b, radius, sign), q, v, out)

@@ -142,7 +142,8 @@ class ModifiedCoulomb(FrictionLaw):
 def smooth_coulomb_kernel(p, h, slip, N, z, z_new):
     """T = -mu N tanh(slip / v0)."""
     mu, v0 = p
-    return -mu * N * math.tanh(slip / v0)
+    share = math.tanh(slip / v0)
+    return -mu * N * share, -mu * N * ((1.0 - share * share) * (1.0 / v0)), share * -mu
 
 
 @record

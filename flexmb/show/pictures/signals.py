@@ -20,6 +20,7 @@ from flexmb.show.pictures.style import (
     label_axis,
     label_of,
     legend_beside,
+    new_figure,
     panel_of,
     panels_of,
 )
@@ -460,15 +461,13 @@ def plot_contact_force(
     ------
     InputError : no such joint, no saved row with contact, a time after the end.
     """
-    from flexmb.show.pictures.figure import Picture
-
     joint = name_of(joint)
     rows = _rows("plot_contact_force", sol, joint, since)
     ex, ey, force = (sol.array(f"{joint}.{name}")[rows] for name in ("ex", "ey", "normal_force"))
     touching = force > 0.0
     if not touching.any():
         raise InputError(f"plot_contact_force: no saved row of {joint!r} has contact. Run longer, or save more rows.")
-    figure = Picture(figsize=JOURNAL_SIZE, layout="constrained")
+    figure = new_figure(JOURNAL_SIZE)
     ax = figure.add_subplot(projection="polar")
     angle = np.arctan2(ey, ex)[touching]
     ax.vlines(angle, 0.0, force[touching], color=COLOURS[0], linewidth=0.5, alpha=0.35)

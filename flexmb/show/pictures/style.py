@@ -1,4 +1,4 @@
-"""Style of all figures: colours, line styles, grid, labels of axes; characters that a font has."""
+"""Figures and their style: colours, line styles, grid, labels of axes; characters that a font has; files."""
 
 from __future__ import annotations
 
@@ -6,7 +6,10 @@ import math
 import re
 from collections.abc import Iterable
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from flexmb.dynamics.jobs.files import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -57,6 +60,48 @@ def _has(file: str, character: str) -> bool:
         return False
 
 
+# Figures that are saved into folders which need not exist, and write names in any script
+
+
+def new_figure(size: tuple[float, float]) -> Figure:
+    """Figure of a size [inch]; saving it makes the folder of the file, drawing it finds fonts for all characters."""
+    return _picture()(figsize=size, layout="constrained")
+
+
+@cache
+def _picture() -> type[Figure]:
+    """Class of these figures; pages of reports read this file, and need no matplotlib."""
+    from matplotlib import rcParams
+    from matplotlib.figure import Figure
+    from matplotlib.text import Text
+
+    class Picture(Figure):
+        def __reduce__(self) -> tuple[Any, ...]:
+            return new_figure, (tuple(self.get_size_inches()),), self.__getstate__()
+
+        def draw(self, renderer: Any) -> None:
+            """Draw the figure."""
+            make_drawable(text for text in self.findobj(Text) if isinstance(text, Text))
+            super().draw(renderer)
+
+        def savefig(self, fname: Any, **options: Any) -> None:
+            """Save the figure as a file, which is there as a whole or not at all, or into an open file.
+
+            Options are those of `matplotlib.figure.Figure.savefig`.  A path that cannot be written and an ending that
+            is no kind of picture raise `InputError`.
+            """
+            if not isinstance(fname, (str, Path)):
+                super().savefig(fname, **options)
+                return
+            path = Path(fname)
+            if not path.suffix:
+                path = path.with_name(f"{path.name}.{options.get('format') or rcParams['savefig.format']}")
+            with whole_file(path) as part:
+                super().savefig(part, **options)
+
+    return Picture
+
+
 # Style of all figures: colours, line styles, grid, labels of axes
 
 COLOURS = (
@@ -101,9 +146,7 @@ def panels_of(
     size: tuple[float, float], title: str = "", *, rows: int = 1, columns: int = 1, **sharing: Any
 ) -> tuple[Figure, list[Axes]]:
     """Figure of a size [inch] with a title and panels on pale grids, row by row; `sharing` as of matplotlib."""
-    from flexmb.show.pictures.figure import Picture
-
-    figure = Picture(figsize=size, layout="constrained")
+    figure = new_figure(size)
     axes = list(figure.subplots(rows, columns, squeeze=False, **sharing).flat)
     for ax in axes:
         grid(ax)

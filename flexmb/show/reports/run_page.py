@@ -13,14 +13,13 @@ import numpy as np
 
 from flexmb.display import pretty
 from flexmb.errors import FlexmbError, InputError
-from flexmb.findings.check import check
+from flexmb.findings.check import Report, check
 from flexmb.findings.finding import SEVERITIES
-from flexmb.findings.report import Report
 from flexmb.model.mechanism import Mechanism, described, values_text
 from flexmb.results.contact_intervals import MODES, Episodes
 from flexmb.results.drawing import nearest_instants
-from flexmb.results.naming import ENERGIES, matching
-from flexmb.results.solution import Solution, contact_facts, require_rows
+from flexmb.results.netcdf import ENERGIES
+from flexmb.results.solution import Solution, contact_facts, matching, require_rows
 from flexmb.results.solution import facts as facts_of
 from flexmb.results.status import main_signals, panels
 from flexmb.show.reports.document import (

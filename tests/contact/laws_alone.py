@@ -44,6 +44,7 @@ def hunt_crossley_by_hand(p, gap, rate):
     return force * factor, n * force / gap * factor, -a * force
 
 
+@numba.njit
 def rising(depth, order):
     """Sum of depth^i / i!, i = 1..order."""
     total, term, i = 0.0, 1.0, 1
@@ -56,11 +57,13 @@ def rising(depth, order):
     return total
 
 
+@numba.njit
 def both(x, y):
     """Two numbers, by way of a third function."""
     return halved(x) * y, x - halved(y)
 
 
+@numba.njit
 def halved(x):
     return 0.5 * x
 
@@ -98,8 +101,8 @@ def functions(p, h, gap, gap_rate, z, z_new):
     k, c = p
     x = abs(gap) * 1e3
     bell = exponential(-x * x) + np.tanh(c * gap_rate) * math.log1p(x)
-    ratio = np.hypot(x, 1.0) / (OFFSET + np.clip(x, 0.0, 2.0))
-    return k * (bell + ratio + compiled_by_the_user(x) + math.atan2(x, 2.0) + np.where(x > 1.0, x, x**3))
+    ratio = np.hypot(x, 1.0) / (OFFSET + np.minimum(np.maximum(x, 0.0), 2.0))
+    return k * (bell + ratio + compiled_by_the_user(x) + math.atan2(x, 2.0) + (x if x > 1.0 else np.power(x, 3.0)))
 
 
 def functions_by_hand(p, gap, rate):
@@ -125,6 +128,17 @@ def lankarani_nikravesh_alone(p, h, gap, gap_rate, z, z_new):
     return max(k * (-gap) ** n * (1.0 - 0.75 * (1.0 - e * e) * gap_rate / approach), 0.0)
 
 
+@fm.normal_law
+def hunt_crossley_given(p, h, gap, gap_rate, z, z_new):
+    """`hunt_crossley` with its derivatives written by hand."""
+    k, n, a = p
+    factor = 1.0 - a * gap_rate
+    if gap >= 0.0 or factor <= 0.0:
+        return 0.0, 0.0, 0.0
+    force = k * (-gap) ** n
+    return force * factor, n * force / gap * factor, -a * force
+
+
 @fm.friction_law
 def coulomb_alone(p, h, slip, N, z, z_new):
     mu, v0, v1 = p
@@ -133,6 +147,12 @@ def coulomb_alone(p, h, slip, N, z, z_new):
         return 0.0
     share = min((speed - v0) / (v1 - v0), 1.0)
     return -mu * share * N * math.copysign(1.0, slip)
+
+
+@fm.friction_law
+def smooth_alone(p, h, slip, N, z, z_new):
+    mu, v0 = p
+    return -mu * N * math.tanh(slip / v0)
 
 
 BY_HAND = {
