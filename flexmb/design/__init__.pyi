@@ -1,9 +1,9 @@
 """Public names of `flexmb.design`: derivatives by parameters, and measures of signals."""
 
+from flexmb.design.derivatives import Sensitivity as Sensitivity
+from flexmb.design.derivatives import sensitivity as sensitivity
 from flexmb.design.measures import Measure as Measure
 from flexmb.design.measures import at_end as at_end
 from flexmb.design.measures import mean as mean
 from flexmb.design.measures import peak as peak
 from flexmb.design.measures import rms as rms
-from flexmb.design.derivatives import Sensitivity as Sensitivity
-from flexmb.design.derivatives import sensitivity as sensitivity

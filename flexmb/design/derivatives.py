@@ -21,9 +21,10 @@ from flexmb.engine.step.method import Method
 from flexmb.engine.step.step_size import Adaptive
 from flexmb.errors import InputError, SolveError
 from flexmb.model.part import refuse_controllers
+from flexmb.model.signal import hint, resolved
 from flexmb.program.compiler import common_period
 from flexmb.program.program import Program
-from flexmb.results.naming import chosen_places, long_name
+from flexmb.results.netcdf import long_name
 from flexmb.run.saving import save_grid
 from flexmb.run.simulate import Step, check_end, period_or_none, prepared
 
@@ -98,20 +99,26 @@ def derivatives(label: str, held: ParameterModel, span: Span, signals: Sequence[
         raise SolveError(f"{label}: the run failed: {run.status()}")
     times, values = run.saved.finished()
     slopes = T.rows.slopes.reshape(len(times), -1, len(places))[:, : len(held.parameters)]
-    rows = run.rows(first, slopes) if every else ()
+    rows = _rows(run, first, slopes) if every else ()
     chosen = values[:, np.searchsorted(np.unique(places), places)]
     units = tuple(program.names.signals.units[k] for k in places)
     return Derivatives(times, chosen, slopes, rows, units, run.growth, run.status())
 
 
+def _rows(run: ParameterRun, first: np.ndarray, slopes: np.ndarray) -> list[Rows]:
+    """Rows of each signal at all steps; `slopes`: derivatives at the saved instants, with start and end."""
+    time, y, slope, shift = run.rows(first, slopes[0])
+    return [Rows(time, y[:, k], slope[:, :, k], shift, slopes[-1, :, k]) for k in range(y.shape[1])]
+
+
 def _places(label: str, program: Program, names: Sequence[str]) -> np.ndarray:
     """Places of signals among all signals; works and losses, and numbers of states or places, are refused."""
     modes, found = set(np.asarray(program.tables.measured.modes).tolist()), []
+    signals, aliases = program.names.signals, program.names.aliases
     for name in names:
-        chosen = chosen_places(label, program, [name])
-        if chosen is None or len(chosen) != 1:
-            raise InputError(f"{label}: {name!r} stands for several signals; give each by its name.")
-        place = int(chosen[0])
+        place = signals.places.get(resolved(name, signals, aliases), -1)
+        if place < 0:
+            raise InputError(f"{label}: no signal is called {name!r}. {hint(name, program.reported, aliases)}")
         if place > program.tables.sizes.energy + GRAVITY:
             text = f"{label}: {name!r} is a sum over all steps, whose derivative is not carried"
             raise InputError(f"{text}. Ask for the mean of a power.")

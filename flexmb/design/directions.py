@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexmb.design.parameters import ParameterModel
+from flexmb.engine.sensitivity.parameter_run import Directions
 from flexmb.errors import FlexmbError, InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile_with_start
@@ -24,15 +25,6 @@ DISTANCES = (1e-3, 1e-5)
 
 DIFFERENCE_OF_NUMBERS = 1e-5
 """Largest difference of a parameter for derivatives by kernels, relative to the parameter."""
-
-
-class Directions(NamedTuple):
-    """Derivatives by k parameters: of the numbers, (k, n_p), of start positions and velocities, (k, n_q)."""
-
-    numbers: np.ndarray
-    steps: np.ndarray  # (k,) largest difference of each parameter
-    q: np.ndarray
-    v: np.ndarray
 
 
 class Neighbour(NamedTuple):

@@ -8,7 +8,6 @@ from dataclasses import fields, is_dataclass
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 import flexmb as fm
 from flexmb.design.derivatives import Span, derivatives

@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
-from flexmb.design.measures import Rows
 from flexmb.engine.sensitivity.linearise import Tangents, new_tangents
 from flexmb.engine.sensitivity.parameters import parameter_rates
 from flexmb.engine.sensitivity.signal_rows import signal_rows, write_start
 from flexmb.engine.sensitivity.tangent_step import CarryingRun, complete_differences, project_differences
 from flexmb.engine.state.record import NEVER, Options
+
+
+class Directions(NamedTuple):
+    """Derivatives by p parameters: of the numbers, (p, n_p), of start positions and velocities, (p, n_q)."""
+
+    numbers: np.ndarray
+    steps: np.ndarray  # (p,) largest difference of each parameter
+    q: np.ndarray
+    v: np.ndarray
 
 
 class ParameterRun(CarryingRun):
@@ -25,11 +33,8 @@ class ParameterRun(CarryingRun):
     blocks: list[tuple[np.ndarray, ...]]
     growth = 0.0
 
-    def carry(self, end: float, found: Any, places: np.ndarray, due: np.ndarray, *, every: bool) -> Tangents:
-        """Run until `end` [s]; derivatives of the signals at `places` at the instants `due`, and at `every` step.
-
-        found : `Directions` of p parameters
-        """
+    def carry(self, end: float, found: Directions, places: np.ndarray, due: np.ndarray, *, every: bool) -> Tangents:
+        """Run until `end` [s]; derivatives of the signals at `places` at the instants `due`, and at `every` step."""
         n, program, k = self.program.n_q, self.program, len(found.q) + 1
         by = parameter_rates(program, found.numbers, found.steps)
         self.stepper.tangents = T = new_tangents(program, k, by, signal_rows(program, k, places, due, every=every))
@@ -48,14 +53,16 @@ class ParameterRun(CarryingRun):
         self.stepper.tangents = None
         return T
 
-    def rows(self, first: np.ndarray, slopes: np.ndarray) -> list[Rows]:
-        """Rows of each signal at the ends of all steps; values (m,) at the start, derivatives (instants, p, m)."""
-        _, p, m = slopes.shape
+    def rows(self, first: np.ndarray, slopes: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Start and ends of all steps: time (n,), signals (n, m), derivatives (n, p, m), time shifts (n, p).
+
+        first, slopes : signals (m,) and derivatives (p, m) at the start
+        """
+        p, m = slopes.shape
         time, y, slope, shift = (np.concatenate(column) for column in zip(*self.blocks, strict=True))
         time, y = np.concatenate([[0.0], time]), np.concatenate([first[None], y])
-        slope = np.concatenate([slopes[:1], slope.reshape(len(slope), -1, m)[:, :p]])
-        shift = np.concatenate([np.zeros((1, p)), shift[:, :p]])
-        return [Rows(time, y[:, k], slope[:, :, k], shift, slopes[-1, :, k]) for k in range(m)]
+        slope = np.concatenate([slopes[None], slope.reshape(len(slope), -1, m)[:, :p]])
+        return time, y, slope, np.concatenate([np.zeros((1, p)), shift[:, :p]])
 
     def empty_buffer(self, options: Options) -> None:
         """Empty the buffers of the run, and those of its rows."""
@@ -63,8 +70,9 @@ class ParameterRun(CarryingRun):
         self._fetch_rows()
 
     def _fetch_rows(self) -> None:
-        rows: Any = None if self.stepper.tangents is None else self.stepper.tangents.rows
-        if rows is not None and rows.number.steps > 0:
+        T = self.stepper.tangents
+        if T is not None and T.rows.number.steps > 0:
+            rows = T.rows
             kept = slice(0, int(rows.number.steps))
             arrays = rows.times, rows.step_values, rows.step_slopes, rows.shifts
             self.blocks.append(tuple(array[kept].copy() for array in arrays))

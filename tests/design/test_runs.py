@@ -1,0 +1,88 @@
+"""Derivatives along runs beside central differences of the same runs, and beside closed forms."""
+
+import numpy as np
+import pytest
+from designs import SMOOTH, WITH_IMPACTS, Case, ball
+
+import flexmb as fm
+from flexmb.design.parameters import ParameterModel
+from flexmb.errors import SolveError
+
+CENTRAL = (-2.0, 1.0 / 12.0), (-1.0, -8.0 / 12.0), (1.0, 8.0 / 12.0), (2.0, -1.0 / 12.0)
+
+
+def differences(case: Case, name: str, times: np.ndarray, part: float) -> np.ndarray:
+    """Derivatives (signals, times) by fourth-order differences of the parameter, relative to it by `part`."""
+    held = ParameterModel("test", case.model, case.parameters)
+    h, found = part * case.parameters[name], 0.0
+    for place, weight in CENTRAL:
+        mechanism = held.at((case.parameters | {name: case.parameters[name] + place * h}).values())
+        sol = fm.simulate(mechanism, t_end=case.end, save=times.tolist(), step=case.step, signals=list(case.of))
+        assert sol.ok, sol.status
+        found = found + weight / h * np.array([np.asarray(sol[s]) for s in case.of])
+    return found
+
+
+def errors(case: Case, part: float) -> list[float]:
+    """Error of each derivative over its largest value, or over a thousandth of the signal over the parameter."""
+    found = fm.design.sensitivity(
+        case.model, case.parameters, of=case.of, t_end=case.end, save=np.linspace(0.0, case.end, 21), step=case.step
+    )
+    worst = []
+    for k, name in enumerate(case.parameters):
+        expected = differences(case, name, found.dataset.time.values, part)
+        for row, signal in zip(expected, case.of, strict=True):
+            size = np.abs(found.signals[signal].values).max() / case.parameters[name]
+            worst.append(np.abs(found[signal].values[k] - row).max() / max(np.abs(row).max(), 1e-2 * size))
+    return worst
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+def test_smooth_motions_agree_with_differences(name):
+    assert max(errors(SMOOTH[name], 1e-3)) < 3e-5
+
+
+@pytest.mark.parametrize("name", WITH_IMPACTS)
+def test_motions_through_impacts_agree_with_differences(name):
+    # differences see the error of the steps over the difference of the parameter
+    assert max(errors(WITH_IMPACTS[name], 3e-4)) < 5e-4
+
+
+EXACT = {  # of a ball that returns with e times its speed, by T. 50 m, 9.8 m/s^2, e = .8
+    "h0": (0.21744565164973, 0.56348913032995),
+    "g": (1.87472271249865, -2.12505545749727),
+    "e": (56.5247584249853, 31.3049516849971),
+}
+
+
+def bounced(stiffness: float) -> np.ndarray:
+    """Derivatives of height and speed of a ball after T = 5 s by h0, g and e, (2, 3); h0 = 50 m, g = 9.8, e = .8."""
+    of = [fm.design.at_end("ball.y"), fm.design.at_end("ball.vy")]
+    given = {"h0": 50.0, "g": 9.8, "e": 0.8}
+    step = fm.Adaptive(rtol=1e-9, max=0.05)
+    found = fm.design.sensitivity(lambda h0, g, e: ball(h0, g, e, stiffness), given, of=of, t_end=5.0, step=step)
+    return found.measures.derivative.values + np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])  # y counts from the start
+
+
+def test_a_ball_on_a_table_nears_its_closed_form_with_the_stiffness():
+    """The duration of an impact falls with k^-0.4, and with it the error; the limit is extrapolated to 1e-5."""
+    exact = np.array(list(EXACT.values())).T
+    soft, hard = bounced(1e8), bounced(1e10)
+    order = np.log(np.abs(soft - exact) / np.abs(hard - exact))[[0, 0, 1, 1], [0, 2, 1, 2]] / np.log(1e2)
+    assert order == pytest.approx(0.4, abs=0.02)
+    factor = 1e2**0.4
+    limit = (factor * hard - soft) / (factor - 1.0)
+    assert np.abs(limit / exact - 1.0).max() < 1e-5
+
+
+def test_derivatives_by_closed_forms_before_an_impact():
+    """A ball that falls for 2 s: y = -g t^2/2."""
+    found = fm.design.sensitivity(ball, {"h0": 50.0, "g": 9.8, "e": 0.8}, of=["ball.y"], t_end=2.0, save=4)
+    t = found.dataset.time.values
+    expected = np.array([0.0 * t, -0.5 * t**2, 0.0 * t])
+    assert found["ball.y"].values == pytest.approx(expected, abs=1e-9)
+
+
+def test_a_chaotic_motion_is_refused_beyond_its_horizon():
+    with pytest.raises(SolveError, match=r"grew by .* derivatives say nothing there"):
+        fm.design.sensitivity(WITH_IMPACTS["worn"].model, ["rod.mass"], of=["slider.x"], periods=5)
