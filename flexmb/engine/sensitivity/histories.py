@@ -63,6 +63,9 @@ OF_GAP, OF_RATE, OF_SLIP, OF_NORMAL = range(4)
 RELATIVE_DIFFERENCE, LEAST_DIFFERENCE = 1e-5, 1e-11
 """Difference of a number: relative to the number, and least difference for numbers near 0."""
 
+PART_OF_SLIP, PART_OF_LOAD = 0.1, 1e-8
+"""Differences in joint friction: of a history over the slip of a step, as clutches wind up; of a load over itself."""
+
 NODE_DIFFERENCE, LEAST_NODE_DIFFERENCE = 1e-3, 1e-9
 """Difference of the nodes of an element: relative to their motion in a step, and least difference [m, rad]."""
 
@@ -197,7 +200,7 @@ def add_joint_friction_history(tables, address, c, h, z, T, work):
     for i in range(begin, end):
         if not has_difference(T.z, i):
             continue
-        eps = difference_step(z[i], h * slip, LEAST_DIFFERENCE)
+        eps = max(min(RELATIVE_DIFFERENCE * abs(z[i]), PART_OF_SLIP * abs(h * slip)), LEAST_DIFFERENCE)
         T.zs[i] = z[i] + eps
         more = _joint_friction_force(tables, address, c, h, slip, N, T.zs, work.z_new)
         _store_upper_side(begin, end, work)
@@ -298,7 +301,7 @@ def _advance_normal(tables, address, c, h, gap, rate, z, T, work):
 @compiled
 def _advance_friction(friction, p, h, slip, N, z, begin, end, T, work):
     """History z[begin:end] of a friction law with the numbers p, by slip and normal force."""
-    of_slip, of_N = difference_step(slip, slip, LEAST_DIFFERENCE), RELATIVE_DIFFERENCE * abs(N)
+    of_slip, of_N = difference_step(slip, slip, LEAST_DIFFERENCE), PART_OF_LOAD * abs(N)
     old, new = part_of(z, begin, end), part_of(work.z_new, begin, end)
     friction(p, h, slip + of_slip, N, old, new)
     _store_upper_side(begin, end, work)
