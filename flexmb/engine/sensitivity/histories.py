@@ -64,7 +64,7 @@ RELATIVE_DIFFERENCE, LEAST_DIFFERENCE = 1e-5, 1e-11
 """Difference of a number: relative to the number, and least difference for numbers near 0."""
 
 PART_OF_SLIP, PART_OF_LOAD = 0.1, 1e-8
-"""Differences for histories of friction: of that in a joint, over the slip of a step; of a normal force, over itself."""
+"""Differences for friction with histories: of the history in a joint over the slip of a step; of a load over itself."""
 
 NODE_DIFFERENCE, LEAST_NODE_DIFFERENCE = 1e-3, 1e-9
 """Difference of the nodes of an element: relative to their motion in a step, and least difference [m, rad]."""
