@@ -16,13 +16,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import flexmb as fm
-from flexmb.mechanisms import NineBarData, nine_bar
+from flexmb.mechanisms import nine_bar
 
 HERE = Path(__file__).resolve().parent
 PAGE, ROWS = HERE / "chaos.md", HERE / "chaos.json"
 PICTURE, POINTS = HERE / "pictures" / "chaos.png", HERE / "pictures" / "chaos.npz"
 PLAY = 0.5e-3
-DATA = NineBarData(damping=NineBarData.LIGHT_DAMPING)
 RAMP = 2.0
 """Periods of the soft start."""
 
@@ -41,7 +40,7 @@ HEAD = (
 def row(speed: float, model: str, skip: int, keep: int) -> tuple[dict[str, Any], np.ndarray]:
     """All numbers of one speed (in pi rad/s) and model, and where the journal is once a period (keep, 2) [m]."""
     period = 2.0 / speed
-    mech = nine_bar(speed=speed * np.pi, clearance=PLAY, flexible=MODELS[model], ramp=RAMP * period, data=DATA)
+    mech = nine_bar(speed=speed * np.pi, clearance=PLAY, flexible=MODELS[model], ramp=RAMP * period)
     busy = time.process_time()
     found = fm.lyapunov(mech, skip=skip, periods=keep, step=STEP, period=period)
     took = time.process_time() - busy

@@ -228,6 +228,8 @@ engine.sensitivity.linearise.TIME_DIFFERENCE | 1 | a step | part of it in which 
 engine.sensitivity.linearise.POSE_DIFFERENCE | rad | nothing | turn over which rows of joints are differenced
 engine.sensitivity.histories.RELATIVE_DIFFERENCE | 1 | histories | differences for the derivative of a law
 engine.sensitivity.histories.LEAST_DIFFERENCE | 1 | histories | least difference
+engine.sensitivity.histories.PART_OF_SLIP | 1 | slip of a step | differences of histories of friction in a joint
+engine.sensitivity.histories.PART_OF_LOAD | 1 | normal force, or angle of a clutch | differences for histories of friction
 engine.sensitivity.histories.NODE_DIFFERENCE | 1 | gap and rate | differences for the derivative of a law
 engine.sensitivity.histories.LEAST_NODE_DIFFERENCE | 1 | a step | how far from an onset
 statics.buckling.PATH_STRIDE | 1 | size of the mechanism | step of the path for the slope of the stiffness

@@ -139,13 +139,13 @@ WINGS = (
         "engine/system/controls.py",
         "positions = part_of(C.positions_state, C.pos_state[c], C.pos_state[c + 1])",
         "positions = part_of(C.positions_state, C.pos_state[0], C.pos_state[c + 1])",
-        "controllers/test_control.py controllers/test_pid.py controllers/test_beside_bodies.py",
+        "controllers/test_control.py",
     ),
     Fault(
         "parts/loads/springs.py",
         "rate = nx * (v[3] - by * v[5] - v[0] + ay * v[2]) + ny * (v[4] + bx * v[5] - v[1] - ax * v[2])",
         "rate = nx * (v[3] + by * v[5] - v[0] + ay * v[2]) + ny * (v[4] + bx * v[5] - v[1] - ax * v[2])",
-        "physics/test_parts.py",
+        "physics/test_parts.py parts/test_check_part.py",
     ),
     Fault(
         "elastic/planes/loads.py",

@@ -61,6 +61,20 @@ def test_distances_are_those_of_the_drawn_outline():
     assert worst < 5e-5  # of the polygon: R (1 - cos of half an angle)
 
 
+@pytest.mark.parametrize("depth", [0.004, 0.02])
+def test_a_circle_behind_a_hollow_corner_does_not_touch_it(depth):
+    """A side sees nothing behind it: the gap of a centre within the body is its distance from the corner."""
+    corners = ((-0.1, -0.1), (0.15, -0.1), (0.15, 0.05), (0.05, 0.05), (0.05, 0.2), (-0.1, 0.2))
+    mech, out, gaps = pair((0.3, 0.3), outline=fm.cams.Outline(corners)), np.zeros(GAP_SIZE), []
+    one, node = mech.find("one").nodes()[0], mech.find("other").nodes()[0]
+    shift = 0.05 - depth / math.sqrt(2.0) - 0.3
+    q = np.array([one.x, one.y, one.theta, node.x + shift, node.y + shift, node.theta])
+    for contact in mech.find("pair").contributions(mech):
+        contact.gap.dispatcher(np.array(contact.p), q, np.zeros(6), out)
+        gaps.append(float(out[0]))
+    assert gaps == pytest.approx([depth, depth], abs=1e-12)
+
+
 def test_arcs_and_spline_of_a_curve_have_one_distance():
     """Gaps of a roller from a hollow curve and from its arcs, in many places."""
     curve = fm.ClosedCurve.from_function(

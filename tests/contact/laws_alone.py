@@ -35,6 +35,7 @@ def hunt_crossley(p, h, gap, gap_rate, z, z_new):
     return k * (-gap) ** n * factor
 
 
+@numba.njit
 def hunt_crossley_by_hand(p, gap, rate):
     k, n, a = p
     factor = 1.0 - a * rate
@@ -131,12 +132,7 @@ def lankarani_nikravesh_alone(p, h, gap, gap_rate, z, z_new):
 @fm.normal_law
 def hunt_crossley_given(p, h, gap, gap_rate, z, z_new):
     """`hunt_crossley` with its derivatives written by hand."""
-    k, n, a = p
-    factor = 1.0 - a * gap_rate
-    if gap >= 0.0 or factor <= 0.0:
-        return 0.0, 0.0, 0.0
-    force = k * (-gap) ** n
-    return force * factor, n * force / gap * factor, -a * force
+    return hunt_crossley_by_hand(p, gap, gap_rate)
 
 
 @fm.friction_law

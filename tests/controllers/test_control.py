@@ -10,7 +10,9 @@ from plants import ARM, ARM_INERTIA, WEIGHT, arm, different, last, rotor
 from scipy.optimize import brentq
 
 import flexmb as fm
+from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError, KernelError, ModelError, SolveError
+from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.testing import check_part
 
 TIGHT = {
@@ -276,6 +278,21 @@ def test_check_part_refuses_what_it_cannot_test():
     for part in (fm.PID("servo", "tip.theta", "actuator", target=100.0, kp=200.0, limit=1.0), servo(switch)):
         with pytest.raises(KernelError, match="depend on no input and no state at any state that was tried"):
             check_part(arm(part), "servo")
+
+
+def test_tangents_of_two_controllers_are_differences_of_all_rates():
+    """Each controller has its own places in the matrix of a step; a wrong one only costs iterations."""
+    servo_ = fm.PID("servo", "tip.theta", "actuator", target=1.0, kp=20.0, ki=3.0, kd=3.0)
+    smooth = fm.Control("filter", ["arm.omega"], [], chain, numbers=[50.0], states=4, outputs=["smooth"])
+    program = compile_mechanism(arm(servo_, smooth))
+    system, n = StateEvaluation(program), program.n_q
+    q, v = np.array(program.reference.q), np.random.default_rng(0).uniform(-1.0, 1.0, n)
+    tangent, found = system.at(q, v, weights=(0.0, 1.0, 0.0)).dense[:n, :n], np.zeros((n, n))
+    for k in range(n):
+        step = 1e-6 * (np.arange(n) == k)
+        found[:, k] = (system.at(q, v + step).force - system.at(q, v - step).force) / 2e-6
+    assert np.abs(found).max() > 10.0
+    assert found == pytest.approx(tangent, abs=1e-6)
 
 
 def test_models_without_a_controller_are_not_changed_by_one_without_loads():

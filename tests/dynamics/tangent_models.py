@@ -46,6 +46,18 @@ def bushed():
     return fm.Mechanism("bushed", (upper, lower, *parts), gravity=(0.0, -9.81))
 
 
+def clutched():
+    """Two rods with an engaged clutch between them, wound up by a millionth of its angle."""
+    upper = fm.RigidLink("upper", (0.0, 0.0), (1.0, 0.0), 0.8, 0.12)
+    lower = fm.RigidLink("lower", (1.0, 0.0), (1.0, -0.7), 0.5, 0.03)
+    stiff = {"stiffness": 2e5, "damping": 50.0, "free": "clockwise"}
+    parts = (
+        fm.Revolute("O", fm.GROUND, upper, (0.0, 0.0)),
+        fm.couplings.OneWayClutch("P", upper, lower, (1.0, 0.0), **stiff),
+    )
+    return fm.Mechanism("clutched", (upper, lower, *parts), gravity=(0.0, -9.81))
+
+
 def thrown(normal, friction=LOSS, *, speed=1.0, spin=4.0, clearance=0.02):
     """A disc thrown against the wall of a wide hole in the ground, a little beside its middle; it spins."""
     ball = fm.RigidBody("ball", (0.0, 0.0), 1.0, 2e-3, velocity=(speed, 0.2 * speed, spin))

@@ -63,10 +63,8 @@ OF_GAP, OF_RATE, OF_SLIP, OF_NORMAL = range(4)
 RELATIVE_DIFFERENCE, LEAST_DIFFERENCE = 1e-5, 1e-11
 """Difference of a number: relative to the number, and least difference for numbers near 0."""
 
-PART_OF_SLIP, PART_OF_LOAD = 1e-3, 1e-8
-"""Difference of a history of friction in a joint relative to the slip of the step, which a clutch winds up by; and of
-the load of this friction, which of a clutch is its angle.
-"""
+PART_OF_SLIP, PART_OF_LOAD = 0.1, 1e-8
+"""Differences for friction with histories: of the history in a joint over the slip of a step; of a load over itself."""
 
 NODE_DIFFERENCE, LEAST_NODE_DIFFERENCE = 1e-3, 1e-9
 """Difference of the nodes of an element: relative to their motion in a step, and least difference [m, rad]."""
