@@ -7,8 +7,8 @@ differences relative to each number: a gap of 1e-6 m is not lost in coordinates 
 from flexmb.engine.compiled.arrays import part_of
 from flexmb.engine.system.contacts import call_friction, call_normal, jacobians
 from flexmb.engine.system.elements import call_element, call_force, gather_state
-from flexmb.engine.system.work import JOINT_SLIP, N_BY_GAP, N_BY_RATE, T_BY_N, T_BY_SLIP
-from flexmb.kernels import compiled, copy, friction_at
+from flexmb.engine.system.work import JOINT_SLIP, N_BY_GAP, N_BY_RATE, T_BY_N, T_BY_SLIP, gather
+from flexmb.kernels import compiled, copy, friction_at, joint_friction_at
 from flexmb.parts.contact.onset import crossing, cubic
 from flexmb.places import (
     ARM1_X,
@@ -45,6 +45,9 @@ from flexmb.program.program import (
     LAST_FORCE,
     LAST_GAP,
     LAST_GAP_RATE,
+    LOAD_KERNEL,
+    LOAD_P,
+    LOAD_P_END,
     NORMAL_Z,
     ONSET_TIME,
     PHASE,
@@ -181,10 +184,10 @@ def add_contact_history(tables, address, c, h, z, T, work):
 
 
 @compiled
-def _joint_friction_force(tables, address, c, h, slip, N, z, z_new):
-    """Friction force in joint c [N]."""
+def joint_friction_force(tables, address, c, h, slip, N, z, z_new):
+    """Friction force in joint c [N], and its derivative by the slip."""
     C = tables.constraints
-    T, _, _ = friction_at(address.friction, C.joint_friction[c, SLIDING_LAW])(
+    T, T_slip, _ = friction_at(address.friction, C.joint_friction[c, SLIDING_LAW])(
         part_of(tables.p, C.joint_friction_p[c, SLIDING_P], C.joint_friction_p[c, SLIDING_P_END]),
         h,
         slip,
@@ -192,7 +195,7 @@ def _joint_friction_force(tables, address, c, h, slip, N, z, z_new):
         part_of(z, C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END]),
         part_of(z_new, C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END]),
     )
-    return T
+    return T, T_slip
 
 
 @compiled
@@ -206,10 +209,10 @@ def add_joint_friction_history(tables, address, c, h, z, T, work):
             continue
         eps = max(min(RELATIVE_DIFFERENCE * abs(z[i]), PART_OF_SLIP * abs(h * slip)), LEAST_DIFFERENCE)
         T.zs[i] = z[i] + eps
-        more = _joint_friction_force(tables, address, c, h, slip, N, T.zs, work.z_new)
+        more, _ = joint_friction_force(tables, address, c, h, slip, N, T.zs, work.z_new)
         _store_upper_side(begin, end, work)
         T.zs[i] = z[i] - eps
-        less = _joint_friction_force(tables, address, c, h, slip, N, T.zs, work.z_new)
+        less, _ = joint_friction_force(tables, address, c, h, slip, N, T.zs, work.z_new)
         T.zs[i] = z[i]
         _add_history_difference(begin, end, eps, i, T, work)
         for j in range(T.z.shape[0]):
@@ -223,7 +226,7 @@ def advance_contact_history(tables, address, c, h, v, z, T, work):
     """Complete T.z1 for contact c by the differences T.q, T.v at the end of the step."""
     K, out = tables.contacts, work.contact[c]
     first, begin, middle, end = K.z[c, COMMON_Z], K.z[c, NORMAL_Z], K.z[c, FRICTION_Z], K.z[c, Z_END]
-    _contact_differences(K, c, v, T, work)
+    contact_differences(K, c, out, v, T, work)
     if middle > begin:
         _advance_normal(tables, address, c, h, out[GAP], out[GAP_RATE], z, T, work)
     if end > middle:
@@ -242,9 +245,9 @@ def advance_contact_history(tables, address, c, h, v, z, T, work):
 
 
 @compiled
-def _contact_differences(K, c, v, T, work):
-    """Set T.own (k, 4): differences of gap, gap rate, slip and normal force of contact c."""
-    out, slopes, S, by = work.contact[c], work.slopes[c], work.contact_scratch, T.local
+def contact_differences(K, c, out, v, T, work):
+    """Set T.own (k, 4): differences of gap, gap rate, slip and normal force of contact c, whose gap data are `out`."""
+    slopes, S, by = work.slopes[c], work.contact_scratch, T.local
     explicit = T.by.contact
     dofs = part_of(K.dofs, 6 * c, 6 * c + 6)
     jacobians(out, S)
@@ -337,11 +340,26 @@ def _onset_delay(h, first, gap, rate, z, dz, own):
 
 
 @compiled
-def advance_joint_friction_history(tables, address, c, h, v, z, T, work):
-    """Complete T.z1 for friction in joint c by the differences T.q, T.v, T.u at the end of the step."""
+def find_joint_load(tables, address, c, q, lam, work):
+    """Call the load kernel of friction in joint c."""
+    C = tables.constraints
+    n, out, H = C.dof[c + 1] - C.dof[c], work.joint_friction_out, work.joint_friction_curve
+    out[:] = 0.0
+    H[:, :] = 0.0
+    gather(q, C.dofs, C.dof[c], n, work.ql)
+    joint_friction_at(address.joint_friction, C.joint_friction[c, LOAD_KERNEL])(
+        part_of(tables.p, C.joint_friction_p[c, LOAD_P], C.joint_friction_p[c, LOAD_P_END]),
+        part_of(work.ql, 0, n),
+        part_of(lam, C.row[c], C.row[c + 1]),
+        out,
+        H,
+    )
+
+
+@compiled
+def joint_differences(tables, c, v, T, work):
+    """Set slip and normal force in T.own for joint c, whose load kernel has been called, by T.q, T.v, T.u."""
     C, out, H, n_q = tables.constraints, work.joint_friction_out, work.joint_friction_curve, tables.sizes.n_q
-    begin, end = C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END]
-    slip, N = work.joint_friction[c, JOINT_SLIP], work.joint_friction_out[LOAD]
     dofs, rows = part_of(C.dofs, C.dof[c], C.dof[c + 1]), C.row[c + 1] - C.row[c]
     for j in range(T.q.shape[0]):
         of_slip, of_N = 0.0, 0.0
@@ -353,9 +371,18 @@ def advance_joint_friction_history(tables, address, c, h, v, z, T, work):
         for i in range(rows):
             of_N += out[LOAD_BY_LAM + i] * T.u[j, n_q + C.row[c] + i]
         T.own[j, OF_SLIP], T.own[j, OF_NORMAL] = of_slip, of_N
+
+
+@compiled
+def advance_joint_friction_history(tables, address, c, h, q, v, lam, z, T, work):
+    """Complete T.z1 for friction in joint c by the differences T.q, T.v, T.u at the end of the step."""
+    C = tables.constraints
+    find_joint_load(tables, address, c, q, lam, work)
+    joint_differences(tables, c, v, T, work)
     friction = friction_at(address.friction, C.joint_friction[c, SLIDING_LAW])
     p = part_of(tables.p, C.joint_friction_p[c, SLIDING_P], C.joint_friction_p[c, SLIDING_P_END])
-    _advance_friction(friction, p, h, slip, N, z, begin, end, T, work)
+    slip, N = work.joint_friction[c, JOINT_SLIP], work.joint_friction_out[LOAD]
+    _advance_friction(friction, p, h, slip, N, z, C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END], T, work)
 
 
 @compiled

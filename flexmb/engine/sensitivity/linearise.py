@@ -19,16 +19,18 @@ from flexmb.engine.sensitivity.histories import (
     advance_contact_history,
     advance_element_history,
     advance_joint_friction_history,
+    find_joint_load,
 )
 from flexmb.engine.sensitivity.parameters import ParameterRates, add_parameters, parameter_rates
+from flexmb.engine.sensitivity.reversals import add_turns, find_turns
 from flexmb.engine.sensitivity.signal_rows import SignalRows, signal_rows
 from flexmb.engine.system.constraints import add_constraints
 from flexmb.engine.system.contacts import add_contacts, add_tangents, jacobians
 from flexmb.engine.system.elements import add_elements, call_element, call_tangent, gather_state, load_factor
 from flexmb.engine.system.work import JOINT_T_BY_SLIP, N_BY_GAP, N_BY_RATE, T_BY_N, T_BY_SLIP, gather
-from flexmb.kernels import compiled, constraint_at, copy, joint_friction_at
+from flexmb.kernels import compiled, constraint_at, copy
 from flexmb.places import FRICTION_FORCE, NORMAL, NORMAL_FORCE, SLIDING, TANGENTIAL
-from flexmb.program.program import BEGIN, END, LOAD_KERNEL, LOAD_P, LOAD_P_END, Program
+from flexmb.program.program import BEGIN, END, LOAD_KERNEL, Program
 
 SPEED, ACCELERATION = range(2)
 """Rows of `Tangents.moving`: G v, and G a + W v."""
@@ -76,6 +78,8 @@ class Tangents(Record):
     q0, v0, a0, lam0, z0 : state before the step;  ap, zp : state before the step before
     rt : (n_q + 3,) rate of the forces in time at rest;  moving : (2, n_c) G v, and G a + W v
     closing : (contacts,) 1 for a contact that begins at the very end of the step
+    turn : (contacts + joints, 2) slopes of friction that turned round in this step, see `find_turns`
+    turned : (k, contacts + joints) its forces beside those of the law
     by : directions of the parameters to which the first differences belong;  rows : derivatives of signals
     """
 
@@ -125,6 +129,8 @@ class Tangents(Record):
     by: ParameterRates
     rows: SignalRows
     closing: Integers
+    turn: Matrix
+    turned: Matrix
 
 
 def new_tangents(
@@ -157,6 +163,8 @@ def new_tangents(
         lam0=m,
         moving=(2, m),
         closing=np.zeros(n_k, dtype=np.int64),
+        turn=(n_k + n_g, 2),
+        turned=(k, n_k + n_g),
     )
 
 
@@ -187,6 +195,8 @@ def linearise(tables, address, t, h, q, v, a, lam, z, kv, ka, T, work):
         if T.closing[c] != 0:
             _open_contact(tables, c, q, v, work)
     add_constraints(tables, address, t, h, q, v, lam, z, 1.0, 0.0, True, work)
+    if kv > 0.0:
+        find_turns(tables, address, h, kv / (ka * h), q, v, lam, T, work)
     _subtract_stiffness(T, work)
     _add_elements(tables, address, t, h, q, v, a, z, kv, ka, T, work)
     if T.by.step.shape[0] > 0:
@@ -195,8 +205,11 @@ def linearise(tables, address, t, h, q, v, a, lam, z, kv, ka, T, work):
         add_contact_history(tables, address, c, h, z, T, work)
     for c in range(tables.constraints.kernel.shape[0]):
         if tables.constraints.joint_friction[c, LOAD_KERNEL] >= 0:
-            _find_slip_direction(tables, address, c, q, lam, T, work)
+            find_joint_load(tables, address, c, q, lam, work)
+            copy(part_of(work.joint_friction_out, SLIDING, SLIDING + 6), T.slip_direction[c])
             add_joint_friction_history(tables, address, c, h, z, T, work)
+    if kv > 0.0:
+        add_turns(tables, address, T, work)
     for j in range(T.q.shape[0]):
         subtract_damping(tables, 1.0, T.X[j], T.F[j], T, work)
     _add_damping(tables, kv, T, work)
@@ -294,27 +307,6 @@ def _subtract_product(E, e, n, s, A, X, F):
 
 
 @compiled
-def _find_slip_direction(tables, address, c, q, lam, T, work):
-    """Evaluate the joint-friction kernel of joint c; store the direction of its slip in T.slip_direction."""
-    C = tables.constraints
-    n = C.dof[c + 1] - C.dof[c]
-    out, H = work.joint_friction_out, work.joint_friction_curve
-    out[:] = 0.0
-    H[:, :] = 0.0
-    for i in range(n):
-        work.ql[i] = q[C.dofs[C.dof[c] + i]]
-    joint_friction_at(address.joint_friction, C.joint_friction[c, LOAD_KERNEL])(
-        part_of(tables.p, C.joint_friction_p[c, LOAD_P], C.joint_friction_p[c, LOAD_P_END]),
-        part_of(work.ql, 0, n),
-        part_of(lam, C.row[c], C.row[c + 1]),
-        out,
-        H,
-    )
-    for i in range(6):
-        T.slip_direction[c, i] = out[SLIDING + i]
-
-
-@compiled
 def subtract_damping(tables, factor, x, F, T, work):
     """F -= factor C x, with C of contacts and of friction in joints at the state of the last `linearise`."""
     K, C, S = tables.contacts, tables.constraints, work.contact_scratch
@@ -372,8 +364,7 @@ def advance_histories(tables, address, t, h, q, v, a, lam, z, T, work):
     for c in range(tables.constraints.kernel.shape[0]):
         C = tables.constraints
         if C.joint_friction[c, LOAD_KERNEL] >= 0 and C.joint_friction_z[c, END] > C.joint_friction_z[c, BEGIN]:
-            _find_slip_direction(tables, address, c, q, lam, T, work)
-            advance_joint_friction_history(tables, address, c, h, v, z, T, work)
+            advance_joint_friction_history(tables, address, c, h, q, v, lam, z, T, work)
     for j in range(T.z.shape[0]):
         copy(T.z1[j], T.z[j])
 

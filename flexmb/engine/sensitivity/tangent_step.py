@@ -46,6 +46,7 @@ from flexmb.engine.sensitivity.linearise import (
     rows_times,
 )
 from flexmb.engine.sensitivity.parameters import moved_program
+from flexmb.engine.sensitivity.reversals import complete_turned, has_turn, gather_turned
 from flexmb.engine.sensitivity.signal_rows import keep_differences, write_rows
 from flexmb.engine.state.record import BUFFER_FULL, GEAR_GUPTA_LEIMKUHLER, POSITION, RUNNING, VELOCITY, Options
 from flexmb.engine.step.contact_events import slow_approach_speed
@@ -116,6 +117,8 @@ def carry_differences(tables, address, lu, h, options, flow, trial, record, T, w
         if not solve_differences(tables, lu, kv, options, j, T, work):
             return TANGENT_LOST
         finish_differences(n, kv, kx, ka, delta, first, flow.clock.last_step == 0.0, j, T)
+    if has_turn(T) and not settle_accelerations(tables, address, lu, h, 1e6 * ka, flow, T, work):
+        return TANGENT_LOST
     advance_histories(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.z0, T, work)
     if T.rows.places.shape[0] > 0:
         write_rows(tables, address, h, options, flow, trial, record, T)
@@ -289,6 +292,31 @@ def finish_differences(n, kv, kx, ka, delta, first, restarts, j, T):
         T.x[j, i] = T.a[j, i] + delta * (T.a[j, i] - a0) if first else T.R[j, i] + kx * moved
         if restarts:
             T.x[j, i] = T.a[j, i]
+
+
+@compiled
+def settle_accelerations(tables, address, lu, h, ka, flow, T, work):
+    """Take the forces of friction that turned round out of the accelerations at the end; whether this succeeded.
+
+    ka : weight of the mass matrix, beside which stiffness does not matter.
+    """
+    n, m, t = tables.sizes.n_q, tables.sizes.n_c, flow.clock.t
+    complete_turned(tables, address, flow.q, flow.v, flow.lam, T, work)
+    linearise(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.z0, 0.0, ka, T, work)
+    if factor(lu, work.lu, T.seen, LOST_PIVOT, n, HELD_PIVOT if flow.clock.held_steps >= 0.0 else LOST_PIVOT) >= 0:
+        return False
+    for j in range(T.q.shape[0]):
+        gather_turned(tables, j, T, work)
+        T.b[:] = 0.0
+        for i in range(n):
+            T.b[i] = -T.f[i]
+        solve(lu, work.lu, T.b, T.d, T.y)
+        for i in range(n):
+            T.a[j, i] += ka * T.d[i]
+            T.x[j, i] = T.a[j, i]
+        for i in range(n, n + m):
+            T.u[j, i] += T.d[i]
+    return True
 
 
 def _step_at() -> Any:
