@@ -80,7 +80,7 @@ class ParameterModel:
         present, unit, wanted = found(self.label, self.model, name)
         value = present if value is None else value
         number = isinstance(value, Real) and not isinstance(value, bool)
-        if not number or wanted not in ("float", "float | None"):
+        if not number or "float" not in wanted.split(" | "):
             kind = wanted if number else repr(value)
             text = f"{self.label}: {name!r} is {kind}"
             raise InputError(f"{text}; there are derivatives by real numbers alone. Compare runs with both values.")

@@ -48,6 +48,39 @@ def test_motions_through_impacts_agree_with_differences(name):
     assert max(errors(WITH_IMPACTS[name], 3e-4)) < 5e-4
 
 
+def stopped(mu: float, rate: float, t: np.ndarray) -> np.ndarray:
+    """Position of a mass of 1 kg on a rough plane (g = 10), released from 0.3 m; friction turns round at rest."""
+    w, c = np.sqrt(rate), mu * 10.0 / rate
+    turns = np.floor(w * t / np.pi)
+    sign = (-1.0) ** turns
+    return sign * c + sign * (0.3 - 2.0 * c * turns - c) * np.cos(w * t - turns * np.pi)
+
+
+@pytest.mark.parametrize("creep", [1e-4, 1e-8])
+def test_friction_that_turns_round_within_a_step(creep):
+    """The law changes its sign within a slip that steps leap over; the error falls with the step, or with rtol."""
+
+    def block(mu: float, rate: float) -> fm.Mechanism:
+        body = fm.RigidBody("block", (0.3, 0.0), 1.0, 1.0)
+        law = fm.friction.SmoothCoulomb(mu, v0=creep)
+        guide = fm.Prismatic("guide", fm.GROUND, body, at=(0.0, 0.0), along=(1.0, 0.0), friction=law, length=1e3)
+        ends = {"at": (-1.0, 0.0), "to": (0.3, 0.0), "free_length": 1.0}
+        spring = fm.loads.SpringDamper("spring", fm.GROUND, body, **ends, stiffness=rate)
+        return fm.Mechanism("block", [body, guide, spring], (0.0, -10.0))
+
+    given, t = {"mu": 0.2, "rate": 100.0}, np.array([0.2, 0.5, 0.8, 1.0])
+    by_mu = (stopped(0.2 + 1e-6, 100.0, t) - stopped(0.2 - 1e-6, 100.0, t)) / 2e-6
+    by_rate = (stopped(0.2, 100.0 + 1e-4, t) - stopped(0.2, 100.0 - 1e-4, t)) / 2e-4
+    worst = []
+    for step in (1e-3, 1e-4, fm.Adaptive(rtol=1e-6)):
+        found = fm.design.sensitivity(block, given, of=["block.x"], t_end=1.0, save=t, step=step)
+        own = found["block.x"].values[:, 1:]
+        worst.append(np.abs(own / [by_mu, by_rate] - 1.0).max())
+    assert worst[0] < 0.04
+    assert worst[1] < 0.004
+    assert worst[2] < 5e-4
+
+
 EXACT = {  # of a ball that returns with e times its speed, by T. 50 m, 9.8 m/s^2, e = .8
     "h0": (0.21744565164973, 0.56348913032995),
     "g": (1.87472271249865, -2.12505545749727),

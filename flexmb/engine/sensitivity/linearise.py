@@ -78,7 +78,7 @@ class Tangents(Record):
     q0, v0, a0, lam0, z0 : state before the step;  ap, zp : state before the step before
     rt : (n_q + 3,) rate of the forces in time at rest;  moving : (2, n_c) G v, and G a + W v
     closing : (contacts,) 1 for a contact that begins at the very end of the step
-    turn : (contacts + joints, 2) slopes of friction that turned round in this step, see `find_turns`
+    turn : (contacts + joints, 4) slopes of friction that turned in this step, see `find_turns`
     turned : (k, contacts + joints) its forces beside those of the law
     by : directions of the parameters to which the first differences belong;  rows : derivatives of signals
     """
@@ -163,7 +163,7 @@ def new_tangents(
         lam0=m,
         moving=(2, m),
         closing=np.zeros(n_k, dtype=np.int64),
-        turn=(n_k + n_g, 2),
+        turn=(n_k + n_g, 4),
         turned=(k, n_k + n_g),
     )
 

@@ -1,7 +1,7 @@
-"""Friction that turns round within a step: the change of its force over the step, in place of its slopes at the ends.
+"""Friction that changes within a step beyond its slopes: the change of its force takes their place.
 
-A law without history changes its sign within a small slip, which a step may leap over.  The slopes at both ends then
-miss the jump, by which a neighbour, whose slip s changes its sign at another time, gains or loses speed.  With the
+A law without history turns round within a small slip, which steps leap over or into.  The slopes at both ends then
+tell nothing of the change, by which a neighbour, whose slip s turns at another time, gains or loses speed.  With the
 secant slope S = (T1 - T0) / (s1 - s0) at both ends, the slips of a neighbour are ds1/ds0 = (ds/dt)_1 / (ds/dt)_0, as
 behind a jump of the force.  The accelerations at the end are those of the force there.
 
@@ -22,31 +22,35 @@ from flexmb.kernels import compiled
 from flexmb.places import FRICTION_FORCE, LOAD, NORMAL_FORCE, SLIDING, SLIP, TANGENTIAL
 from flexmb.program.program import BEGIN, END, FRICTION_Z, LOAD_KERNEL, Z_END
 
-STARTING, ENDING = range(2)
-"""Columns of `Tangents.turn`: forces at the end of the step by the slip at its start, and by that at its end beside the
-force of the law [N s/m].
+STARTING, ENDING, EXCESS, CARRIED = range(4)
+"""Columns of `Tangents.turn` [N s/m]: forces at the end of the step by the slip at its start, and by that at its end
+beside the slope of the law; what of the latter is no part of the accelerations at the end; the slope that is, for the
+next step.
+"""
+
+PART_OF_FRICTION, STEEPEST = 1e-3, 10.0
+"""Change of a friction force within a step that its slopes at both ends do not tell, relative to the force; largest
+slope in accelerations, relative to the secant: beyond it, differences leave the slip within which the law turns.
 """
 
 
 @compiled
 def find_turns(tables, address, h, share, q, v, lam, T, work):
-    """Find the friction without history that turns round in a step of size h; put its secant slopes into work.lu.
+    """Find the friction without history that turns in a step of size h; put its secant slopes into work.lu.
 
     share : part of the step for which a force at its end acts.  Contacts and constraints are evaluated at q, v, lam.
     """
     K, C = tables.contacts, tables.constraints
-    T.turn[:, :] = 0.0
     for c in range(K.kernel.shape[0]):
         out, slopes = work.contact[c], work.slopes[c]
         if K.z[c, Z_END] > K.z[c, FRICTION_Z] or out[FRICTION_FORCE] == 0.0:
+            T.turn[c, :] = 0.0
             continue
         slip = _slip_before(tables, address, c, T, work)
-        if slip * out[SLIP] >= 0.0:
-            continue
         before, slope, _ = call_friction(tables, address, c, h, slip, out[NORMAL_FORCE], T.z0, work.z_new)
-        secant = (out[FRICTION_FORCE] - before) / (out[SLIP] - slip)
-        _store_turn(T.turn[c], share, secant, slope, slopes[T_BY_SLIP])
-        slopes[T_BY_SLIP] = secant
+        if not _turns(slip, before, slope, out[SLIP], out[FRICTION_FORCE], slopes[T_BY_SLIP], share, T.turn[c]):
+            continue
+        slopes[T_BY_SLIP] += T.turn[c, ENDING]
         gather(v, K.dofs, 6 * c, 6, work.vl)
         jacobians(out, work.contact_scratch)
         add_tangents(
@@ -58,14 +62,11 @@ def find_turns(tables, address, h, share, q, v, lam, T, work):
         if C.joint_friction[c, LOAD_KERNEL] < 0 or C.joint_friction_z[c, END] > C.joint_friction_z[c, BEGIN]:
             continue
         slip = _joint_slip_before(tables, address, c, T, work)
-        if slip * after >= 0.0 or force == 0.0:
-            continue
         find_joint_load(tables, address, c, q, lam, work)
         out = work.joint_friction_out
         before, slope = joint_friction_force(tables, address, c, h, slip, out[LOAD], T.z0, work.z_new)
-        secant = (force - before) / (after - slip)
-        _store_turn(T.turn[k], share, secant, slope, work.slopes[k, JOINT_T_BY_SLIP])
-        _add_joint_turn(C, c, v, T.turn[k, ENDING], work)
+        if _turns(slip, before, slope, after, force, work.slopes[k, JOINT_T_BY_SLIP], share, T.turn[k]):
+            _add_joint_turn(C, c, v, T.turn[k, ENDING], work)
 
 
 @compiled
@@ -88,10 +89,21 @@ def _joint_slip_before(tables, address, c, T, work):
 
 
 @compiled
-def _store_turn(turn, share, secant, before, after):
-    """Set both columns by the secant slope, and by the slopes of the law at start and end."""
-    turn[STARTING] = (1.0 - share) / share * (secant - before)
-    turn[ENDING] = secant - after
+def _turns(slip0, T0, slope0, slip1, T1, slope1, share, turn):
+    """Whether the slopes at start and end miss a part of the change from T0 to T1; sets `turn`."""
+    if turn[CARRIED] != 0.0:
+        slope0 = turn[CARRIED]
+    turn[:] = 0.0
+    change, far = T1 - T0, slip1 - slip0
+    missed = change - ((1.0 - share) * slope0 + share * slope1) * far
+    if abs(missed) <= PART_OF_FRICTION * max(abs(T0), abs(T1)) or far == 0.0:
+        return False
+    secant = change / far
+    steepest = STEEPEST * abs(secant)
+    turn[STARTING], turn[ENDING] = (1.0 - share) / share * (secant - slope0), secant - slope1
+    turn[CARRIED] = min(max(slope1, -steepest), steepest)
+    turn[EXCESS] = secant - turn[CARRIED]
+    return True
 
 
 @compiled
@@ -150,17 +162,17 @@ def complete_turned(tables, address, q, v, lam, T, work):
     """Add the forces by the slips at the end to T.turned; T.q, T.v are of the end."""
     K, C = tables.contacts, tables.constraints
     for c in range(K.kernel.shape[0]):
-        if T.turn[c, ENDING] != 0.0:
+        if T.turn[c, EXCESS] != 0.0:
             contact_differences(K, c, work.contact[c], v, T, work)
             for j in range(T.q.shape[0]):
-                T.turned[j, c] += T.turn[c, ENDING] * T.own[j, OF_SLIP]
+                T.turned[j, c] += T.turn[c, EXCESS] * T.own[j, OF_SLIP]
     for c in range(C.kernel.shape[0]):
         k = K.kernel.shape[0] + c
-        if T.turn[k, ENDING] != 0.0:
+        if T.turn[k, EXCESS] != 0.0:
             find_joint_load(tables, address, c, q, lam, work)
             joint_differences(tables, c, v, T, work)
             for j in range(T.q.shape[0]):
-                T.turned[j, k] += T.turn[k, ENDING] * T.own[j, OF_SLIP]
+                T.turned[j, k] += T.turn[k, EXCESS] * T.own[j, OF_SLIP]
 
 
 @compiled

@@ -73,6 +73,9 @@ LEAST_PIVOT = 1e-300
 VERY_END = 0.9
 """Fraction of a step from which a contact that begins in it begins at its end."""
 
+WEIGHT_OF_MASS = 1e6
+"""Weight of the mass matrix for accelerations alone, over that of the step."""
+
 TANGENT_LOST = 40
 """Code of a step with a singular tangent."""
 
@@ -117,8 +120,10 @@ def carry_differences(tables, address, lu, h, options, flow, trial, record, T, w
         if not solve_differences(tables, lu, kv, options, j, T, work):
             return TANGENT_LOST
         finish_differences(n, kv, kx, ka, delta, first, flow.clock.last_step == 0.0, j, T)
-    if has_turn(T) and not settle_accelerations(tables, address, lu, h, 1e6 * ka, flow, T, work):
-        return TANGENT_LOST
+    if has_turn(T):
+        lag = 1.0 if flow.clock.last_step == 0.0 else 1.0 + delta if first else kx / ka
+        if not settle_accelerations(tables, address, lu, h, WEIGHT_OF_MASS * ka, lag, flow, T, work):
+            return TANGENT_LOST
     advance_histories(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.z0, T, work)
     if T.rows.places.shape[0] > 0:
         write_rows(tables, address, h, options, flow, trial, record, T)
@@ -295,10 +300,10 @@ def finish_differences(n, kv, kx, ka, delta, first, restarts, j, T):
 
 
 @compiled
-def settle_accelerations(tables, address, lu, h, ka, flow, T, work):
-    """Take the forces of friction that turned round out of the accelerations at the end; whether this succeeded.
+def settle_accelerations(tables, address, lu, h, ka, lag, flow, T, work):
+    """Take the forces of friction that turned out of the accelerations at the end; whether this succeeded.
 
-    ka : weight of the mass matrix, beside which stiffness does not matter.
+    ka : weight of the mass matrix, beside which stiffness does not matter;  lag : change of the auxiliary acceleration
     """
     n, m, t = tables.sizes.n_q, tables.sizes.n_c, flow.clock.t
     complete_turned(tables, address, flow.q, flow.v, flow.lam, T, work)
@@ -313,7 +318,7 @@ def settle_accelerations(tables, address, lu, h, ka, flow, T, work):
         solve(lu, work.lu, T.b, T.d, T.y)
         for i in range(n):
             T.a[j, i] += ka * T.d[i]
-            T.x[j, i] = T.a[j, i]
+            T.x[j, i] += lag * ka * T.d[i]
         for i in range(n, n + m):
             T.u[j, i] += T.d[i]
     return True
