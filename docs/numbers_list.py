@@ -224,6 +224,14 @@ engine.step.contact_log.ROUND_OFF_GAP | 1 | size of the mechanism | gap at the s
 engine.sensitivity.tangent_step.MOST_ROUNDS | iterations | nothing | iterations of a carried step
 engine.sensitivity.tangent_step.CONVERGED_CHANGE | 1 | carried differences | change that is round-off
 engine.sensitivity.tangent_step.DIVERGED_CHANGE | 1 | carried differences | change that has to become smaller
+engine.sensitivity.tangent_step.LEAST_PIVOT | N/m | nothing | keeps a division from zero
+engine.sensitivity.tangent_step.VERY_END | 1 | a step | an onset behind it belongs to the next step
+engine.sensitivity.tangent_step.WEIGHT_OF_MASS | 1 | that of a step | mass matrix for accelerations alone
+engine.sensitivity.reversals.PART_OF_FRICTION | 1 | friction force | change that the slopes of a step may miss
+engine.sensitivity.reversals.STEEPEST | 1 | secant slope | steepest slope in carried accelerations
+engine.sensitivity.signal_rows.SMALL_WAY | 1 | size of the mechanism | differences of positions for signals
+engine.sensitivity.signal_rows.SMALL_SPEED | 1 | largest speed | differences of velocities for signals
+engine.sensitivity.signal_rows.PART_OF_PENETRATION | 1 | penetration | its difference for signals
 engine.sensitivity.linearise.TIME_DIFFERENCE | 1 | a step | part of it in which a neighbour must touch
 engine.sensitivity.linearise.POSE_DIFFERENCE | rad | nothing | turn over which rows of joints are differenced
 engine.sensitivity.histories.RELATIVE_DIFFERENCE | 1 | histories | differences for the derivative of a law
@@ -525,7 +533,7 @@ def _left_out() -> dict[str, str]:
         elastic.reduced.reduced.REMEMBERED engine.state.flow.PAST_STATES run.run.BUFFER_ROWS
         run.run.BLOCK_SECONDS run.run.FIRST_BLOCK_UPDATES dynamics.basins.CHUNKS dynamics.series.embedding.BLOCK
         dynamics.series.correlation.BLOCK program.compiler.REMEMBERED_CALLS program.structure.REMEMBERED_STRUCTURES
-        program.structure.REMEMBERED_UNKNOWNS program.structure.FIELDWISE_FROM run.run.BUFFER_NUMBERS run.run.LEAST_BUFFER_ROWS
+        engine.sensitivity.signal_rows.STEP_ROWS program.structure.REMEMBERED_UNKNOWNS program.structure.FIELDWISE_FROM run.run.BUFFER_NUMBERS run.run.LEAST_BUFFER_ROWS
         run.saving.MOST_RESERVED_BYTES
     size of a symbol in a picture: results.drawing.COILS results.drawing.WIDTH results.drawing.ARROW results.drawing.HEAD parts.loads.mesh_loads.ARROWS parts.loads.mesh_loads.NO_ARROW
         results.drawing.CIRCLE_POINTS results.drawing.ARC_POINTS results.drawing.OVERHANG

@@ -2,6 +2,8 @@
 
 from flexmb.design.derivatives import Sensitivity as Sensitivity
 from flexmb.design.derivatives import sensitivity as sensitivity
+from flexmb.design.fitting import Fit as Fit
+from flexmb.design.fitting import fit as fit
 from flexmb.design.measures import Measure as Measure
 from flexmb.design.measures import at_end as at_end
 from flexmb.design.measures import mean as mean

@@ -38,7 +38,7 @@ RTOL_OF_FIXED_STEPS = 1e-6
 
 
 class HorizonError(SolveError):
-    """A motion in which small differences grow so far that derivatives say nothing at its end."""
+    """Error of a motion in which small differences grow by more than 1/rtol."""
 
 
 class Span(NamedTuple):
@@ -147,7 +147,7 @@ class Sensitivity(display.Inside):
 
     `s["slider.x"]` is the derivative of a signal, (parameter, time); `s.signals["slider.x"]` the signal itself.
 
-    Attributes
+    Parameters
     ----------
     dataset : derivatives of the signals [unit of the signal / unit of the parameter], with the values and units of the
         parameters beside them.
@@ -244,7 +244,7 @@ def sensitivity(
 
     Notes
     -----
-    Equations (14.1) to (14.7) of docs/theory/design.md.
+    Equations (14.1) to (14.9) of docs/theory/design.md.
     """
     label = "sensitivity"
     held = ParameterModel(label, model, parameters)

@@ -15,11 +15,27 @@ KINDS = ("mean", "rms", "peak", "end")
 
 @dataclass(frozen=True)
 class Measure:
-    """A number that tells a signal over a whole run; made by `mean`, `rms`, `peak`, `at_end`."""
+    """A number of a signal over a whole run; `mean`, `rms`, `peak` and `at_end` make it.
+
+    Parameters
+    ----------
+    kind : "mean", "rms", "peak" or "end".
+    signal : name of a signal.
+    norm : order of a smooth peak, see `peak`.
+
+    Raises
+    ------
+    InputError : an unknown kind; a norm below 1.
+    """
 
     kind: str
     signal: str
     norm: float | None = None
+
+    def __post_init__(self) -> None:
+        checks.one_of("Measure", "kind", self.kind, KINDS)
+        if self.norm is not None:
+            checks.between("Measure", "norm", self.norm, 1.0, 1e6)
 
     @property
     def name(self) -> str:
@@ -72,8 +88,6 @@ def peak(signal: str, *, norm: float | None = None) -> Measure:
     ------
     InputError : a norm below 1.
     """
-    if norm is not None:
-        norm = checks.between("peak", "norm", norm, 1.0, 1e6)
     return Measure("peak", signal, norm)
 
 
@@ -93,7 +107,7 @@ class Rows(NamedTuple):
 def measured(measure: Measure, rows: Rows) -> tuple[float, np.ndarray]:
     """Value of a measure, and its derivatives (k,).
 
-    Equations (14.6) and (14.7) of docs/theory/design.md.
+    Equations (14.7) and (14.8) of docs/theory/design.md.
     """
     y, slope = rows.y, rows.slope
     if measure.kind == "end":
@@ -116,7 +130,7 @@ def measured(measure: Measure, rows: Rows) -> tuple[float, np.ndarray]:
 def _crest(rows: Rows, k: int) -> tuple[float, np.ndarray]:
     """Size of the extremum next to row k, on the parabola through it and its neighbours, and its derivatives.
 
-    Equation (14.8) of docs/theory/design.md.
+    Equation (14.9) of docs/theory/design.md.
     """
     time, y, slope, last = rows.time, rows.y, rows.slope, len(rows.y) - 1
     sign = 1.0 if y[k] >= 0.0 else -1.0

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, is_dataclass
 from numbers import Real
 from typing import Any
+
+import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
@@ -87,6 +89,29 @@ class ParameterModel:
         return Parameter(name, checks.number(self.label, name, value, unit), unit)
 
 
+def bounds_of(label: str, parameters: Any) -> dict[str, tuple[float, float]]:
+    """Bounds (low, high) by name, or `InputError`."""
+    found = {}
+    for name, pair in checks.mapping(label, "parameters", parameters).items():
+        both = checks.sequence(label, f"parameters[{name!r}]", pair, "two bounds")
+        if len(both) != 2:
+            raise InputError(f"{label}: parameters[{name!r}] is {pair!r}; give two bounds (low, high).")
+        low, high = (checks.number(label, str(name), x) for x in both)
+        if not low < high:
+            raise InputError(
+                f"{label}: the bounds of {name} are {low:g} and {high:g}; the first must be the lower one."
+            )
+        found[str(name)] = (low, high)
+    return found
+
+
+def box_points(count: int, dimensions: int) -> np.ndarray:
+    """Points (count, dimensions) of Sobol's sequence within 0 and 1, the same each time."""
+    from scipy.stats import qmc  # noqa: PLC0415 - takes long to import
+
+    return np.asarray(qmc.Sobol(dimensions, rng=np.random.default_rng(1)).random(count))
+
+
 def _of_part(label: str, mechanism: Any, name: str) -> tuple[Any, str, str]:
     """Value, unit and declared kind of a number of a part."""
     part, _, path = name.partition(".")
@@ -95,7 +120,7 @@ def _of_part(label: str, mechanism: Any, name: str) -> tuple[Any, str, str]:
     owner: Any = mechanism.find(part)
     value, unit, kind = owner, "", ""
     for piece in path.split("."):
-        if not hasattr(type(value), "__dataclass_fields__"):
+        if not is_dataclass(value):
             raise InputError(f"{label}: {name!r}: there are no fields before {piece!r}.")
         own = require_field(f"{label}: {name!r}", piece, value)
         declared = next(field for field in fields(value) if field.name == own)

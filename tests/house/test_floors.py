@@ -23,7 +23,7 @@ FLOORS = {
     "results": 8,
     "run": 9, "findings.run": 9,
     "engine.sensitivity": 10, "dynamics.series": 10,
-    "dynamics": 11,
+    "dynamics": 11, "design": 11,
     "dynamics.sweeps": 12, "show.pictures": 12,
     "mechanisms": 13, "show.reports": 13,
     "cli": 15,

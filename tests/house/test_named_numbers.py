@@ -42,6 +42,7 @@ IN_FILES = {
         "poses of nodes, in threes behind HEAD": "p",
     },
     "flexmb/elastic/reduced/peak_stress.py": {"x, y, theta of nodes, as deformed": "e"},
+    "flexmb/engine/sensitivity/signal_rows.py": {"instants": "due slopes", "both sides of a difference": "pair"},
     "flexmb/engine/linalg/symbolic.py": {"columns before": "ptr parent"},
     "flexmb/engine/linalg/lu.py": {
         "a block of the matrix, row by row": "lu",
@@ -56,6 +57,7 @@ LAST_INDEX = {"S"}
 
 BOUNDS = {
     *("dof", "row", "pos", "pos_g", "pos_h", "reaction", "reaction_on", "starts", "row_ptr"),
+    *("first", "piece"),
     *("input", "output", "source_dof", "pos_state", "pos_load"),
 }
 """Lists whose entry k + 1 is the end of what begins at entry k."""

@@ -176,8 +176,8 @@ def add_contact_history(tables, address, c, h, z, T, work):
     for j in range(T.z.shape[0]):
         N, friction = T.N[j, c], T.T[j, c]
         if 3 * j < by.shape[0]:  # parameters
-            N += slopes[N_BY_GAP] * by[3 * j, c] + slopes[N_BY_RATE] * by[3 * j + 1, c]
-            friction += slopes[T_BY_SLIP] * by[3 * j + 2, c]
+            N += slopes[N_BY_GAP] * by[3 * j + OF_GAP, c] + slopes[N_BY_RATE] * by[3 * j + OF_RATE, c]
+            friction += slopes[T_BY_SLIP] * by[3 * j + OF_SLIP, c]
         friction += slopes[T_BY_N] * N
         for i in range(6):
             T.F[j, K.dofs[6 * c + i]] += S[NORMAL, i] * N + S[TANGENTIAL, i] * friction
@@ -257,7 +257,8 @@ def contact_differences(K, c, out, v, T, work):
     for j in range(T.q.shape[0]):
         gap, rate, slip = 0.0, 0.0, 0.0
         if 3 * j < explicit.shape[0]:  # parameters
-            gap, rate, slip = explicit[3 * j, c], explicit[3 * j + 1, c], explicit[3 * j + 2, c]
+            gap, rate = explicit[3 * j + OF_GAP, c], explicit[3 * j + OF_RATE, c]
+            slip = explicit[3 * j + OF_SLIP, c]
         for i in range(6):
             dq, dv = T.q[j, dofs[i]], T.v[j, dofs[i]]
             gap += S[NORMAL, i] * dq

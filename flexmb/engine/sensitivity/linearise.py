@@ -35,6 +35,9 @@ from flexmb.program.program import BEGIN, END, LOAD_KERNEL, Program
 SPEED, ACCELERATION = range(2)
 """Rows of `Tangents.moving`: G v, and G a + W v."""
 
+PLACE, ROW, COLUMN = range(3)
+"""Columns of `Tangents.entries`."""
+
 RESIDUAL, RATE, RIGHT_SIDE = range(3)
 """Rows of `Tangents.g`: g, g_t and gamma of constraint kernels."""
 
@@ -178,7 +181,7 @@ def _entries(program: Program) -> np.ndarray:
 
 @apart
 def linearise(tables, address, t, h, q, v, a, lam, z, kv, ka, T, work):
-    """Fill work.lu with [[A, G^T], [G, 0]], T.F with -(K U + C X + M Y + (dr/dz) dz), T.z1 with the effect of T.z on it.
+    """Fill work.lu with [[A, G^T], [G, 0]], T.F with -(K U + C X + M Y + (dr/dz) dz), T.z1 with the effect of T.z.
 
     q, v, a : (n_q + 3,); z : history a time h before.  Friction in joints is in A and beside G^T as in `evaluate`.
     """
@@ -219,7 +222,7 @@ def linearise(tables, address, t, h, q, v, a, lam, z, kv, ka, T, work):
 def _subtract_stiffness(T, work):
     """F -= K U with the stiffness of contacts and constraints in work.lu."""
     for k in range(T.entries.shape[0]):
-        value, row, column = work.lu[T.entries[k, 0]], T.entries[k, 1], T.entries[k, 2]
+        value, row, column = work.lu[T.entries[k, PLACE]], T.entries[k, ROW], T.entries[k, COLUMN]
         for j in range(T.U.shape[0]):
             T.F[j, row] -= value * T.U[j, column]
 

@@ -1,4 +1,4 @@
-"""Run that carries the derivatives of its state by parameters, and writes those of its signals."""
+"""Run with derivatives of its state and of its signals by parameters."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class ParameterRun(CarryingRun):
         return time, y, slope, np.concatenate([np.zeros((1, p)), shift[:, :p]])
 
     def empty_buffer(self, options: Options) -> None:
-        """Empty the buffers of the run, and those of its rows."""
+        """Empty the buffers of the run and of its rows."""
         super().empty_buffer(options)
         self._fetch_rows()
 

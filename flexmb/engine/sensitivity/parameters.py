@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from flexmb.engine.compiled.records import Integers, IntegerTable, Matrix, Record, Vector
-from flexmb.engine.sensitivity.histories import element_force
+from flexmb.engine.sensitivity.histories import OF_GAP, OF_RATE, OF_SLIP, element_force
 from flexmb.engine.system.constraints import add_joint_friction, call_constraint
 from flexmb.engine.system.contacts import call_friction, call_gap, call_normal, jacobians
 from flexmb.engine.system.elements import gather_state, load_factor
@@ -30,9 +30,6 @@ ELEMENT, CONSTRAINT, CONTACT = range(3)
 KIND, NUMBER = range(2)
 """Columns of `ParameterRates.pieces`."""
 
-EXPLICIT_GAP, EXPLICIT_RATE, EXPLICIT_SLIP = range(3)
-"""Rows of a parameter in `ParameterRates.contact`."""
-
 
 class ParameterRates(Record):
     """Directions of k parameters in the packed numbers, and their effect on the equations at a given state.
@@ -41,7 +38,7 @@ class ParameterRates(Record):
     number, rate : numbers that a parameter moves, and their derivatives; first : (k + 1,) where those of each begin
     pieces : (n, 2) KIND and NUMBER of the pieces that a parameter moves; piece : (k + 1,) where those of each begin
     g, gv : (k, n_c) derivatives of g and of G v + g_t
-    contact : (3 k, contacts) derivatives of gap, gap rate and slip
+    contact : (3 k, contacts) derivatives of gap, gap rate and slip; rows OF_GAP to OF_SLIP of each parameter
     """
 
     varied: Tables
@@ -183,7 +180,7 @@ def _add_constraint(varied, address, c, t, h, q, v, lam, z, factor, j, T, work):
 
 @compiled
 def _add_contact(varied, address, c, h, q, v, z, factor, j, T, work):
-    """Add factor times the forces of contact c, first at its present gap, then in their present sizes along its axes."""
+    """Add factor times the forces of contact c at its present gap, then of their present sizes along its axes."""
     K, out, here, S = varied.contacts, work.contact[c], work.gap, work.contact_scratch
     begin, end = K.z[c, NORMAL_Z], K.z[c, Z_END]
     N, _, _ = call_normal(varied, address, c, h, out[GAP], out[GAP_RATE], z, work.z_new)
@@ -196,9 +193,9 @@ def _add_contact(varied, address, c, h, q, v, z, factor, j, T, work):
     gather(v, K.dofs, 6 * c, 6, work.vl)
     call_gap(varied, address, c, work.ql, work.vl, here)
     by = T.by.contact
-    by[3 * j + EXPLICIT_GAP, c] += factor * here[GAP]
-    by[3 * j + EXPLICIT_RATE, c] += factor * here[GAP_RATE]
-    by[3 * j + EXPLICIT_SLIP, c] += factor * here[SLIP]
+    by[3 * j + OF_GAP, c] += factor * here[GAP]
+    by[3 * j + OF_RATE, c] += factor * here[GAP_RATE]
+    by[3 * j + OF_SLIP, c] += factor * here[SLIP]
     jacobians(here, S)
     for i in range(6):
         force = out[NORMAL_FORCE] * S[NORMAL, i] + out[FRICTION_FORCE] * S[TANGENTIAL, i]

@@ -5,7 +5,7 @@ tell nothing of the change, by which a neighbour, whose slip s turns at another 
 secant slope S = (T1 - T0) / (s1 - s0) at both ends, the slips of a neighbour are ds1/ds0 = (ds/dt)_1 / (ds/dt)_0, as
 behind a jump of the force.  The accelerations at the end are those of the force there.
 
-Equation (9.4) of docs/theory/exponents.md.
+Equation (14.5) of docs/theory/design.md.
 """
 
 from flexmb.engine.compiled.arrays import part_of
@@ -80,7 +80,7 @@ def _slip_before(tables, address, c, T, work):
 
 @compiled
 def _joint_slip_before(tables, address, c, T, work):
-    """Slip of joint c at the start of the step; its load and directions are those there."""
+    """Slip of joint c at the start of the step, for which its load kernel is called."""
     find_joint_load(tables, address, c, T.q0, T.lam0, work)
     slip, begin = 0.0, tables.constraints.dof[c]
     for i in range(6):

@@ -5,7 +5,7 @@ small part of the differences that the steps carry, with the numbers moved by th
 Instants are fixed: a neighbour that is late (time shift tau) is taken where it is at that instant.  Rows of steps keep
 the time shift beside the derivatives, so that integrals over a row of steps can be differenced with their limits.
 
-Equation (14.5) of docs/theory/design.md.
+Equation (14.6) of docs/theory/design.md.
 """
 
 from __future__ import annotations

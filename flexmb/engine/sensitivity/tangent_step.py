@@ -46,7 +46,7 @@ from flexmb.engine.sensitivity.linearise import (
     rows_times,
 )
 from flexmb.engine.sensitivity.parameters import moved_program
-from flexmb.engine.sensitivity.reversals import complete_turned, has_turn, gather_turned
+from flexmb.engine.sensitivity.reversals import complete_turned, gather_turned, has_turn
 from flexmb.engine.sensitivity.signal_rows import keep_differences, write_rows
 from flexmb.engine.state.record import BUFFER_FULL, GEAR_GUPTA_LEIMKUHLER, POSITION, RUNNING, VELOCITY, Options
 from flexmb.engine.step.contact_events import slow_approach_speed

@@ -1,0 +1,403 @@
+"""Fits: parameters of a mechanism from measured signals, with errors, correlations and what cannot be told apart."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexmb import arguments, checks, display
+from flexmb.design.derivatives import Span, columns, derivatives
+from flexmb.design.parameters import Model, ParameterModel, bounds_of, box_points
+from flexmb.engine.step.method import Method
+from flexmb.errors import InputError, SolveError
+from flexmb.run.simulate import Step, simulate
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+HARDLY_SEEN = 1e-7
+"""Singular value of the scaled derivatives, over the largest, below which a combination of parameters is not seen."""
+
+MEMBER = 0.1
+"""Share of a parameter in such a combination from which it is named."""
+
+SPANS = tuple(np.geomspace(0.01, 1.0, 14).tolist())
+"""Parts of the data, from the begin on, that are fitted one after the other.
+
+The sum of squares has many minima where small differences grow; those of a shorter span are wider.  In each
+span residuals are integrated over the time at first, since peaks of computed and measured impacts need not overlap.
+"""
+
+TRIALS, TELLING = 64, 5.0
+"""Points within the bounds at which the first span is computed; median of their sums of squares over the least one from
+which a span tells where to search.
+"""
+
+KEPT, BEHIND, TURNS, WORSE = 5, 4.0, 12, 1.5
+"""Points that are followed from span to span; sum of squares over the least one up to which one is followed; runs of
+a search in a span that is not the last; mean square over that of the span before from which more is tried.
+"""
+
+SAME_POINT = 1e-3
+"""Distance of two points, relative to the bounds, within which they are one."""
+
+REFUSED = 1e4
+"""Residuals of a run that fails, over the noise, so that the search turns back."""
+
+
+@dataclass(frozen=True, repr=False)
+class Fit(display.Inside):
+    """Fitted parameters.
+
+    Parameters
+    ----------
+    parameters, errors, bounds : value, standard error and bounds of each parameter, by name.
+    correlation : (n, n) correlations, in the order of the parameters.
+    offsets : fitted constant offsets by signal.
+    unseen : combinations of parameters that the data do not tell apart, as texts.
+    residuals : measured less computed signals, xarray.
+    rms : root of the mean square of the residuals over their noise levels.
+    runs : number of runs that were made.
+    ok, message : whether the search converged, and a sentence on its end.
+    """
+
+    parameters: dict[str, float]
+    errors: dict[str, float]
+    bounds: dict[str, tuple[float, float]]
+    correlation: np.ndarray
+    offsets: dict[str, float]
+    unseen: tuple[str, ...]
+    residuals: xr.Dataset
+    rms: float
+    runs: int
+    ok: bool
+    message: str
+
+    def __repr__(self) -> str:
+        names = tuple(self.parameters)
+        head = ("parameter", "value", "standard error", "bounds", *(f"with {name}" for name in names))
+        rows = [
+            (
+                name,
+                f"{self.parameters[name]:.6g}",
+                f"{self.errors[name]:.2g}",
+                "{:g} to {:g}".format(*self.bounds[name]),
+                *(f"{x:.3f}" for x in self.correlation[k]),
+            )
+            for k, name in enumerate(names)
+        ]
+        lines = [f"Fit: {self.message} {self.runs} runs, residuals {self.rms:.3g} of the noise.", columns(head, rows)]
+        lines += [f"Offset of {name}: {value:.6g}" for name, value in self.offsets.items()]
+        return "\n".join([*lines, *(f"Not told apart by the data: {text}." for text in self.unseen)])
+
+
+@arguments.checked
+def fit(
+    model: Model,
+    parameters: Mapping[str, tuple[float, float]],
+    data: xr.Dataset | str | Path,
+    *,
+    signals: Sequence[str],
+    noise: float | Mapping[str, float] | None = None,
+    offset: Sequence[str] = (),
+    begin: float = 0.0,
+    loss: str = "linear",
+    step: Step | None = None,
+    method: Method | None = None,
+    most_runs: int = 100,
+) -> Fit:
+    """Parameters from measured signals, by least squares with the derivatives of the run.
+
+    The run starts as the model says, at the time `begin` of the data.  Spans of the data that grow are fitted one after
+    the other, from several points within the bounds, up to all data or to the horizon of derivatives.  Data need not
+    be evenly spaced; instants at which a signal is not a number are left out for this signal.
+
+    Parameters
+    ----------
+    model : a mechanism, or a function of numbers that returns one; start values may be arguments.
+    parameters : bounds (low, high) of each parameter by name.
+    data : measured signals along `time` [s], xarray, or a CSV file whose first line names the columns, `time` first.
+    signals : names of the signals that are compared; the data have them under the same names.
+    noise : standard deviation of the errors of each signal, by name or one for all; None: a tenth of the rms of the
+        signal for its weight, and standard errors from the scatter of the residuals.
+    offset : names of signals whose measured values have an unknown constant offset.
+    begin : time of the data at which the run starts [s].
+    loss : "linear", or a robust one of `scipy.optimize.least_squares`: "soft_l1", "huber", "cauchy", "arctan".
+    step, method : as in `simulate`.
+    most_runs : number of runs of the last search at most.
+
+    Raises
+    ------
+    InputError : unknown parameters or signals, bounds that are not low < high, data without these signals or with
+        fewer numbers than parameters.
+    SolveError : all runs of the first span fail, or small differences grow too far in it (see `sensitivity`).
+    """
+    label = "fit"
+    bounds = bounds_of(label, parameters)
+    checks.one_of(label, "loss", loss, ["linear", "soft_l1", "huber", "cauchy", "arctan"])
+    measured = _Measured(label, data, signals, noise, offset, begin)
+    search = _Search(label, model, bounds, measured, step, method)
+    if measured.count < search.unknowns:
+        raise InputError(f"{label}: {measured.count} measured numbers for {search.unknowns} unknowns; give more data.")
+    return _result(search, search.through_spans(loss, most_runs), known=noise is not None)
+
+
+class _Measured:
+    """Measured signals over their noise levels."""
+
+    def __init__(self, label: str, data: Any, signals: Any, noise: Any, offset: Any, begin: float) -> None:
+        import xarray as xr  # noqa: PLC0415 - takes long to import
+
+        self.label, self.signals = label, checks.sequence(label, "signals", signals, "names of signals")
+        if isinstance(data, (str, Path)):
+            data = read_csv(label, checks.path(label, data))
+        if not isinstance(data, xr.Dataset) or "time" not in data:
+            raise InputError(
+                f"{label}: data is {type(data).__name__}; give xarray signals along 'time', or a CSV file."
+            )
+        for name in self.signals:
+            checks.one_of(label, "signal of the data", name, [str(key) for key in data.data_vars])
+        late = np.asarray(data["time"].values, dtype=float) - checks.number(label, "begin", begin, "s")
+        kept = late >= 0.0
+        self.every = late[kept]
+        if len(self.every) < 2 or (np.diff(self.every) <= 0.0).any():
+            raise InputError(f"{label}: the data need increasing times from begin on; {len(self.every)} are there.")
+        self.all_values = np.stack([np.asarray(data[name].values, dtype=float)[kept] for name in self.signals], axis=1)
+        given = noise if isinstance(noise, Mapping) else dict.fromkeys(self.signals, noise)
+        spread = np.sqrt(np.nanmean(np.where(np.isfinite(self.all_values), self.all_values, np.nan) ** 2, axis=0))
+        self.noise = np.array(
+            [
+                checks.positive(label, f"noise of {name}", given.get(name) or (0.1 * spread[k] or 1.0))
+                for k, name in enumerate(self.signals)
+            ]
+        )
+        self.offset = [checks.one_of(label, "offset", name, self.signals) for name in offset]
+        self.until(1.0)
+
+    def until(self, part: float) -> None:
+        """Take the first part of the data."""
+        self.part, whole = part, float(self.every[-1])
+        kept = max(int(np.searchsorted(self.every, part * whole * (1.0 + 1e-12), "right")), 2)
+        self.time, self.values = self.every[:kept], self.all_values[:kept]
+        self.seen = np.isfinite(self.values)
+
+    @property
+    def count(self) -> int:
+        """Number of measured numbers."""
+        return int(self.seen.sum())
+
+
+def read_csv(label: str, path: Path) -> xr.Dataset:
+    """Signals of a CSV file whose first line names the columns, "time" first."""
+    import xarray as xr  # noqa: PLC0415 - takes long to import
+
+    try:
+        names = path.read_text(encoding="utf-8").partition("\n")[0].strip().split(",")
+        table = np.genfromtxt(path, delimiter=",", skip_header=1, ndmin=2)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{label}: {path} cannot be read as CSV: {error}") from error
+    names = [name.strip().strip('"') for name in names]
+    if names[0] != "time" or table.shape[1] != len(names):
+        raise InputError(f"{label}: {path} begins with {','.join(names[:3])}; its first column must be called time.")
+    return xr.Dataset({name: ("time", table[:, k]) for k, name in enumerate(names) if k}, {"time": table[:, 0]})
+
+
+class _Search:
+    """Residuals and derivatives by unknowns: parameters from 0 to 1 within their bounds, offsets over the noise."""
+
+    def __init__(
+        self,
+        label: str,
+        model: Model,
+        bounds: Mapping[str, tuple[float, float]],
+        measured: _Measured,
+        step: Step | None,
+        method: Method | None,
+    ) -> None:
+        self.label, self.model, self.bounds, self.measured = label, model, dict(bounds), measured
+        self.step, self.method = step, method
+        self.low, high = np.array(list(bounds.values())).T
+        self.width = high - self.low
+        self.unknowns = len(bounds) + len(measured.offset)
+        self.runs, self.integrates = 0, True
+
+    def at(self, x: np.ndarray) -> ParameterModel:
+        """The model with unknowns (n,)."""
+        values = (self.low + x[: len(self.low)] * self.width).tolist()
+        return ParameterModel(self.label, self.model, dict(zip(self.bounds, values, strict=True)))
+
+    def computed(self, x: np.ndarray) -> np.ndarray:
+        """Computed signals (times, signals), offsets included."""
+        own, held = self.measured, self.at(x)
+        self.runs += 1
+        times = own.time if own.time[0] == 0.0 else np.concatenate([[0.0], own.time])
+        kept = dict.fromkeys(own.signals)
+        sol = simulate(
+            held.at(held.values), t_end=float(own.time[-1]), save=times.tolist(), signals=list(kept), **self.how()
+        )
+        if not sol.ok:
+            raise SolveError(f"{self.label}: {sol.status}")
+        rows = slice(len(times) - len(own.time), None)
+        found = np.stack([np.asarray(sol[name])[rows] for name in own.signals], axis=1)
+        for k, name in enumerate(own.offset):
+            place = own.signals.index(name)
+            found[:, place] += x[len(self.low) + k] * own.noise[place]
+        return found
+
+    def how(self) -> dict[str, Any]:
+        """Step and method of the runs, where they are given."""
+        return {key: one for key, one in (("step", self.step), ("method", self.method)) if one is not None}
+
+    def residuals(self, x: np.ndarray) -> np.ndarray:
+        """Computed less measured signals over the noise, one behind the other; large where the run fails."""
+        own = self.measured
+        try:
+            found = (self.computed(x) - own.values) / own.noise
+        except SolveError:
+            return np.full(own.count, REFUSED)
+        return self._weighted(np.where(own.seen, found, 0.0))[own.seen]
+
+    def jacobian(self, x: np.ndarray) -> np.ndarray:
+        """Derivatives of the residuals by the unknowns."""
+        own, p = self.measured, len(self.low)
+        self.runs += 1
+        span = Span(float(own.time[-1]), None, own.time, self.step, self.method)
+        found = derivatives(self.label, self.at(x), span, own.signals, every=False)
+        slopes = found.slopes[len(found.times) - len(own.time) :].transpose(0, 2, 1) * self.width / own.noise[:, None]
+        slopes = np.concatenate([slopes, np.zeros((*own.values.shape, len(own.offset)))], axis=2)
+        for k, name in enumerate(own.offset):
+            slopes[:, own.signals.index(name), p + k] = 1.0
+        return self._weighted(np.where(own.seen[:, :, None], slopes, 0.0))[own.seen]
+
+    def _weighted(self, rows: np.ndarray) -> np.ndarray:
+        """Rows themselves, or their integrals over the part of the time."""
+        if not self.integrates:
+            return rows
+        part = np.diff(self.measured.time, prepend=0.0) / self.measured.time[-1]
+        return np.asarray(np.cumsum(part.reshape(-1, *(1,) * (rows.ndim - 1)) * rows, axis=0))
+
+    def through_spans(self, loss: str, most: int) -> Any:
+        """Result of the last search of scipy, from the best of the points that were followed through the spans."""
+        points: list[np.ndarray] = []
+        reached, level, refused = 0.0, 0.0, SolveError(f"{self.label}: no span of the data could be computed.")
+        for part in SPANS:
+            self.measured.until(part)
+            if self.measured.count < 2 * self.unknowns and part < 1.0:
+                continue
+            if not points:
+                points = self._scan(last=part == SPANS[-1])
+                if not points:
+                    continue
+            found = []
+            for x in points:
+                try:
+                    found.append(self._followed(x, loss, level))
+                except SolveError as error:
+                    refused = error
+            if not found:
+                break
+            reached, points = part, _distinct(found)
+            level = WORSE * min(float(one.cost) for one in found) / self.measured.count
+        if reached == 0.0:
+            raise refused
+        self.measured.until(reached)
+        return min((self._searched(x, loss, most) for x in points[:2]), key=lambda one: float(one.cost))
+
+    def _scan(self, *, last: bool) -> list[np.ndarray]:
+        """Best of some points within the bounds; none if this span does not tell them apart, and it is not the last."""
+        points = np.zeros((TRIALS, self.unknowns))
+        points[:, : len(self.low)] = box_points(TRIALS, len(self.low))
+        self.integrates = True
+        costs = np.array([float((self.residuals(x) ** 2).sum()) for x in points])
+        order = np.argsort(costs)
+        if float(np.median(costs)) < TELLING * costs[order[0]] and not last:
+            return []
+        return [points[k] for k in order[: 2 * KEPT] if costs[k] < REFUSED**2]
+
+    def _followed(self, x: np.ndarray, loss: str, level: float) -> Any:
+        """Search from a point of the span before; by integrals first, if it leaves more than `level` a residual."""
+        one = self._searched(x, loss, TURNS)
+        if one.cost <= level * self.measured.count:
+            return one
+        other = self._searched(self._searched(x, loss, TURNS, integrates=True).x, loss, TURNS)
+        return min(one, other, key=lambda each: float(each.cost))
+
+    def _searched(self, x: np.ndarray, loss: str, most: int, *, integrates: bool = False) -> Any:
+        from scipy.optimize import least_squares  # noqa: PLC0415 - takes long to import
+
+        self.integrates = integrates
+        p, open_ends = len(self.low), len(self.measured.offset)
+        limits = np.append(np.zeros(p), [-np.inf] * open_ends), np.append(np.ones(p), [np.inf] * open_ends)
+        more = {} if most == TURNS else {"ftol": 1e-12, "xtol": 1e-12, "gtol": 1e-12}
+        inner = np.clip(x[:p], 1e-3, 1.0 - 1e-3)
+        start = np.append(inner, x[p:])
+        return least_squares(self.residuals, start, jac=self.jacobian, bounds=limits, loss=loss, max_nfev=most, **more)
+
+
+def _distinct(found: Sequence[Any]) -> list[np.ndarray]:
+    """Points of searches with sums of squares near the least one, each once, best first."""
+    kept: list[np.ndarray] = []
+    ranked = sorted(found, key=lambda one: float(one.cost))
+    for one in ranked:
+        if one.cost > BEHIND * ranked[0].cost or len(kept) == KEPT:
+            break
+        if all(np.abs(one.x - other).max() > SAME_POINT for other in kept):
+            kept.append(one.x)
+    return kept
+
+
+def _result(search: _Search, found: Any, *, known: bool) -> Fit:
+    """Values, errors and correlations by the derivatives at the solution."""
+    import xarray as xr  # noqa: PLC0415 - takes long to import
+
+    own, p, J = search.measured, len(search.low), search.jacobian(found.x)
+    names, computed = tuple(search.bounds), search.computed(found.x)
+    residuals = search.residuals(found.x)
+    _, singular, right = np.linalg.svd(J, full_matrices=False)
+    seen = singular > HARDLY_SEEN * singular[0]
+    inverse = np.where(seen, 1.0 / np.where(seen, singular, 1.0), 0.0)
+    variance = 1.0 if known else float(residuals @ residuals) / max(own.count - len(found.x), 1)
+    covariance = (right.T * inverse**2) @ right * variance
+    blind = (np.abs(right[~seen]) > MEMBER).any(axis=0)
+    sizes = np.sqrt(np.diag(covariance))
+    with np.errstate(all="ignore"):
+        correlation = np.where(blind[:, None] | blind, np.nan, covariance / np.outer(sizes, sizes))
+    errors = np.where(blind[:p], np.inf, sizes[:p] * search.width)
+    left = {name: ("time", own.values[:, k] - computed[:, k]) for k, name in enumerate(own.signals)}
+    offsets = {name: found.x[p + k] * own.noise[own.signals.index(name)] for k, name in enumerate(own.offset)}
+    return Fit(
+        dict(zip(names, search.at(found.x).values, strict=True)),
+        dict(zip(names, errors.tolist(), strict=True)),
+        search.bounds,
+        correlation[:p, :p],
+        {name: float(value) for name, value in offsets.items()},
+        tuple(_combinations(names, right[~seen])),
+        xr.Dataset(left, {"time": ("time", own.time, {"units": "s"})}),
+        math.sqrt(float(residuals @ residuals) / own.count),
+        search.runs,
+        bool(found.success),
+        " ".join(_sentences(search, found)),
+    )
+
+
+def _sentences(search: _Search, found: Any) -> Iterator[str]:
+    own = search.measured
+    yield "Converged." if found.success else f"Not converged ({found.message})."
+    if own.part < 1.0:
+        yield f"Data later than {own.time[-1]:.4g} s are left out: small differences grow too far there."
+    at = [name for name, x in zip(search.bounds, found.x, strict=False) if min(x, 1.0 - x) < SAME_POINT]
+    if at:
+        yield f"At a bound: {', '.join(at)}."
+
+
+def _combinations(names: Sequence[str], directions: np.ndarray) -> Iterator[str]:
+    """Combinations of changes of parameters, relative to their bounds, that the data do not show."""
+    for row in directions:
+        members = [(name, x) for name, x in zip(names, row, strict=False) if abs(x) > MEMBER]
+        if members:
+            yield " ".join(f"{x:+.2f} of {name}" for name, x in members)
