@@ -9,3 +9,9 @@ from flexmb.design.measures import at_end as at_end
 from flexmb.design.measures import mean as mean
 from flexmb.design.measures import peak as peak
 from flexmb.design.measures import rms as rms
+from flexmb.design.optimum import Optimum as Optimum
+from flexmb.design.optimum import optimise as optimise
+from flexmb.design.tolerances import Normal as Normal
+from flexmb.design.tolerances import Spread as Spread
+from flexmb.design.tolerances import Uniform as Uniform
+from flexmb.design.tolerances import spread as spread

@@ -43,6 +43,31 @@ class Measure:
         order = "" if self.norm is None else f" (p = {self.norm:g})"
         return f"{self.kind}{order} of {self.signal}"
 
+    def __le__(self, value: float) -> Limit:
+        """Limit: this measure at most a value."""
+        return Limit(self, checks.number("Limit", self.name, value), -1.0)
+
+    def __ge__(self, value: float) -> Limit:
+        """Limit: this measure at least a value."""
+        return Limit(self, checks.number("Limit", self.name, value), 1.0)
+
+
+class Limit(NamedTuple):
+    """A limit of a measure: at most a value (sign -1) or at least a value (sign 1)."""
+
+    measure: Measure
+    value: float
+    sign: float
+
+    @property
+    def text(self) -> str:
+        """Words in tables."""
+        return f"{self.measure.name} {'<=' if self.sign < 0.0 else '>='} {self.value:g}"
+
+    def room(self, amount: float) -> float:
+        """Distance of a measure from its limit; negative: violated."""
+        return self.sign * (amount - self.value)
+
 
 def mean(signal: str) -> Measure:
     """Mean over the run.

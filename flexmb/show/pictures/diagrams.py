@@ -451,6 +451,41 @@ PORTRAIT = 20
 
 
 @arguments.checked
+def plot_tornado(sensitivity: Any, signal: str, *, title: str | None = None) -> Figure:
+    """Relative derivatives of the measures of a signal by all parameters, the largest on top.
+
+    Parameters
+    ----------
+    sensitivity : result of `fm.design.sensitivity`.
+    signal : name of a signal of it, or of one of its measures.
+    title : title of the figure; None: the name of the signal.
+
+    Raises
+    ------
+    InputError : another kind of object, a signal without measures in it.
+    """
+    measures = getattr(sensitivity, "measures", None)
+    if measures is None:
+        text = f"plot_tornado: sensitivity is {type(sensitivity).__name__}"
+        raise InputError(f"{text}; it must be the result of fm.design.sensitivity().")
+    every = measures.measure.values.tolist()
+    names = [name for name in every if name == signal or name.endswith(f" of {signal}")]
+    if not names:
+        raise InputError(f"plot_tornado: {signal!r} has no measures; there are {', '.join(every)}.")
+    rows = np.asarray(measures["relative"].sel(measure=names).values, dtype=np.float64)
+    order = np.argsort(np.nan_to_num(np.abs(rows)).max(axis=0))
+    figure, ax = panel_of(PORTRAIT_SIZE, signal if title is None else title)
+    height = 0.8 / len(names)
+    for k, name in enumerate(names):
+        places = np.arange(len(order)) + 0.4 - (k + 0.5) * height
+        ax.barh(places, rows[k, order], height=0.9 * height, color=COLOURS[k % len(COLOURS)], label=name)
+    ax.set_yticks(np.arange(len(order)), [str(measures.parameter.values[k]) for k in order])
+    ax.axvline(0.0, color="black", linewidth=0.8)
+    ax.set_xlabel("relative derivative: change of the measure in % by 1 % of the parameter")
+    ax.legend(fontsize="small")
+    return figure
+
+
 def plot_report(report: ChaosReport) -> dict[str, Figure]:
     """Pictures of a report on a motion by the names of their files, as `flexmb chaos` writes them.
 

@@ -1,0 +1,374 @@
+"""Better designs: least values of measures of signals by the numbers of a mechanism, within limits."""
+
+from __future__ import annotations
+
+import inspect
+import json
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from flexmb import arguments, checks, display
+from flexmb.design.derivatives import Span, columns, derivatives
+from flexmb.design.measures import Limit, Measure, measured
+from flexmb.design.parameters import Model, ParameterModel, bounds_of
+from flexmb.dynamics.jobs.files import write_text
+from flexmb.dynamics.sweeps.parameter_sweep import settings_of
+from flexmb.engine.step.method import Method
+from flexmb.errors import InputError, SolveError
+from flexmb.run.simulate import Step
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+FAILED = 10.0
+"""Objective of a design whose run fails, over the largest one so far, so that the search turns back."""
+
+CHECK_DISTANCE = 1e-4
+"""Difference of a parameter by which derivatives are checked, relative to its bounds."""
+
+Condition = Limit | Callable[..., float]
+"""A limit of a measure, or a function of the parameters that must not be negative."""
+
+
+class Design(NamedTuple):
+    """An evaluated design: parameters from 0 to 1, objective and limits with derivatives, status ("" if good)."""
+
+    x: list[float]
+    values: list[float]  # objective, limits
+    slopes: list[list[float]]
+    status: str
+
+
+@dataclass(frozen=True, repr=False)
+class Optimum(display.Inside):
+    """Result of a search for a better design.
+
+    Parameters
+    ----------
+    parameters : value of each parameter.
+    objective, first : objective there, and at the start.
+    limits : values of the limits by their texts; negative ones are violated.
+    history : all designs in the order of their evaluation: parameters, objective, limits, status, xarray.
+    check : largest difference of derivatives from central differences at start and end, relative to the largest one.
+    ok, message : whether the search converged, and a sentence on its end.
+    """
+
+    parameters: dict[str, float]
+    objective: float
+    first: float
+    limits: dict[str, float]
+    history: xr.Dataset
+    check: tuple[float, float]
+    ok: bool
+    message: str
+
+    def __repr__(self) -> str:
+        rows = [(name, f"{value:.6g}") for name, value in self.parameters.items()]
+        rows += [(text, f"{value:.6g}") for text, value in self.limits.items()]
+        head = f"Optimum: {self.message} Objective {self.objective:.6g}, at the start {self.first:.6g}."
+        checked = "Derivatives beside differences: {:.1e} at the start, {:.1e} at the end.".format(*self.check)
+        return f"{head}\n{columns(('parameter or limit', 'value'), rows)}\n{checked}"
+
+
+@arguments.checked
+def optimise(
+    model: Model,
+    parameters: Mapping[str, tuple[float, float]],
+    *,
+    objective: Measure | Mapping[Measure, float],
+    subject_to: Sequence[Condition] = (),
+    t_end: float | None = None,
+    periods: float | None = None,
+    start: Mapping[str, float] | None = None,
+    everywhere: bool = False,
+    search: str = "SLSQP",
+    most_designs: int = 200,
+    store: str | Path | None = None,
+    resume: bool = False,
+    step: Step | None = None,
+    method: Method | None = None,
+) -> Optimum:
+    """Least value of a measure by the numbers of a mechanism, with the derivatives of the run.
+
+    A design whose run fails or that cannot be assembled is kept in the history with its status, and the search turns
+    back from it.
+
+    Parameters
+    ----------
+    model : a mechanism, or a function of numbers that returns one.
+    parameters : bounds (low, high) of each parameter by name.
+    objective : a measure such as `peak("O.force", norm=16)`, or weights of several by measure.
+    subject_to : limits of measures, `peak("motor.torque", norm=16) <= 3.0`, and functions of parameters that must not
+        be negative; a function is called with those parameters that it names.
+    t_end : end [s]; or
+    periods : number of common periods of the drives.
+    start : first values; missing ones are those of the model, if they lie within the bounds, else the middles.
+    everywhere : whether differential evolution looks for the start within all bounds.
+    search : "SLSQP" or "trust-constr" of `scipy.optimize.minimize`.
+    most_designs : number of designs at most that are evaluated.
+    store : file that keeps every design (JSON); with `resume`, its designs are not computed again.
+    resume : whether an existing store is continued.
+    step, method : as in `simulate`.
+
+    Raises
+    ------
+    InputError : unknown parameters or signals, bounds that are not low < high, a peak without norm, whose derivative
+        jumps, a store of another search.
+    SolveError : a first design that fails.
+    """
+    label = "optimise"
+    bounds = bounds_of(label, parameters)
+    checks.one_of(label, "search", search, ["SLSQP", "trust-constr"])
+    weights = {objective: 1.0} if isinstance(objective, Measure) else dict(objective)
+    evaluation = _Evaluation(label, model, bounds, weights, subject_to, Span(t_end, periods, 1, step, method))
+    evaluation.most = checks.count(label, "most_designs", most_designs)
+    evaluation.keep(store, resume=resume)
+    x = evaluation.scaled(_start(label, model, bounds, start or {}))
+    if everywhere:
+        x = _looked_for(evaluation)
+    first = evaluation.at(x)
+    if first.status:
+        raise SolveError(f"{label}: the first design failed: {first.status} Give another start.")
+    found = _minimum(evaluation, x, search)
+    best = evaluation.best() or first
+    checked = evaluation.check(first), evaluation.check(best)
+    return Optimum(
+        evaluation.values(best.x),
+        best.values[0],
+        first.values[0],
+        dict(zip(evaluation.texts, best.values[1:], strict=True)),
+        evaluation.history(),
+        checked,
+        *found,
+    )
+
+
+def _start(label: str, model: Model, bounds: Mapping[str, tuple[float, float]], given: Mapping[str, float]) -> Any:
+    """First values of the parameters."""
+    middle = {name: 0.5 * (low + high) for name, (low, high) in bounds.items()}
+    for name in given:
+        checks.one_of(label, "parameter of the start", name, list(bounds))
+    try:
+        own = dict(zip(bounds, ParameterModel(label, model, list(bounds)).values, strict=True))
+    except InputError:  # an argument without a default; other faults come back with the values
+        own = middle
+    held = {name: own[name] if bounds[name][0] <= own[name] <= bounds[name][1] else middle[name] for name in bounds}
+    return held | {name: checks.between(label, name, value, *bounds[name]) for name, value in given.items()}
+
+
+class _EnoughError(Exception):
+    """Signal that all permitted designs are evaluated."""
+
+
+class _Evaluation:
+    """Objective and limits of designs, each computed once."""
+
+    most = 0
+
+    def __init__(
+        self,
+        label: str,
+        model: Model,
+        bounds: Mapping[str, tuple[float, float]],
+        weights: Mapping[Measure, float],
+        subject_to: Sequence[Condition],
+        span: Span,
+    ) -> None:
+        self.label, self.model, self.bounds, self.span = label, model, dict(bounds), span
+        self.low, high = np.array(list(bounds.values())).T
+        self.width = high - self.low
+        self.weights, self.limits = dict(weights), [one for one in subject_to if isinstance(one, Limit)]
+        self.functions = [one for one in subject_to if not isinstance(one, Limit)]
+        for one in [*self.weights, *(limit.measure for limit in self.limits)]:
+            if not isinstance(one, Measure):
+                raise InputError(f"{label}: {one!r} is no measure; give one such as rms('slider.ax').")
+            if one.kind == "peak" and one.norm is None:
+                text = f"{label}: the derivative of {one.name} jumps where another instant takes over"
+                raise InputError(f"{text}; give peak({one.signal!r}, norm=16), which is smooth.")
+        for one in self.functions:
+            if not callable(one):
+                raise InputError(f"{label}: subject_to holds {one!r}; give limits of measures or functions.")
+        self.texts = [one.text for one in self.limits] + [getattr(one, "__name__", "limit") for one in self.functions]
+        self.designs: dict[tuple[float, ...], Design] = {}
+        self.known: dict[tuple[float, ...], Design] = {}
+        self.file: Path | None = None
+
+    def scaled(self, values: Mapping[str, float]) -> np.ndarray:
+        """Parameters from 0 to 1 within their bounds."""
+        return (np.array([values[name] for name in self.bounds]) - self.low) / self.width
+
+    def values(self, x: Sequence[float]) -> dict[str, float]:
+        """Parameters by name."""
+        return dict(zip(self.bounds, (self.low + np.asarray(x) * self.width).tolist(), strict=True))
+
+    def at(self, x: np.ndarray) -> Design:
+        """The design with parameters x from 0 to 1."""
+        key = tuple(float(one) for one in np.clip(x, 0.0, 1.0))
+        if key not in self.designs:
+            if len(self.designs) >= self.most:
+                raise _EnoughError
+            self.designs[key] = self.known.get(key) or self._computed(key)
+            if key not in self.known:
+                self._write()
+        return self.designs[key]
+
+    def _computed(self, key: tuple[float, ...]) -> Design:
+        values, n = self.values(key), len(self.texts) + 1
+        measures = [*self.weights, *(one.measure for one in self.limits)]
+        signals = list(dict.fromkeys(one.signal for one in measures))
+        try:
+            held = ParameterModel(self.label, self.model, values)
+            found = derivatives(self.label, held, self.span, signals, every=True)
+        except (SolveError, InputError) as error:
+            if not self.designs:
+                raise
+            return Design(list(key), [0.0] * n, [[0.0] * len(key)] * n, str(error))
+        amounts = [measured(one, found.rows[signals.index(one.signal)]) for one in measures]
+        many = len(self.weights)
+        weights = list(self.weights.values())
+        first = sum(w * amount for w, (amount, _) in zip(weights, amounts, strict=False))
+        slope = sum(w * change for w, (_, change) in zip(weights, amounts, strict=False)) * self.width
+        rows = [(float(first), slope)]
+        for one, (amount, change) in zip(self.limits, amounts[many:], strict=True):
+            rows.append((one.room(amount), one.sign * change * self.width))
+        rows += [self._function(one, values) for one in self.functions]
+        return Design(list(key), [x for x, _ in rows], [np.asarray(dx).tolist() for _, dx in rows], "")
+
+    def _function(self, function: Callable[..., float], values: Mapping[str, float]) -> tuple[float, np.ndarray]:
+        """Value of a function of parameters, and its derivatives by differences."""
+        wanted = [name for name in inspect.signature(function).parameters if name in values]
+        here, slope = {name: values[name] for name in wanted}, np.zeros(len(values))
+        value = checks.number(self.label, getattr(function, "__name__", "limit"), function(**here))
+        for k, name in enumerate(values):
+            if name in here:
+                h = 1e-6 * self.width[k]
+                more, less = (function(**here | {name: here[name] + side * h}) for side in (1.0, -1.0))
+                slope[k] = (more - less) / 2e-6
+        return value, slope
+
+    def best(self) -> Design | None:
+        """Best design whose limits hold, or the one that violates them least."""
+        good = [one for one in self.designs.values() if not one.status]
+        worst = {id(one): min([0.0, *one.values[1:]]) for one in good}
+        held = [one for one in good if worst[id(one)] > -1e-6]
+        if held:
+            return min(held, key=lambda one: one.values[0])
+        return max(good, key=lambda one: worst[id(one)], default=None)
+
+    def check(self, design: Design) -> float:
+        """Largest difference of the derivatives of the objective from central differences, relative to the largest."""
+        most, self.most = self.most, 10**9
+        kept, worst = dict(self.designs), 0.0
+        largest = max(map(abs, design.slopes[0]))
+        for k, slope in enumerate(design.slopes[0]):
+            here = np.array(design.x)
+            here[k] = min(max(here[k], CHECK_DISTANCE), 1.0 - CHECK_DISTANCE)
+            sides = [self.at(here + side * CHECK_DISTANCE * np.eye(len(here))[k]) for side in (1.0, -1.0)]
+            if any(one.status for one in sides):
+                continue
+            difference = (sides[0].values[0] - sides[1].values[0]) / (2.0 * CHECK_DISTANCE)
+            worst = max(worst, abs(difference - slope) / (largest or 1.0))
+        self.designs, self.most = kept, most
+        return worst
+
+    def history(self) -> xr.Dataset:
+        """All designs in their order."""
+        import xarray as xr  # noqa: PLC0415 - takes long to import
+
+        designs = list(self.designs.values())
+        table = np.array([list(self.values(one.x).values()) for one in designs])
+        values = np.array([one.values if not one.status else [np.nan] * len(one.values) for one in designs])
+        found = {name: ("design", table[:, k]) for k, name in enumerate(self.bounds)}
+        found["objective"] = ("design", values[:, 0])
+        found |= {text: ("design", values[:, k + 1]) for k, text in enumerate(self.texts)}
+        return xr.Dataset({**found, "status": ("design", [one.status or "done" for one in designs])})
+
+    def keep(self, store: str | Path | None, *, resume: bool) -> None:
+        """Set the file of the designs, and read those that it holds."""
+        if store is None:
+            return
+        self.file = checks.path(self.label, store)
+        made_of = {"bounds": self.bounds, "objective": self.weights, "limits": self.limits, "functions": self.functions}
+        self.mark = settings_of(made_of | {"span": self.span}, self.model)
+        if not self.file.exists():
+            return
+        if not resume:
+            raise InputError(f"{self.label}: {self.file} exists; continue it with resume=True, or name another file.")
+        try:
+            held = json.loads(self.file.read_text(encoding="utf-8"))
+            designs = [Design(**one) for one in held["designs"]]
+            mark = held["search"]
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise InputError(f"{self.label}: {self.file} is no file of designs: {error}") from error
+        if mark != self.mark:
+            raise InputError(f"{self.label}: {self.file} belongs to another search; name another file.")
+        self.known = {tuple(one.x): one for one in designs}
+
+    def _write(self) -> None:
+        if self.file is None:
+            return
+        every = self.known | self.designs
+        text = json.dumps({"search": self.mark, "designs": [one._asdict() for one in every.values()]})
+        write_text(self.file, text, self.label)
+
+
+def _looked_for(evaluation: _Evaluation) -> np.ndarray:
+    """Start by differential evolution within all bounds, with a third of the designs."""
+    from scipy.optimize import differential_evolution  # noqa: PLC0415 - takes long to import
+
+    most, evaluation.most = evaluation.most, max(evaluation.most // 3, 1)
+
+    def cost(x: np.ndarray) -> float:
+        one = evaluation.at(x)
+        return np.inf if one.status else one.values[0] + 1e3 * sum(-min(0.0, room) for room in one.values[1:])
+
+    with suppress(_EnoughError):
+        differential_evolution(cost, [(0.0, 1.0)] * len(evaluation.low), rng=1, polish=False, tol=1e-3)
+    evaluation.most = most
+    found = evaluation.best()
+    return np.full(len(evaluation.low), 0.5) if found is None else np.array(found.x)
+
+
+def _minimum(evaluation: _Evaluation, x: np.ndarray, search: str) -> tuple[bool, str]:
+    """Whether the search of scipy converged, and a sentence on its end."""
+    from scipy.optimize import minimize  # noqa: PLC0415 - takes long to import
+
+    scale = abs(evaluation.at(x).values[0]) or 1.0
+
+    def objective(z: np.ndarray) -> float:
+        one = evaluation.at(z)
+        if one.status:
+            return FAILED * max(abs(other.values[0]) for other in evaluation.designs.values()) / scale
+        return one.values[0] / scale
+
+    def part(k: int, *, slope: bool) -> Callable[[np.ndarray], Any]:
+        def asked(z: np.ndarray) -> Any:
+            one = evaluation.at(z)
+            return np.array(one.slopes[k]) if slope else one.values[k]
+
+        return asked
+
+    limits = [
+        {"type": "ineq", "fun": part(k + 1, slope=False), "jac": part(k + 1, slope=True)}
+        for k in range(len(evaluation.texts))
+    ]
+    more = {"ftol": 1e-10, "maxiter": 200} if search == "SLSQP" else {"gtol": 1e-8, "xtol": 1e-10}
+    try:
+        found = minimize(
+            objective,
+            x,
+            jac=lambda z: np.array(evaluation.at(z).slopes[0]) / scale,
+            bounds=[(0.0, 1.0)] * len(x),
+            constraints=limits,
+            method=search,
+            options=more,
+        )
+    except _EnoughError:
+        return False, f"Not converged after {evaluation.most} designs; give most_designs= more."
+    text = str(found.message).rstrip(".")
+    return bool(found.success), f"{'Converged' if found.success else 'Not converged'} ({text})."

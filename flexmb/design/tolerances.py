@@ -1,0 +1,276 @@
+"""Spread of measures over a batch of machines whose numbers scatter: to first order, and by samples."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from flexmb import arguments, checks, display
+from flexmb.design.derivatives import Span, columns, derivatives
+from flexmb.design.measures import Measure, Rows, measured
+from flexmb.design.parameters import Model, ParameterModel
+from flexmb.dynamics.sweeps.parameter_sweep import sweep
+from flexmb.engine.step.method import Method
+from flexmb.errors import InputError, SolveError
+from flexmb.run.simulate import Step, simulate
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+TAILS = (0.05, 0.95)
+"""Quantiles of the samples that are told."""
+
+
+@dataclass(frozen=True)
+class Normal:
+    """Normal distribution of a parameter.
+
+    Parameters
+    ----------
+    mean : mean value.
+    deviation : standard deviation.
+
+    Raises
+    ------
+    InputError : a deviation that is not positive.
+    """
+
+    mean: float
+    deviation: float
+
+    def __post_init__(self) -> None:
+        checks.number("Normal", "mean", self.mean)
+        checks.positive("Normal", "deviation", self.deviation)
+
+    def quantile(self, u: np.ndarray) -> np.ndarray:
+        """Values below which parts u of all lie."""
+        from scipy.stats import norm  # noqa: PLC0415 - takes long to import
+
+        return np.asarray(norm.ppf(u, self.mean, self.deviation))
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """Uniform distribution of a parameter.
+
+    Parameters
+    ----------
+    low, high : bounds.
+
+    Raises
+    ------
+    InputError : bounds that are not low < high.
+    """
+
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        if not checks.number("Uniform", "low", self.low) < checks.number("Uniform", "high", self.high):
+            raise InputError(f"Uniform: low is {self.low:g}, high is {self.high:g}; low must be below high.")
+
+    @property
+    def mean(self) -> float:
+        """Mean value."""
+        return 0.5 * (self.low + self.high)
+
+    @property
+    def deviation(self) -> float:
+        """Standard deviation."""
+        return (self.high - self.low) / 12.0**0.5
+
+    def quantile(self, u: np.ndarray) -> np.ndarray:
+        """Values below which parts u of all lie."""
+        return self.low + u * (self.high - self.low)
+
+
+@dataclass(frozen=True, repr=False)
+class Spread(display.Inside):
+    """Spread of measures.
+
+    Parameters
+    ----------
+    first_order : by measure: `amount` at the means of the parameters, `deviation`, and the `share` of each parameter in
+        the variance; None if small differences grow so far that derivatives say nothing.
+    samples : each sampled machine: parameters, measures, status; None without samples.
+    statistics : by measure: `mean`, `deviation`, `low` and `high` quantiles (5 and 95 %) of the samples.
+    indices : Sobol's indices of the samples, `first` and `total` by measure and parameter; None if not asked for.
+    message : sentence on failed samples and on derivatives.
+    """
+
+    first_order: xr.Dataset | None
+    samples: xr.Dataset | None
+    statistics: xr.Dataset | None
+    indices: xr.Dataset | None
+    message: str
+
+    def __repr__(self) -> str:
+        head, rows = ["measure"], []
+        tables = [one for one in (self.first_order, self.statistics) if one is not None]
+        for name in tables[0].measure.values.tolist():
+            row = [name]
+            for table, words in ((self.first_order, ("amount", "deviation")), (self.statistics, tuple(STATISTICS))):
+                row += [f"{float(table[word].sel(measure=name)):.6g}" for word in words] if table is not None else []
+            rows.append(tuple(row))
+        head += ["first order: value", "deviation"] if self.first_order is not None else []
+        head += ["samples: mean", "deviation", "5 %", "95 %"] if self.statistics is not None else []
+        return f"Spread: {self.message}\n{columns(tuple(head), rows)}"
+
+
+STATISTICS = ("mean", "deviation", "low", "high")
+"""Variables of `Spread.statistics`."""
+
+
+@arguments.checked
+def spread(
+    model: Model,
+    parameters: Mapping[str, Normal | Uniform],
+    *,
+    of: Sequence[Measure],
+    t_end: float | None = None,
+    periods: float | None = None,
+    samples: int = 64,
+    sobol: bool = False,
+    executor: Executor | None = None,
+    store: Any = None,
+    resume: bool = False,
+    step: Step | None = None,
+    method: Method | None = None,
+) -> Spread:
+    """Spread of measures over machines whose numbers scatter independently.
+
+    To first order, by the derivatives at the means; and by samples (Sobol's sequence).
+
+    Parameters
+    ----------
+    model : a mechanism, or a function of numbers that returns one.
+    parameters : `Normal(mean, deviation)` or `Uniform(low, high)` by name.
+    of : measures such as `peak("B.normal_force", norm=16)`.
+    t_end : end [s]; or
+    periods : number of common periods of the drives.
+    samples : number of sampled machines; 0: first order alone.
+    sobol : whether Sobol's indices are estimated, by samples x (parameters + 2) machines; a power of 2 then.
+    executor, store, resume : as in `sweep`, for the samples.
+    step, method : as in `simulate`.
+
+    Raises
+    ------
+    InputError : unknown parameters or signals, other distributions; a number of samples for Sobol's indices that is no
+        power of 2.
+    SolveError : a run at the means that fails; fewer than two samples that succeed.
+    """
+    label = "spread"
+    laws = checks.mapping(label, "parameters", parameters)
+    for name, law in laws.items():
+        if not isinstance(law, (Normal, Uniform)):
+            raise InputError(f"{label}: {name} is {law!r}; give Normal(mean, deviation) or Uniform(low, high).")
+    measures = [one for one in checks.sequence(label, "of", of, "measures") if isinstance(one, Measure)]
+    if not measures or len(measures) < len(of):
+        raise InputError(f"{label}: of is {of!r}; give measures such as peak('B.normal_force', norm=16).")
+    held = ParameterModel(label, model, {name: law.mean for name, law in laws.items()})
+    text = []
+    try:
+        first = _first_order(held, list(laws.values()), measures, Span(t_end, periods, 1, step, method))
+    except SolveError as error:
+        if samples == 0:
+            raise
+        first = None
+        text.append(f"No first order: {str(error).removeprefix(label + ': ')}")
+    if checks.count(label, "samples", samples, 0) == 0:
+        return Spread(first, None, None, None, " ".join(text) or "First order alone.")
+    if sobol and samples & (samples - 1):
+        raise InputError(f"{label}: samples is {samples}; Sobol's indices need a power of 2.")
+    values = _points(list(laws.values()), samples, blocks=len(laws) + 2 if sobol else 1)
+    fixed = {
+        "_model": model,
+        "_measures": tuple(measures),
+        "_how": {"t_end": t_end, "periods": periods, "step": step, "method": method},
+    }
+    designs = [dict(zip(laws, row, strict=True)) for row in values.tolist()]
+    found = sweep(sampled, designs, fixed=fixed, executor=executor, store=store, resume=resume)
+    names = [one.name for one in measures]
+    table = np.stack([found[name].values for name in names])
+    good = np.asarray(found["ok"].values, dtype=bool)
+    if good.sum() < 2:
+        raise SolveError(f"{label}: {int(good.sum())} of {len(good)} samples succeeded ({found['status'].values[0]}).")
+    text.append(f"{int(good.sum())} of {len(good)} samples succeeded.")
+    usual = table[:, : 2 * samples] if sobol else table
+    indices = _indices(table.reshape(len(names), -1, samples), names, list(laws)) if sobol and good.all() else None
+    if sobol and indices is None:
+        text.append("No Sobol's indices: they need all samples.")
+    return Spread(first, found, _statistics(usual, names), indices, " ".join(text))
+
+
+def sampled(_model: Model, _measures: Sequence[Measure], _how: Mapping[str, Any], **values: float) -> dict[str, float]:
+    """Measures of one machine by their names."""
+    held = ParameterModel("spread", _model, values)
+    how = {key: one for key, one in _how.items() if one is not None}
+    signals = list(dict.fromkeys(one.signal for one in _measures))
+    sol = simulate(held.at(held.values), **how, save="steps", signals=signals)
+    sol.require()
+    time, found = np.asarray(sol.t), {}
+    for one in _measures:
+        y = np.asarray(sol[one.signal])
+        found[one.name], _ = measured(one, Rows(time, y, np.zeros((len(y), 0)), np.zeros((len(y), 0)), np.zeros(0)))
+    return found
+
+
+def _first_order(held: ParameterModel, laws: Sequence[Any], measures: Sequence[Measure], span: Span) -> xr.Dataset:
+    import xarray as xr  # noqa: PLC0415 - takes long to import
+
+    signals = list(dict.fromkeys(one.signal for one in measures))
+    found = derivatives("spread", held, span, signals, every=True)
+    amounts, slopes = zip(*(measured(one, found.rows[signals.index(one.signal)]) for one in measures), strict=True)
+    parts = (np.array(slopes) * [law.deviation for law in laws]) ** 2
+    variance = parts.sum(axis=1)
+    with np.errstate(all="ignore"):
+        share = parts / variance[:, None]
+    return xr.Dataset(
+        {
+            "amount": ("measure", np.array(amounts)),
+            "deviation": ("measure", np.sqrt(variance)),
+            "share": (("measure", "parameter"), share),
+        },
+        {"measure": [one.name for one in measures], "parameter": list(held.names)},
+    )
+
+
+def _points(laws: Sequence[Any], samples: int, *, blocks: int) -> np.ndarray:
+    """Sampled parameters (blocks x samples, n); blocks of Sobol's indices: A, B, and A with each column of B."""
+    from scipy.stats import qmc  # noqa: PLC0415 - takes long to import
+
+    n = len(laws)
+    if blocks == 1:
+        u = qmc.Sobol(n, rng=np.random.default_rng(1)).random(samples)
+    else:
+        both = qmc.Sobol(2 * n, rng=np.random.default_rng(1)).random(samples)
+        A, B = both[:, :n], both[:, n:]
+        mixed = [np.where(np.arange(n) == k, B, A) for k in range(n)]
+        u = np.concatenate([A, B, *mixed])
+    u = np.clip(u, 1e-12, 1.0 - 1e-12)
+    return np.stack([law.quantile(u[:, k]) for k, law in enumerate(laws)], axis=1)
+
+
+def _statistics(table: np.ndarray, names: Sequence[str]) -> xr.Dataset:
+    import xarray as xr  # noqa: PLC0415 - takes long to import
+
+    low, high = np.nanquantile(table, TAILS, axis=1)
+    rows = np.nanmean(table, axis=1), np.nanstd(table, axis=1, ddof=1), low, high
+    named = {name: ("measure", row) for name, row in zip(STATISTICS, rows, strict=True)}
+    return xr.Dataset(named, {"measure": list(names)})
+
+
+def _indices(blocks: np.ndarray, names: Sequence[str], parameters: Sequence[str]) -> xr.Dataset:
+    """Sobol's indices by scipy from the blocks (measures, parameters + 2, samples)."""
+    import xarray as xr  # noqa: PLC0415 - takes long to import
+    from scipy.stats import sobol_indices  # noqa: PLC0415 - takes long to import
+
+    given = {"f_A": blocks[:, 0], "f_B": blocks[:, 1], "f_AB": blocks[:, 2:].transpose(1, 0, 2)}
+    found = sobol_indices(func=given, n=blocks.shape[2])
+    both = ("measure", "parameter")
+    first, total = (np.reshape(one, (len(names), -1)) for one in (found.first_order, found.total_order))
+    return xr.Dataset({"first": (both, first), "total": (both, total)}, {"measure": names, "parameter": parameters})
