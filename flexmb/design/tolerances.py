@@ -185,19 +185,17 @@ def spread(
     if sobol and samples & (samples - 1):
         raise InputError(f"{label}: samples is {samples}; Sobol's indices need a power of 2.")
     values = _points(list(laws.values()), samples, blocks=len(laws) + 2 if sobol else 1)
-    fixed = {
-        "_model": model,
-        "_measures": tuple(measures),
-        "_how": {"t_end": t_end, "periods": periods, "step": step, "method": method},
-    }
-    designs = [dict(zip(laws, row, strict=True)) for row in values.tolist()]
-    found = sweep(sampled, designs, fixed=fixed, executor=executor, store=store, resume=resume)
+    how = {"t_end": t_end, "periods": periods, "step": step, "method": method}
+    fixed = {"model": model, "measures": tuple(measures), "names": tuple(laws), "table": values, "how": how}
+    machines = {"machine": list(range(len(values)))}
+    found = sweep(sampled, machines, fixed=fixed, executor=executor, store=store, resume=resume)
+    found = found.assign({name: ("machine", values[:, k]) for k, name in enumerate(laws)})
     names = [one.name for one in measures]
-    table = np.stack([found[name].values for name in names])
     good = np.asarray(found["ok"].values, dtype=bool)
     if good.sum() < 2:
-        raise SolveError(f"{label}: {int(good.sum())} of {len(good)} samples succeeded ({found['status'].values[0]}).")
+        raise SolveError(f"{label}: {int(good.sum())} of {len(good)} samples succeeded: {found['status'].values[0]}")
     text.append(f"{int(good.sum())} of {len(good)} samples succeeded.")
+    table = np.stack([found[name].values for name in names])
     usual = table[:, : 2 * samples] if sobol else table
     indices = _indices(table.reshape(len(names), -1, samples), names, list(laws)) if sobol and good.all() else None
     if sobol and indices is None:
@@ -205,15 +203,22 @@ def spread(
     return Spread(first, found, _statistics(usual, names), indices, " ".join(text))
 
 
-def sampled(_model: Model, _measures: Sequence[Measure], _how: Mapping[str, Any], **values: float) -> dict[str, float]:
-    """Measures of one machine by their names."""
-    held = ParameterModel("spread", _model, values)
-    how = {key: one for key, one in _how.items() if one is not None}
-    signals = list(dict.fromkeys(one.signal for one in _measures))
-    sol = simulate(held.at(held.values), **how, save="steps", signals=signals)
+def sampled(
+    model: Model,
+    measures: Sequence[Measure],
+    names: Sequence[str],
+    table: np.ndarray,
+    how: Mapping[str, Any],
+    machine: int,
+) -> dict[str, float]:
+    """Measures of one machine by their names; table : parameters (machines, n), how : arguments of the run."""
+    held = ParameterModel("spread", model, dict(zip(names, table[int(machine)].tolist(), strict=True)))
+    given = {key: one for key, one in how.items() if one is not None}
+    signals = list(dict.fromkeys(one.signal for one in measures))
+    sol = simulate(held.at(held.values), **given, save="steps", signals=signals)
     sol.require()
-    time, found = np.asarray(sol.t), {}
-    for one in _measures:
+    time, found = np.asarray(sol.time), {}
+    for one in measures:
         y = np.asarray(sol[one.signal])
         found[one.name], _ = measured(one, Rows(time, y, np.zeros((len(y), 0)), np.zeros((len(y), 0)), np.zeros(0)))
     return found
