@@ -128,7 +128,11 @@ VARIATIONS = (
     Variation("aa", "coarser steps, rtol = 1e-3", case={"rtol": 1e-3}),
     Variation("bb", "finer steps, rtol = 1e-5", case={"rtol": 1e-5}),
     Variation(
-        "cc", "the paper's own scheme (staggered), steps of 4e-5 s, 2 pi rad/s only", case=STAGGERED, beams_only=True
+        "cc",
+        "the paper's own scheme (staggered), steps of 4e-5 s, zeta2 = 1e-6 s, 2 pi rad/s only",
+        {"damping": DATA.LIGHT_DAMPING},  # with 2e-5 s its energies do not add up: 0.355 of 1.44 J are missing
+        case=STAGGERED,
+        beams_only=True,
     ),
     Variation("dd", "the largest speed of a contact scales its damping", {"reference_speed": LARGEST}, play_only=True),
     Variation(
