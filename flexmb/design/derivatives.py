@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from flexmb import arguments, checks, display
-from flexmb.design.directions import directions, neighbour
+from flexmb.design.directions import Neighbour, directions, neighbour
 from flexmb.design.measures import KINDS, Measure, Rows, measured
 from flexmb.design.parameters import Model, ParameterModel
 from flexmb.engine.energy import GRAVITY
@@ -63,16 +63,26 @@ class Derivatives(NamedTuple):
     status: str
 
 
-@np.errstate(all="ignore")
-def derivatives(label: str, held: ParameterModel, span: Span, signals: Sequence[str], *, every: bool) -> Derivatives:
-    """Derivatives of `signals` by the parameters of a model; with rows of `every` step.
+class Started(NamedTuple):
+    """A run of a parameter model at its start."""
 
-    Raises
-    ------
-    InputError, SolveError : see `sensitivity`.
-    """
+    run: ParameterRun
+    here: Neighbour
+    end: float
+    places: np.ndarray  # of the signals
+    due: np.ndarray  # saved instants, with start and end
+
+    def values(self, label: str) -> tuple[np.ndarray, np.ndarray]:
+        """Saved instants and signals (n, m) of the run, which has ended."""
+        if self.run.note or self.run.code != DONE:
+            raise SolveError(f"{label}: the run failed: {self.run.status()}")
+        times, values = self.run.saved.finished()
+        return times, values[:, np.searchsorted(np.unique(self.places), self.places)]
+
+
+def started(label: str, held: ParameterModel, span: Span, signals: Sequence[str]) -> Started:
+    """The run of a parameter model from which `signals` are wanted, or `InputError`."""
     mechanism = held.at(held.values)
-    refuse_controllers(mechanism, label, "derivatives by parameters do not pass through controllers")
     method, step, program, _ = prepared(label, mechanism, span.method, span.step, "refuse")
     if not isinstance(method, Newmark):
         raise InputError(f"{label}: method is {method!r}; it must be Newmark(...), whose steps carry derivatives.")
@@ -83,25 +93,43 @@ def derivatives(label: str, held: ParameterModel, span: Span, signals: Sequence[
     places = _places(label, program, signals)
     due = _instants(label, save_grid(label, span.save, period, 0.0, end), end)
     here = neighbour(mechanism)
-    found = directions(held, here, end)
     run = ParameterRun(program, method, step, end, period, mechanism=mechanism, kept=np.unique(places))
     run.begin(here.start)
     run.record = run.record.replaced(save_times=due)
+    return Started(run, here, end, places, due)
+
+
+@np.errstate(all="ignore")
+def signals_along(label: str, held: ParameterModel, span: Span, signals: Sequence[str]) -> np.ndarray:
+    """Signals (n, m) at the saved instants of a run without derivatives."""
+    begun = started(label, held, span, signals)
+    begun.run.run_to(begun.end, saving=float(np.diff(begun.due).min()))
+    return begun.values(label)[1]
+
+
+@np.errstate(all="ignore")
+def derivatives(label: str, held: ParameterModel, span: Span, signals: Sequence[str], *, every: bool) -> Derivatives:
+    """Derivatives of `signals` by the parameters of a model; with rows of `every` step.
+
+    Raises
+    ------
+    InputError, SolveError : see `sensitivity`.
+    """
+    refuse_controllers(held.at(held.values), label, "derivatives by parameters do not pass through controllers")
+    begun = started(label, held, span, signals)
+    run, places = begun.run, begun.places
     first = run.record.signals[places]
-    T = run.carry(end, found, places, due, every=every)
-    rtol = step.rtol if isinstance(step, Adaptive) else RTOL_OF_FIXED_STEPS
+    T = run.carry(begun.end, directions(held, begun.here, begun.end), places, begun.due, every=every)
+    rtol = run.step.rtol if isinstance(run.step, Adaptive) else RTOL_OF_FIXED_STEPS
     if run.growth * rtol > 1.0 or not math.isfinite(run.growth):
         raise HorizonError(
             f"{label}: a small difference grew by {run.growth:.3g} until t = {float(run.flow.clock.t):.4g} s, more "
             f"than 1/rtol = {1.0 / rtol:.3g}: derivatives say nothing there. End the run earlier."
         )
-    if run.note or run.code != DONE:
-        raise SolveError(f"{label}: the run failed: {run.status()}")
-    times, values = run.saved.finished()
+    times, chosen = begun.values(label)
     slopes = T.rows.slopes.reshape(len(times), -1, len(places))[:, : len(held.parameters)]
     rows = _rows(run, first, slopes) if every else ()
-    chosen = values[:, np.searchsorted(np.unique(places), places)]
-    units = tuple(program.names.signals.units[k] for k in places)
+    units = tuple(run.program.names.signals.units[k] for k in places)
     return Derivatives(times, chosen, slopes, rows, units, run.growth, run.status())
 
 

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import arguments, checks, display
-from flexmb.design.derivatives import Span, columns, derivatives
+from flexmb.design.derivatives import Span, columns, derivatives, signals_along
 from flexmb.design.parameters import Model, ParameterModel, bounds_of, box_points
 from flexmb.engine.step.method import Method
 from flexmb.errors import InputError, SolveError
-from flexmb.run.simulate import Step, simulate
+from flexmb.run.simulate import Step
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,9 +38,12 @@ TRIALS, TELLING = 64, 5.0
 which a span tells where to search.
 """
 
-KEPT, BEHIND, TURNS, WORSE = 5, 4.0, 12, 1.5
-"""Points that are followed from span to span; sum of squares over the least one up to which one is followed; runs of
-a search in a span that is not the last; mean square over that of the span before from which more is tried.
+KEPT, BEHIND = 5, 4.0
+"""Points that are followed from span to span; sum of squares over the least one up to which one is followed."""
+
+TURNS, WORSE, ENOUGH, JUMPS = 12, 1.5, 1e-6, 4
+"""Runs of a search in a span that is not the last; mean square over that of the span before from which more is tried,
+unless it is small beside that of the noise; spans between attempts to take all data at once.
 """
 
 SAME_POINT = 1e-3
@@ -225,6 +228,7 @@ class _Search:
         self.width = high - self.low
         self.unknowns = len(bounds) + len(measured.offset)
         self.runs, self.integrates = 0, True
+        self.tried: tuple[np.ndarray, list[np.ndarray]] | None = None
 
     def at(self, x: np.ndarray) -> ParameterModel:
         """The model with unknowns (n,)."""
@@ -233,41 +237,37 @@ class _Search:
 
     def computed(self, x: np.ndarray) -> np.ndarray:
         """Computed signals (times, signals), offsets included."""
-        own, held = self.measured, self.at(x)
+        own = self.measured
         self.runs += 1
-        times = own.time if own.time[0] == 0.0 else np.concatenate([[0.0], own.time])
-        kept = dict.fromkeys(own.signals)
-        sol = simulate(
-            held.at(held.values), t_end=float(own.time[-1]), save=times.tolist(), signals=list(kept), **self.how()
-        )
-        if not sol.ok:
-            raise SolveError(f"{self.label}: {sol.status}")
-        rows = slice(len(times) - len(own.time), None)
-        found = np.stack([np.asarray(sol[name])[rows] for name in own.signals], axis=1)
+        found = signals_along(self.label, self.at(x), self.span, own.signals)[-len(own.time) :]
         for k, name in enumerate(own.offset):
             place = own.signals.index(name)
             found[:, place] += x[len(self.low) + k] * own.noise[place]
         return found
 
-    def how(self) -> dict[str, Any]:
-        """Step and method of the runs, where they are given."""
-        return {key: one for key, one in (("step", self.step), ("method", self.method)) if one is not None}
+    @property
+    def span(self) -> Span:
+        """Span of the present data."""
+        return Span(float(self.measured.time[-1]), None, self.measured.time, self.step, self.method)
 
     def residuals(self, x: np.ndarray) -> np.ndarray:
         """Computed less measured signals over the noise, one behind the other; large where the run fails."""
+        return self._weighted(self._difference(x))[self.measured.seen]
+
+    def _difference(self, x: np.ndarray) -> np.ndarray:
+        """Computed less measured signals over the noise, (times, signals)."""
         own = self.measured
         try:
             found = (self.computed(x) - own.values) / own.noise
         except SolveError:
-            return np.full(own.count, REFUSED)
-        return self._weighted(np.where(own.seen, found, 0.0))[own.seen]
+            return np.full(own.values.shape, REFUSED)
+        return np.where(own.seen, found, 0.0)
 
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """Derivatives of the residuals by the unknowns."""
         own, p = self.measured, len(self.low)
         self.runs += 1
-        span = Span(float(own.time[-1]), None, own.time, self.step, self.method)
-        found = derivatives(self.label, self.at(x), span, own.signals, every=False)
+        found = derivatives(self.label, self.at(x), self.span, own.signals, every=False)
         slopes = found.slopes[len(found.times) - len(own.time) :].transpose(0, 2, 1) * self.width / own.noise[:, None]
         slopes = np.concatenate([slopes, np.zeros((*own.values.shape, len(own.offset)))], axis=2)
         for k, name in enumerate(own.offset):
@@ -285,47 +285,69 @@ class _Search:
         """Result of the last search of scipy, from the best of the points that were followed through the spans."""
         points: list[np.ndarray] = []
         reached, level, refused = 0.0, 0.0, SolveError(f"{self.label}: no span of the data could be computed.")
-        for part in SPANS:
+        for k, part in enumerate(SPANS):
             self.measured.until(part)
             if self.measured.count < 2 * self.unknowns and part < 1.0:
                 continue
+            points = points or self._scan(last=part == SPANS[-1])
             if not points:
-                points = self._scan(last=part == SPANS[-1])
-                if not points:
-                    continue
-            found = []
+                continue
+            found: list[Any] = []
             for x in points:
                 try:
                     found.append(self._followed(x, loss, level))
                 except SolveError as error:
                     refused = error
+                if len(found) == 2 and np.abs(found[0].x - found[1].x).max() < SAME_POINT:
+                    break  # two points of the first span lead to the same one
             if not found:
                 break
             reached, points = part, _distinct(found)
-            level = WORSE * min(float(one.cost) for one in found) / self.measured.count
+            level = max(WORSE * min(float(one.cost) for one in found) / self.measured.count, ENOUGH)
+            if k % JUMPS == 0 and self._holds_everywhere(points, loss, level):
+                reached = 1.0
+                break
         if reached == 0.0:
             raise refused
         self.measured.until(reached)
         return min((self._searched(x, loss, most) for x in points[:2]), key=lambda one: float(one.cost))
 
+    def _holds_everywhere(self, points: list[np.ndarray], loss: str, level: float) -> bool:
+        """Whether the best point fits all data as well as the span before; it then takes the place of all points."""
+        self.measured.until(1.0)
+        try:
+            one = self._searched(points[0], loss, TURNS)
+        except SolveError:
+            return False
+        if one.cost > level * self.measured.count:
+            return False
+        points[:] = [one.x]
+        return True
+
     def _scan(self, *, last: bool) -> list[np.ndarray]:
         """Best of some points within the bounds; none if this span does not tell them apart, and it is not the last."""
-        points = np.zeros((TRIALS, self.unknowns))
-        points[:, : len(self.low)] = box_points(TRIALS, len(self.low))
+        own, part = self.measured, self.measured.part
+        if self.tried is None:
+            points = np.zeros((TRIALS, self.unknowns))
+            points[:, : len(self.low)] = box_points(TRIALS, len(self.low))
+            own.until(1.0)
+            self.tried = points, [self._difference(x) for x in points]
+            own.until(part)
+        points, rows = self.tried
         self.integrates = True
-        costs = np.array([float((self.residuals(x) ** 2).sum()) for x in points])
+        costs = np.array([float((self._weighted(each[: len(own.time)])[own.seen] ** 2).sum()) for each in rows])
         order = np.argsort(costs)
         if float(np.median(costs)) < TELLING * costs[order[0]] and not last:
             return []
-        return [points[k] for k in order[: 2 * KEPT] if costs[k] < REFUSED**2]
+        return [points[k] for k in order[: 2 * KEPT]]
 
     def _followed(self, x: np.ndarray, loss: str, level: float) -> Any:
         """Search from a point of the span before; by integrals first, if it leaves more than `level` a residual."""
-        one = self._searched(x, loss, TURNS)
-        if one.cost <= level * self.measured.count:
+        one = self._searched(x, loss, TURNS) if level > 0.0 else None
+        if one is not None and one.cost <= level * self.measured.count:
             return one
         other = self._searched(self._searched(x, loss, TURNS, integrates=True).x, loss, TURNS)
-        return min(one, other, key=lambda each: float(each.cost))
+        return other if one is None else min(one, other, key=lambda each: float(each.cost))
 
     def _searched(self, x: np.ndarray, loss: str, most: int, *, integrates: bool = False) -> Any:
         from scipy.optimize import least_squares  # noqa: PLC0415 - takes long to import

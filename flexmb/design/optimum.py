@@ -19,7 +19,7 @@ from flexmb.design.parameters import Model, ParameterModel, bounds_of
 from flexmb.dynamics.jobs.files import write_text
 from flexmb.dynamics.sweeps.parameter_sweep import settings_of
 from flexmb.engine.step.method import Method
-from flexmb.errors import InputError, SolveError
+from flexmb.errors import FlexmbError, InputError, SolveError
 from flexmb.run.simulate import Step
 
 if TYPE_CHECKING:
@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 
 FAILED = 10.0
 """Objective of a design whose run fails, over the largest one so far, so that the search turns back."""
+
+LARGE = 1e300
+"""Objective of a design whose run fails, for differential evolution, which takes no infinite one."""
 
 CHECK_DISTANCE = 1e-4
 """Difference of a parameter by which derivatives are checked, relative to its bounds."""
@@ -54,7 +57,7 @@ class Optimum(display.Inside):
     objective, first : objective there, and at the start.
     limits : values of the limits by their texts; negative ones are violated.
     history : all designs in the order of their evaluation: parameters, objective, limits, status, xarray.
-    check : largest difference of derivatives from central differences at start and end, relative to the largest one.
+    check : error of derivatives by central differences at start and end, over the largest derivative of all designs.
     ok, message : whether the search converged, and a sentence on its end.
     """
 
@@ -133,7 +136,7 @@ def optimise(
         x = _looked_for(evaluation)
     first = evaluation.at(x)
     if first.status:
-        raise SolveError(f"{label}: the first design failed: {first.status} Give another start.")
+        raise SolveError(f"{label}: the first design failed: {first.status.rstrip('.')}. Give another start.")
     found = _minimum(evaluation, x, search)
     best = evaluation.best() or first
     checked = evaluation.check(first), evaluation.check(best)
@@ -221,13 +224,14 @@ class _Evaluation:
         values, n = self.values(key), len(self.texts) + 1
         measures = [*self.weights, *(one.measure for one in self.limits)]
         signals = list(dict.fromkeys(one.signal for one in measures))
+        held = ParameterModel(self.label, self.model, values)
         try:
-            held = ParameterModel(self.label, self.model, values)
+            held.at(held.values)
             found = derivatives(self.label, held, self.span, signals, every=True)
-        except (SolveError, InputError) as error:
-            if not self.designs:
-                raise
-            return Design(list(key), [0.0] * n, [[0.0] * len(key)] * n, str(error))
+        except (FlexmbError, ValueError, ArithmeticError) as error:
+            if not self.designs and isinstance(error, InputError):
+                raise  # unknown signals and the like
+            return Design(list(key), [0.0] * n, [[0.0] * len(key)] * n, f"{type(error).__name__}: {error}")
         amounts = [measured(one, found.rows[signals.index(one.signal)]) for one in measures]
         many = len(self.weights)
         weights = list(self.weights.values())
@@ -261,10 +265,10 @@ class _Evaluation:
         return max(good, key=lambda one: worst[id(one)], default=None)
 
     def check(self, design: Design) -> float:
-        """Largest difference of the derivatives of the objective from central differences, relative to the largest."""
+        """Largest error of the derivatives of the objective by central differences, over the largest of all designs."""
         most, self.most = self.most, 10**9
         kept, worst = dict(self.designs), 0.0
-        largest = max(map(abs, design.slopes[0]))
+        largest = max(abs(slope) for one in self.designs.values() for slope in one.slopes[0])
         for k, slope in enumerate(design.slopes[0]):
             here = np.array(design.x)
             here[k] = min(max(here[k], CHECK_DISTANCE), 1.0 - CHECK_DISTANCE)
@@ -325,7 +329,7 @@ def _looked_for(evaluation: _Evaluation) -> np.ndarray:
 
     def cost(x: np.ndarray) -> float:
         one = evaluation.at(x)
-        return np.inf if one.status else one.values[0] + 1e3 * sum(-min(0.0, room) for room in one.values[1:])
+        return LARGE if one.status else one.values[0] + 1e3 * sum(-min(0.0, room) for room in one.values[1:])
 
     with suppress(_EnoughError):
         differential_evolution(cost, [(0.0, 1.0)] * len(evaluation.low), rng=1, polish=False, tol=1e-3)

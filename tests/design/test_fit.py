@@ -1,0 +1,142 @@
+"""Fits: known answers back, standard errors of the right size, what cannot be told apart, refusals."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from designs import worn
+
+import flexmb as fm
+from flexmb.errors import InputError
+from flexmb.mechanisms import slider_crank
+
+
+def oscillator(rate: float, damping: float, start: float = 0.1) -> fm.Mechanism:
+    body = fm.RigidBody("body", (start, 0.0), 1.0, 1.0)
+    guide = fm.Prismatic("guide", fm.GROUND, body, at=(0.0, 0.0), along=(1.0, 0.0))
+    ends = {"at": (-1.0, 0.0), "to": (start, 0.0), "free_length": 1.0}
+    spring = fm.loads.SpringDamper("spring", fm.GROUND, body, **ends, stiffness=rate, damping=damping)
+    return fm.Mechanism("oscillator", [body, guide, spring])
+
+
+def moved(t: np.ndarray, rate: float, damping: float, start: float) -> np.ndarray:
+    """Position of the oscillator, released from its start, in closed form."""
+    a, w = 0.5 * damping, np.sqrt(rate - 0.25 * damping**2)
+    return start * np.exp(-a * t) * (np.cos(w * t) + a / w * np.sin(w * t))
+
+
+def record(t: np.ndarray, values: np.ndarray) -> xr.Dataset:
+    return xr.Dataset({"body.x": ("time", values)}, {"time": t})
+
+
+TIMES = np.linspace(0.0, 2.0, 101)
+FINE = fm.Adaptive(rtol=1e-9)
+
+
+def test_numbers_of_an_oscillator_come_back():
+    bounds = {"rate": (20.0, 200.0), "damping": (0.05, 3.0), "start": (0.02, 0.5)}
+    data = record(TIMES, moved(TIMES, 90.0, 0.7, 0.13))
+    found = fm.design.fit(oscillator, bounds, data, signals=["body.x"], step=FINE)
+    assert found.ok
+    assert list(found.parameters.values()) == pytest.approx([90.0, 0.7, 0.13], rel=1e-6)
+    assert found.rms < 1e-6
+    assert "Converged" in repr(found)
+
+
+@pytest.mark.parametrize("records", [2, pytest.param(20, marks=pytest.mark.slow)])
+def test_standard_errors_have_the_size_of_the_scatter(records):
+    """Errors over standard errors of noisy records, of two parameters and an offset."""
+    scatter, bounds = [], {"rate": (60.0, 120.0), "damping": (0.1, 2.0)}
+    draws = np.random.default_rng(5)
+    for _ in range(records):
+        noisy = moved(TIMES, 90.0, 0.7, 0.1) + 0.02 + 2e-3 * draws.standard_normal(len(TIMES))
+        found = fm.design.fit(
+            oscillator, bounds, record(TIMES, noisy), signals=["body.x"], noise=2e-3, offset=["body.x"]
+        )
+        assert found.offsets["body.x"] == pytest.approx(0.02, abs=1.5e-3)
+        scatter.append(
+            [(found.parameters[k] - true) / found.errors[k] for k, true in (("rate", 90.0), ("damping", 0.7))]
+        )
+    rms = np.sqrt(np.mean(np.square(scatter), axis=0))
+    assert (rms < (1.5 if records == 20 else 3.0)).all()
+    assert (rms > (0.6 if records == 20 else 0.0)).all()  # twenty records: 1 +- 0.16
+
+
+def test_parameters_that_the_data_do_not_tell_apart_are_named():
+    def two_springs(first: float, second: float) -> fm.Mechanism:
+        return oscillator(first + second, 0.5)
+
+    data = record(TIMES, moved(TIMES, 90.0, 0.5, 0.1))
+    found = fm.design.fit(two_springs, {"first": (1.0, 80.0), "second": (1.0, 80.0)}, data, signals=["body.x"])
+    assert sum(found.parameters.values()) == pytest.approx(90.0, rel=1e-4)
+    assert "first" in found.unseen[0]
+    assert "second" in found.unseen[0]
+    assert np.isinf(list(found.errors.values())).all()
+    assert "Not told apart" in repr(found)
+
+
+def test_outliers_do_not_move_a_robust_fit():
+    noisy = moved(TIMES, 90.0, 0.7, 0.1)
+    noisy[::20] += 0.3
+    how = {"signals": ["body.x"], "noise": 1e-3}
+    bounds = {"rate": (60.0, 120.0), "damping": (0.1, 2.0)}
+    plain = fm.design.fit(oscillator, bounds, record(TIMES, noisy), **how)
+    robust = fm.design.fit(oscillator, bounds, record(TIMES, noisy), loss="cauchy", **how)
+    assert abs(robust.parameters["rate"] - 90.0) < 0.02 * abs(plain.parameters["rate"] - 90.0)
+
+
+def test_file_with_gaps_of_its_own_time(tmp_path):
+    """A CSV file whose times are uneven and whose values have holes; the run begins within it."""
+    t = np.sort(np.random.default_rng(2).uniform(0.0, 2.0, 80))
+    values = moved(t, 90.0, 0.7, 0.1)
+    values[10:20] = np.nan
+    rows = [f"{time + 3.0},{value}" for time, value in zip(t, values, strict=True)]
+    file = tmp_path / "record.csv"
+    file.write_text("\n".join(["time,body.x", "1.0,7.0", *rows]))
+    bounds = {"rate": (60.0, 120.0), "damping": (0.1, 2.0)}
+    found = fm.design.fit(oscillator, bounds, file, signals=["body.x"], begin=3.0, step=FINE)
+    assert list(found.parameters.values()) == pytest.approx([90.0, 0.7], rel=1e-5)
+
+
+@pytest.mark.slow
+def test_clearance_and_mass_from_a_noisy_acceleration():
+    """Two turns of a worn slider-crank with dozens of impacts; the search begins anywhere within wide bounds."""
+    data = fm.simulate(slider_crank(speed=100.0, clearance=1.2e-4), periods=2, signals=["slider.ax"]).dataset
+    exact = data["slider.ax"]
+    draws = np.random.default_rng(1)
+    data["slider.ax"] = exact + 0.02 * float(abs(exact).max()) * draws.standard_normal(exact.shape)
+    bounds = {"B.clearance": (2e-5, 5e-4), "slider.mass": (0.05, 0.5)}
+    found = fm.design.fit(worn(), bounds, data, signals=["slider.ax"])
+    for name, true in (("B.clearance", 1.2e-4), ("slider.mass", 0.14)):
+        assert abs(found.parameters[name] - true) < 3.0 * found.errors[name]
+        assert found.errors[name] < 1e-3 * true
+
+
+GOOD = record(TIMES, moved(TIMES, 90.0, 0.7, 0.1))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"parameters": {"rat": (1.0, 2.0)}}, "rate"),
+        ({"parameters": {"rate": (2.0, 1.0)}}, "bounds of rate are 2 and 1"),
+        ({"parameters": {"rate": (1.0, 2.0, 3.0)}}, "two bounds"),
+        ({"parameters": {"rate": 3.0}}, "two bounds"),
+        ({"data": GOOD.isel(time=slice(0, 1))}, "increasing times"),
+        ({"data": GOOD.isel(time=slice(None, None, -1))}, "increasing times"),
+        ({"data": 7.0}, "xarray signals along 'time'"),
+        ({"data": "nowhere.csv"}, "cannot be read as CSV"),
+        ({"signals": ["body.vx"]}, "body.x"),
+        ({"loss": "square"}, "huber"),
+        ({"noise": -1.0}, "noise of body.x"),
+        ({"offset": ["body.y"]}, "offset"),
+        ({"begin": 1.99}, "increasing times|measured numbers"),
+    ],
+)
+def test_wrong_input_is_refused(changes, message):
+    given = {
+        "parameters": {"rate": (60.0, 120.0), "damping": (0.1, 2.0)},
+        "data": GOOD,
+        "signals": ["body.x"],
+    } | changes
+    with pytest.raises(InputError, match=message):
+        fm.design.fit(oscillator, given.pop("parameters"), given.pop("data"), **given)
