@@ -72,6 +72,21 @@ def test_nul_in_a_path_is_an_error_with_a_name(sol, tmp_path, name):
         WRITERS[name](sol, tmp_path / f"a\0{name}")
 
 
+@pytest.mark.parametrize("given", [None, 1.0, b"a.nc", ["a.nc"]])
+def test_what_is_no_path_is_refused_by_name(sol, given):
+    for use in (fm.load, fm.meshes.read, sol.to_netcdf, lambda path: fm.write_vtk(sol, path)):
+        with pytest.raises(InputError, match=r"the path is .*; it must be a text or a Path"):
+            use(given)
+
+
+def test_an_array_in_place_of_a_name_or_an_equilibrium_is_refused_by_name(sol):
+    for use in (lambda: sol[np.zeros(2)], lambda: sol.peak(np.zeros(2))):
+        with pytest.raises(FlexmbError, match="has no signal array"):
+            use()
+    with pytest.raises(InputError, match=r"start is array\("):
+        fm.simulate(fm.mechanisms.slider_crank(), t_end=1e-3, start=np.zeros(2))
+
+
 def test_nul_in_a_name_is_refused_where_it_is_given():
     with pytest.raises(InputError, match=r"NUL|it must be a non-empty string"):
         fm.Mechanism("a\0b", [])
