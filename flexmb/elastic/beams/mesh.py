@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import math
+import struct
+import zlib
 from collections.abc import Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
@@ -35,6 +37,24 @@ FARTHEST = 1e100
 
 STRAIGHT = 1e-4
 """Angle up to which a beam counts as straight [rad]; above the rounding of files in single precision."""
+
+BROKEN = (
+    OSError,
+    ValueError,
+    LookupError,
+    TypeError,
+    AttributeError,
+    ArithmeticError,
+    AssertionError,
+    RuntimeError,
+    EOFError,
+    MemoryError,
+    SyntaxError,
+    struct.error,
+    zlib.error,
+    SystemExit,
+)
+"""Errors that readers of meshio raise on files that are no mesh; some readers even exit."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +167,7 @@ def read_file(file: Path) -> Any:
         with redirect_stdout(said), redirect_stderr(said):
             mesh = meshio.read(file)
         _check_cells(mesh)
-    except (Exception, SystemExit) as error:
+    except (meshio.ReadError, *BROKEN) as error:
         reason = str(error) if isinstance(error, Exception) else said.getvalue().strip().split("\n")[0]
         text = f"{file}: not a mesh that meshio can read ({type(error).__name__}: {reason})"
         raise FileFormatError(f"{text}. Export it as gmsh 2.2 (.msh) or VTK (.vtu).") from error

@@ -1,9 +1,8 @@
 """Digests of values and functions: short texts that are equal if and only if the contents are equal.
 
 Digests depend on values, not on addresses or on the order of a set, and are therefore the same in every process.  A
-function counts with its text, code, defaults, closure and attributes, and with all objects that it names: numbers,
-functions, classes, attributes of modules, in turn with all that these name.  Installed packages count by their version,
-functions of flexmb by their text.  Not seen are files that a function reads, and names that it composes.
+function counts with its text, code, defaults, closure and attributes, and all that it names, in turn with what that
+names.  Installed packages count by version, functions of flexmb by text.  Files that are read do not count.
 """
 
 from __future__ import annotations
@@ -219,16 +218,15 @@ def _code(value: CodeType) -> Parts:
 
 @parts_of.register
 def _function(value: FunctionType) -> Parts:
-    """Name; of a user's function, and of a wrapper around it, all that it does."""
+    """Name; of a user's function, and of a wrapper around it, all; code, since files change and lambdas share lines."""
     home = _home(value)
     if not is_of_user(home) and home.partition(".")[0] != PACKAGE:
         return f"{home}.{value.__qualname__}{_version(home)}".encode()
     cells = [_content_of(cell) for cell in value.__closure__ or ()]
     parts = [value.__name__, _text(value), value.__defaults__, value.__kwdefaults__, cells]
     if is_of_user(home):  # what a wrapper of flexmb or of a library names is theirs; what it wraps is in its closure
-        own = is_of_user(value.__globals__.get("__name__", ""))
         kept = {name: item for name, item in sorted(vars(value).items()) if name != "__wrapped__"}
-        parts += [value.__code__, kept, named_by(value) if own else {}]  # files change, and lambdas share lines
+        parts += [value.__code__, kept, named_by(value) if is_of_user(value.__globals__.get("__name__", "")) else {}]
     return "function", parts
 
 
