@@ -1,4 +1,4 @@
-"""Settings that must stand before numpy, numba and matplotlib are imported, and the source as the house tests see it."""
+"""Settings that must stand before numpy, numba and matplotlib are imported, and the source as house tests see it."""
 
 import ast
 import gc
