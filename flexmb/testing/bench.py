@@ -19,7 +19,7 @@ from flexmb.program.numbering import Numbering
 # Numerical derivatives with an estimate of their error
 
 STEPS, ORDERS = 22, 5
-"""Number of step sizes, and largest number of extrapolations."""
+"""Largest numbers of step sizes and of extrapolations."""
 ROUND_OFF = float(np.finfo(float).eps)
 """Relative round-off of a float."""
 
