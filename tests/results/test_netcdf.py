@@ -407,7 +407,7 @@ TABLES = ("plate.node.x", "plate.node.vy", "plate.node.theta")
 
 @pytest.mark.parametrize("tables", [(), TABLES])
 def test_files_of_former_formats_are_read_bit_for_bit(tmp_path, tables):
-    sol = many(130)
+    sol = many(130 if tables else 20)
     back = load(former(tmp_path / "a.nc", sol, tables))
     assert bits(back.time) == bits(sol.time)
     assert bits(back.values) == bits(sol.values)
