@@ -1,4 +1,4 @@
-"""Settings that must stand before numba and matplotlib are imported, and the source as the house tests see it."""
+"""Settings that must stand before numpy, numba and matplotlib are imported, and the source as house tests see it."""
 
 import ast
 import gc
@@ -20,6 +20,8 @@ os.environ.setdefault("NUMBA_CACHE_DIR", str(ROOT / ".numba_cache"))
 os.environ.setdefault("FLEXMB_MESSAGES", "0")
 os.environ.setdefault("MPLBACKEND", "Agg")
 os.environ.setdefault("PYVISTA_OFF_SCREEN", "true")
+for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"):
+    os.environ.setdefault(name, "1")  # threads of a hundred equations wait for one another on cores that others use
 
 # The first example of a test may compile a kernel, so no deadline; the same examples in every run.
 hypothesis.settings.register_profile("flexmb", deadline=None, derandomize=True)

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flexmb import checks
 from flexmb.arguments import checked
 from flexmb.dynamics.jobs.files import (
     READ_ERRORS,
@@ -221,7 +222,7 @@ def save(sol: Solution, path: str | Path) -> Path:
         groups[RESTART] = xr.Dataset(arrays, attrs={"comment": comment})
     if sol.contacts.names:
         groups[EPISODES], encodings[EPISODES] = _episodes(sol), {name: {"_FillValue": None} for name, _ in COLUMNS}
-    return write_sealed(Path(path), netcdf_image(groups, encodings), "Solution")
+    return write_sealed(checks.path("Solution", path), netcdf_image(groups, encodings), "Solution")
 
 
 @checked
@@ -238,7 +239,7 @@ def load(path: str | Path) -> Solution:
     """
     import h5py
 
-    source = Path(path)
+    source = checks.path("load", path)
     if source.suffix == ".py":
         text = f"{str(source)!r}: a file of Python, and no result of a run. Run it first (flexmb run {source.name})"
         raise FileFormatError(f"{text}, and give the file that this writes: out/{source.stem}/{source.stem}.nc.")

@@ -592,7 +592,7 @@ class Solution:
         place = self.signals.places.get(resolved(name, self.signals, self.aliases)) if isinstance(name, str) else None
         if place is None:
             text = f"Solution of {self.name!r} has no signal {name!r}. {hint(str(name), self.signals, self.aliases)}"
-            if name in ("time", "t"):
+            if str(name) in ("time", "t"):
                 text = f"{text.partition(' Known:')[0]} The instants of all rows are sol.time."
             if SAVED_KEY in self.model:
                 text += f" Saved were only those of simulate(..., signals={self.model[SAVED_KEY]!r}); add it there."

@@ -103,7 +103,7 @@ def write_vtk(sol: Solution, path: str | Path, frames: int | None = None, *, poi
     ------
     InputError : a path that cannot be written, fewer than 2 frames, a solution without instants or shapes.
     """
-    target = Path(path)
+    target = checks.path("write_vtk", path)
     if target.suffix not in {"", ".pvd"} or not target.name:
         raise InputError(f"write_vtk: path is {str(path)!r}; it must end in .pvd, the format of a series of frames.")
     target = target.with_suffix(".pvd")

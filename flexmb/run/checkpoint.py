@@ -109,7 +109,6 @@ class Checkpoints:
 
     def write(self, run: Run) -> None:
         """Write a checkpoint now."""
-        self.last = time.monotonic()
         try:
             sol = run.solution({**self.model, COMMAND: self.command})
             record = run.record
@@ -127,9 +126,9 @@ class Checkpoints:
             sol.to_netcdf(self.path)
         except InputError as error:
             self.failure = self.failure or f"No checkpoint since t = {run.flow.clock.t:.6g} s: {error}"
-            self.last += EVERY  # the disk may have room again
+            self.last = time.monotonic() + EVERY  # the disk may have room again
         else:
-            self.failure = ""
+            self.failure, self.last = "", time.monotonic()  # slow writes do not follow one another without a step
 
     def resume(self, run: Run, label: str, *, redundant: bool) -> None:
         """Let a run go on from the file.

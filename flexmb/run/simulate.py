@@ -341,7 +341,7 @@ def start_at_rest(
     from flexmb.statics.equilibrium import carries, refuse_other_forces, refuse_other_names, static_equilibrium
     from flexmb.statics.steady_rotation import Spin
 
-    if not isinstance(start, Equilibrium) and start != EQUILIBRIUM:
+    if not isinstance(start, Equilibrium) and not (isinstance(start, str) and start == EQUILIBRIUM):
         raise InputError(
             f"{label}: start is {start!r}; it must be {EQUILIBRIUM!r}, or what static_equilibrium(...) "
             "returns, also with spin=."

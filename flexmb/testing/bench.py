@@ -19,7 +19,7 @@ from flexmb.program.numbering import Numbering
 # Numerical derivatives with an estimate of their error
 
 STEPS, ORDERS = 22, 5
-"""Number of step sizes, and largest number of extrapolations."""
+"""Largest numbers of step sizes and of extrapolations."""
 ROUND_OFF = float(np.finfo(float).eps)
 """Relative round-off of a float."""
 
@@ -39,6 +39,7 @@ def slope(function: Callable[[float], Any], x: float, scale: float, noise: Any =
     uncertain: Any = np.inf
     before: list[np.ndarray] = []
     last: Any = np.inf
+    blurred: Any = 0.0
     for k in range(STEPS):
         h = scale / 8.0 / 2.0**k
         upper, lower = np.asarray(function(x + h)), np.asarray(function(x - h))
@@ -56,6 +57,9 @@ def slope(function: Callable[[float], Any], x: float, scale: float, noise: Any =
             best = row[-1] if best is None else np.where(better, row[-1], best)
             uncertain = np.where(better, doubt, uncertain)
             last = change
+            if np.all((uncertain <= blur) & (blurred <= blur) & (blur < np.inf)):
+                break  # round-off grows as the step shrinks: no further value is better
+            blurred = blur
         before = row
     return best, uncertain
 

@@ -3,14 +3,17 @@
 The answer is the text of the error, or what `fm.check` and the notes of a run say, or what the command prints.
 """
 
+import io
 import shutil
 import subprocess
 import sys
+from contextlib import chdir, redirect_stderr
 from pathlib import Path
 
 import pytest
 
 import flexmb as fm
+from flexmb.cli.command_line import main
 from flexmb.errors import USER_ERRORS, ArgumentError, AssemblyError
 from flexmb.mechanisms import four_bar, slider_crank
 from flexmb.results.solution import UnknownSignalError
@@ -60,6 +63,14 @@ def both(mechanism):
 
 
 def command(folder, *arguments):
+    said = io.StringIO()
+    with chdir(folder), redirect_stderr(said), pytest.raises(SystemExit) as stop:
+        sys.exit(main(list(arguments)))
+    assert stop.value.code == 2, said.getvalue()
+    return said.getvalue()
+
+
+def installed_command(folder, *arguments):
     flexmb = shutil.which("flexmb", path=str(Path(sys.executable).parent))
     if flexmb is None:
         pytest.skip("the command is not installed")
@@ -110,7 +121,9 @@ MISTAKES = {
         lambda folder: command(folder, "run", "slider-crank", "--speeed", "9"),
         "--speeed", "mean '--speed'", "--clearance",
     ),
-    "a misspelt command": (lambda folder: command(folder, "rnu", "slider-crank"), "'rnu'", "Did you mean 'run'?"),
+    "a misspelt command": (
+        lambda folder: installed_command(folder, "rnu", "slider-crank"), "'rnu'", "Did you mean 'run'?",
+    ),
     "a misspelt parameter of a diagram": (
         lambda _: fm.bifurcation(slider_crank, "clearence", [1e-4], skip=1, keep=2), "'clearence'", "mean 'clearance'",
     ),

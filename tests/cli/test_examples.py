@@ -6,6 +6,7 @@ import re
 import runpy
 import subprocess
 import sys
+import warnings
 from pathlib import Path
 
 import pytest
@@ -31,25 +32,34 @@ KNOWN = {
 """Examples of known mechanisms, each with the largest relative error of the numbers beside their exact values."""
 
 
-def output(name, folder):
-    """What the example prints, run as a user runs it."""
-    environment = {**os.environ, "PYTHONPATH": str(EXAMPLES.parent)}
-    command = [sys.executable, str(EXAMPLES / f"{name}.py")]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=folder, env=environment, check=False)
-    assert done.returncode == 0, done.stderr
-    assert done.stderr == ""
-    return done.stdout
-
-
 @pytest.fixture
-def printed(tmp_path, monkeypatch, capsys):
-    """A function that runs an example in this process, in an empty folder, and returns what it prints."""
+def output(tmp_path, monkeypatch, capsys):
+    """A function that runs an example in this process, in an empty folder, and returns what it prints.
+
+    A warning that a user would see is an error.
+    """
     monkeypatch.chdir(tmp_path)
 
     def run(name):
-        runpy.run_path(str(EXAMPLES / f"{name}.py"), run_name="__main__")
+        with warnings.catch_warnings():
+            for kind in (UserWarning, RuntimeWarning, FutureWarning):
+                warnings.simplefilter("error", kind)
+            runpy.run_path(str(EXAMPLES / f"{name}.py"), run_name="__main__")
+        said = capsys.readouterr()
+        assert said.err == ""
+        return said.out
+
+    return run
+
+
+@pytest.fixture
+def printed(tmp_path, output):
+    """The same for an example that draws a picture."""
+
+    def run(name):
+        text = output(name)
         assert (tmp_path / "out" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
-        return capsys.readouterr().out
+        return text
 
     return run
 
@@ -78,19 +88,16 @@ def test_no_example_is_forgotten():
 
 
 @pytest.mark.parametrize("name", KNOWN)
-def test_known_mechanism(name, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    runpy.run_path(str(EXAMPLES / f"{name}.py"), run_name="__main__")
-    text = capsys.readouterr().out
+def test_known_mechanism(name, printed):
+    text = printed(name)
     pairs = numbers(r"# ?(?:rad/s|N m|m\^2|rad|N|m)? ?\(exact #\)", text)
     assert len(pairs) == text.count("(exact ")
     for found, exact in pairs:
         assert found == pytest.approx(exact, rel=KNOWN[name], abs=1e-10 if name != "chebyshev" else 1e-6)
-    assert (tmp_path / "out" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_pick_and_place(tmp_path):
-    text = output("pick_and_place", tmp_path)
+def test_pick_and_place(output):
+    text = output("pick_and_place")
     for line, error in (("carriage at +# m .*target #", 1e-4), (r"turned by +# deg +\(target #", 0.01)):
         ((found, expected),) = numbers(line, text)
         assert abs(found - expected) <= error
@@ -99,16 +106,16 @@ def test_pick_and_place(tmp_path):
     assert "voltage 24 V" in text
 
 
-def test_pendulum(tmp_path):
-    text = output("pendulum", tmp_path)
+def test_pendulum(output):
+    text = output("pendulum")
     ((measured, exact),) = numbers(r"period +# s, exact # s", text)
     # the lemniscate constant in Legendre's form: K(1/2) = Gamma(1/4)^2 / (4 sqrt(pi))
     assert exact == pytest.approx(math.sqrt(2.0 / (3.0 * 9.81)) * math.gamma(0.25) ** 2 / math.sqrt(math.pi), rel=1e-7)
     assert measured == pytest.approx(exact, rel=5e-6)
 
 
-def test_cantilever(tmp_path):
-    text = output("cantilever", tmp_path)
+def test_cantilever(output):
+    text = output("cantilever")
     ((_, exact),) = numbers(r"load # N, deflection of the tip # m", text)
     assert exact == pytest.approx(0.71379, abs=5e-6)  # K. Mattiasson, IJNME 17 (1981) 145-153, table I, P L^2/EI = 5
     errors = {int(n): error for n, error in numbers(r" # elements: .* error #;", text)}
@@ -117,8 +124,8 @@ def test_cantilever(tmp_path):
     assert errors[32] < 5e-6
 
 
-def test_cam_lift_off(tmp_path):
-    text = output("cam_lift_off", tmp_path)
+def test_cam_lift_off(output):
+    text = output("cam_lift_off")
     for measured, exact in (*numbers(r"lift # m \(exact #\)", text), *numbers(r"force # N \(exact #\)", text)):
         assert measured == pytest.approx(exact, rel=1e-5)
     ((found, exact),) = numbers(r"zero at # rad/s \(exact #\)", text)
@@ -128,8 +135,8 @@ def test_cam_lift_off(tmp_path):
     assert [count > 1 for speed, count in sorted(episodes.items())] == [False, True, True]
 
 
-def test_geneva(tmp_path):
-    text = output("geneva", tmp_path)
+def test_geneva(output):
+    text = output("geneva")
     ((speed, exact),) = numbers(r"speed ratio # \(1 \+ sqrt 2 = #\)", text)
     assert speed == pytest.approx(exact, abs=1e-9)
     ((found, peak),) = numbers(r"acceleration # w\^2 \(#\)", text)
@@ -140,14 +147,14 @@ def test_geneva(tmp_path):
     assert turned == pytest.approx(-90.0, abs=0.2)
 
 
-def test_ratchet(tmp_path):
-    rows = numbers(r"degrees, at rest at +# *, +# teeth on", output("ratchet", tmp_path))
+def test_ratchet(output):
+    rows = numbers(r"degrees, at rest at +# *, +# teeth on", output("ratchet"))
     assert [teeth for _, teeth in rows] == pytest.approx([0.0, 0.0, 2.0, 4.0], abs=1e-8)
     assert [rest for rest, _ in rows] == pytest.approx([rows[0][0] - 30.0 * n for n in (0, 0, 2, 4)], abs=2e-4)
 
 
-def test_flexible_four_bar(tmp_path):
-    rows = numbers(r"by # rad, coupler bends by # m", output("flexible_four_bar", tmp_path))
+def test_flexible_four_bar(output):
+    rows = numbers(r"by # rad, coupler bends by # m", output("flexible_four_bar"))
     away, bends = zip(*rows, strict=True)
     for values in (away, bends):  # ten times as stiff: a tenth of it
         assert values[0] / values[1] == pytest.approx(10.0, rel=0.3)
@@ -155,15 +162,21 @@ def test_flexible_four_bar(tmp_path):
 
 
 def test_own_law(tmp_path):
-    rows = numbers(r"with # m/s ends with # m/s, exact # m/s", output("own_law", tmp_path))
+    """In a process of its own, as a user runs it: the kernel of the law stands in `__main__`."""
+    environment = {**os.environ, "PYTHONPATH": str(EXAMPLES.parent)}
+    command = [sys.executable, str(EXAMPLES / "own_law.py")]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, env=environment, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    rows = numbers(r"with # m/s ends with # m/s, exact # m/s", done.stdout)
     assert len(rows) >= 3
     assert rows[0][0] == pytest.approx(0.5, abs=1e-7)
     for _, after, exact in rows:
         assert after == pytest.approx(exact, rel=2e-5)
 
 
-def test_frame_from_mesh(tmp_path):
-    text = output("frame_from_mesh", tmp_path)
+def test_frame_from_mesh(output, tmp_path):
+    text = output("frame_from_mesh")
     ((statics, exact),) = numbers(r"sinks by # um, Castigliano # um", text)
     moved = float(re.search(f"at rest after {NUMBER} um", text).group(1))
     ((moment, lever),) = numbers(r"# N mm in the column, P a = # N mm", text)
@@ -173,16 +186,16 @@ def test_frame_from_mesh(tmp_path):
     assert len(list((tmp_path / "out" / "bracket").glob("*.vtu"))) == 50
 
 
-def test_restart(tmp_path):
-    text = output("restart", tmp_path)
+def test_restart(output):
+    text = output("restart")
     assert "largest difference of the contact force: 0.0 N" in text
     ((first, second, whole),) = numbers(r"saved instants: # \+ # = #", text)
     assert first + second == whole
 
 
 @pytest.mark.slow
-def test_chaos(tmp_path):
-    text = output("chaos", tmp_path)
+def test_chaos(output, tmp_path):
+    text = output("chaos")
     doublings = numbers(r"period # doubles at G = #, published #, error #", text)
     assert [row[0] for row in doublings] == [1, 2]
     # J. R. Taylor, Classical Mechanics (2005), table 12.1; steps of a 400th of the period move them by 3e-4

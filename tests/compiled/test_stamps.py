@@ -1,10 +1,11 @@
 """Stamps of compiled code: any source that counts changes them, no other does."""
 
-import subprocess
+import importlib
 import sys
 from types import ModuleType
 
 import pytest
+from numba.core import config
 
 from flexmb.engine.compiled import code_cache as stamps
 
@@ -89,16 +90,28 @@ def test_the_loop_depends_on_laws_of_its_arithmetic_not_on_pictures():
     )
 
 
-def test_a_callee_in_another_file_is_compiled_anew(tmp_path):
+def test_a_callee_in_another_file_is_compiled_anew(tmp_path, monkeypatch):
     number = "from flexmb.kernels import compiled\n@compiled\ndef number():\n    return 1.0\n"
     user = "from flexmb.kernels import compiled\nfrom zz_number import number\n@compiled\ndef twice():\n"
     (tmp_path / "zz_number.py").write_text(number)
-    (tmp_path / "zz_user.py").write_text(f"{user}    return 2.0 * number()\nprint(twice())\n")
+    (tmp_path / "zz_user.py").write_text(f"{user}    return 2.0 * number()\n")
+    monkeypatch.setattr(config, "CACHE_DIR", str(tmp_path / "cache"))
+    monkeypatch.syspath_prepend(str(tmp_path))
 
     def run():
-        command = [sys.executable, "-c", "import zz_user"]
-        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True).stdout.strip()
+        """As a new process finds it: value, and number of functions that are compiled for it."""
+        stamps._source.cache_clear()
+        importlib.invalidate_caches()
+        for name in ("zz_user", "zz_number"):
+            sys.modules.pop(name, None)
+        twice = importlib.import_module("zz_user").twice
+        return twice(), sum(twice.stats.cache_misses.values())
 
-    assert (run(), run()) == ("2.0", "2.0")
-    (tmp_path / "zz_number.py").write_text(number.replace("1.0", "4.0"))
-    assert run() == "8.0"
+    try:
+        assert (run(), run()) == ((2.0, 1), (2.0, 0))
+        (tmp_path / "zz_number.py").write_text(number.replace("1.0", "14.0"))
+        assert run() == (28.0, 1)
+    finally:
+        for name in ("zz_user", "zz_number"):
+            sys.modules.pop(name, None)
+        stamps._source.cache_clear()

@@ -1,13 +1,12 @@
 """States of controllers, which stand behind the coordinates of bodies, are never taken for coordinates of bodies."""
 
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import flexmb as fm
+from flexmb.cli.command_line import main
 from flexmb.results.positions import momentum
 
 
@@ -59,17 +58,12 @@ def test_a_massless_link_that_moves_alone_is_named_beside_a_controller():
         assert [f.parts for f in fm.check(mechanism).findings if f.code == "no-inertia"] == [("rod",)]
 
 
-def test_the_commands_do_too(tmp_path):
+def test_the_commands_do_too(tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(str(Path(__file__).parent))
     model = tmp_path / "press.py"
-    model.write_text(
-        "import sys\n"
-        f"sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
-        "from test_beside_bodies import crank_with_massless_rod\n"
-        "model = crank_with_massless_rod()\n"
-    )
+    model.write_text("from test_beside_bodies import crank_with_massless_rod\nmodel = crank_with_massless_rod()\n")
     for command in (["check", str(model)], ["run", str(model), "--t-end", "0.02", "--out", str(tmp_path / "out")]):
-        done = subprocess.run([sys.executable, "-m", "flexmb", *command], capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stdout + done.stderr
+        assert main(command) == 0
 
 
 def parallel_cranks():

@@ -211,17 +211,6 @@ BUILT_IN = {
         "pin",
     ),
     "RevoluteClearance, friction": (two_links(clearance(LN, COULOMB)), "pin"),
-    **{
-        f"RevoluteClearance, {type(law).__name__}": (two_links(clearance(law, fm.friction.Frictionless())), "pin")
-        for law in NORMAL_LAWS
-    },
-    "SmoothCoulomb": (two_links(clearance(LN, fm.friction.SmoothCoulomb(0.2))), "pin"),
-    "Threlfall": (two_links(clearance(LN, fm.friction.Threlfall(0.2))), "pin"),
-    "BengisuAkay": (two_links(clearance(LN, fm.friction.BengisuAkay(0.3, 0.2))), "pin"),
-    "Stribeck": (two_links(clearance(LN, fm.friction.Stribeck(0.3, 0.2, viscous=0.1))), "pin"),
-    "Stribeck, exponential": (two_links(clearance(LN, fm.friction.Stribeck(0.3, 0.2, exponent=1.0))), "pin"),
-    "BrownMcPhee": (two_links(clearance(LN, fm.friction.BrownMcPhee(0.3, 0.2, viscous=3.0))), "pin"),
-    "LuGre": (two_links(clearance(LN, fm.friction.LuGre(0.3, 0.2, damping=50.0, viscous=0.1))), "pin"),
     "SpringDamper": (
         two_links(fm.SpringDamper("spring", crank(), arm(), at=(0.05, 0.085), to=B, stiffness=300.0, damping=4.0)),
         "spring",
@@ -369,13 +358,37 @@ BUILT_IN = {
 }  # fmt: skip
 """Name -> (mechanism, part)."""
 
+LAWS = {
+    **{type(law).__name__: (law, fm.friction.Frictionless()) for law in NORMAL_LAWS},
+    "SmoothCoulomb": (LN, fm.friction.SmoothCoulomb(0.2)),
+    "Threlfall": (LN, fm.friction.Threlfall(0.2)),
+    "BengisuAkay": (LN, fm.friction.BengisuAkay(0.3, 0.2)),
+    "Stribeck": (LN, fm.friction.Stribeck(0.3, 0.2, viscous=0.1)),
+    "Stribeck, exponential": (LN, fm.friction.Stribeck(0.3, 0.2, exponent=1.0)),
+    "BrownMcPhee": (LN, fm.friction.BrownMcPhee(0.3, 0.2, viscous=3.0)),
+    "LuGre": (LN, fm.friction.LuGre(0.3, 0.2, damping=50.0, viscous=0.1)),
+}
+"""Name -> (normal law, friction law)."""
 
-@pytest.mark.parametrize("kind", BUILT_IN)
-def test_built_in_part_keeps_its_contracts(kind):
-    mechanism, part = BUILT_IN[kind]
+
+def keeps_its_contracts(mechanism, part):
     report = check_part(mechanism, part)
     assert max(check.error for check in report.checks) < 1e-6
     assert sum(check.skipped for check in report.checks) <= 3, str(report)
+    return report
+
+
+@pytest.mark.parametrize("kind", BUILT_IN)
+def test_built_in_part_keeps_its_contracts(kind):
+    keeps_its_contracts(*BUILT_IN[kind])
+
+
+@pytest.mark.parametrize("kind", LAWS)
+def test_built_in_law_keeps_its_contracts(kind, monkeypatch):
+    """In one joint, whose gap the test of `RevoluteClearance` checks."""
+    monkeypatch.setattr("flexmb.testing.contacts.check_gap", lambda *_: 2e-4)
+    report = keeps_its_contracts(two_links(clearance(*LAWS[kind])), "pin")
+    assert {"dN/d(gap)", "dT/d(slip)"} <= {check.name.rpartition(" = ")[2] for check in report.checks}
 
 
 def test_contact_is_seen_open_and_closed():

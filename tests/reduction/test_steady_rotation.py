@@ -123,7 +123,7 @@ BODIES = {
     "reduced beams": lambda **o: fm.Reduced(rod(**o), modes=6),
     "shapes of inertia": lambda **o: fm.Reduced(rod(**o), modes=6, inertia_shapes=True),
     "frame of a pin": lambda **o: fm.Reduced(rod(**o), modes=6, frame="pin"),
-    "mesh": lambda: link(0.01),
+    "mesh": lambda: link(0.02),
     "reduced mesh": lambda: fm.Reduced(link(0.01), modes=24),
 }
 

@@ -6,6 +6,7 @@ import os
 import random
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from flexmb.cli.command_line import main
 from flexmb.dynamics.jobs.files import whole_file
 from flexmb.engine.compiled import ahead
 from flexmb.errors import FileFormatError, FlexmbError, InputError
+from flexmb.results.solution import Solution
 from flexmb.run.checkpoint import Checkpoints
 
 
@@ -70,6 +72,21 @@ def test_nul_in_a_path_is_an_error_with_a_name(sol, tmp_path, name):
         WRITERS[name](sol, tmp_path / f"a\0{name}")
 
 
+@pytest.mark.parametrize("given", [None, 1.0, b"a.nc", ["a.nc"]])
+def test_what_is_no_path_is_refused_by_name(sol, given):
+    for use in (fm.load, fm.meshes.read, sol.to_netcdf, lambda path: fm.write_vtk(sol, path)):
+        with pytest.raises(InputError, match=r"the path is .*; it must be a text or a Path"):
+            use(given)
+
+
+def test_an_array_in_place_of_a_name_or_an_equilibrium_is_refused_by_name(sol):
+    for use in (lambda: sol[np.zeros(2)], lambda: sol.peak(np.zeros(2))):
+        with pytest.raises(FlexmbError, match="has no signal array"):
+            use()
+    with pytest.raises(InputError, match=r"start is array\("):
+        fm.simulate(fm.mechanisms.slider_crank(), t_end=1e-3, start=np.zeros(2))
+
+
 def test_nul_in_a_name_is_refused_where_it_is_given():
     with pytest.raises(InputError, match=r"NUL|it must be a non-empty string"):
         fm.Mechanism("a\0b", [])
@@ -105,6 +122,17 @@ def test_a_run_with_a_sampled_controller_writes_checkpoints(tmp_path, monkeypatc
     monkeypatch.setattr(Checkpoints, "write", lambda self, run: written.append(float(run.flow.clock.t)))
     servo(checkpoint=tmp_path / "run.nc", checkpoint_every=0.0)
     assert len(written) > 100  # one a sample; before only where two blocks lay between two samples
+
+
+def test_slow_writes_do_not_take_all_the_time_of_a_run(tmp_path, monkeypatch):
+    """Before, each of 200 samples wrote a checkpoint as soon as one write took longer than the time between two."""
+    written = []
+    monkeypatch.setattr(Solution, "to_netcdf", lambda self, path: written.append(time.sleep(0.11)))
+    began = time.monotonic()
+    servo(checkpoint=tmp_path / "run.nc", checkpoint_every=0.1)
+    took = time.monotonic() - began
+    assert len(written) <= took / 0.21 + 1.0  # a write and a tenth of a second between two
+    assert len(written) < 100
 
 
 def test_a_checkpoint_that_cannot_be_removed_is_noted(tmp_path, monkeypatch):
@@ -177,6 +205,13 @@ def test_damaged_meshes_are_refused_by_name(tmp_path, kind, copies):
             refused += 1
     assert refused > 0.5 * copies
     print(f"{refused} of {copies} damaged meshes refused")
+
+
+def test_a_mesh_of_abaqus_without_the_kind_of_its_cells_is_refused_by_name(tmp_path):
+    path = tmp_path / "plate.inp"
+    path.write_text("*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n*ELEMENT, YPE=B31\n1, 1, 2\n")
+    with pytest.raises(FileFormatError, match=r"plate\.inp: not a mesh that meshio can read .*TYPE not found"):
+        fm.meshes.read(path)
 
 
 def test_a_result_without_its_checksum_is_refused_where_bytes_stand_behind_its_data(sol, tmp_path):

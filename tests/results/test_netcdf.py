@@ -4,6 +4,7 @@ import json
 import pickle
 import re
 import runpy
+import shutil
 import subprocess
 import sys
 from contextlib import suppress
@@ -401,9 +402,12 @@ def former(path, sol, tables=()):
     return path
 
 
-@pytest.mark.parametrize("tables", [(), ("plate.node.x", "plate.node.vy", "plate.node.theta")])
+TABLES = ("plate.node.x", "plate.node.vy", "plate.node.theta")
+
+
+@pytest.mark.parametrize("tables", [(), TABLES])
 def test_files_of_former_formats_are_read_bit_for_bit(tmp_path, tables):
-    sol = many(130)
+    sol = many(130 if tables else 20)
     back = load(former(tmp_path / "a.nc", sol, tables))
     assert bits(back.time) == bits(sol.time)
     assert bits(back.values) == bits(sol.values)
@@ -414,12 +418,12 @@ def test_files_of_former_formats_are_read_bit_for_bit(tmp_path, tables):
 
 
 def test_former_files_that_do_not_fit_are_damaged(tmp_path):
-    path = tmp_path / "a.nc"
+    path, whole = tmp_path / "a.nc", former(tmp_path / "whole.nc", many(130), TABLES)
     for change, words in (
         (lambda d: d.drop_vars("O.fx"), "O.fx"),
         (lambda d: d.isel({"plate.node": slice(0, 100)}), "node101"),
         (lambda d: d.assign({"plate.node.x": d["plate.node.x"].astype(np.float32)}), "float32"),
     ):
-        changed(former(path, many(130), ("plate.node.x",)), change)
+        changed(shutil.copy(whole, path), change)
         with pytest.raises(FileFormatError, match=rf"a\.nc.*damaged.*{words}"):
             load(path)

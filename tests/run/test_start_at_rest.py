@@ -22,7 +22,7 @@ def hanging(*more, body=None):
 
 
 def swing(sol, name):
-    return float(np.ptp(np.asarray(sol[name])))
+    return float(np.ptp(sol.array(name)))
 
 
 @pytest.mark.parametrize("step", STEPS)
@@ -80,7 +80,7 @@ def test_meshes_ropes_stops_and_springs_stay_at_rest(case, step):
     assert sol.ok, sol.status
     for name in at.names:
         assert swing(sol, name) < 1e-12
-        assert sol[name][0] == at[name]
+        assert sol.array(name)[0] == at[name]
     contacts = [name for name in sol.names if name.endswith(".normal_force")]
     for name in contacts:
         assert sol[name].min() > 0.0

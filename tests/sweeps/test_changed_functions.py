@@ -55,6 +55,27 @@ CHANGES = {
     ),
     "lambda": ("gain = lambda: 2.0\ndef f(a):\n    return gain() * a\n", "2.0", "3.0"),
     "lambda's global": ("G = 2.0\ngain = lambda: G\ndef f(a):\n    return gain() * a\n", "G = 2.0", "G = 3.0"),
+    "other lambda of a line": (
+        "x, y = (lambda a: 2.0 * a), (lambda a: 3.0 * a)\nh = x\ndef f(a):\n    return h(a)\n",
+        "h = x",
+        "h = y",
+    ),
+    "method of a named tuple": (
+        "from typing import NamedTuple\nclass Set(NamedTuple):\n    gain: float\n    def of(self, a):\n"
+        "        return 2.0 * self.gain * a\nSET = Set(1.0)\ndef f(a):\n    return SET.of(a)\n",
+        "2.0",
+        "3.0",
+    ),
+    "tuple for a list": (
+        "import numpy as np\nAT = [0, 1]\ndef f(a):\n    return np.eye(2)[AT].sum() * a\n",
+        "[0, 1]\n",
+        "(0, 1)\n",
+    ),
+    "attribute of a class's class": (
+        "class Kind(type):\n    gain = 2.0\nclass Set(metaclass=Kind):\n    pass\ndef f(a):\n    return Set.gain * a\n",
+        "2.0",
+        "3.0",
+    ),
     "attribute of a function": ("def f(a):\n    return f.gain * a\nf.gain = 2.0\n", "2.0", "3.0"),
     "attribute of a class": ("class Set:\n    gain = 2.0\ndef f(a):\n    return Set.gain * a\n", "2.0", "3.0"),
     "attribute set later": ("class Set:\n    pass\ndef f(a):\n    return Set.gain * a\nSet.gain = 2.0\n", "2.0", "3.0"),
@@ -312,6 +333,16 @@ def test_another_module_of_a_package_is_refused(kind, tmp_path, monkeypatch):
         sys.modules.pop(name, None)
 
 
+def test_a_file_that_was_edited_after_its_import_is_not_the_model(model, tmp_path):
+    """A process goes on with the code that it has imported, under whatever text."""
+    text = "def f(a):\n    return 2.0 * a\n"
+    old = model(zz_model=text)
+    (tmp_path / "zz_model.py").write_text(text.replace("2.0", "3.0"))
+    assert swept(old, tmp_path / "s")["value"].values.tolist() == [2.0, 4.0]
+    with pytest.raises(fm.errors.InputError, match="written by another sweep"):
+        swept(model(zz_model=text.replace("2.0", "3.0")), tmp_path / "s", resume=True)
+
+
 def test_the_message_names_the_global(model, tmp_path):
     text = "GAIN, LEFT = 2.0, 1.0\ndef f(a):\n    return GAIN * a + LEFT\n"
     swept(model(zz_model=text), tmp_path / "s")
@@ -394,3 +425,4 @@ def test_typed_in_functions_count_with_their_inner_functions():
     text = "def f(a):\n    def inner():\n        return 2.0\n    return inner() * a\n"
     assert typed(text) == typed(text)
     assert typed(text) != typed(text.replace("2.0", "3.0"))
+    assert typed("def f(a, b):\n    return a - b\n") != typed("def f(b, a):\n    return b - a\n")

@@ -46,6 +46,7 @@ BROKEN = (
     AttributeError,
     ArithmeticError,
     AssertionError,
+    RuntimeError,
     EOFError,
     MemoryError,
     SyntaxError,
@@ -103,7 +104,7 @@ def read_lines(path: str | PathLike[str], tag: str | None = None) -> LineMesh:
     z must be equal.  `tag` is the name of the integer cell data that hold the tags; None: the first of `TAG_NAMES` that
     the file has.  Loose nodes, lines of zero length or given twice, and nodes at the same place are refused.
     """
-    file = Path(path)
+    file = checks.path("mesh", path)
     mesh = read_file(file)
     edges = np.asarray(mesh.get_cells_type("line"), dtype=np.int64).reshape(-1, 2)
     if not len(edges):

@@ -55,7 +55,7 @@ def read(path: str | PathLike[str], unit: float = 1.0) -> PlaneMesh:
     FileFormatError : no such file, not a mesh, no plane cells, linear beside quadratic cells, not plane.
     InputError : cells that are no body, see `PlaneMesh`.
     """
-    file = Path(path)
+    file = checks.path("mesh", path)
     checks.positive(str(file), "unit", unit, "m")
     mesh = read_file(file)
     points = plane_points(file, mesh.points) * unit

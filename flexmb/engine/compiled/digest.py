@@ -1,9 +1,8 @@
 """Digests of values and functions: short texts that are equal if and only if the contents are equal.
 
 Digests depend on values, not on addresses or on the order of a set, and are therefore the same in every process.  A
-function counts with its text, defaults, closure and attributes, and with all objects that it names: numbers, functions,
-classes, attributes of modules, in turn with all that these name.  Installed packages count by their version, functions
-of flexmb by their text.  Not seen are files that a function reads, and names that it composes.
+function counts with its text, code, defaults, closure and attributes, and all that it names, in turn with what that
+names.  Installed packages count by version, functions of flexmb by text.  Files that are read do not count.
 """
 
 from __future__ import annotations
@@ -69,6 +68,8 @@ class _Feed:
         elif id(value) in above:
             self.state.update(b"|again")
         else:
+            if is_of_user(type(value).__module__):  # a tuple or number of a user's class has methods, too
+                self.add(type(value), above)
             self.content(parts_of(value), (*above, id(value)))
 
     def content(self, content: Parts, above: tuple[int, ...]) -> None:
@@ -97,8 +98,7 @@ def parts_of(value: Any) -> Parts:
     if unwrapped is not value:  # compiled by numba, for example
         return "wrapped", [unwrapped]
     if is_dataclass(value):
-        own = [type(value)] if is_of_user(type(value).__module__) else []
-        return kind_of(value), [*own, *(part for f in fields(value) for part in (f.name, getattr(value, f.name, None)))]
+        return kind_of(value), [part for f in fields(value) for part in (f.name, getattr(value, f.name, None))]
     try:
         reduced = copyreg.dispatch_table.get(type(value), lambda one: one.__reduce_ex__(4))(value)
     except FAILURES:
@@ -138,7 +138,7 @@ def _array(value: np.ndarray) -> Parts:
 @parts_of.register(tuple)
 @parts_of.register(list)
 def _list(value: Any) -> Parts:
-    return "list", value
+    return "tuple" if isinstance(value, tuple) else "list", value
 
 
 @parts_of.register(Mapping)
@@ -180,7 +180,7 @@ def _class(value: type) -> Parts:
         for key, item in sorted(vars(value).items())
         if key != "_abc_impl" and (not key.startswith("__") or isinstance(item, FunctionType | classmethod | property))
     }
-    return "class", [name, value.__bases__, own]
+    return "class", [name, type(value), value.__bases__, own]
 
 
 @dataclass(frozen=True)
@@ -212,21 +212,21 @@ def _used(value: _Used) -> Parts:
 
 @parts_of.register
 def _code(value: CodeType) -> Parts:
-    return "code", [value.co_code, value.co_names, value.co_consts]
+    taken = value.co_flags, value.co_argcount, value.co_kwonlyargcount
+    return "code", [value.co_code, value.co_exceptiontable, value.co_names, value.co_varnames, value.co_consts, taken]
 
 
 @parts_of.register
 def _function(value: FunctionType) -> Parts:
-    """Name; of a user's function, and of a wrapper around it, all that it does."""
+    """Name; of a user's function, and of a wrapper around it, all; code, since files change and lambdas share lines."""
     home = _home(value)
     if not is_of_user(home) and home.partition(".")[0] != PACKAGE:
         return f"{home}.{value.__qualname__}{_version(home)}".encode()
     cells = [_content_of(cell) for cell in value.__closure__ or ()]
     parts = [value.__name__, _text(value), value.__defaults__, value.__kwdefaults__, cells]
     if is_of_user(home):  # what a wrapper of flexmb or of a library names is theirs; what it wraps is in its closure
-        own = is_of_user(value.__globals__.get("__name__", ""))
         kept = {name: item for name, item in sorted(vars(value).items()) if name != "__wrapped__"}
-        parts += [kept, named_by(value) if own else {}]
+        parts += [value.__code__, kept, named_by(value) if is_of_user(value.__globals__.get("__name__", "")) else {}]
     return "function", parts
 
 

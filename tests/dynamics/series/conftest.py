@@ -1,9 +1,30 @@
-"""Signals of systems whose exponents and dimensions are published."""
+"""Signals of systems whose exponents and dimensions are published; each is embedded once."""
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
+
+from flexmb.dynamics.series import correlation, exponent
+from flexmb.dynamics.series.embedding import embedding
+
+
+@pytest.fixture(scope="session", autouse=True)
+def embedded_once():
+    """Methods share the embedding of a signal: the same bits give the same embedding."""
+
+    @cache
+    def found(samples, options):
+        return embedding(np.frombuffer(samples), **dict(options))
+
+    def remembered(signal, **options):
+        return found(np.asarray(signal, dtype=float).tobytes(), tuple(options.items()))
+
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (correlation, exponent):
+            patch.setattr(module, "embedding", remembered)
+        yield
 
 
 def henon(count, a=1.4, b=0.3, *, start=(0.1, 0.1), skip=1000):
