@@ -81,7 +81,7 @@ class Started(NamedTuple):
 
 
 def started(label: str, held: ParameterModel, span: Span, signals: Sequence[str]) -> Started:
-    """The run of a parameter model from which `signals` are wanted, or `InputError`."""
+    """Run of a parameter model that keeps `signals`, at its start, or `InputError`."""
     mechanism = held.at(held.values)
     method, step, program, _ = prepared(label, mechanism, span.method, span.step, "refuse")
     if not isinstance(method, Newmark):
@@ -203,7 +203,8 @@ class Sensitivity(display.Inside):
 
     def table(self) -> list[tuple[str, ...]]:
         """Rows of texts: measure, parameter, derivative, its unit, relative derivative."""
-        own, rows = self.measures, []
+        own = self.measures
+        rows: list[tuple[str, ...]] = []
         for i, name in enumerate(own.measure.values.tolist()):
             for k, parameter in enumerate(own.parameter.values.tolist()):
                 unit = per(str(own.unit.values[i]), str(own.unit_of_parameter.values[k]))

@@ -1,4 +1,4 @@
-"""Fits: parameters of a mechanism from measured signals, with errors, correlations and what cannot be told apart."""
+"""Fits: parameters of a mechanism from measured signals, with standard errors and correlations."""
 
 from __future__ import annotations
 
@@ -252,7 +252,7 @@ class _Search:
 
     def residuals(self, x: np.ndarray) -> np.ndarray:
         """Computed less measured signals over the noise, one behind the other; large where the run fails."""
-        return self._weighted(self._difference(x))[self.measured.seen]
+        return np.asarray(self._weighted(self._difference(x))[self.measured.seen])
 
     def _difference(self, x: np.ndarray) -> np.ndarray:
         """Computed less measured signals over the noise, (times, signals)."""
@@ -272,7 +272,7 @@ class _Search:
         slopes = np.concatenate([slopes, np.zeros((*own.values.shape, len(own.offset)))], axis=2)
         for k, name in enumerate(own.offset):
             slopes[:, own.signals.index(name), p + k] = 1.0
-        return self._weighted(np.where(own.seen[:, :, None], slopes, 0.0))[own.seen]
+        return np.asarray(self._weighted(np.where(own.seen[:, :, None], slopes, 0.0))[own.seen])
 
     def _weighted(self, rows: np.ndarray) -> np.ndarray:
         """Rows themselves, or their integrals over the part of the time."""

@@ -25,6 +25,9 @@ from flexmb.run.simulate import Step
 if TYPE_CHECKING:
     import xarray as xr
 
+OBJECTIVE = 0
+"""Place of the objective in values and slopes of a design; limits follow."""
+
 FAILED = 10.0
 """Objective of a design whose run fails, over the largest one so far, so that the search turns back."""
 
@@ -193,9 +196,9 @@ class _Evaluation:
             if one.kind == "peak" and one.norm is None:
                 text = f"{label}: the derivative of {one.name} jumps where another instant takes over"
                 raise InputError(f"{text}; give peak({one.signal!r}, norm=16), which is smooth.")
-        for one in self.functions:
-            if not callable(one):
-                raise InputError(f"{label}: subject_to holds {one!r}; give limits of measures or functions.")
+        for condition in self.functions:
+            if not callable(condition):
+                raise InputError(f"{label}: subject_to holds {condition!r}; give limits of measures or functions.")
         self.texts = [one.text for one in self.limits] + [getattr(one, "__name__", "limit") for one in self.functions]
         self.designs: dict[tuple[float, ...], Design] = {}
         self.known: dict[tuple[float, ...], Design] = {}
@@ -203,7 +206,7 @@ class _Evaluation:
 
     def scaled(self, values: Mapping[str, float]) -> np.ndarray:
         """Parameters from 0 to 1 within their bounds."""
-        return (np.array([values[name] for name in self.bounds]) - self.low) / self.width
+        return np.asarray((np.array([values[name] for name in self.bounds]) - self.low) / self.width)
 
     def values(self, x: Sequence[float]) -> dict[str, float]:
         """Parameters by name."""
@@ -268,8 +271,8 @@ class _Evaluation:
         """Largest error of the derivatives of the objective by central differences, over the largest of all designs."""
         most, self.most = self.most, 10**9
         kept, worst = dict(self.designs), 0.0
-        largest = max(abs(slope) for one in self.designs.values() for slope in one.slopes[0])
-        for k, slope in enumerate(design.slopes[0]):
+        largest = max(abs(slope) for one in self.designs.values() for slope in one.slopes[OBJECTIVE])
+        for k, slope in enumerate(design.slopes[OBJECTIVE]):
             here = np.array(design.x)
             here[k] = min(max(here[k], CHECK_DISTANCE), 1.0 - CHECK_DISTANCE)
             sides = [self.at(here + side * CHECK_DISTANCE * np.eye(len(here))[k]) for side in (1.0, -1.0)]
@@ -293,7 +296,7 @@ class _Evaluation:
         return xr.Dataset({**found, "status": ("design", [one.status or "done" for one in designs])})
 
     def keep(self, store: str | Path | None, *, resume: bool) -> None:
-        """Set the file of the designs, and read those that it holds."""
+        """Set the file of the designs, with its designs as known ones."""
         if store is None:
             return
         self.file = checks.path(self.label, store)
@@ -366,7 +369,7 @@ def _minimum(evaluation: _Evaluation, x: np.ndarray, search: str) -> tuple[bool,
         found = minimize(
             objective,
             x,
-            jac=lambda z: np.array(evaluation.at(z).slopes[0]) / scale,
+            jac=lambda z: np.array(evaluation.at(z).slopes[OBJECTIVE]) / scale,
             bounds=[(0.0, 1.0)] * len(x),
             constraints=limits,
             method=search,

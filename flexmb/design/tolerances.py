@@ -81,7 +81,7 @@ class Uniform:
     @property
     def deviation(self) -> float:
         """Standard deviation."""
-        return (self.high - self.low) / 12.0**0.5
+        return float((self.high - self.low) / 12.0**0.5)
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
         """Values below which parts u of all lie."""
