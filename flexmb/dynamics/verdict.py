@@ -162,8 +162,8 @@ def judge(
        by more than a factor 3 (of means and deviations or of medians and quartiles, the smaller result counts).  Or
        neighbours part in one half and stay together in the other.  Or a regular motion swells or shrinks from quarter
        to quarter, by more than 5 % in all.  Random walks, as of the action in a chaotic sea, are transient, too.
-    5. Chaotic: the exponent lies above its error; the 0-1 test (K > 0.7) or the separation of neighbours (D > 0.5) is
-       chaotic, and neither is regular.
+    5. Chaotic: the exponent lies above its error; K > 0.7 (0-1 test) or D > 0.5 (separation), and neither is regular.
+       Without an exponent both must hold.  A second run must have an exponent above its error (`Exponents._agreed`).
     6. Inconclusive: bands double (2, 4, 8, ..., of 12 points each) as far as the record shows, each time with at most a
        fourth of the mean square.  Near an accumulation of period doublings the exponent is 0, and the points are a
        Cantor set, no closed curve.

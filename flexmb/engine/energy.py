@@ -278,7 +278,7 @@ def _drive_work(tables, h, k, ledger, memory, work):
 def _joint_friction_loss(tables, h, k, ledger, memory, work):
     """Loss by friction in joints: mean force times mean slip [J].
 
-    A law that remembers, as that of a clutch, gives back no more than it took: the method made the rest.
+    A law with a history, as of a clutch, gives back no more energy than it took; what exceeds that is the method's.
     """
     turned, z = 0.0, tables.constraints.joint_friction_z
     for c in range(work.joint_friction.shape[0]):

@@ -1,4 +1,4 @@
-"""Checkpoints and restarts of a run: all that it needs to go on as if it had never been interrupted."""
+"""Checkpoints of a run: a results file (results/netcdf.py) whose group `restart` also has counters, peaks and poses."""
 
 from __future__ import annotations
 

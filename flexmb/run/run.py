@@ -102,7 +102,7 @@ LEAST_STEP = 16.0
 """Smallest step by default over the round-off of the time."""
 
 LEAST_SEEN, LEAST_CLEAR = 2.0, 8.0
-"""Fixed steps in a cycle up to which these show another motion, and below which it is told."""
+"""Fixed steps in a cycle: with so few, or fewer, another motion is seen; with fewer than these, a finding tells it."""
 
 
 def step_limits(run: Run) -> tuple[float, float, float, tuple[float, ...]]:
@@ -191,7 +191,7 @@ NEWTON_TOLERANCE = 1e-6
 """Tolerance of Newton's corrections relative to h^2 |a|.
 
 Others: `ITERATION_FRACTION` of engine/radau/step.py, `STEP_ROUND_OFF` and `REST_STRIDE` of statics/equilibrium.py,
-`CLOSED_GAP` of statics/start/projection.py; values and what they change: docs/numbers.md.
+`CLOSED_GAP` of statics/start/assemble.py; all values and what they change: docs/numbers.md.
 """
 
 NEWTON_ITERATIONS = 30
@@ -492,9 +492,8 @@ class Run:
         )
 
     def restart(self) -> dict[str, np.ndarray]:
-        """Present state by name, from which a run of the same model continues bit for bit.
-
-        Names are those of `Flow` and of the stepper; `results/netcdf.py` writes them.
+        """Present state by name, from which a run of the same model continues bit for bit: `Flow`, signals, fingerprint
+        and the arrays of the method (`Stepper.saved`); `results/netcdf.py` writes it as the group `restart`.
         """
         own = {"signals": self.record.signals.copy(), MODEL: self.program.fingerprint}
         return {**self.flow.saved(), **own, **self.stepper.saved()}

@@ -28,7 +28,7 @@ TIMES_TARGET = 100.0
 def lost_control(mechanism: Mechanism, program: Program, end: float) -> Iterator[Condition]:
     """Conditions that end a run until `end` [s]: a signal far from its target, pushed further by a controller's load.
 
-    Far is what no controller at work lets happen, as a hundred turns.  One whose load brakes the signal goes on.
+    Far is, say, a hundred turns, which no working controller lets happen.  A run goes on while the load brakes.
     """
     signals = program.names.signals
     for controller in mechanism.controllers:

@@ -1,4 +1,4 @@
-"""Matrices of a reduced body (mass, stiffness, geometric stiffness K_G), and loads on its mesh.
+"""Matrices of a reduced body (mass, stiffness, geometric stiffness K_G: `_reduced_stiffness`), loads on its mesh.
 
 In the axes of the frame the forces on the points of the body are c0 f + c1 J f, plus A d for a load that follows edges:
 
@@ -467,7 +467,7 @@ def stiffness_under(found: Basis, force: Array) -> Array:
 
 
 def _reduced_stiffness(found: Basis, z: Array, free: Array) -> Array:
-    """Geometric stiffness (n, n) of the stress of displacements (N,), without round-off on translations."""
+    """K_G (n, n) of the stress of displacements (N,), by `stress_stiffness` of models.py, less round-off."""
     return _without(free[:, :2], found.shapes.T @ (found.model.stress_stiffness(z) @ found.shapes))
 
 

@@ -77,7 +77,7 @@ class Frictionless(FrictionLaw):
     kernel = frictionless_kernel
 
     def creep_speed(self, load_ratio: float) -> float:
-        """Slip speed [m/s] that balances a tangential load of `load_ratio` times nothing: 0 at rest, inf above."""
+        """Slip speed [m/s] that balances a tangential load of `load_ratio`: 0 without a load, inf with one."""
         return math.inf if checked_ratio("Frictionless", load_ratio) > 0.0 else 0.0
 
 

@@ -304,7 +304,7 @@ def animate(
     size: tuple[int, int] | None = None,
     follow: str | None = None,
 ) -> Path:
-    """Film of a run: seconds x fps frames, evenly over the time, whose ends the first and the last frame show.
+    """Film of a run: seconds x fps frames at equal distances in time, the first at the begin and the last at the end.
 
     Between two saved rows positions follow cubic polynomials (`flexmb.results.positions.at_times`), so a film may have
     more frames than the run has rows.  Beams are drawn with their depth and coloured by a section force, whose colours

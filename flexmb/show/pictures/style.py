@@ -107,7 +107,7 @@ def _picture() -> type[Figure]:
 COLOURS = (
     "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#882255", "#117733", "#332288", "#999933",
 )  # fmt: skip
-"""Colours of curves and bodies; readers with colour blindness can distinguish them.
+"""Colours of curves, and of bodies and beams without a field, also on pages; the colour-blind can tell them apart.
 
 Sources: M. Okabe, K. Ito, Color universal design, 2008; P. Tol, Colour schemes, 2021.
 """
@@ -122,7 +122,7 @@ TRACED = "#7a3fb5"
 """Colour of markers and of their paths."""
 
 DIVERGING = "RdYlBu_r"
-"""Colour map of fields with both signs."""
+"""Colour map of fields of both signs, as section forces of beams; pages: --low to --high of reports/assets/page.css."""
 
 SEQUENTIAL = "viridis"
 """Colour map of fields from 0 on."""
