@@ -492,8 +492,9 @@ class Run:
         )
 
     def restart(self) -> dict[str, np.ndarray]:
-        """Present state by name, from which a run of the same model continues bit for bit: `Flow`, signals, fingerprint
-        and the arrays of the method (`Stepper.saved`); `results/netcdf.py` writes it as the group `restart`.
+        """Present state by name, from which a run of the same model continues bit for bit.
+
+        `Flow`, signals, fingerprint, arrays of the method (`Stepper.saved`); group `restart` of `results/netcdf.py`.
         """
         own = {"signals": self.record.signals.copy(), MODEL: self.program.fingerprint}
         return {**self.flow.saved(), **own, **self.stepper.saved()}
