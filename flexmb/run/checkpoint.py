@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -138,7 +139,7 @@ class Checkpoints:
         try:
             sol = load(self.path)
         except FileFormatError as error:
-            text = str(error).partition(" Write it again")[0]
+            text = re.split(" (?:Write|Run) it again", str(error))[0]
             raise FileFormatError(f"{label}: {text} Remove this checkpoint; the run then starts anew.") from error
         given = sol.model.get(COMMAND)
         if not isinstance(given, dict):

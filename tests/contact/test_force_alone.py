@@ -67,7 +67,8 @@ def test_the_same_as_the_library_by_hand(gap, rate, h, z):
     begin = (*z, z[0], *law.history()[len(z) + 1 :])  # the library's law also keeps what it has to remark
     reached = np.zeros(len(begin))
     law.kernel.python(np.array(law.parameters()), h, gap, rate, np.array(begin), reached)
-    assume(gap > 0.0 or reached[3] > 1.001e-3)  # slower contacts follow their largest speed
+    # slower contacts follow their largest speed; of a grazing crossing the root is known to the root of round-off
+    assume(gap > 0.0 or reached[3] > max(1.001e-3, 0.1 * abs(rate)))
     expected = both(law.kernel, law.parameters(), h, gap, rate, z=begin)
     found = both(user.lankarani_nikravesh_alone, p, h, gap, rate, z=z)
     elastic = 1e9 * max(-gap, 0.0) ** 1.5 * (1.0 + abs(rate) / 1e-3)  # before the damping takes from it

@@ -156,8 +156,11 @@ def test_default_steps_are_the_same_steps_when_they_are_written_out(tmp_path, mo
 def test_a_damaged_checkpoint_says_what_to_do(tmp_path):
     path = tmp_path / "run.nc"
     path.write_bytes(b"no checkpoint")
-    with pytest.raises(FileFormatError, match="Remove this checkpoint; the run then starts anew"):
+    with pytest.raises(FileFormatError, match="Remove this checkpoint; the run then starts anew") as seen:
         fm.simulate(worn(), **LONG, checkpoint=path, resume=True)
+    assert "again" not in str(seen.value)  # advice of `load`, which does not hold here
+    with pytest.raises(FileFormatError, match="a folder"):
+        fm.load(tmp_path)
 
 
 def after_blocks(monkeypatch, blocks, error):
