@@ -36,7 +36,7 @@ THUMBNAIL, COLUMNS = 150, 4
 GROUPS = {
     "Linkages": (
         *("chebyshev", "watt", "peaucellier", "stephenson", "pantograph", "quick_return", "scotch_yoke"),
-        *("toggle_press", "scissor_lift"),
+        *("toggle_press", "scissor_lift", "path_synthesis"),
     ),
     "Machines": ("planetary_gear", "cam_lift_off", "geneva", "ratchet", "pick_and_place", "andrews"),
     "Beams": ("cantilever", "flexible_four_bar", "gripper", "spin_up", "frame_from_mesh", "rod_of_plates"),

@@ -14,7 +14,7 @@ from flexmb import arguments, checks, display
 from flexmb.design.derivatives import Span, columns, derivatives, signals_along
 from flexmb.design.parameters import Model, ParameterModel, bounds_of, box_points
 from flexmb.engine.step.method import Method
-from flexmb.errors import InputError, SolveError
+from flexmb.errors import FlexmbError, InputError, SolveError
 from flexmb.run.simulate import Step
 
 if TYPE_CHECKING:
@@ -228,6 +228,7 @@ class _Search:
         self.width = high - self.low
         self.unknowns = len(bounds) + len(measured.offset)
         self.runs, self.integrates = 0, True
+        self.failure: Exception | None = None
         self.tried: tuple[np.ndarray, list[np.ndarray]] | None = None
 
     def at(self, x: np.ndarray) -> ParameterModel:
@@ -259,7 +260,8 @@ class _Search:
         own = self.measured
         try:
             found = (self.computed(x) - own.values) / own.noise
-        except SolveError:
+        except (FlexmbError, ValueError, ArithmeticError) as error:
+            self.failure = error
             return np.full(own.values.shape, REFUSED)
         return np.where(own.seen, found, 0.0)
 
@@ -332,6 +334,8 @@ class _Search:
             points[:, : len(self.low)] = box_points(TRIALS, len(self.low))
             own.until(1.0)
             self.tried = points, [self._difference(x) for x in points]
+            if self.failure is not None and all((one == REFUSED).all() for one in self.tried[1]):
+                raise self.failure
             own.until(part)
         points, rows = self.tried
         self.integrates = True

@@ -28,6 +28,7 @@ KNOWN = {
     "scissor_lift": 5e-6,
     "planetary_gear": 1e-10,
     "pantograph": 1e-10,
+    "path_synthesis": 1e-8,
 }
 """Examples of known mechanisms, each with the largest relative error of the numbers beside their exact values."""
 

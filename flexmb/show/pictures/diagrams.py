@@ -15,7 +15,7 @@ from flexmb.dynamics.report import ChaosReport, Motion, wrapped
 from flexmb.errors import InputError
 from flexmb.results.solution import Solution
 from flexmb.show.pictures.signals import plot_spectrum
-from flexmb.show.pictures.style import COLOURS, label_axis, legend_beside, panel_of
+from flexmb.show.pictures.style import COLOURS, label_axis, legend_beside, panel_of, panels_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -474,15 +474,14 @@ def plot_tornado(sensitivity: Any, signal: str, *, title: str | None = None) -> 
         raise InputError(f"plot_tornado: {signal!r} has no measures; there are {', '.join(every)}.")
     rows = np.asarray(measures["relative"].sel(measure=names).values, dtype=np.float64)
     order = np.argsort(np.nan_to_num(np.abs(rows)).max(axis=0))
-    figure, ax = panel_of(PORTRAIT_SIZE, signal if title is None else title)
-    height = 0.8 / len(names)
-    for k, name in enumerate(names):
-        places = np.arange(len(order)) + 0.4 - (k + 0.5) * height
-        ax.barh(places, rows[k, order], height=0.9 * height, color=COLOURS[k % len(COLOURS)], label=name)
-    ax.set_yticks(np.arange(len(order)), [str(measures.parameter.values[k]) for k in order])
-    ax.axvline(0.0, color="black", linewidth=0.8)
-    ax.set_xlabel("relative derivative: change of the measure in % by 1 % of the parameter")
-    ax.legend(fontsize="small")
+    size = (3.0 * len(names) + 1.5, 0.5 * len(order) + 1.8)
+    figure, axes = panels_of(size, signal if title is None else title, columns=len(names), sharey=True)
+    for k, (name, ax) in enumerate(zip(names, axes, strict=True)):
+        ax.barh(np.arange(len(order)), rows[k, order], height=0.6, color=COLOURS[k % len(COLOURS)])
+        ax.axvline(0.0, color="black", linewidth=0.8)
+        ax.set_title(name.removesuffix(f" of {signal}"))
+        ax.set_xlabel("% by 1 % of the parameter")
+    axes[0].set_yticks(np.arange(len(order)), [str(measures.parameter.values[k]) for k in order])
     return figure
 
 
