@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexmb import checks
+from flexmb.errors import InputError
 
 KINDS = ("mean", "rms", "peak", "end")
 """Kinds of measures."""
@@ -34,6 +35,8 @@ class Measure:
 
     def __post_init__(self) -> None:
         checks.one_of("Measure", "kind", self.kind, KINDS)
+        if not isinstance(self.signal, str):
+            raise InputError(f"Measure: signal is {self.signal!r}; it must be the name of one, such as 'slider.ax'.")
         if self.norm is not None:
             checks.between("Measure", "norm", self.norm, 1.0, 1e6)
 
@@ -58,6 +61,10 @@ class Limit(NamedTuple):
     measure: Measure
     value: float
     sign: float
+
+    def __bool__(self) -> bool:
+        """Refusal of a chain, 1 <= measure <= 2, of which Python would keep one part without a word."""
+        raise InputError(f"Limit {self.text}: a limit is neither true nor false; give two limits in place of a chain.")
 
     @property
     def text(self) -> str:

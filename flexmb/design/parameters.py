@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.errors import InputError
+from flexmb.errors import USER_ERRORS, FlexmbError, InputError, ModelError
 from flexmb.fields import unit_of
 from flexmb.model.mechanism import Mechanism, require_field
 
@@ -50,10 +50,10 @@ class ParameterModel:
             text = f"{label}: model is {model!r}"
             raise InputError(f"{text}; it must be a Mechanism, or a function of numbers that returns one.")
         given: dict[str, Any] = dict(names) if isinstance(names, Mapping) else {}
-        listed = checks.sequence(label, "parameters", list(names), "names such as 'B.clearance'")
-        if not listed or len(set(listed)) < len(listed):
+        listed = checks.sequence(label, "parameters", names, "names such as 'B.clearance'")
+        if not listed or any(listed.count(name) > 1 for name in listed):
             raise InputError(f"{label}: parameters is {listed!r}; give at least one name, each of them once.")
-        self.parameters = tuple(self._parameter(name, given.get(name)) for name in listed)
+        self.parameters = tuple(self._parameter(name, given.get(str(name))) for name in listed)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -70,7 +70,7 @@ class ParameterModel:
         changes = dict(zip(self.names, map(float, values), strict=True))
         if isinstance(self.model, Mechanism):
             return self.model.with_(changes)
-        made = self.model(**changes)
+        made = called(self.label, self.model, changes)
         if not isinstance(made, Mechanism):
             raise InputError(f"{self.label}: the function returned {type(made).__name__}; it must return a Mechanism.")
         return made
@@ -92,6 +92,8 @@ class ParameterModel:
 def bounds_of(label: str, parameters: Any) -> dict[str, tuple[float, float]]:
     """Bounds (low, high) by name, or `InputError`."""
     found = {}
+    if not parameters:
+        raise InputError(f"{label}: parameters is {parameters!r}; give the bounds of at least one by its name.")
     for name, pair in checks.mapping(label, "parameters", parameters).items():
         both = checks.sequence(label, f"parameters[{name!r}]", pair, "two bounds")
         if len(both) != 2:
@@ -103,6 +105,25 @@ def bounds_of(label: str, parameters: Any) -> dict[str, tuple[float, float]]:
             )
         found[str(name)] = (low, high)
     return found
+
+
+def arguments_of(label: str, function: Callable[..., Any]) -> Mapping[str, inspect.Parameter]:
+    """Arguments of a function by name, or `InputError`."""
+    try:
+        return inspect.signature(function).parameters
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{label}: {function!r} has no known arguments ({error}); give a Python function.") from error
+
+
+def called(label: str, function: Callable[..., Any], numbers: Mapping[str, float]) -> Any:
+    """Result of a function of the user; an error of the call becomes `ModelError`."""
+    try:
+        return function(**numbers)
+    except USER_ERRORS as error:
+        if isinstance(error, FlexmbError):
+            raise
+        text = f"{label}: {getattr(function, '__name__', function)} failed with {dict(numbers)}"
+        raise ModelError(f"{text}: {type(error).__name__}: {error}. Correct it, or vary less.") from error
 
 
 def box_points(count: int, dimensions: int) -> np.ndarray:
@@ -131,11 +152,11 @@ def _of_part(label: str, mechanism: Any, name: str) -> tuple[Any, str, str]:
 
 def _of_function(label: str, function: Any, name: str) -> tuple[Any, str, str]:
     """Default, unit and declared kind of an argument of a function."""
-    known = inspect.signature(function).parameters
+    known = arguments_of(label, function)
     checks.one_of(label, "parameter", name, list(known))
-    default, told = known[name].default, known[name].annotation
+    default, kind = known[name].default, _kind(known[name].annotation)
     value = None if default is inspect.Parameter.empty else default
-    return value, unit_of(function, name), _kind("float" if told is inspect.Parameter.empty else told)
+    return value, unit_of(function, name), kind if set(kind.split(" | ")) <= {"int", "bool", "str", "None"} else "float"
 
 
 def _kind(declared: Any) -> str:
