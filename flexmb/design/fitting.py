@@ -144,11 +144,12 @@ def fit(
     label = "fit"
     bounds = bounds_of(label, parameters)
     checks.one_of(label, "loss", loss, ["linear", "soft_l1", "huber", "cauchy", "arctan"])
-    measured = _Measured(label, data, signals, noise, offset, begin)
+    measured = _Measured(label, data, signals, noise, checks.sequence(label, "offset", offset, "signals"), begin)
     search = _Search(label, model, bounds, measured, step, method)
     if measured.count < search.unknowns:
         raise InputError(f"{label}: {measured.count} measured numbers for {search.unknowns} unknowns; give more data.")
-    return _result(search, search.through_spans(loss, most_runs), known=noise is not None)
+    found = search.through_spans(loss, checks.count(label, "most_runs", most_runs))
+    return _result(search, found, known=noise is not None)
 
 
 class _Measured:
@@ -175,8 +176,7 @@ class _Measured:
         kept = late >= 0.0
         self.every = late[kept]
         if len(self.every) < 2 or (np.diff(self.every) <= SAME_INSTANT * self.every[-1]).any():
-            text = f"{label}: the data need increasing times from begin on, {SAME_INSTANT:g} of the last apart"
-            raise InputError(f"{text}; {len(self.every)} are there.")
+            raise InputError(f"{label}: the data need increasing times from begin on; {len(self.every)} are not so.")
         self.all_values = np.stack([np.asarray(data[name].values, dtype=float)[kept] for name in self.signals], axis=1)
         given = noise if isinstance(noise, Mapping) else dict.fromkeys(self.signals, noise)
         if set(given) != set(self.signals):
@@ -185,7 +185,7 @@ class _Measured:
         squares = (np.where(seen, self.all_values, 0.0) ** 2).sum(axis=0) / np.maximum(seen.sum(axis=0), 1)
         usual = [0.1 * x or 1.0 if own is None else own for x, own in zip(np.sqrt(squares), levels, strict=True)]
         self.noise = np.array([checks.positive(label, f"noise of {self.signals[k]}", x) for k, x in enumerate(usual)])
-        self.offset = [checks.one_of(label, "offset", name, self.signals) for name in offset]
+        self.offset = list(dict.fromkeys(checks.one_of(label, "offset", name, self.signals) for name in offset))
         self.until(1.0)
 
     def until(self, part: float) -> None:
@@ -212,8 +212,7 @@ def read_csv(label: str, path: Path) -> xr.Dataset:
         raise InputError(f"{label}: {path} cannot be read as CSV: {error}") from error
     names = [name.strip().strip('"') for name in names]
     if names[0] != "time" or table.shape[1] != len(names):
-        text = f"{label}: {path} begins with {','.join(names[:3])!r}; the first line must be 'time', a comma and names"
-        raise InputError(f"{text} with commas between, and each other line as many numbers.")
+        raise InputError(f"{label}: {path}: give 'time' and names in line 1, as many numbers below, commas between.")
     return xr.Dataset({name: ("time", table[:, k]) for k, name in enumerate(names) if k}, {"time": table[:, 0]})
 
 

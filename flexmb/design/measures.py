@@ -168,7 +168,8 @@ def _crest(rows: Rows, k: int) -> tuple[float, np.ndarray]:
     sign = 1.0 if y[k] >= 0.0 else -1.0
     near = slice(k - 1, k + 2)
     if k in (0, last) or np.ptp(rows.shift[near], axis=0).any():  # the end stays; at an onset, one side has no parabola
-        return abs(float(y[k])), sign * (rows.last if k == last else slope[k])
+        onset = (rows.shift[min(k + 1, last)] - rows.shift[k]) * _rate(rows)[k]  # a neighbour goes on as it came
+        return abs(float(y[k])), sign * (rows.last if k == last else slope[k] + onset)
     a, b = time[k] - time[k - 1], time[k + 1] - time[k]
     left, right = (y[k] - y[k - 1]) / a, (y[k + 1] - y[k]) / b
     bend = (right - left) / (a + b)

@@ -122,8 +122,7 @@ def called(label: str, function: Callable[..., Any], numbers: Mapping[str, float
     except USER_ERRORS as error:
         if isinstance(error, FlexmbError):
             raise
-        text = f"{label}: {getattr(function, '__name__', function)} failed with {dict(numbers)}"
-        raise ModelError(f"{text}: {type(error).__name__}: {error}. Correct it, or vary less.") from error
+        raise ModelError(f"{label}: {function} failed at {dict(numbers)}: {type(error).__name__}: {error}.") from error
 
 
 def box_points(count: int, dimensions: int) -> np.ndarray:

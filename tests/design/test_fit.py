@@ -139,6 +139,9 @@ GOOD = record(TIMES, moved(TIMES, 90.0, 0.7, 0.1))
         ({"loss": "square"}, "huber"),
         ({"noise": -1.0}, "noise of body.x"),
         ({"offset": ["body.y"]}, "offset"),
+        ({"offset": 3}, "offset is 3"),
+        ({"offset": "body.x"}, "offset is 'body.x'"),
+        ({"most_runs": 0}, "most_runs is 0"),
         ({"begin": 1.99}, "increasing times|measured numbers"),
     ],
 )
@@ -176,5 +179,5 @@ def test_a_model_that_always_fails_is_told_with_its_error():
     def broken(rate: float) -> fm.Mechanism:
         raise KeyError("table")
 
-    with pytest.raises(ModelError, match=r"failed with .*rate.*KeyError: 'table'"):
+    with pytest.raises(ModelError, match=r"failed at .*rate.*KeyError: 'table'"):
         fm.design.fit(broken, {"rate": (60.0, 120.0)}, GOOD, signals=["body.x"])

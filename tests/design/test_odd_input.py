@@ -46,7 +46,7 @@ def nothing(gravity):
         (by_place, {"gravity": 9.81}, "positional-only"),
         (of_any, {"gravity": 9.81}, "unexpected keyword"),
         (of_two, {"gravity": 9.81}, "'mass'"),
-        (tabled, {"gravity": 9.81}, "failed with .*KeyError: 9.81"),
+        (tabled, {"gravity": 9.81}, "failed at .*KeyError: 9.81"),
         (nothing, {"gravity": 9.81}, "returned NoneType"),
     ],
 )

@@ -119,3 +119,14 @@ def test_derivatives_by_closed_forms_before_an_impact():
 def test_a_chaotic_motion_is_refused_beyond_its_horizon():
     with pytest.raises(SolveError, match=r"grew by .* derivatives say nothing there"):
         fm.design.sensitivity(WITH_IMPACTS["worn"].model, ["rod.mass"], of=["slider.x"], periods=5)
+
+
+def test_peak_at_an_onset_grows_with_the_way_to_it():
+    """A ball that falls on a table: its largest speed is sqrt(2 g h), of the derivative sqrt(g/(2 h)) by the height."""
+    case = WITH_IMPACTS["ball"]
+    found = fm.design.sensitivity(
+        case.model, {"h0": 5.0, "g": 9.8, "e": 0.8}, of=[fm.design.peak("ball.vy")], t_end=1.2, step=case.step
+    )
+    speed, by_height, by_gravity = 98.0**0.5, (9.8 / 10.0) ** 0.5, (5.0 / 19.6) ** 0.5
+    assert found.measures.amount.item() == pytest.approx(speed, rel=1e-5)
+    assert found.measures.derivative.values[0] == pytest.approx([by_height, by_gravity, 0.0], rel=1e-4, abs=1e-4)
