@@ -231,6 +231,7 @@ engine.sensitivity.reversals.PART_OF_FRICTION | 1 | friction force | change that
 engine.sensitivity.reversals.STEEPEST | 1 | secant slope | steepest slope in carried accelerations
 engine.sensitivity.signal_rows.SMALL_WAY | 1 | size of the mechanism | differences of positions for signals
 engine.sensitivity.signal_rows.SMALL_SPEED | 1 | largest speed | differences of velocities for signals
+engine.sensitivity.signal_rows.PART_OF_GAP | 1 | gap of an open contact | its difference for signals
 engine.sensitivity.signal_rows.PART_OF_PENETRATION | 1 | penetration | its difference for signals
 engine.sensitivity.linearise.TIME_DIFFERENCE | 1 | a step | part of it in which a neighbour must touch
 engine.sensitivity.linearise.POSE_DIFFERENCE | rad | nothing | turn over which rows of joints are differenced

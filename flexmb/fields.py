@@ -185,7 +185,7 @@ def unit_of(thing: Any, name: str) -> str:
         if isinstance(told, str):  # evaluated alone: names for type checking may stand in the others
             made = inspect.unwrap(getattr(thing, "func", thing))
             told = eval(told, getattr(made, "__globals__", vars(inspect.getmodule(made))))
-    except (NameError, TypeError, ValueError, KeyError):  # no such parameter, no signature
+    except (NameError, TypeError, ValueError, KeyError, SyntaxError, AttributeError):  # no such parameter, no signature
         return ""
     told = getattr(told, "__metadata__", ())
     return next((one for one in told if isinstance(one, str)), "")

@@ -89,7 +89,8 @@ def started(label: str, held: ParameterModel, span: Span, signals: Sequence[str]
     if (span.t_end is None) == (span.periods is None):
         raise InputError(f"{label}: give either t_end= (seconds) or periods= (of the drives).")
     period = common_period(program) if span.periods is not None else period_or_none(program)
-    end = check_end(label, span.t_end or checks.positive(label, "periods", span.periods) * (period or 0.0))
+    wanted = checks.positive(label, "periods", span.periods) * (period or 0.0) if span.t_end is None else span.t_end
+    end = check_end(label, wanted)
     places = _places(label, program, signals)
     due = _instants(label, save_grid(label, span.save, period, 0.0, end), end)
     here = neighbour(mechanism)
@@ -180,7 +181,7 @@ class Sensitivity(display.Inside):
     dataset : derivatives of the signals [unit of the signal / unit of the parameter], with the values and units of the
         parameters beside them.
     signals : the signals themselves.
-    measures : `amount`, `derivative` and `relative` derivative of each measure, along measure and parameter.
+    measures : `amount`, `derivative` and `relative` derivative (NaN or infinite of an amount of 0) of each measure.
     growth : factor by which a small difference of the state grew during the run.
     status : sentence on the end of the run.
     """

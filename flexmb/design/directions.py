@@ -49,13 +49,13 @@ def directions(model: ParameterModel, here: Neighbour, end: float) -> Directions
     """
     rows = [_direction(model, k, here, end) for k in range(len(model.parameters))]
     numbers, q, v = (np.stack(column) for column in zip(*rows, strict=True))
-    sizes = np.array([DIFFERENCE_OF_NUMBERS * size_of(value) for value in model.values])
+    sizes = np.array([DIFFERENCE_OF_NUMBERS * size_of(model, k) for k in range(len(rows))])
     return Directions(numbers, sizes, q, v)
 
 
-def size_of(value: float) -> float:
-    """Size of a parameter, by which its differences are judged; 1 for a parameter that is 0."""
-    return abs(value) or 1.0
+def size_of(model: ParameterModel, k: int) -> float:
+    """Size of parameter k, by which its differences are judged; 1 for a parameter that is 0 without a least size."""
+    return max(abs(model.values[k]), model.least[k] if model.least else 0.0) or 1.0
 
 
 def _direction(model: ParameterModel, k: int, here: Neighbour, end: float) -> tuple[np.ndarray, ...]:
@@ -63,7 +63,7 @@ def _direction(model: ParameterModel, k: int, here: Neighbour, end: float) -> tu
     refused: FlexmbError | None = None
     for distance in DISTANCES:
         for stencil in (CENTRAL, FORWARD, BACKWARD):
-            h = distance * size_of(model.values[k])
+            h = distance * size_of(model, k)
             try:
                 found = [_moved(model, k, place * h) for place, _ in stencil]
             except FlexmbError as error:

@@ -12,9 +12,10 @@ import numpy as np
 
 from flexmb import arguments, checks, display
 from flexmb.design.derivatives import Span, columns, derivatives, signals_along
-from flexmb.design.parameters import Model, ParameterModel, bounds_of, box_points
+from flexmb.design.parameters import LEAST_SIZE, Model, ParameterModel, bounds_of, box_points
 from flexmb.engine.step.method import Method
-from flexmb.errors import FlexmbError, InputError, SolveError
+from flexmb.errors import AssemblyError, InputError, ModelError, SolveError
+from flexmb.run.saving import SAME_INSTANT
 from flexmb.run.simulate import Step
 
 if TYPE_CHECKING:
@@ -49,8 +50,8 @@ unless it is small beside that of the noise; spans between attempts to take all 
 SAME_POINT = 1e-3
 """Distance of two points, relative to the bounds, within which they are one."""
 
-REFUSED = 1e4
-"""Residuals of a run that fails, over the noise, so that the search turns back."""
+FAILURES, REFUSED = (AssemblyError, ModelError, SolveError), 1e4
+"""Errors of runs that fail; their residuals, over the noise, so that the search turns back."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -143,11 +144,12 @@ def fit(
     label = "fit"
     bounds = bounds_of(label, parameters)
     checks.one_of(label, "loss", loss, ["linear", "soft_l1", "huber", "cauchy", "arctan"])
-    measured = _Measured(label, data, signals, noise, offset, begin)
+    measured = _Measured(label, data, signals, noise, checks.sequence(label, "offset", offset, "signals"), begin)
     search = _Search(label, model, bounds, measured, step, method)
     if measured.count < search.unknowns:
         raise InputError(f"{label}: {measured.count} measured numbers for {search.unknowns} unknowns; give more data.")
-    return _result(search, search.through_spans(loss, most_runs), known=noise is not None)
+    found = search.through_spans(loss, checks.count(label, "most_runs", most_runs))
+    return _result(search, found, known=noise is not None)
 
 
 class _Measured:
@@ -157,6 +159,8 @@ class _Measured:
         import xarray as xr  # noqa: PLC0415 - takes long to import
 
         self.label, self.signals = label, checks.sequence(label, "signals", signals, "names of signals")
+        if not self.signals or any(self.signals.count(name) > 1 for name in self.signals):
+            raise InputError(f"{label}: signals is {signals!r}; give at least one name, each of them once.")
         if isinstance(data, (str, Path)):
             data = read_csv(label, checks.path(label, data))
         if not isinstance(data, xr.Dataset) or "time" not in data:
@@ -165,21 +169,23 @@ class _Measured:
             )
         for name in self.signals:
             checks.one_of(label, "signal of the data", name, [str(key) for key in data.data_vars])
+        for name in ("time", *self.signals):
+            if data[name].dims != ("time",) or data[name].dtype.kind not in "fiu":
+                raise InputError(f"{label}: {name} of the data is no row of numbers along 'time'; give one [SI units].")
         late = np.asarray(data["time"].values, dtype=float) - checks.number(label, "begin", begin, "s")
         kept = late >= 0.0
         self.every = late[kept]
-        if len(self.every) < 2 or (np.diff(self.every) <= 0.0).any():
-            raise InputError(f"{label}: the data need increasing times from begin on; {len(self.every)} are there.")
+        if len(self.every) < 2 or (np.diff(self.every) <= SAME_INSTANT * self.every[-1]).any():
+            raise InputError(f"{label}: the data need increasing times from begin on; {len(self.every)} are not so.")
         self.all_values = np.stack([np.asarray(data[name].values, dtype=float)[kept] for name in self.signals], axis=1)
         given = noise if isinstance(noise, Mapping) else dict.fromkeys(self.signals, noise)
-        spread = np.sqrt(np.nanmean(np.where(np.isfinite(self.all_values), self.all_values, np.nan) ** 2, axis=0))
-        self.noise = np.array(
-            [
-                checks.positive(label, f"noise of {name}", given.get(name) or (0.1 * spread[k] or 1.0))
-                for k, name in enumerate(self.signals)
-            ]
-        )
-        self.offset = [checks.one_of(label, "offset", name, self.signals) for name in offset]
+        if set(given) != set(self.signals):
+            raise InputError(f"{label}: noise is of {', '.join(map(str, given))}; name all signals, and no other.")
+        seen, levels = np.isfinite(self.all_values), [given[name] for name in self.signals]
+        squares = (np.where(seen, self.all_values, 0.0) ** 2).sum(axis=0) / np.maximum(seen.sum(axis=0), 1)
+        usual = [0.1 * x or 1.0 if own is None else own for x, own in zip(np.sqrt(squares), levels, strict=True)]
+        self.noise = np.array([checks.positive(label, f"noise of {self.signals[k]}", x) for k, x in enumerate(usual)])
+        self.offset = list(dict.fromkeys(checks.one_of(label, "offset", name, self.signals) for name in offset))
         self.until(1.0)
 
     def until(self, part: float) -> None:
@@ -200,41 +206,34 @@ def read_csv(label: str, path: Path) -> xr.Dataset:
     import xarray as xr  # noqa: PLC0415 - takes long to import
 
     try:
-        names = path.read_text(encoding="utf-8").partition("\n")[0].strip().split(",")
+        names = path.read_text(encoding="utf-8-sig").partition("\n")[0].strip().split(",")
         table = np.genfromtxt(path, delimiter=",", skip_header=1, ndmin=2)
     except (OSError, ValueError) as error:
         raise InputError(f"{label}: {path} cannot be read as CSV: {error}") from error
     names = [name.strip().strip('"') for name in names]
     if names[0] != "time" or table.shape[1] != len(names):
-        raise InputError(f"{label}: {path} begins with {','.join(names[:3])}; its first column must be called time.")
+        raise InputError(f"{label}: {path}: give 'time' and names in line 1, as many numbers below, commas between.")
     return xr.Dataset({name: ("time", table[:, k]) for k, name in enumerate(names) if k}, {"time": table[:, 0]})
 
 
 class _Search:
     """Residuals and derivatives by unknowns: parameters from 0 to 1 within their bounds, offsets over the noise."""
 
-    def __init__(
-        self,
-        label: str,
-        model: Model,
-        bounds: Mapping[str, tuple[float, float]],
-        measured: _Measured,
-        step: Step | None,
-        method: Method | None,
-    ) -> None:
+    def __init__(self, label: str, model: Model, bounds: Mapping[str, Any], measured: _Measured, *how: Any) -> None:
         self.label, self.model, self.bounds, self.measured = label, model, dict(bounds), measured
-        self.step, self.method = step, method
+        self.step, self.method = how
         self.low, high = np.array(list(bounds.values())).T
         self.width = high - self.low
         self.unknowns = len(bounds) + len(measured.offset)
         self.runs, self.integrates = 0, True
-        self.failure: Exception | None = None
         self.tried: tuple[np.ndarray, list[np.ndarray]] | None = None
 
     def at(self, x: np.ndarray) -> ParameterModel:
         """The model with unknowns (n,)."""
         values = (self.low + x[: len(self.low)] * self.width).tolist()
-        return ParameterModel(self.label, self.model, dict(zip(self.bounds, values, strict=True)))
+        held = ParameterModel(self.label, self.model, dict(zip(self.bounds, values, strict=True)))
+        held.least = (LEAST_SIZE * self.width).tolist()
+        return held
 
     def computed(self, x: np.ndarray) -> np.ndarray:
         """Computed signals (times, signals), offsets included."""
@@ -260,8 +259,7 @@ class _Search:
         own = self.measured
         try:
             found = (self.computed(x) - own.values) / own.noise
-        except (FlexmbError, ValueError, ArithmeticError) as error:
-            self.failure = error
+        except FAILURES:
             return np.full(own.values.shape, REFUSED)
         return np.where(own.seen, found, 0.0)
 
@@ -298,7 +296,7 @@ class _Search:
             for x in points:
                 try:
                     found.append(self._followed(x, loss, level))
-                except SolveError as error:
+                except FAILURES as error:
                     refused = error
                 if len(found) == 2 and np.abs(found[0].x - found[1].x).max() < SAME_POINT:
                     break  # two points of the first span lead to the same one
@@ -319,7 +317,7 @@ class _Search:
         self.measured.until(1.0)
         try:
             one = self._searched(points[0], loss, TURNS)
-        except SolveError:
+        except FAILURES:
             return False
         if one.cost > level * self.measured.count:
             return False
@@ -334,8 +332,6 @@ class _Search:
             points[:, : len(self.low)] = box_points(TRIALS, len(self.low))
             own.until(1.0)
             self.tried = points, [self._difference(x) for x in points]
-            if self.failure is not None and all((one == REFUSED).all() for one in self.tried[1]):
-                raise self.failure
             own.until(part)
         points, rows = self.tried
         self.integrates = True

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flexmb import checks
+from flexmb.errors import InputError
 
 KINDS = ("mean", "rms", "peak", "end")
 """Kinds of measures."""
@@ -34,6 +35,8 @@ class Measure:
 
     def __post_init__(self) -> None:
         checks.one_of("Measure", "kind", self.kind, KINDS)
+        if not isinstance(self.signal, str):
+            raise InputError(f"Measure: signal is {self.signal!r}; it must be the name of one, such as 'slider.ax'.")
         if self.norm is not None:
             checks.between("Measure", "norm", self.norm, 1.0, 1e6)
 
@@ -58,6 +61,10 @@ class Limit(NamedTuple):
     measure: Measure
     value: float
     sign: float
+
+    def __bool__(self) -> bool:
+        """Refusal of a chain, 1 <= measure <= 2, of which Python would keep one part without a word."""
+        raise InputError(f"Limit {self.text}: a limit is neither true nor false; give two limits in place of a chain.")
 
     @property
     def text(self) -> str:
@@ -161,7 +168,8 @@ def _crest(rows: Rows, k: int) -> tuple[float, np.ndarray]:
     sign = 1.0 if y[k] >= 0.0 else -1.0
     near = slice(k - 1, k + 2)
     if k in (0, last) or np.ptp(rows.shift[near], axis=0).any():  # the end stays; at an onset, one side has no parabola
-        return abs(float(y[k])), sign * (rows.last if k == last else slope[k])
+        onset = (rows.shift[min(k + 1, last)] - rows.shift[k]) * _rate(rows)[k]  # a neighbour goes on as it came
+        return abs(float(y[k])), sign * (rows.last if k == last else slope[k] + onset)
     a, b = time[k] - time[k - 1], time[k + 1] - time[k]
     left, right = (y[k] - y[k - 1]) / a, (y[k + 1] - y[k]) / b
     bend = (right - left) / (a + b)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import json
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
@@ -15,7 +14,7 @@ import numpy as np
 from flexmb import arguments, checks, display
 from flexmb.design.derivatives import Span, columns, derivatives
 from flexmb.design.measures import Limit, Measure, measured
-from flexmb.design.parameters import Model, ParameterModel, bounds_of
+from flexmb.design.parameters import LEAST_SIZE, Model, ParameterModel, arguments_of, bounds_of, called
 from flexmb.dynamics.jobs.files import write_text
 from flexmb.dynamics.sweeps.parameter_sweep import settings_of
 from flexmb.engine.step.method import Method
@@ -130,11 +129,13 @@ def optimise(
     label = "optimise"
     bounds = bounds_of(label, parameters)
     checks.one_of(label, "search", search, ["SLSQP", "trust-constr"])
-    weights = {objective: 1.0} if isinstance(objective, Measure) else dict(objective)
-    evaluation = _Evaluation(label, model, bounds, weights, subject_to, Span(t_end, periods, 1, step, method))
+    given = {objective: 1.0} if isinstance(objective, Measure) else checks.mapping(label, "objective", objective)
+    weights = {one: checks.number(label, "a weight", x) for one, x in given.items()} or {None: 0.0}
+    conditions = checks.sequence(label, "subject_to", subject_to, "limits of measures or functions")
+    evaluation = _Evaluation(label, model, bounds, weights, conditions, Span(t_end, periods, 1, step, method))
     evaluation.most = checks.count(label, "most_designs", most_designs)
     evaluation.keep(store, resume=resume)
-    x = evaluation.scaled(_start(label, model, bounds, start or {}))
+    x = evaluation.scaled(_start(label, model, bounds, checks.mapping(label, "start", start)))
     if everywhere:
         x = _looked_for(evaluation)
     first = evaluation.at(x)
@@ -143,15 +144,9 @@ def optimise(
     found = _minimum(evaluation, x, search)
     best = evaluation.best() or first
     checked = evaluation.check(first), evaluation.check(best)
-    return Optimum(
-        evaluation.values(best.x),
-        best.values[0],
-        first.values[0],
-        dict(zip(evaluation.texts, best.values[1:], strict=True)),
-        evaluation.history(),
-        checked,
-        *found,
-    )
+    limits = dict(zip(evaluation.texts, best.values[1:], strict=True))
+    numbers = evaluation.values(best.x), best.values[0], first.values[0], limits
+    return Optimum(*numbers, evaluation.history(), checked, *found)
 
 
 def _start(label: str, model: Model, bounds: Mapping[str, tuple[float, float]], given: Mapping[str, float]) -> Any:
@@ -199,7 +194,9 @@ class _Evaluation:
         for condition in self.functions:
             if not callable(condition):
                 raise InputError(f"{label}: subject_to holds {condition!r}; give limits of measures or functions.")
-        self.texts = [one.text for one in self.limits] + [getattr(one, "__name__", "limit") for one in self.functions]
+        texts = [one.text for one in self.limits] + [getattr(one, "__name__", "limit") for one in self.functions]
+        self.texts = [one if texts.count(one) == 1 else f"{one} {k + 1}" for k, one in enumerate(texts)]
+        self.sizes = [1.0] + [abs(one.value) or 1.0 for one in self.limits] + [1.0] * len(self.functions)
         self.designs: dict[tuple[float, ...], Design] = {}
         self.known: dict[tuple[float, ...], Design] = {}
         self.file: Path | None = None
@@ -228,6 +225,7 @@ class _Evaluation:
         measures = [*self.weights, *(one.measure for one in self.limits)]
         signals = list(dict.fromkeys(one.signal for one in measures))
         held = ParameterModel(self.label, self.model, values)
+        held.least = (LEAST_SIZE * self.width).tolist()
         try:
             held.at(held.values)
             found = derivatives(self.label, held, self.span, signals, every=True)
@@ -248,20 +246,20 @@ class _Evaluation:
 
     def _function(self, function: Callable[..., float], values: Mapping[str, float]) -> tuple[float, np.ndarray]:
         """Value of a function of parameters, and its derivatives by differences."""
-        wanted = [name for name in inspect.signature(function).parameters if name in values]
+        wanted = [name for name in arguments_of(self.label, function) if name in values]
         here, slope = {name: values[name] for name in wanted}, np.zeros(len(values))
-        value = checks.number(self.label, getattr(function, "__name__", "limit"), function(**here))
+        value = checks.number(self.label, getattr(function, "__name__", "limit"), called(self.label, function, here))
         for k, name in enumerate(values):
             if name in here:
                 h = 1e-6 * self.width[k]
-                more, less = (function(**here | {name: here[name] + side * h}) for side in (1.0, -1.0))
+                more, less = (called(self.label, function, here | {name: here[name] + x}) for x in (h, -h))
                 slope[k] = (more - less) / 2e-6
         return value, slope
 
     def best(self) -> Design | None:
         """Best design whose limits hold, or the one that violates them least."""
         good = [one for one in self.designs.values() if not one.status]
-        worst = {id(one): min([0.0, *one.values[1:]]) for one in good}
+        worst = {id(one): min([0.0, *(np.array(one.values) / self.sizes)[1:]]) for one in good}
         held = [one for one in good if worst[id(one)] > -1e-6]
         if held:
             return min(held, key=lambda one: one.values[0])
@@ -309,12 +307,11 @@ class _Evaluation:
         try:
             held = json.loads(self.file.read_text(encoding="utf-8"))
             designs = [Design(**one) for one in held["designs"]]
-            mark = held["search"]
+            mark, self.known = held["search"], {tuple(map(float, one.x)): one for one in designs}
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise InputError(f"{self.label}: {self.file} is no file of designs: {error}") from error
         if mark != self.mark:
             raise InputError(f"{self.label}: {self.file} belongs to another search; name another file.")
-        self.known = {tuple(one.x): one for one in designs}
 
     def _write(self) -> None:
         if self.file is None:
@@ -356,7 +353,7 @@ def _minimum(evaluation: _Evaluation, x: np.ndarray, search: str) -> tuple[bool,
     def part(k: int, *, slope: bool) -> Callable[[np.ndarray], Any]:
         def asked(z: np.ndarray) -> Any:
             one = evaluation.at(z)
-            return np.array(one.slopes[k]) if slope else one.values[k]
+            return (np.array(one.slopes[k]) if slope else one.values[k]) / evaluation.sizes[k]
 
         return asked
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from numbers import Real
 from typing import Any
@@ -11,9 +11,12 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.errors import InputError
+from flexmb.errors import USER_ERRORS, FlexmbError, InputError, ModelError
 from flexmb.fields import unit_of
 from flexmb.model.mechanism import Mechanism, require_field
+
+LEAST_SIZE = 1e-3
+"""Least size of a parameter, by which its differences are judged, over the width of its bounds."""
 
 Model = Mechanism | Callable[..., Mechanism]
 """A mechanism, or a function of numbers that returns one."""
@@ -44,16 +47,18 @@ class ParameterModel:
         by which nothing has a derivative; arguments without a value.
     """
 
+    least: Sequence[float] = ()  # least sizes by which differences are judged, where they are known
+
     def __init__(self, label: str, model: Model, names: Iterable[str] | Mapping[str, float]) -> None:
         self.label, self.model = label, model
         if not isinstance(model, Mechanism) and not callable(model):
             text = f"{label}: model is {model!r}"
             raise InputError(f"{text}; it must be a Mechanism, or a function of numbers that returns one.")
         given: dict[str, Any] = dict(names) if isinstance(names, Mapping) else {}
-        listed = checks.sequence(label, "parameters", list(names), "names such as 'B.clearance'")
-        if not listed or len(set(listed)) < len(listed):
+        listed = checks.sequence(label, "parameters", names, "names such as 'B.clearance'")
+        if not listed or any(listed.count(name) > 1 for name in listed):
             raise InputError(f"{label}: parameters is {listed!r}; give at least one name, each of them once.")
-        self.parameters = tuple(self._parameter(name, given.get(name)) for name in listed)
+        self.parameters = tuple(self._parameter(name, given.get(str(name))) for name in listed)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -70,7 +75,7 @@ class ParameterModel:
         changes = dict(zip(self.names, map(float, values), strict=True))
         if isinstance(self.model, Mechanism):
             return self.model.with_(changes)
-        made = self.model(**changes)
+        made = called(self.label, self.model, changes)
         if not isinstance(made, Mechanism):
             raise InputError(f"{self.label}: the function returned {type(made).__name__}; it must return a Mechanism.")
         return made
@@ -92,6 +97,8 @@ class ParameterModel:
 def bounds_of(label: str, parameters: Any) -> dict[str, tuple[float, float]]:
     """Bounds (low, high) by name, or `InputError`."""
     found = {}
+    if not parameters:
+        raise InputError(f"{label}: parameters is {parameters!r}; give the bounds of at least one by its name.")
     for name, pair in checks.mapping(label, "parameters", parameters).items():
         both = checks.sequence(label, f"parameters[{name!r}]", pair, "two bounds")
         if len(both) != 2:
@@ -103,6 +110,24 @@ def bounds_of(label: str, parameters: Any) -> dict[str, tuple[float, float]]:
             )
         found[str(name)] = (low, high)
     return found
+
+
+def arguments_of(label: str, function: Callable[..., Any]) -> Mapping[str, inspect.Parameter]:
+    """Arguments of a function by name, or `InputError`."""
+    try:
+        return inspect.signature(function).parameters
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{label}: {function!r} has no known arguments ({error}); give a Python function.") from error
+
+
+def called(label: str, function: Callable[..., Any], numbers: Mapping[str, float]) -> Any:
+    """Result of a function of the user; an error of the call becomes `ModelError`."""
+    try:
+        return function(**numbers)
+    except USER_ERRORS as error:
+        if isinstance(error, FlexmbError):
+            raise
+        raise ModelError(f"{label}: {function} failed at {dict(numbers)}: {type(error).__name__}: {error}.") from error
 
 
 def box_points(count: int, dimensions: int) -> np.ndarray:
@@ -131,11 +156,11 @@ def _of_part(label: str, mechanism: Any, name: str) -> tuple[Any, str, str]:
 
 def _of_function(label: str, function: Any, name: str) -> tuple[Any, str, str]:
     """Default, unit and declared kind of an argument of a function."""
-    known = inspect.signature(function).parameters
+    known = arguments_of(label, function)
     checks.one_of(label, "parameter", name, list(known))
-    default, told = known[name].default, known[name].annotation
+    default, kind = known[name].default, _kind(known[name].annotation)
     value = None if default is inspect.Parameter.empty else default
-    return value, unit_of(function, name), _kind("float" if told is inspect.Parameter.empty else told)
+    return value, unit_of(function, name), kind if set(kind.split(" | ")) <= {"int", "bool", "str", "None"} else "float"
 
 
 def _kind(declared: Any) -> str:

@@ -168,9 +168,10 @@ def spread(
     for name, law in laws.items():
         if not isinstance(law, (Normal, Uniform)):
             raise InputError(f"{label}: {name} is {law!r}; give Normal(mean, deviation) or Uniform(low, high).")
-    measures = [one for one in checks.sequence(label, "of", of, "measures") if isinstance(one, Measure)]
-    if not measures or len(measures) < len(of):
-        raise InputError(f"{label}: of is {of!r}; give measures such as peak('B.normal_force', norm=16).")
+    wanted = checks.sequence(label, "of", of, "measures")
+    measures = [one for k, one in enumerate(wanted) if isinstance(one, Measure) and one not in wanted[:k]]
+    if not measures or len(measures) < len(wanted):
+        raise InputError(f"{label}: of is {wanted!r}; give measures such as peak('B.fx', norm=16), each of them once.")
     held = ParameterModel(label, model, {name: law.mean for name, law in laws.items()})
     text = []
     try:
@@ -182,8 +183,8 @@ def spread(
         text.append(f"No first order: {str(error).removeprefix(label + ': ')}")
     if checks.count(label, "samples", samples, 0) == 0:
         return Spread(first, None, None, None, " ".join(text) or "First order alone.")
-    if sobol and samples & (samples - 1):
-        raise InputError(f"{label}: samples is {samples}; Sobol's indices need a power of 2.")
+    if samples == 1 or (sobol and samples & (samples - 1)):
+        raise InputError(f"{label}: samples is {samples}; statistics need two or more, Sobol's indices a power of 2.")
     values = _points(list(laws.values()), samples, blocks=len(laws) + 2 if sobol else 1)
     how = {"t_end": t_end, "periods": periods, "step": step, "method": method}
     fixed = {"model": model, "measures": tuple(measures), "names": tuple(laws), "table": values, "how": how}
@@ -274,8 +275,9 @@ def _indices(blocks: np.ndarray, names: Sequence[str], parameters: Sequence[str]
     import xarray as xr  # noqa: PLC0415 - takes long to import
     from scipy.stats import sobol_indices  # noqa: PLC0415 - takes long to import
 
+    blocks = np.concatenate([blocks, blocks[:1]])  # scipy fails with one measure of one parameter
     given = {"f_A": blocks[:, 0], "f_B": blocks[:, 1], "f_AB": blocks[:, 2:].transpose(1, 0, 2)}
     found = sobol_indices(func=given, n=blocks.shape[2])
     both = ("measure", "parameter")
-    first, total = (np.reshape(one, (len(names), -1)) for one in (found.first_order, found.total_order))
+    first, total = (np.reshape(one, (len(blocks), -1))[:-1] for one in (found.first_order, found.total_order))
     return xr.Dataset({"first": (both, first), "total": (both, total)}, {"measure": names, "parameter": parameters})

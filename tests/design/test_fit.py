@@ -6,7 +6,8 @@ import xarray as xr
 from designs import worn
 
 import flexmb as fm
-from flexmb.errors import InputError
+from flexmb.design.fitting import read_csv
+from flexmb.errors import InputError, ModelError
 from flexmb.mechanisms import slider_crank
 
 
@@ -123,12 +124,24 @@ GOOD = record(TIMES, moved(TIMES, 90.0, 0.7, 0.1))
         ({"parameters": {"rate": 3.0}}, "two bounds"),
         ({"data": GOOD.isel(time=slice(0, 1))}, "increasing times"),
         ({"data": GOOD.isel(time=slice(None, None, -1))}, "increasing times"),
+        ({"data": record(np.append(TIMES, TIMES[-1] + 1e-12), np.zeros(len(TIMES) + 1))}, "increasing times"),
+        ({"parameters": {}}, "at least one"),
+        ({"signals": []}, "at least one name"),
+        ({"signals": ["body.x", "body.x"]}, "each of them once"),
+        ({"data": GOOD.expand_dims("k")}, "no row of numbers along 'time'"),
+        ({"data": GOOD.astype(str)}, "no row of numbers along 'time'"),
+        ({"data": GOOD * np.nan}, "0 measured numbers"),
+        ({"noise": 0.0}, "noise of body.x is 0"),
+        ({"noise": {"body_x": 1e-3}}, "noise is of body_x; name all signals"),
         ({"data": 7.0}, "xarray signals along 'time'"),
         ({"data": "nowhere.csv"}, "cannot be read as CSV"),
         ({"signals": ["body.vx"]}, "body.x"),
         ({"loss": "square"}, "huber"),
         ({"noise": -1.0}, "noise of body.x"),
         ({"offset": ["body.y"]}, "offset"),
+        ({"offset": 3}, "offset is 3"),
+        ({"offset": "body.x"}, "offset is 'body.x'"),
+        ({"most_runs": 0}, "most_runs is 0"),
         ({"begin": 1.99}, "increasing times|measured numbers"),
     ],
 )
@@ -140,3 +153,40 @@ def test_wrong_input_is_refused(changes, message):
     } | changes
     with pytest.raises(InputError, match=message):
         fm.design.fit(oscillator, given.pop("parameters"), given.pop("data"), **given)
+
+
+def test_csv_file_with_a_mark_of_the_byte_order(tmp_path):
+    """Spreadsheets write it before the first name."""
+    file = tmp_path / "data.csv"
+    file.write_text("time,body.x\n0,1\n0.5,2\n", encoding="utf-8-sig")
+    assert read_csv("fit", file)["body.x"].values.tolist() == [1.0, 2.0]
+
+
+def test_models_that_fail_within_the_bounds_turn_the_search_back():
+    """An error of the user's function beyond a rate of 95 N/m, where the true one is 90 N/m."""
+
+    def narrow(rate: float) -> fm.Mechanism:
+        if rate > 95.0:
+            raise ValueError("math domain error")
+        return oscillator(rate, 0.7)
+
+    short = GOOD.isel(time=slice(0, 40))
+    found = fm.design.fit(narrow, {"rate": (60.0, 120.0)}, short, signals=["body.x"], noise=1e-3)
+    assert found.parameters["rate"] == pytest.approx(90.0, rel=1e-3)
+
+
+def test_a_model_that_always_fails_is_told_with_its_error():
+    def broken(rate: float) -> fm.Mechanism:
+        raise KeyError("table")
+
+    with pytest.raises(ModelError, match=r"failed at .*rate.*KeyError: 'table'"):
+        fm.design.fit(broken, {"rate": (60.0, 120.0)}, GOOD, signals=["body.x"])
+
+
+def test_a_parameter_that_ends_at_a_bound_of_nothing_has_an_error():
+    """Derivatives of a damping that is nearly 0 are judged by the width of its bounds."""
+    data = record(TIMES, moved(TIMES, 90.0, 0.0, 0.1) + 1e-3 * np.random.default_rng(3).standard_normal(len(TIMES)))
+    found = fm.design.fit(oscillator, {"rate": (60.0, 120.0), "damping": (0.0, 2.0)}, data, signals=["body.x"])
+    assert found.parameters["damping"] < 0.05
+    assert 1e-3 < found.errors["damping"] < 0.05
+    assert found.unseen == ()

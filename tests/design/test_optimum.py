@@ -1,5 +1,6 @@
 """Better designs and spreads: closed forms, limits, designs that cannot be assembled, stores, refusals."""
 
+import functools
 import json
 
 import numpy as np
@@ -32,6 +33,22 @@ def test_least_value_at_a_limit():
     assert max(found.check) < 1e-6
     assert found.history.sizes["design"] >= 3
     assert "Converged" in repr(found)
+
+
+@pytest.mark.parametrize("force", [1e-6, 1e6])
+def test_limits_hold_whatever_their_units(force):
+    """x = F t^2/(2 m), v = F t/m: the heaviest mass with v(1 s) >= .8 F has 1.25 kg, and x = .4 F."""
+    found = fm.design.optimise(
+        functools.partial(pushed, force=force),
+        {"mass": (0.5, 4.0)},
+        objective=at_end("body.x"),
+        subject_to=[at_end("body.vx") >= 0.8 * force],
+        start={"mass": 4.0},
+        t_end=1.0,
+        step=0.1,
+    )
+    assert found.ok
+    assert found.parameters["mass"] == pytest.approx(1.25, rel=1e-5)
 
 
 def test_function_of_parameters_as_a_limit():
@@ -116,6 +133,11 @@ def test_store_of_designs_is_continued(tmp_path):
         ({"objective": peak("body.x")}, "norm=16"),
         ({"objective": {"body.x": 1.0}}, "no measure"),
         ({"objective": at_end("body.z")}, "body.x"),
+        ({"objective": {}}, "no measure"),
+        ({"objective": None}, "no measure"),
+        ({"objective": {at_end("body.x"): np.nan}}, "weight"),
+        ({"objective": "body.x"}, "dictionary"),
+        ({"subject_to": 3.0}, "list of limits"),
         ({"subject_to": [3.0]}, "limits of measures or functions"),
         ({"start": {"mas": 1.0}}, "mass"),
         ({"start": {"mass": 9.0}}, "between 0.5 and 4"),
@@ -128,6 +150,26 @@ def test_wrong_searches_are_refused(changes, message):
     given = {"objective": at_end("body.x"), "t_end": 1.0} | changes
     with pytest.raises(InputError, match=message):
         fm.design.optimise(pushed, {"mass": (0.5, 4.0)}, **given)
+
+
+def test_limit_function_of_an_unknown_parameter_is_refused():
+    with pytest.raises(ModelError, match="missing 1 required positional argument: 'mas'"):
+        fm.design.optimise(
+            pushed, {"mass": (0.5, 4.0)}, objective=at_end("body.x"), subject_to=[lambda mas: mas], t_end=1.0
+        )
+
+
+def test_functions_of_one_name_are_different_limits():
+    limits = [lambda mass: mass - 0.6, lambda mass: 3.0 - mass]
+    found = fm.design.optimise(
+        pushed, {"mass": (0.5, 4.0)}, objective=at_end("body.x"), subject_to=limits, t_end=1.0, step=0.1
+    )
+    assert list(found.limits.values()) == pytest.approx([2.4, 0.0], abs=1e-6)
+
+
+def test_a_chain_of_limits_is_refused():
+    with pytest.raises(InputError, match="two limits"):
+        assert 1.0 <= mean("body.x") <= 2.0
 
 
 def test_failure_of_the_first_design_is_an_error():
@@ -159,6 +201,12 @@ def cranked(crank: float, rod: float) -> fm.Mechanism:
     return slider_crank(speed=523.5987755982989, data=SliderCrankData(crank=crank, rod=rod))
 
 
+def test_one_number_has_all_of_the_variance_of_one_measure():
+    laws = {"force": Uniform(1.0, 2.0)}
+    found = fm.design.spread(pushed, laws, of=[at_end("body.x")], t_end=1.0, samples=64, sobol=True, step=0.1)
+    assert found.indices["total"].values == pytest.approx(np.ones((1, 1)), abs=0.1)
+
+
 def test_peak_acceleration_of_cranks_that_scatter():
     """Largest acceleration r w^2 (1 + r/l), r = .05 and l = .12 m within 1 %: deviation 148.797 m/s^2."""
     laws = {"crank": Uniform(0.0495, 0.0505), "rod": Uniform(0.1188, 0.1212)}
@@ -175,6 +223,8 @@ def test_peak_acceleration_of_cranks_that_scatter():
         ({"of": ["body.x"]}, "measures such as"),
         ({"samples": 48, "sobol": True}, "power of 2"),
         ({"samples": -1}, "at least 0"),
+        ({"samples": 1}, "two or more"),
+        ({"of": [mean("body.x"), mean("body.x")]}, "each of them once"),
     ],
 )
 def test_wrong_spreads_are_refused(changes, message):

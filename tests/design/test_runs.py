@@ -7,6 +7,7 @@ from designs import SMOOTH, WITH_IMPACTS, Case, ball
 import flexmb as fm
 from flexmb.design.parameters import ParameterModel
 from flexmb.errors import SolveError
+from flexmb.parts.joints.stop import Stop
 
 CENTRAL = (-2.0, 1.0 / 12.0), (-1.0, -8.0 / 12.0), (1.0, 8.0 / 12.0), (2.0, -1.0 / 12.0)
 
@@ -119,3 +120,30 @@ def test_derivatives_by_closed_forms_before_an_impact():
 def test_a_chaotic_motion_is_refused_beyond_its_horizon():
     with pytest.raises(SolveError, match=r"grew by .* derivatives say nothing there"):
         fm.design.sensitivity(WITH_IMPACTS["worn"].model, ["rod.mass"], of=["slider.x"], periods=5)
+
+
+def test_peak_at_an_onset_grows_with_the_way_to_it():
+    """A ball that falls on a table: its largest speed is sqrt(2 g h), of the derivative sqrt(g/(2 h)) by the height."""
+    case = WITH_IMPACTS["ball"]
+    found = fm.design.sensitivity(
+        case.model, {"h0": 5.0, "g": 9.8, "e": 0.8}, of=[fm.design.peak("ball.vy")], t_end=1.2, step=case.step
+    )
+    speed, by_height, by_gravity = 98.0**0.5, (9.8 / 10.0) ** 0.5, (5.0 / 19.6) ** 0.5
+    assert found.measures.amount.item() == pytest.approx(speed, rel=1e-5)
+    assert found.measures.derivative.values[0] == pytest.approx([by_height, by_gravity, 0.0], rel=1e-4, abs=1e-4)
+
+
+def test_mean_of_a_force_that_jumps_at_the_onset_keeps_the_balance_of_momentum():
+    """Mean force of a stop with damping: m (v(T) - v(0))/T + m g, whatever is varied."""
+
+    def dropped(height: float, stiffness: float) -> fm.Mechanism:
+        body = fm.RigidBody("ball", (0.0, 0.0), 1.0, 1.0)
+        guide = fm.Prismatic("guide", fm.GROUND, body, at=(0.0, 0.0), along=(0.0, 1.0))
+        table = Stop("table", guide, below=-height, normal=fm.KelvinVoigt(stiffness, 20.0))
+        return fm.Mechanism("ball", [body, guide, table], (0.0, -9.81))
+
+    of = [fm.design.mean("table.normal_force"), fm.design.at_end("ball.vy")]
+    numbers, end = {"height": 0.02, "stiffness": 1e4}, 0.12
+    found = fm.design.sensitivity(dropped, numbers, of=of, t_end=end, step=fm.Adaptive(rtol=1e-6))
+    force, speed = found.measures.derivative.values
+    assert force == pytest.approx(speed / end, rel=1e-3)

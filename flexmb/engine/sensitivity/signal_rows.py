@@ -32,6 +32,9 @@ Friction turns round within a thousandth of the speed or less.
 PART_OF_PENETRATION = 1e-3
 """Difference of a penetration relative to it, and the least part of the other differences that it may ask for."""
 
+PART_OF_GAP = 0.5
+"""Difference of the gap of an open contact relative to it, so that no difference crosses the onset."""
+
 STEP_ROWS = 512
 """Number of steps whose rows the buffer holds."""
 
@@ -267,7 +270,7 @@ def _slopes(tables, address, t, elapsed, later, shorter, options, flow, trial, r
 
 @compiled
 def _difference_size(tables, options, flow, j, T):
-    """Part of difference j that moves no coordinate and no speed, and no penetration, by more than a small part."""
+    """Part of difference j that moves coordinates, speeds and penetrations by a small part, and closes no gap."""
     R, n, far, fast, speed = T.rows, tables.sizes.n_q, 0.0, 0.0, 0.0
     for i in range(flow.largest_speeds.shape[0]):
         speed = max(speed, flow.largest_speeds[i] / options.length)
@@ -285,8 +288,9 @@ def _difference_size(tables, options, flow, j, T):
     for c in range(tables.contacts.kernel.shape[0]):
         k = tables.contacts.z[c, COMMON_Z]
         moved = abs(T.z[j, k + LAST_GAP])
-        if flow.z[k + PHASE] != 0.0 and eps * moved > PART_OF_PENETRATION * abs(flow.z[k + LAST_GAP]):
-            eps = max(PART_OF_PENETRATION * abs(flow.z[k + LAST_GAP]) / moved, least)
+        part = PART_OF_PENETRATION if flow.z[k + PHASE] != 0.0 else PART_OF_GAP
+        if eps * moved > part * abs(flow.z[k + LAST_GAP]):
+            eps = max(part * abs(flow.z[k + LAST_GAP]) / moved, least)
     return eps
 
 
