@@ -23,7 +23,8 @@ def _each_part():
     spec = importlib.util.spec_from_file_location("each_part", HERE.parents[1] / "parts" / "test_check_part.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    return module.BUILT_IN
+    laws = {kind: (module.two_links(module.clearance(*law)), "pin") for kind, law in module.LAWS.items()}
+    return module.BUILT_IN | laws
 
 
 BUILT_IN = _each_part()
@@ -45,8 +46,8 @@ QUICK = {
     "FlexibleLink, arc": "arm.material.density",
     "PlaneBody": "plate.thickness",
     "Revolute, friction": "A.friction.coefficient",
-    "RevoluteClearance, HuntCrossley": "pin.normal.restitution",
-    "LuGre": None,
+    "HuntCrossley": "pin.normal.restitution",
+    "LuGre": "pin.friction.stiffness",
     "Bushing": None,
     "Torque, Harmonic": "load.history.frequency",
     "Gear, backlash": None,
