@@ -14,7 +14,7 @@ from flexmb import arguments, checks, display
 from flexmb.design.derivatives import Span, columns, derivatives, signals_along
 from flexmb.design.parameters import LEAST_SIZE, Model, ParameterModel, bounds_of, box_points
 from flexmb.engine.step.method import Method
-from flexmb.errors import AssemblyError, InputError, ModelError, SolveError
+from flexmb.errors import AssemblyError, FlexmbError, InputError, ModelError, SolveError
 from flexmb.run.saving import SAME_INSTANT
 from flexmb.run.simulate import Step
 
@@ -284,7 +284,8 @@ class _Search:
     def through_spans(self, loss: str, most: int) -> Any:
         """Result of the last search of scipy, from the best of the points that were followed through the spans."""
         points: list[np.ndarray] = []
-        reached, level, refused = 0.0, 0.0, SolveError(f"{self.label}: no span of the data could be computed.")
+        reached, level = 0.0, 0.0
+        refused: FlexmbError = SolveError(f"{self.label}: no span of the data could be computed.")
         for k, part in enumerate(SPANS):
             self.measured.until(part)
             if self.measured.count < 2 * self.unknowns and part < 1.0:

@@ -130,7 +130,7 @@ def optimise(
     bounds = bounds_of(label, parameters)
     checks.one_of(label, "search", search, ["SLSQP", "trust-constr"])
     given = {objective: 1.0} if isinstance(objective, Measure) else checks.mapping(label, "objective", objective)
-    weights = {one: checks.number(label, "a weight", x) for one, x in given.items()} or {None: 0.0}
+    weights: dict[Any, float] = {one: checks.number(label, "a weight", x) for one, x in given.items()} or {None: 0.0}
     conditions = checks.sequence(label, "subject_to", subject_to, "limits of measures or functions")
     evaluation = _Evaluation(label, model, bounds, weights, conditions, Span(t_end, periods, 1, step, method))
     evaluation.most = checks.count(label, "most_designs", most_designs)
