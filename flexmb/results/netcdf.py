@@ -245,8 +245,8 @@ def load(path: str | Path) -> Solution:
         raise FileFormatError(f"{text}, and give the file that this writes: out/{source.stem}/{source.stem}.nc.")
     try:
         if not source.is_file():
-            folder = "a folder, as of a sweep's store (xarray.open_zarr reads it), and no file"
-            text = f"{str(source)!r}: {folder if source.is_dir() else 'there is no such file'}"
+            text = f"{str(source)!r}: there is no such file"
+            text += " but a folder, as of a sweep's store, which xarray.open_zarr reads" if source.is_dir() else ""
             raise FileFormatError(f"{text}. Check the path; sol.to_netcdf(...) writes one.")
         content = read_sealed(source)
         with h5py.File(io.BytesIO(content), "r") as file:
