@@ -47,6 +47,9 @@ TURNS, WORSE, ENOUGH, JUMPS = 12, 1.5, 1e-6, 4
 unless it is small beside that of the noise; spans between attempts to take all data at once.
 """
 
+LAST_CHANGE = 1e-12
+"""Relative change at which the last search ends."""
+
 SAME_POINT = 1e-3
 """Distance of two points, relative to the bounds, within which they are one."""
 
@@ -65,7 +68,7 @@ class Fit(display.Inside):
     offsets : fitted constant offsets by signal.
     unseen : combinations of parameters that the data do not tell apart, as texts.
     residuals : measured less computed signals, xarray.
-    rms : root of the mean square of the residuals over their noise levels.
+    rms : root of the mean square of the residuals over their levels: the given noise, else a tenth of the signal.
     runs : number of runs that were made.
     ok, message : whether the search converged, and a sentence on its end.
     """
@@ -95,7 +98,10 @@ class Fit(display.Inside):
             )
             for k, name in enumerate(names)
         ]
-        lines = [f"Fit: {self.message} {self.runs} runs, residuals {self.rms:.3g} of the noise.", columns(head, rows)]
+        lines = [
+            f"Fit: {self.message} {self.runs} runs, residuals {self.rms:.3g} of their levels.",
+            columns(head, rows),
+        ]
         lines += [f"Offset of {name}: {value:.6g}" for name, value in self.offsets.items()]
         return "\n".join([*lines, *(f"Not told apart by the data: {text}." for text in self.unseen)])
 
@@ -317,7 +323,7 @@ class _Search:
         """Whether the best point fits all data as well as the span before; it then takes the place of all points."""
         self.measured.until(1.0)
         try:
-            one = self._searched(points[0], loss, TURNS)
+            one = self._searched(points[0], loss)
         except FAILURES:
             return False
         if one.cost > level * self.measured.count:
@@ -344,22 +350,23 @@ class _Search:
 
     def _followed(self, x: np.ndarray, loss: str, level: float) -> Any:
         """Search from a point of the span before; by integrals first, if it leaves more than `level` a residual."""
-        one = self._searched(x, loss, TURNS) if level > 0.0 else None
+        one = self._searched(x, loss) if level > 0.0 else None
         if one is not None and one.cost <= level * self.measured.count:
             return one
-        other = self._searched(self._searched(x, loss, TURNS, integrates=True).x, loss, TURNS)
+        other = self._searched(self._searched(x, loss, integrates=True).x, loss)
         return other if one is None else min(one, other, key=lambda each: float(each.cost))
 
-    def _searched(self, x: np.ndarray, loss: str, most: int, *, integrates: bool = False) -> Any:
+    def _searched(self, x: np.ndarray, loss: str, most: int | None = None, *, integrates: bool = False) -> Any:
+        """Result of scipy from a point; `most` runs of the last search, to its end."""
         from scipy.optimize import least_squares  # noqa: PLC0415 - takes long to import
 
         self.integrates = integrates
         p, open_ends = len(self.low), len(self.measured.offset)
         limits = np.append(np.zeros(p), [-np.inf] * open_ends), np.append(np.ones(p), [np.inf] * open_ends)
-        more = {} if most == TURNS else {"ftol": 1e-12, "xtol": 1e-12, "gtol": 1e-12}
-        inner = np.clip(x[:p], 1e-3, 1.0 - 1e-3)
-        start = np.append(inner, x[p:])
-        return least_squares(self.residuals, start, jac=self.jacobian, bounds=limits, loss=loss, max_nfev=most, **more)
+        more = {} if most is None else dict.fromkeys(("ftol", "xtol", "gtol"), LAST_CHANGE)
+        start = np.append(np.clip(x[:p], SAME_POINT, 1.0 - SAME_POINT), x[p:])
+        how = {"jac": self.jacobian, "bounds": limits, "loss": loss, "max_nfev": most or TURNS, **more}
+        return least_squares(self.residuals, start, **how)
 
 
 def _distinct(found: Sequence[Any]) -> list[np.ndarray]:

@@ -33,6 +33,9 @@ FAILED = 10.0
 LARGE = 1e300
 """Objective of a design whose run fails, for differential evolution, which takes no infinite one."""
 
+HELD, FUNCTION_DISTANCE = 1e-6, 1e-6
+"""Violation up to which a limit holds, over its size; difference of a parameter for functions, over its bounds."""
+
 CHECK_DISTANCE = 1e-4
 """Difference of a parameter by which derivatives are checked, relative to its bounds."""
 
@@ -251,16 +254,16 @@ class _Evaluation:
         value = checks.number(self.label, getattr(function, "__name__", "limit"), called(self.label, function, here))
         for k, name in enumerate(values):
             if name in here:
-                h = 1e-6 * self.width[k]
+                h = FUNCTION_DISTANCE * self.width[k]
                 more, less = (called(self.label, function, here | {name: here[name] + x}) for x in (h, -h))
-                slope[k] = (more - less) / 2e-6
+                slope[k] = (more - less) / (2.0 * FUNCTION_DISTANCE)
         return value, slope
 
     def best(self) -> Design | None:
         """Best design whose limits hold, or the one that violates them least."""
         good = [one for one in self.designs.values() if not one.status]
         worst = {id(one): min([0.0, *(np.array(one.values) / self.sizes)[1:]]) for one in good}
-        held = [one for one in good if worst[id(one)] > -1e-6]
+        held = [one for one in good if worst[id(one)] > -HELD]
         if held:
             return min(held, key=lambda one: one.values[0])
         return max(good, key=lambda one: worst[id(one)], default=None)

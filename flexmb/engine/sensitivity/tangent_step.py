@@ -510,6 +510,7 @@ def complete_differences(program: Program, flow: Any, T: Tangents, work: Work, *
     """Set the accelerations, and `histories`, that follow from T.q, T.v, T.z in the present state, to start a step."""
     n, t, tables = program.n_q, float(flow.clock.t), program.tables
     T.U[:], T.X[:], T.Y[:] = 0.0, 0.0, 0.0
+    T.turn[:] = 0.0  # accelerations are those by the slopes of the laws
     now = (flow.q, flow.v, flow.a, flow.lam, flow.z)
     linearise(tables, program.addresses, t, 0.0, *now, 0.0, 1.0, T, work)
     state = [x[:n] for x in now[:3]]
