@@ -20,7 +20,6 @@ from flexmb.engine.state.record import DONE
 from flexmb.engine.step.method import Method
 from flexmb.engine.step.step_size import Adaptive
 from flexmb.errors import InputError, SolveError
-from flexmb.model.part import refuse_controllers
 from flexmb.model.signal import hint, resolved
 from flexmb.program.compiler import common_period
 from flexmb.program.program import Program
@@ -116,11 +115,10 @@ def derivatives(label: str, held: ParameterModel, span: Span, signals: Sequence[
     ------
     InputError, SolveError : see `sensitivity`.
     """
-    refuse_controllers(held.at(held.values), label, "derivatives by parameters do not pass through controllers")
     begun = started(label, held, span, signals)
     run, places = begun.run, begun.places
     first = run.record.signals[places]
-    T = run.carry(begun.end, directions(held, begun.here, begun.end), places, begun.due, every=every)
+    T = run.carry(begun.here.start, begun.end, directions(held, begun.here, begun.end), places, begun.due, every=every)
     rtol = run.step.rtol if isinstance(run.step, Adaptive) else RTOL_OF_FIXED_STEPS
     if run.growth * rtol > 1.0 or not math.isfinite(run.growth):
         raise HorizonError(
@@ -128,7 +126,7 @@ def derivatives(label: str, held: ParameterModel, span: Span, signals: Sequence[
             f"than 1/rtol = {1.0 / rtol:.3g}: derivatives say nothing there. End the run earlier."
         )
     times, chosen = begun.values(label)
-    slopes = T.rows.slopes.reshape(len(times), -1, len(places))[:, : len(held.parameters)]
+    slopes = T.rows.slopes.reshape(len(times), len(T.q), -1)[:, : len(held.parameters), : len(places)]
     rows = _rows(run, first, slopes) if every else ()
     units = tuple(run.program.names.signals.units[k] for k in places)
     return Derivatives(times, chosen, slopes, rows, units, run.growth, run.status())
@@ -267,7 +265,7 @@ def sensitivity(
     Raises
     ------
     InputError : unknown parameters and signals, with the nearest name; whole numbers and switches; parameters that
-        change the structure of the equations or move kinks of drives in time; other methods; controllers; works and
+        change the structure of the equations or move kinks of drives in time; other methods; works and
         losses, which are sums over all steps.
     SolveError : a run that fails; a motion in which a small difference grew by more than 1/rtol, since derivatives
         beyond this horizon, ln(1/rtol) over the exponent, say nothing.

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from flexmb.design.parameters import ParameterModel
+from flexmb.engine.sensitivity.controllers import Moved
 from flexmb.engine.sensitivity.parameter_run import Directions
 from flexmb.errors import FlexmbError, InputError
+from flexmb.model.contributions import MotionInput
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile_with_start
-from flexmb.program.program import Program
+from flexmb.program.program import Program, Sampler
 from flexmb.statics.start.consistent import Start, consistent_start
 
 CENTRAL = (-2.0, 1.0 / 12.0), (-1.0, -8.0 / 12.0), (1.0, 8.0 / 12.0), (2.0, -1.0 / 12.0)
@@ -48,9 +50,10 @@ def directions(model: ParameterModel, here: Neighbour, end: float) -> Directions
     InputError : a parameter that changes the structure of the program, or moves kinks of drives and loads in time.
     """
     rows = [_direction(model, k, here, end) for k in range(len(model.parameters))]
-    numbers, q, v = (np.stack(column) for column in zip(*rows, strict=True))
+    *columns, samplers = zip(*rows, strict=True)
+    numbers, q, v, z = map(np.stack, columns)
     sizes = np.array([DIFFERENCE_OF_NUMBERS * size_of(model, k) for k in range(len(rows))])
-    return Directions(numbers, sizes, q, v)
+    return Directions(numbers, sizes, q, v, z, samplers)
 
 
 def size_of(model: ParameterModel, k: int) -> float:
@@ -58,8 +61,8 @@ def size_of(model: ParameterModel, k: int) -> float:
     return max(abs(model.values[k]), model.least[k] if model.least else 0.0) or 1.0
 
 
-def _direction(model: ParameterModel, k: int, here: Neighbour, end: float) -> tuple[np.ndarray, ...]:
-    """Derivatives of numbers, start positions and start velocities by parameter k."""
+def _direction(model: ParameterModel, k: int, here: Neighbour, end: float) -> tuple[Any, ...]:
+    """Derivatives of numbers, start positions, velocities and histories by parameter k; its moved samplers."""
     refused: FlexmbError | None = None
     for distance in DISTANCES:
         for stencil in (CENTRAL, FORWARD, BACKWARD):
@@ -72,20 +75,33 @@ def _direction(model: ParameterModel, k: int, here: Neighbour, end: float) -> tu
             for one in found:
                 _refuse_other_structure(model, k, here.program, one.program, end)
             weights = np.array([weight / h for _, weight in stencil])
-            return _sum(weights, found)
+            return *_sum(weights, found), _moved_samplers(weights, found)
     name, value = model.names[k], model.values[k]
     text = f"{model.label}: {name} = {value:.6g} has no neighbours on both sides or one ({refused})"
     raise InputError(f"{text} Take a value farther from the limit.")
 
 
 def _sum(weights: np.ndarray, found: Sequence[Neighbour]) -> tuple[np.ndarray, ...]:
-    """Weighted sums of numbers, start positions and start velocities; exact where these are equal."""
-    columns = ([one.program.tables.p for one in found], [one.start.q for one in found], [one.start.v for one in found])
+    """Weighted sums of numbers, start positions, velocities and histories; exact where these are equal."""
+    starts = ([one.start.q for one in found], [one.start.v for one in found])
+    columns = ([one.program.tables.p for one in found], *starts, [one.program.reference.z for one in found])
     middle = [np.array(column[0]) for column in columns]
     return tuple(
         sum(w * (np.asarray(x) - first) for w, x in zip(weights, column, strict=True))
         for column, first in zip(columns, middle, strict=True)
     )
+
+
+def _moved_samplers(weights: np.ndarray, found: Sequence[Neighbour]) -> Moved:
+    """Weights and samplers of the neighbours; none if the samplers are the same."""
+    every = [one.program.samplers for one in found]
+    numbers = [[_numbers_of(sampler) for sampler in samplers] for samplers in every]
+    return () if all(one == numbers[0] for one in numbers) else tuple(zip(weights.tolist(), every, strict=True))
+
+
+def _numbers_of(sampler: Sampler) -> list[tuple[float, ...]]:
+    """Numbers of the law of a sampler and of the motions that it reads."""
+    return [sampler.p, *(tuple(one.motion.parameters()) for one in sampler.inputs if isinstance(one, MotionInput))]
 
 
 def _moved(model: ParameterModel, k: int, shift: float) -> Neighbour:
@@ -100,6 +116,7 @@ def _refuse_other_structure(model: ParameterModel, k: int, here: Program, other:
     if not same or len(here.tables.p) != len(other.tables.p) or here.symbolic is not other.symbolic:
         text = f"{model.label}: {name} changes the structure of the equations"
         raise InputError(f"{text}, so there is no derivative by it. Compare runs with both values.")
-    if not np.array_equal(here.breaks(end), other.breaks(end)):
-        text = f"{model.label}: {name} moves instants at which a drive or load has a kink or jumps"
+    instants = [[one.sample for one in program.samplers] for program in (here, other)]
+    if not np.array_equal(here.breaks(end), other.breaks(end)) or instants[0] != instants[1]:
+        text = f"{model.label}: {name} moves instants of kinks and jumps of drives and loads, or of a controller"
         raise InputError(f"{text}; no derivative is known there. Vary it by a sweep.")

@@ -181,7 +181,7 @@ def _crest(rows: Rows, k: int) -> tuple[float, np.ndarray]:
 def _rate(rows: Rows) -> np.ndarray:
     """Rate (n, 1) of the signal at the end of each step, from the step before."""
     h = np.diff(rows.time)
-    return np.concatenate([[0.0], np.diff(rows.y) / h])[:, None]
+    return np.concatenate([[0.0], np.divide(np.diff(rows.y), h, out=np.zeros(len(h)), where=h > 0.0)])[:, None]
 
 
 def _mean(rows: Rows) -> tuple[float, np.ndarray]:

@@ -11,6 +11,15 @@ import numpy as np
 from flexmb.engine.compiled.arrays import matrix_view, part_of
 from flexmb.engine.compiled.pieces import whole
 from flexmb.engine.compiled.records import Integers, IntegerTable, Matrix, Record, Vector
+from flexmb.engine.sensitivity.controllers import (
+    ControlSlopes,
+    add_control_forces,
+    add_control_matrix,
+    control_slopes,
+    find_control_slopes,
+    subtract_control_rates,
+    subtract_state_rates,
+)
 from flexmb.engine.sensitivity.histories import (
     FIRST,
     add_contact_history,
@@ -19,6 +28,7 @@ from flexmb.engine.sensitivity.histories import (
     advance_contact_history,
     advance_element_history,
     advance_joint_friction_history,
+    element_force,
     find_joint_load,
 )
 from flexmb.engine.sensitivity.parameters import ParameterRates, add_parameters, parameter_rates
@@ -30,7 +40,7 @@ from flexmb.engine.system.elements import add_elements, call_element, call_tange
 from flexmb.engine.system.work import JOINT_T_BY_SLIP, N_BY_GAP, N_BY_RATE, T_BY_N, T_BY_SLIP, gather
 from flexmb.kernels import compiled, constraint_at, copy
 from flexmb.places import FRICTION_FORCE, NORMAL, NORMAL_FORCE, SLIDING, TANGENTIAL
-from flexmb.program.program import BEGIN, END, LOAD_KERNEL, Program
+from flexmb.program.program import BEGIN, END, FIRST_OUTPUT, LOAD_KERNEL, NO_FACTOR, Program
 
 SPEED, ACCELERATION = range(2)
 """Rows of `Tangents.moving`: G v, and G a + W v."""
@@ -83,6 +93,7 @@ class Tangents(Record):
     closing : (contacts,) 1 for a contact that begins at the very end of the step
     turn : (contacts + joints, 4) slopes of friction that turned in this step, see `find_turns`
     turned : (k, contacts + joints) its forces beside those of the law
+    control : slopes of controllers
     by : directions of the parameters to which the first differences belong;  rows : derivatives of signals
     """
 
@@ -129,6 +140,7 @@ class Tangents(Record):
     rt: Vector
     moving: Matrix
     step: CarriedStep
+    control: ControlSlopes
     by: ParameterRates
     rows: SignalRows
     closing: Integers
@@ -151,6 +163,7 @@ def new_tangents(
         **rows,
         **vectors,
         step=CarriedStep(0.0, 0.0, 0.0),
+        control=control_slopes(program),
         by=parameter_rates(program, np.zeros((0, len(tables.p))), np.zeros(0)) if by is None else by,
         rows=signal_rows(program, 0) if signals is None else signals,
         u=(k, total),
@@ -201,7 +214,11 @@ def linearise(tables, address, t, h, q, v, a, lam, z, kv, ka, T, work):
     if kv > 0.0:
         find_turns(tables, address, h, kv / (ka * h), q, v, lam, T, work)
     _subtract_stiffness(T, work)
+    if tables.controls.kernel.shape[0] > 0:
+        find_control_slopes(tables, address, t, q, v, a, z, ka, T, work)
     _add_elements(tables, address, t, h, q, v, a, z, kv, ka, T, work)
+    add_control_forces(tables, T)
+    add_control_matrix(tables, kv, T, work)
     if T.by.step.shape[0] > 0:
         add_parameters(tables, address, t, h, q, v, a, lam, z, T, work)
     for c in range(tables.contacts.kernel.shape[0]):
@@ -293,6 +310,10 @@ def _add_elements(tables, address, t, h, q, v, a, z, kv, ka, T, work):
             _subtract_product(E, e, n, s, work.Kl, T.U, T.F)
             for i in range(n * n):
                 work.lu[positions[i]] += s * work.Kl[i] + D[i]
+        if E.factor[e] < NO_FACTOR:
+            element_force(tables, address, e, n, t, h, z, work)
+            for i in range(n):
+                T.control.force[FIRST_OUTPUT - E.factor[e], i] = work.rl[i]
         if E.z[e, END] > E.z[e, BEGIN]:
             add_element_history(tables, address, e, n, t, h, s, z, T, work)
 
@@ -311,7 +332,7 @@ def _subtract_product(E, e, n, s, A, X, F):
 
 @compiled
 def subtract_damping(tables, factor, x, F, T, work):
-    """F -= factor C x, with C of contacts and of friction in joints at the state of the last `linearise`."""
+    """F -= factor C x at the last linearised state, with C of contacts, of friction in joints, and of controllers."""
     K, C, S = tables.contacts, tables.constraints, work.contact_scratch
     for c in range(K.kernel.shape[0]):
         slopes = work.slopes[c]
@@ -334,6 +355,7 @@ def subtract_damping(tables, factor, x, F, T, work):
             friction = factor * work.slopes[K.kernel.shape[0] + c, JOINT_T_BY_SLIP] * slip
             for i in range(6):
                 F[C.dofs[begin + i]] += T.slip_direction[c, i] * friction
+    subtract_control_rates(tables, T.control.by_v, factor, x, F, T)
 
 
 @compiled
@@ -354,6 +376,7 @@ def rate_forces(tables, kv, x, T, work):
                 total += D[i * n + l] * own[l]
             F[dofs[i]] += total
     subtract_damping(tables, -kv, T.r, F, T, work)
+    subtract_state_rates(tables, -T.control.mass, T.r, F)
 
 
 @apart

@@ -3,24 +3,30 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from flexmb.engine.sensitivity.controllers import Moved, act_differences, sampled_inputs
 from flexmb.engine.sensitivity.linearise import Tangents, new_tangents
 from flexmb.engine.sensitivity.parameters import parameter_rates
-from flexmb.engine.sensitivity.signal_rows import signal_rows, write_start
+from flexmb.engine.sensitivity.signal_rows import find_slopes_now, signal_rows
 from flexmb.engine.sensitivity.tangent_step import CarryingRun, complete_differences, project_differences
 from flexmb.engine.state.record import NEVER, Options
+from flexmb.run.saving import SAME_INSTANT
+from flexmb.statics.start.consistent import Start
 
 
 class Directions(NamedTuple):
-    """Derivatives by p parameters: of the numbers, (p, n_p), of start positions and velocities, (p, n_q)."""
+    """Derivatives by p parameters: of the numbers, (p, n_p), of start positions, velocities, histories, (p, n)."""
 
     numbers: np.ndarray
     steps: np.ndarray  # (p,) largest difference of each parameter
     q: np.ndarray
     v: np.ndarray
+    z: np.ndarray
+    samplers: Sequence[Moved]  # of each parameter
 
 
 class ParameterRun(CarryingRun):
@@ -31,27 +37,85 @@ class ParameterRun(CarryingRun):
     """
 
     blocks: list[tuple[np.ndarray, ...]]
-    growth = 0.0
+    found: Directions
+    growth = begun = 0.0
 
-    def carry(self, end: float, found: Directions, places: np.ndarray, due: np.ndarray, *, every: bool) -> Tangents:
-        """Run until `end` [s]; derivatives of the signals at `places` at the instants `due`, and at `every` step."""
-        n, program, k = self.program.n_q, self.program, len(found.q) + 1
+    def carry(
+        self, start: Start, end: float, found: Directions, places: np.ndarray, due: np.ndarray, *, every: bool
+    ) -> Tangents:
+        """Run until `end` [s]; derivatives of the signals at `places` at the instants `due`, and at `every` step.
+
+        The run has begun at `start`.  Signals that sampled controllers read are added to the places.
+        """
+        program, k = self.program, len(found.q) + 1
         by = parameter_rates(program, found.numbers, found.steps)
-        self.stepper.tangents = T = new_tangents(program, k, by, signal_rows(program, k, places, due, every=every))
+        self.inputs = sampled_inputs(program)
+        rows = signal_rows(program, k, np.concatenate([places, self.inputs]), due, every=every)
+        self.stepper.tangents = T = new_tangents(program, k, by, rows)
+        self.found, self.blocks, self.sizes = found, [], np.abs(self.record.signals)
+        if program.samplers:
+            self.begin(start)  # which lets them act once more, now with differences
+        else:
+            self._start_differences(T)
+        self._write_slopes(T, 0)
+        rows.number.instants = 1
+        self.run_to(end, saving=float(np.diff(due).min()))
+        self._fetch_rows()
+        self.growth = self._length(T) / self.begun if self.begun > 0.0 else 0.0
+        self.stepper.tangents = None
+        return T
+
+    def _start_differences(self, T: Tangents) -> None:
+        """Set the differences at the start."""
+        n, program, found = self.program.n_q, self.program, self.found
         blow = np.random.default_rng(0).standard_normal(n) * program.sizes / self.time_scale
+        blow[program.tables.sizes.n_b :] = 0.0
         T.q[:, :n], T.v[:, :n] = np.vstack([found.q, np.zeros(n)]), np.vstack([found.v, blow])
-        self.blocks = []
+        T.z[: len(found.z)] = found.z
         complete_differences(program, self.flow, T, self.stepper.second, histories=False)
         project_differences(program, self.flow, float(self.flow.clock.step_size), T)
         complete_differences(program, self.flow, T, self.stepper.second, histories=True)
-        begun = self._length(T)
-        options = self.options(end, NEVER)
-        write_start(program.tables, program.addresses, options, self.flow, self.trial, self.record, T)
-        self.run_to(end, saving=float(np.diff(due).min()))
+        self.begun = self._length(T)
+
+    def _cross_jump(self, instant: float, interval: float, *, first: bool = False) -> None:
+        T = self.stepper.tangents
+        if T is None:
+            super()._cross_jump(instant, interval, first=first)
+            return
+        if first:
+            self._start_differences(T)
+        self._synchronise()
+        self.sizes = np.maximum(self.sizes, np.abs(self.record.signals))
+        if any(first or sampler.acts_at(instant) for sampler in self.program.samplers):
+            y, dy = self.record.signals, np.zeros((len(T.q), len(self.record.signals)))
+            self._find_slopes(T)
+            dy[:, T.rows.places] = T.rows.now
+            now = (instant, y, np.array(self.flow.z), dy, np.array(T.z), self.sizes, self.found.samplers)
+            T.z[:] = act_differences(self.program, *now, every=first)
+        super()._cross_jump(instant, interval, first=first)
+        rows, last = T.rows, int(T.rows.number.instants) - 1
+        if not first and not self.note:
+            if last >= 0 and abs(rows.due[last] - instant) <= SAME_INSTANT * float(np.diff(rows.due).min()):
+                self._write_slopes(T, last)
+            if rows.every:
+                self._add_row(T, instant)
+
+    def _find_slopes(self, T: Tangents) -> None:
+        program = self.program
+        given = self.options(NEVER, NEVER), self.flow, self.trial, self.record
+        find_slopes_now(program.tables, program.addresses, *given, T)
+
+    def _write_slopes(self, T: Tangents, row: int) -> None:
+        """Write the derivatives at the present instant into a row of the saved instants."""
+        self._find_slopes(T)
+        T.rows.slopes[row] = T.rows.now.ravel()
+
+    def _add_row(self, T: Tangents, instant: float) -> None:
+        """Add a row of steps with the state just after a jump."""
         self._fetch_rows()
-        self.growth = self._length(T) / begun if begun > 0.0 else 0.0
-        self.stepper.tangents = None
-        return T
+        self._find_slopes(T)
+        y = self.record.signals[T.rows.places][None]
+        self.blocks.append((np.array([instant]), y, T.rows.now.reshape(1, -1).copy(), np.zeros((1, len(T.q)))))
 
     def rows(self, first: np.ndarray, slopes: np.ndarray) -> tuple[np.ndarray, ...]:
         """Start and ends of all steps: time (n,), signals (n, m), derivatives (n, p, m), time shifts (n, p).
@@ -60,8 +124,8 @@ class ParameterRun(CarryingRun):
         """
         p, m = slopes.shape
         time, y, slope, shift = (np.concatenate(column) for column in zip(*self.blocks, strict=True))
-        time, y = np.concatenate([[0.0], time]), np.concatenate([first[None], y])
-        slope = np.concatenate([slopes[None], slope.reshape(len(slope), -1, m)[:, :p]])
+        time, slope = np.concatenate([[0.0], time]), slope.reshape(*shift.shape, -1)[:, :p, :m]
+        y, slope = np.concatenate([first[None], y[:, :m]]), np.concatenate([slopes[None], slope])
         return time, y, slope, np.concatenate([np.zeros((1, p)), shift[:, :p]])
 
     def empty_buffer(self, options: Options) -> None:
@@ -84,6 +148,7 @@ class ParameterRun(CarryingRun):
         return (self.period or self.t_end) / (2.0 * math.pi)
 
     def _length(self, T: Tangents) -> float:
-        n = self.program.n_q
-        parts = T.q[-1, :n] / self.program.sizes, self.time_scale * T.v[-1, :n] / self.program.sizes
+        n = self.program.tables.sizes.n_b
+        sizes = self.program.sizes[:n]
+        parts = T.q[-1, :n] / sizes, self.time_scale * T.v[-1, :n] / sizes
         return float(np.linalg.norm(np.concatenate(parts)))

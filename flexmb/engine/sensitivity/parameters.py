@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from flexmb.engine.compiled.records import Integers, IntegerTable, Matrix, Record, Vector
+from flexmb.engine.sensitivity.controllers import add_control_parameter
 from flexmb.engine.sensitivity.histories import OF_GAP, OF_RATE, OF_SLIP, element_force
 from flexmb.engine.system.constraints import add_joint_friction, call_constraint
 from flexmb.engine.system.contacts import call_friction, call_gap, call_normal, jacobians
@@ -23,10 +24,10 @@ from flexmb.engine.system.elements import gather_state, load_factor
 from flexmb.engine.system.work import gather
 from flexmb.kernels import compiled
 from flexmb.places import FRICTION_FORCE, GAP, GAP_RATE, NORMAL, NORMAL_FORCE, SLIP, TANGENTIAL
-from flexmb.program.program import BEGIN, END, LOAD_KERNEL, NORMAL_Z, Z_END, Program, Tables
+from flexmb.program.program import BEGIN, END, LOAD_KERNEL, NORMAL_Z, SOURCE_P, SOURCE_P_END, Z_END, Program, Tables
 
-ELEMENT, CONSTRAINT, CONTACT = range(3)
-"""Kinds of pieces in `ParameterRates.pieces`."""
+ELEMENT, CONSTRAINT, CONTACT, CONTROLLERS = range(4)
+"""Kinds of pieces in `ParameterRates.pieces`; all controllers are one piece."""
 
 KIND, NUMBER = range(2)
 """Columns of `ParameterRates.pieces`."""
@@ -75,8 +76,8 @@ def parameter_rates(program: Program, directions: np.ndarray, step: np.ndarray) 
 
 
 def _pieces(tables: Tables, places: set[int]) -> Iterator[tuple[int, int]]:
-    """Elements, constraints and contacts that read one of the numbers at `places`."""
-    E, C, K = tables.elements, tables.constraints, tables.contacts
+    """Elements, constraints, contacts and controllers that read one of the numbers at `places`."""
+    E, C, K, laws = tables.elements, tables.constraints, tables.contacts, tables.controls
     bounds: list[tuple[int, int, tuple[Any, ...]]] = [
         (ELEMENT, e, (own, factor)) for e, (own, factor) in enumerate(zip(E.p, E.factor_p, strict=True))
     ]
@@ -84,6 +85,7 @@ def _pieces(tables: Tables, places: set[int]) -> Iterator[tuple[int, int]]:
         rubbing = C.joint_friction_p[c]
         bounds.append((CONSTRAINT, c, (own, *C.motion_p[C.row[c] : C.row[c + 1]], rubbing[:2], rubbing[2:])))
     bounds += [(CONTACT, c, (own[:2], own[2:4], own[4:])) for c, own in enumerate(K.p)]
+    bounds.append((CONTROLLERS, 0, (*laws.p, *laws.source[:, SOURCE_P : SOURCE_P_END + 1])))
     for kind, number, lists in bounds:
         if any(place in places for begin, end in lists for place in range(begin, end)):
             yield kind, number
@@ -126,6 +128,8 @@ def add_parameters(tables, address, t, h, q, v, a, lam, z, T, work):
                     _add_element(by.varied, address, number, t, h, q, v, a, z, 0.5 / eps, j, T, work)
                 elif kind == CONSTRAINT:
                     _add_constraint(by.varied, address, number, t, h, q, v, lam, z, 0.5 / eps, j, T, work)
+                elif kind == CONTROLLERS:
+                    add_control_parameter(tables, by.varied, address, t, q, v, a, z, 0.5 / eps, j, T, work)
                 else:
                     _add_contact(by.varied, address, number, h, q, v, z, 0.5 / eps, j, T, work)
         move_numbers(tables, by, j, 0.0)

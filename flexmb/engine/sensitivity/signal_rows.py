@@ -55,7 +55,7 @@ class SignalRows(Record):
     shifts : (rows, k) time shifts [s];  every : whether the rows of steps are wanted
     q0, v0, a0, lam0, z0 : differences (k, ..) at the start of the step;  a_past, lam_past : at the start of that before
     dq, dv, da, dlam, dz : a difference at an instant;  q, v, a, lam, z : a state;  y : (n_y,) its signals
-    found : (m,) derivatives of the signals;  pair : (2, m) signals at both sides
+    now : (k, m) derivatives at the present state;  found : (m,) of one difference;  pair : (2, m) signals at both sides
     """
 
     number: RowNumbers
@@ -88,6 +88,7 @@ class SignalRows(Record):
     lam: Vector
     z: Vector
     y: Vector
+    now: Matrix
     found: Vector
     pair: Matrix
 
@@ -118,6 +119,7 @@ def signal_rows(
         **dict.fromkeys(("dlam", "lam"), program.n_c),
         **dict.fromkeys(("dz", "z"), n_z),
         y=program.tables.sizes.n_y,
+        now=(k, m),
         found=m,
         pair=(2, m),
     )
@@ -168,20 +170,16 @@ def write_rows(tables, address, h, options, flow, trial, record, T):
 
 
 @compiled
-def write_start(tables, address, options, flow, trial, record, T):
-    """Write the row of the start, if it is an instant to be written."""
+def find_slopes_now(tables, address, options, flow, trial, record, T):
+    """Set R.now to the derivatives at the present state, from which a step starts."""
     R = T.rows
-    if R.due.shape[0] == 0 or R.due[0] > flow.clock.t:
-        return
     copy(flow.z, record.last_z)
     _take_state(tables.sizes.n_q, 1.0, 1.0, flow, trial, record)
     for j in range(T.q.shape[0]):
         copy(T.z[j], R.z0[j])
         _difference_at_end(tables.sizes.n_q, j, T)
         _slopes(tables, address, flow.clock.t, 0.0, 0.0, 0.0, options, flow, trial, record, j, T)
-        for i in range(R.places.shape[0]):
-            R.slopes[0, j * R.places.shape[0] + i] = R.found[i]
-    R.number.instants = 1
+        copy(R.found, R.now[j])
 
 
 @compiled
