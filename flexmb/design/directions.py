@@ -11,10 +11,9 @@ from flexmb.design.parameters import ParameterModel
 from flexmb.engine.sensitivity.controllers import Moved
 from flexmb.engine.sensitivity.parameter_run import Directions
 from flexmb.errors import FlexmbError, InputError
-from flexmb.model.contributions import MotionInput
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile_with_start
-from flexmb.program.program import Program, Sampler
+from flexmb.program.program import Program
 from flexmb.statics.start.consistent import Start, consistent_start
 
 CENTRAL = (-2.0, 1.0 / 12.0), (-1.0, -8.0 / 12.0), (1.0, 8.0 / 12.0), (2.0, -1.0 / 12.0)
@@ -95,13 +94,8 @@ def _sum(weights: np.ndarray, found: Sequence[Neighbour]) -> tuple[np.ndarray, .
 def _moved_samplers(weights: np.ndarray, found: Sequence[Neighbour]) -> Moved:
     """Weights and samplers of the neighbours; none if the samplers are the same."""
     every = [one.program.samplers for one in found]
-    numbers = [[_numbers_of(sampler) for sampler in samplers] for samplers in every]
-    return () if all(one == numbers[0] for one in numbers) else tuple(zip(weights.tolist(), every, strict=True))
-
-
-def _numbers_of(sampler: Sampler) -> list[tuple[float, ...]]:
-    """Numbers of the law of a sampler and of the motions that it reads."""
-    return [sampler.p, *(tuple(one.motion.parameters()) for one in sampler.inputs if isinstance(one, MotionInput))]
+    numbers = [np.concatenate([np.zeros(0), *(x for one in samplers for x in one.numbers)]) for samplers in every]
+    return () if all(map(np.array_equal, numbers, numbers[1:])) else tuple(zip(weights.tolist(), every, strict=True))
 
 
 def _moved(model: ParameterModel, k: int, shift: float) -> Neighbour:

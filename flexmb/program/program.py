@@ -255,6 +255,12 @@ class Sampler:
     z: int  # place of its history, states before outputs
     settled: tuple[int, ...] = ()  # numbers of the states that begin where their rates are 0
 
+    @cached_property
+    def numbers(self) -> tuple[np.ndarray, ...]:
+        """Numbers of the law, and those of each input that is a motion."""
+        inputs = (one.motion.parameters() if isinstance(one, MotionInput) else () for one in self.inputs)
+        return tuple(np.array(own, dtype=float) for own in (self.p, *inputs))
+
     def instants(self, t: float, t_end: float) -> Iterator[float]:
         """Instants in (t, t_end] [s]."""
         k = max(math.floor(t / self.sample) - 1, 0)

@@ -400,7 +400,7 @@ class Run:
         flow, n = self.flow, self.program.n_q
         flow.clock.t, flow.clock.last_step = instant, 0.0
         try:
-            act(self.program, instant, self.record.signals, flow.z, every=first)
+            act(self.program.samplers, instant, self.record.signals, flow.z, every=first)
             solve = least_norm if self.redundant else accelerations
             a, lam = solve(self.program, flow.q[:n], flow.v[:n], instant, flow.z)
         except (KernelError, SolveError) as error:

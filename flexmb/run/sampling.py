@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -52,7 +52,9 @@ MOST_ITERATIONS, DIFFERENCE, SETTLED = 30, 1e-6, 1e-12
 """Number of iterations, differences of states, and last correction, for states that begin where their rates are 0."""
 
 
-def act(program: Program, instant: float, signals: np.ndarray, z: np.ndarray, *, every: bool = False) -> None:
+def act(
+    samplers: Sequence[Sampler], instant: float, signals: np.ndarray, z: np.ndarray, *, every: bool = False
+) -> None:
     """Let the sampled controllers of a mechanism act at one of their instants.
 
     All read the same signals, so that the order of several controllers does not matter.  A state x becomes x + sample
@@ -60,15 +62,14 @@ def act(program: Program, instant: float, signals: np.ndarray, z: np.ndarray, *,
     (n_z,) are changed in place.  With `every` all controllers act, for the start of a run.  A law that raises, or gives
     numbers that are not finite, is a `KernelError` with controller, time, inputs.
     """
-    acting = [sampler for sampler in program.samplers if every or sampler.acts_at(instant)]
+    acting = [sampler for sampler in samplers if every or sampler.acts_at(instant)]
     if every:
         for sampler in acting:
             _settle(sampler, instant, signals, z)
     histories = []
     for sampler in acting:
-        u = np.array([_input(wanted, instant, signals) for wanted in sampler.inputs], dtype=float)
         x = z[sampler.z : sampler.z + sampler.states].copy()
-        dx, y = _law(sampler, instant, u, x)
+        dx, y = _law(sampler, instant, _inputs(sampler, instant, signals), x)
         histories.append(np.concatenate([x + sampler.sample * dx, y]))
     for sampler, history in zip(acting, histories, strict=True):
         z[sampler.z : sampler.z + len(history)] = history
@@ -79,7 +80,7 @@ def _law(sampler: Sampler, t: float, u: np.ndarray, x: np.ndarray) -> tuple[np.n
     dx, y = np.zeros(sampler.states), np.zeros(sampler.outputs)
     reason = "gave numbers that are not finite"
     try:
-        sampler.kernel.dispatcher(np.array(sampler.p, dtype=float), t, u, x, dx, y)
+        sampler.kernel.dispatcher(sampler.numbers[0], t, u, x, dx, y)
     except USER_ERRORS as error:
         y[:], reason = np.nan, f"raised {type(error).__name__}: {str(error).rstrip('.')}"
     if np.isfinite(dx).all() and np.isfinite(y).all():
@@ -93,7 +94,7 @@ def _law(sampler: Sampler, t: float, u: np.ndarray, x: np.ndarray) -> tuple[np.n
 def _settle(sampler: Sampler, t: float, signals: np.ndarray, z: np.ndarray) -> None:
     """Set the states that begin where their rates are 0, by Newton's method with differences."""
     own = list(sampler.settled)
-    u = np.array([_input(wanted, t, signals) for wanted in sampler.inputs], dtype=float)
+    u = _inputs(sampler, t, signals)
     x = z[sampler.z : sampler.z + sampler.states]  # a view
     for _ in range(MOST_ITERATIONS if own else 0):
         rate = _law(sampler, t, u, x)[0][own]
@@ -112,10 +113,13 @@ def _settle(sampler: Sampler, t: float, signals: np.ndarray, z: np.ndarray) -> N
         raise KernelError(f"The {text}. Give start values.")
 
 
-def _input(wanted: int | MotionInput, t: float, signals: np.ndarray) -> float:
-    """Value of an input at an instant."""
-    if isinstance(wanted, MotionInput):
-        motion = wanted.motion
-        s, speed, _ = motion.kernel(np.array(motion.parameters(), dtype=float), t)
-        return float(speed if wanted.rate else s)
-    return float(signals[wanted])
+def _inputs(sampler: Sampler, t: float, signals: np.ndarray) -> np.ndarray:
+    """Inputs of a controller at an instant."""
+    found = np.zeros(len(sampler.inputs))
+    for k, (wanted, own) in enumerate(zip(sampler.inputs, sampler.numbers[1:], strict=True)):
+        if isinstance(wanted, MotionInput):
+            s, speed, _ = wanted.motion.kernel(own, t)
+            found[k] = speed if wanted.rate else s
+        else:
+            found[k] = signals[wanted]
+    return found

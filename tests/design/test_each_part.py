@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import re
 from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
 from pathlib import Path
@@ -54,14 +53,15 @@ QUICK = {
     "CurveOnCurve, contact": None,
     "OneWayClutch": None,
     "Drive of a Prismatic": "motor.motion.speed",
+    "DCMotor": None,
 }
 """A kind of part of each family, with one of its numbers (None: its first)."""
 
-REFUSED = {"FlexibleLink, bent and moving", *(kind for kind in BUILT_IN if re.match("Control|PID|DCMotor", kind))}
-"""Mechanisms that no step of this size solves, or in which a controller acts."""
+REFUSED = {"FlexibleLink, bent and moving"}
+"""Mechanisms that no step of this size solves."""
 
-STRUCTURAL = {"A.radius"}
-"""Numbers that change the structure of the equations."""
+STRUCTURAL = {"A.radius", "servo.sample"}
+"""Numbers that change the structure of the equations, or move instants."""
 
 
 def numbers_of(part, prefix: str) -> Iterator[str]:

@@ -10,7 +10,6 @@ Equations (14.10) and (14.11) of docs/theory/design.md.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -197,7 +196,7 @@ def act_differences(
 
     def after(samplers: tuple[Sampler, ...], e: float, j: int) -> np.ndarray:
         there = z + e * dz[j]
-        act(replace(program, samplers=samplers), instant, y + e * dy[j], there, every=every)
+        act(samplers, instant, y + e * dy[j], there, every=every)
         return there
 
     found = np.array(dz)

@@ -10,7 +10,6 @@ Equations (14.2) and (14.3) of docs/theory/design.md.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -91,13 +90,6 @@ def _pieces(tables: Tables, places: set[int]) -> Iterator[tuple[int, int]]:
             yield kind, number
 
 
-def moved_program(program: Program, by: ParameterRates, j: int, eps: float) -> Program:
-    """The program with its numbers moved by eps along parameter j."""
-    own, p = slice(int(by.first[j]), int(by.first[j + 1])), np.array(program.tables.p)
-    p[by.number[own]] += eps * by.rate[own]
-    return replace(program, tables=program.tables.replaced(p=p))
-
-
 @compiled
 def move_numbers(tables, by, j, eps):
     """Move the numbers of by.varied by eps along parameter j."""
@@ -153,18 +145,24 @@ def _add_element(varied, address, e, t, h, q, v, a, z, factor, j, T, work):
 
 
 @compiled
-def _add_constraint(varied, address, c, t, h, q, v, lam, z, factor, j, T, work):
-    """Add factor times residual, its rate and force of constraint c, and friction in the joint."""
-    C, by = varied.constraints, T.by
-    n, m, begin = C.dof[c + 1] - C.dof[c], C.row[c + 1] - C.row[c], C.dof[c]
-    gather(q, C.dofs, begin, n, work.ql)
-    gather(v, C.dofs, begin, n, work.vl)
+def clear_constraint(C, c, n, work):
+    """Clear what the kernel of constraint c adds to."""
     for i in range(n * n):
         work.Kl[i] = 0.0
     for i in range(C.pos_g[c], C.pos_g[c + 1]):
         work.G[i] = 0.0
     for row in range(C.row[c], C.row[c + 1]):
         work.g[row], work.gv[row], work.gamma[row] = 0.0, 0.0, 0.0
+
+
+@compiled
+def _add_constraint(varied, address, c, t, h, q, v, lam, z, factor, j, T, work):
+    """Add factor times residual, its rate and force of constraint c, and friction in the joint."""
+    C, by = varied.constraints, T.by
+    n, m, begin = C.dof[c + 1] - C.dof[c], C.row[c + 1] - C.row[c], C.dof[c]
+    gather(q, C.dofs, begin, n, work.ql)
+    gather(v, C.dofs, begin, n, work.vl)
+    clear_constraint(C, c, n, work)
     call_constraint(varied, address, c, n, m, t, lam, work)
     for i in range(m):
         row, place = C.row[c] + i, C.pos_g[c] + i * n

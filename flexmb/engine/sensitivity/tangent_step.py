@@ -21,6 +21,7 @@ Equations (9.1) to (9.3) of docs/theory/exponents.md.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numba
@@ -45,11 +46,12 @@ from flexmb.engine.sensitivity.linearise import (
     rate_forces,
     rows_times,
 )
-from flexmb.engine.sensitivity.parameters import moved_program
+from flexmb.engine.sensitivity.parameters import clear_constraint, move_numbers
 from flexmb.engine.sensitivity.reversals import complete_turned, gather_turned, has_turn
 from flexmb.engine.sensitivity.signal_rows import keep_differences, write_rows
 from flexmb.engine.state.record import BUFFER_FULL, GEAR_GUPTA_LEIMKUHLER, POSITION, RUNNING, VELOCITY, Options
 from flexmb.engine.step.contact_events import slow_approach_speed
+from flexmb.engine.system.constraints import call_constraint
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.engine.system.work import Work, workspace
 from flexmb.errors import SolveError
@@ -509,44 +511,60 @@ def project_differences(program: Program, flow: Any, most: float, T: Tangents) -
 def complete_differences(program: Program, flow: Any, T: Tangents, work: Work, *, histories: bool) -> None:
     """Set the accelerations, and `histories`, that follow from T.q, T.v, T.z in the present state, to start a step."""
     n, t, tables = program.n_q, float(flow.clock.t), program.tables
-    T.U[:], T.X[:], T.Y[:] = 0.0, 0.0, 0.0
+    T.U[:], T.X[:], T.Y[:] = T.q, T.v, 0.0
     T.turn[:] = 0.0  # accelerations are those by the slopes of the laws
     now = (flow.q, flow.v, flow.a, flow.lam, flow.z)
     linearise(tables, program.addresses, t, 0.0, *now, 0.0, 1.0, T, work)
-    state = [x[:n] for x in now[:3]]
-    system, whole = StateEvaluation(program), {"lam": flow.lam, "z": flow.z}
-    K = system.at(*state, **whole, t=t, weights=(1.0, 0.0, 0.0)).block()
-    C = system.at(*state, **whole, t=t, weights=(0.0, 1.0, 0.0)).block()
-    b = np.zeros((len(T.q), n + program.n_c))
-    b[:, :n] = T.F[:, :n] - (K @ T.q[:, :n].T).T - (C @ T.v[:, :n].T).T
-    for j in range(len(T.q)):
-        b[j, n:] = -_acceleration_gap_difference(program, state, t, j, T)
-    system.at(*state[:2], **whole, t=t, weights=(0.0, 0.0, 1.0))
-    for j in range(len(T.q)):
-        T.u[j] = system.solve(b[j], f"Tangent of the accelerations of {program.name!r} at t = {t:.6g} s")
-        T.a[j, :n] = T.u[j, :n]
+    system, b = StateEvaluation(program), np.zeros((len(T.q), n + program.n_c))
+    b[:, :n] = T.F[:, :n]
+    for j in range(len(T.q) if program.n_c > 0 else 0):
+        eps = _state_difference(program, flow, j, T)
+        if eps > 0.0:
+            find_acceleration_gap(tables, program.addresses, t, eps, *now[:4], j, T, work)
+            b[j, n:] = -T.gap
+    system.at(flow.q[:n], flow.v[:n], lam=flow.lam, z=flow.z, t=t, weights=(0.0, 0.0, 1.0))
+    T.u[:] = system.solve(b.T, f"Tangent of the accelerations of {program.name!r} at t = {t:.6g} s").T
+    T.a[:, :n] = T.u[:, :n]
     T.x[:] = T.a
     if histories:
         advance_histories(tables, program.addresses, t, 0.0, *now, T, work)
 
 
-def _acceleration_gap_difference(program: Program, state: Any, t: float, j: int, T: Tangents) -> np.ndarray:
-    """Difference j of G a - gamma (n_c,) by differences of q, v and the numbers, at constant a."""
-    (q, v, a), n, by = state, program.n_q, T.by
-    dq, dv = T.q[j, :n], T.v[j, :n]
+def _state_difference(program: Program, flow: Any, j: int, T: Tangents) -> float:
+    """Part of difference j that moves positions, velocities and numbers by a small part; 0: it moves none."""
+    n = program.n_q
     length = np.where(metric_of(program) == 1.0, program.length, 1.0)
-    fast = max(float(np.abs(v / length).max()), 1.0)
-    most = max(float(np.abs(dq / length).max()), float(np.abs(dv / length).max()) / fast)
-    moves = j < len(by.step)
-    if program.n_c == 0 or (most == 0.0 and not moves):
-        return np.zeros(program.n_c)
-    eps = STATE_DIFFERENCE / max(most, 1e-300)
-    eps, sides = min(eps, float(by.step[j])) if moves else eps, []
-    for move in (eps, -eps):
-        system = StateEvaluation(moved_program(program, by, j, move) if moves else program)
-        G = system.at(q + move * dq, v + move * dv, t=t).jacobian
-        sides.append(G @ a - system.gamma)
-    return np.asarray((sides[0] - sides[1]) / (2.0 * eps))
+    fast = max(float(np.abs(flow.v[:n] / length).max()), 1.0)
+    most = max(float(np.abs(T.q[j, :n] / length).max()), float(np.abs(T.v[j, :n] / length).max()) / fast)
+    least = float(T.by.step[j]) if j < len(T.by.step) else math.inf
+    eps = min(STATE_DIFFERENCE / most if most > 0.0 else math.inf, least)
+    return eps if eps < math.inf else 0.0
+
+
+@compiled
+def find_acceleration_gap(tables, address, t, eps, q, v, a, lam, j, T, work):
+    """Set T.gap to difference j of G a - gamma by differences of q, v and the numbers, at constant a."""
+    C, moves, varied = tables.constraints, j < T.by.step.shape[0], T.by.varied
+    for side in range(2):
+        e = eps if side == 0 else -eps
+        if moves:
+            move_numbers(tables, T.by, j, e)
+        for c in range(C.kernel.shape[0]):
+            n, m = C.dof[c + 1] - C.dof[c], C.row[c + 1] - C.row[c]
+            for i in range(n):
+                dof = C.dofs[C.dof[c] + i]
+                work.ql[i], work.vl[i] = q[dof] + e * T.q[j, dof], v[dof] + e * T.v[j, dof]
+            clear_constraint(C, c, n, work)
+            if moves:
+                call_constraint(varied, address, c, n, m, t, lam, work)
+            else:
+                call_constraint(tables, address, c, n, m, t, lam, work)
+            for i in range(m):
+                row = C.row[c] + i
+                found = rows_times(C, c, work.G, a, i) - work.gamma[row]
+                T.gap[row] = found if side == 0 else (T.gap[row] - found) / (2.0 * eps)
+    if moves:
+        move_numbers(tables, T.by, j, 0.0)
 
 
 def synchronise(program: Program, flow: Any, T: Tangents, work: Work) -> None:

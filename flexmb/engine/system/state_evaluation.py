@@ -144,7 +144,7 @@ class StateEvaluation:
         return A[:n, :n].tocsc(), A[n:, :n]
 
     def solve(self, b: np.ndarray, purpose: str, accuracy: float = 0.0) -> np.ndarray:
-        """Solve with the present matrix, with pivoting, for a right-hand side (n,).
+        """Solve with the present matrix, with pivoting, for a right-hand side (n,), or several, (n, k).
 
         `accuracy` is the error of the solution that suffices, relative to its largest entry; 0: round-off.
         """
@@ -152,7 +152,8 @@ class StateEvaluation:
             if self.small:
                 return solve_dense(self.dense, b)
             solver = self._solver.factor(self.work.lu)
-            return solver.solve(b, accuracy) if isinstance(solver, KeptFactors) else solver.solve(b)
+            more = (accuracy,) if isinstance(solver, KeptFactors) else ()
+            return np.apply_along_axis(solver.solve, 0, b, *more)
         except SolveError as error:
             self.refuse_failed_kernel(error)
             raise SolveError(f"{purpose}: {error}") from error
