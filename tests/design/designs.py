@@ -10,6 +10,9 @@ from flexmb.contact import ExactRestitution
 from flexmb.mechanisms import slider_crank
 from flexmb.parts.joints.stop import Stop
 
+CENTRAL = (-2.0, 1.0 / 12.0), (-1.0, -8.0 / 12.0), (1.0, 8.0 / 12.0), (2.0, -1.0 / 12.0)
+"""Places and weights of differences of fourth order."""
+
 
 class Case(NamedTuple):
     """A model, its parameters, the signals that are compared, the end of the run [s], its step."""

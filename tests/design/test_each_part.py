@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from designs import CENTRAL
 
 import flexmb as fm
 from flexmb.design.derivatives import Span, derivatives
@@ -28,7 +29,6 @@ def _each_part():
 
 BUILT_IN = _each_part()
 STEP, STEPS = 1e-4, 20
-CENTRAL = (-2.0, 1.0 / 12.0), (-1.0, -8.0 / 12.0), (1.0, 8.0 / 12.0), (2.0, -1.0 / 12.0)
 
 PARTS = 1e-3, 1e-5
 """Differences relative to the parameter: the second where vibrations turn by radians with the first."""

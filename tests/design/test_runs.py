@@ -2,14 +2,12 @@
 
 import numpy as np
 import pytest
-from designs import SMOOTH, WITH_IMPACTS, Case, ball
+from designs import CENTRAL, SMOOTH, WITH_IMPACTS, Case, ball
 
 import flexmb as fm
 from flexmb.design.parameters import ParameterModel
 from flexmb.errors import SolveError
 from flexmb.parts.joints.stop import Stop
-
-CENTRAL = (-2.0, 1.0 / 12.0), (-1.0, -8.0 / 12.0), (1.0, 8.0 / 12.0), (2.0, -1.0 / 12.0)
 
 
 def differences(case: Case, name: str, times: np.ndarray, part: float) -> np.ndarray:

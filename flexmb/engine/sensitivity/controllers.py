@@ -15,8 +15,15 @@ import numpy as np
 
 from flexmb.engine.compiled.arrays import part_of
 from flexmb.engine.compiled.records import Integers, Matrix, Record, Vector
-from flexmb.engine.system.controls import differentiate_law, evaluate_controls, read_inputs, threes
-from flexmb.kernels import compiled
+from flexmb.engine.system.controls import (
+    LEAST_SIZE,
+    RELATIVE_DIFFERENCE,
+    differentiate_law,
+    evaluate_controls,
+    read_inputs,
+    threes,
+)
+from flexmb.kernels import compiled, copy
 from flexmb.program.program import BEGIN, END, FIRST_OUTPUT, NO_FACTOR, Program, Sampler
 from flexmb.run.sampling import act
 
@@ -81,16 +88,24 @@ def find_control_slopes(tables, address, t, q, v, a, z, ka, T, work):
 
 
 @compiled
-def add_control_forces(tables, T):
-    """Add the effect of U by the slopes, of Y on the states, and of held outputs, to T.F."""
+def add_control_forces(tables, address, t, q, v, a, z, T, work):
+    """Add the effect of U by the slopes, of Y on the states, and of what sampled controllers hold, to T.F."""
     C = tables.controls
     for j in range(T.F.shape[0]):
         subtract_control_rates(tables, T.control.by_q, 1.0, T.U[j], T.F[j], T)
         subtract_state_rates(tables, 1.0, T.Y[j], T.F[j])
+        far = 0.0
         for c in range(C.kernel.shape[0]):
-            first = C.z[c, END] - (C.output[c + 1] - C.output[c])
-            for output in range(C.output[c], C.output[c + 1] if C.z[c, END] > C.z[c, BEGIN] else C.output[c]):
-                subtract_load(tables, output, T.z[j, first + output - C.output[c]], T.F[j], T)
+            for i in range(C.z[c, BEGIN], C.z[c, END]):
+                far = max(far, abs(T.z[j, i]) / max(abs(z[i]), LEAST_SIZE))
+        for side in range(2 if far > 0.0 else 0):
+            e = RELATIVE_DIFFERENCE / far if side == 0 else -RELATIVE_DIFFERENCE / far
+            for c in range(C.kernel.shape[0]):
+                for i in range(C.z[c, BEGIN], C.z[c, END]):
+                    T.zs[i] = z[i] + e * T.z[j, i]
+            add_control_change(tables, tables, address, t, q, v, a, T.zs, 0.5 / e, j, T, work)
+    copy(z, T.zs)
+    evaluate_controls(tables, address, t, q, v, a, z, 0.0, 0.0, 0.0, False, work)
 
 
 @compiled
@@ -148,19 +163,16 @@ def add_control_matrix(tables, kv, T, work):
 
 
 @compiled
-def add_control_parameter(tables, varied, address, t, q, v, a, z, factor, j, T, work):
-    """Add factor times outputs and rates of states with the numbers of `varied` to T.F; leave outputs as they were."""
+def add_control_change(tables, varied, address, t, q, v, a, z, factor, j, T, work):
+    """Add factor times outputs and rates of states with the numbers of `varied` and histories z to T.F."""
     C = tables.controls
     evaluate_controls(varied, address, t, q, v, a, z, 0.0, 0.0, 0.0, False, work)
     for c in range(C.kernel.shape[0]):
-        if C.z[c, END] > C.z[c, BEGIN]:
-            continue
-        for i in range(C.states[c]):
+        for i in range(C.states[c] if C.dof[c + 1] > C.dof[c] else 0):
             dof = C.dofs[C.dof[c] + i]
             T.F[j, dof] -= factor * work.r[dof]
         for output in range(C.output[c], C.output[c + 1]):
             subtract_load(tables, output, factor * work.output[output], T.F[j], T)
-    evaluate_controls(tables, address, t, q, v, a, z, 0.0, 0.0, 0.0, False, work)
 
 
 # Sampled controllers at an instant

@@ -217,8 +217,9 @@ def linearise(tables, address, t, h, q, v, a, lam, z, kv, ka, T, work):
     if tables.controls.kernel.shape[0] > 0:
         find_control_slopes(tables, address, t, q, v, a, z, ka, T, work)
     _add_elements(tables, address, t, h, q, v, a, z, kv, ka, T, work)
-    add_control_forces(tables, T)
-    add_control_matrix(tables, kv, T, work)
+    if tables.controls.kernel.shape[0] > 0:
+        add_control_forces(tables, address, t, q, v, a, z, T, work)
+        add_control_matrix(tables, kv, T, work)
     if T.by.step.shape[0] > 0:
         add_parameters(tables, address, t, h, q, v, a, lam, z, T, work)
     for c in range(tables.contacts.kernel.shape[0]):

@@ -15,10 +15,11 @@ from typing import Any
 import numpy as np
 
 from flexmb.engine.compiled.records import Integers, IntegerTable, Matrix, Record, Vector
-from flexmb.engine.sensitivity.controllers import add_control_parameter
+from flexmb.engine.sensitivity.controllers import add_control_change
 from flexmb.engine.sensitivity.histories import OF_GAP, OF_RATE, OF_SLIP, element_force
 from flexmb.engine.system.constraints import add_joint_friction, call_constraint
 from flexmb.engine.system.contacts import call_friction, call_gap, call_normal, jacobians
+from flexmb.engine.system.controls import evaluate_controls
 from flexmb.engine.system.elements import gather_state, load_factor
 from flexmb.engine.system.work import gather
 from flexmb.kernels import compiled
@@ -121,7 +122,8 @@ def add_parameters(tables, address, t, h, q, v, a, lam, z, T, work):
                 elif kind == CONSTRAINT:
                     _add_constraint(by.varied, address, number, t, h, q, v, lam, z, 0.5 / eps, j, T, work)
                 elif kind == CONTROLLERS:
-                    add_control_parameter(tables, by.varied, address, t, q, v, a, z, 0.5 / eps, j, T, work)
+                    add_control_change(tables, by.varied, address, t, q, v, a, z, 0.5 / eps, j, T, work)
+                    evaluate_controls(tables, address, t, q, v, a, z, 0.0, 0.0, 0.0, False, work)
                 else:
                     _add_contact(by.varied, address, number, h, q, v, z, 0.5 / eps, j, T, work)
         move_numbers(tables, by, j, 0.0)
