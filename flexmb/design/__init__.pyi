@@ -11,6 +11,8 @@ from flexmb.design.measures import peak as peak
 from flexmb.design.measures import rms as rms
 from flexmb.design.optimum import Optimum as Optimum
 from flexmb.design.optimum import optimise as optimise
+from flexmb.design.rest import StaticSensitivity as StaticSensitivity
+from flexmb.design.rest import static_sensitivity as static_sensitivity
 from flexmb.design.tolerances import Normal as Normal
 from flexmb.design.tolerances import Spread as Spread
 from flexmb.design.tolerances import Uniform as Uniform

@@ -90,7 +90,7 @@ def started(label: str, held: ParameterModel, span: Span, signals: Sequence[str]
     period = common_period(program) if span.periods is not None else period_or_none(program)
     wanted = checks.positive(label, "periods", span.periods) * (period or 0.0) if span.t_end is None else span.t_end
     end = check_end(label, wanted)
-    places = _places(label, program, signals)
+    places = places_of(label, program, signals)
     due = _instants(label, save_grid(label, span.save, period, 0.0, end), end)
     here = neighbour(mechanism)
     run = ParameterRun(program, method, step, end, period, mechanism=mechanism, kept=np.unique(places))
@@ -138,7 +138,7 @@ def _rows(run: ParameterRun, first: np.ndarray, slopes: np.ndarray) -> list[Rows
     return [Rows(time, y[:, k], slope[:, :, k], shift, slopes[-1, :, k]) for k in range(y.shape[1])]
 
 
-def _places(label: str, program: Program, names: Sequence[str]) -> np.ndarray:
+def places_of(label: str, program: Program, names: Sequence[str]) -> np.ndarray:
     """Places of signals among all signals; works and losses, and numbers of states or places, are refused."""
     modes, found = set(np.asarray(program.tables.measured.modes).tolist()), []
     signals, aliases = program.names.signals, program.names.aliases
@@ -202,18 +202,22 @@ class Sensitivity(display.Inside):
 
     def table(self) -> list[tuple[str, ...]]:
         """Rows of texts: measure, parameter, derivative, its unit, relative derivative."""
-        own = self.measures
-        rows: list[tuple[str, ...]] = []
-        for i, name in enumerate(own.measure.values.tolist()):
-            for k, parameter in enumerate(own.parameter.values.tolist()):
-                unit = per(str(own.unit.values[i]), str(own.unit_of_parameter.values[k]))
-                derivative, relative = (float(own[one].values[i, k]) for one in ("derivative", "relative"))
-                rows.append((name, parameter, f"{derivative:.6g}", unit, f"{relative:.4g}"))
-        return rows
+        return rows_of(self.measures)
 
     def __repr__(self) -> str:
         head = f"Sensitivity: {self.status} A small difference grew by {self.growth:.3g}."
         return f"{head}\n{columns(('measure', 'parameter', 'derivative', 'unit', 'relative'), self.table())}"
+
+
+def rows_of(measures: xr.Dataset) -> list[tuple[str, ...]]:
+    """Rows of texts: measure, parameter, derivative, its unit, relative derivative."""
+    rows: list[tuple[str, ...]] = []
+    for i, name in enumerate(measures.measure.values.tolist()):
+        for k, parameter in enumerate(measures.parameter.values.tolist()):
+            unit = per(str(measures.unit.values[i]), str(measures.unit_of_parameter.values[k]))
+            derivative, relative = (float(measures[one].values[i, k]) for one in ("derivative", "relative"))
+            rows.append((name, parameter, f"{derivative:.6g}", unit, f"{relative:.4g}"))
+    return rows
 
 
 def columns(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
@@ -295,11 +299,6 @@ def measure_of(label: str, one: Any) -> Measure | str:
 def _tables(held: ParameterModel, wanted: Sequence[Measure | str], found: Derivatives) -> Sensitivity:
     import xarray as xr  # noqa: PLC0415 - takes long to import
 
-    told = {
-        "parameter": list(held.names),
-        "value": ("parameter", list(held.values)),
-        "unit_of_parameter": ("parameter", [one.unit for one in held.parameters]),
-    }
     time = ("time", found.times, {"units": "s"})
     slopes, signals, measures = {}, {}, []
     for k, one in enumerate(wanted):
@@ -309,14 +308,29 @@ def _tables(held: ParameterModel, wanted: Sequence[Measure | str], found: Deriva
             attributes = {"units": f"{unit or '1'} per unit of the parameter"}
             slopes[one] = (("parameter", "time"), found.slopes[:, :, k].T, attributes)
             signals[one] = ("time", found.values[:, k], {"units": unit, "long_name": long_name(one)})
-    labels, units, amounts, changes = zip(*measures, strict=True)
+    whole = xr.Dataset(slopes, {"time": time, **_told(held)}), xr.Dataset(signals, {"time": time})
+    return Sensitivity(*whole, measures_of(held, measures), found.growth, found.status)
+
+
+def _told(held: ParameterModel) -> dict[str, Any]:
+    """Names, values and units of the parameters, as coordinates."""
+    return {
+        "parameter": list(held.names),
+        "value": ("parameter", list(held.values)),
+        "unit_of_parameter": ("parameter", [one.unit for one in held.parameters]),
+    }
+
+
+def measures_of(held: ParameterModel, rows: Sequence[tuple[str, str, float, np.ndarray]]) -> xr.Dataset:
+    """Amounts, derivatives and relative derivatives of rows of name, unit, amount and derivatives (p,)."""
+    import xarray as xr  # noqa: PLC0415 - takes long to import
+
+    labels, units, amounts, changes = zip(*rows, strict=True)
     derivative, amount = np.array(changes).reshape(len(amounts), -1), np.array(amounts)
     with np.errstate(all="ignore"):
         relative = derivative * np.array(held.values) / amount[:, None]
     both = ("measure", "parameter")
-    own = xr.Dataset(
+    return xr.Dataset(
         {"amount": ("measure", amount), "derivative": (both, derivative), "relative": (both, relative)},
-        {"measure": list(labels), "unit": ("measure", list(units)), **told},
+        {"measure": list(labels), "unit": ("measure", list(units)), **_told(held)},
     )
-    whole = xr.Dataset(slopes, {"time": time, **told}), xr.Dataset(signals, {"time": time})
-    return Sensitivity(*whole, own, found.growth, found.status)

@@ -88,7 +88,7 @@ class ParameterRun(CarryingRun):
         self.sizes = np.maximum(self.sizes, np.abs(self.record.signals))
         if any(first or sampler.acts_at(instant) for sampler in self.program.samplers):
             y, dy = self.record.signals, np.zeros((len(T.q), len(self.record.signals)))
-            self._find_slopes(T)
+            self.find_slopes(T)
             dy[:, T.rows.places] = T.rows.now
             now = (instant, y, np.array(self.flow.z), dy, np.array(T.z), self.sizes, self.found.samplers)
             T.z[:] = act_differences(self.program, *now, every=first)
@@ -100,20 +100,21 @@ class ParameterRun(CarryingRun):
             if rows.every:
                 self._add_row(T, instant)
 
-    def _find_slopes(self, T: Tangents) -> None:
+    def find_slopes(self, T: Tangents) -> None:
+        """Set T.rows.now to the derivatives of the signals in the present state."""
         program = self.program
         given = self.options(NEVER, NEVER), self.flow, self.trial, self.record
         find_slopes_now(program.tables, program.addresses, *given, T)
 
     def _write_slopes(self, T: Tangents, row: int) -> None:
         """Write the derivatives at the present instant into a row of the saved instants."""
-        self._find_slopes(T)
+        self.find_slopes(T)
         T.rows.slopes[row] = T.rows.now.ravel()
 
     def _add_row(self, T: Tangents, instant: float) -> None:
         """Add a row of steps with the state just after a jump."""
         self._fetch_rows()
-        self._find_slopes(T)
+        self.find_slopes(T)
         y = self.record.signals[T.rows.places][None]
         self.blocks.append((np.array([instant]), y, T.rows.now.reshape(1, -1).copy(), np.zeros((1, len(T.q)))))
 
