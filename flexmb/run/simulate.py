@@ -224,7 +224,7 @@ def prepared(
     label: str, mechanism: Mechanism, method: Method | None, step: Any, redundant: str
 ) -> tuple[Method, FixedStep | Adaptive, Program, Program]:
     """Method and step of the arguments of a run, checked, and the program of the mechanism, with that of its start."""
-    method = method or Newmark.generalised_alpha()
+    method = Newmark.generalised_alpha() if method is None else method
     if not isinstance(method, Method):
         known = "Newmark(...), RadauIIA(), RungeKutta4() or a method of your own (flexmb/engine/step/method.py)"
         raise InputError(f"{label}: method is {method!r}; it must be {known}.")

@@ -37,7 +37,12 @@ def call(tmp_path):
 
     def run(*words):
         found = subprocess.run(
-            [sys.executable, "-c", CALL, *words], cwd=tmp_path, env=environment, capture_output=True, text=True
+            [sys.executable, "-c", CALL, *words],
+            check=False,
+            cwd=tmp_path,
+            env=environment,
+            capture_output=True,
+            text=True,
         )
         return found.stdout.strip(), found.stderr
 
