@@ -144,6 +144,8 @@ def simulate(
     command = plain_values(begin=begin, end=end, save=shown_save(save), step=chosen, method=method, redundant=redundant)
     command |= {"signals": repr(model.get(SAVED_KEY)), "restart": digest(restart), "stop": repr(stop)}
     command |= of_start(label, start, restart, redundant)
+    if restart is None:
+        command["start velocities"] = digest({"v": program.reference.v})
     kept_file = None if checkpoint is None else Checkpoints(checkpoint, checkpoint_every, command, model)
     if kept_file is not None and resume and kept_file.path.is_file():
         kept_file.resume(run, label, redundant=redundant == LEAST_NORM)

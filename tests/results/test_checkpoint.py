@@ -189,6 +189,23 @@ def test_a_checkpoint_of_another_run_is_refused(tmp_path, monkeypatch, small_blo
         fm.simulate(worn(), **LONG, checkpoint=path, resume=True)
 
 
+def test_a_checkpoint_of_other_start_velocities_is_refused(tmp_path, monkeypatch, small_blocks):
+    """The fingerprint of a mechanism leaves them out, since a restart replaces them: rows of two runs were mixed."""
+
+    def thrown(speed):
+        body = fm.RigidBody("ball", at=(0.0, 0.0), mass=1.0, inertia=1.0, velocity=(speed, 0.0, 0.0))
+        return fm.Mechanism("thrown", [body], gravity=(0.0, -9.81))
+
+    path, options = tmp_path / "run.nc", {"t_end": 1.0, "step": 1e-4, "save": 100}
+    after_blocks(monkeypatch, 3, Killed)
+    with pytest.raises(Killed):
+        fm.simulate(thrown(1.0), **options, checkpoint=path)
+    monkeypatch.undo()
+    with pytest.raises(InputError, match="belongs to a run with start velocities = "):
+        fm.simulate(thrown(2.0), **options, checkpoint=path, resume=True)
+    same(fm.simulate(thrown(1.0), **options, checkpoint=path, resume=True), fm.simulate(thrown(1.0), **options))
+
+
 def _interrupted(path, monkeypatch):
     """Write a checkpoint of a run that is ended from the keyboard."""
     after_blocks(monkeypatch, 5, KeyboardInterrupt)
