@@ -329,7 +329,7 @@ def of_start(label: str, start: Any, restart: Any, redundant: str) -> dict[str, 
         return {}
     if restart is not None or redundant != "refuse":
         raise InputError(f"{label}: start goes with neither restart nor redundant joints. Leave one of them out.")
-    return {"start": repr(start)}
+    return {"start": f"{start!r} {digest({'q': getattr(start, 'q', ())})}"}
 
 
 def start_at_rest(

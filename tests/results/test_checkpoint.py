@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -204,6 +205,22 @@ def test_a_checkpoint_of_other_start_velocities_is_refused(tmp_path, monkeypatch
     with pytest.raises(InputError, match="belongs to a run with start velocities = "):
         fm.simulate(thrown(2.0), **options, checkpoint=path, resume=True)
     same(fm.simulate(thrown(1.0), **options, checkpoint=path, resume=True), fm.simulate(thrown(1.0), **options))
+
+
+def test_a_checkpoint_of_another_equilibrium_is_refused(tmp_path, monkeypatch, small_blocks):
+    """Texts of equilibria show numbers of coordinates and reactions alone, which may be equal."""
+    body = fm.RigidBody("arm", at=(0.5, 0.0), mass=1.0, inertia=1.0)
+    arm = fm.Mechanism("arm", [body, fm.Revolute("J", fm.GROUND, body, at=(0.0, 0.0))], gravity=(0.0, -9.81))
+    down = fm.static_equilibrium(arm)
+    turned = replace(down, q=down.q + np.array([0.0, 0.0, 2.0 * np.pi]))
+    path, options = tmp_path / "run.nc", {"t_end": 1.0, "step": 1e-4, "save": 100}
+    after_blocks(monkeypatch, 3, Killed)
+    with pytest.raises(Killed):
+        fm.simulate(arm, **options, start=down, checkpoint=path)
+    monkeypatch.undo()
+    assert repr(turned) == repr(down)
+    with pytest.raises(InputError, match="belongs to a run with start = "):
+        fm.simulate(arm, **options, start=turned, checkpoint=path, resume=True)
 
 
 def _interrupted(path, monkeypatch):
