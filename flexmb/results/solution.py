@@ -601,7 +601,7 @@ class Solution:
 
 
 def require_solution(label: str, sol: object) -> None:
-    """Refuse what is no solution; `label`: name of the caller."""
+    """Refuse anything but a solution; `label`: name of the caller."""
     if not isinstance(sol, Solution):
         raise InputError(f"{label}: sol is {type(sol).__name__}; it must be a solution, as simulate(...) returns it.")
 

@@ -40,7 +40,7 @@ INSTALLED = {"site-packages", "dist-packages"}
 
 
 class SourcesChangedError(RuntimeError):
-    """Sources that are no longer those of this process."""
+    """Sources of another state than at their import."""
 
 
 def stamp(module: str) -> str:
