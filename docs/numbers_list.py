@@ -522,7 +522,7 @@ def _left_out() -> dict[str, str]:
         engine.linalg.rank.DENSE_ROWS engine.linalg.rank.IN_COMBINATION statics.eigen.LONGEST_SEARCH
         statics.equilibrium.INDEPENDENCE
         statics.equilibrium.ROUND_OFF engine.linalg.large.DENSE_COLUMNS engine.linalg.large.FIRST_VECTORS engine.linalg.large.VANISHING engine.linalg.large.REGULARISATION
-        engine.linalg.large.LEAST_PIVOT engine.linalg.large.ITERATIONS run.stopping.SAME run.stopping.LEAST run.stopping.MOST_TRIALS
+        engine.linalg.large.LEAST_PIVOT engine.linalg.large.ITERATIONS run.stopping.SAME run.stopping.LEAST run.stopping.FINEST run.stopping.MOST_TRIALS
         run.sampling.TIMES_TARGET parts.controllers.pid.JUST_BEFORE parts.controllers.pid.LATEST_BREAK parts.controllers.pid.TARGETS
         run.saving.SAME_TIME run.run.LEAST_SEEN run.run.LEAST_CLEAR
     round-off of a time, from which a saved instant is the end of its step: engine.step.saved_instants.END_OF_STEP run.saving.SAME_INSTANT

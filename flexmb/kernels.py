@@ -182,7 +182,10 @@ class Kernel:
     """
 
     def __init__(self, function: Callable[..., Any], contract: Contract) -> None:
-        taken = len(inspect.signature(function).parameters)
+        try:
+            taken = len(inspect.signature(function).parameters)
+        except (TypeError, ValueError):
+            raise KernelError(f"The {contract.name} kernel is {function!r}; it must be a function.") from None
         if taken != len(contract.parameters):
             expected = ", ".join(contract.parameters)
             raise KernelError(

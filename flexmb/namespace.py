@@ -1,9 +1,11 @@
 """Public names of a package or a module, imported when they are first used.
 
 The stub (.pyi) beside a package is the one list of its public names: type checkers and editors read it, and so
-does `lazy_names` here. `import flexmb` stays fast, since nothing is imported before it is needed.
+does `lazy_names` here. `import flexmb` stays fast, since nothing is imported before it is needed: an upgrade may change
+files meanwhile, so their state is kept, too.
 """
 
+import os
 import re
 import sys
 from collections.abc import Callable
@@ -56,3 +58,26 @@ def _near(name: str, module: str, names: list[str]) -> str:
     near = get_close_matches(name, names, cutoff=CLOSE) or get_close_matches(name, spaces, cutoff=CLOSE)
     places = [f"{module if one in names else spaces[one]}.{one}" for one in near]
     return f" Did you mean {', '.join(places)}?" if places else f" Names: {', '.join(names)}."
+
+
+def states() -> dict[str, tuple[int, ...]]:
+    """State of each source file of the package."""
+    walk = os.walk(os.path.dirname(__file__))  # noqa: PTH120 - half the time
+    files = (os.path.join(home, name) for home, _, names in walk for name in names if name.endswith(".py"))  # noqa: PTH118
+    return {file: state(file) for file in files}
+
+
+def state(file: str) -> tuple[int, ...]:
+    """Time of change, size and number of a file; nothing where it is not there."""
+    try:
+        found = os.stat(file)  # noqa: PTH116 - half the time
+    except OSError:
+        return ()
+    return found.st_mtime_ns, found.st_size, found.st_ino
+
+
+IMPORTED = states()
+"""State of each source file when the package was imported."""
+
+CHANGED = "files of flexmb have changed since it was imported; start Python anew"
+"""Why compiled code is neither read nor kept."""

@@ -89,6 +89,7 @@ def nine_bar(
         raise InputError(f"nine_bar: data is {data!r}; it must be a NineBarData, e.g. NineBarData(mass7=4.0).")
     check_flag("nine_bar", "flexible", flexible)
     checks.count("nine_bar", "elements", elements)
+    speed = checks.number("nine_bar", "speed", speed, "rad/s")
     pose = NineBarPose.at(data, *angles("nine_bar", "start", start))
     as_beams = flexible or mesh is not None
     body = _flexible_bodies(data, pose, elements, mesh) if as_beams else _rigid_bodies(data, pose)

@@ -170,9 +170,7 @@ class Mechanism(metaclass=arguments.CheckedType):
 
     def __post_init__(self) -> None:
         checks.identifier("Mechanism", self.name)
-        if not isinstance(self.parts, Iterable):
-            raise InputError(f"{self.label}: parts is {self.parts!r}; it must be a list of parts.")
-        object.__setattr__(self, "parts", tuple(self.parts))
+        object.__setattr__(self, "parts", checks.sequence(self.label, "parts", self.parts, "parts"))
         object.__setattr__(self, "gravity", checks.point(self.label, "gravity", self.gravity, "m/s^2"))
         self._raise([*self._wrong_names(), *self._missing_parts()])
         self._raise([*self._invalid_parts()])
@@ -288,11 +286,9 @@ class Mechanism(metaclass=arguments.CheckedType):
     def find(self, name: Part | str) -> Part:
         """The part of that name, or `ModelError` with the nearest name; a part stands for its name."""
         name = name_of(name)
-        part = self._by_name.get(name)
+        part = {GROUND.name: GROUND, **self._by_name}.get(name) if isinstance(name, str) else None
         if part is not None:
             return part
-        if name == GROUND.name:
-            return GROUND
         raise UnknownPartError(f"{self.label} has no part {name!r}. {checks.did_you_mean(name, self.names)}")
 
     def body(self, name: str, owner: str = "") -> Body:

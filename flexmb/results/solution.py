@@ -600,8 +600,15 @@ class Solution:
         return place
 
 
+def require_solution(label: str, sol: object) -> None:
+    """Refuse anything but a solution; `label`: name of the caller."""
+    if not isinstance(sol, Solution):
+        raise InputError(f"{label}: sol is {type(sol).__name__}; it must be a solution, as simulate(...) returns it.")
+
+
 def require_rows(label: str, sol: Solution, *, drawn: bool = True) -> None:
     """Refuse a solution without saved instants, or, to be drawn, without shapes; `label`: name of the caller."""
+    require_solution(label, sol)
     if not len(sol.time):
         raise InputError(f"{label}: the solution has no saved instants. Save some, e.g. by simulate(..., save=...).")
     if drawn and not sol.shapes:

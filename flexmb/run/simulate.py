@@ -144,6 +144,8 @@ def simulate(
     command = plain_values(begin=begin, end=end, save=shown_save(save), step=chosen, method=method, redundant=redundant)
     command |= {"signals": repr(model.get(SAVED_KEY)), "restart": digest(restart), "stop": repr(stop)}
     command |= of_start(label, start, restart, redundant)
+    if restart is None:
+        command["start velocities"] = digest({"v": program.reference.v})
     kept_file = None if checkpoint is None else Checkpoints(checkpoint, checkpoint_every, command, model)
     if kept_file is not None and resume and kept_file.path.is_file():
         kept_file.resume(run, label, redundant=redundant == LEAST_NORM)
@@ -224,7 +226,7 @@ def prepared(
     label: str, mechanism: Mechanism, method: Method | None, step: Any, redundant: str
 ) -> tuple[Method, FixedStep | Adaptive, Program, Program]:
     """Method and step of the arguments of a run, checked, and the program of the mechanism, with that of its start."""
-    method = method or Newmark.generalised_alpha()
+    method = Newmark.generalised_alpha() if method is None else method
     if not isinstance(method, Method):
         known = "Newmark(...), RadauIIA(), RungeKutta4() or a method of your own (flexmb/engine/step/method.py)"
         raise InputError(f"{label}: method is {method!r}; it must be {known}.")
@@ -327,7 +329,7 @@ def of_start(label: str, start: Any, restart: Any, redundant: str) -> dict[str, 
         return {}
     if restart is not None or redundant != "refuse":
         raise InputError(f"{label}: start goes with neither restart nor redundant joints. Leave one of them out.")
-    return {"start": repr(start)}
+    return {"start": f"{start!r} {digest({'q': getattr(start, 'q', ())})}"}
 
 
 def start_at_rest(

@@ -116,7 +116,7 @@ def steps(
     >>> state.t < 0.01
     True
     """
-    label = f"steps of {mechanism.name!r}"
+    label = f"steps of {getattr(mechanism, 'name', mechanism)!r}"
     method, chosen, program, closed = prepared(label, mechanism, method, step, redundant)
     period = period_or_none(program) if any(p is not None for p in program.periods) else None
     end = np.inf if t_end is None else check_end(label, t_end)

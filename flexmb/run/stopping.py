@@ -24,6 +24,9 @@ PENETRATION = "penetration"
 MOST_TRIALS = 100
 """Number of trials of a search for the instant at most; bisection alone needs 53."""
 
+FINEST = 1e-32
+"""Part of a step below which no crossing near the instant 0 is resolved: matrices of shorter steps overflow."""
+
 SAME = 1e-9
 """Distance beyond its level, relative to it, at which a signal may begin: a run goes on from its stop."""
 
@@ -278,9 +281,9 @@ def crossing_time(excess: Callable[[float], float], low: float, high: float, bel
 
     It is not positive at `low`, where its value is `below`, and positive at `high` [s]; nan is taken as positive.
     """
-    above, side = excess(high), 0
+    least, above, side = FINEST * (high - low), excess(high), 0
     for _ in range(MOST_TRIALS):
-        if high - low <= 4.0 * np.spacing(high):
+        if high - low <= max(4.0 * np.spacing(high), least):
             break
         t = low + (high - low) * (below / (below - above) if np.isfinite(above) and below < 0.0 else 0.5)
         margin = 2.0 * np.spacing(high)

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -187,6 +188,39 @@ def test_a_checkpoint_of_another_run_is_refused(tmp_path, monkeypatch, small_blo
     fm.simulate(worn(), t_end=1e-3).to_netcdf(path)
     with pytest.raises(FileFormatError, match="is no checkpoint; it is a finished result"):
         fm.simulate(worn(), **LONG, checkpoint=path, resume=True)
+
+
+def test_a_checkpoint_of_other_start_velocities_is_refused(tmp_path, monkeypatch, small_blocks):
+    """The fingerprint of a mechanism leaves them out, since a restart replaces them: rows of two runs were mixed."""
+
+    def thrown(speed):
+        body = fm.RigidBody("ball", at=(0.0, 0.0), mass=1.0, inertia=1.0, velocity=(speed, 0.0, 0.0))
+        return fm.Mechanism("thrown", [body], gravity=(0.0, -9.81))
+
+    path, options = tmp_path / "run.nc", {"t_end": 1.0, "step": 1e-4, "save": 100}
+    after_blocks(monkeypatch, 3, Killed)
+    with pytest.raises(Killed):
+        fm.simulate(thrown(1.0), **options, checkpoint=path)
+    monkeypatch.undo()
+    with pytest.raises(InputError, match="belongs to a run with start velocities = "):
+        fm.simulate(thrown(2.0), **options, checkpoint=path, resume=True)
+    same(fm.simulate(thrown(1.0), **options, checkpoint=path, resume=True), fm.simulate(thrown(1.0), **options))
+
+
+def test_a_checkpoint_of_another_equilibrium_is_refused(tmp_path, monkeypatch, small_blocks):
+    """Texts of equilibria show numbers of coordinates and reactions alone, which may be equal."""
+    body = fm.RigidBody("arm", at=(0.5, 0.0), mass=1.0, inertia=1.0)
+    arm = fm.Mechanism("arm", [body, fm.Revolute("J", fm.GROUND, body, at=(0.0, 0.0))], gravity=(0.0, -9.81))
+    down = fm.static_equilibrium(arm)
+    turned = replace(down, q=down.q + np.array([0.0, 0.0, 2.0 * np.pi]))
+    path, options = tmp_path / "run.nc", {"t_end": 1.0, "step": 1e-4, "save": 100}
+    after_blocks(monkeypatch, 3, Killed)
+    with pytest.raises(Killed):
+        fm.simulate(arm, **options, start=down, checkpoint=path)
+    monkeypatch.undo()
+    assert repr(turned) == repr(down)
+    with pytest.raises(InputError, match="belongs to a run with start = "):
+        fm.simulate(arm, **options, start=turned, checkpoint=path, resume=True)
 
 
 def _interrupted(path, monkeypatch):

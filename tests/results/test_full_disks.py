@@ -1,6 +1,7 @@
 """Files on full disks and at paths that cannot be written: the old file or the new one, and one error with a name."""
 
 import errno
+import gc
 import io
 import os
 import random
@@ -31,6 +32,9 @@ WRITERS = {
     "a.nc": lambda sol, path: sol.to_netcdf(path),
     "a.png": lambda sol, path: fm.render(sol, path=path),
     "b.png": lambda sol, path: fm.plot(sol, ["slider.x"]).savefig(path),
+    "a.pdf": lambda sol, path: fm.render(sol, path=path),
+    "b.pdf": lambda sol, path: fm.plot(sol, ["slider.x"]).savefig(path),
+    "a.svg": lambda sol, path: fm.render(sol, path=path),
     "a.gif": lambda sol, path: fm.animate(sol, path, seconds=0.2, fps=10),
     "a.mp4": lambda sol, path: fm.animate(sol, path, seconds=0.2, fps=10),
     "a.glb": fm.plots.export_gltf,
@@ -50,6 +54,7 @@ def small_disk(tmp_path):
     if mounted.returncode:
         pytest.skip("no file systems may be mounted here")
     yield place
+    gc.collect()  # matplotlib leaves files of pages open
     subprocess.run(["umount", place], check=True)
 
 

@@ -32,6 +32,17 @@ def test_instant_of_a_crossing_in_closed_form(method):
     assert np.all(np.diff(sol.time) > 0.0)
 
 
+@pytest.mark.parametrize("method", [None, fm.RadauIIA(), fm.RungeKutta4()], ids=repr)
+@pytest.mark.parametrize("level", [5e-324, 1e-300, 1e-30])
+def test_levels_that_vanish_beside_the_motion(method, level):
+    """Trials of 1e-185 s ended with "the matrix became singular"."""
+    step = 1e-3 if isinstance(method, fm.RungeKutta4) else None
+    sol = fm.simulate(thrown(0.0), t_end=0.1, method=method, step=step, stop=fm.when("ball.y", below=-level))
+    assert sol.ok
+    assert "ball.y below" in sol.status
+    assert 0.0 < sol.peak("ball.y").time <= max(1.0001 * math.sqrt(2.0 * level / G), 1e-30)
+
+
 def test_first_of_several_conditions():
     stop = [fm.when("ball.y", above=0.7), fm.when("ball.x", above=0.3), fm.when("ball.y", crosses=0.6)]
     sol = fm.simulate(thrown(), t_end=2.0, stop=stop)

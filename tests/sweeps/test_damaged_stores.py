@@ -151,11 +151,15 @@ def test_chunks_that_are_exchanged_between_points_are_refused(stores, tmp_path, 
     assert len(tried) >= 6
 
 
-@pytest.mark.parametrize("case", ["another variable", "a status of another point", "a result of another point"])
+@pytest.mark.parametrize(
+    "case", ["another variable", "a number for a text", "a status of another point", "a result of another point"]
+)
 def test_chunks_that_are_copied_are_refused(stores, tmp_path, case):
     copy = shutil.copytree(stores["sweep"][0], tmp_path / "s")
     if case == "another variable":
         exchanged(chunk(copy, "status", 1, 0), chunk(copy, "word", 1, 0))
+    elif case == "a number for a text":  # its bytes are a number of texts, which took 22 GB
+        shutil.copy(chunk(copy, "sum", 1, 0), chunk(copy, "status", 1, 0))
     elif case == "a status of another point":  # lost, then another one in its place
         chunk(copy, "status", 1, 0).unlink()
         shutil.copy(chunk(copy, "status", 1, 1), copy / "status" / "c" / "1" / "0")

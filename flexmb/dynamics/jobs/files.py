@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import io
 import os
+import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from hashlib import blake2b
@@ -62,8 +63,9 @@ def whole_file(path: Path, label: str = "") -> Iterator[Path]:
         part.replace(target)
     except FlexmbError:
         raise
-    except (OSError, ValueError) as error:  # ValueError: letters that the system has not, an unknown kind of pictures
-        raise unwritable(path, error, label) from error
+    except (OSError, ValueError, zlib.error) as error:  # ValueError: letters that the system has not, unknown pictures
+        inner = error.__context__  # of zlib, whose stream matplotlib closes after the error of the disk
+        raise unwritable(path, inner if isinstance(inner, OSError) else error, label) from error
     finally:
         if part != path:
             with suppress(OSError, ValueError):

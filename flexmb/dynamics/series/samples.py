@@ -43,7 +43,7 @@ def real_numbers(value: Any) -> np.ndarray | None:
     """`value` as a new float64 array; None if it holds other objects, such as complex numbers."""
     try:
         return None if np.iscomplexobj(value) else np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         return None
 
 

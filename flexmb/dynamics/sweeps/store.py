@@ -25,7 +25,7 @@ from hashlib import blake2b
 from importlib import import_module
 from pathlib import Path
 from types import BuiltinFunctionType, FunctionType, MethodType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -266,18 +266,15 @@ class Store:
         return found
 
     def refuse_lost(self, name: str, needed: np.ndarray, inner: int) -> None:
-        """Refuse a store with missing chunks, or with chunks of other points or arrays."""
+        """Refuse a store with missing chunks."""
         for index in np.ndindex(needed.shape):
             place = self._place(name, index, inner)
-            if place.is_file():
-                header = self._header(place) if index else b""  # a coordinate is one chunk
-                with place.open("rb") as file:
-                    wrong = "holds values of another point" if file.read(len(header)) != header else ""
-            else:
-                wrong = "is lost" if needed[index] else ""
-            if wrong:
-                text = f"Store {str(self.path)!r}: {str(place.relative_to(self.path))!r} {wrong}."
-                raise FileFormatError(f"{text} Delete the store and compute it anew.")
+            if needed[index] and not place.is_file():
+                self._refuse(place, "is lost")
+
+    def _refuse(self, place: Path, wrong: str) -> NoReturn:
+        text = f"Store {str(self.path)!r}: {str(place.relative_to(self.path))!r} {wrong}."
+        raise FileFormatError(f"{text} Delete the store and compute it anew.")
 
     def _header(self, place: Path) -> bytes:
         """Header of a chunk in the format of gzip, with its name in the store."""
@@ -288,8 +285,13 @@ class Store:
         return self.path.joinpath(name, "c", *map(str, index), *("0",) * inner)
 
     def _array(self, name: str) -> Any:
-        """Array of zarr, whose description is undamaged."""
-        _unsealed(self.path / name / GROUP_FILE)
+        """Array of zarr with an undamaged description, and without chunks of others, which may fill the memory."""
+        codecs = [codec["name"] for codec in _unsealed(self.path / name / GROUP_FILE)["codecs"]]
+        for place in (self.path / name / "c").rglob("*") if "gzip" in codecs else ():  # a coordinate is one chunk
+            if place.is_file() and not place.name.endswith(PARTIAL):
+                content = place.read_bytes()  # a damaged one has another checksum, which zarr tells
+                if not content.startswith(self._header(place)) and content[-4:] == _crc32c(content[:-4]):
+                    self._refuse(place, "holds values of another point")
         return _zarr().open_array(self.path / name, mode="r", zarr_format=3)
 
     def _lay_out(self, name: str, values: np.ndarray | None = None, **settings: Any) -> None:
@@ -422,7 +424,12 @@ def _chunk(column: Column, value: Any, header: bytes) -> bytes:
         texts = [str(text).encode() for text in np.ravel(np.array(value, dtype=object))]
         data = struct.pack("<I", len(texts)) + b"".join(struct.pack("<I", len(text)) + text for text in texts)
     data = header + zlib.compress(data, 0, -15) + struct.pack("<II", zlib.crc32(data), len(data) % 2**32)
-    return data + struct.pack("<I", import_module("google_crc32c").value(data))  # zarr depends on it
+    return data + _crc32c(data)
+
+
+def _crc32c(data: bytes) -> bytes:
+    """Checksum of the codec "crc32c"."""
+    return struct.pack("<I", import_module("google_crc32c").value(data))  # zarr depends on it
 
 
 def _checksum(description: Mapping[str, Any]) -> str:

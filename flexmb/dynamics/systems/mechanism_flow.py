@@ -98,6 +98,8 @@ class MechanismFlow(ContinuousFlow):
         method: Newmark | None = None,
         period: float | None = None,
     ) -> None:
+        if not isinstance(mechanism, Mechanism):
+            raise InputError(f"MechanismFlow: {mechanism!r} is not a Mechanism.")
         self.name = mechanism.name
         label = self._label
         refuse_controllers(mechanism, label, "the tangents of a motion do not carry controllers along")
@@ -105,7 +107,7 @@ class MechanismFlow(ContinuousFlow):
             raise InputError(f"{label}: method is {method!r}; it must be Newmark(...), whose steps have a tangent.")
         step = Adaptive() if step is None else step
         self.step = step if isinstance(step, (Adaptive, FixedStep)) else FixedStep(step)
-        self.method = method or Newmark.generalised_alpha()
+        self.method = Newmark.generalised_alpha() if method is None else method
         self.declared = None if period is None else checks.positive(label, "period", period, "s")
         self.base, self.changes = mechanism, dict[str, Any]()
         ahead.start(*self.method.loops)

@@ -12,7 +12,7 @@ import pickle
 import re
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from hashlib import blake2b
 from importlib.util import resolve_name
@@ -27,6 +27,7 @@ from numba.core.sigutils import normalize_signature
 
 from flexmb.engine.compiled.notice import caches, say_once
 from flexmb.engine.compiled.shipped import ours, shipment, shipped
+from flexmb.namespace import CHANGED, IMPORTED, state
 
 # Stamps of compiled code: a digest of all sources that a function was compiled from
 
@@ -36,6 +37,10 @@ PACKAGE = "flexmb"
 STANDARD = tuple({str(Path(get_path(name)).resolve()) for name in ("stdlib", "platstdlib")})
 INSTALLED = {"site-packages", "dist-packages"}
 """Folders of installed packages."""
+
+
+class SourcesChangedError(RuntimeError):
+    """Sources of another state than at their import."""
 
 
 def stamp(module: str) -> str:
@@ -56,10 +61,12 @@ def _source(module: str) -> tuple[str, frozenset[str]]:
     own = module.partition(".")[0] == PACKAGE
     if file is None or not (own or is_users_file(file)):
         return "", frozenset()
-    try:
+    data = b""
+    with suppress(OSError):  # in an archive
         data = Path(file).read_bytes()
-    except OSError:  # in an archive
-        return "", frozenset()
+    if file in IMPORTED and state(file) != IMPORTED[file]:
+        say_once(f"compiled code is neither read nor kept: {CHANGED}.")
+        raise SourcesChangedError
     text, names = data.decode(errors="replace"), set[str]()
     package = getattr(sys.modules[module], "__package__", None) or ""
     for base, listed, whole in IMPORT.findall(text):
@@ -210,6 +217,8 @@ class CodeCache(_Cache):
         if self._found is None:
             try:
                 self._found = SealedCache(self._function)
+            except SourcesChangedError:
+                self._found = NullCache()
             except RuntimeError:
                 say_once("compiled code cannot be kept, since no folder can be written; set NUMBA_CACHE_DIR.")
                 self._found = NullCache()

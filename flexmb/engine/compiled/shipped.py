@@ -24,6 +24,7 @@ from numba.core.compiler import CompileResult
 from numba.core.serialize import dumps
 
 from flexmb.engine.compiled.notice import say
+from flexmb.namespace import CHANGED, IMPORTED, states
 
 PACKAGE = Path(__file__).resolve().parents[2]
 FOLDER = Path(__file__).resolve().parent / "shipped"
@@ -96,6 +97,8 @@ class Shipped:
         missing = [name for name in index["needs"] if not ll.get_host_cpu_features().get(name)]
         if missing:
             raise ValueError(f"this processor lacks {', '.join(missing)}")
+        if states() != IMPORTED:
+            raise ValueError(CHANGED)
         if index["sources"] != sources(PACKAGE):
             raise ValueError("it was made of other sources")
         self._places: dict[str, tuple[int, int, str]] = index["code"]

@@ -240,7 +240,8 @@ def _instants(sol: Solution, times: Sequence[float] | np.ndarray | None) -> np.n
     first, last = float(sol.time[0]), float(sol.time[-1])
     if times is None:
         return np.linspace(first, last, PANELS)
-    wanted = [checks.between("render", f"times[{i}]", t, first, last, "s") for i, t in enumerate(times)]
+    listed = checks.sequence("render", "times", times, "instants")
+    wanted = [checks.between("render", f"times[{i}]", t, first, last, "s") for i, t in enumerate(listed)]
     if not wanted:
         raise InputError("render: times is empty; give at least one instant, or leave it out for six.")
     return np.array(wanted)

@@ -12,7 +12,7 @@ from flexmb.dynamics.series.samples import PowerSpectrum
 from flexmb.errors import InputError
 from flexmb.model.part import Part, name_of
 from flexmb.model.shape import PointShape
-from flexmb.results.solution import Solution, require_rows
+from flexmb.results.solution import Solution, require_rows, require_solution
 from flexmb.show.pictures.style import (
     CLEARANCE,
     COLOURS,
@@ -123,8 +123,8 @@ def plot(
     ------
     InputError : an unknown name, no name, signals of different units in one panel, a solution without saved instants.
     """
-    panels = _panels(sol, names)
     require_rows("plot", sol, drawn=False)
+    panels = _panels(sol, names)
     if x != "time":
         sol.array(x)  # an unknown name is refused before anything is drawn
     figure, axes = panels_of_time(len(panels), sol.name if title is None else title)
@@ -137,7 +137,10 @@ def plot(
 def _panels(sol: Solution, names: str | Sequence[str | Sequence[str]]) -> list[list[str]]:
     """Names of the signals by panel, checked."""
     entries = [names] if isinstance(names, str) else list(checks.sequence("plot", "names", names, "names of signals"))
-    panels = [[entry] if isinstance(entry, str) else list(entry) for entry in entries]
+    panels = [
+        [entry] if isinstance(entry, str) else list(checks.sequence("plot", f"names[{k}]", entry, "names of signals"))
+        for k, entry in enumerate(entries)
+    ]
     if not panels or not all(panels):
         raise InputError("plot: names is empty; give at least one signal, e.g. plot(sol, ['slider.ax']).")
     for panel in panels:
@@ -233,6 +236,7 @@ def plot_energies(sol: Solution, *, title: str | None = None) -> Figure:
     ------
     InputError : a run that did not save its energies.
     """
+    require_solution("plot_energies", sol)
     saved = [name for name in sol.names if name.startswith("energy.") and name != TURNED_OVER]
     if not saved or not len(sol.time):
         text = "plot_energies: no energies were saved."
@@ -357,7 +361,8 @@ def plot_campbell(
     InputError : fewer than two speeds, speeds that do not increase; see `static_equilibrium` and `modes`.
     SolveError : see `static_equilibrium` and `modes`.
     """
-    given = [checks.number("plot_campbell", f"speeds[{k}]", float(w), "rad/s") for k, w in enumerate(speeds)]
+    listed = checks.sequence("plot_campbell", "speeds", speeds, "speeds")
+    given = [checks.number("plot_campbell", f"speeds[{k}]", w, "rad/s") for k, w in enumerate(listed)]
     if len(given) < 2 or np.any(np.diff(given) <= 0.0):
         raise InputError(f"plot_campbell: speeds are {given}; they must be two or more, increasing.")
     number = checks.count("plot_campbell", "count", count)
@@ -485,6 +490,7 @@ def plot_contact_force(
 
 def _rows(label: str, sol: Solution, joint: str, since: float | None) -> np.ndarray:
     """Rows from `since` on; a joint without journal is refused."""
+    require_solution(label, sol)
     journals = [s.part for s in sol.shapes if isinstance(s, PointShape) and s.along is None and f"{s.part}.ex" in sol]
     checks.one_of(label, "joint", joint, journals)
     begin = -np.inf if since is None else checks.number(label, "since", since, "s")

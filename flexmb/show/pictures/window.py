@@ -57,9 +57,9 @@ def screenshot_vtk(
     """
     import pyvista
 
-    mesh = _frame(Path(source), time)
+    mesh = _frame(checks.path("screenshot_vtk", source), time)
     checks.one_of("screenshot_vtk", "field", field, mesh.point_data.keys())
-    target = Path(path)
+    target = checks.path("screenshot_vtk", path)
     plotter = pyvista.Plotter(off_screen=True, window_size=(1200, 800))
     plotter.set_background("white")
     tube = {"line_width": 5, "point_size": 9, "render_points_as_spheres": True}

@@ -171,7 +171,7 @@ def assemble(mechanism: Mechanism, drives: Mapping[str, float] | None = None) ->
     """
     program = compile_mechanism(mechanism, start=True)
     target = {}
-    for name, value in (drives or {}).items():
+    for name, value in checks.mapping(f"assemble {mechanism.name!r}", "drives", drives).items():
         checks.one_of(f"assemble {mechanism.name!r}", "drive", name, program.drives)
         target[name] = checks.number(f"assemble {mechanism.name!r}", name, value)
     q, gap = close_loops(program, target)
