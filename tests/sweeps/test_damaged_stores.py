@@ -13,6 +13,7 @@ import xarray as xr
 from sweep_models import logistic_map, results
 
 import flexmb as fm
+from flexmb.errors import FileFormatError
 
 MANNERS = ("bit", "bit", "bit", "cut", "empty", "lost", "lost array")
 
@@ -205,3 +206,26 @@ def test_changed_descriptions_are_refused(stores, tmp_path, file, old, new):
     (copy / file).write_text(text.replace(old, new))
     with pytest.raises(fm.errors.FileFormatError, match="does not agree with its checksum"):
         fm.sweeps.load_sweep(copy)
+
+
+@pytest.mark.parametrize("kind", ["diagram", "sweep"])
+def test_descriptions_and_coordinates_that_are_exchanged_are_refused_or_change_nothing(stores, tmp_path, kind):
+    folder, before = stores[kind]
+    arrays = sorted(one.name for one in folder.iterdir() if one.is_dir())
+    chunks = {name: sorted(one for one in (folder / name / "c").rglob("*") if one.is_file()) for name in arrays}
+    pairs = [(f"{a}/zarr.json", f"{b}/zarr.json") for a, b in itertools.pairwise([*arrays, arrays[0]])]
+    whole = [chunks[name][0].relative_to(folder) for name in arrays if len(chunks[name]) == 1]
+    pairs += itertools.pairwise([*whole, *whole[:1]])
+    refused = []
+    for number, (source, target) in enumerate(pairs):
+        store = tmp_path / str(number)
+        shutil.copytree(folder, store)
+        shutil.copyfile(folder / source, store / target)
+        try:
+            found = fm.sweeps.load_sweep(store)
+        except FileFormatError as error:
+            refused.append(str(error))
+        else:
+            xr.testing.assert_identical(found, before)
+    assert len(refused) >= 0.9 * len(pairs)
+    assert all(text.startswith("Store") for text in refused)

@@ -187,12 +187,12 @@ class Record:
 
 # Store of results on disk (zarr, format 3) with one chunk per point; an interrupted sweep resumes from its store
 
-FORMAT = 3
+FORMAT = 4
 """Version of the layout; stores of other versions are refused."""
 
 VERSION = "flexmb_sweep_format"
-SEAL = "checksum"
-"""Attribute of each description: checksum of the rest."""
+SEAL, CONTENT = "checksum", "content"
+"""Attributes of a description: checksum of the rest, and that of the values of a coordinate, which is one chunk."""
 GROUP_FILE = "zarr.json"
 GZIP = bytes((0x1F, 0x8B, 8, 8, 0, 0, 0, 0, 0, 255))
 """Header of a file of gzip with a name, of no time and system."""
@@ -256,7 +256,7 @@ class Store:
                 array = arrays[name] = self._array(name)
                 values = np.asarray(array[...])
                 values = values if values.dtype.kind in "fcbiu" else values.astype(object)
-                attributes = {key: value for key, value in array.attrs.items() if key != SEAL}
+                attributes = {key: value for key, value in array.attrs.items() if key not in (SEAL, CONTENT)}
                 found[name] = (tuple(array.metadata.dimension_names), values, attributes)
             done, ok = np.asarray(found[STATUS][1] != "", dtype=np.bool_), found["ok"][1]
             ok &= done
@@ -286,11 +286,12 @@ class Store:
 
     def _array(self, name: str) -> Any:
         """Array of zarr with an undamaged description, and without chunks of others, which may fill the memory."""
-        codecs = [codec["name"] for codec in _unsealed(self.path / name / GROUP_FILE)["codecs"]]
-        for place in (self.path / name / "c").rglob("*") if "gzip" in codecs else ():  # a coordinate is one chunk
+        whole = _unsealed(self.path / name / GROUP_FILE, name)["attributes"].get(CONTENT)
+        for place in (self.path / name / "c").rglob("*"):
             if place.is_file() and not place.name.endswith(PARTIAL):
                 content = place.read_bytes()  # a damaged one has another checksum, which zarr tells
-                if not content.startswith(self._header(place)) and content[-4:] == _crc32c(content[:-4]):
+                alien = whole != _digest(content) if whole else not content.startswith(self._header(place))
+                if alien and content[-4:] == _crc32c(content[:-4]):
                     self._refuse(place, "holds values of another point")
         return _zarr().open_array(self.path / name, mode="r", zarr_format=3)
 
@@ -302,8 +303,10 @@ class Store:
         if values is not None:
             array[...] = values
         description = json.loads(made.pop(GROUP_FILE).to_bytes())
-        files = {place: chunk.to_bytes() for place, chunk in made.items()} | {GROUP_FILE: _sealed(description)}
-        for place, content in files.items():
+        files = {place: chunk.to_bytes() for place, chunk in made.items()}
+        if values is not None:
+            description["attributes"][CONTENT] = _digest(*files.values())
+        for place, content in (*files.items(), (GROUP_FILE, _sealed(description, name))):
             self._put(self.path / name / place, content)
 
     def _put(self, place: Path, content: bytes) -> None:
@@ -432,20 +435,24 @@ def _crc32c(data: bytes) -> bytes:
     return struct.pack("<I", import_module("google_crc32c").value(data))  # zarr depends on it
 
 
-def _checksum(description: Mapping[str, Any]) -> str:
-    return blake2b(json.dumps(description, sort_keys=True).encode(), digest_size=16).hexdigest()
+def _digest(*parts: bytes) -> str:
+    return blake2b(b"".join(parts), digest_size=16).hexdigest()
 
 
-def _sealed(description: Mapping[str, Any]) -> bytes:
-    """Content of the file of a description, with its checksum."""
-    attributes = {**description["attributes"], SEAL: _checksum(description)}
+def _checksum(description: Mapping[str, Any], name: str) -> str:
+    return _digest(name.encode(), json.dumps(description, sort_keys=True).encode())
+
+
+def _sealed(description: Mapping[str, Any], name: str = "") -> bytes:
+    """Content of the file of a description, with the checksum of it and of the name of its array."""
+    attributes = {**description["attributes"], SEAL: _checksum(description, name)}
     return json.dumps({**description, "attributes": attributes}, indent=2).encode()
 
 
-def _unsealed(file: Path) -> dict[str, Any]:
+def _unsealed(file: Path, name: str = "") -> dict[str, Any]:
     """Description in a file, without its checksum."""
     description: dict[str, Any] = json.loads(file.read_bytes())
-    if description["attributes"].pop(SEAL, None) != _checksum(description):
+    if description["attributes"].pop(SEAL, None) != _checksum(description, name):
         raise ValueError(f"{file.parent.name}/{file.name} does not agree with its checksum")
     return description
 
