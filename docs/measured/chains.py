@@ -8,8 +8,10 @@ from typing import Any
 
 import flexmb as fm
 
-RADIUS, CREEP = 5e-3, 1e-3
-"""Radius of the bearings [m], to which coefficients of dry friction refer; slip speed of 76 % of dry friction [m/s]."""
+RADIUS, PRELOAD, CREEP = 5e-3, 100.0, 1e-3
+"""Radius [m] and preload [N] of the bearings, to which coefficients of dry friction refer; slip speed of 76 % of it
+[m/s].  The preload is far above the weights, so the torque of a bearing hardly depends on its load.
+"""
 
 APART = 1.0
 """Distance of the chains [m]."""
@@ -70,7 +72,7 @@ def _chain(arms: int, numbers: Numbers, chain: int, start: list[float]) -> list[
         body = fm.RigidBody(arm(k, chain), at, m, inertia, theta=angle, velocity=velocity)
         friction: dict[str, Any] = {}
         if f"mu{k}" in numbers:
-            friction = {"friction": fm.friction.SmoothCoulomb(numbers[f"mu{k}"], CREEP), "radius": RADIUS}
+            friction = {"friction": fm.friction.SmoothCoulomb(numbers[f"mu{k}"], CREEP), "radius": RADIUS, "preload": PRELOAD}
         parts += [body, fm.Revolute(f"bearing{k}_{chain}", before, body, at=(x, y), **friction)]
         if f"k{k}" in numbers:
             viscous = {"stiffness": 0.0, "damping": numbers[f"k{k}"]}

@@ -14,6 +14,9 @@ import flexmb as fm
 NOISE = 1e-3
 """Level of the residuals to which standard errors refer [rad]."""
 
+STEP = fm.Adaptive(rtol=1e-3)
+"""Steps of fits; residuals are of default steps."""
+
 ANGLE, RATE = 0.03, 0.3
 """Bounds of starts about the recorded ones [rad, rad/s]."""
 
@@ -78,6 +81,6 @@ def fitted(own: Record, fixed: Numbers, bounds: Mapping[str, tuple[float, float]
     rows = own.angles.transpose(1, 0, 2).reshape(len(own.time), -1)
     data = xr.Dataset({name: ("time", rows[:, k]) for k, name in enumerate(signals)}, {"time": own.time})
     result = fm.design.fit(
-        with_arguments(model, [*bounds, *names]), {**bounds, **limits}, data, signals=signals, noise=NOISE, **how
+        with_arguments(model, [*bounds, *names]), {**bounds, **limits}, data, signals=signals, noise=NOISE, step=STEP, **how
     )
     return result, np.array([result.parameters[name] for name in names]).reshape(pieces, -1)
