@@ -17,6 +17,7 @@ APART = 1.0
 """Distance of the chains [m]."""
 
 Numbers = Mapping[str, float]
+Bounds = Mapping[str, tuple[float, float]]
 
 
 @fm.element_kernel

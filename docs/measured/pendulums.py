@@ -1,24 +1,101 @@
-"""Single, double, triple pendulum of Kaheman et al. (2022): records, fits, what the fits leave."""
+"""Single, double and triple pendulum of Kaheman et al. (2022): fits of the records, and what they leave."""
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from measured.chains import Numbers, arm, chains, with_arguments
 
 import flexmb as fm
+from measured import table
+from measured.chains import Bounds, Numbers, arm, chains, with_arguments
+
+RECORDS = True
+"""Whether the section needs measured records."""
 
 NOISE = 1e-3
 """Level of the residuals to which standard errors refer [rad]."""
 
-STEP = fm.Adaptive(rtol=1e-3)
-"""Steps of fits; residuals are of default steps."""
-
 ANGLE, RATE = 0.03, 0.3
-"""Bounds of starts about the recorded ones [rad, rad/s]."""
+"""Bounds of the start of a piece about the recorded one [rad, rad/s]."""
+
+CORRECTIONS = 2
+"""Corrections of the start of each piece."""
+
+SPANS = (10.0, 30.0, 69.0)
+"""Ends of the spans whose exponents are computed [s]."""
+
+EVERY = 10
+"""Samples of the record from one of the series to the next."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """A pendulum: its record, fixed numbers, published friction, bounds of two fits, the pieces that are fitted."""
+
+    name: str
+    arms: int
+    fixed: Numbers
+    published: Numbers
+    geometry: Bounds
+    viscous: Bounds
+    ours: Bounds
+    pieces: Sequence[int]
+    step: fm.Adaptive
+    told: tuple[str, ...] = ()  # numbers of which all but some combinations are in doubt
+
+
+SINGLE = Case(
+    "single",
+    1,
+    {"m1": 0.147754901, "a1": 0.147584572, "I1": 1.0911851e-4, "g": 9.8100131},
+    {"k1": 2.2394013e-4},
+    {"I1": (8e-5, 2e-4)},
+    {"k1": (1e-5, 5e-4)},
+    {"mu1": (1e-4, 3e-3), "b1": (1e-6, 5e-5)},
+    range(4),
+    fm.Adaptive(rtol=2e-4),
+    ("m1", "a1", "I1"),
+)
+
+DOUBLE = Case(
+    "double",
+    2,
+    {
+        **{"m1": 0.093843975, "a1": 0.108565215, "I1": 4.3752943e-4, "L1": 0.172719204},
+        **{"m2": 0.137595970, "a2": 0.116779018, "I2": 1.26882939e-3, "g": 9.80858},
+    },
+    {"k1": 2.3714278e-4, "k2": 1e-5},
+    {"L1": (0.170, 0.176), "a2": (0.112, 0.122), "I1": (3.5e-4, 5.5e-4), "I2": (1.1e-3, 1.4e-3)},
+    {"k1": (1e-6, 5e-4), "k2": (1e-7, 5e-5)},
+    {"mu1": (1e-5, 3e-3), "mu2": (1e-5, 3e-3), "b2": (1e-7, 5e-5)},
+    range(0, 26, 5),
+    fm.Adaptive(rtol=1e-3),
+    ("m1", "a1", "I1", "L1", "m2", "a2", "I2"),
+)
+
+TRIPLE = Case(
+    "triple",
+    3,
+    {"m1": 0.0938, "a1": 0.1086, "m2": 0.13, "m3": 0.07, "g": 9.81},
+    {},
+    {
+        **{"L1": (0.170, 0.180), "L2": (0.220, 0.240), "a2": (0.12, 0.15), "a3": (0.11, 0.14)},
+        **{"I1": (2e-4, 1e-3), "I2": (5e-4, 2e-3), "I3": (3e-4, 9e-4)},
+    },
+    {"k1": (1e-6, 2e-3), "k2": (1e-7, 5e-4), "k3": (1e-7, 5e-4)},
+    {"mu1": (1e-5, 3e-3), "mu2": (1e-5, 3e-3), "mu3": (1e-6, 1e-3), "b3": (1e-7, 5e-5)},
+    (0, 7, 14, 21),
+    fm.Adaptive(rtol=1e-3),
+)
+
+CASES = {case.name: case for case in (SINGLE, DOUBLE, TRIPLE)}
+
+
+# Records, residuals, fits
 
 
 class Record(NamedTuple):
@@ -30,10 +107,21 @@ class Record(NamedTuple):
 
     def at(self, chosen: Sequence[int]) -> "Record":
         """Some of the pieces."""
-        return Record(self.time, self.angles[chosen], self.starts[chosen])
+        return Record(self.time, self.angles[list(chosen)], self.starts[list(chosen)])
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the angles of a model, piece by piece."""
+        pieces, _, arms = self.angles.shape
+        return [f"{arm(k, piece)}.theta" for piece in range(pieces) for k in range(1, arms + 1)]
+
+    @property
+    def rows(self) -> np.ndarray:
+        """Angles (n, pieces x arms)."""
+        return np.concatenate(list(self.angles), axis=1)
 
 
-def record(folder: Path, name: str, pieces: Sequence[int] | None = None) -> Record:
+def record(folder: Path, name: str) -> Record:
     """Record of a pendulum from `folder`."""
     with np.load(folder / f"pendulum_{name}_identification.npz") as file:
         count = sum(key.startswith("time") for key in file.files)
@@ -43,20 +131,14 @@ def record(folder: Path, name: str, pieces: Sequence[int] | None = None) -> Reco
     return Record(time, angles, np.concatenate([angles[:, 0], rates], axis=1))
 
 
-def signal_names(arms: int, pieces: int) -> list[str]:
-    """Names of the angles, piece by piece."""
-    return [f"{arm(k, piece)}.theta" for piece in range(pieces) for k in range(1, arms + 1)]
-
-
-def residuals(own: Record, numbers: Numbers, starts: np.ndarray) -> np.ndarray:
+def residuals(own: Record, found: Numbers, starts: np.ndarray) -> np.ndarray:
     """Computed less measured angles (pieces, n, arms)."""
-    pieces, n, arms = own.angles.shape
-    names = signal_names(arms, pieces)
-    sol = fm.simulate(chains(arms, numbers, starts), t_end=own.time[-1], save=own.time, signals=names)
+    pieces, _, arms = own.angles.shape
+    sol = fm.simulate(chains(arms, found, starts), t_end=own.time[-1], save=own.time, signals=own.names)
     if not sol.ok:
         raise SystemExit(sol.status)
-    found = np.stack([sol.array(name) for name in names], axis=1)
-    return found.reshape(n, pieces, arms).transpose(1, 0, 2) - own.angles
+    rows = np.stack([sol.array(name) for name in own.names], axis=1) - own.rows
+    return np.stack(np.split(rows, pieces, axis=1))
 
 
 def rms(rows: np.ndarray) -> float:
@@ -64,23 +146,105 @@ def rms(rows: np.ndarray) -> float:
     return float(np.sqrt(np.mean(np.square(rows))))
 
 
-def fitted(own: Record, fixed: Numbers, bounds: Mapping[str, tuple[float, float]], **how: Any) -> tuple[fm.design.Fit, np.ndarray]:
-    """Fit of numbers within `bounds` and of the start of each piece; starts (pieces, 2 arms)."""
+def fitted(own: Record, fixed: Numbers, bounds: Bounds, *, free: bool, **how: Any) -> fm.design.Fit:
+    """Fit of the numbers within `bounds`; of the start of each piece, too, where it is `free`."""
     pieces, _, arms = own.angles.shape
-    widths = [ANGLE] * arms + [RATE] * arms
-    names = [f"start{k}_{piece}" for piece in range(pieces) for k in range(2 * arms)]
-    spread = np.tile(widths, pieces)
-    known = own.starts.ravel()
-    limits = {name: (x - w, x + w) for name, x, w in zip(names, known, spread, strict=True)}
+    names = [[f"start{piece}_{k}" for k in range(2 * arms)] for piece in range(pieces)]
+    width = np.repeat([ANGLE, RATE], arms)
+    places = zip(sum(names, []), own.starts.ravel(), np.tile(width, pieces), strict=True)
+    limits = {name: (x - w, x + w) for name, x, w in places} if free else {}
 
-    def model(numbers: Numbers) -> fm.Mechanism:
-        starts = np.array([numbers[name] for name in names]).reshape(pieces, -1)
-        return chains(arms, {**fixed, **{name: numbers[name] for name in bounds}}, starts)
+    def model(given: Numbers) -> fm.Mechanism:
+        starts = [[given[name] for name in each] for each in names] if free else own.starts
+        return chains(arms, {**fixed, **given}, starts)
 
-    signals = signal_names(arms, pieces)
-    rows = own.angles.transpose(1, 0, 2).reshape(len(own.time), -1)
-    data = xr.Dataset({name: ("time", rows[:, k]) for k, name in enumerate(signals)}, {"time": own.time})
-    result = fm.design.fit(
-        with_arguments(model, [*bounds, *names]), {**bounds, **limits}, data, signals=signals, noise=NOISE, step=STEP, **how
-    )
-    return result, np.array([result.parameters[name] for name in names]).reshape(pieces, -1)
+    data = xr.Dataset({name: ("time", own.rows[:, k]) for k, name in enumerate(own.names)}, {"time": own.time})
+    all_bounds = {**bounds, **limits}
+    options = {"signals": own.names, "noise": NOISE, **how}
+    return fm.design.fit(with_arguments(model, all_bounds), all_bounds, data, **options)
+
+
+def settled(own: Record, found: Numbers) -> np.ndarray:
+    """Starts (pieces, 2 arms) with the least squares of each piece alone, by derivatives of the run."""
+    pieces, _, arms = own.angles.shape
+    names = [f"start{k}" for k in range(2 * arms)]
+    model = with_arguments(lambda given: chains(arms, found, [[given[name] for name in names]]), names)
+    starts = own.starts.copy()
+    for piece in range(pieces):
+        one = own.at([piece])
+        for _ in range(CORRECTIONS):
+            values = dict(zip(names, starts[piece].tolist(), strict=True))
+            slope = fm.design.sensitivity(model, values, of=one.names, t_end=one.time[-1], save=one.time)
+            rows = np.concatenate([one.rows[:, k] - slope.signals[name].values for k, name in enumerate(one.names)])
+            J = np.concatenate([slope[name].values.T for name in one.names])
+            starts[piece] += np.linalg.lstsq(J, rows, rcond=None)[0]
+    return starts
+
+
+# Numbers of the page
+
+
+def law(case: Case, own: Record, friction: Bounds) -> dict[str, Any]:
+    """Fit of a friction law: numbers, errors, what it leaves from recorded and from estimated starts."""
+    bounds = {**case.geometry, **friction}
+    result = fitted(own.at(case.pieces), case.fixed, bounds, free=True, step=case.step)
+    values = {name: result.parameters[name] for name in bounds}
+    found = {**case.fixed, **values}
+    left = residuals(own, found, settled(own, found))
+    print(case.name, values, rms(left), result.message, flush=True)
+    return {
+        "values": values,
+        "errors": {name: result.errors[name] for name in bounds},
+        "runs": result.runs,
+        "recorded": rms(residuals(own, found, own.starts)),
+        "estimated": rms(left),
+        "pieces": [rms(rows) for rows in left],
+        "seen": result.message,
+    }
+
+
+def hidden(case: Case, own: Record, found: Numbers) -> list[str]:
+    """Combinations of masses, lengths and friction that a piece does not tell apart, with all of them free."""
+    names = [*case.told, *case.ours]
+    bounds = {name: (0.97 * found[name], 1.02 * found[name]) for name in names}
+    one = Record(own.time, own.angles[:1], settled(own.at([0]), found))
+    result = fitted(one, found, bounds, free=False, step=case.step, most_runs=10)
+    return list(result.unseen)
+
+
+def exponents(own: Record, found: Numbers) -> dict[str, Any]:
+    """Exponents [1/s] of the measured angles, and of the model over spans of the motion."""
+    arms = own.angles.shape[2]
+    whole, interval = np.concatenate(list(own.angles))[::EVERY], EVERY * float(own.time[1])
+    tools = fm.chaos.rosenstein, fm.chaos.kantz, fm.chaos.wolf
+    series, model = [], []
+    for span in SPANS:
+        for k in range(arms):
+            for tool in tools:
+                one = tool(whole[: round(span / interval), k], interval)
+                series.append([span, k + 1, tool.__name__, one.value, one.error, one.status])
+        mech = chains(arms, found, settled(own.at([0]), found))
+        one = fm.lyapunov(mech, duration=span, period=1.0, confirm=False)
+        sol = fm.simulate(mech, t_end=span - interval, save=interval, signals=own.at([0]).names)
+        rows = np.stack([sol.array(name) for name in own.at([0]).names], axis=1)
+        model.append([span, one.value, one.error, rms(rows - whole[: len(rows)])])
+    return {"series": series, "model": model}
+
+
+def numbers(folder: Path | None) -> dict[str, Any]:
+    """Fits of all pendulums, and pictures."""
+    found: dict[str, Any] = {}
+    records = {name: record(Path(folder or ""), name) for name in CASES}
+    for name, case in CASES.items():
+        own = records[name]
+        one: dict[str, Any] = {"length": float(own.time[-1]), "fitted": len(case.pieces), "pieces": len(own.angles)}
+        if case.published:
+            left = residuals(own, {**case.fixed, **case.published}, own.starts)
+            one["published"] = {"recorded": rms(left), "pieces": [rms(rows) for rows in left]}
+        one |= {"viscous": law(case, own, case.viscous), "ours": law(case, own, case.ours)}
+        if case.told:
+            one["unseen"] = hidden(case, own, {**case.fixed, **one["ours"]["values"]})
+        found[name] = one
+    double = {**DOUBLE.fixed, **found["double"]["ours"]["values"]}
+    found["exponents"] = exponents(records["double"], double)
+    return found
