@@ -73,7 +73,11 @@ def _chain(arms: int, numbers: Numbers, chain: int, start: list[float]) -> list[
         body = fm.RigidBody(arm(k, chain), at, m, inertia, theta=angle, velocity=velocity)
         friction: dict[str, Any] = {}
         if f"mu{k}" in numbers:
-            friction = {"friction": fm.friction.SmoothCoulomb(numbers[f"mu{k}"], CREEP), "radius": RADIUS, "preload": PRELOAD}
+            friction = {
+                "friction": fm.friction.SmoothCoulomb(numbers[f"mu{k}"], CREEP),
+                "radius": RADIUS,
+                "preload": PRELOAD,
+            }
         parts += [body, fm.Revolute(f"bearing{k}_{chain}", before, body, at=(x, y), **friction)]
         if f"k{k}" in numbers:
             viscous = {"stiffness": 0.0, "damping": numbers[f"k{k}"]}

@@ -41,9 +41,7 @@ def rotor(speed: float) -> fm.Mechanism:
             fm.Revolute("hub", along, disc, at=centre),
             fm.Drive("motor", "hub", fm.ConstantSpeed(speed)),
             fm.Bushing("shaft", fm.GROUND, disc, at=centre, stiffness=SHAFT, damping=DAMPING),
-            fm.RevoluteClearance(
-                "rub", fm.GROUND, disc, at=centre, clearance=CLEARANCE, bearing_radius=RADIUS, **laws
-            ),
+            fm.RevoluteClearance("rub", fm.GROUND, disc, at=centre, clearance=CLEARANCE, bearing_radius=RADIUS, **laws),
         ],
         gravity=(0.0, 0.0),
     )
@@ -91,7 +89,13 @@ def numbers(_: Path | None) -> dict[str, Any]:
         known, factor = closed(speed, guess), (STEPS[1] / STEPS[0]) ** 2
         ours = [last + (last - before) / (factor - 1.0) for before, last in ((one, two), (first, second))]
         rows.append(
-            {"speed": speed, "known": [known, STATOR * (known - CLEARANCE)], "ours": ours, "plain": [two, second], "growth": growth}
+            {
+                "speed": speed,
+                "known": [known, STATOR * (known - CLEARANCE)],
+                "ours": ours,
+                "plain": [two, second],
+                "growth": growth,
+            }
         )
     return {"rows": rows}
 
@@ -99,9 +103,22 @@ def numbers(_: Path | None) -> dict[str, Any]:
 def passage(found: dict[str, Any]) -> str:
     """A table of amplitudes and forces."""
     rows = [
-        [f"{one['speed']:g}", *compared(name, one["known"][k], one["ours"][k], 11), f"{one['plain'][k]:.11g}", f"{one['growth']:.3f}"]
+        [
+            f"{one['speed']:g}",
+            *compared(name, one["known"][k], one["ours"][k], 11),
+            f"{one['plain'][k]:.11g}",
+            f"{one['growth']:.3f}",
+        ]
         for one in found["rows"]
         for k, name in enumerate(("amplitude", "normal force"))
     ]
-    head = ["speed", "quantity", "closed form", "ours, extrapolated", "error", f"ours, {STEPS[1]} steps a turn", "largest multiplier"]
+    head = [
+        "speed",
+        "quantity",
+        "closed form",
+        "ours, extrapolated",
+        "error",
+        f"ours, {STEPS[1]} steps a turn",
+        "largest multiplier",
+    ]
     return table(head, rows, left=2)
