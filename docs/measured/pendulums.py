@@ -1,8 +1,8 @@
 """Single, double and triple pendulum of Kaheman et al. (2022): fits of the records, and what they leave."""
 
+import itertools
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,6 +11,7 @@ import xarray as xr
 
 import flexmb as fm
 from measured import table
+from measured.cases import CASES, DOUBLE, Case
 from measured.chains import Bounds, Numbers, arm, chains, with_arguments
 
 RECORDS = True
@@ -26,73 +27,13 @@ CORRECTIONS = 2
 """Corrections of the start of each piece."""
 
 SPANS = (10.0, 30.0, 69.0)
-"""Ends of the spans whose exponents are computed [s]."""
+"""Ends of the spans whose exponents are computed [s]; the first is too short for series."""
+
+TOOLS = fm.chaos.rosenstein, fm.chaos.kantz, fm.chaos.wolf
+"""Exponents of series."""
 
 EVERY, SECOND = 10, 1000
 """Samples of the record from one of the series to the next, and in a second."""
-
-
-@dataclass(frozen=True)
-class Case:
-    """A pendulum: its record, fixed numbers, published friction, bounds of two fits, the pieces that are fitted."""
-
-    name: str
-    arms: int
-    fixed: Numbers
-    published: Numbers
-    geometry: Bounds
-    viscous: Bounds
-    ours: Bounds
-    pieces: Sequence[int]
-    step: fm.Adaptive
-    told: tuple[str, ...] = ()  # numbers of which all but some combinations are in doubt
-
-
-SINGLE = Case(
-    "single",
-    1,
-    {"m1": 0.147754901, "a1": 0.147584572, "I1": 1.0911851e-4, "g": 9.8100131},
-    {"k1": 2.2394013e-4},
-    {"I1": (8e-5, 2e-4)},
-    {"k1": (1e-5, 5e-4)},
-    {"mu1": (1e-4, 3e-3), "b1": (1e-6, 5e-5)},
-    (0, 2),
-    fm.Adaptive(rtol=5e-4),
-    ("m1", "a1", "I1"),
-)
-
-DOUBLE = Case(
-    "double",
-    2,
-    {
-        **{"m1": 0.093843975, "a1": 0.108565215, "I1": 4.3752943e-4, "L1": 0.172719204},
-        **{"m2": 0.137595970, "a2": 0.116779018, "I2": 1.26882939e-3, "g": 9.80858},
-    },
-    {"k1": 2.3714278e-4, "k2": 1e-5},
-    {"L1": (0.170, 0.176), "a2": (0.112, 0.122), "I1": (3.5e-4, 5.5e-4), "I2": (1.1e-3, 1.4e-3)},
-    {"k1": (1e-6, 5e-4), "k2": (1e-7, 5e-5)},
-    {"mu1": (1e-4, 2e-3), "mu2": (1e-5, 1e-3), "b2": (1e-6, 3e-5)},
-    (0, 8, 16, 24),
-    fm.Adaptive(rtol=1e-3),
-    ("m1", "a1", "I1", "L1", "m2", "a2", "I2"),
-)
-
-TRIPLE = Case(
-    "triple",
-    3,
-    {"m1": 0.0938, "a1": 0.1086, "m2": 0.13, "m3": 0.07, "g": 9.81},
-    {},
-    {
-        **{"L1": (0.170, 0.180), "L2": (0.220, 0.240), "a2": (0.12, 0.15), "a3": (0.11, 0.14)},
-        **{"I1": (2e-4, 1e-3), "I2": (5e-4, 2e-3), "I3": (3e-4, 9e-4)},
-    },
-    {"k1": (1e-6, 2e-3), "k2": (1e-7, 5e-4), "k3": (1e-7, 5e-4)},
-    {"mu1": (1e-5, 3e-3), "mu2": (1e-5, 3e-3), "mu3": (1e-6, 1e-3), "b3": (1e-7, 5e-5)},
-    (0, 7, 14, 21),
-    fm.Adaptive(rtol=1e-3),
-)
-
-CASES = {case.name: case for case in (SINGLE, DOUBLE, TRIPLE)}
 
 
 # Records, residuals, fits
@@ -151,7 +92,7 @@ def fitted(own: Record, fixed: Numbers, bounds: Bounds, *, free: bool, **how: An
     pieces, _, arms = own.angles.shape
     names = [[f"start{piece}_{k}" for k in range(2 * arms)] for piece in range(pieces)]
     width = np.repeat([ANGLE, RATE], arms)
-    places = zip(sum(names, []), own.starts.ravel(), np.tile(width, pieces), strict=True)
+    places = zip(itertools.chain(*names), own.starts.ravel(), np.tile(width, pieces), strict=True)
     limits = {name: (x - w, x + w) for name, x, w in places} if free else {}
 
     def model(given: Numbers) -> fm.Mechanism:
@@ -213,20 +154,19 @@ def hidden(case: Case, own: Record) -> list[str]:
 
 def exponents(own: Record, found: Numbers) -> dict[str, Any]:
     """Exponents [1/s] of the measured angles, and of the model over spans of the motion."""
-    arms = own.angles.shape[2]
     whole, interval = np.concatenate(list(own.angles))[::EVERY], EVERY * float(own.time[1])
-    tools = fm.chaos.rosenstein, fm.chaos.kantz, fm.chaos.wolf
     series, model = [], []
+    for span, k, tool in itertools.product(SPANS[1:], range(own.angles.shape[2]), TOOLS):
+        one = tool(whole[: round(span / interval), k], interval)
+        value = [one.value, one.error] if one.ok else [None, None]
+        series.append([span, k + 1, tool.__name__, *value, one.status])
+    first = own.at([0])
+    mech = chains(own.angles.shape[2], found, settled(first, found))
     for span in SPANS:
-        for k in range(arms):
-            for tool in tools:
-                one = tool(whole[: round(span / interval), k], interval)
-                series.append([span, k + 1, tool.__name__, one.value, one.error, one.status])
-        mech = chains(arms, found, settled(own.at([0]), found))
-        one = fm.lyapunov(mech, duration=span, period=1.0, confirm=False)
-        sol = fm.simulate(mech, t_end=span - interval, save=interval, signals=own.at([0]).names)
-        rows = np.stack([sol.array(name) for name in own.at([0]).names], axis=1)
-        model.append([span, one.value, one.error, rms(rows - whole[: len(rows)])])
+        grown = fm.lyapunov(mech, duration=span, period=1.0, confirm=False)
+        sol = fm.simulate(mech, t_end=span - interval, save=interval, signals=first.names)
+        rows = np.stack([sol.array(name) for name in first.names], axis=1)
+        model.append([span, grown.value, grown.error, rms(rows - whole[: len(rows)])])
     return {"series": series, "model": model}
 
 
@@ -294,7 +234,7 @@ def passage(found: dict[str, Any]) -> str:
     numbers_head = ["pendulum", "friction", "number", "fitted", "standard error", "published"]
     unseen = [f"- {name}: {text}." for name in CASES for text in found[name].get("unseen", ())]
     series = [
-        [f"{span:g}", str(k), tool, f"{value:.2g} ± {error:.1g}" if value == value else "none", status]
+        [f"{span:g}", str(k), tool, "none" if value is None else f"{value:.2g} ± {error:.1g}", status]
         for span, k, tool, value, error, status in found["exponents"]["series"]
     ]
     model = [
