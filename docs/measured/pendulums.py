@@ -217,7 +217,7 @@ def passage(found: dict[str, Any]) -> str:
         "pendulum",
         "friction",
         "rms, recorded starts [rad]",
-        "independent",
+        "independent script",
         "rms, estimated starts [rad]",
         "worst piece",
     ]
