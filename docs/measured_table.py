@@ -1,6 +1,6 @@
 """Compute the numbers and pictures of docs/measured.md: our models beside measured machines and closed forms.
 
-    python docs/measured_table.py [--data FOLDER] [--only pendulums spheres rub] [--pictures] [--write]
+    python docs/measured_table.py [--data FOLDER] [--only pendulums spheres rub emps] [--pictures] [--write]
 
 FOLDER holds the records that docs/measured.md names; without it, sections that need them keep their numbers.  Numbers
 are kept in docs/measured.json.  --pictures draws the pictures of the records, --write writes the page from the numbers;
@@ -17,10 +17,10 @@ from typing import Any
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
-from measured import pendulums, rub, spheres  # noqa: E402
+from measured import emps, pendulums, rub, spheres  # noqa: E402
 
 PAGE, DATA, PICTURES = HERE / "measured.md", HERE / "measured.json", HERE / "pictures"
-SECTIONS = {"pendulums": pendulums, "spheres": spheres, "rub": rub}
+SECTIONS = {"pendulums": pendulums, "spheres": spheres, "rub": rub, "emps": emps}
 """Modules with `numbers` (of a folder of records, or None), `passage`, and whether they need `RECORDS`."""
 
 

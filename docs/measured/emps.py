@@ -4,12 +4,17 @@ Source: A. Janot, M. Gautier, M. Brunot, Data set and reference models of EMPS, 
 Benchmarks 2019.  Numbers of the loop, of the reference lap and of the measured friction are theirs.
 """
 
-import itertools
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 import flexmb as fm
 from flexmb.fields import field, record
+from measured import table
+
+RECORDS = False
 
 SAMPLE, LAPS, SETTLED = 1e-3, 6, 2
 """Time between samples [s]; laps that are simulated, and that are left out at the start."""
@@ -45,6 +50,14 @@ CURVE = """
 33.029 32.981 34.273 33.188 35.546 37.757 38.579 39.09 39.609 38.23 38.249 38.361 40.669 36.959
 """
 """Measured friction [N] at 61 speeds from -FASTEST to FASTEST [m/s]."""
+
+
+MEASURED = (0.5814, 0.8522)
+"""Measured tracking error: root of the mean square and largest value [mm]."""
+
+BOUNDS = {"mass": (50.0, 200.0), "viscous": (50.0, 600.0), "coulomb": (5.0, 60.0), "offset": (-10.0, 10.0)}
+EVERY = 10
+"""Bounds of the fit; of so many samples one is compared."""
 
 
 def lap() -> np.ndarray:
@@ -117,7 +130,9 @@ def axis(
     )
     parts = [carriage, guide, fm.Force("motor", carriage, (0.0, 0.0), (FORCE, 0.0))]
     if not measured:
-        drag = fm.loads.SpringDamper("drag", fm.GROUND, carriage, at=(-1.0, 0.0), to=(0.0, 0.0), stiffness=0.0, damping=viscous)
+        drag = fm.loads.SpringDamper(
+            "drag", fm.GROUND, carriage, at=(-1.0, 0.0), to=(0.0, 0.0), stiffness=0.0, damping=viscous
+        )
         parts += [drag, fm.Force("offset", carriage, (0.0, 0.0), (-offset, 0.0))]
     inputs = ["carriage.x", fm.drives.PiecewiseLinear(times, late)]
     numbers = (*GAINS, SAMPLE, count)
@@ -126,10 +141,64 @@ def axis(
     return fm.Mechanism("EMPS axis", [*parts, loop], gravity=(0.0, 0.0))
 
 
-def tracking(model: fm.Mechanism, laps: int = LAPS) -> np.ndarray:
-    """Tracking errors [m] at the samples of the laps that count."""
-    reference = np.tile(lap(), laps)
-    times = SAMPLE * np.arange(len(reference))
+def axis_to_fit(mass: float, viscous: float, coulomb: float, offset: float) -> fm.Mechanism:
+    """The axis over one lap, without the counts of the encoder, by which nothing has a derivative."""
+    return axis(mass, viscous, coulomb, offset, count=0.0, laps=1)
+
+
+def run(model: fm.Mechanism, laps: int) -> tuple[np.ndarray, np.ndarray]:
+    """Times (n,) of the samples, and positions (n,) of the carriage [m]."""
+    times = SAMPLE * np.arange(laps * len(lap()))
     sol = fm.simulate(model, t_end=float(times[-1]), save=times.tolist(), step=SAMPLE, signals=["carriage.x"])
-    assert sol.ok, sol.status
-    return (reference - START[0] - sol["carriage.x"])[SETTLED * len(lap()) :]
+    if not sol.ok:
+        raise SystemExit(sol.status)
+    return times, np.asarray(sol["carriage.x"])
+
+
+def tracking(model: fm.Mechanism, laps: int = LAPS) -> tuple[float, float]:
+    """Root of the mean square and largest value of the tracking error in the laps that count [m].
+
+    The error is that which the controller sees, with the reference one sample late.
+    """
+    reference = np.tile(lap(), laps)
+    error = np.concatenate([reference[:1], reference[:-1]]) - run(model, laps)[1]
+    counted = error[SETTLED * len(lap()) :]
+    return float(np.sqrt(np.mean(counted**2))), float(np.abs(counted).max())
+
+
+def numbers(_: Path | None) -> dict[str, Any]:
+    """Tracking errors with both descriptions of friction, and parameters that a fit finds from the measured curve."""
+    errors = {"curve": tracking(axis(measured=True)), "parameters": tracking(axis())}
+    times, x = run(axis(measured=True, laps=1), 1)
+    kept = slice(None, None, EVERY)
+    data = xr.Dataset({"carriage.x": ("time", x[kept])}, {"time": times[kept]})
+    found = fm.design.fit(axis_to_fit, BOUNDS, data, signals=["carriage.x"], step=SAMPLE)
+    fitted = {name: [found.parameters[name], found.errors[name]] for name in PUBLISHED}
+    return {
+        "errors": errors,
+        "fit": fitted,
+        "runs": found.runs,
+        "left": float(abs(found.residuals["carriage.x"]).max()),
+    }
+
+
+def passage(found: dict[str, Any]) -> str:
+    """Tables of tracking errors and of fitted parameters."""
+    own, known = found["errors"], {"curve": (0.5764, 0.8517), "parameters": (0.5764, 0.8506)}
+    words = {"curve": "measured curve, 61 points", "parameters": "published M, Fv, Fc, offset; tanh(v / 1 mm/s)"}
+    rows = [
+        [words[name], what, f"{MEASURED[k]:.4f}", f"{known[name][k]:.4f}", f"{1e3 * own[name][k]:.4f}",
+         f"{100.0 * (1e3 * own[name][k] / MEASURED[k] - 1.0):+.2f} %"]
+        for name in own
+        for k, what in enumerate(("rms", "largest"))
+    ]  # fmt: skip
+    head = ["friction", "tracking error [mm]", "measured", "independent script", "ours", "ours beside measured"]
+    first = table(head, rows, left=2)
+    rows = [
+        [name, f"{value:.6g}", f"{found['fit'][name][0]:.6g}", f"{found['fit'][name][1]:.2g}",
+         f"{100.0 * (found['fit'][name][0] / value - 1.0):+.2f} %"]
+        for name, value in PUBLISHED.items()
+    ]  # fmt: skip
+    second = table(["number", "published", "fitted", "standard error", "difference"], rows, left=1)
+    told = f"{found['runs']} runs; the fitted axis leaves at most {1e6 * found['left']:.2g} um of the position."
+    return f"{first}\n\n{second}\n\n{told}"
