@@ -16,8 +16,7 @@ from flexmb.cli.arguments.options import keywords_of
 from flexmb.cli.arguments.parser import parser_of, source_of
 from flexmb.errors import USER_ERRORS, FlexmbError
 
-OK, NOT_FINISHED, REFUSED, FAULT, INTERRUPTED = 0, 1, 2, 3, 130
-"""Exit statuses; `flexmb --help` tells their meaning."""
+OK, NOT_FINISHED, REFUSED, FAULT, INTERRUPTED = 0, 1, 2, 3, 130  # exit statuses; `flexmb --help` tells their meaning
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -16,8 +16,7 @@ from flexmb.model.mechanism import Mechanism
 
 # `flexmb check`: examination of a mechanism without simulation
 
-SOUND, WRONG = 0, 1
-"""Exit statuses: no error among the findings, at least one error."""
+SOUND, WRONG = 0, 1  # exit statuses: no error among the findings, at least one error
 
 
 def check(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:

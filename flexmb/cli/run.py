@@ -101,15 +101,13 @@ def _path_rows(mechanism: Mechanism, sol: Solution) -> Iterator[tuple[str, str]]
 
 # `flexmb run`: simulate a mechanism, write its files, print a summary
 
-COMMAND = "command"
-"""Name of the arguments of `flexmb run` in `Solution.model`."""
+COMMAND = "command"  # name of the arguments of `flexmb run` in `Solution.model`
 
 OUTPUT = ("--out", "--frames", "--checkpoint")
 FLAGS = ("--resume", "--no-vtk", "--no-plots", "--no-report", "--quiet", "--debug")
 """Options of output, with values and without, which are not repeated."""
 
-PERIODS = 2.0
-"""Default length of a run, in periods."""
+PERIODS = 2.0  # default length of a run, in periods
 
 METHODS: dict[str, Callable[..., Newmark | RungeKutta4]] = {
     name: getattr(Newmark, name.replace("-", "_")) for name in ("generalised-alpha", "hht", "wbz", "trapezoidal")

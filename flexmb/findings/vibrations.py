@@ -102,20 +102,11 @@ FEWEST_INSTANTS, FEWEST_STATES = 12, 3
 ENERGY_SHARE = 0.01
 """Share of the elastic energy of the motion, or of the square of a controller's state, above which a mode matters."""
 
-DECAY = 0.1
-"""Energy in the last third of a run over that in the first one, below which a vibration has died out."""
-
-PART_OF_STEP = 0.1
-"""Time of the differences along the motion, relative to a step."""
-
-UNRESOLVED = 1.0
-"""Angular frequency times step above which a vibration is not resolved."""
-
-LOST_PHASE, LOST_AMPLITUDE = 0.1, 2e-3
-"""Phase [rad] and share of the amplitude that may be lost without a remark."""
-
-SAME = 0.05
-"""Relative difference of angular frequencies up to which modes under other contacts are one vibration."""
+DECAY = 0.1  # energy in the last third of a run over that in the first one, below which a vibration has died out
+PART_OF_STEP = 0.1  # time of the differences along the motion, relative to a step
+UNRESOLVED = 1.0  # angular frequency times step above which a vibration is not resolved
+LOST_PHASE, LOST_AMPLITUDE = 0.1, 2e-3  # phase [rad] and share of the amplitude that may be lost without a remark
+SAME = 0.05  # relative difference of angular frequencies up to which modes under other contacts are one vibration
 
 
 class Mode(NamedTuple):

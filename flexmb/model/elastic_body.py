@@ -22,8 +22,7 @@ STRAIN_AT_REST, LARGE_STRAIN, IMPOSSIBLE_STRAIN = 0.02, 0.05, 0.2
 """Strain under the loads at rest, and in a run, above which linear elasticity is no longer meant; above the last one
 the run is not ok."""
 
-LEAST = 1e-6
-"""Stress over yield stress up to which nothing is said: round-off of a body without loads."""
+LEAST = 1e-6  # stress over yield stress up to which nothing is said: round-off of a body without loads
 
 
 class ElasticBody(Body):

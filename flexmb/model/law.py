@@ -80,8 +80,7 @@ CHORD, CHORDS_OF_A_SINE = 0.0123, 20.0
 SAMPLES, GOLDEN = 64, 0.6180339887498949
 """Number of samples of a motion whose course is not known, and their distance modulo 1, which fits no period."""
 
-HALVINGS = 60
-"""Number of halvings by which the depth under a force is found."""
+HALVINGS = 60  # number of halvings by which the depth under a force is found
 
 
 def values_of(kernel: kernels.Kernel, *arguments: Any) -> np.ndarray:
@@ -188,8 +187,7 @@ class NormalLaw(Law):
         return ""
 
 
-NORMAL_LAW = instance(NormalLaw, "a normal law, e.g. LankaraniNikravesh")
-"""Rule of a field that holds a normal law."""
+NORMAL_LAW = instance(NormalLaw, "a normal law, e.g. LankaraniNikravesh")  # rule of a field that holds a normal law
 
 
 @record

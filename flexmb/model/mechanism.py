@@ -33,8 +33,7 @@ if TYPE_CHECKING:
 
 # Text and HTML table of a mechanism
 
-LISTED_PARTS = 12
-"""Number of parts at most in a line."""
+LISTED_PARTS = 12  # number of parts at most in a line
 
 
 def _numbers(mechanism: Mechanism) -> str:
@@ -64,8 +63,7 @@ def _row(part: Part) -> tuple[str, ...]:
 
 # Description of a mechanism in plain values: parts with their classes, numbers and units
 
-LISTED_VALUES = 8
-"""Number of values of a sequence at most; a longer one is described by its length."""
+LISTED_VALUES = 8  # number of values of a sequence at most; a longer one is described by its length
 
 
 def described(mechanism: Mechanism) -> dict[str, Any]:

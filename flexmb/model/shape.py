@@ -187,11 +187,8 @@ class LateShapes(Sequence[Shape]):
         return tuple, (self.all(),)
 
 
-SPRING, DAMPER, ROD, CABLE = "spring", "damper", "rod", "cable"
-"""Kinds of lines between two points."""
-
-MARKER, TRACE = "marker", "trace"
-"""Kinds of points that are no joints: a marker, and a marker whose path is drawn."""
+SPRING, DAMPER, ROD, CABLE = "spring", "damper", "rod", "cable"  # kinds of lines between two points
+MARKER, TRACE = "marker", "trace"  # kinds of points that are no joints: a marker, and a marker whose path is drawn
 
 KINDS: dict[str, type[Shape]] = {
     "rigid": RigidShape,

@@ -14,8 +14,7 @@ from flexmb.errors import InputError
 FORMER = {"rotation": "angle", "rotation_rate": "omega", "angle": "theta"}
 """Former names of signals of bushings and markers, with the present ones; taken for one version."""
 
-MOST_COMPARED_NAMES = 2000
-"""Number of names at most that are compared with an unknown one."""
+MOST_COMPARED_NAMES = 2000  # number of names at most that are compared with an unknown one
 
 
 @dataclass(frozen=True, slots=True)

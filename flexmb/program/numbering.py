@@ -14,8 +14,7 @@ from flexmb.model.contributions import AXES, Contributions, ControlContribution,
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND
 
-UNUSED = ("unused1", "unused2")
-"""Names of coordinates that fill up the states of a control to threes."""
+UNUSED = ("unused1", "unused2")  # names of coordinates that fill up the states of a control to threes
 
 
 @dataclass(frozen=True, eq=False)

@@ -32,11 +32,8 @@ from flexmb.program.numbering import UNUSED
 
 # Flat arrays of a program for the compiled loop
 
-BEGIN, END = range(2)
-"""Columns of pairs."""
-
-FIRST, SECOND = range(2)
-"""Columns of `Measured.angle`."""
+BEGIN, END = range(2)  # columns of pairs
+FIRST, SECOND = range(2)  # columns of `Measured.angle`
 
 MULTIPLIED, ADDED, SUBTRACTED = range(3)
 """Uses of a factor in a signal, in the order of `flexmb.model.contributions.USES_OF_FACTOR`."""
@@ -44,14 +41,9 @@ MULTIPLIED, ADDED, SUBTRACTED = range(3)
 LOAD_KERNEL, SLIDING_LAW = range(2)
 """Columns of `Constraints.joint_friction`: kernel of the normal load, and friction law."""
 
-LOAD_P, LOAD_P_END, SLIDING_P, SLIDING_P_END = range(4)
-"""Columns of `Constraints.joint_friction_p`."""
-
-GAP_KERNEL, NORMAL_LAW, FRICTION_LAW = range(3)
-"""Columns of `Contacts.kernel`."""
-
-GAP_P, GAP_P_END, NORMAL_P, NORMAL_P_END, FRICTION_P, FRICTION_P_END = range(6)
-"""Columns of `Contacts.p`."""
+LOAD_P, LOAD_P_END, SLIDING_P, SLIDING_P_END = range(4)  # columns of `Constraints.joint_friction_p`
+GAP_KERNEL, NORMAL_LAW, FRICTION_LAW = range(3)  # columns of `Contacts.kernel`
+GAP_P, GAP_P_END, NORMAL_P, NORMAL_P_END, FRICTION_P, FRICTION_P_END = range(6)  # columns of `Contacts.p`
 
 COMMON_Z, NORMAL_Z, FRICTION_Z, Z_END = range(4)
 """Columns of `Contacts.z`: starts of the common history and of the histories of both laws; their end."""
@@ -153,8 +145,7 @@ Output k is FIRST_OUTPUT - k."""
 SOURCE, SOURCE_NUMBER, SOURCE_P, SOURCE_P_END = range(4)
 """Columns of `Controls.source`: kind of the input; its coordinate, kernel or output; its numbers."""
 
-COORDINATE, VELOCITY, MEASURED, MOTION_VALUE, MOTION_SPEED, OUTPUT = range(6)
-"""Kinds of inputs of a control."""
+COORDINATE, VELOCITY, MEASURED, MOTION_VALUE, MOTION_SPEED, OUTPUT = range(6)  # kinds of inputs of a control
 
 
 class Controls(Record):
@@ -234,8 +225,7 @@ class Addresses(Record):
     control: Integers
 
 
-KINDS = tuple(Addresses._fields)
-"""Kinds of kernels."""
+KINDS = tuple(Addresses._fields)  # kinds of kernels
 
 
 # Compiled mechanism: arrays, kernels and names; can be pickled

@@ -46,8 +46,7 @@ from flexmb.program.signals import force_signals, layout
 
 # Numbers of the parts, in the order in which they are packed
 
-NumberLists = dict[str, list[Sequence[float]]]
-"""Lists of numbers by what they belong to, one behind the other."""
+NumberLists = dict[str, list[Sequence[float]]]  # lists of numbers by what they belong to, one behind the other
 
 
 def numbers(contributions: Contributions) -> tuple[NumberLists, NumberLists]:
@@ -391,14 +390,9 @@ def rate_of(contribution: ConstraintContribution, reaction: Reaction, rates: Map
 
 # Structures: tables of the first mechanism of each, remembered for others that differ in numbers alone
 
-REMEMBERED_STRUCTURES = 16
-"""Number of remembered structures; a mechanism has two, one in motion and one for its start."""
-
-REMEMBERED_UNKNOWNS = 50_000
-"""Number of unknowns of all remembered structures but the latest: some hundred megabytes."""
-
-FIELDWISE_FROM = 100
-"""Number of contributions above which their keys are read field by field, which is faster."""
+REMEMBERED_STRUCTURES = 16  # number of remembered structures; a mechanism has two, one in motion and one for its start
+REMEMBERED_UNKNOWNS = 50_000  # number of unknowns of all remembered structures but the latest: some hundred megabytes
+FIELDWISE_FROM = 100  # number of contributions above which their keys are read field by field, which is faster
 
 NUMBERS = ("p", "history", "start", "sample")
 """Fields of contributions of which a structure depends on the length alone, which `numbers` knows, if at all."""

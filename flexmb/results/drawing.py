@@ -66,8 +66,7 @@ def whole_turns(angle: np.ndarray) -> np.ndarray:
 
 # Meshes of plane bodies at chosen instants: places of their points, stresses, outlines
 
-CORNERS = {"tri3": 3, "tri6": 3, "quad4": 4, "quad9": 4}
-"""Number of corners of a cell, by kind."""
+CORNERS = {"tri3": 3, "tri6": 3, "quad4": 4, "quad9": 4}  # number of corners of a cell, by kind
 
 
 PIECES = {
@@ -192,8 +191,7 @@ def few_shapes(moved: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]
 
 GROUND = "ground"
 
-RIGID, BEAM, MESH = "rigid", "beam", "mesh"
-"""Kinds of lines of bodies."""
+RIGID, BEAM, MESH = "rigid", "beam", "mesh"  # kinds of lines of bodies
 
 
 @dataclass(frozen=True)
@@ -369,23 +367,12 @@ def _beam(sol: Solution, beam: BeamShape, instants: np.ndarray, xi: np.ndarray) 
 
 # Symbols of springs, dampers, rods, cables, guides, belts, forces and pitch circles, as polylines at instants
 
-COILS = 6
-"""Number of teeth of the zig-zag of a spring."""
-
-WIDTH = 0.02
-"""Half width of a spring or damper, over the size of the picture."""
-
-ARROW, HEAD = 0.14, 0.035
-"""Length of an arrow and of its head, over the size of the picture."""
-
-CIRCLE_POINTS = 73
-"""Number of points of a circle."""
-
-ARC_POINTS = 37
-"""Number of points of the arc of a belt on a wheel."""
-
-OVERHANG = 0.06
-"""Length of a guide beyond the travel, over the size of the picture."""
+COILS = 6  # number of teeth of the zig-zag of a spring
+WIDTH = 0.02  # half width of a spring or damper, over the size of the picture
+ARROW, HEAD = 0.14, 0.035  # length of an arrow and of its head, over the size of the picture
+CIRCLE_POINTS = 73  # number of points of a circle
+ARC_POINTS = 37  # number of points of the arc of a belt on a wheel
+OVERHANG = 0.06  # length of a guide beyond the travel, over the size of the picture
 
 
 def symbols(sol: Solution, instants: np.ndarray, size: float) -> list[Line]:

@@ -127,8 +127,7 @@ def global_attributes(model: Mapping[str, Any]) -> dict[str, str]:
 
 # Variables and attributes of a netCDF file in memory
 
-LARGEST_GROWTH = 50
-"""Size of the data of a file over the size of the file, at most; flexmb does not compress."""
+LARGEST_GROWTH = 50  # size of the data of a file over the size of the file, at most; flexmb does not compress
 
 NO_VARIABLE = b"This is a netCDF dimension but not a netCDF variable"
 """First words of the attribute NAME of a dimension without values, by the netCDF-4 format."""
@@ -193,8 +192,7 @@ class NetcdfContent:
 
 # A solution as a netCDF file
 
-FORMAT = 3
-"""Version of the layout; files of former versions are read, newer ones are refused."""
+FORMAT = 3  # version of the layout; files of former versions are read, newer ones are refused
 
 VERSION = "flexmb_format"
 RECORD = "flexmb_record"  # a variable, since an attribute of HDF5 holds at most 64 KiB

@@ -170,8 +170,7 @@ def motions(q: np.ndarray, chosen: np.ndarray) -> np.ndarray:
 
 # Solutions at other instants than the saved ones, and with a magnified deformation, for pictures and films
 
-COORDINATES = (".x", ".y", ".theta")
-"""Endings of the names of coordinates."""
+COORDINATES = (".x", ".y", ".theta")  # endings of the names of coordinates
 
 
 def at_times(sol: Solution, times: np.ndarray) -> Solution:

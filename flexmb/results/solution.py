@@ -177,14 +177,9 @@ MAIN_ENDINGS = ("torque", "normal_force", "deflection", "von_mises")
 OTHER_ENDINGS = ("force", "ax", "ay", "alpha")
 """Endings of the signals that stand for the main ones where there are none."""
 
-MOST_OF_A_KIND = 6
-"""Largest number of main signals with one ending."""
-
-ROUND_OFF = 1e-10
-"""Peak over the largest one of its unit, up to which it is round-off."""
-
-IN_TEXT, IN_TABLE = 3, 16
-"""Number of peaks at most in a text and in a table."""
+MOST_OF_A_KIND = 6  # largest number of main signals with one ending
+ROUND_OFF = 1e-10  # peak over the largest one of its unit, up to which it is round-off
+IN_TEXT, IN_TABLE = 3, 16  # number of peaks at most in a text and in a table
 
 
 def largest_signals(sol: Solution) -> list[str]:
@@ -241,8 +236,7 @@ def _by_part(sol: Solution) -> dict[str, list[str]]:
 
 # The record of a run: named signals over time, status, statistics, final state
 
-SAVED_KEY = "signals"
-"""Key of `Solution.model` for the chosen signals, where not all were saved."""
+SAVED_KEY = "signals"  # key of `Solution.model` for the chosen signals, where not all were saved
 
 
 def matching(names: Sequence[str], pattern: str) -> list[str]:

@@ -31,12 +31,9 @@ from flexmb.results.solution import Solution, largest_signals
 
 # Main signals of a run: acceleration of the output body, and the signals with the largest peaks
 
-MOST = 16
-"""Largest number of main signals."""
-PANELS = 6
-"""Largest number of panels of the picture."""
-GUIDES = ("Prismatic", "PrismaticClearance")
-"""Classes of joints whose second body is a slider."""
+MOST = 16  # largest number of main signals
+PANELS = 6  # largest number of panels of the picture
+GUIDES = ("Prismatic", "PrismaticClearance")  # classes of joints whose second body is a slider
 
 
 def followed(mechanism: Mechanism) -> tuple[Body | None, Any]:

@@ -46,8 +46,7 @@ def place_of_stress(sol: Solution, part: str, node: int) -> tuple[float, float] 
 
 Wanted = Sequence[tuple[float, float] | int | str]
 
-ENDS = np.array([0.0, 1.0])
-"""Both ends of an element."""
+ENDS = np.array([0.0, 1.0])  # both ends of an element
 
 MEANINGS = {
     "sx": "normal stress along x of the body",
@@ -218,8 +217,7 @@ def at_places(
 
 # Fatigue: cycles of a stress by rainflow counting, and their damage by a Woehler line
 
-CAPTURED = 0.98
-"""Largest saved stress over the largest of all accepted steps, below which cycles are said to be missed."""
+CAPTURED = 0.98  # largest saved stress over the largest of all accepted steps, below which cycles are said to be missed
 
 
 @record

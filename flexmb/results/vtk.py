@@ -48,8 +48,7 @@ KINDS = ("rigid", "beam", "joint", "revolute", "prismatic", "fixed", "clearance"
 """Kinds of cells by number; kinds that a user's own parts bring follow after these."""
 
 
-STRESSES = ("stress_x", "stress_y", "stress_xy")
-"""Stresses of meshes in world axes."""
+STRESSES = ("stress_x", "stress_y", "stress_xy")  # stresses of meshes in world axes
 
 
 class Piece(NamedTuple):

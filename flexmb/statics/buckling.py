@@ -224,17 +224,10 @@ TRUSTED = 0.1
 SMALL_MOVEMENT = 0.1
 """Movement under half of a load factor, relative to the size of the mechanism (or rad), up to which it counts."""
 
-LOAD_STEPS = (1, 4)
-"""Numbers of load steps with which the equilibrium is sought, until one finds it."""
-
-MOST_ITERATIONS = 15
-"""Newton iterations of a load step at most."""
-
-FOUND_STEP = 1e-9
-"""Newton step relative to the size of the mechanism, below which an equilibrium is found."""
-
-LONGEST_STEP = 0.5
-"""Newton step relative to the size of the mechanism (or rad), to which longer ones are cut."""
+LOAD_STEPS = (1, 4)  # numbers of load steps with which the equilibrium is sought, until one finds it
+MOST_ITERATIONS = 15  # Newton iterations of a load step at most
+FOUND_STEP = 1e-9  # Newton step relative to the size of the mechanism, below which an equilibrium is found
+LONGEST_STEP = 0.5  # Newton step relative to the size of the mechanism (or rad), to which longer ones are cut
 
 
 @dataclass(frozen=True, eq=False)
@@ -330,17 +323,10 @@ def doubts(factor: float, from_half: float, moved: float) -> tuple[Finding, ...]
 
 # Linear buckling: the factors by which all loads must grow until a structure loses its stiffness
 
-ASYMMETRY = 1e-6
-"""Asymmetry of dK/ds over its largest entry, up to which it is that of differences."""
-
-MISSED = 1e-6
-"""Residual of an eigenvalue and its vector, relative to their product, up to which they are found."""
-
-REMEDY = "Give them pretension if they are to count."
-"""Sentence on contacts that are left out."""
-
-EIGENVALUE_ROUND_OFF = 1e-9
-"""Eigenvalue 1/s relative to the largest, below which it is round-off."""
+ASYMMETRY = 1e-6  # asymmetry of dK/ds over its largest entry, up to which it is that of differences
+MISSED = 1e-6  # residual of an eigenvalue and its vector, relative to their product, up to which they are found
+REMEDY = "Give them pretension if they are to count."  # sentence on contacts that are left out
+EIGENVALUE_ROUND_OFF = 1e-9  # eigenvalue 1/s relative to the largest, below which it is round-off
 
 
 @dataclass(frozen=True)

@@ -78,23 +78,15 @@ def _normal_slopes(out: np.ndarray) -> np.ndarray:
 
 # Dynamic relaxation: equilibria in which loads alone resist some motions, as of pendulums
 
-MOST_STRIDES = 400
-"""Number of strides at most."""
-
-STRIDE_ITERATIONS = 12
-"""Number of Newton iterations of a stride at most."""
-
-LARGEST_STRIDE = 0.5
-"""Largest movement in a stride [rad, or relative to the size of the mechanism]."""
+MOST_STRIDES = 400  # number of strides at most
+STRIDE_ITERATIONS = 12  # number of Newton iterations of a stride at most
+LARGEST_STRIDE = 0.5  # largest movement in a stride [rad, or relative to the size of the mechanism]
 
 INDEPENDENCE = 1e-14
 """Number on the diagonal beside rows of constraints of length 1, which keeps them apart where they repeat others."""
 
-ROUND_OFF = 1e-15
-"""Force of springs without load relative to their stiffness times the size of the mechanism."""
-
-REST_STRIDE = 1e-9
-"""Movement in a stride with little viscosity at rest [rad, or relative to the size of the mechanism]."""
+ROUND_OFF = 1e-15  # force of springs without load relative to their stiffness times the size of the mechanism
+REST_STRIDE = 1e-9  # movement in a stride with little viscosity at rest [rad, or relative to the size of the mechanism]
 
 
 def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) -> tuple[np.ndarray, np.ndarray] | None:
@@ -198,11 +190,8 @@ LONG_LOAD_STEP, SNAP_LOAD_STEP = 4.0, 10.0
 """Length of a load step over its length by one of the tangents, above which the step is halved, and by both of them,
 above which the smallest step is refused.  A string that is slack at first, u ~ s^(1/3), has 3."""
 
-CLOSED_GAP = 1e-9
-"""Gap of the joints relative to the size of the mechanism, below which they need no step of their own."""
-
-LEAST_JUMP = 1e-8
-"""Movement below which a load step is no jump [rad, or relative to the size of the mechanism]."""
+CLOSED_GAP = 1e-9  # gap of the joints relative to the size of the mechanism, below which they need no step of their own
+LEAST_JUMP = 1e-8  # movement below which a load step is no jump [rad, or relative to the size of the mechanism]
 
 
 @arguments.checked

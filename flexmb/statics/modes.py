@@ -28,15 +28,13 @@ ENERGY_ROUND_OFF = 1e-15
 ASYMMETRY_ROUND_OFF = 1e-11
 """Asymmetry of the stiffness relative to its largest entry, above which it is more than round-off."""
 
-ASYMMETRY_OF_DIFFERENCES = 1e-7
-"""The same with controllers, whose laws and measured inputs are differenced."""
+ASYMMETRY_OF_DIFFERENCES = 1e-7  # the same with controllers, whose laws and measured inputs are differenced
 
 
 REMEDY = "Give at=fm.static_equilibrium(mechanism) of a pose in which they carry."
 """Sentence on contacts that are left out."""
 
-SHOWN_MODES = 6
-"""Number of frequencies at most in a text."""
+SHOWN_MODES = 6  # number of frequencies at most in a text
 
 
 @dataclass(frozen=True)

@@ -22,8 +22,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND
 from flexmb.program.program import Program
 
-SPEED_TOLERANCE = 1e-9
-"""Drives may turn at the speed of the frame or stand still, to this part of it."""
+SPEED_TOLERANCE = 1e-9  # drives may turn at the speed of the frame or stand still, to this part of it
 
 
 @dataclass(frozen=True)

@@ -18,10 +18,8 @@ from flexmb.program.numbering import Numbering
 
 # Numerical derivatives with an estimate of their error
 
-STEPS, ORDERS = 22, 5
-"""Largest numbers of step sizes and of extrapolations."""
-ROUND_OFF = float(np.finfo(float).eps)
-"""Relative round-off of a float."""
+STEPS, ORDERS = 22, 5  # largest numbers of step sizes and of extrapolations
+ROUND_OFF = float(np.finfo(float).eps)  # relative round-off of a float
 
 
 def slope(function: Callable[[float], Any], x: float, scale: float, noise: Any = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -95,8 +93,7 @@ RESULTS = {
 }
 """Names of returned numbers by contract; other kernels write to arrays."""
 
-SAME = 1e-11
-"""Largest difference of compiled and plain Python function, over the largest entry."""
+SAME = 1e-11  # largest difference of compiled and plain Python function, over the largest entry
 
 State = dict[str, Any]
 Values = dict[str, np.ndarray]
@@ -220,20 +217,14 @@ def at(values: Any, where: Any) -> float:
 
 # Test bench for the kernels of a part: random states, comparisons, and the report of the comparisons
 
-TOLERANCE = 1e-6
-"""Largest relative error of a derivative, over the largest entry of its row."""
-
-SMALL_ROW = 1e-4
-"""Size of a row, over the largest row, below which its errors are related to the largest row."""
+TOLERANCE = 1e-6  # largest relative error of a derivative, over the largest entry of its row
+SMALL_ROW = 1e-4  # size of a row, over the largest row, below which its errors are related to the largest row
 
 HIDDEN = 1e-6
 """Change of a function over its scale, relative to the function, below which errors are related to the function."""
 
-BALANCE = 1e-12
-"""Largest imbalance of forces and moments, over the sum of their magnitudes."""
-
-TURNED = 1e-11
-"""Largest relative change of a result by a rotation and shift of the frame."""
+BALANCE = 1e-12  # largest imbalance of forces and moments, over the sum of their magnitudes
+TURNED = 1e-11  # largest relative change of a result by a rotation and shift of the frame
 
 MAGNITUDES = (1e-6, 1e-3, 0.05, 0.3)
 """Distances of the states from the reference configuration: over the size of the piece, and in rad."""

@@ -24,12 +24,9 @@ from flexmb.places import (
 )
 from flexmb.testing.bench import Bench, State, TestedKernel
 
-STEPS = (0.0, 1e-5, 1e-3)
-"""Time steps h [s] of the states."""
-ROUNDS = 12
-"""Number of states for each time step."""
-ROUND_OFF = 1e-12
-"""Gap of the reference configuration over the size of the pair below which the surfaces touch."""
+STEPS = (0.0, 1e-5, 1e-3)  # time steps h [s] of the states
+ROUNDS = 12  # number of states for each time step
+ROUND_OFF = 1e-12  # gap of the reference configuration over the size of the pair below which the surfaces touch
 
 
 def check_contact(bench: Bench, contribution: ContactContribution) -> None:

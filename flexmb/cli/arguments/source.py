@@ -77,8 +77,7 @@ def field_option(mechanism: Mechanism, path: str, flag: str) -> Option:
 
 # Source of a mechanism: a ready one by its name, or FILE.py[:NAME]
 
-NAMES = ("mech", "mechanism")
-"""Default names of a mechanism in a file."""
+NAMES = ("mech", "mechanism")  # default names of a mechanism in a file
 
 
 @dataclass(frozen=True)

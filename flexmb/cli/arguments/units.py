@@ -39,8 +39,7 @@ KINDS = {
 }
 """Quantity, for messages, and typed units with their factors, by SI unit of the parameter; "_" is a blank in a unit."""
 
-NOUNS = {unit: quantity for unit, (quantity, _) in KINDS.items() if quantity}
-"""Quantity of an SI unit, for messages."""
+NOUNS = {unit: quantity for unit, (quantity, _) in KINDS.items() if quantity}  # quantity of an SI unit, for messages
 
 
 def _scales(text: str) -> dict[str, Scale]:

@@ -109,8 +109,7 @@ BOW: the shortening of the chord is L/30 (BOW11 u1^2 - BOW12 u1 u2 + BOW22 u2^2)
 FREE1, FREE2: rotations u1, u2 of the unstressed element; FREE_LENGTH: chord and shortening of the unstressed element.
 """
 
-TURN, REST = 6.28125, 0.0019353071795864769
-"""2 pi in two parts: the first times a number of turns below 2^40 is exact."""
+TURN, REST = 6.28125, 0.0019353071795864769  # 2 pi in two parts: the first times a number of turns below 2^40 is exact
 
 
 @fast

@@ -46,8 +46,7 @@ from flexmb.model.law import Material
 
 Array = npt.NDArray[np.float64]
 
-BOW = (2.0, 1.0, 2.0)
-"""Shortening of the chord by bending without shear: L/30 (2 u1^2 - u1 u2 + 2 u2^2)."""
+BOW = (2.0, 1.0, 2.0)  # shortening of the chord by bending without shear: L/30 (2 u1^2 - u1 u2 + 2 u2^2)
 
 
 class Bending(NamedTuple):

@@ -29,14 +29,9 @@ Walk = tuple[list[int], list[int]]
 TAG_NAMES = ("gmsh:physical", "cell_tags", "section")
 """Names of integer cell data that hold tags; the first one that a file has counts."""
 
-SAME_PLACE = 1e-9
-"""Distance over the size of the mesh [1] below which two points are one."""
-
-FARTHEST = 1e100
-"""Largest coordinate [m], whose square is still a float."""
-
-STRAIGHT = 1e-4
-"""Angle up to which a beam counts as straight [rad]; above the rounding of files in single precision."""
+SAME_PLACE = 1e-9  # distance over the size of the mesh [1] below which two points are one
+FARTHEST = 1e100  # largest coordinate [m], whose square is still a float
+STRAIGHT = 1e-4  # angle up to which a beam counts as straight [rad]; above the rounding of files in single precision
 
 BROKEN = (
     OSError,

@@ -90,8 +90,7 @@ START, END, START_NODE, END_NODE, START_AREA, START_MODULUS, END_AREA, END_MODUL
 """Parameters p: number of elements.  At HEAD, of each element: first coordinates of its ends, numbers of its nodes, 1/A
 and c/I at its start and end, and the parameters of the element."""
 
-SIZE = OWN + PARAMETERS
-"""Numbers of an element."""
+SIZE = OWN + PARAMETERS  # numbers of an element
 
 six = stack_vector(6)
 

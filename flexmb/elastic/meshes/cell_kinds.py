@@ -74,8 +74,7 @@ class CellKind:
         return values, gradients
 
 
-TRIANGLE, QUADRILATERAL = ((0, 1), (1, 2), (2, 0)), ((0, 1), (1, 2), (2, 3), (3, 0))
-"""Edges of cells by their corners."""
+TRIANGLE, QUADRILATERAL = ((0, 1), (1, 2), (2, 0)), ((0, 1), (1, 2), (2, 3), (3, 0))  # edges of cells by their corners
 
 KINDS = {
     kind.name: kind

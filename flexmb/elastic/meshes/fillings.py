@@ -28,12 +28,10 @@ Indices = npt.NDArray[np.int64]
 Curve = Callable[[Array], Array]
 """Function of numbers s (n,) from 0 to 1 that returns the points of a curve (n, 2) [m]."""
 
-SAME_PLACE = 1e-7
-"""Distance over the size of the mesh [1] below which nodes of two blocks are one."""
+SAME_PLACE = 1e-7  # distance over the size of the mesh [1] below which nodes of two blocks are one
 
 
-MOST_NODES = 4_000_000
-"""Largest number of nodes of a block; more is a length in millimetres or a slip of the size."""
+MOST_NODES = 4_000_000  # largest number of nodes of a block; more is a length in millimetres or a slip of the size
 
 
 def require_few(nodes: float) -> None:
@@ -156,20 +154,14 @@ def halved(points: Array, cells: Indices, kind: str) -> Indices:
 
 # Triangle meshes of polygons with round holes: even boundary nodes, a lattice inside, smoothing, Delaunay
 
-CLEAR = 0.7
-"""Distance of the lattice from the boundary over the size of the cells [1]."""
+CLEAR = 0.7  # distance of the lattice from the boundary over the size of the cells [1]
 
 STRETCHED = 0.85
 """Third side of a triangle over the sum of the two on the boundary [1], above which these are nearly one line."""
 
-ROUNDS = 12
-"""Number of rounds of smoothing."""
-
-FLAT = 1e-6
-"""Area of a triangle over the median one [1] up to which it is round-off."""
-
-FEWEST = 12
-"""Least number of nodes on a hole."""
+ROUNDS = 12  # number of rounds of smoothing
+FLAT = 1e-6  # area of a triangle over the median one [1] up to which it is round-off
+FEWEST = 12  # least number of nodes on a hole
 
 
 @dataclass(frozen=True, eq=False)

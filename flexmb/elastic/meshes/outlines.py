@@ -35,14 +35,9 @@ from flexmb.errors import InputError
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
-FEWEST_ON_ARC = 3
-"""Least number of edges on an arc, so its nodes show a circle."""
-
-SAME_PLACE = 1e-9
-"""Distance over the longest edge [1] below which the ends of two arcs are one point."""
-
-STRAIGHT = 1e-6
-"""Turn of the outline at a corner up to which it is straight [rad]."""
+FEWEST_ON_ARC = 3  # least number of edges on an arc, so its nodes show a circle
+SAME_PLACE = 1e-9  # distance over the longest edge [1] below which the ends of two arcs are one point
+STRAIGHT = 1e-6  # turn of the outline at a corner up to which it is straight [rad]
 
 
 def checked_fillets(label: str, fillet: float | Sequence[float], corners: int) -> Array:
@@ -125,8 +120,7 @@ def _without_repeats(points: Array, arcs: list[Indices], size: float) -> tuple[A
 
 # Meshes of plates of any straight outline with round holes
 
-Hole = tuple[tuple[float, float], float]
-"""Centre and radius [m]."""
+Hole = tuple[tuple[float, float], float]  # centre and radius [m]
 
 
 def plate_with_holes(
@@ -216,8 +210,7 @@ Pair = tuple[float, float]
 NARROW = math.radians(50.0)
 """Angle at which the shank leaves an eye [rad] up to which the block of the eye ends on an arc; wider: on a box."""
 
-LARGEST_TURN = math.radians(20.0)
-"""Turn of a fillet along one cell [rad]."""
+LARGEST_TURN = math.radians(20.0)  # turn of a fillet along one cell [rad]
 
 NO_CORNER = 1e-9
 """Distance of the shank's edge from the eye's outline over its radius [1] up to which there is no corner."""

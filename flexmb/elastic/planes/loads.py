@@ -162,11 +162,8 @@ def _vectors(mesh: PlaneMesh, field: Field, places: Array) -> Array:
 FORCE_X, FORCE_Y, CROSS, ALONG, ANGLE, OWN, TURNING, NODE_NUMBERS = range(8)
 """Numbers p of a force on a node: sum of f, X, D, beta where nothing turns; coordinates of gamma and of beta, or -1."""
 
-PRODUCTS = 2
-"""Place of the products of an edge (m, m, 2), behind the numbers of nodes and pins; then the ties."""
-
-P, S, PAIR = range(3)
-"""Products of a pressure and of a shear for a pair of nodes, and their number."""
+PRODUCTS = 2  # place of the products of an edge (m, m, 2), behind the numbers of nodes and pins; then the ties
+P, S, PAIR = range(3)  # products of a pressure and of a shear for a pair of nodes, and their number
 
 ON_EDGES, FIRST_ELEMENT = range(2)
 """Numbers p of a signal: 1 for edges; then of each element, and at the end the number of the signal."""
@@ -174,11 +171,8 @@ ON_EDGES, FIRST_ELEMENT = range(2)
 COORDINATES, SIZE, NUMBERS = range(3)
 """Numbers of an element of a signal: those of its coordinates and of its own numbers, which follow."""
 
-POWER = 2
-"""Number of the signal `power`; those of fx and fy are 0 and 1."""
-
-SIGNALS = (("fx", "N"), ("fy", "N"), ("power", "W"))
-"""Signals of a load on a mesh with their units."""
+POWER = 2  # number of the signal `power`; those of fx and fy are 0 and 1
+SIGNALS = (("fx", "N"), ("fy", "N"), ("power", "W"))  # signals of a load on a mesh with their units
 
 
 @fast

@@ -35,11 +35,8 @@ from flexmb.model.contributions import ConstraintContribution, Coordinate
 
 # Constraint of an averaged pin: it moves with the mean of nodes that stay free to deform (RBE3)
 
-MEAN_X, MEAN_Y, MOMENT, WEIGHTS = range(4)
-"""Parameters p: c, sum w |s|^2 [m^2], then three numbers of every node."""
-
-WEIGHT, ARM_X, ARM_Y, PER_NODE = range(4)
-"""Numbers of a node: its weight and s; PER_NODE is their count."""
+MEAN_X, MEAN_Y, MOMENT, WEIGHTS = range(4)  # parameters p: c, sum w |s|^2 [m^2], then three numbers of every node
+WEIGHT, ARM_X, ARM_Y, PER_NODE = range(4)  # numbers of a node: its weight and s; PER_NODE is their count
 
 
 @constraint_kernel
@@ -89,11 +86,8 @@ def averaged_pin(
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
-RIGID, AVERAGED = "rigid", "averaged"
-"""Kinds of interfaces."""
-
-NO_ARM = 1e-9
-"""Distance of nodes over the size of the mesh [1] below which they cannot turn a pin."""
+RIGID, AVERAGED = "rigid", "averaged"  # kinds of interfaces
+NO_ARM = 1e-9  # distance of nodes over the size of the mesh [1] below which they cannot turn a pin
 
 
 @dataclass(frozen=True, eq=False)

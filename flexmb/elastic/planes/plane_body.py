@@ -76,8 +76,7 @@ class MeshBody(ElasticBody):
 
 Array = npt.NDArray[np.float64]
 
-RIGID_MOTIONS = 3
-"""Motions of a free body without deformation."""
+RIGID_MOTIONS = 3  # motions of a free body without deformation
 
 SHIFT = 1e-6
 """Shift of the squared angular frequency below 0, over that of a longitudinal wave of the body's length [1]."""
@@ -127,20 +126,11 @@ deform the hole change by less than this share.  With a hundredth of it steps fi
 
 Point = tuple[float, float]
 
-FORMULATIONS = {"corotated": COROTATED, "total-lagrange": TOTAL_LAGRANGE}
-"""Formulations of cells by name."""
-
-TOO_STIFF = 0.1
-"""Share by which a body is too stiff in bending, above which there is a finding."""
-
-TRIANGLES = {"tri3": ((0, 1, 2),), "quad4": ((0, 1, 2), (0, 2, 3))}
-"""Linear cells as triangles."""
-
-SAME_LENGTH = 1e-6
-"""Difference of two lengths over the length [1] up to which they are one."""
-
-REMEMBERED = 4
-"""Number of bodies whose matrices are kept, for bodies that differ in their place or their joints alone."""
+FORMULATIONS = {"corotated": COROTATED, "total-lagrange": TOTAL_LAGRANGE}  # formulations of cells by name
+TOO_STIFF = 0.1  # share by which a body is too stiff in bending, above which there is a finding
+TRIANGLES = {"tri3": ((0, 1, 2),), "quad4": ((0, 1, 2), (0, 2, 3))}  # linear cells as triangles
+SAME_LENGTH = 1e-6  # difference of two lengths over the length [1] up to which they are one
+REMEMBERED = 4  # number of bodies whose matrices are kept, for bodies that differ in their place or their joints alone
 
 
 @record

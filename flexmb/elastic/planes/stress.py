@@ -59,8 +59,7 @@ def cell_materials(mesh: PlaneMesh, material: ByRegion[Material], state: str) ->
 
 # Stresses at the nodes of a mesh from the places of its nodes, at any rotation
 
-GAUSS = 0.5 / math.sqrt(3.0)
-"""Distance of the two Gauss points of the unit interval from its middle."""
+GAUSS = 0.5 / math.sqrt(3.0)  # distance of the two Gauss points of the unit interval from its middle
 
 FOUR = tuple((0.5 + a * GAUSS, 0.5 + b * GAUSS) for b in (-1, 1) for a in (-1, 1))
 """The 2 x 2 Gauss points of the unit square."""
@@ -230,11 +229,8 @@ NODES, WIDTH, CELLS, HEAD = range(4)
 At HEAD: 1 / area of the cells of each node; (cells, ...) nodes, places X, mean gradients, gradients at the nodes, d11,
 d12, d33 times area, sz over sx + sy; then the ties of the nodes, as of a cell (`flexmb.elastic.planes.elements`)."""
 
-D11, D12, D33, ACROSS = range(4)
-"""Numbers of the material of a cell."""
-
-XX, YY, XY, ZZ, PARTS = range(5)
-"""Components of a stress; PARTS is their count."""
+D11, D12, D33, ACROSS = range(4)  # numbers of the material of a cell
+XX, YY, XY, ZZ, PARTS = range(5)  # components of a stress; PARTS is their count
 
 
 @fast

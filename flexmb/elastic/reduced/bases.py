@@ -106,20 +106,11 @@ class ElasticModel:
 
 # Craig-Bampton bases: static shapes of the pins, and vibrations with all pins held
 
-DENSE = 60
-"""Number of inner displacements up to which all vibrations are computed by a dense solver."""
-
-RIGID = 3
-"""Motions of a rigid body."""
-
-FIRST_TRIAL = 12
-"""Number of vibrations that are computed first where all up to a frequency are kept."""
-
-LEAST_PIVOT = 1e-13
-"""Smallest pivot over the largest one [1] of a body whose inside is held by its pins."""
-
-LEAST_SHARE = 1e-10
-"""Least strain energy of a combination of static shapes and vibrations over that of each one [1]."""
+DENSE = 60  # number of inner displacements up to which all vibrations are computed by a dense solver
+RIGID = 3  # motions of a rigid body
+FIRST_TRIAL = 12  # number of vibrations that are computed first where all up to a frequency are kept
+LEAST_PIVOT = 1e-13  # smallest pivot over the largest one [1] of a body whose inside is held by its pins
+LEAST_SHARE = 1e-10  # least strain energy of a combination of static shapes and vibrations over that of each one [1]
 
 
 @dataclass(frozen=True, eq=False)

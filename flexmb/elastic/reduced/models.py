@@ -185,8 +185,7 @@ def _axis(data: BeamMatrices, k: int) -> Array:
 
 # Bodies of beams as their reduction sees them
 
-THIN = 2e-3
-"""Half of the depth over the length with which beams of unknown depth are drawn."""
+THIN = 2e-3  # half of the depth over the length with which beams of unknown depth are drawn
 
 
 class BeamModel:
@@ -394,8 +393,7 @@ def _model_of_plane(body: PlaneBody, pins: Sequence[str]) -> ElasticModel:
 
 # What a reduced body asks of the body with all its nodes, by its class
 
-Reducible: TypeAlias = FlexibleBody | PlaneBody
-"""Bodies that can be reduced."""
+Reducible: TypeAlias = FlexibleBody | PlaneBody  # bodies that can be reduced
 
 
 def attachable(body: Reducible) -> tuple[Node, ...]:

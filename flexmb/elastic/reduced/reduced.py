@@ -44,8 +44,7 @@ if TYPE_CHECKING:
 
 Value = TypeVar("Value")
 
-REMEMBERED = 8
-"""Number of models, of bases and of matrices of reduced bodies that are kept."""
+REMEMBERED = 8  # number of models, of bases and of matrices of reduced bodies that are kept
 
 
 class Kept(Generic[Value]):
@@ -84,8 +83,7 @@ GROUPS: Kept[tuple[float, ...]] = Kept()
 
 FRAMES = ("chord", "pin")
 
-ROUND_OFF = 1e-12
-"""Distance of two pins over that from the origin [1] up to which they stand at one place."""
+ROUND_OFF = 1e-12  # distance of two pins over that from the origin [1] up to which they stand at one place
 
 
 def pin_names(label: str, name: str, value: Any, *_: str) -> tuple[Any, ...]:

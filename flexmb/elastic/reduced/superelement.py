@@ -71,8 +71,7 @@ if TYPE_CHECKING:
 KIND, ANGLE, STIFFENS = 3, 4, 5
 """Kind of a load, angle of its axes, whether it has a geometric stiffness, in place of other parameters of the body."""
 
-DEAD, FOLLOWER, EDGES = 0.0, 1.0, 2.0
-"""Kinds of loads."""
+DEAD, FOLLOWER, EDGES = 0.0, 1.0, 2.0  # kinds of loads
 
 OF_F, OF_JF, TURN_F, TURN_JF, VECTORS = range(5)
 """Vectors (n) behind poses and weights of the frame: Psi' f, Psi' J f, Phi' f, Phi' J f; their number.
@@ -275,8 +274,7 @@ def reduced_load_signal(p, t, q, v, a):
 
 Array = npt.NDArray[np.float64]
 
-ROUND_OFF = 1e-10
-"""Part of the largest shortening that counts as round-off."""
+ROUND_OFF = 1e-10  # part of the largest shortening that counts as round-off
 
 
 @dataclass(frozen=True, eq=False)

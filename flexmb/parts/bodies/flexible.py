@@ -292,13 +292,11 @@ def fractions(elements: Elements) -> tuple[float, ...]:
     return (0.0, *elements, 1.0)
 
 
-REMEMBERED = 4096
-"""Number of beams whose matrices are kept besides those of the present call."""
+REMEMBERED = 4096  # number of beams whose matrices are kept besides those of the present call
 
 BeamKey = tuple[tuple[float, ...], Section, Material, float | None, float | None]
 
-_KNOWN: dict[BeamKey, BeamMatrices] = {}
-"""Matrices of beams by their data."""
+_KNOWN: dict[BeamKey, BeamMatrices] = {}  # matrices of beams by their data
 
 
 def matrices(beam: Beam) -> BeamMatrices:

@@ -50,8 +50,7 @@ if TYPE_CHECKING:
 
 Point = tuple[float, float]
 
-LEAST_SLENDERNESS = 5.0
-"""Length of a beam over its height, below which shear cannot be left out."""
+LEAST_SLENDERNESS = 5.0  # length of a beam over its height, below which shear cannot be left out
 
 
 @record

@@ -39,8 +39,7 @@ if TYPE_CHECKING:
 
 # Mass and moment of inertia of a node, and of a point between nodes: kernels and pieces
 
-MASS, INERTIA, GRAVITY_X, GRAVITY_Y = range(4)
-"""Parameters p of the mass of a node."""
+MASS, INERTIA, GRAVITY_X, GRAVITY_Y = range(4)  # parameters p of the mass of a node
 
 
 @element_kernel
@@ -201,8 +200,7 @@ SAME_POINT = 1e-9
 MANY_PARTS = 500
 """Number of parts of a mechanism above which compiled kernels are called, which are a hundred times as fast."""
 
-NO_MOMENT = 1e-9
-"""Moment on a particle over the largest force [m], or change by its rotation, that counts as round-off."""
+NO_MOMENT = 1e-9  # moment on a particle over the largest force [m], or change by its rotation, that counts as round-off
 
 
 @constraint_kernel

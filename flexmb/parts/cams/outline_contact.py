@@ -161,8 +161,7 @@ def _mean_normal(a: tuple[float, float], b: tuple[float, float], node: Node) -> 
 
 # Contact of two outlines of two bodies: pawl and ratchet, blocks, wheels with slots, cams of lines and arcs
 
-MOST_CONTACTS = 256
-"""Largest number of contacts of a pair."""
+MOST_CONTACTS = 256  # largest number of contacts of a pair
 
 
 @record

@@ -365,11 +365,9 @@ class PairKernels:
         ]
 
 
-FACE = PairKernels(face_kernel, face_gap_kernel, face_friction, face_speed)
-"""Pair of a closed curve with a line."""
+FACE = PairKernels(face_kernel, face_gap_kernel, face_friction, face_speed)  # pair of a closed curve with a line
 
 ROLLER = PairKernels(roller_kernel, roller_gap_kernel, roller_friction, roller_speed)
 """Pair of a closed curve with a circle or point."""
 
-CURVES = PairKernels(curves_kernel, curves_gap_kernel, curves_friction, curves_speed)
-"""Pair of two closed curves."""
+CURVES = PairKernels(curves_kernel, curves_gap_kernel, curves_friction, curves_speed)  # pair of two closed curves

@@ -30,8 +30,7 @@ HERMITE = np.linalg.inv(
 )
 """Coefficients of the polynomial of degree 7 on [0, 1] by value and three derivatives at 0, then at 1."""
 
-CROSSING_BLOCK = 256
-"""Number of segments that are compared with all others at once."""
+CROSSING_BLOCK = 256  # number of segments that are compared with all others at once
 
 
 def hermite_spans(starts: np.ndarray, ends: np.ndarray, steps: np.ndarray) -> np.ndarray:
@@ -119,26 +118,13 @@ def curvatures(spans: np.ndarray, samples: int) -> tuple[np.ndarray, np.ndarray]
 
 # Closed curves as numbers of kernels: spans of polynomials, boxes around them, closest points
 
-SPANS, BOXES, FIRST_BOX = range(3)
-"""Places at the begin of a curve: number of spans, number of boxes, first box."""
-
-BOX_X, BOX_Y, BOX_RADIUS, BOX_FIRST, BOX_END, BOX_SIZE = range(6)
-"""Places in a box, and its length."""
-
-C6, C7, SPAN_Y = range(6, 9)
-"""Places of the last two coefficients of x in a span, and of the first one of y."""
-
-SPAN_SIZE = 16
-"""Numbers of a span."""
-
-MOST_ITERATIONS = 40
-"""Largest number of Newton iterations."""
-
-LEAST_STEP = 1e-14
-"""Change of u below which a point is found [1]."""
-
-HALF_SPAN = 0.5
-"""Step of u [1] where the distance is not convex."""
+SPANS, BOXES, FIRST_BOX = range(3)  # places at the begin of a curve: number of spans, number of boxes, first box
+BOX_X, BOX_Y, BOX_RADIUS, BOX_FIRST, BOX_END, BOX_SIZE = range(6)  # places in a box, and its length
+C6, C7, SPAN_Y = range(6, 9)  # places of the last two coefficients of x in a span, and of the first one of y
+SPAN_SIZE = 16  # numbers of a span
+MOST_ITERATIONS = 40  # largest number of Newton iterations
+LEAST_STEP = 1e-14  # change of u below which a point is found [1]
+HALF_SPAN = 0.5  # step of u [1] where the distance is not convex
 
 
 @compiled

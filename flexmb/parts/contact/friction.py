@@ -395,8 +395,7 @@ PASSIVE = 4.0 * math.sqrt(2.0 * math.e)
 """Largest damping sigma_1 v_s/mu_k [1] of passive bristles: sigma_1(v) v is largest at v_s/sqrt(2), with the value
 sigma_1 v_s/sqrt(2 e), and must not exceed 4 mu_k."""
 
-(DEFLECTION,) = range(1)
-"""Place in the history: bristle deflection [m]."""
+(DEFLECTION,) = range(1)  # place in the history: bristle deflection [m]
 
 
 @friction_law

@@ -46,8 +46,7 @@ SPEED, LAST_GAP, LAST_RATE, APPROACH = range(4)
 """Places at the beginning of a law's history: reference speed (0: open), gap and gap rate at the last accepted state;
 with `reference_speed` also the approach speed."""
 
-HISTORY = (0.0, 1.0, 0.0)
-"""Start values: reference speed (0: open), gap and gap rate at the last accepted state."""
+HISTORY = (0.0, 1.0, 0.0)  # start values: reference speed (0: open), gap and gap rate at the last accepted state
 
 LEAST_APPROACH = 1e-6
 """Least approach speed [m/s] by default; a slower contact refers to the largest speed since its onset.

@@ -13,8 +13,7 @@ HISTORY_WITH_EXTREMES = (*HISTORY, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """Start values: history of the onset; approach speed of the present contact; largest approach speed, depth, force, cut
 tension and excess of the whole run."""
 
-MOST_APPROACH, DEPTH, FORCE, TENSION, EXCESS = range(4, 9)
-"""Places of the extremes in the history."""
+MOST_APPROACH, DEPTH, FORCE, TENSION, EXCESS = range(4, 9)  # places of the extremes in the history
 
 
 LOVE = 1e-5

@@ -158,8 +158,7 @@ def belt_contributions(
 
 # Belt or chain over two wheels, open or crossed, ideal or with friction that limits its force
 
-LARGE_STRETCH = 0.02
-"""Change of the length that a belt would need, over its length, above which there is a remark."""
+LARGE_STRETCH = 0.02  # change of the length that a belt would need, over its length, above which there is a remark
 
 
 @record

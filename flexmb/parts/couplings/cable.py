@@ -33,8 +33,7 @@ if TYPE_CHECKING:
 
 # Massless rod: two points that keep their distance
 
-FIRST_ANGLE, SECOND_ANGLE = 2, 5
-"""Places of the angles of two nodes among their coordinates."""
+FIRST_ANGLE, SECOND_ANGLE = 2, 5  # places of the angles of two nodes among their coordinates
 
 
 @compiled
@@ -123,8 +122,7 @@ class Distance(Part):
 
 # Cable: two points that cannot move further apart than its length; drums wind it up
 
-LARGE_STRETCH = 0.2
-"""Elongation over length above which there is a remark."""
+LARGE_STRETCH = 0.2  # elongation over length above which there is a remark
 
 
 @record

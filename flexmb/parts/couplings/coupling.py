@@ -81,8 +81,7 @@ class SameRotation(Part):
 
 # Linear relation of the angles and travels of any joints
 
-COUNT, VALUE, BEGIN = range(3)
-"""Places in p: number of joints, value of the sum; where the joints begin."""
+COUNT, VALUE, BEGIN = range(3)  # places in p: number of joints, value of the sum; where the joints begin
 
 TURNS, FACTOR, X1, Y1, THETA1, X2, Y2, THETA2, DRAWN, AXIS_Y, OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, SIZE = range(
     15

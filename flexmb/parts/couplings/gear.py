@@ -31,8 +31,7 @@ if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
     from flexmb.model.part import WatchedMotion
 
-LARGE_PLAY = 0.2
-"""Error of the distance of the axes in a motion, over the module, above which there is a remark."""
+LARGE_PLAY = 0.2  # error of the distance of the axes in a motion, over the module, above which there is a remark
 
 FLANKS = {"forward": 1.0, "backward": -1.0}
 """Names of the contacts of a pair with backlash; 1 where the first wheel pushes while it turns counter-clockwise."""

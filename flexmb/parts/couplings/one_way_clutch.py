@@ -20,8 +20,7 @@ if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
     from flexmb.model.part import WatchedMotion
 
-LARGE_WIND_UP = 0.5
-"""Wind-up above which there is a remark [rad]."""
+LARGE_WIND_UP = 0.5  # wind-up above which there is a remark [rad]
 
 COARSE_STEP = 0.35
 """Fixed step over the time of an engagement above which there is a remark: speeds behind it are off by some 2 %."""

@@ -22,8 +22,7 @@ if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
     from flexmb.model.part import WatchedMotion
 
-PARTED = 0.05
-"""Error of the distance of the pinion from the pitch line over its radius, above which there is a remark."""
+PARTED = 0.05  # error of the distance of the pinion from the pitch line over its radius, above which there is a remark
 
 
 @constraint_kernel

@@ -91,11 +91,8 @@ def involute(angle: float) -> float:
 
 # Wheels that roll on one another or are tied by a belt: kernels on the line of their centres
 
-STANDARD_PRESSURE_ANGLE = math.radians(20.0)
-"""Pressure angle of standard gears [rad] (ISO 53)."""
-
-ARM = 6
-"""Place of the arm's angle among the coordinates, where it is the last one; it says which turn phi is in."""
+STANDARD_PRESSURE_ANGLE = math.radians(20.0)  # pressure angle of standard gears [rad] (ISO 53)
+ARM = 6  # place of the arm's angle among the coordinates, where it is the last one; it says which turn phi is in
 
 
 @constraint_kernel
@@ -197,8 +194,7 @@ class Push(FrictionLaw):
 
 Point = tuple[float, float]
 
-FITS = 1e-3
-"""Difference of the distance of the axes from the sum of the pitch radii, relative to it, that still fits."""
+FITS = 1e-3  # difference of the distance of the axes from the sum of the pitch radii, relative to it, that still fits
 
 COAXIAL = 1e-9
 """Distance of two centres relative to their radii, below which they are one: a gearbox with shafts in line."""

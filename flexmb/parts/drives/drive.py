@@ -18,8 +18,7 @@ from flexmb.model.part import GROUND, Joint, Part, WatchedMotion
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
 
-FASTEST = 2e4
-"""Angular speed of a drive above which there is a finding [rad/s]."""
+FASTEST = 2e4  # angular speed of a drive above which there is a finding [rad/s]
 
 LARGEST_ACCELERATION = 1e5
 """Centripetal acceleration of a joint on a driven body above which there is one [m/s^2]; pistons of racing engines

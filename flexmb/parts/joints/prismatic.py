@@ -207,8 +207,7 @@ def clamp_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     G[2, 5] = 1.0
 
 
-MOTION = instance(Motion, "a motion, e.g. Ramp(6.28, 0.5)")
-"""Rule of the motions of a clamp."""
+MOTION = instance(Motion, "a motion, e.g. Ramp(6.28, 0.5)")  # rule of the motions of a clamp
 
 
 @record

@@ -90,8 +90,7 @@ ABOVE, BELOW = "above", "below"
 Pieces = list[tuple[str, Kernel, tuple[float, ...]]]
 """Name, gap kernel and its parameters behind the clearance, of each limit of a stop."""
 
-NO_CLEARANCE = 0.0
-"""First parameter p of a contact without a clearance [m]."""
+NO_CLEARANCE = 0.0  # first parameter p of a contact without a clearance [m]
 
 
 @compiled

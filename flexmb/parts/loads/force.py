@@ -161,8 +161,7 @@ def check_loaded(load: Part, body: Part) -> None:
 
 # A torque on a body, constant or changing in time
 
-TORQUE_SIGNALS = (("torque", "N m"), ("power", "W"))
-"""Signals with their units, in the order of `torque_signal`."""
+TORQUE_SIGNALS = (("torque", "N m"), ("power", "W"))  # signals with their units, in the order of `torque_signal`
 
 
 @element_kernel

@@ -37,15 +37,13 @@ if TYPE_CHECKING:
 
 # Base of loads on plane bodies
 
-ARROWS = 5
-"""Largest number of arrows that a drawing shows of a load."""
+ARROWS = 5  # largest number of arrows that a drawing shows of a load
 
 LEFT_OUT = 0.01
 """Share of the strain energy of a load that the kept shapes of a reduced body may leave out [1]; stresses are then off
 by some tenth."""
 
-NO_ARROW = 1e-9
-"""Nodal force over the largest one [1] up to which a drawing shows none."""
+NO_ARROW = 1e-9  # nodal force over the largest one [1] up to which a drawing shows none
 
 
 FIELD, STRESS = either(Callable, vector), either(Callable, number)

@@ -30,20 +30,11 @@ if TYPE_CHECKING:
 FIELDS = {"moment": ("bending_moment", "N m"), "axial": ("axial_force", "N"), "shear": ("shear_force", "N")}
 """Fields of beams and their units by the word of `colour`."""
 
-STRESS = "von_mises"
-"""Word of `colour` for the stress of meshes."""
-
-WIDTH = 800
-"""Default width of a film [pixel]."""
-
-WIDEST = 8192
-"""Largest width and height of a film [pixel]."""
-
-TALLEST = 1.25
-"""Largest default height of a film over its width."""
-
-DPI = 100
-"""Pixels of an inch of a film's figure."""
+STRESS = "von_mises"  # word of `colour` for the stress of meshes
+WIDTH = 800  # default width of a film [pixel]
+WIDEST = 8192  # largest width and height of a film [pixel]
+TALLEST = 1.25  # largest default height of a film over its width
+DPI = 100  # pixels of an inch of a film's figure
 
 
 class Film:
@@ -227,11 +218,8 @@ def field_limit(scene: Scene, field: str) -> float:
 
 # Files of films: GIF by Pillow, MP4 by the ffmpeg that comes with imageio-ffmpeg
 
-PALETTE_FRAMES = 8
-"""Number of frames from which the colours of a GIF are chosen."""
-
-QUALITY = 8
-"""Quality of an MP4 file, 0 to 10."""
+PALETTE_FRAMES = 8  # number of frames from which the colours of a GIF are chosen
+QUALITY = 8  # quality of an MP4 file, 0 to 10
 
 
 def write_gif(path: Path, film: Film, fps: float) -> None:

@@ -39,8 +39,7 @@ MAGIC, VERSION, JSON_CHUNK, BIN_CHUNK = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
 FLOAT, UINT = 5126, 5125
 """Component types of accessors."""
 
-WEIGHTS = "weights"
-"""Path of the motion of a mesh between its shapes."""
+WEIGHTS = "weights"  # path of the motion of a mesh between its shapes
 
 KINDS = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
 ARRAY_BUFFER, ELEMENT_BUFFER = 34962, 34963
@@ -180,17 +179,10 @@ class Glb:
 
 # The motion of a run as a glTF file, for viewers of 3-D models and web pages
 
-MOST_FRAMES = 200
-"""Default number of instants, at most."""
-
-BAR = 0.006
-"""Half width of the bars of rigid bodies, over the width of the mechanism."""
-
-STRIDE = 2
-"""Points of a drawn beam element for each straight piece: 4 pieces of 9 points."""
-
-PIN_SIDES = 16
-"""Number of sides of a pin."""
+MOST_FRAMES = 200  # default number of instants, at most
+BAR = 0.006  # half width of the bars of rigid bodies, over the width of the mechanism
+STRIDE = 2  # points of a drawn beam element for each straight piece: 4 pieces of 9 points
+PIN_SIDES = 16  # number of sides of a pin
 
 
 def export_gltf(sol: Solution, path: str | Path, *, frames: int | None = None, magnify: float = 1.0) -> Path:
@@ -345,8 +337,7 @@ class Export:
                 self._glb.move(node, self._time, mark.points, np.zeros(len(self._time)), None)
 
 
-Solid = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Points, normals and triangles."""
+Solid = tuple[np.ndarray, np.ndarray, np.ndarray]  # points, normals and triangles
 
 
 def _bars(line: np.ndarray, half: float) -> Solid:

@@ -29,17 +29,10 @@ if TYPE_CHECKING:
 DISTANCES = (6.0, 11.0, 18.0, 27.0, 38.0, 52.0, 70.0)
 """Distances of a name from its point that are tried, the nearest first [pt]."""
 
-DIRECTIONS = 16
-"""Number of directions that are tried at each distance."""
-
-LEADER = 15.0
-"""Distance from which on a thin line leads from the name to its point [pt]."""
-
-POINT_SIZE = 12.0
-"""Side of the square around a point that names keep free [pt]."""
-
-FOOT = 5.0
-"""Distance of the middle of a triangle from the point that stands on it [pt]."""
+DIRECTIONS = 16  # number of directions that are tried at each distance
+LEADER = 15.0  # distance from which on a thin line leads from the name to its point [pt]
+POINT_SIZE = 12.0  # side of the square around a point that names keep free [pt]
+FOOT = 5.0  # distance of the middle of a triangle from the point that stands on it [pt]
 
 ON_NAME, OUTSIDE, ON_POINT, ON_LINE = 1e4, 2e3, 3e2, 8.0
 """Costs of a place: on another name, outside the axes, on a point, for each sample of a line beneath it."""
@@ -154,17 +147,10 @@ SYMBOLS: dict[str, dict[str, Any]] = {
 }
 MARKERS = {"prismatic": "s", "slot": "o", "fixed": "D", "clearance": "o", "bushing": "h"}
 
-VON_MISES = "von_mises"
-"""Field of meshes by which a `Colouring` colours them."""
-
-THINNEST = 0.004
-"""Half of the least drawn depth of a beam, over the width of the picture."""
-
-RING = 0.014
-"""Radius of the ring that stands for a joint with clearance, over the width of the picture."""
-
-JOURNAL, PLAY = 0.5, 0.9
-"""Radius of the journal, and of the room in which it moves, over that of its ring."""
+VON_MISES = "von_mises"  # field of meshes by which a `Colouring` colours them
+THINNEST = 0.004  # half of the least drawn depth of a beam, over the width of the picture
+RING = 0.014  # radius of the ring that stands for a joint with clearance, over the width of the picture
+JOURNAL, PLAY = 0.5, 0.9  # radius of the journal, and of the room in which it moves, over that of its ring
 
 
 @dataclass(frozen=True)

@@ -29,17 +29,13 @@ if TYPE_CHECKING:
 
 # Everything that is drawn of a run at some instants: lines, joints, symbols, paths, forces, limits of the axes
 
-Box = tuple[tuple[float, float], tuple[float, float]]
-"""Limits of x and of y [m]."""
-
-PER_ELEMENT = 9
-"""Number of points on a beam element."""
+Box = tuple[tuple[float, float], tuple[float, float]]  # limits of x and of y [m]
+PER_ELEMENT = 9  # number of points on a beam element
 
 SHARE = 98.0
 """Percentile of absolute values at which colours and lengths of arrows end; impacts would make all else too small."""
 
-BOX_POSES = 400
-"""Number of poses of a run, at most, that the limits of the axes are taken from."""
+BOX_POSES = 400  # number of poses of a run, at most, that the limits of the axes are taken from
 
 
 @dataclass(frozen=True)
@@ -166,16 +162,11 @@ def joint_forces(
 
 # Poses of a mechanism at several instants, as a matplotlib figure
 
-SIZES = 0.5, 100.0
-"""Least and largest width and height of a picture [inch]."""
-PANELS = 6
-"""Default number of instants."""
-TRACE_POSES = 6
-"""Number of earlier poses behind each instant."""
-MOST_NAMES = 24
-"""Largest number of names in a legend, and of names of joints in a panel; of more joints none is named."""
-NEAR = 0.012
-"""Distance of joints that share a name, over the width of the picture."""
+SIZES = 0.5, 100.0  # least and largest width and height of a picture [inch]
+PANELS = 6  # default number of instants
+TRACE_POSES = 6  # number of earlier poses behind each instant
+MOST_NAMES = 24  # largest number of names in a legend, and of names of joints in a panel; of more joints none is named
+NEAR = 0.012  # distance of joints that share a name, over the width of the picture
 
 
 CORNERS = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])

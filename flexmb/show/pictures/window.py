@@ -101,14 +101,9 @@ def _frame(source: Path, time: float | None) -> Any:
 
 # A run in a window of pyvista: slider of the time, play by a key
 
-MOST_FRAMES = 500
-"""Number of poses that are prepared, at most."""
-
-INTERVAL = 30
-"""Time between two frames while the motion plays [ms]."""
-
-SIZE = (1200, 800)
-"""Size of the window [pixel]."""
+MOST_FRAMES = 500  # number of poses that are prepared, at most
+INTERVAL = 30  # time between two frames while the motion plays [ms]
+SIZE = (1200, 800)  # size of the window [pixel]
 
 KEYS = "space: play and stop    left, right: frame by frame    mouse: move and zoom    r: whole picture    q: close"
 

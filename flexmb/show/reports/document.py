@@ -35,11 +35,8 @@ class Markup(str):
     __slots__ = ()
 
 
-Content = str | None
-"""Piece of a page: markup, plain text, or None for nothing."""
-
-VOID = frozenset({"input", "meta", "br"})
-"""Elements without content."""
+Content = str | None  # piece of a page: markup, plain text, or None for nothing
+VOID = frozenset({"input", "meta", "br"})  # elements without content
 
 
 def tag(name: str, *content: Content, **attributes: str | bool | None) -> Markup:
@@ -108,8 +105,7 @@ def quantity(value: float, unit: str = "", digits: int = 6) -> str:
 COARSE, MIDDLE, FINE = 2**10 - 1, 2**12 - 1, 2**24 - 1
 """Steps between the smallest and the largest value: of colours, of lengths on a screen, of coordinates."""
 
-FLOAT = 4
-"""Bytes of a float of single precision, which keeps seven digits."""
+FLOAT = 4  # bytes of a float of single precision, which keeps seven digits
 
 
 def quantised(values: np.ndarray, steps: int, *, common: bool = False) -> dict[str, Any]:
@@ -189,8 +185,7 @@ def asset(name: str) -> str:
     return files("flexmb.show.reports").joinpath("assets", name).read_text(encoding="utf-8")
 
 
-PALE = 0.4
-"""Share of white in the colours of curves and bodies on a dark page."""
+PALE = 0.4  # share of white in the colours of curves and bodies on a dark page
 
 
 def palette() -> str:

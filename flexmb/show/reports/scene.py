@@ -51,11 +51,8 @@ def stresses(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -
 MOST_POINTS = 1500
 """Number of points of all meshes of a page, about, whose stress is shown; of a finer mesh some points stand for all."""
 
-LOOP_POINTS = 160
-"""Largest number of points of an outline or of a hole, about."""
-
-WIDER = 1.1
-"""Factor by which the squares grow, in each of which one point is kept, until there are few enough."""
+LOOP_POINTS = 160  # largest number of points of an outline or of a hole, about
+WIDER = 1.1  # factor by which the squares grow, in each of which one point is kept, until there are few enough
 
 
 def _mesh(body: FlexibleMotion, surface: Surface, frame: int, most: int) -> dict[str, Any]:
@@ -119,8 +116,7 @@ def _stood_for(points: np.ndarray, rim: np.ndarray, most: int) -> np.ndarray:
 
 # Moving mechanism of a page: frames that carry nodes, shapes on these nodes, section forces, joint forces
 
-STANDING = -1
-"""Number of the frame of the ground."""
+STANDING = -1  # number of the frame of the ground
 
 
 class Nodes:

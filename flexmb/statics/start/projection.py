@@ -15,8 +15,7 @@ WHOLE_TURN = 2.0 * np.pi
 MOST_PROJECTIONS = 30
 """Number of Newton iterations at most."""
 
-CLOSED_GAP = 1e-12
-"""Gap of a closed joint relative to the size of the mechanism."""
+CLOSED_GAP = 1e-12  # gap of a closed joint relative to the size of the mechanism
 
 
 def projected(program: Program, q: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
