@@ -145,20 +145,12 @@ EQUAL, DIFFERENT = 0, 1  # exit codes of runs that agree and of runs that differ
 
 @dataclass(frozen=True)
 class Comparison:
-    """Comparison of two runs.
+    """Comparison of two runs."""
 
-    Parameters
-    ----------
-    largest : largest difference, relative to the range of its signal.
-    signal : name of the signal with the largest difference.
-    at_begin : largest relative difference at the begin of the run.
-    parted : first instant with a relative difference above 1e-3 [s]; None: no such instant.
-    """
-
-    largest: float
-    signal: str
-    at_begin: float
-    parted: float | None
+    largest: float  # largest difference, relative to the range of its signal
+    signal: str  # name of the signal with the largest difference
+    at_begin: float  # largest relative difference at the begin of the run
+    parted: float | None  # first instant with a relative difference above 1e-3 [s]; None: no such instant
 
     @property
     def good(self) -> bool:

@@ -29,16 +29,10 @@ if TYPE_CHECKING:
 
 
 class Loss(NamedTuple):
-    """Loss of a vibration in a number of steps.
+    """Loss of a vibration in a number of steps."""
 
-    Parameters
-    ----------
-    phase : lag behind the exact vibration at the end [rad].
-    amplitude : lost share of the amplitude; below 0 where it grows.
-    """
-
-    phase: float
-    amplitude: float
+    phase: float  # lag behind the exact vibration at the end [rad]
+    amplitude: float  # lost share of the amplitude; below 0 where it grows
 
 
 def loss_of(method: Method, omega: float, h: float, steps: float, *, first_order: bool = False) -> Loss | None:

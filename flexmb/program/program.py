@@ -177,13 +177,10 @@ class Controls(Record):
 
 
 class Sizes(Record, frozen=True):
-    """Numbers of coordinates, multipliers, histories, signals; first energy signal; longest lists of a piece.
-
-    n_b : number of the coordinates of bodies, before those of the states of controls
-    """
+    """Numbers of coordinates, multipliers, histories, signals; first energy signal; longest lists of a piece."""
 
     n_q: int
-    n_b: int
+    n_b: int  # number of the coordinates of bodies, before those of the states of controls
     n_c: int
     n_z: int
     n_y: int

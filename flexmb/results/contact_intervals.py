@@ -41,16 +41,11 @@ SHOWN_ROWS = 20
 
 
 class ContactLog(NamedTuple):
-    """Contact intervals of a run, as recorded by the loop.
+    """Contact intervals of a run, as recorded by the loop."""
 
-    Parameters
-    ----------
-    names : the contacts, in the order of declaration.
-    rows : (n, 11) an episode each, in the order in which they ended, with the columns of `COLUMNS`; the contact is the
-        number of its name.
-    """
-
-    names: tuple[str, ...] = ()
+    names: tuple[str, ...] = ()  # the contacts, in the order of declaration
+    # (n, 11) an episode each, in the order in which they ended, with the columns of `COLUMNS`; the contact is the
+    # number of its name
     rows: np.ndarray = np.zeros((0, len(COLUMNS)))
 
     def columns(self, contact: int) -> dict[str, np.ndarray]:

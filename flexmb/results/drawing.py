@@ -80,19 +80,12 @@ PIECES = {
 
 @dataclass(frozen=True)
 class Surface:
-    """The mesh of a body at n instants.
-
-    Parameters
-    ----------
-    shape : its mesh.
-    points : (n, m, 2) drawn places, of which a deformation may be magnified [m].
-    poses : (n, nodes, 3) x, y, theta of the nodes, from which stresses are found [m, rad].
-    """
+    """The mesh of a body at n instants."""
 
     part: str
-    shape: MeshShape
-    points: np.ndarray
-    poses: np.ndarray
+    shape: MeshShape  # its mesh
+    points: np.ndarray  # (n, m, 2) drawn places, of which a deformation may be magnified [m]
+    poses: np.ndarray  # (n, nodes, 3) x, y, theta of the nodes, from which stresses are found [m, rad]
 
     @property
     def cells(self) -> np.ndarray:

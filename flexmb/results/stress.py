@@ -63,20 +63,12 @@ MEANINGS = {
 
 
 class Places(NamedTuple):
-    """Places of known stresses.
+    """Places of known stresses."""
 
-    Parameters
-    ----------
-    nodes : (m,) numbers of the nodes.
-    points : (m, 2) their places in the reference configuration [m].
-    names : numbers of the nodes by the names of nodes.
-    more : further coordinates (m,), with their units.
-    """
-
-    nodes: np.ndarray
-    points: np.ndarray
-    names: Mapping[str, int]
-    more: Mapping[str, tuple[np.ndarray, str]]
+    nodes: np.ndarray  # (m,) numbers of the nodes
+    points: np.ndarray  # (m, 2) their places in the reference configuration [m]
+    names: Mapping[str, int]  # numbers of the nodes by the names of nodes
+    more: Mapping[str, tuple[np.ndarray, str]]  # further coordinates (m,), with their units
 
 
 def stress(

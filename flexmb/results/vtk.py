@@ -52,23 +52,14 @@ STRESSES = ("stress_x", "stress_y", "stress_xy")  # stresses of meshes in world 
 
 
 class Piece(NamedTuple):
-    """A drawn thing at n instants.
+    """A drawn thing at n instants."""
 
-    Parameters
-    ----------
-    points : (n, m, 2) its points [m].
-    cell : kind of its cells as meshio names it.
-    cells : (k, j) numbers of the points of each cell.
-    part, kind : names of its part and of its own kind.
-    data : (n, m) fields at its points, by name.
-    """
-
-    points: np.ndarray
-    cell: str
-    cells: np.ndarray
-    part: str
-    kind: str
-    data: Mapping[str, np.ndarray]
+    points: np.ndarray  # (n, m, 2) its points [m]
+    cell: str  # kind of its cells as meshio names it
+    cells: np.ndarray  # (k, j) numbers of the points of each cell
+    part: str  # name of its part
+    kind: str  # and of its own kind
+    data: Mapping[str, np.ndarray]  # (n, m) fields at its points, by name
 
 
 @arguments.checked

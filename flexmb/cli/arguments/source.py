@@ -82,18 +82,11 @@ NAMES = ("mech", "mechanism")  # default names of a mechanism in a file
 
 @dataclass(frozen=True)
 class Source:
-    """A function that returns a mechanism, and a short name for files.
+    """A function that returns a mechanism, and a short name for files."""
 
-    Parameters
-    ----------
-    name : name of the ready mechanism, or of the file without its ending.
-    make : the function; its parameters become options.
-    file : file of the mechanism; None for a ready one.
-    """
-
-    name: str
-    make: Callable[..., Any]
-    file: Path | None = None
+    name: str  # name of the ready mechanism, or of the file without its ending
+    make: Callable[..., Any]  # the function; its parameters become options
+    file: Path | None = None  # file of the mechanism; None for a ready one
 
     def with_changes(self, texts: Sequence[str]) -> Source:
         """The source with changed fields of parts, typed as "PART.FIELD=VALUE"."""

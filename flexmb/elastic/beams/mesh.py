@@ -54,20 +54,12 @@ BROKEN = (
 
 @dataclass(frozen=True, eq=False)
 class LineMesh:
-    """A plane mesh of two-node lines.
+    """A plane mesh of two-node lines."""
 
-    Attributes
-    ----------
-    points : (n, 2) nodes [m].
-    edges : (m, 2) indices of the first and last node of each line.
-    tags : (m,) tag of each line; 0 where the file has none.
-    name : name of the mesh in messages.
-    """
-
-    points: Array
-    edges: Indices
-    tags: Indices
-    name: str = "mesh"
+    points: Array  # (n, 2) nodes [m]
+    edges: Indices  # (m, 2) indices of the first and last node of each line
+    tags: Indices  # (m,) tag of each line; 0 where the file has none
+    name: str = "mesh"  # name of the mesh in messages
 
     def __post_init__(self) -> None:
         _check_shapes(self)

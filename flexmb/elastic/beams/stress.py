@@ -23,24 +23,15 @@ from flexmb.kernels import extremum_kernel, fast
 
 @dataclass(frozen=True)
 class BeamElements:
-    """The elements of one beam, for strains.
+    """The elements of one beam, for strains."""
 
-    Parameters
-    ----------
-    lengths : (n,) unstressed lengths [m].
-    offsets : (2, n) direction of the unstressed beam less the angle of the nodes at both ends of each element [rad].
-    outer : (n,) largest distance of the outer fibre from the centroid along each element [m].
-    shear : (2, n) shares of the end rotations in the shear angle [1].
-    bow : (3, n) shortening of the chords.
-    unstressed : (3, n) l0 [m], u10 and u20 [rad]; see `flexmb.elastic.beams.corotational`.
-    """
-
-    lengths: np.ndarray
+    lengths: np.ndarray  # (n,) unstressed lengths [m]
+    # (2, n) direction of the unstressed beam less the angle of the nodes at both ends of each element [rad]
     offsets: np.ndarray
-    outer: np.ndarray
-    shear: np.ndarray
-    bow: np.ndarray
-    unstressed: np.ndarray
+    outer: np.ndarray  # (n,) largest distance of the outer fibre from the centroid along each element [m]
+    shear: np.ndarray  # (2, n) shares of the end rotations in the shear angle [1]
+    bow: np.ndarray  # (3, n) shortening of the chords
+    unstressed: np.ndarray  # (3, n) l0 [m], u10 and u20 [rad]; see `flexmb.elastic.beams.corotational`
 
     def strains(self, x: np.ndarray, y: np.ndarray, theta: np.ndarray) -> np.ndarray:
         """Largest strain (instants, n) of the outer fibres of each element, axial and bending strain added.

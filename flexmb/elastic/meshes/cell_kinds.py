@@ -31,25 +31,19 @@ class CellKind:
     """One kind of cells.
 
     Nodes are ordered as in VTK and gmsh: corners counter-clockwise, then the middles of the edges, then the centre.
-
-    name : "tri3", "tri6", "quad4" or "quad9".
-    nodes, corners : numbers of nodes and of corners.
-    edges : local nodes of each edge: both ends, then the middle of quadratic cells; the cell lies on the left.
-    element : scikit-fem's shape functions.
-    mesh : scikit-fem's class of meshes with these cells, curved where the middles are off the chords.
-    stiffness_order : degree up to which stiffness, stress and geometric stiffness are integrated exactly; the stiffness
-        of cells with straight edges, without taper, is then exact.
-    mass_order : the same for the mass; exact for all cells, curved ones included.
     """
 
-    name: str
-    nodes: int
-    corners: int
+    name: str  # "tri3", "tri6", "quad4" or "quad9"
+    nodes: int  # number of nodes
+    corners: int  # number of corners
+    # local nodes of each edge: both ends, then the middle of quadratic cells; the cell lies on the left
     edges: tuple[tuple[int, ...], ...]
-    element: type[Element]
-    mesh: type[Mesh2D]
+    element: type[Element]  # scikit-fem's shape functions
+    mesh: type[Mesh2D]  # scikit-fem's class of meshes with these cells, curved where the middles are off the chords
+    # degree up to which stiffness, stress and geometric stiffness are integrated exactly; the stiffness of cells with
+    # straight edges, without taper, is then exact
     stiffness_order: int
-    mass_order: int
+    mass_order: int  # the same for the mass; exact for all cells, curved ones included
 
     @property
     def is_quadratic(self) -> bool:
@@ -112,18 +106,13 @@ Indices = npt.NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Edges:
-    """Edges of all cells, each edge once.
+    """Edges of all cells, each edge once."""
 
-    nodes : (e, 2) or (e, 3) first node, last node and middle of each edge, as its first cell has it on the left.
-    cells : (e, 2) both cells of an edge; -1 for the missing one of a boundary edge.
-    counts : (e,) number of cells of each edge.
-    folded : (e,) whether the first two cells of an edge lie on the same side of it.
-    """
-
+    # (e, 2) or (e, 3) first node, last node and middle of each edge, as its first cell has it on the left
     nodes: Indices
-    cells: Indices
-    counts: Indices
-    folded: npt.NDArray[np.bool_]
+    cells: Indices  # (e, 2) both cells of an edge; -1 for the missing one of a boundary edge
+    counts: Indices  # (e,) number of cells of each edge
+    folded: npt.NDArray[np.bool_]  # (e,) whether the first two cells of an edge lie on the same side of it
 
     @property
     def boundary(self) -> Indices:

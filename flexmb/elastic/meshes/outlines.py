@@ -370,18 +370,14 @@ def _link(
 
 @dataclass(frozen=True)
 class _Eye:
-    """One eye about (0, 0) with the shank on the side x > 0.
+    """One eye about (0, 0) with the shank on the side x > 0."""
 
-    radius, hole : radii [m].  angle : at which the shank leaves the eye [rad].  slope : of the shank's upper edge [1].
-    size : length of a cell's edge [m].  fillet : radius of the arcs between eye and shank [m].
-    """
-
-    radius: float
-    hole: float
-    angle: float
-    slope: float
-    size: float
-    fillet: float = 0.0
+    radius: float  # of the eye [m]
+    hole: float  # radius of its hole [m]
+    angle: float  # at which the shank leaves the eye [rad]
+    slope: float  # of the shank's upper edge [1]
+    size: float  # length of a cell's edge [m]
+    fillet: float = 0.0  # radius of the arcs between eye and shank [m]
 
     @property
     def cells_across(self) -> int:

@@ -35,17 +35,11 @@ _CROSSED = BilinearForm(lambda u, v, w: w.bulk * u.grad[1] * v.grad[0] + w.shear
 
 @dataclass(frozen=True, eq=False)
 class PlaneMatrices:
-    """Stiffness and mass of a plane body.
-
-    Attributes
-    ----------
-    stiffness : (2n, 2n) sparse [N/m], displacements ordered x0, y0, x1, y1, ...
-    scalar_mass : (n, n) sparse [kg], for x and for y; the mass matrix is that times the unit matrix of two.
-    """
+    """Stiffness and mass of a plane body."""
 
     mesh: PlaneMesh
-    stiffness: csr_array
-    scalar_mass: csr_array
+    stiffness: csr_array  # (2n, 2n) sparse [N/m], displacements ordered x0, y0, x1, y1, ...
+    scalar_mass: csr_array  # (n, n) sparse [kg], for x and for y; the mass matrix is that times the unit matrix of two
 
     @cached_property
     def mass(self) -> csr_array:

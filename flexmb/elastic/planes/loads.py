@@ -90,16 +90,11 @@ def edge_load(mesh: PlaneMesh, name: str, traction: Field, thickness: ByRegion[f
 
 @dataclass(frozen=True, eq=False)
 class LoadedEdges:
-    """Edges of the boundary on which a load acts.
+    """Edges of the boundary on which a load acts."""
 
-    nodes : (b, k) nodes of each edge, the body on the left.
-    places : (b, q, 2) its quadrature points [m].
-    thickness : (b,) thickness of its cell [m].
-    """
-
-    nodes: npt.NDArray[np.int64]
-    places: Array
-    thickness: Array
+    nodes: npt.NDArray[np.int64]  # (b, k) nodes of each edge, the body on the left
+    places: Array  # (b, q, 2) its quadrature points [m]
+    thickness: Array  # (b,) thickness of its cell [m]
 
 
 def loaded_edges(mesh: PlaneMesh, name: str, thickness: ByRegion[float]) -> LoadedEdges:
@@ -298,15 +293,11 @@ def mesh_load_signal(p, t, q, v, a):
 
 @dataclass(frozen=True, eq=False)
 class FollowedEdges:
-    """Edges that a load follows, the body on their left.
+    """Edges that a load follows, the body on their left."""
 
-    nodes : (b, k) nodes of each edge.
-    normal, along : (b, k, k) products of the pressure and of the shear [N/m].
-    """
-
-    nodes: npt.NDArray[np.int64]
-    normal: Array
-    along: Array
+    nodes: npt.NDArray[np.int64]  # (b, k) nodes of each edge
+    normal: Array  # (b, k, k) products of the pressure [N/m]
+    along: Array  # (b, k, k) products of the shear [N/m]
 
     def matrix(self, size: int) -> csr_array:
         """A (size, size): nodal forces x0, y0, x1, y1, ... by the places of the nodes."""
@@ -326,18 +317,12 @@ class FollowedEdges:
 
 @dataclass(frozen=True, eq=False)
 class NodalLoad:
-    """A load on the nodes of a mesh, in the axes of the mesh.
+    """A load on the nodes of a mesh, in the axes of the mesh."""
 
-    forces : (n, 2) forces on the undeformed body [N].
-    nodes : numbers of the nodes on which it acts, though its values may be 0.
-    follower : whether their directions turn with the first pin.
-    edges : edges that it follows, in place of directions; None: no edges.
-    """
-
-    forces: Array
-    nodes: npt.NDArray[np.int64]
-    follower: bool = False
-    edges: FollowedEdges | None = None
+    forces: Array  # (n, 2) forces on the undeformed body [N]
+    nodes: npt.NDArray[np.int64]  # numbers of the nodes on which it acts, though its values may be 0
+    follower: bool = False  # whether their directions turn with the first pin
+    edges: FollowedEdges | None = None  # edges that it follows, in place of directions; None: no edges
 
 
 def load_contributions(body: PlaneBody, name: str, load: NodalLoad, history: Motion | None) -> list[Contribution]:

@@ -92,17 +92,12 @@ NO_ARM = 1e-9  # distance of nodes over the size of the mesh [1] below which the
 
 @dataclass(frozen=True, eq=False)
 class Interface:
-    """A set of nodes that moves with one point.
-
-    nodes : node numbers of the set.
-    point : place of the pin in the axes of the mesh [m].
-    kind : "rigid" or "averaged".
-    """
+    """A set of nodes that moves with one point."""
 
     name: str
-    nodes: Indices
-    point: tuple[float, float]
-    kind: str = RIGID
+    nodes: Indices  # node numbers of the set
+    point: tuple[float, float]  # place of the pin in the axes of the mesh [m]
+    kind: str = RIGID  # "rigid" or "averaged"
 
     def __post_init__(self) -> None:
         checks.one_of(f"Interface {self.name!r}", "kind", self.kind, (RIGID, AVERAGED))
@@ -141,17 +136,13 @@ class Tie:
     """Displacements of all nodes as a linear function of pins and free displacements.
 
     u = matrix [pins; u[free]]
-
-    matrix : (2n, 3p + f) sparse; columns u_x, u_y, theta of each pin, then the free displacements.
-    pins : names of the pins.
-    free : (f,) numbers of the free displacements among x0, y0, x1, y1, ...
-    averages : (3a, 2n) sparse, rows of the averaged pins: their u_x, u_y, theta as means of nodal displacements; with
-        these rows the pins can be held by multipliers instead.
     """
 
-    matrix: csr_array
-    pins: tuple[str, ...]
-    free: Indices
+    matrix: csr_array  # (2n, 3p + f) sparse; columns u_x, u_y, theta of each pin, then the free displacements
+    pins: tuple[str, ...]  # names of the pins
+    free: Indices  # (f,) numbers of the free displacements among x0, y0, x1, y1, ...
+    # (3a, 2n) sparse, rows of the averaged pins: their u_x, u_y, theta as means of nodal displacements; with these rows
+    # the pins can be held by multipliers instead
     averages: csr_array
 
 

@@ -64,25 +64,16 @@ SLOPES = np.stack(
 
 
 class Element(NamedTuple):
-    """An element of a beam as it lies unstressed.
+    """An element of a beam as it lies unstressed."""
 
-    places : (6,) places of its displacements among all.
-    turn : (6, 6) displacements in the axes of its chord by those of the nodes.
-    start : first end [m].
-    chord : length of the chord [m].
-    free : rotations (u1, u2) of its ends against the chord [rad]; 0 where it is straight.
-    data : matrices of the beam.
-    k : number of the element.
-    """
-
-    places: Array
-    turn: Array
-    start: Array
-    chord: float
-    free: Array
+    places: Array  # (6,) places of its displacements among all
+    turn: Array  # (6, 6) displacements in the axes of its chord by those of the nodes
+    start: Array  # first end [m]
+    chord: float  # length of the chord [m]
+    free: Array  # rotations (u1, u2) of its ends against the chord [rad]; 0 where it is straight
     beam: Beam
-    data: BeamMatrices
-    k: int
+    data: BeamMatrices  # matrices of the beam
+    k: int  # number of the element
 
     @property
     def length(self) -> float:

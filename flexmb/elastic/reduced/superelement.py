@@ -279,30 +279,19 @@ ROUND_OFF = 1e-10  # part of the largest shortening that counts as round-off
 
 @dataclass(frozen=True, eq=False)
 class Superelement:
-    """Matrices of the kernel (`flexmb.elastic.reduced.kernel`), in the axes of the reference configuration.
+    """Matrices of the kernel (`flexmb.elastic.reduced.kernel`), in the axes of the reference configuration."""
 
-    nodes : pins and nodes of vibrations.
-    pins : number of pins.
-    by_pin : whether the frame is that of the first pin.
-    damping : stiffness-proportional damping time [s].
-    mass : total mass [kg].
-    moment : (2,) int rho X [kg m].
-    mean : (2, n) int rho Psi [kg].
-    matrices : M, G, H, P, K, and D of modal and mass-proportional damping (n, n each).
-    centrifugal : (n, n) Kc, zeros without stiffening.
-    directions : (k, n + 1, n) directions in which bending shortens the body, as few as there can be, each above its Q;
-        a straight beam has one, its axis, however it lies.
-    """
-
-    nodes: tuple[Node, ...]
-    pins: int
-    by_pin: bool
-    damping: float
-    mass: float
-    moment: Array
-    mean: Array
-    matrices: dict[str, Array]
-    centrifugal: Array
+    nodes: tuple[Node, ...]  # pins and nodes of vibrations
+    pins: int  # number of pins
+    by_pin: bool  # whether the frame is that of the first pin
+    damping: float  # stiffness-proportional damping time [s]
+    mass: float  # total mass [kg]
+    moment: Array  # (2,) int rho X [kg m]
+    mean: Array  # (2, n) int rho Psi [kg]
+    matrices: dict[str, Array]  # M, G, H, P, K, and D of modal and mass-proportional damping (n, n each)
+    centrifugal: Array  # (n, n) Kc, zeros without stiffening
+    # (k, n + 1, n) directions in which bending shortens the body, as few as there can be, each above its Q; a straight
+    # beam has one, its axis, however it lies
     directions: Array
 
     def parameters(self, gravity: tuple[float, float]) -> tuple[float, ...]:

@@ -218,12 +218,7 @@ Elements = int | tuple[float, ...]
 
 @dataclass(frozen=True)
 class Beam:
-    """One beam between two corners: names of its nodes, their stations along it [m], section and material.
-
-    rotary_inertia : of the sections [kg m]; None: rho I.
-    shear : shear factor [1]; None: that of the section; 0: no shear.
-    turn : by which the beam turns from start to end along a circular arc [rad]; 0: straight.
-    """
+    """One beam between two corners: names of its nodes, their stations along it [m], section and material."""
 
     nodes: tuple[str, ...]
     start: Point
@@ -231,9 +226,9 @@ class Beam:
     stations: tuple[float, ...]
     section: Section
     material: Material
-    rotary_inertia: float | None = 0.0
-    shear: float | None = 0.0
-    turn: float = 0.0
+    rotary_inertia: float | None = 0.0  # of the sections [kg m]; None: rho I
+    shear: float | None = 0.0  # shear factor [1]; None: that of the section; 0: no shear
+    turn: float = 0.0  # by which the beam turns from start to end along a circular arc [rad]; 0: straight
 
     @property
     def length(self) -> float:

@@ -65,18 +65,11 @@ def clutch_kernel(p, h, slip, angle, z, z_new):
 
 @dataclass(frozen=True)
 class WindUp(FrictionLaw):
-    """Torque of a one-way clutch: a spring and damper that act against rotation one way.
+    """Torque of a one-way clutch: a spring and damper that act against rotation one way."""
 
-    Parameters
-    ----------
-    stiffness : k [N m/rad], > 0.
-    damping : d [N m s/rad], >= 0.
-    side : 1.0 if positive rotation is free, -1.0 if negative rotation is free.
-    """
-
-    stiffness: float
-    damping: float
-    side: float
+    stiffness: float  # k [N m/rad], > 0
+    damping: float  # d [N m s/rad], >= 0
+    side: float  # 1.0 if positive rotation is free, -1.0 if negative rotation is free
 
     kernel = clutch_kernel
 

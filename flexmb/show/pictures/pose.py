@@ -155,18 +155,11 @@ JOURNAL, PLAY = 0.5, 0.9  # radius of the journal, and of the room in which it m
 
 @dataclass(frozen=True)
 class Colouring:
-    """Colours of beams, or of meshes, by a field.
+    """Colours of beams, or of meshes, by a field."""
 
-    Parameters
-    ----------
-    field : name of the field of the lines.
-    scale : value of the colours' ends.
-    colours : colour map.
-    """
-
-    field: str
-    scale: Normalize
-    colours: Colormap
+    field: str  # name of the field of the lines
+    scale: Normalize  # value of the colours' ends
+    colours: Colormap  # colour map
 
 
 class Pose:

@@ -40,30 +40,18 @@ BOX_POSES = 400  # number of poses of a run, at most, that the limits of the axe
 
 @dataclass(frozen=True)
 class Scene:
-    """Drawing of a run at n instants.
+    """Drawing of a run at n instants."""
 
-    Parameters
-    ----------
-    name : name of the mechanism.
-    time : (n,) instants [s].
-    lines : outlines of rigid bodies and meshes, axes of beams.
-    marks : joints and markers.
-    signs : symbols of springs, loads, couplings.
-    forces : arrows of joint forces, at most as long as the arrow of a load.
-    paths : paths (m, 2) of points by name [m], and their instants (m,) [s].
-    box : limits of x and y.
-    surfaces : meshes of plane bodies.
-    """
-
-    name: str
-    time: np.ndarray
-    lines: list[Line]
-    marks: list[Mark]
-    signs: list[Line]
-    box: Box
-    forces: list[Line] = field(default_factory=list)
+    name: str  # name of the mechanism
+    time: np.ndarray  # (n,) instants [s]
+    lines: list[Line]  # outlines of rigid bodies and meshes, axes of beams
+    marks: list[Mark]  # joints and markers
+    signs: list[Line]  # symbols of springs, loads, couplings
+    box: Box  # limits of x and y
+    forces: list[Line] = field(default_factory=list)  # arrows of joint forces, at most as long as the arrow of a load
+    # paths (m, 2) of points by name [m], and their instants (m,) [s]
     paths: dict[str, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
-    surfaces: list[Surface] = field(default_factory=list)
+    surfaces: list[Surface] = field(default_factory=list)  # meshes of plane bodies
 
     @property
     def size(self) -> float:
