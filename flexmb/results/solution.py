@@ -14,6 +14,8 @@ from flexmb import display
 from flexmb.display import counted, cut, listed, number_text
 from flexmb.errors import InputError, SolveError, UnknownNameError
 from flexmb.findings.finding import Finding, sentences
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import Part
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.model.signal import Signals, hint, resolved
 from flexmb.results.contact_intervals import ContactLog, Episodes, impacts, select
@@ -22,8 +24,6 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-    from flexmb.model.mechanism import Mechanism
-    from flexmb.model.part import Part
     from flexmb.results.stress import Fatigue, WoehlerLine
 
 # Statistics of a run: steps, iterations, time

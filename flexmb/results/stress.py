@@ -19,6 +19,7 @@ from flexmb.elastic.reduced.accuracy import deformed, shortened
 from flexmb.errors import InputError
 from flexmb.fields import Input, field, not_negative, positive, record
 from flexmb.model.elastic_body import ElasticBody
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.shape import BeamShape, MeshShape
 from flexmb.parts.bodies.flexible import number_of, section_factors
 from flexmb.results.drawing import nearest_to_each, pose, poses, surface, turned, turned_by
@@ -26,7 +27,6 @@ from flexmb.results.drawing import nearest_to_each, pose, poses, surface, turned
 if TYPE_CHECKING:
     import xarray as xr
 
-    from flexmb.model.mechanism import Mechanism
     from flexmb.results.solution import Solution
 
 # Places of the nodes at which stresses of a body are known

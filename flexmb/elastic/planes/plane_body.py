@@ -11,7 +11,7 @@ from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, replace
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 import numpy as np
 import numpy.typing as npt
@@ -38,14 +38,11 @@ from flexmb.model.contributions import (
     node_coordinates,
 )
 from flexmb.model.elastic_body import ElasticBody
-from flexmb.model.law import Material
+from flexmb.model.law import Material, Motion
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.shape import Shapes
 from flexmb.parts.bodies.flexible import Field, RigidProperties, Triple, start_displacement, start_velocity
 from flexmb.parts.bodies.point_mass import held_rotation_kernel, node_mass
-
-if TYPE_CHECKING:
-    from flexmb.model.law import Motion
-    from flexmb.model.mechanism import Mechanism
 
 # Base of bodies whose shape is a plane mesh: all nodes of it, or a few modes
 

@@ -6,7 +6,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar, cast
+from typing import ClassVar, cast
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from flexmb.findings.finding import Finding, found
 from flexmb.model.contributions import Attachment, Contribution
 from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.law import Material
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Pose, WatchedMotion
 from flexmb.model.shape import Shapes
 from flexmb.parts.bodies.flexible import (
@@ -44,9 +45,6 @@ from flexmb.parts.bodies.flexible import (
     start_displacement,
     start_velocity,
 )
-
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
 
 Point = tuple[float, float]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -30,12 +30,10 @@ from flexmb.model.contributions import (
     Node,
     node_coordinates,
 )
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body
 from flexmb.model.shape import Point, RigidShape, Shapes
 from flexmb.places import ARM1_X, ARM1_Y, ARM2_X, ARM2_Y, NORMAL_X, NORMAL_Y, packed
-
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
 
 # Mass and moment of inertia of a node, and of a point between nodes: kernels and pieces
 

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from flexmb import checks, planar
 from flexmb.errors import InputError
 from flexmb.fields import Rule, between, field, point, positive, record, several
 from flexmb.findings.finding import Finding, found
 from flexmb.model.contributions import Attachment, Contribution, Node
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, Joint
 from flexmb.model.shape import RigidShape, Shapes
 from flexmb.parts.bodies.point_mass import node_mass
-
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
 
 # Base of rigid and flexible bars between two points
 

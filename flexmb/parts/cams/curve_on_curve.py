@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,15 +15,12 @@ from flexmb.fields import field, instance, one_of, point, record
 from flexmb.findings.finding import Finding, found
 from flexmb.model.contributions import Contribution, Coordinate, Node, SignalContribution, node_coordinates
 from flexmb.model.law import FrictionLaw, NormalLaw
-from flexmb.model.part import Part, refuse_one_body
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import Part, WatchedMotion, refuse_one_body
 from flexmb.model.shape import RigidShape, Shapes
 from flexmb.parts.cams.curves import SAMPLES, CircularCurve, ClosedCurve, Line
 from flexmb.parts.cams.pair_kernels import CURVE_UNDER_CURVE, CURVES, FACE, OPEN, ROLLER, TOUCHING, face_place
 from flexmb.parts.cams.spans import sampled
-
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
-    from flexmb.model.part import WatchedMotion
 
 # Curves of bodies as numbers of kernels, and distances in the reference configuration
 

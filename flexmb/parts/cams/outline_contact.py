@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from flexmb.errors import InputError, ModelError
 from flexmb.fields import field, instance, record
 from flexmb.model.contributions import ContactContribution, Contribution, Node
 from flexmb.model.law import FRICTION_LAW, NORMAL_LAW, FrictionLaw, NormalLaw
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part, refuse_one_body
 from flexmb.model.shape import Shapes
 from flexmb.parts.cams.curve_on_curve import (
@@ -34,9 +35,6 @@ from flexmb.parts.cams.outline_kernels import (
 )
 from flexmb.parts.cams.spans import meeting
 from flexmb.parts.contact.friction import Frictionless
-
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
 
 # Contact of an outline of one body with a circle of another: pin in a Geneva wheel, pawl and ratchet, roller
 

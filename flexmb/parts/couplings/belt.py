@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,13 +26,10 @@ from flexmb.model.contributions import (
     node_coordinates,
     signal_contributions,
 )
-from flexmb.model.part import GROUND
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import GROUND, WatchedMotion
 from flexmb.model.shape import BeltShape, Shapes
 from flexmb.parts.couplings.wheels import Wheels, strand_pull
-
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
-    from flexmb.model.part import WatchedMotion
 
 # Friction of a belt on its wheels: Eytelwein's limit, approached smoothly with the speed of slip
 

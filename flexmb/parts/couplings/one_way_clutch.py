@@ -5,20 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
-from typing import TYPE_CHECKING
 
 from flexmb.fields import field, not_negative, one_of, positive, record
 from flexmb.findings.finding import Finding, found
 from flexmb.kernels import friction_law, joint_friction_kernel
 from flexmb.model.contributions import Contribution, JointFriction
 from flexmb.model.law import FrictionLaw
-from flexmb.model.part import Joint
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import Joint, WatchedMotion
 from flexmb.parts.joints.revolute import coincidence_piece
 from flexmb.places import LOAD, LOAD_BY_Q, SLIDING
-
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
-    from flexmb.model.part import WatchedMotion
 
 LARGE_WIND_UP = 0.5  # wind-up above which there is a remark [rad]
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import KW_ONLY, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +22,8 @@ from flexmb.fields import field, record
 from flexmb.kernels import Kernel, compiled, constraint_kernel, friction_law, gap_kernel, joint_friction_kernel
 from flexmb.model.contributions import Attachment, ConstraintContribution, Coordinate, JointFriction, Reaction
 from flexmb.model.law import FrictionLaw
-from flexmb.model.part import GROUND, Joint, Part
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import GROUND, Joint, Part, WatchedMotion
 from flexmb.model.shape import CircleShape, Shapes
 from flexmb.parts.couplings.cable import FIRST_ANGLE, SECOND_ANGLE, add_bending, line_between
 from flexmb.parts.couplings.coupling import angle_of, angles_contribution
@@ -30,10 +31,6 @@ from flexmb.parts.joints.contact_point import add_curvature, direction, dot, put
 from flexmb.parts.joints.pin_slot import PinSlot
 from flexmb.parts.joints.prismatic import Guide
 from flexmb.places import GAP_RATE, LOAD, LOAD_BY_LAM, SLIDING
-
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
-    from flexmb.model.part import WatchedMotion
 
 # Contact of involute teeth with backlash: one flank of a gear pair along its line of action
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from flexmb import checks
 from flexmb.errors import InputError
@@ -18,14 +18,12 @@ from flexmb.model.contributions import (
     ElementContribution,
     signal_contributions,
 )
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Joint
 from flexmb.parts.joints.contact_point import add_curvature, curvature_times, direction, dot
 from flexmb.parts.joints.pin_slot import slot_kernel
 from flexmb.parts.joints.revolute import coincidence_piece, drawn_angle
 from flexmb.places import packed
-
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
 
 Pair = float | tuple[float, float]
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -21,15 +21,13 @@ from flexmb.fields import Rule, directed, field, point, positive, record
 from flexmb.kernels import Kernel, compiled, gap_kernel, signal_kernel
 from flexmb.model.contributions import ContactContribution, Contribution, Coordinate
 from flexmb.model.law import Motion, NormalLaw
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Part, refuse_one_body
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import difference_column, put_column, put_eccentricity, put_point
 from flexmb.parts.joints.prismatic import Prismatic, joint_with_coordinate
 from flexmb.parts.joints.revolute import Revolute, drawn_angle
 from flexmb.places import GAP, GAP_RATE
-
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
 
 # Straight strand between two points or drums: gap kernel of cables and of stops along a distance
 

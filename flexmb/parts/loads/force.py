@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, replace
-from typing import TYPE_CHECKING
 
 from flexmb import planar
 from flexmb.errors import ModelError
@@ -13,11 +12,9 @@ from flexmb.fields import field, instance, point, record, vector
 from flexmb.kernels import compiled, element_kernel, signal_kernel
 from flexmb.model.contributions import MULTIPLIES, Contribution, ElementContribution, signal_contributions
 from flexmb.model.law import Motion
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Part
 from flexmb.model.shape import ArrowShape, Shapes
-
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
 
 # Line between a point of one node and a point of another: vectors, and a force along the line
 

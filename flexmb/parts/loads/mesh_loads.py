@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import KW_ONLY, replace
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 
@@ -28,12 +28,10 @@ from flexmb.fields import either, field, flag, number, record, vector
 from flexmb.findings.finding import Finding, found
 from flexmb.model.contributions import Contribution
 from flexmb.model.law import Motion
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part, WatchedMotion
 from flexmb.model.shape import ArrowShape, Shapes
 from flexmb.parts.loads.force import HISTORY
-
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
 
 # Base of loads on plane bodies
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,8 +19,6 @@ from flexmb.show.pictures.signals import plot_spectrum
 from flexmb.show.pictures.style import COLOURS, label_axis, legend_beside, panel_of, panels_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure

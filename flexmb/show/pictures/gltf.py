@@ -20,7 +20,7 @@ from flexmb.dynamics.jobs.files import whole_file
 from flexmb.errors import InputError
 from flexmb.model.shape import CircleShape, LineShape, PointShape, RigidShape
 from flexmb.results import drawing
-from flexmb.results.drawing import circle_line, directions, symbols
+from flexmb.results.drawing import Line, Surface, circle_line, directions, symbols
 from flexmb.results.positions import FlexibleMotion, flexible_motions, magnified
 from flexmb.results.solution import require_rows
 from flexmb.show.pictures.films import stress_limit
@@ -30,7 +30,6 @@ from flexmb.show.pictures.style import CLEARANCE, SEQUENTIAL
 from flexmb.version import installed_version
 
 if TYPE_CHECKING:
-    from flexmb.results.drawing import Line, Surface
     from flexmb.results.solution import Solution
 
 # Binary glTF 2.0 files: meshes, nodes, materials, and motions of nodes

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb.model.shape import MARKER, TRACE
-from flexmb.results.drawing import RIGID, directions
+from flexmb.results.drawing import RIGID, Line, Mark, Surface, directions
 from flexmb.show.pictures.style import CLEARANCE, COLOURS, TRACED, make_drawable
 
 if TYPE_CHECKING:
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from matplotlib.text import Annotation
     from matplotlib.transforms import Bbox
 
-    from flexmb.results.drawing import Line, Mark, Surface
     from flexmb.show.pictures.scene import Scene
 
 # Names beside points of a figure, placed where they hide neither one another nor the points

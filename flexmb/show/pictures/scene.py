@@ -13,6 +13,7 @@ import numpy as np
 
 from flexmb import arguments, checks
 from flexmb.errors import InputError
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.signal import Signal, Signals
 from flexmb.results import drawing
 from flexmb.results.drawing import ARROW, HEAD, Line, Mark, Surface, arrow_line, symbols
@@ -24,8 +25,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.text import Annotation
-
-    from flexmb.model.mechanism import Mechanism
 
 # Everything that is drawn of a run at some instants: lines, joints, symbols, paths, forces, limits of the axes
 

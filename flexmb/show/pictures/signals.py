@@ -10,6 +10,7 @@ import numpy as np
 from flexmb import arguments, checks
 from flexmb.dynamics.series.samples import PowerSpectrum
 from flexmb.errors import InputError
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part, name_of
 from flexmb.model.shape import PointShape
 from flexmb.results.solution import Solution, require_rows
@@ -30,8 +31,6 @@ from flexmb.statics.modes import modes
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-    from flexmb.model.mechanism import Mechanism
 
 # Envelopes of signals that swing too fast for single lines to be seen
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,8 +30,6 @@ from flexmb.show.pictures.scene import Scene, box_about, scene_of
 from flexmb.show.pictures.style import CLEARANCE, DIVERGING, SEQUENTIAL, TRACED, words_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import pyvista
 
 # Pictures of VTK files, drawn by pyvista without a display
