@@ -77,7 +77,9 @@ def rounded(label: str, corners: Array, radii: Array, size: float) -> tuple[Arra
         points.append(piece)
         count += len(piece)
     found = np.concatenate(points)
-    return _without_repeats(found, arcs, lengths.max())
+    kept = np.linalg.norm(found - np.roll(found, 1, axis=0), axis=1) > SAME_PLACE * lengths.max()
+    numbers = (np.cumsum(kept) - 1) % kept.sum()  # the first point may be the last one
+    return found[kept], [numbers[arc] for arc in arcs]
 
 
 def _turns(before: Array, after: Array) -> Array:
@@ -109,13 +111,6 @@ def _arc(corner: Array, radius: float, turn: float, reach: float, ahead: Array, 
     count = max(FEWEST_ON_ARC, int(np.ceil(abs(turn) * radius / size)))
     angle = np.arctan2(-inwards[1], -inwards[0]) - turn * (1.0 - np.arange(count + 1) / count)
     return np.asarray(centre + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1))
-
-
-def _without_repeats(points: Array, arcs: list[Indices], size: float) -> tuple[Array, list[Indices]]:
-    """Points, each place once, where an arc begins at the end of another one."""
-    kept = np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1) > SAME_PLACE * size
-    numbers = (np.cumsum(kept) - 1) % kept.sum()  # the first point may be the last one
-    return points[kept], [numbers[arc] for arc in arcs]
 
 
 # Meshes of plates of any straight outline with round holes
@@ -359,7 +354,7 @@ def _link(
     if sum(eye.reach for eye in eyes) >= length:
         text = f"{label}: the fillets of {fillets[0]:g} and {fillets[1]:g} m leave no shank between the eyes"
         raise InputError(f"{text}, which are {length:g} m apart. Make them smaller.")
-    across = max(eye.cells_across for eye in eyes)
+    across = max(2 * cells_along(eye.radius * math.sin(eye.angle), eye.size) for eye in eyes)
     first, last = eyes[0].neck(across), eyes[1].neck(across)
     mirrored = [np.array([length, 0.0]) + np.array([-1.0, 1.0]) * points for points in (eyes[1].block(across), last)]
     along = cells_along(float(np.linalg.norm(mirrored[1] - first, axis=1).max()), size)
@@ -378,11 +373,6 @@ class _Eye:
     slope: float  # of the shank's upper edge [1]
     size: float  # length of a cell's edge [m]
     fillet: float = 0.0  # radius of the arcs between eye and shank [m]
-
-    @property
-    def cells_across(self) -> int:
-        """Number of cells across the shank, for this eye; even."""
-        return 2 * cells_along(self.radius * math.sin(self.angle), self.size)
 
     @property
     def corner(self) -> Pair:

@@ -113,7 +113,14 @@ class PID(Controller):
         if self.kp == self.ki == self.kd == 0.0:
             raise InputError(f"{self.label} has no gain; give kp=, ki= or kd=.")
         self.limits()
-        self._check_times()
+        if self.kd != 0.0 and self.rate is None and self.filter_time is None and self.kp == 0.0:
+            text = f"{self.label}: filter_time is missing, and without kp it has no default"
+            raise InputError(f"{text}. Give filter_time= in s, or rate=, the signal of the measured rate.")
+        if self.rate is not None and self.filter_time is not None:
+            raise InputError(f"{self.label}: rate and filter_time are both given; a measured rate is not filtered.")
+        if self.ki != 0.0 and self.is_limited and self.tracking_time is None and self.kp == 0.0 and self.kd == 0.0:
+            text = f"{self.label}: tracking_time is missing, and without kp and kd it has no default"
+            raise InputError(f"{text}. Give it in s, some fraction of the time that the mechanism takes.")
         self._check_kick()
 
     def _check_kick(self) -> None:
@@ -129,17 +136,6 @@ class PID(Controller):
                 raise InputError(
                     f"{text}. Give filter_time= in place of rate=, or derivative_of={MEASUREMENT!r}, or a Ramp."
                 )
-
-    def _check_times(self) -> None:
-        """Refuse time constants that are missing, or given twice."""
-        if self.kd != 0.0 and self.rate is None and self.filter_time is None and self.kp == 0.0:
-            text = f"{self.label}: filter_time is missing, and without kp it has no default"
-            raise InputError(f"{text}. Give filter_time= in s, or rate=, the signal of the measured rate.")
-        if self.rate is not None and self.filter_time is not None:
-            raise InputError(f"{self.label}: rate and filter_time are both given; a measured rate is not filtered.")
-        if self.ki != 0.0 and self.is_limited and self.tracking_time is None and self.kp == 0.0 and self.kd == 0.0:
-            text = f"{self.label}: tracking_time is missing, and without kp and kd it has no default"
-            raise InputError(f"{text}. Give it in s, some fraction of the time that the mechanism takes.")
 
     @property
     def is_limited(self) -> bool:

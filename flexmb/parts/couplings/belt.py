@@ -21,7 +21,6 @@ from flexmb.findings.finding import Finding, found
 from flexmb.kernels import compiled, element_kernel, energy_kernel, signal_kernel
 from flexmb.model.contributions import (
     Contribution,
-    Coordinate,
     ElementContribution,
     node_coordinates,
     signal_contributions,
@@ -141,17 +140,6 @@ def belt_signal(p, t, q, v, a):
     return force if which == FORCE else (r1 * force if which == FIRST_TORQUE else r2 * force)
 
 
-def belt_contributions(
-    part: str, coordinates: tuple[Coordinate, ...], radii: tuple[float, float], limits: tuple[float, float, float]
-) -> list[Contribution]:
-    """Element and signals of a belt with friction."""
-    p = (*limits, *radii)
-    return [
-        ElementContribution(part, belt_kernel, coordinates, p, energy=belt_energy),
-        *signal_contributions(part, belt_signal, SIGNALS, coordinates, p),
-    ]
-
-
 # Belt or chain over two wheels, open or crossed, ideal or with friction that limits its force
 
 LARGE_STRETCH = 0.02  # change of the length that a belt would need, over its length, above which there is a remark
@@ -200,10 +188,6 @@ class Belt(Wheels):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._check_friction()
-
-    def _check_friction(self) -> None:
-        """Check that friction has creep and pretension; an ideal belt may have a pretension alone."""
         given = {"coefficient": self.coefficient, "pretension": self.pretension, "creep": self.creep}
         missing = [name for name, value in given.items() if value is None]
         if missing and not (self.coefficient is None and self.creep is None):
@@ -272,6 +256,10 @@ class Belt(Wheels):
         largest = 2.0 * self.pretension * math.tanh(0.5 * self.coefficient * self.least_wrap(mechanism))
         bodies = [mechanism.body(wheel.name, self.label) for wheel in (self.first, self.second)]
         coordinates = tuple(c for body in bodies for c in node_coordinates(body.name, body.main))
-        friction = belt_contributions(self.name, coordinates, (r1, r2), (largest, self.creep, self.pretension))
+        p = (largest, self.creep, self.pretension, r1, r2)
+        friction = [
+            ElementContribution(self.name, belt_kernel, coordinates, p, energy=belt_energy),
+            *signal_contributions(self.name, belt_signal, SIGNALS, coordinates, p),
+        ]
         ideal = self._rolling(mechanism, (r1, r2), None)  # the element pulls with the pretension
         return [*friction, replace(ideal, holds="closed")]

@@ -208,7 +208,17 @@ class Stop(Part):
     def __post_init__(self) -> None:
         super().__post_init__()
         self._check_ends()
-        self._check_limits()
+        if self.above is None and self.below is None:
+            raise InputError(f"{self.label}: above and below are None; give one of them, in rad or m.")
+        for name, sign in ((ABOVE, 1.0), (BELOW, -1.0)):
+            limit = getattr(self, name)
+            if limit is not None and sign * limit < 0.0:
+                raise InputError(
+                    f"{self.label}: {name} is {limit:g}, but the joint starts at 0, its reference configuration. Give "
+                    f"{name} {'>=' if sign > 0.0 else '<='} 0, or draw the mechanism within its limits."
+                )
+        if self.above is not None and self.below is not None and self.above <= self.below:
+            raise InputError(f"{self.label}: above is {self.above:g}, below {self.below:g}; above must be larger.")
 
     def _check_ends(self) -> None:
         """Check that there is a joint, or two bodies and a point."""
@@ -225,20 +235,6 @@ class Stop(Part):
             object.__setattr__(self, "to", self.at)
         if self.along is None and self.at == self.to:
             raise InputError(f"{self.label}: both points are {self.at}; give along=, or another point to=.")
-
-    def _check_limits(self) -> None:
-        """Check that there is a limit, and that the reference configuration lies within the limits."""
-        if self.above is None and self.below is None:
-            raise InputError(f"{self.label}: above and below are None; give one of them, in rad or m.")
-        for name, sign in ((ABOVE, 1.0), (BELOW, -1.0)):
-            limit = getattr(self, name)
-            if limit is not None and sign * limit < 0.0:
-                raise InputError(
-                    f"{self.label}: {name} is {limit:g}, but the joint starts at 0, its reference configuration. Give "
-                    f"{name} {'>=' if sign > 0.0 else '<='} 0, or draw the mechanism within its limits."
-                )
-        if self.above is not None and self.below is not None and self.above <= self.below:
-            raise InputError(f"{self.label}: above is {self.above:g}, below {self.below:g}; above must be larger.")
 
     def validate(self, mechanism: Mechanism) -> None:
         """Check that the joint has an angle or a travel, and that no drive begins beyond a limit."""
