@@ -32,8 +32,7 @@ from flexmb.run.simulate import simulate
 
 # Files of a command: required packages, writable folders
 
-REPORT = "report.html"
-"""Name of the page of a run; the pages of diagrams and studies of a motion have the names of their files."""
+REPORT = "report.html"  # page of a run; pages of diagrams and of studies of a motion have the names of their files
 
 
 def require_packages(needed: Mapping[str, tuple[str, str]]) -> None:
@@ -112,8 +111,7 @@ PERIODS = 2.0  # default length of a run, in periods
 METHODS: dict[str, Callable[..., Newmark | RungeKutta4]] = {
     name: getattr(Newmark, name.replace("-", "_")) for name in ("generalised-alpha", "hht", "wbz", "trapezoidal")
 } | {"runge-kutta": RungeKutta4}
-WITH_NUMBER = ("generalised-alpha", "hht", "wbz")
-"""Methods that take a number."""
+WITH_NUMBER = ("generalised-alpha", "hht", "wbz")  # methods that take a number
 
 
 def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:

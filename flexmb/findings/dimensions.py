@@ -23,9 +23,7 @@ FAR = 1e3
 """Distance from the origin relative to the size of the mechanism, above which there is a remark: coordinates then lose
 three digits and more, and above some 1e4 Newton's method does not reach its tolerance any more."""
 
-WAVE_SPEEDS = (10.0, 25e3)
-"""Speed of sound in a bar, sqrt(E/rho), least and largest [m/s]: gels have 10, diamond has 17,000."""
-
+WAVE_SPEEDS = (10.0, 25e3)  # speed of sound in a bar, sqrt(E/rho), least and largest [m/s]: gels 10, diamond 17,000
 YIELD_STRAINS = (1e-5, 1.0)  # yield stress over Young's modulus, least and largest
 GRAVITIES = (1.0, 30.0)  # acceleration of gravity, where there is any, least and largest [m/s^2]
 LARGE_CLEARANCE = 0.2  # clearance over the radius or length beside it, above which there is a remark

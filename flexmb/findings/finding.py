@@ -10,8 +10,7 @@ from flexmb import checks
 from flexmb.display import cut
 
 ERROR, WARNING, NOTE = "error", "warning", "note"
-SEVERITIES = (ERROR, WARNING, NOTE)
-"""Severities: no right result; a result that is hardly what was meant; worth knowing."""
+SEVERITIES = (ERROR, WARNING, NOTE)  # no right result; a result that is hardly what was meant; worth knowing
 
 CODES: dict[str, tuple[str, str]] = {
     "not-compilable": (ERROR, "a part does not fit its bodies, or a kernel cannot be compiled or returns NaN"),

@@ -19,9 +19,7 @@ from flexmb.testing.part import check_piece
 
 # Prescribed motions: rates that belong to their values, jumps that are announced, tables that do not overshoot
 
-PLACES = 64
-"""Number of instants at which rates are compared with differences, and of intervals that are searched for jumps."""
-
+PLACES = 64  # instants at which rates are compared with differences, and intervals that are searched for jumps
 SPAN_WITHOUT_PERIOD = 1.0  # time that is looked at, of a motion without period or breaks [s]
 DIFFERENCE = 1e-5  # step of the differences, relative to that time
 MISMATCH = 1e-3  # difference relative to the largest rate, or to the range of the value, above which something is wrong

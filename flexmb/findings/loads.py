@@ -36,15 +36,9 @@ BESIDE = 0.05
 relative to the size of the mechanism]."""
 
 BALANCED = 1e-7  # unbalanced force relative to the largest load, and gap relative to the size, of an equilibrium
-
-MOST_LOADED_COORDINATES = 600
-"""Number of coordinates above which loads are left out, since their balance would take long."""
-
+MOST_LOADED_COORDINATES = 600  # number above which loads are left out, since their balance would take long
 MOST_CONTROLLED = 150  # number of coordinates and states above which eigenvalues of control loops would take long
-
-LEAST_GROWTH = 1e-4
-"""Growth relative to the largest eigenvalue, below which it may be round-off of a multiple eigenvalue 0."""
-
+LEAST_GROWTH = 1e-4  # growth over the largest eigenvalue, below which it may be round-off of a multiple eigenvalue 0
 MODES = 10  # number of modes that are looked at
 
 

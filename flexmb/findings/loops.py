@@ -191,10 +191,7 @@ def free_coordinates(closed: Program, q: np.ndarray) -> tuple[str, ...]:
 POSES = 72  # number of instants of a motion at which its loops are closed, at least
 LARGEST_STRIDE = 0.1  # largest movement of a drive between two of them [rad, or relative to the size of the mechanism]
 MOST_POSES = 400  # number of instants at most: a drive that turns often is looked at for its first turns
-
-MOST_TRAVEL = 30.0
-"""Sum of the movements of all drives after which no further pose is computed [rad, or relative to the size]."""
-
+MOST_TRAVEL = 30.0  # sum of the movements of all drives after which poses end [rad, or relative to the size]
 OBSERVED_SPAN = 1.0  # time that is looked at where no drive has a period [s]
 HALVINGS = 24  # number of halvings by which the last pose that closes is located
 CREEPS = 200  # number of steps towards the nearest pose of a loop that cannot close, at most

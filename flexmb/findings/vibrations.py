@@ -81,8 +81,7 @@ def amplification(method: Method, angle: float, *, first_order: bool = False) ->
 MOST_UNKNOWNS, MOST_CONTROLLED = 20_000, 150
 """Number of coordinates above which modes would take too long, and of coordinates and states of control loops."""
 
-FEWEST_STEPS = 2000
-"""Number of steps of a run with contacts from which the estimate is made, which takes as long as some hundred steps."""
+FEWEST_STEPS = 2000  # steps of a run with contacts from which the estimate is made, which costs some hundred steps
 
 POSES, POSES_OF_LARGE, AROUND, DISTANCE = 6, 2, 4, 1e-3
 """Number of poses that are looked at, also of large models; states from each on, and their distance over the run."""
@@ -90,12 +89,8 @@ POSES, POSES_OF_LARGE, AROUND, DISTANCE = 6, 2, 4, 1e-3
 MANY, LARGE, AROUND_OF_MANY = 40, 150, 2
 """Number of coordinates from which there are fewer states from each pose on, and of a large model; these states."""
 
-FEWEST_INSTANTS, FEWEST_STATES = 12, 3
-"""Number of kept states, of all and of those with the same contacts, below which energies are not known."""
-
-ENERGY_SHARE = 0.01
-"""Share of the elastic energy of the motion, or of the square of a controller's state, above which a mode matters."""
-
+FEWEST_INSTANTS, FEWEST_STATES = 12, 3  # kept states, all and those of the same contacts, that energies need
+ENERGY_SHARE = 0.01  # share of the elastic energy, or of the square of a controller's state, from which a mode matters
 DECAY = 0.1  # energy in the last third of a run over that in the first one, below which a vibration has died out
 PART_OF_STEP = 0.1  # time of the differences along the motion, relative to a step
 UNRESOLVED = 1.0  # angular frequency times step above which a vibration is not resolved

@@ -101,8 +101,7 @@ SHARE, IMPOSSIBLE_SHARE = 0.01, 0.2
 """Share of the impulses of a contact in such impacts above which there is a finding, and above which the run is not
 ok."""
 
-ONE_INSTANT = ("broken-kernel", "jumping-drive")
-"""Codes of findings on one instant of a motion, which a run that ends before does not meet."""
+ONE_INSTANT = ("broken-kernel", "jumping-drive")  # codes on one instant, which a run that ends before does not meet
 
 
 def watched_motion(run: Run) -> WatchedMotion:

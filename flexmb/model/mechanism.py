@@ -104,8 +104,7 @@ def plain(value: Any) -> Any:
     return str(name)
 
 
-LEFT_OUT = frozenset({"first", "second", "body", "mass", "outline", "class"})
-"""Fields that have a column of their own, and drawings."""
+LEFT_OUT = frozenset({"first", "second", "body", "mass", "outline", "class"})  # columns of their own, and drawings
 
 
 def values_text(fields: Mapping[str, Any]) -> str:

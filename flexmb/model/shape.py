@@ -10,8 +10,7 @@ from typing import Any
 from flexmb.errors import InputError
 
 Point = tuple[float, float]
-Place = tuple[str, str, Point]
-"""Body, its node, and a point in the frame of the node [m]."""
+Place = tuple[str, str, Point]  # body, its node, and a point in the frame of the node [m]
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,24 +34,15 @@ from flexmb.program.numbering import UNUSED
 
 BEGIN, END = range(2)  # columns of pairs
 FIRST, SECOND = range(2)  # columns of `Measured.angle`
-
-MULTIPLIED, ADDED, SUBTRACTED = range(3)
-"""Uses of a factor in a signal, in the order of `flexmb.model.contributions.USES_OF_FACTOR`."""
-
-LOAD_KERNEL, SLIDING_LAW = range(2)
-"""Columns of `Constraints.joint_friction`: kernel of the normal load, and friction law."""
-
+MULTIPLIED, ADDED, SUBTRACTED = range(3)  # uses of a factor in a signal, as in `contributions.USES_OF_FACTOR`
+LOAD_KERNEL, SLIDING_LAW = range(2)  # columns of `Constraints.joint_friction`: load's kernel, law of friction
 LOAD_P, LOAD_P_END, SLIDING_P, SLIDING_P_END = range(4)  # columns of `Constraints.joint_friction_p`
 GAP_KERNEL, NORMAL_LAW, FRICTION_LAW = range(3)  # columns of `Contacts.kernel`
 GAP_P, GAP_P_END, NORMAL_P, NORMAL_P_END, FRICTION_P, FRICTION_P_END = range(6)  # columns of `Contacts.p`
-
-COMMON_Z, NORMAL_Z, FRICTION_Z, Z_END = range(4)
-"""Columns of `Contacts.z`: starts of the common history and of the histories of both laws; their end."""
+COMMON_Z, NORMAL_Z, FRICTION_Z, Z_END = range(4)  # columns of `Contacts.z`: starts of the three histories; end
 
 PHASE, ONSET_TIME, LAST_GAP, LAST_FORCE, LAST_GAP_RATE = range(5)
-CONTACT_COMMON = 5
-"""History that every contact keeps, and its length: phase, time of its onset, gap, force and gap rate at the last
-state."""
+CONTACT_COMMON = 5  # history of every contact: phase, time of its onset; gap, force, gap rate at the last state
 
 
 class Elements(Record):

@@ -36,8 +36,7 @@ UNITS = {**dict(COLUMNS), "duration": "s", "flight": "s", "restitution": ""}
 
 IMPACT, CONTINUOUS = 1, 2
 MODES = {IMPACT: "impact", CONTINUOUS: "continuous"}
-SHOWN_ROWS = 20
-"""Number of rows of a printed table; further rows are left out in its middle."""
+SHOWN_ROWS = 20  # number of rows of a printed table; further rows are left out in its middle
 
 
 class ContactLog(NamedTuple):

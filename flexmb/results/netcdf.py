@@ -45,8 +45,7 @@ if TYPE_CHECKING:
 # Long names, units and global attributes by the CF conventions (https://cfconventions.org, CF-1.11)
 
 CONVENTIONS = "CF-1.11"
-WRITERS = ("numpy", "h5py")
-"""Packages whose versions a file tells, beside flexmb and Python."""
+WRITERS = ("numpy", "h5py")  # packages whose versions a file tells, beside flexmb and Python
 
 MEANINGS = {
     "x": "coordinate x",

@@ -174,9 +174,7 @@ def contact_facts(sol: Solution, name: str) -> list[Fact]:
 MAIN_ENDINGS = ("torque", "normal_force", "deflection", "von_mises")
 """Endings of the main signals: of drives, of contacts, of flexible links, of all bodies that deform."""
 
-OTHER_ENDINGS = ("force", "ax", "ay", "alpha")
-"""Endings of the signals that stand for the main ones where there are none."""
-
+OTHER_ENDINGS = ("force", "ax", "ay", "alpha")  # endings of the signals that stand for the main ones if there are none
 MOST_OF_A_KIND = 6  # largest number of main signals with one ending
 ROUND_OFF = 1e-10  # peak over the largest one of its unit, up to which it is round-off
 IN_TEXT, IN_TABLE = 3, 16  # number of peaks at most in a text and in a table

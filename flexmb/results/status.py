@@ -103,8 +103,7 @@ SENTENCES = {
     ),
 }
 
-WARNING_FRACTION = 0.2
-"""Fraction of the limits of the balance of energies, above which the status of a good run has a warning."""
+WARNING_FRACTION = 0.2  # part of the limits of the balance of energies, above which a good run has a warning
 
 
 def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: RunRecord) -> str:

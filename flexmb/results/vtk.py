@@ -38,11 +38,8 @@ UNITS = {
     "stress_xy": "Pa",
     "von_mises": "Pa",
 }
-TRACES = "traces.vtu"
-"""File of the paths of markers, beside the frames."""
-
-CELLS = {"tri3": "triangle", "tri6": "triangle6", "quad4": "quad", "quad9": "quad9"}
-"""Kinds of cells of meshes as meshio names them."""
+TRACES = "traces.vtu"  # file of the paths of markers, beside the frames
+CELLS = {"tri3": "triangle", "tri6": "triangle6", "quad4": "quad", "quad9": "quad9"}  # kinds of cells, as in meshio
 
 KINDS = ("rigid", "beam", "joint", "revolute", "prismatic", "fixed", "clearance", "journal", "mesh")
 """Kinds of cells by number; kinds that a user's own parts bring follow after these."""

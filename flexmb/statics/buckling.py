@@ -71,14 +71,12 @@ from flexmb.statics.steady_rotation import Spin
 
 # Geometric stiffness along a motion: the slope of the stiffness, less that by turning and bowing of elements
 
-FLAT = 1e-9
-"""Determinant of the second moments of points over the square of their trace, up to which they lie on a line."""
+FLAT = 1e-9  # determinant of the second moments of points over their trace squared, up to which they lie on a line
 
 ENDS = ((2, OFFSET1), (5, OFFSET2))
 """Places of the rotations of a beam element among its coordinates, and of their offsets among its parameters."""
 
-PATH_STRIDE = 1e-3
-"""Difference along the prestress path between two evaluations of K, relative to the size of the mechanism."""
+PATH_STRIDE = 1e-3  # difference along the prestress path between two evaluations of K, over the mechanism's size
 
 
 def geometric_stiffness(
@@ -218,12 +216,8 @@ def _deformations(element: Superelement, q: np.ndarray) -> np.ndarray:
 
 # Whether a linear load factor can be trusted: the first one, found again from the equilibrium under half of it
 
-TRUSTED = 0.1
-"""Difference of a load factor from that of the equilibrium under half of it, over the factor, up to which it counts."""
-
-SMALL_MOVEMENT = 0.1
-"""Movement under half of a load factor, relative to the size of the mechanism (or rad), up to which it counts."""
-
+TRUSTED = 0.1  # difference of a load factor from that under half of it, over the factor, up to which it counts
+SMALL_MOVEMENT = 0.1  # movement under half of a load factor, over the size (or rad), up to which it counts
 LOAD_STEPS = (1, 4)  # numbers of load steps with which the equilibrium is sought, until one finds it
 MOST_ITERATIONS = 15  # Newton iterations of a load step at most
 FOUND_STEP = 1e-9  # Newton step relative to the size of the mechanism, below which an equilibrium is found

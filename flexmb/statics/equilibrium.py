@@ -81,10 +81,7 @@ def _normal_slopes(out: np.ndarray) -> np.ndarray:
 MOST_STRIDES = 400  # number of strides at most
 STRIDE_ITERATIONS = 12  # number of Newton iterations of a stride at most
 LARGEST_STRIDE = 0.5  # largest movement in a stride [rad, or relative to the size of the mechanism]
-
-INDEPENDENCE = 1e-14
-"""Number on the diagonal beside rows of constraints of length 1, which keeps them apart where they repeat others."""
-
+INDEPENDENCE = 1e-14  # diagonal beside rows of constraints of length 1, which keeps apart rows that repeat others
 ROUND_OFF = 1e-15  # force of springs without load relative to their stiffness times the size of the mechanism
 REST_STRIDE = 1e-9  # movement in a stride with little viscosity at rest [rad, or relative to the size of the mechanism]
 
@@ -173,8 +170,7 @@ def _stride(
 
 # Static equilibrium: Newton with load steps
 
-MOST_ITERATIONS, MOST_OF_LONG_STEP = 40, 10
-"""Number of Newton iterations at most, and that of a load step longer than those that were asked for."""
+MOST_ITERATIONS, MOST_OF_LONG_STEP = 40, 10  # Newton iterations at most, and in a step longer than asked for
 
 STEP_ROUND_OFF = 1e-11
 
@@ -483,8 +479,7 @@ def reactions(program: Program, system: StateEvaluation, lam: np.ndarray) -> dic
 
 # Whether an equilibrium belongs to a model: its coordinates, the equations of its joints, its forces
 
-OTHER_MODEL_STEP = 1e-6
-"""Newton step relative to the size of the mechanism, above which an equilibrium belongs to another model."""
+OTHER_MODEL_STEP = 1e-6  # Newton step over the mechanism's size, above which an equilibrium is of another model
 
 
 def refuse_other_names(owner: str, program: Program, at: Equilibrium) -> None:

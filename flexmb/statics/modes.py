@@ -22,12 +22,8 @@ from flexmb.statics.found import Equilibrium
 from flexmb.statics.start.assemble import close_loops
 from flexmb.statics.steady_rotation import Spin, check_spin
 
-ENERGY_ROUND_OFF = 1e-15
-"""Strain energy relative to the sum of its absolute terms, below which it is round-off of the stiffness."""
-
-ASYMMETRY_ROUND_OFF = 1e-11
-"""Asymmetry of the stiffness relative to its largest entry, above which it is more than round-off."""
-
+ENERGY_ROUND_OFF = 1e-15  # strain energy over the sum of its absolute terms, below which it is round-off
+ASYMMETRY_ROUND_OFF = 1e-11  # asymmetry of the stiffness over its largest entry, above which it is no round-off
 ASYMMETRY_OF_DIFFERENCES = 1e-7  # the same with controllers, whose laws and measured inputs are differenced
 
 

@@ -219,15 +219,10 @@ def at(values: Any, where: Any) -> float:
 
 TOLERANCE = 1e-6  # largest relative error of a derivative, over the largest entry of its row
 SMALL_ROW = 1e-4  # size of a row, over the largest row, below which its errors are related to the largest row
-
-HIDDEN = 1e-6
-"""Change of a function over its scale, relative to the function, below which errors are related to the function."""
-
+HIDDEN = 1e-6  # change of a function over its scale, over the function, below which errors are over the function
 BALANCE = 1e-12  # largest imbalance of forces and moments, over the sum of their magnitudes
 TURNED = 1e-11  # largest relative change of a result by a rotation and shift of the frame
-
-MAGNITUDES = (1e-6, 1e-3, 0.05, 0.3)
-"""Distances of the states from the reference configuration: over the size of the piece, and in rad."""
+MAGNITUDES = (1e-6, 1e-3, 0.05, 0.3)  # distances of states from the reference: over the size of the piece, in rad
 
 
 Round = TypeVar("Round")

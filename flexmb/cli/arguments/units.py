@@ -13,8 +13,7 @@ from fractions import Fraction
 from flexmb.checks import did_you_mean
 from flexmb.errors import InputError
 
-Scale = tuple[Fraction, int]
-"""Factor to SI as a fraction and a power of pi; by exact fractions 0.3mm is the double 3e-4."""
+Scale = tuple[Fraction, int]  # factor to SI, a fraction and a power of pi; by exact fractions 0.3mm is the double 3e-4
 
 
 KINDS = {
@@ -51,8 +50,7 @@ UNITS = {unit: _scales(text) for unit, (_, text) in KINDS.items()}
 """Units on the command line by SI unit of the parameter; "": a parameter without a unit."""
 
 EXAMPLES = {"m": "0.5mm", "s": "0.1s", "kg": "200g", "rad/s": "2pi", "rad": "30deg"}
-WITH_PI = ("rad", "rad/s", "")
-"""SI units of the parameters that may be multiples of pi: 2pi, 2pi rad/s."""
+WITH_PI = ("rad", "rad/s", "")  # SI units of the parameters that may be multiples of pi: 2pi, 2pi rad/s
 
 NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 TEXT = re.compile(rf"(?P<sign>[+-]?)(?:(?P<number>{NUMBER})\s*(?P<times>\*?)\s*)?(?P<pi>pi(?![A-Za-z]))?(?P<rest>.*)")

@@ -27,9 +27,7 @@ from flexmb.model.contributions import Coordinate, ElementContribution
 ZETA, TURNING, MASSES = range(3)  # parameters p: damping rate zeta, number of nodes that turn, then m (n, n)
 POINTS = 4  # number of the coordinates of A and B, the first ones
 MOST = POINTS + 27  # largest number of coordinates: nine nodes that turn
-
-scratch = stack_vector(MOST)
-"""A vector on A, B and the nodes; of d, d_dot and forces on them the entries of the nodes alone count."""
+scratch = stack_vector(MOST)  # vector on A, B and the nodes; of d, d_dot, forces on them the nodes alone count
 
 
 @compiled

@@ -23,12 +23,8 @@ from flexmb.errors import FileFormatError, InputError
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
-Walk = tuple[list[int], list[int]]
-"""Nodes in order, and the lines between them."""
-
-TAG_NAMES = ("gmsh:physical", "cell_tags", "section")
-"""Names of integer cell data that hold tags; the first one that a file has counts."""
-
+Walk = tuple[list[int], list[int]]  # nodes in order, and the lines between them
+TAG_NAMES = ("gmsh:physical", "cell_tags", "section")  # names of cell data with tags; the first that a file has counts
 SAME_PLACE = 1e-9  # distance over the size of the mesh [1] below which two points are one
 FARTHEST = 1e100  # largest coordinate [m], whose square is still a float
 STRAIGHT = 1e-4  # angle up to which a beam counts as straight [rad]; above the rounding of files in single precision

@@ -25,9 +25,7 @@ from flexmb.errors import InputError
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
-Curve = Callable[[Array], Array]
-"""Function of numbers s (n,) from 0 to 1 that returns the points of a curve (n, 2) [m]."""
-
+Curve = Callable[[Array], Array]  # function of numbers s (n,) from 0 to 1 that returns points of a curve (n, 2) [m]
 SAME_PLACE = 1e-7  # distance over the size of the mesh [1] below which nodes of two blocks are one
 
 
@@ -155,10 +153,7 @@ def halved(points: Array, cells: Indices, kind: str) -> Indices:
 # Triangle meshes of polygons with round holes: even boundary nodes, a lattice inside, smoothing, Delaunay
 
 CLEAR = 0.7  # distance of the lattice from the boundary over the size of the cells [1]
-
-STRETCHED = 0.85
-"""Third side of a triangle over the sum of the two on the boundary [1], above which these are nearly one line."""
-
+STRETCHED = 0.85  # third side of a triangle over the two on the boundary [1], above which these are nearly one line
 ROUNDS = 12  # number of rounds of smoothing
 FLAT = 1e-6  # area of a triangle over the median one [1] up to which it is round-off
 FEWEST = 12  # least number of nodes on a hole

@@ -308,11 +308,8 @@ def _centre_of_circle(points: Array) -> Array | None:
 # Values of regions of a mesh: one value for all cells, or one for each region
 
 Value = TypeVar("Value")
-ByRegion: TypeAlias = Value | Mapping[str, Value] | tuple[tuple[str, Value], ...]
-"""One value for all cells, or values by the name of a region."""
-
-STRESS, STRAIN = "stress", "strain"
-"""Plane stress (thin plates, free to contract across) and plane strain (thick bodies, held across)."""
+ByRegion: TypeAlias = Value | Mapping[str, Value] | tuple[tuple[str, Value], ...]  # all cells', or by name of a region
+STRESS, STRAIN = "stress", "strain"  # plane stress: thin plates, free to contract across; strain: thick bodies, held
 
 
 def by_region(owner: str, field: str, value: ByRegion[Value]) -> tuple[tuple[str, Value], ...]:

@@ -202,13 +202,9 @@ def _cross(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> bool:
 
 Pair = tuple[float, float]
 
-NARROW = math.radians(50.0)
-"""Angle at which the shank leaves an eye [rad] up to which the block of the eye ends on an arc; wider: on a box."""
-
+NARROW = math.radians(50.0)  # angle of shank and eye [rad] up to which the eye's block ends on an arc; wider: on a box
 LARGEST_TURN = math.radians(20.0)  # turn of a fillet along one cell [rad]
-
-NO_CORNER = 1e-9
-"""Distance of the shank's edge from the eye's outline over its radius [1] up to which there is no corner."""
+NO_CORNER = 1e-9  # distance of shank's edge from the eye's outline over its radius [1] up to which there is no corner
 
 
 def rectangle(length: float, height: float, nx: int, ny: int, kind: str = "quad9") -> PlaneMesh:

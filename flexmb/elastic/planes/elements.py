@@ -41,9 +41,7 @@ NODES, PINS, FORMULATION, ZETA, GRAVITY_X, GRAVITY_Y, PLACES = range(7)
 
 COROTATED, TOTAL_LAGRANGE = 0.0, 1.0  # formulations
 MOST_NODES = 9  # nodes of the largest cell
-
-MOST, MOST_COORDINATES = 2 * MOST_NODES, 3 * MOST_NODES
-"""Displacements of the largest cell, and its coordinates if every node lies on its own pin."""
+MOST, MOST_COORDINATES = 2 * MOST_NODES, 3 * MOST_NODES  # displacements of the largest cell; coordinates if all on pins
 
 nodal, on_every_coordinate, square = stack_vector(MOST), stack_vector(MOST_COORDINATES), stack_vector(MOST * MOST)
 """Scratch vectors of the kernels: a number a displacement, a coordinate, a pair of displacements."""

@@ -61,8 +61,7 @@ Array = npt.NDArray[np.float64]
 Field: TypeAlias = Sequence[float] | Callable[[Array], Any]
 """A constant vector (x, y), or a function of points (p, 2) [m] that returns vectors (p, 2)."""
 
-Stress: TypeAlias = float | Callable[[Array], Any]
-"""A constant number, or a function of points (p, 2) [m] that returns numbers (p,)."""
+Stress: TypeAlias = float | Callable[[Array], Any]  # number, or function of points (p, 2) [m] that gives numbers (p,)
 
 
 def body_force(mesh: PlaneMesh, field: Field, thickness: ByRegion[float]) -> Array:
@@ -159,13 +158,8 @@ FORCE_X, FORCE_Y, CROSS, ALONG, ANGLE, OWN, TURNING, NODE_NUMBERS = range(8)
 
 PRODUCTS = 2  # place of the products of an edge (m, m, 2), behind the numbers of nodes and pins; then the ties
 P, S, PAIR = range(3)  # products of a pressure and of a shear for a pair of nodes, and their number
-
-ON_EDGES, FIRST_ELEMENT = range(2)
-"""Numbers p of a signal: 1 for edges; then of each element, and at the end the number of the signal."""
-
-COORDINATES, SIZE, NUMBERS = range(3)
-"""Numbers of an element of a signal: those of its coordinates and of its own numbers, which follow."""
-
+ON_EDGES, FIRST_ELEMENT = range(2)  # numbers p of a signal: 1 for edges; then of each element; at last the signal's
+COORDINATES, SIZE, NUMBERS = range(3)  # numbers of an element of a signal: of coordinates, of its own numbers; these
 POWER = 2  # number of the signal `power`; those of fx and fy are 0 and 1
 SIGNALS = (("fx", "N"), ("fy", "N"), ("power", "W"))  # signals of a load on a mesh with their units
 

@@ -74,9 +74,7 @@ class MeshBody(ElasticBody):
 Array = npt.NDArray[np.float64]
 
 RIGID_MOTIONS = 3  # motions of a free body without deformation
-
-SHIFT = 1e-6
-"""Shift of the squared angular frequency below 0, over that of a longitudinal wave of the body's length [1]."""
+SHIFT = 1e-6  # shift of the squared angular frequency below 0, over that of a wave along the body's length [1]
 
 
 def vibrations(

@@ -60,9 +60,7 @@ def cell_materials(mesh: PlaneMesh, material: ByRegion[Material], state: str) ->
 # Stresses at the nodes of a mesh from the places of its nodes, at any rotation
 
 GAUSS = 0.5 / math.sqrt(3.0)  # distance of the two Gauss points of the unit interval from its middle
-
-FOUR = tuple((0.5 + a * GAUSS, 0.5 + b * GAUSS) for b in (-1, 1) for a in (-1, 1))
-"""The 2 x 2 Gauss points of the unit square."""
+FOUR = tuple((0.5 + a * GAUSS, 0.5 + b * GAUSS) for b in (-1, 1) for a in (-1, 1))  # 2 x 2 Gauss points of the square
 
 SAMPLES = {
     "tri3": ((1.0 / 3.0, 1.0 / 3.0),),

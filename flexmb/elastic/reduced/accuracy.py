@@ -33,9 +33,7 @@ Array = npt.NDArray[np.float64]
 Load = Callable[[Array], Any] | Array
 """Accelerations (S, 2) of gravity [m/s^2] as a function of points (S, 2) [m], or forces (S, 2) at all points [N]."""
 
-SHIFT = 1e-3
-"""Shift of the squared angular frequencies of a free body below 0, over the lowest one of its reduced body [1]."""
-
+SHIFT = 1e-3  # shift of the squared angular frequencies of a free body below 0, over the lowest one reduced [1]
 EXACT = 1e-9  # relative error [1] below which a table shows round-off alone
 
 

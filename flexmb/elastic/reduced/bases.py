@@ -38,8 +38,7 @@ from flexmb.model.shape import MeshShape
 # Stiffness and mass of an elastic body by displacements of its pins and of its inside
 
 Array = npt.NDArray[np.float64]
-Sparse: TypeAlias = Any
-"""Sparse matrix of scipy, which has no types."""
+Sparse: TypeAlias = Any  # sparse matrix of scipy, which has no types
 
 
 @dataclass(frozen=True, eq=False)

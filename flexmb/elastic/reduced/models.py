@@ -37,8 +37,7 @@ from flexmb.parts.bodies.flexible_body import FlexibleBody
 
 Array = npt.NDArray[np.float64]
 
-PLACES = np.linspace(0.0, 1.0, 4)
-"""Places on an element whose displacements carry its mass: four values of a cubic say all."""
+PLACES = np.linspace(0.0, 1.0, 4)  # places on an element whose displacements carry its mass: four of a cubic say all
 
 HERMITE = np.stack(
     [

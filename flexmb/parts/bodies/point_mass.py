@@ -192,12 +192,8 @@ def mean_mass(part: str, nodes: Sequence[str], mass: float, gravity: Point) -> E
 
 # Particle: a mass without rotation
 
-SAME_POINT = 1e-9
-"""Distance from the particle, relative to its distance from the origin (1 m at least), that counts as 0."""
-
-MANY_PARTS = 500
-"""Number of parts of a mechanism above which compiled kernels are called, which are a hundred times as fast."""
-
+SAME_POINT = 1e-9  # distance from the particle, over its distance from the origin (at least 1 m), that counts as 0
+MANY_PARTS = 500  # number of parts of a mechanism above which compiled kernels are called, a hundred times as fast
 NO_MOMENT = 1e-9  # moment on a particle over the largest force [m], or change by its rotation, that counts as round-off
 
 

@@ -132,9 +132,7 @@ def held_points(body: Body, mechanism: Mechanism) -> list[Point]:
 MASSLESS = 1e-8  # mass of a massless link over the smallest mass of the other bodies [1]
 AXIS_TOLERANCE = 1e-3  # distance from the axis over the length [1] up to which a point counts as one of the axis
 GYRATIONS = (0.02, 3.0)  # radius of gyration over the length of a link, least and largest, that goes without a finding
-
-BEYOND_END = 1.0
-"""Distance of a joint from the nearer end of its link, relative to its length, up to which it is not odd."""
+BEYOND_END = 1.0  # distance of a joint from the nearer end of its link, over the length, up to which it is not odd
 
 
 @record

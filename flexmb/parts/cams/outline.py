@@ -281,8 +281,7 @@ def _polygon(points: np.ndarray, bulges: np.ndarray) -> np.ndarray:
 
 # Rounds of an outline: runs of convex arcs and corners between straight and hollow pieces
 
-ROUNDED, POINTED, END = 0.0, 1.0, 2.0
-"""Kinds of arcs of a round: an arc; a corner; the end of an arc at a straight piece."""
+ROUNDED, POINTED, END = 0.0, 1.0, 2.0  # kinds of arcs of a round: an arc; a corner; end of an arc at a straight piece
 
 
 @dataclass(frozen=True)

@@ -167,8 +167,7 @@ def put_gap(pair, q, v, out):
 
 # A closed curve of the second body on a closed curve of the first: constraint, gap and friction kernels
 
-CURVE_SCALE, SECOND, CURVE_UNDER_CURVE = range(3)
-"""Places in p: length for tolerances [m], place of the second curve, the first curve."""
+CURVE_SCALE, SECOND, CURVE_UNDER_CURVE = range(3)  # places in p: length for tolerances [m], second curve, first curve
 
 
 @compiled
@@ -335,8 +334,7 @@ def face_speed(p, t, q, v, a):
 
 # Kernels of pairs of curves, by kind of the second curve, and contributions made of them
 
-TOUCHING, OPEN = "touching", "open"
-"""Starts of a contact: the second body is put onto the curve, or stands where it is drawn."""
+TOUCHING, OPEN = "touching", "open"  # starts of a contact: second body put onto the curve, or where it is drawn
 
 
 @dataclass(frozen=True)
@@ -366,8 +364,5 @@ class PairKernels:
 
 
 FACE = PairKernels(face_kernel, face_gap_kernel, face_friction, face_speed)  # pair of a closed curve with a line
-
-ROLLER = PairKernels(roller_kernel, roller_gap_kernel, roller_friction, roller_speed)
-"""Pair of a closed curve with a circle or point."""
-
+ROLLER = PairKernels(roller_kernel, roller_gap_kernel, roller_friction, roller_speed)  # curve with a circle or point
 CURVES = PairKernels(curves_kernel, curves_gap_kernel, curves_friction, curves_speed)  # pair of two closed curves

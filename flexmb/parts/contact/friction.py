@@ -12,8 +12,7 @@ from flexmb.model.law import FrictionLaw
 
 # Slip speed at which a friction law balances a load
 
-SCANNED = 4000
-"""Number of speeds at which a law is evaluated before bisection finds its balance with the load to round-off."""
+SCANNED = 4000  # number of speeds at which a law is evaluated before bisection finds its balance with the load
 
 
 def checked_ratio(owner: str, value: object) -> float:

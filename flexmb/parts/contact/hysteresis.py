@@ -23,8 +23,7 @@ from flexmb.parts.contact.restitution import delivered_restitution, hertz_stiffn
 
 # Base of the families of normal laws that multiply an elastic force by a hysteresis factor
 
-SMALL_SHARE = 0.01
-"""Share of impulses or losses in contacts slower than `least_approach`, up to which there is no remark."""
+SMALL_SHARE = 0.01  # share of impulses or losses in contacts slower than `least_approach`, up to which all is well
 
 
 @compiled

@@ -37,8 +37,7 @@ WIDE = 0.3
 Hertz's theory asks for a ratio much smaller than 1 (Johnson 1985, section 4.2) without a number; 0.3 is our choice.
 """
 
-SMALL_TENSION, SMALL_EXCESS = 0.01, 0.01
-"""Cut tension and excess over the largest force [1] up to which a run has no remark."""
+SMALL_TENSION, SMALL_EXCESS = 0.01, 0.01  # cut tension and excess over the largest force [1] up to which all is well
 
 
 @compiled

@@ -17,9 +17,7 @@ from flexmb.parts.joints.revolute import coincidence_piece
 from flexmb.places import LOAD, LOAD_BY_Q, SLIDING
 
 LARGE_WIND_UP = 0.5  # wind-up above which there is a remark [rad]
-
-COARSE_STEP = 0.35
-"""Fixed step over the time of an engagement above which there is a remark: speeds behind it are off by some 2 %."""
+COARSE_STEP = 0.35  # fixed step over the time of an engagement above which there is a remark: speeds are off by 2 %
 
 WIND_UP, LAST_RATE, LAST_ANGLE, BEGUN = range(4)
 """Places in the history: wind-up [rad]; its rate [rad/s] and the angle [rad] at the last state; 1 from then on."""

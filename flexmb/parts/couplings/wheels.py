@@ -34,8 +34,7 @@ from flexmb.places import GAP_RATE, LOAD, LOAD_BY_LAM, SLIDING
 
 # Contact of involute teeth with backlash: one flank of a gear pair along its line of action
 
-STEEPEST = 1.0 - 1e-9
-"""Largest cosine of the operating pressure angle: axes that come closer are counted as this far apart."""
+STEEPEST = 1.0 - 1e-9  # largest cosine of the operating pressure angle: closer axes count as this far apart
 
 
 @gap_kernel
@@ -192,9 +191,7 @@ class Push(FrictionLaw):
 Point = tuple[float, float]
 
 FITS = 1e-3  # difference of the distance of the axes from the sum of the pitch radii, relative to it, that still fits
-
-COAXIAL = 1e-9
-"""Distance of two centres relative to their radii, below which they are one: a gearbox with shafts in line."""
+COAXIAL = 1e-9  # distance of two centres over their radii, below which they are one: a gearbox with shafts in line
 
 
 @record

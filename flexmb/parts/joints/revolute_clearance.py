@@ -94,8 +94,7 @@ def held_journal_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
 
 
 CENTRED, SEATED = "centred", "seated"
-TOUCHING = 1.0 + 1e-12
-"""Largest eccentricity over the clearance [1] of a journal in contact, round-off included."""
+TOUCHING = 1.0 + 1e-12  # largest eccentricity over the clearance [1] of a journal in contact, round-off included
 
 
 @record

@@ -85,9 +85,7 @@ def strand_length(p, t, q, v, a):
 
 ABOVE, BELOW = "above", "below"
 
-Pieces = list[tuple[str, Kernel, tuple[float, ...]]]
-"""Name, gap kernel and its parameters behind the clearance, of each limit of a stop."""
-
+Pieces = list[tuple[str, Kernel, tuple[float, ...]]]  # per limit: name, gap kernel, its parameters behind the clearance
 NO_CLEARANCE = 0.0  # first parameter p of a contact without a clearance [m]
 
 

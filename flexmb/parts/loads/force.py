@@ -37,8 +37,7 @@ def put_line_force(F, nx, ny, ax, ay, bx, by, r):
 
 # A force on a point of a body, dead or following the body, constant or changing in time
 
-FORCE_SIGNALS = (("fx", "N"), ("fy", "N"), ("force", "N"), ("power", "W"))
-"""Signals with their units, in the order of `force_signal`."""
+FORCE_SIGNALS = (("fx", "N"), ("fy", "N"), ("force", "N"), ("power", "W"))  # with units, in the order of `force_signal`
 
 
 @element_kernel

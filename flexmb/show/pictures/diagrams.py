@@ -41,8 +41,7 @@ VERDICT_COLOURS = {
 """Colours of the verdicts, in the order of the legend; readers with colour blindness can distinguish them."""
 
 MARKERS = {"up": "^", "down": "v", "cold": "o"}
-MANY_POINTS = 4000
-"""Number of points above which the markers are smallest."""
+MANY_POINTS = 4000  # number of points above which the markers are smallest
 
 
 @arguments.checked

@@ -273,8 +273,7 @@ def write_mp4(path: Path, film: Film, fps: float) -> None:
 
 ENDINGS = (".mp4", ".gif", ".html")
 
-MOST_FRAMES, MOST_PIXELS = 20_000, 4e9
-"""Largest number of frames of a film, and of pixels of all frames of a GIF, which is made in memory."""
+MOST_FRAMES, MOST_PIXELS = 20_000, 4e9  # of a film, and pixels of all frames of a GIF, which is made in memory
 
 
 @arguments.checked

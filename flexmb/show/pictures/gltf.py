@@ -35,9 +35,7 @@ if TYPE_CHECKING:
 # Binary glTF 2.0 files: meshes, nodes, materials, and motions of nodes
 
 MAGIC, VERSION, JSON_CHUNK, BIN_CHUNK = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
-FLOAT, UINT = 5126, 5125
-"""Component types of accessors."""
-
+FLOAT, UINT = 5126, 5125  # component types of accessors
 WEIGHTS = "weights"  # path of the motion of a mesh between its shapes
 
 KINDS = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}

@@ -25,9 +25,7 @@ if TYPE_CHECKING:
 
 # Names beside points of a figure, placed where they hide neither one another nor the points
 
-DISTANCES = (6.0, 11.0, 18.0, 27.0, 38.0, 52.0, 70.0)
-"""Distances of a name from its point that are tried, the nearest first [pt]."""
-
+DISTANCES = (6.0, 11.0, 18.0, 27.0, 38.0, 52.0, 70.0)  # tried distances of a name from its point, nearest first [pt]
 DIRECTIONS = 16  # number of directions that are tried at each distance
 LEADER = 15.0  # distance from which on a thin line leads from the name to its point [pt]
 POINT_SIZE = 12.0  # side of the square around a point that names keep free [pt]

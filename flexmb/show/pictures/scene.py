@@ -30,10 +30,7 @@ if TYPE_CHECKING:
 
 Box = tuple[tuple[float, float], tuple[float, float]]  # limits of x and of y [m]
 PER_ELEMENT = 9  # number of points on a beam element
-
-SHARE = 98.0
-"""Percentile of absolute values at which colours and lengths of arrows end; impacts would make all else too small."""
-
+SHARE = 98.0  # percentile of absolute values at which colours and lengths of arrows end; impacts would dwarf the rest
 BOX_POSES = 400  # number of poses of a run, at most, that the limits of the axes are taken from
 
 
@@ -91,8 +88,7 @@ def scene_of(
     return Scene(sol.name, sol.time[rows], lines, marks, signs, limits, arrows, traced, meshes)
 
 
-LEAST_SIZE, LONE_POINT = 1e-9, 0.1
-"""Extent of a mechanism [m] below which it is a point, and the width of a picture of a point [m]."""
+LEAST_SIZE, LONE_POINT = 1e-9, 0.1  # extent of a mechanism [m] below which it is a point; width of its picture [m]
 
 
 def box_of_run(sol: Solution, paths: Sequence[tuple[np.ndarray, np.ndarray]] = ()) -> Box:
@@ -156,8 +152,7 @@ MOST_NAMES = 24  # largest number of names in a legend, and of names of joints i
 NEAR = 0.012  # distance of joints that share a name, over the width of the picture
 
 
-CORNERS = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
-"""Points of a ring that names keep free, over its radius."""
+CORNERS = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])  # of a ring names keep free, over its radius
 
 
 @arguments.checked

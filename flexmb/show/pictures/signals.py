@@ -35,12 +35,8 @@ if TYPE_CHECKING:
 # Envelopes of signals that swing too fast for single lines to be seen
 
 COLUMNS = 400  # number of columns of an envelope
-
-LEAST_SWING = 0.02
-"""Least swing that counts, over the range of the signal; smaller ones are hidden in the width of a line."""
-
-DENSE = 0.5
-"""Reversals of a signal in a column, on average of the busiest fifth, from which on it is drawn as an envelope."""
+LEAST_SWING = 0.02  # least swing that counts, over the signal's range; smaller ones hide in the width of a line
+DENSE = 0.5  # reversals of a signal in a column, in the busiest fifth, from which on it is drawn as an envelope
 
 
 def is_dense(time: np.ndarray, values: np.ndarray, columns: int = COLUMNS) -> bool:

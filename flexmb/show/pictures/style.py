@@ -120,9 +120,7 @@ CLEARANCE = "#c00000"
 TRACED = "#7a3fb5"
 """Colour of markers and of their paths."""
 
-DIVERGING = "RdYlBu_r"
-"""Colour map of fields of both signs, as section forces of beams; pages: --low to --high of reports/assets/page.css."""
-
+DIVERGING = "RdYlBu_r"  # colours of fields of both signs; pages: --low to --high of reports/assets/page.css
 SEQUENTIAL = "viridis"  # colour map of fields from 0 on
 WIDTH = 1.1  # width of a curve [pt]
 

@@ -29,8 +29,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SCRIPTS = ("diagram.js", "chaos.js")
-MOST_SIGNALS = 60
-"""Number of signals on a page where none are chosen."""
+MOST_SIGNALS = 60  # number of signals on a page where none are chosen
 
 EVIDENCE = "evidence_"
 HINT = "Drag pans, + and - zoom while the diagram has the focus, 0 or a double click fits."

@@ -175,8 +175,7 @@ def chosen_signals(signals: Sequence[str], known: Sequence[str]) -> list[str]:
 
 STYLES = ("uPlot.min.css", "page.css", "player.css")
 LIBRARY = "uPlot.iife.min.js"
-COMMON = ("decode.js", "theme.js")
-"""Scripts of all pages, in their order."""
+COMMON = ("decode.js", "theme.js")  # scripts of all pages, in their order
 
 
 @cache

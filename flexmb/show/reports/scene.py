@@ -48,9 +48,7 @@ def stresses(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -
     return np.concatenate(columns, axis=1) if columns else None
 
 
-MOST_POINTS = 1500
-"""Number of points of all meshes of a page, about, whose stress is shown; of a finer mesh some points stand for all."""
-
+MOST_POINTS = 1500  # mesh points of a page, about, whose stress is shown; of a finer mesh some points stand for all
 LOOP_POINTS = 160  # largest number of points of an outline or of a hole, about
 WIDER = 1.1  # factor by which the squares grow, in each of which one point is kept, until there are few enough
 
@@ -247,8 +245,7 @@ def _joint_forces(sol: Solution, instants: np.ndarray) -> dict[str, Any]:
 
 # Moving picture of a mechanism with its controls, as HTML
 
-MAGNIFICATIONS = ("1", "3", "10", "30", "100", "300", "1000", "3000", "10000")
-"""Factors of the displacements of flexible parts."""
+MAGNIFICATIONS = ("1", "3", "10", "30", "100", "300", "1000", "3000", "10000")  # of displacements of flexible parts
 
 COLOURED = {"moment": "bending moment", "axial": "axial force", "stress": "stress"}
 """Names of the fields by which bodies are coloured."""

@@ -32,8 +32,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SCRIPTS = ("diagram.js", "sweep.js")
-MOST_SIGNALS = 24
-"""Number of signals on a page where none are chosen."""
+MOST_SIGNALS = 24  # number of signals on a page where none are chosen
 
 GREY = "#8c8c8c"
 """Colour of motions without a verdict."""

@@ -81,9 +81,7 @@ class RigidMotion:
 
 # Massless links: whether each of their motions moves a mass
 
-NO_INERTIA = 1e-12
-"""Inertia of a motion over the largest inertia of the mechanism, below which a massless link moves alone."""
-
+NO_INERTIA = 1e-12  # inertia of a motion over the largest of the mechanism, below which a massless link moves alone
 SHARE = 0.1  # part of the fastest coordinate of such a motion, above which a link is named
 
 
@@ -125,9 +123,7 @@ CLOSED_GAP = 1e-12  # gap of a closed joint relative to the size of the mechanis
 DRIVE_STRIDE = 0.1  # largest change of a drive between two poses [rad, or relative to the size of the mechanism]
 MOST_ITERATIONS = 60  # number of Newton iterations of a stride at most
 LARGEST_MOVE = 0.3  # largest movement of a body in an iteration [rad, or relative to the size of the mechanism]
-
-SPARSE_ENTRIES = 400_000
-"""Number of entries of the constraint matrix above which the least movement is computed by sparse factors."""
+SPARSE_ENTRIES = 400_000  # entries of the constraint matrix above which sparse factors find the least movement
 
 
 @dataclass(frozen=True)

@@ -20,10 +20,7 @@ from flexmb.statics.start.assemble import RigidMotion, check_massless, close_loo
 from flexmb.statics.start.redundant_joints import least_norm, redundancy, redundant_rows, shaken_pose
 
 LISTED_PARTS = 12  # number of parts in a list at most
-
-ROUND_OFF_OF_RATES = 1e-12
-"""Start velocity relative to the largest rate of the drives that is round-off of a motion which begins at rest."""
-
+ROUND_OFF_OF_RATES = 1e-12  # start velocity over the drives' largest rate that is round-off of a start at rest
 RATES = 32  # number of intervals of a motion at whose ends its rate is looked at
 SETTLED = 1e-12  # last correction of the states of controls that begin at rest, relative to the states
 MOST_FRICTION_ITERATIONS = 30  # number of Newton iterations at most on multipliers that friction depends on

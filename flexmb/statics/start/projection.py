@@ -12,9 +12,7 @@ from flexmb.errors import AssemblyError
 from flexmb.program.program import Program
 
 WHOLE_TURN = 2.0 * np.pi
-MOST_PROJECTIONS = 30
-"""Number of Newton iterations at most."""
-
+MOST_PROJECTIONS = 30  # number of Newton iterations at most
 CLOSED_GAP = 1e-12  # gap of a closed joint relative to the size of the mechanism
 
 

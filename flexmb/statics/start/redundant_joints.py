@@ -15,8 +15,7 @@ from flexmb.errors import AssemblyError, KernelError, SolveError
 from flexmb.program.program import Program
 from flexmb.statics.start.assemble import RigidMotion, close_loops, drive_rows
 
-POSE_SHIFT = 0.05
-"""Shift to a second pose that distinguishes redundant joints from a singular pose [rad, or relative to the size]."""
+POSE_SHIFT = 0.05  # shift to a second pose that tells redundant joints from a singular pose [rad, or over the size]
 
 
 class Redundancy(NamedTuple):
