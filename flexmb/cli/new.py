@@ -98,10 +98,7 @@ if __name__ == "__main__":  # python @FILE@
 
 
 def new(options: argparse.Namespace) -> int:
-    """`flexmb new`: write a model file, and print its name and the next commands.
-
-    Refused: a name that is no name of a Python module, a file that exists or cannot be written.
-    """
+    """`flexmb new`: write a model file, of a name that is free and fits a module, and print the next commands."""
     path = Path(options.file)
     path = path if path.suffix == ".py" else path.with_name(f"{path.name}.py")
     if not path.stem.isidentifier() or iskeyword(path.stem):

@@ -172,10 +172,7 @@ class Comparison:
 
 
 def rerun(options: argparse.Namespace) -> int:
-    """`flexmb rerun`: repeat the run of a file with its own arguments, and print the comparison.
-
-    Returns 0 if the runs agree, else 1.
-    """
+    """`flexmb rerun`: repeat a run by its own arguments, print the comparison; 0 if both agree, else 1."""
     saved = load(options.file)
     command = command_of(saved)
     if not command:

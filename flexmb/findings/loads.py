@@ -240,10 +240,7 @@ LARGEST_RATIO = 1e15  # ratio of stiffnesses over masses, of the fastest mode to
 
 
 def stiffness_findings(mechanism: Mechanism, program: Program, q: np.ndarray, bare: Modes | None) -> list[Finding]:
-    """Findings on stiffnesses so large that their round-off is felt beside the loads or slow vibrations.
-
-    The pose is q (n_q,); without loads there may be no modes `bare`.
-    """
+    """Findings on stiffnesses whose round-off is felt beside loads or slow vibrations, at a pose q (n_q,)."""
     n, kind = program.tables.sizes.n_b, np.asarray(program.tables.kind)
     stiffness = np.where(kind[:n] == 1, 0.0, _diagonal(program, q)[:n])
     worst = int(np.argmax(stiffness))

@@ -283,10 +283,7 @@ def locking_drives(mechanism: Mechanism, closed: Program, q: np.ndarray) -> list
 
 
 def orientation(closed: Program, pose: np.ndarray, t: float) -> float:
-    """Sign of the determinant of the constraint equations; 0 where they are not as many as rigid motions.
-
-    The sign changes where two branches of the motion cross.
-    """
+    """Sign of the determinant of the constraints, which changes between branches; 0 where they are not square."""
     G = StateEvaluation(closed).at(pose, t=t).blocks[1] @ RigidMotion(closed).plain_basis(pose)
     A = plain(G)
     return float(np.linalg.slogdet(A)[0]) if A.shape[0] == A.shape[1] else 0.0
@@ -370,10 +367,7 @@ def weakest_parts(closed: Program, G: Any) -> tuple[str, ...]:
 
 
 def aligned_joints(mechanism: Mechanism, closed: Program, pose: np.ndarray, weak: tuple[str, ...]) -> tuple[str, ...]:
-    """Three weak joints of two neighbouring links on one line in a locked pose (n_q,); () without such joints.
-
-    `weak` are the parts whose equations nearly depend on one another.
-    """
+    """Three weak joints of two neighbouring links on one line in a locked pose (n_q,), of the parts `weak`; or ()."""
     joints = [part for part in mechanism.parts if isinstance(part, Joint) and part.name in weak]
     points = {joint.name: _point(mechanism, closed, pose, joint) for joint in joints}
     best: tuple[float, tuple[str, ...]] = (ALIGNED, ())

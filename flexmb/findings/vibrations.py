@@ -110,10 +110,7 @@ class Mode(NamedTuple):
 
 
 def vibration_findings(run: Run, motion: WatchedMotion, begun: float) -> Iterator[Finding]:
-    """Findings on the fastest vibration that carries energy, where the steps lose a part of it that matters.
-
-    The run began at the instant `begun` [s].
-    """
+    """Findings on the fastest vibration with energy of which steps lose a part; the run began at `begun` [s]."""
     program, method, steps = run.program, run.method, int(run.record.count.steps)
     states, span = _states(program, motion), float(run.flow.clock.t) - begun
     short = steps < (FEWEST_STEPS if program.names.contacts else 1)
@@ -255,10 +252,7 @@ def _states(program: Program, motion: WatchedMotion) -> list[State]:
 
 
 def share_of(energies: np.ndarray, k: int) -> tuple[float, bool]:
-    """Largest share of mode k in the elastic energy in a third of the run, and whether it dies out.
-
-    `energies` (states, 3, modes) are those of `Vibrations`.
-    """
+    """Largest share of mode k of `energies` (states, 3, modes) in a third of the run, and whether it dies out."""
     whole = float(energies[:, 0].sum(axis=1).mean())
     thirds = [float(third[:, :, k].mean(axis=0).min()) for third in np.array_split(energies, 3)]
     return max(thirds) / whole if whole > 0.0 else 0.0, thirds[-1] < DECAY * thirds[0]

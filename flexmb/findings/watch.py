@@ -43,10 +43,7 @@ _KNOWN: dict[tuple[str, Law], tuple[Finding, ...]] = {}  # findings by part and 
 
 
 def cheap_findings(mechanism: Mechanism) -> list[Finding]:
-    """Findings on users' laws and motions, on tables, and on implausible angles and gravity.
-
-    flexmb's own laws are known to keep their signs.
-    """
+    """Findings on laws and motions of users, on tables, and on implausible angles and gravity."""
     findings = implausible_findings(mechanism)
     for part in mechanism.parts:
         for value in vars(part).values():
@@ -165,10 +162,7 @@ def impossible_penetrations(mechanism: Mechanism, contacts: Sequence[str]) -> li
 
 
 def law_findings_after(program: Program, z: np.ndarray, contacts: ContactLog, since: float) -> Iterator[Finding]:
-    """Findings on the validity of normal laws, by the histories z at the end of a run.
-
-    Contacts that began before the instant `since` [s] are called lasting.
-    """
+    """Findings on normal laws by their histories z at the end; contacts from before `since` [s] are lasting."""
     for c, law in enumerate(program.normals):
         name, place = program.names.contacts[c], program.tables.contacts.z[c]
         history = z[place[NORMAL_Z] : place[FRICTION_Z]].tolist()

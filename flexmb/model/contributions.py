@@ -292,10 +292,7 @@ def signal_contributions(
 
 @dataclass(frozen=True)
 class AngleContribution:
-    """Relative rotation of two nodes and its rate, reported as `part.angle` and `part.omega`.
-
-    Every revolute joint has one, so it is evaluated without a kernel.
-    """
+    """Relative rotation of two nodes and its rate, `part.angle` and `part.omega` of a revolute joint; no kernel."""
 
     part: str
     coordinates: tuple[Coordinate, Coordinate]  # rotations of the first and of the second node

@@ -51,10 +51,7 @@ class ElasticBody(Body):
 
     @abstractmethod
     def reference_points(self) -> np.ndarray:
-        """Places (n, 2) of the nodes in the reference configuration, by their numbers [m].
-
-        Nodes of a plane body are those of its mesh, of reduced beams those of the mesh that shows them.
-        """
+        """Places (n, 2) of the nodes by number [m], of reduced beams of the mesh that shows them."""
 
     def strain_at_rest(self, mechanism: Mechanism, pose: Pose) -> tuple[float, float]:
         """Largest strain and stress [Pa] of the body of `mechanism` at rest in a `pose`."""

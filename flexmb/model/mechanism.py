@@ -374,10 +374,7 @@ class Mechanism(metaclass=arguments.CheckedType):
             parts[name] = replace(part, **moved) if moved else part
 
     def _refuse_points_left_behind(self, parts: Mapping[str, Part]) -> None:
-        """Refuse changes that move a point of a body away from joints and loads that lie there and stay.
-
-        parts : new parts by their names
-        """
+        """Refuse new parts, by name, that move a point of a body away from joints and loads that stay there."""
         for name, part in parts.items():
             old = self._by_name[name]
             if part is old or not isinstance(part, Body):

@@ -24,10 +24,7 @@ class RigidShape:
 
 @dataclass(frozen=True, slots=True)
 class BeamShape:
-    """One beam element between two nodes of a part.
-
-    The rotation of an end against the chord is theta + start_angle - (direction of the chord).
-    """
+    """Beam element of a part; an end's rotation against the chord is theta + start_angle - chord's direction."""
 
     part: str
     start: str  # name of its node; `end` that of the other one

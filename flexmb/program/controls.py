@@ -82,10 +82,7 @@ class WiredControl(ControlContribution):
 
 
 def wired(contributions: Contributions, number: Numbering, aliases: Mapping[str, str]) -> Contributions:
-    """Contributions whose controls are wired, in the order of evaluation.
-
-    An input must exist, be a function of the state, and close no loop.
-    """
+    """Contributions whose controls are wired, in the order of evaluation; loops and unknown inputs are refused."""
     if not contributions.controls:
         return contributions
     finder = _Finder(contributions, number, aliases)

@@ -84,10 +84,7 @@ class Numbering:
 
 
 def state_nodes(mechanism: Mechanism) -> list[tuple[str, Node, tuple[str, str, str]]]:
-    """Controller, node and names of three states at a time, of all controllers that act at all times.
-
-    Nodes have three coordinates; states that are missing to three stay 0.
-    """
+    """Controller, node and names of three states at a time of controllers without sampling; missing ones stay 0."""
     found = []
     for controller in mechanism.controllers:
         control = controller.control()

@@ -369,10 +369,7 @@ OVERHANG = 0.06  # length of a guide beyond the travel, over the size of the pic
 
 
 def symbols(sol: Solution, instants: np.ndarray, size: float) -> list[Line]:
-    """Symbols of all shapes that are neither bodies nor points, at saved instants with numbers (n,).
-
-    Widths and arrows are drawn by the size of the picture [m].
-    """
+    """Symbols of all other shapes than bodies and points, at instants (n,), by the size of the picture [m]."""
     found = []
     for shape in sol.shapes:
         if isinstance(shape, LineShape):

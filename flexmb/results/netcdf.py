@@ -318,10 +318,7 @@ def _episodes(sol: Solution) -> xr.Dataset:
 
 
 def _columns(file: NetcdfContent, names: tuple[str, ...], n: int, tables: list[str]) -> tuple[np.ndarray, Peaks]:
-    """Signals and peaks of a file of a former version.
-
-    A table such as "plate.node.vx" holds the signals "plate.node12.vx" over time and the nodes "plate.node".
-    """
+    """Signals and peaks of a former version, where a table "plate.node.vx" held the signals "plate.node12.vx"."""
     found: dict[str, tuple[np.ndarray, float, float]] = {}
     for table in tables:
         nodes, _, quantity = table.rpartition(".")

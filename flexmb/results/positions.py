@@ -309,10 +309,7 @@ def turning_nodes(mesh: MeshShape) -> list[int]:
 
 
 def unstressed(beams: Sequence[BeamShape]) -> dict[str, tuple[float, float, float]]:
-    """Poses x, y, theta of the nodes of an unstressed body by name, in the frame of its first node.
-
-    The elements of the body are connected with one another.
-    """
+    """Poses x, y, theta of the nodes of an unstressed, connected body by name, in the frame of its first node."""
     found, left = {beams[0].start: (0.0, 0.0, 0.0)}, list(beams)
     while left:
         near = next((beam for beam in left if beam.start in found or beam.end in found), None)

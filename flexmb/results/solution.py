@@ -601,10 +601,7 @@ def require_rows(label: str, sol: Solution, *, drawn: bool = True) -> None:
 
 
 def _frozen(name: str, values: Any, shape: tuple[int | None, ...]) -> Any:
-    """`values` as a read-only float array of that shape (None: any length).
-
-    An array that is read-only already is taken as it is: copying what a run saved would take as long as saving it.
-    """
+    """`values` as a read-only float array of a shape (None: any length), itself if it is one: copies take long."""
     array: Any = values if _is_fixed(values) else np.array(values, dtype=np.float64, order="C")
     fits = array.ndim == len(shape) and all(want in (None, n) for n, want in zip(array.shape, shape, strict=True))
     if not fits:

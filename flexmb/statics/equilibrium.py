@@ -122,10 +122,7 @@ def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) 
 
 
 def least_multipliers(G: sp.csr_matrix, force: np.ndarray) -> np.ndarray:
-    """Multipliers (n_c,) that leave the least of G^T lam + force.
-
-    Redundant rows share their force as their round-off has it: `INDEPENDENCE` keeps the bordered matrix regular.
-    """
+    """Multipliers (n_c,) of least G^T lam + force; `INDEPENDENCE` keeps redundant rows regular."""
     m, n = G.shape
     lengths = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel())
     scale = sp.diags_array(1.0 / np.where(lengths > 0.0, lengths, 1.0))

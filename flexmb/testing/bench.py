@@ -297,10 +297,7 @@ class Bench:
         return np.array([1.0 if axis == 2 else size for _, _, axis in coordinates])
 
     def states(self, coordinates: Sequence[Coordinate], wanted: str) -> Iterator[State]:
-        """Random states of each magnitude; every second one is in motion, and some have h = 0.
-
-        `wanted` are names of the inputs, separated by blanks.
-        """
+        """Random states of each magnitude, every second in motion, some of h = 0; `wanted`: names between blanks."""
         q, scale = self.pose[self.number.dofs(coordinates)], self.scales(coordinates)
         for k in range(3 * len(MAGNITUDES)):
             inputs = {
@@ -376,10 +373,7 @@ class Bench:
         self.note(f"{tested.kernel.name}: {quantity} in balance", abs(imbalance) / size if size else 0.0)
 
     def turned(self, tested: TestedKernel, name: str, state: State, after: Any, before: Any, size: float) -> None:
-        """Compare results `after` in a rotated and shifted frame with the rotated results `before` of the old one.
-
-        The error is related to the magnitude `size`.
-        """
+        """Compare results `after` in a moved frame with rotated ones of `before`, related to the magnitude `size`."""
         error = np.abs(np.asarray(after) - before) / max(size, 1e-300)
         wrong = error > TURNED
         if np.any(wrong):

@@ -60,10 +60,7 @@ def check_gap(bench: Bench, contribution: ContactContribution) -> float:
 def check_gap_at(
     bench: Bench, tested: TestedKernel, state: State, scale: np.ndarray, size: float, period: float = 0.0
 ) -> None:
-    """Check derivatives, contact point and frame at one state; `size` is that of the gap [m].
-
-    In another frame the gap may jump by `period` [m].
-    """
+    """Check derivatives, point and frame at a state; `size` of the gap [m], which may jump by `period` [m]."""
     out = tested.checked_call(state)["out"]
     where = "contact" if out[GAP] < 0.0 else "free flight"
     bench.note(f"{tested.kernel.name}: compiled = Python, finite, repeatable, in {where}")

@@ -21,10 +21,7 @@ REACTION = "action must equal reaction; a load from outside on two bodies is one
 
 
 def check_element(bench: Bench, contribution: ElementContribution, weightless: ElementContribution) -> None:
-    """Check an element: tangents, energies, balance, dependence on the frame, other kernels.
-
-    `weightless` is the same element without gravity.
-    """
+    """Check an element (`weightless`: without gravity): tangents, energies, balance, frame, other kernels."""
     n, m = len(contribution.coordinates), len(contribution.history)
     shapes = {"r": (n,), "K": (n, n), "C": (n, n), "M": (n, n), "z_new": (m,)}
     tested = TestedKernel(bench.owner, contribution.kernel, contribution.p, **shapes)

@@ -138,10 +138,7 @@ def ready() -> dict[str, Callable[..., Any]]:
 
 
 def find(text: str) -> Source:
-    """Source of a mechanism from a text: "nine-bar", "FILE.py", or "FILE.py:NAME".
-
-    The name is that of a Mechanism or of a function that returns one.
-    """
+    """Source of a text: "nine-bar", "FILE.py", or "FILE.py:NAME" of a Mechanism or a function that returns one."""
     path, colon, name = text.rpartition(":") if ".py:" in text else (text, "", "")
     if path.endswith(".py"):
         return _from_file(Path(path), name if colon else None)

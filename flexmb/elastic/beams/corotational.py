@@ -69,10 +69,7 @@ def tangents(start: Point, end: Point, turn: float, places: Sequence[float]) -> 
 
 
 def points(start: Point, end: Point, turn: float, places: Sequence[float]) -> list[Point]:
-    """Points of an arc between its ends [m], at fractions of its length, 0 at the start and 1 at the end.
-
-    From start to end the arc turns by `turn` [rad], between -2 pi and 2 pi.
-    """
+    """Points [m] of an arc between its ends, which turns by `turn` [rad], within 2 pi, at fractions of its length."""
     (x, y), (dx, dy) = start, (end[0] - start[0], end[1] - start[1])
     if not turn:
         return [(x + s * dx, y + s * dy) for s in places]
@@ -388,10 +385,7 @@ def write_pair(c, s, x, y, j, A):
 
 @fast
 def evaluate(p, q, v, a, kq, kv, ka, r, A):
-    """r and A = kq dr/dq + kv dr/dv + ka dr/da.
-
-    Only inertia forces depend on the place of the element; all others give opposite columns for its two ends.
-    """
+    """r and A = kq dr/dq + kv dr/dv + ka dr/da; all but inertia forces have opposite columns for both ends."""
     u, x, motion = state(p, q, v, a)
     i, c, s, _, u1, u2 = u
     F, lift, N = forces(p, u, x, motion)

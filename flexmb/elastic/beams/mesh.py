@@ -99,10 +99,7 @@ def read_lines(path: str | PathLike[str], tag: str | None = None) -> LineMesh:
 
 
 def chain(mesh: LineMesh) -> Indices:
-    """Node indices, in order, of a mesh that is one straight open chain; its first line gives the direction.
-
-    A branch, a closed or divided chain, and lines out of line are refused.
-    """
+    """Node indices of a mesh that must be one straight open chain, in the direction of its first line."""
     lines = _lines_at(mesh)
     branches = [node for node, at in enumerate(lines) if len(at) > 2]
     if branches:

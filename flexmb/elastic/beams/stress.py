@@ -63,10 +63,7 @@ def wrapped(angle: np.ndarray) -> np.ndarray:
 
 
 def outer_fibres(section: Section, stations: np.ndarray) -> np.ndarray:
-    """Distance of the outer fibre from the centroid [m] at stations (n + 1,) along a beam, fractions of its length.
-
-    0 where a section does not know its outer fibre: strains are then those of the axis.
-    """
+    """Distance of the outer fibre from the centroid [m] at stations (n + 1,) of a beam; 0 where it is unknown."""
     try:
         fibres = np.asarray(section.outer_fibre_at(stations))
     except InputError:

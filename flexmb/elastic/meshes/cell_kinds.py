@@ -28,10 +28,7 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class CellKind:
-    """One kind of cells.
-
-    Nodes are ordered as in VTK and gmsh: corners counter-clockwise, then the middles of the edges, then the centre.
-    """
+    """One kind of cells; nodes as in VTK and gmsh: corners counter-clockwise, middles of the edges, centre."""
 
     name: str  # "tri3", "tri6", "quad4" or "quad9"
     nodes: int  # number of nodes
@@ -57,10 +54,7 @@ class CellKind:
         return places
 
     def shape_functions(self, places: Array) -> tuple[Array, Array]:
-        """Values (nodes, q) and gradients (2, nodes, q) of the shape functions in the reference cell.
-
-        places : (2, q) coordinates in the reference cell.
-        """
+        """Values (nodes, q), gradients (2, nodes, q) of shape functions at places (2, q) of the reference cell."""
         element = self.element()
         pairs = [element.lbasis(places, i) for i in range(self.nodes)]
         values = np.stack([np.broadcast_to(value, places.shape[1:]) for value, _ in pairs])
@@ -172,10 +166,7 @@ def tributary_lengths(points: Array, edges: Indices) -> Array:
 
 
 def edge_rule(nodes: int) -> tuple[Array, Array, Array]:
-    """Values (nodes, q) and slopes (nodes, q) of an edge's shape functions, and weights (q,), on 0 ... 1.
-
-    The edge has 2 nodes, or 3 with the middle as the last one.
-    """
+    """Values and slopes (nodes, q) of shape functions of an edge, its middle last; weights (q,), on 0 ... 1."""
     x, weights = np.polynomial.legendre.leggauss(4)
     s, weights = 0.5 * (x + 1.0), 0.5 * weights
     if nodes == 2:

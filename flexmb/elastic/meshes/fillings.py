@@ -137,10 +137,7 @@ def _as_kind(points: Array, cells: Indices, kind: str) -> Indices:
 
 
 def halved(points: Array, cells: Indices, kind: str) -> Indices:
-    """Triangles of quadrilaterals, halved along their shorter diagonals: the first halves, then the second ones.
-
-    Nodes are (n, 2) [m], quadrilaterals (m, 4) for "tri3" or (m, 9) for "tri6".
-    """
+    """Triangles of quadrilaterals by their shorter diagonals: first halves, then second ones; nodes (n, 2) [m]."""
     corner = points[cells[:, :4]]
     diagonals = np.linalg.norm(corner[:, :2] - corner[:, 2:], axis=2)
     other = diagonals[:, 1] < (1.0 - 1e-6) * diagonals[:, 0]
@@ -190,10 +187,7 @@ class Shape:
 
 
 def triangles(shape: Shape, size: float) -> tuple[Array, Indices, dict[str, Indices]]:
-    """Nodes (n, 2), triangles (m, 3) with edges of about `size` [m], and the nodes of each hole.
-
-    Parts of the boundary that are closer to each other than the triangles are long are refused.
-    """
+    """Nodes (n, 2), triangles (m, 3) of about `size` [m], nodes of each hole; too narrow boundaries are refused."""
     extent = np.ptp(shape.corners, axis=0)
     require_few(float((extent[0] / size + 1.0) * (extent[1] / size + 1.0)))
     loops = shape.loops(size)

@@ -126,10 +126,7 @@ def mass_basis(mesh: PlaneMesh) -> Basis:
 
 
 def stress_at_quadrature(mesh: PlaneMesh, material: ByRegion[Material], u: Array, state: str = STRESS) -> Array:
-    """Stresses sx, sy, txy [Pa] of displacements, (m, q, 3) at the quadrature points of the cells.
-
-    Displacements u (2n,) are x0, y0, x1, y1, ... [m]; the state is "stress" or "strain".
-    """
+    """Stresses sx, sy, txy [Pa] (m, q, 3) at quadrature points by displacements u (2n,) x0, y0, x1, ... [m]."""
     basis = stiffness_basis(mesh)
     own = np.asarray(u, dtype=float).reshape(-1, 2)[mesh.cells]
     slopes = np.zeros((2, 2, *basis.dx.shape))  # component, direction

@@ -69,10 +69,7 @@ def averaged_pin_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
 def averaged_pin(
     part: str, coordinates: tuple[Coordinate, ...], arms: np.ndarray, weights: np.ndarray
 ) -> ConstraintContribution:
-    """Constraint of a pin, by the coordinates x, y, theta of the pin, then x, y of every node.
-
-    `arms` (n, 2) lead from the pin to its nodes in the mesh [m]; `weights` (n,) of the nodes sum up to 1.
-    """
+    """Constraint of a pin, x, y, theta, by x, y of every node; arms (n, 2) to nodes [m], weights (n,) of sum 1."""
     mean = weights @ arms
     own = arms - mean
     moment = float(weights @ (own**2).sum(axis=1))
@@ -133,10 +130,7 @@ class Interface:
 
 @dataclass(frozen=True, eq=False)
 class Tie:
-    """Displacements of all nodes as a linear function of pins and free displacements.
-
-    u = matrix [pins; u[free]]
-    """
+    """Displacements of all nodes, linear in pins and free displacements: u = matrix [pins; u[free]]."""
 
     matrix: csr_array  # (2n, 3p + f) sparse; columns u_x, u_y, theta of each pin, then the free displacements
     pins: tuple[str, ...]  # names of the pins

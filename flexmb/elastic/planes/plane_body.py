@@ -80,10 +80,7 @@ SHIFT = 1e-6  # shift of the squared angular frequency below 0, over that of a w
 def vibrations(
     matrices: PlaneMatrices, count: int = 6, tie: Tie | None = None, held: Sequence[str] = ()
 ) -> tuple[Array, Array]:
-    """Lowest natural frequencies (count,) [Hz] and shapes (2n, count), without motions as a rigid body.
-
-    Shapes have the modal mass 1 kg: phi^T M phi = 1.  Pins `held` neither move nor turn.
-    """
+    """Lowest elastic frequencies (count,) [Hz], shapes (2n, count) of phi^T M phi = 1 kg; pins `held` are fixed."""
     label = matrices.mesh.label
     count = checks.count(label, "count", count)
     K, M, T = matrices.stiffness, matrices.mass, None if tie is None else tie.matrix

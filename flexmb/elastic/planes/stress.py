@@ -135,10 +135,7 @@ def nodal_stresses(
 def linear_stresses(
     points: np.ndarray, cells: np.ndarray, kind: str, materials: np.ndarray, u: np.ndarray
 ) -> np.ndarray:
-    """Stresses (n, nodes, 4) sx, sy, txy, sz [Pa] of n small displacements u (n, nodes, 2) [m].
-
-    They are those of `nodal_stresses` without rotations.
-    """
+    """Stresses (n, nodes, 4) sx, sy, txy, sz [Pa] of n small displacements u (n, nodes, 2) [m], no rotations."""
     areas, own = areas_and_means(points, cells, kind)[0], gradients_at_nodes(points, cells, kind)
     found = np.zeros((len(u), len(points), 4))
     for now, sums in zip(u, found, strict=True):
@@ -210,10 +207,7 @@ def stress_operator(mesh: PlaneMesh, material: ByRegion[Material], state: str = 
 
 
 def principal(stress: Array) -> tuple[Array, Array, Array]:
-    """Larger and smaller principal stress in the plane [Pa], and the direction of the larger one [rad].
-
-    Stresses are (..., 3) or (..., 4) sx, sy, txy [Pa]; sz counts for nothing here.
-    """
+    """Larger and smaller principal stress in the plane [Pa], and direction of the larger [rad], of (..., 3 or 4)."""
     sx, sy, txy = np.moveaxis(np.asarray(stress, dtype=float), -1, 0)[:3]
     mean, radius = 0.5 * (sx + sy), np.hypot(0.5 * (sx - sy), txy)
     return mean + radius, mean - radius, 0.5 * np.arctan2(2.0 * txy, sx - sy)
@@ -296,10 +290,7 @@ def peak_stress_kernel(p, t, q, v, a, least):
 def peak_stress_signal(
     part: str, coordinates: tuple[Coordinate, ...], ties: list[float], mesh: PlaneMesh, materials: np.ndarray
 ) -> SignalContribution:
-    """The signals `von_mises` and `von_mises_node` of a body, by the mesh without stress.
-
-    `ties` are those of all nodes; `materials` (m, 4) are `cell_materials`.
-    """
+    """Signals `von_mises` and `von_mises_node`, by the mesh without stress, ties of all nodes, materials (m, 4)."""
     points, cells, (m, k) = mesh.points, mesh.cells, mesh.cells.shape
     areas, mean = areas_and_means(points, cells, mesh.kind)
     weighted = materials * np.column_stack([areas, areas, areas, np.ones(m)])

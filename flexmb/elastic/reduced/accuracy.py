@@ -264,10 +264,7 @@ def _over(error: float, size: float) -> float:
 
 
 def deformed(shape: MeshShape, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Deformations (n, nodes, 3) of a reduced body in its frame, and the angle (n,) of the frame [rad].
-
-    The poses (n, nodes, 3) of its nodes are x, y, theta.
-    """
+    """Deformations (n, nodes, 3) of a reduced body in its frame by poses (n, nodes, 3); angle (n,) of it [rad]."""
     reference = np.array(shape.poses)
     angle = poses[:, 0, 2] - reference[0, 2]
     if shape.weights:

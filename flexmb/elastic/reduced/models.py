@@ -285,10 +285,7 @@ class BeamModel:
         return MeshShape(self.body.name, "quad4", corners, tuple(cells), tuple(cells), ()), sp.vstack(rows).tocsr()
 
     def _stresses(self, z: Array) -> Array:
-        """Stresses (points of the outline, 4, n) of displacements (N, n): normal stresses in the outer fibres alone.
-
-        The axial force is constant in an element, the moment is linear between its ends.
-        """
+        """Normal stresses in outer fibres (points, 4, n) of displacements (N, n); moments are linear along elements."""
         found = []
         for element in self.elements:
             moved, s, section = element.turn @ z[element.places], element.stations, element.beam.section

@@ -165,10 +165,7 @@ def peak_stress_signal(
 
 
 def group_parameters(stresses: np.ndarray) -> tuple[float, ...]:
-    """Parameters of the search: stresses by groups and blocks of nodes.
-
-    Stresses (nodes, 4, n) are sx, sy, txy, sz in the axes of the body, by its coordinates [Pa/m, Pa/rad].
-    """
+    """Parameters of the search: stresses (nodes, 4, n) [Pa/m, Pa/rad] by groups and blocks of nodes."""
     parts = 1 + int(np.flatnonzero(stresses.any(axis=(0, 2)))[-1])
     metric, root = _metric(stresses)
     found = groups_of(metric)

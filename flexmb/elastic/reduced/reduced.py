@@ -46,10 +46,7 @@ REMEMBERED = 8  # number of models, of bases and of matrices of reduced bodies t
 
 
 class Kept(Generic[Value]):
-    """Values by key; the oldest give way.
-
-    made : number of values that were computed.
-    """
+    """Values by key, of which the oldest give way; `made` is the number of computed ones."""
 
     def __init__(self) -> None:
         self.made = 0

@@ -471,10 +471,7 @@ def load_contributions(
     *,
     stiffening: bool,
 ) -> list[Contribution]:
-    """Element and signals of a load, times the value of the motion `history`; None: constant.
-
-    With `stiffening` the stress of the load with held pins stiffens or softens the body.
-    """
+    """Element and signals of a load, times the motion `history`; with `stiffening` its stress stiffens or softens."""
     kind = EDGES if load.edges else FOLLOWER if load.follower else DEAD
     shapes = np.asarray(found.model.shape @ found.shapes)  # Psi at the points
     turning = _quarter(shapes) - quarter_turned(shapes)  # Phi

@@ -524,10 +524,7 @@ def number_of(node: str) -> int:
 
 
 def section_factors(beam: Beam) -> np.ndarray:
-    """(2, n) stress over axial force, 1/A [1/m^2], and over bending moment, c/I [1/m^3], at the nodes of a beam.
-
-    The section knows its outer fibre.
-    """
+    """(2, n) stress over axial force, 1/A [1/m^2], and over moment, c/I [1/m^3], at nodes; outer fibres are known."""
     places, section = np.array(beam.places), beam.section
     fibre = np.asarray(section.outer_fibre_at(places)) / np.asarray(section.second_moment_at(places))
     return np.stack([1.0 / np.asarray(section.area_at(places)), fibre])

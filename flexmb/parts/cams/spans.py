@@ -91,10 +91,7 @@ def crossing(points: np.ndarray) -> tuple[float, float] | None:
 
 
 def meeting(one: np.ndarray, two: np.ndarray, tolerance: float) -> tuple[float, float] | None:
-    """A point where two closed polygons (n, 2), (m, 2) cross one another, or None.
-
-    Within the tolerance [m] from the ends of their sides they only touch.
-    """
+    """A point where two closed polygons (n, 2), (m, 2) cross, or None; within the tolerance [m] they touch."""
     d, e = np.roll(one, -1, axis=0) - one, np.roll(two, -1, axis=0) - two
     between = two[None, :, :] - one[:, None, :]
     det = d[:, None, 0] * e[None, :, 1] - d[:, None, 1] * e[None, :, 0]
@@ -263,10 +260,7 @@ def nearest_starts(p, one, other, c, s, X, Y):
 
 @compiled
 def common_normal(p, one, other, c, s, X, Y):
-    """Points of two curves on a common normal: both points, tangent of the first curve, both curvatures.
-
-    All in the frame of the first curve, see `nearest_starts`.
-    """
+    """Points of two curves on a common normal, tangent of the first, curvatures, in its frame; see `nearest_starts`."""
     first, second = nearest_starts(p, one, other, c, s, X, Y)
     u, w = 0.0, 0.0
     for _ in range(MOST_ITERATIONS):

@@ -7,10 +7,7 @@ from flexmb.kernels import compiled
 
 @compiled
 def crossing(h, gap0, rate0, gap1, rate1):
-    """Fraction s of the step at which the cubic through (gap0, rate0) and (gap1, rate1) falls through zero.
-
-    gap0 > 0 >= gap1.  Bisection guards Newton, so the root is found to round-off.
-    """
+    """Fraction s of a step at which the cubic of gap0 > 0 >= gap1 and rates falls through zero, to round-off."""
     low, high = 0.0, 1.0
     s = gap0 / (gap0 - gap1)
     for _ in range(40):

@@ -74,10 +74,7 @@ def put_column(out, j, nqx, nqy, Xq, Yq):
 
 @compiled
 def difference_column(j, ax, ay, bx, by):
-    """Derivatives by coordinate j of the vector from a point of the first node to one of the second, and of the first.
-
-    (ax, ay), (bx, by) : arms of both points.
-    """
+    """Derivatives by coordinate j of a vector between points with arms (ax, ay), (bx, by), and of its first point."""
     if j == 0:
         return -1.0, 0.0, 1.0, 0.0
     if j == 1:

@@ -131,10 +131,7 @@ class MeshLoad(Part):
 
 
 def in_mesh_axes(plane: PlaneBody, field: loads.Field) -> loads.Field:
-    """A field of vectors of the reference configuration, in the axes of the mesh.
-
-    The field is (x, y), or a function of points (p, 2) of the reference configuration that returns (p, 2).
-    """
+    """A vector (x, y), or function of points (p, 2) of the reference configuration, in the axes of the mesh."""
     if not callable(field):
         return planar.to_frame((0.0, 0.0), plane.direction, (field[0], field[1]))
     turn, given = _turn(plane), at_places(plane, field)

@@ -61,10 +61,7 @@ def couple_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
 
 
 def rest_at_start(label: str, name: str, rest: Any) -> float:
-    """Rest length [m] or rest angle [rad] at t = 0 of a number or a motion.
-
-    A motion without a finite value at t = 0 is refused.
-    """
+    """Rest length [m] or angle [rad] at t = 0 of a number or of a motion, which must be finite there."""
     if not isinstance(rest, Motion):
         return float(rest)
     value = float(rest.kernel(np.array(rest.parameters(), dtype=float), 0.0)[0])

@@ -196,10 +196,7 @@ def _colouring(scene: Scene, field: str) -> Colouring:
 
 
 def field_of(scene: Scene, colour: str | None) -> tuple[str, str] | None:
-    """Field and unit by which a scene is coloured; None where it has no such bodies.
-
-    The colour is a key of `FIELDS`, `STRESS`, or None.
-    """
+    """Field and unit of a colour (key of `FIELDS`, `STRESS`, None) of a scene; None without such bodies."""
     if colour == STRESS:
         return (STRESS, "Pa") if any(mesh.has_stress for mesh in scene.surfaces) else None
     return FIELDS[colour] if colour is not None and any(line.is_beam for line in scene.lines) else None
@@ -244,10 +241,7 @@ def write_gif(path: Path, film: Film, fps: float) -> None:
 
 
 def write_mp4(path: Path, film: Film, fps: float) -> None:
-    """Write a film as an MP4 file (H.264), with even numbers of pixels.
-
-    A film that ffmpeg could not write whole raises `OSError`, since ffmpeg raises no error of its own.
-    """
+    """Write a film as MP4 (H.264) of even numbers of pixels; a film that ffmpeg cuts short raises `OSError`."""
     ffmpeg = checks.package("imageio_ffmpeg", "film", "An .mp4 film")
     wide, high = film.size
     even = (wide + wide % 2, high + high % 2)
@@ -363,10 +357,7 @@ def _count(frames: float) -> int:
 
 
 def instants(sol: Solution, times: tuple[float, float] | None, count: int) -> np.ndarray:
-    """Instants (count,) of the frames [s], from `times` or, if None, from the saved rows.
-
-    Refused: no rows, no shapes, times outside the run or in the wrong order.
-    """
+    """Instants (count,) of frames [s] of `times` or, if None, of saved rows; refused outside the run, or disordered."""
     require_rows("animate", sol)
     first, last = float(sol.time[0]), float(sol.time[-1])
     if times is not None:

@@ -109,10 +109,7 @@ class Glb:
     def move(
         self, node: int, time: np.ndarray, places: np.ndarray, angles: np.ndarray, scales: np.ndarray | None
     ) -> None:
-        """Move a node in the plane: instants (n,) [s], places (n, 2) [m], angles (n,) about z [rad].
-
-        `scales` (n, 3) are factors of the size; None: the size stays.
-        """
+        """Move a node: instants (n,) [s], places (n, 2) [m], angles (n,) [rad], factors `scales` (n, 3) or None."""
         zero = np.zeros(len(time))
         turns = np.stack([zero, zero, np.sin(0.5 * angles), np.cos(0.5 * angles)], axis=-1)
         motions = {"translation": np.column_stack([places, zero]), "rotation": turns}

@@ -104,10 +104,7 @@ def _annotation(ax: Axes, point: np.ndarray, name: str) -> Annotation:
 
 
 def _corners(size: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray]:
-    """Lower left corners (k, 2) of the tried places relative to the point [pixel], and their distances (k,) [pt].
-
-    A box touches the circle of its distance with its nearest edge or corner.
-    """
+    """Lower left corners (k, 2) [pixel] of tried places, whose boxes touch circles, and their distances (k,) [pt]."""
     turn = 2.0 * np.pi * (np.arange(DIRECTIONS) + 2) / DIRECTIONS  # up and to the right first
     ways = np.column_stack([np.cos(turn), np.sin(turn)])
     corners = np.array(DISTANCES)[:, None, None] * scale * ways + (0.5 * ways - 0.5) * size

@@ -70,10 +70,7 @@ def section(title: str, *content: Content, anchor: str) -> Markup:
 def table(
     caption: str, heads: Sequence[str], rows: Iterable[Sequence[Content]], *, numbers: Sequence[int] = ()
 ) -> Markup:
-    """A table with a caption, in a box that scrolls sideways where the page is narrow.
-
-    The first cell of a row is its head; `numbers` are places of the columns with numbers.
-    """
+    """A table with a caption that scrolls sideways; first cells are heads, `numbers` the columns of numbers."""
     classes = ["number" if k in numbers else None for k in range(len(heads))]
     head = tag("tr", *(tag("th", text, scope="col", class_=c) for text, c in zip(heads, classes, strict=True)))
     body = []

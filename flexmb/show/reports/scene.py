@@ -160,10 +160,7 @@ class Nodes:
 
 
 def scene(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> dict[str, Any]:
-    """Mechanism at saved instants with numbers (n,), for the page; stresses need the mechanism that moved.
-
-    A solution without the poses of its nodes is refused.
-    """
+    """Mechanism at saved instants (n,) for the page; its poses must be saved; stresses need the moved one."""
     drawing.require_nodes(sol)
     nodes = Nodes(sol, instants)
     beams = [shape for shape in sol.shapes if isinstance(shape, BeamShape)]

@@ -211,10 +211,7 @@ def declared_rows(closed: Program, rigid: RigidMotion, B: Any) -> tuple[np.ndarr
 
 
 def least_energy(inertia: Any, A: Any, b: np.ndarray) -> np.ndarray:
-    """The w of least energy w^T inertia w that minimises |A w - b|.
-
-    One linear system for independent rows of A; otherwise a dense least-squares problem.
-    """
+    """The w of least w^T inertia w that minimises |A w - b|, dense where rows of A depend on one another."""
     n, m = A.shape[1], A.shape[0]
     if m <= n:
         scale = max(float(inertia.max()), 1e-300)

@@ -52,10 +52,7 @@ def redundancy(program: Program, q: np.ndarray, system: StateEvaluation | None =
 
 
 def dependent_parts(program: Program, G: Any, rows: np.ndarray | None = None) -> tuple[str, ...]:
-    """Names of the parts whose equations depend on one another, in the order of the rows.
-
-    G (rows, coordinates) is the constraint Jacobian, or some of its rows with the numbers `rows`.
-    """
+    """Names of parts whose equations depend on one another, by G (rows, coordinates) or its rows `rows`."""
     numbers = dependent_rows(G) if rows is None else rows[list(dependent_rows(G))]
     return tuple(dict.fromkeys(program.names.rows[k].partition("[")[0] for k in numbers))
 
@@ -69,10 +66,7 @@ def shaken_pose(program: Program, q: np.ndarray) -> np.ndarray:
 
 
 def redundant_rows(program: Program, closed: Program, q: np.ndarray, t: float) -> int:
-    """Number of rows that are redundant both at a pose q (n_q,) and at a neighbouring one; 0 for a singular pose.
-
-    q is an assembled pose at t [s].
-    """
+    """Number of rows redundant at an assembled pose q (n_q,) at t [s] and beside it; 0 for a singular pose."""
     extra = len(row_rank(StateEvaluation(program).at(q, t=t).blocks[1]).redundant)
     if extra == 0:
         return 0
