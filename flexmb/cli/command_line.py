@@ -1,7 +1,5 @@
 """The command line: `flexmb COMMAND`; flexmb/cli/arguments/index.py lists the commands."""
 
-from __future__ import annotations
-
 import io
 import os
 import re

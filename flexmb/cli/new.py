@@ -1,7 +1,5 @@
 """`flexmb new` and `flexmb check`: a model file to begin with, and its examination."""
 
-from __future__ import annotations
-
 import argparse
 import re
 import shlex

@@ -1,7 +1,5 @@
 """`flexmb run`: simulate a mechanism, write its files, print a summary."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 import tempfile

@@ -1,7 +1,5 @@
 """Dimensions and numbers as declared: sizes, clearances, materials, angles, units; parts answer for themselves."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from functools import cache

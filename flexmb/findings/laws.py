@@ -1,7 +1,5 @@
 """Findings on laws, kernels and prescribed motions: signs, derivatives, contracts, jumps."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Container, Iterator
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Findings on loads at rest and on stiffness: stress, buckling, stability, long fixed steps."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Findings on connections, loops and the rank of the constraints."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Wiring of controls: inputs by their names, the coordinates they depend on, and the order of evaluation."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Drawing of a solution at chosen instants: lines, points, symbols, meshes of plane bodies."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property

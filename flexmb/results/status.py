@@ -1,7 +1,5 @@
 """Status of a run, remarks on it, and its main signals."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Eigenvalue problems on the null space of the constraints, motions without resistance, and stability."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -8,8 +8,6 @@ angles alone.  With the tangents K, C, M of r(q, v, a) the motion in the turning
 Equation (8.6) of docs/theory/equilibrium.md.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

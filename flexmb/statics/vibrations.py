@@ -8,8 +8,6 @@ follows a slower drive has less of the last, what follows a faster one less of t
 bounds the energy of the vibration.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 

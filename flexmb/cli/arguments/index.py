@@ -1,7 +1,5 @@
 """All commands in the order of the help page, with their options; a new command is one entry here and a function."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Options of the command line from the signature and docstring of a function that returns a mechanism."""
 
-from __future__ import annotations
-
 import argparse
 import inspect
 import re

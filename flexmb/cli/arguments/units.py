@@ -3,8 +3,6 @@
 Only the command line has units other than SI.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from contextlib import suppress

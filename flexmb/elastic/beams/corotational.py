@@ -33,8 +33,6 @@ Source: M. A. Crisfield, Non-linear Finite Element Analysis of Solids and Struct
 Equations (2.1) to (2.11), (2.16) and (2.18) of docs/theory/beam.md; inertia: (3.1) to (3.7) of docs/theory/inertia.md.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

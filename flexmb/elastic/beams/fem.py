@@ -25,8 +25,6 @@ time loop.
 Equation (2.7) of docs/theory/beam.md.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields

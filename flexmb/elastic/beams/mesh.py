@@ -1,7 +1,5 @@
 """Line meshes from files: reading through meshio, straight chains, and the straight members of frames."""
 
-from __future__ import annotations
-
 import io
 import math
 import struct

@@ -5,8 +5,6 @@ element, which are in balance with its nodes; c is the distance of the outer fib
 zero in the outer fibres of the sections, where the normal stress is largest.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

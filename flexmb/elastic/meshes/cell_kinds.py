@@ -1,7 +1,5 @@
 """Kinds of plane cells, and the boundary of a mesh of them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 

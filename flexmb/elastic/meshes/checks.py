@@ -1,7 +1,5 @@
 """Checks of plane meshes: each message names the mesh, the cells or nodes, and the remedy."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

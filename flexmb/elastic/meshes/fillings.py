@@ -5,8 +5,6 @@ clear of the boundary, so the boundary is met unless two parts of it are closer 
 refused.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

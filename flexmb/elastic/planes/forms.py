@@ -9,8 +9,6 @@ numbers of the mesh, so that numbers of scikit-fem do not matter.
 Equations (11.3) and (11.5) of docs/theory/plane_bodies.md.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property

@@ -15,8 +15,6 @@ J turns by 90 degrees counter-clockwise.  The weights w_k are the lengths of the
 Equations (11.6), (11.7) and (11.9) of docs/theory/plane_bodies.md.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

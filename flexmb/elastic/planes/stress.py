@@ -10,8 +10,6 @@ Stresses of modes superpose; von Mises stresses do not, so they come last.
 Equation (11.10) of docs/theory/plane_bodies.md.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

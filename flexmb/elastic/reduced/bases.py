@@ -17,8 +17,6 @@ Vibrations then have no static part of these: phi - Phi_z c.
 Source: R. R. Craig, M. C. C. Bampton, AIAA J. 6 (1968) 1313.  Equations (12.17) to (12.21) of docs/theory/reduced.md.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

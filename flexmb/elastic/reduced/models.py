@@ -6,8 +6,6 @@ the arc and uk the rotation of the end k against the chord.  It is what the elem
 `flexmb.elastic.beams.corotational` becomes for small displacements.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Hashable, Iterable, Iterator, Sequence
 from itertools import pairwise

@@ -10,8 +10,6 @@ by the triangle inequality.  |y| is the root mean square of the von Mises stress
 orthogonal fields of stress, and spread_j is the largest |s_k - s| of the field j alone.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

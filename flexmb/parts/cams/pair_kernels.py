@@ -9,8 +9,6 @@ Source: to second order a curve is its circle of curvature; the equations are th
 Uicker, G. R. Pennock, J. E. Shigley, Theory of Machines and Mechanisms, 4th ed., 2011, on Euler-Savary and cams).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from typing import Any

@@ -6,8 +6,6 @@ and behind these the coefficients: eight of x and eight of y, from the constant 
 starts of the spans in the boxes that may hold the point, and ends with Newton's method to round-off.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Validity of normal laws: extremes of a run, kept in the history of a law, and remarks on the limits of its theory."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 

@@ -4,8 +4,6 @@ d = n . (x2 + R2 s2 - x1 - R1 s1) with n = R1 m.  With e = x2 + R2 s2 - x1, far 
 derivatives stand in `add_curvature`.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

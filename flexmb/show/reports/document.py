@@ -5,8 +5,6 @@ bits of its floats.
 The differences from row to row, byte by byte, are compressed (zlib) and written as base64.  `decode.js` reads them.
 """
 
-from __future__ import annotations
-
 import base64
 import html
 import json

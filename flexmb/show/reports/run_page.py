@@ -1,7 +1,5 @@
 """Page of a run: the moving mechanism, plots, joints with clearance, tables."""
 
-from __future__ import annotations
-
 import platform
 import shlex
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """Moving mechanism of a page: frames that carry nodes, shapes, flexible parts, stresses; the player."""
 
-from __future__ import annotations
-
 import html
 from collections.abc import Mapping, Sequence
 from string import Template

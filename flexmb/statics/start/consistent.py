@@ -1,7 +1,5 @@
 """Consistent start values: positions, velocities, accelerations and multipliers."""
 
-from __future__ import annotations
-
 from collections.abc import Container
 from dataclasses import dataclass
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Projection of a state onto the constraints: nearest positions and velocities."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Joints that are redundant in every pose: number of redundant rows, and multipliers of least norm."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np
