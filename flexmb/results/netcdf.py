@@ -133,12 +133,7 @@ NO_VARIABLE = b"This is a netCDF dimension but not a netCDF variable"
 
 
 class NetcdfContent:
-    """Variables and attributes of an open HDF5 file whose bytes, `size` of them, are in memory.
-
-    Raises
-    ------
-    ValueError : variables that would fill the memory, though the file is small; data in other files.
-    """
+    """Content of an open HDF5 file of `size` bytes in memory; `ValueError` for values that would fill the memory."""
 
     def __init__(self, file: Any, size: int) -> None:
         refuse_other_files(file, datasets=False)

@@ -216,24 +216,15 @@ class FlexibleMotion:
 
     Through its clamped end, if it has no other joint; through all its nodes, if it has none; with one joint that lets
     it turn, it turns with all of them.
-
-    Parameters
-    ----------
-    nodes : (m) their names.
-    reference : (m, 3) x, y, theta of the nodes of the unstressed body in a frame of its own [m, rad].
-    poses : (n, m, 3) those of the body.
-    motion : (n, 3) x, y, theta of this frame [m, rad].
-    middle : (2,) middle of the joints in the frame [m].
-    stretch : (n,) by which the unstressed body must grow about the middle to reach its joints [1].
     """
 
     part: str
-    nodes: tuple[str, ...]
-    reference: np.ndarray
-    poses: np.ndarray
-    motion: np.ndarray
-    middle: np.ndarray
-    stretch: np.ndarray
+    nodes: tuple[str, ...]  # (m) their names
+    reference: np.ndarray  # (m, 3) x, y, theta of the nodes of the unstressed body in a frame of its own [m, rad]
+    poses: np.ndarray  # (n, m, 3) those of the body
+    motion: np.ndarray  # (n, 3) x, y, theta of this frame [m, rad]
+    middle: np.ndarray  # (2,) middle of the joints in the frame [m]
+    stretch: np.ndarray  # (n,) by which the unstressed body must grow about the middle to reach its joints [1]
 
     @cached_property
     def displacements(self) -> np.ndarray:

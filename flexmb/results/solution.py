@@ -105,16 +105,10 @@ class Peak(_Peak):
 
 
 class Peaks(NamedTuple):
-    """Largest absolute values of all signals over all accepted steps.
+    """Largest absolute values of all signals over all accepted steps."""
 
-    Parameters
-    ----------
-    values : (n_s,) largest absolute values, each in the unit of its signal.
-    times : (n_s,) when they were reached [s].
-    """
-
-    values: np.ndarray
-    times: np.ndarray
+    values: np.ndarray  # (n_s,) largest absolute values, each in the unit of its signal
+    times: np.ndarray  # (n_s,) when they were reached [s]
 
 
 # Facts of a run: one list for the command line, notebooks and pages

@@ -100,14 +100,7 @@ Values = dict[str, np.ndarray]
 
 
 class TestedKernel:
-    """A kernel with the parameters of a part.
-
-    Parameters
-    ----------
-    owner : part and class, for messages.
-    kernel, p : kernel and parameters.
-    **shapes : shapes of the output arrays by name.
-    """
+    """A kernel with the parameters p of a part; `owner` for messages, `shapes` of its output arrays by name."""
 
     def __init__(self, owner: str, kernel: Kernel, p: Sequence[float] | np.ndarray, **shapes: tuple[int, ...]) -> None:
         self.kernel, self.shapes = kernel, shapes

@@ -51,36 +51,17 @@ class MeshLoad(Part):
 
     @abstractmethod
     def nodal(self, plane: PlaneBody) -> loads.NodalLoad:
-        """Forces on the nodes of a body, in the axes of its mesh.
-
-        Parameters
-        ----------
-        plane : the body with all nodes.
-        """
+        """Forces on the nodes of a body `plane` with all its nodes, in the axes of its mesh."""
 
     def on(self, plane: PlaneBody) -> loads.NodalLoad:
-        """Forces on the nodes of a body, in the axes of its mesh.
-
-        Parameters
-        ----------
-        plane : the body with all nodes.
-
-        Raises
-        ------
-        InputError : a set that the mesh has not, values of another shape; with the name of the load.
-        """
+        """Forces on the nodes of a body `plane`, in the axes of its mesh; an `InputError` has the name of the load."""
         try:
             return self.nodal(plane)
         except InputError as error:
             raise InputError(f"{self.label}: {error}") from error
 
     def plane_of(self, body: Part) -> PlaneBody:
-        """The body with all nodes of its mesh.
-
-        Raises
-        ------
-        ModelError : a body without a mesh.
-        """
+        """The body with all nodes of the mesh of `body`, or `ModelError`."""
         plane = self._carrier(body).plane
         return plane if plane is not None else self._refuse(body)
 

@@ -38,22 +38,7 @@ DPI = 100  # pixels of an inch of a film's figure
 
 
 class Film:
-    """Frames of a run as images, drawn one after the other.
-
-    Parameters
-    ----------
-    times : (n,) instants [s].
-    magnify : factor of the deformation.
-    colour : key of `FIELDS`, `STRESS`, or None.
-    points : points whose paths are drawn.
-    joints : joints whose forces are drawn.
-    size : width and height [pixel]; None: from the mechanism.
-    follow : point in the middle of all frames; None: the axes stand still.
-
-    Raises
-    ------
-    InputError : an unknown colour, a size that is not positive.
-    """
+    """Frames of a run as images, drawn one after the other; arguments as of `animate`."""
 
     def __init__(
         self,

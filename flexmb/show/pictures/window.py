@@ -161,14 +161,7 @@ def view(
 
 
 class Window:
-    """Meshes of a scene in a plotter, and the number of the pose that they show.
-
-    Parameters
-    ----------
-    colour : key of `FIELDS`, `STRESS`, or None.
-    off_screen : whether there is no window.
-    centres : (n, 2) points that the view moves with [m]; None: it stands still.
-    """
+    """Meshes of a scene in a plotter, and the number of their pose; the view moves with `centres` (n, 2) [m]."""
 
     def __init__(
         self, scene: Scene, colour: str | None, *, off_screen: bool, centres: np.ndarray | None = None
