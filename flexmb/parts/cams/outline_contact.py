@@ -17,22 +17,10 @@ from flexmb.model.law import FRICTION_LAW, NORMAL_LAW, FrictionLaw, NormalLaw
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part, refuse_one_body
 from flexmb.model.shape import Shapes
-from flexmb.parts.cams.curve_on_curve import (
-    TOLERANCE_LENGTH,
-    carriers,
-    in_frame,
-    pair_shapes,
-    signed_distance,
-)
+from flexmb.parts.cams.curve_on_curve import TOLERANCE_LENGTH, carriers, in_frame, pair_shapes, signed_distance
 from flexmb.parts.cams.curves import CircularCurve
 from flexmb.parts.cams.outline import Outline, RoundArc, rounds
-from flexmb.parts.cams.outline_kernels import (
-    PART,
-    PART_WITHOUT_START,
-    WHOLE,
-    outline_gap_kernel,
-    round_gap_kernel,
-)
+from flexmb.parts.cams.outline_kernels import PART, PART_WITHOUT_START, WHOLE, outline_gap_kernel, round_gap_kernel
 from flexmb.parts.cams.spans import meeting
 from flexmb.parts.contact.friction import Frictionless
 

@@ -66,14 +66,7 @@ def row(x, y, r1x, r1y, r2x, r2y):
 @compiled
 def row_change(x, y, px, py, r1x, r1y, r2x, r2y, x1, y1, x2, y2):
     """Derivative of `row`, for derivatives (px, py) of the direction, (x1, y1) and (x2, y2) of the arms."""
-    return (
-        -px,
-        -py,
-        px * r1y - py * r1x + x * y1 - y * x1,
-        px,
-        py,
-        py * r2x - px * r2y + y * x2 - x * y2,
-    )
+    return (-px, -py, px * r1y - py * r1x + x * y1 - y * x1, px, py, py * r2x - px * r2y + y * x2 - x * y2)
 
 
 @compiled
@@ -155,11 +148,7 @@ def put_gap(pair, q, v, out):
         rate += J[j] * v[j]
         spin += turn * v[j]
     put_eccentricity(
-        out,
-        distance * nx,
-        distance * ny,
-        rate * nx - distance * spin * ny,
-        rate * ny + distance * spin * nx,
+        out, distance * nx, distance * ny, rate * nx - distance * spin * ny, rate * ny + distance * spin * nx
     )
 
 

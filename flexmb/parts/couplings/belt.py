@@ -19,12 +19,7 @@ from flexmb.errors import InputError, ModelError
 from flexmb.fields import field, positive, record, two
 from flexmb.findings.finding import Finding, found
 from flexmb.kernels import compiled, element_kernel, energy_kernel, signal_kernel
-from flexmb.model.contributions import (
-    Contribution,
-    ElementContribution,
-    node_coordinates,
-    signal_contributions,
-)
+from flexmb.model.contributions import Contribution, ElementContribution, node_coordinates, signal_contributions
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, WatchedMotion
 from flexmb.model.shape import BeltShape, Shapes

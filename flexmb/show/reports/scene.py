@@ -9,16 +9,7 @@ import numpy as np
 
 from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.shape import (
-    ArrowShape,
-    BeamShape,
-    CircleShape,
-    LineShape,
-    MeshShape,
-    Place,
-    PointShape,
-    RigidShape,
-)
+from flexmb.model.shape import ArrowShape, BeamShape, CircleShape, LineShape, MeshShape, Place, PointShape, RigidShape
 from flexmb.results import drawing
 from flexmb.results.drawing import GROUND, Surface, parts, pose
 from flexmb.results.positions import FlexibleMotion, flexible_motions
