@@ -12,11 +12,10 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Part
 from flexmb.model.shape import MARKER, TRACE, PointShape, Shapes
 
-SIGNALS = (
+SIGNALS = (  # signals of a marker with their units, in the order of `marker_kernel`
     ("x", "m"), ("y", "m"), ("vx", "m/s"), ("vy", "m/s"), ("ax", "m/s2"), ("ay", "m/s2"), ("theta", "rad"),
     ("omega", "rad/s"),
 )  # fmt: skip
-"""Signals of a marker with their units, in the order of `marker_kernel`."""
 
 
 @signal_kernel

@@ -16,7 +16,7 @@ from flexmb.fields import field, record
 if TYPE_CHECKING:
     import xarray as xr
 
-COLUMNS = (
+COLUMNS = (  # names and units of the columns, in the order of the loop (`engine/step/contact_log.py`)
     ("contact", ""),
     ("mode", ""),
     ("end", "s"),
@@ -29,7 +29,6 @@ COLUMNS = (
     ("dissipated_contact", "J"),
     ("dissipated_friction", "J"),
 )
-"""Names and units of the columns, in the order of the loop (`engine/step/contact_log.py`)."""
 
 COLUMN = {name: k for k, (name, _) in enumerate(COLUMNS)}
 UNITS = {**dict(COLUMNS), "duration": "s", "flight": "s", "restitution": ""}

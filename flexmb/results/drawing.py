@@ -67,13 +67,12 @@ def whole_turns(angle: np.ndarray) -> np.ndarray:
 CORNERS = {"tri3": 3, "tri6": 3, "quad4": 4, "quad9": 4}  # number of corners of a cell, by kind
 
 
-PIECES = {
+PIECES = {  # triangles between the points of a cell, by kind
     "tri3": ((0, 1, 2),),
     "tri6": ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)),
     "quad4": ((0, 1, 2), (0, 2, 3)),
     "quad9": ((0, 4, 8), (0, 8, 7), (4, 1, 5), (4, 5, 8), (8, 5, 2), (8, 2, 6), (7, 8, 6), (7, 6, 3)),
 }
-"""Triangles between the points of a cell, by kind."""
 
 
 @dataclass(frozen=True)

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 CONVENTIONS = "CF-1.11"
 WRITERS = ("numpy", "h5py")  # packages whose versions a file tells, beside flexmb and Python
 
-MEANINGS = {
+MEANINGS = {  # long names of signals whose own names are letters; docs/conventions.md defines them
     "x": "coordinate x",
     "y": "coordinate y",
     "theta": "rotation",
@@ -67,9 +67,8 @@ MEANINGS = {
     "dy": "deflection along y",
     "mode": "state of the contact",
 }
-"""Long names of signals whose own names are letters; docs/conventions.md defines them."""
 
-ENERGIES = {
+ENERGIES = {  # long names of the signals of the part `energy`
     "kinetic": "kinetic energy",
     "strain": "strain energy",
     "gravity": "potential energy of gravity",
@@ -82,7 +81,6 @@ ENERGIES = {
     "residual": "error of the balance of energies",
     "turned_over": "energy turned over",
 }
-"""Long names of the signals of the part `energy`."""
 
 
 def long_name(signal: str) -> str:

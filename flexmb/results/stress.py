@@ -48,7 +48,7 @@ Wanted = Sequence[tuple[float, float] | int | str]
 
 ENDS = np.array([0.0, 1.0])  # both ends of an element
 
-MEANINGS = {
+MEANINGS = {  # names and meanings of the stresses
     "sx": "normal stress along x of the body",
     "sy": "normal stress along y of the body",
     "txy": "shear stress in the axes of the body",
@@ -59,7 +59,6 @@ MEANINGS = {
     "signed": "normal stress that is largest by its absolute value",
     "von_mises": "von Mises stress",
 }
-"""Names and meanings of the stresses."""
 
 
 class Places(NamedTuple):

@@ -82,7 +82,7 @@ def gradient(function: Callable[[Any], Any], x: Any, scale: Any, noise: Any = 0.
 
 # A kernel under test, with checks of every call
 
-RESULTS = {
+RESULTS = {  # names of returned numbers by contract; other kernels write to arrays
     "energy": ("strain", "gravity", "damping"),
     "account": ("strain", "gravity", "damping"),
     "normal": ("N", "dN_dgap", "dN_drate"),
@@ -91,7 +91,6 @@ RESULTS = {
     "signal": ("value",),
     "extremum": ("value", "place"),
 }
-"""Names of returned numbers by contract; other kernels write to arrays."""
 
 SAME = 1e-11  # largest difference of compiled and plain Python function, over the largest entry
 

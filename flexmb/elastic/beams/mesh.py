@@ -27,7 +27,7 @@ SAME_PLACE = 1e-9  # distance over the size of the mesh [1] below which two poin
 FARTHEST = 1e100  # largest coordinate [m], whose square is still a float
 STRAIGHT = 1e-4  # angle up to which a beam counts as straight [rad]; above the rounding of files in single precision
 
-BROKEN = (
+BROKEN = (  # errors that readers of meshio raise on files that are no mesh; some readers even exit
     OSError,
     ValueError,
     LookupError,
@@ -43,7 +43,6 @@ BROKEN = (
     zlib.error,
     SystemExit,
 )
-"""Errors that readers of meshio raise on files that are no mesh; some readers even exit."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -62,7 +62,7 @@ class CellKind:
 
 TRIANGLE, QUADRILATERAL = ((0, 1), (1, 2), (2, 0)), ((0, 1), (1, 2), (2, 3), (3, 0))  # edges of cells by their corners
 
-KINDS = {
+KINDS = {  # kinds of cells by name
     kind.name: kind
     for kind in (
         CellKind("tri3", 3, 3, TRIANGLE, ElementTriP1, MeshTri1, 1, 2),
@@ -71,7 +71,6 @@ KINDS = {
         CellKind("quad9", 9, 4, tuple((*e, 4 + i) for i, e in enumerate(QUADRILATERAL)), ElementQuad2, MeshQuad2, 5, 7),
     )
 }
-"""Kinds of cells by name."""
 
 
 @cache

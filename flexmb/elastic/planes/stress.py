@@ -60,13 +60,12 @@ def cell_materials(mesh: PlaneMesh, material: ByRegion[Material], state: str) ->
 GAUSS = 0.5 / math.sqrt(3.0)  # distance of the two Gauss points of the unit interval from its middle
 FOUR = tuple((0.5 + a * GAUSS, 0.5 + b * GAUSS) for b in (-1, 1) for a in (-1, 1))  # 2 x 2 Gauss points of the square
 
-SAMPLES = {
+SAMPLES = {  # points of the reference cell where stresses are most exact (Barlow), by kind
     "tri3": ((1.0 / 3.0, 1.0 / 3.0),),
     "tri6": ((1.0 / 6.0, 1.0 / 6.0), (2.0 / 3.0, 1.0 / 6.0), (1.0 / 6.0, 2.0 / 3.0)),
     "quad4": FOUR,
     "quad9": FOUR,
 }
-"""Points of the reference cell where stresses are most exact (Barlow), by kind."""
 
 
 def carried_to_nodes(kind: str) -> np.ndarray:

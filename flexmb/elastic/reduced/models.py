@@ -37,7 +37,7 @@ Array = npt.NDArray[np.float64]
 
 PLACES = np.linspace(0.0, 1.0, 4)  # places on an element whose displacements carry its mass: four of a cubic say all
 
-HERMITE = np.stack(
+HERMITE = np.stack(  # (4, 4) displacements there by (w1, L theta1, w2, L theta2)
     [
         1.0 - 3.0 * PLACES**2 + 2.0 * PLACES**3,
         PLACES - 2.0 * PLACES**2 + PLACES**3,
@@ -46,9 +46,8 @@ HERMITE = np.stack(
     ],
     axis=1,
 )
-"""(4, 4) displacements there by (w1, L theta1, w2, L theta2)."""
 
-SLOPES = np.stack(
+SLOPES = np.stack(  # (4, 4) slopes there, times L
     [
         -6.0 * PLACES + 6.0 * PLACES**2,
         1.0 - 4.0 * PLACES + 3.0 * PLACES**2,
@@ -57,7 +56,6 @@ SLOPES = np.stack(
     ],
     axis=1,
 )
-"""(4, 4) slopes there, times L."""
 
 
 class Element(NamedTuple):

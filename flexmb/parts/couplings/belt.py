@@ -27,7 +27,7 @@ from flexmb.parts.couplings.wheels import Wheels, strand_pull
 
 # Friction of a belt on its wheels: Eytelwein's limit, approached smoothly with the speed of slip
 
-SIGNALS = (
+SIGNALS = (  # signals with their units, in the order of their numbers
     ("force", "N"),
     ("first_torque", "N m"),
     ("second_torque", "N m"),
@@ -37,7 +37,6 @@ SIGNALS = (
     ("slack_tension", "N"),
     ("tension_ratio", "1"),
 )
-"""Signals with their units, in the order of their numbers."""
 
 FORCE, FIRST_TORQUE, SECOND_TORQUE, POWER, SLIP, TIGHT, SLACK, RATIO = range(len(SIGNALS))
 

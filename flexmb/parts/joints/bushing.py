@@ -124,11 +124,10 @@ def bushing_signal(p, t, q, v, a):
     return fx if which == 3 else (fy if which == 4 else math.sqrt(fx * fx + fy * fy))
 
 
-SIGNALS = (
+SIGNALS = (  # signals with their units, in the order of `bushing_signal`
     ("dx", "m"), ("dy", "m"), ("angle", "rad"), ("fx", "N"), ("fy", "N"), ("force", "N"), ("moment", "N m"),
     ("dx_rate", "m/s"), ("dy_rate", "m/s"), ("omega", "rad/s"), ("energy", "J"),
 )  # fmt: skip
-"""Signals with their units, in the order of `bushing_signal`."""
 
 
 def pair(owner: str, name: str, given: Any, unit: str, _: str) -> tuple[float, ...]:

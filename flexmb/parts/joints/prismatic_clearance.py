@@ -17,13 +17,12 @@ from flexmb.parts.joints.contact_point import guide_friction, put_column, put_ec
 from flexmb.parts.joints.prismatic import Guide, travel_contributions
 from flexmb.parts.joints.revolute_clearance import rubbing
 
-CORNERS = (
+CORNERS = (  # name, sign along the guide, sign across it (upper: to its left)
     ("upper_front", 1.0, 1.0),
     ("upper_rear", -1.0, 1.0),
     ("lower_front", 1.0, -1.0),
     ("lower_rear", -1.0, -1.0),
 )
-"""Name, sign along the guide, sign across it (upper: to its left)."""
 
 
 @gap_kernel
