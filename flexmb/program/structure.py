@@ -50,10 +50,7 @@ NumberLists = dict[str, list[Sequence[float]]]  # lists of numbers by what they 
 
 
 def numbers(contributions: Contributions) -> tuple[NumberLists, NumberLists]:
-    """Numbers p and start histories z of all parts.
-
-    It alone says their order: from it are the places in the tables, the lengths in the key of a structure, and p and z.
-    """
+    """Numbers p and start histories z of all parts, in the one order of the tables, of structures, and of p and z."""
     elements, constraints, contacts = contributions.elements, contributions.constraints, contributions.contacts
     rubbing, controls = [c.joint_friction for c in constraints], contributions.controls
     p: NumberLists = {
@@ -437,10 +434,7 @@ def structure_of(contributions: Contributions, number: Numbering, listed: tuple[
 
 
 def _read_all(group: Sequence[Any], number: Numbering, kernels: list[Kernel]) -> tuple[Any, ...]:
-    """Key of a group of contributions, field by field; a shared value is read once.
-
-    Numbers of the coordinates say the same as their names, beside the names of all nodes.
-    """
+    """Key of a group of contributions, field by field, shared values once, coordinates by number."""
     kinds = tuple(map(type, group))
     if len(group) < FIELDWISE_FROM or len(set(kinds)) != 1:
         return tuple([_read(contribution, kernels) for contribution in group])

@@ -104,10 +104,7 @@ def flag_meanings(names: tuple[str, ...]) -> str:
 
 
 def global_attributes(model: Mapping[str, Any]) -> dict[str, str]:
-    """Conventions, title, source, history and versions of a file that is written now.
-
-    `model` has the name of the mechanism, the version of flexmb of the run, and the arguments of `flexmb run`.
-    """
+    """Conventions, title, source, history and versions of a new file, by the mechanism and command of `model`."""
     now = datetime.now(UTC).isoformat(timespec="seconds")
     command = model.get("command")
     typed = shlex.join(["flexmb", *map(str, command)]) if isinstance(command, list) else "flexmb.Solution.to_netcdf"

@@ -33,10 +33,7 @@ def followed(mechanism: Mechanism) -> tuple[Body | None, Any]:
 
 
 def main_signals(sol: Solution) -> list[str]:
-    """Names of the main signals: acceleration of the output body, and the signals with the largest peaks.
-
-    A solution without a description of its mechanism has no output body.
-    """
+    """Names of the main signals: acceleration of the output body, if it is known, and the largest peaks."""
     names = [name for name in _rates(sol.described().get("parts", [])) if name in sol]
     return list(dict.fromkeys([*names, *largest_signals(sol)]))[:MOST]
 

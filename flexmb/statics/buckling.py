@@ -452,10 +452,7 @@ def _loads(system: StateEvaluation, loaded: StateEvaluation, q: np.ndarray) -> t
 
 
 def _without_loads(bare: Mechanism, program: Program, system: StateEvaluation) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates (n_q,), multipliers (n_c,) without loads: the reference configuration, or where contacts carry.
-
-    A structure that forces or open joints would move from its reference configuration is refused.
-    """
+    """Coordinates (n_q,), multipliers (n_c,) without loads: as drawn, where it must rest, or as contacts carry."""
     if len(program.names.contacts):
         q, lam, _ = equilibrium.at_rest(bare, program, system, 1, Spin(0.0, (0.0, 0.0)))
         if equilibrium.carries(system.at(q, lam=lam)).any():

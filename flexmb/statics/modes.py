@@ -219,10 +219,7 @@ def _without_dead_loads(mechanism: Mechanism) -> Mechanism:
 
 
 def _program_of(mechanism: Mechanism, at: Equilibrium | None) -> Program:
-    """Program about the reference configuration without loads and contacts, or about an equilibrium with both.
-
-    An equilibrium is that of the mechanism as it is, or of the one with ideal joints.
-    """
+    """Program about the reference configuration, bare, or about an equilibrium, also of ideal joints, with loads."""
     if at is None:
         return compile_mechanism(_without_dead_loads(mechanism), closed=True, controlled=True)
     program = compile_mechanism(mechanism)

@@ -113,10 +113,7 @@ def rows(out: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def check_frame(
     bench: Bench, tested: TestedKernel, state: State, out: np.ndarray, scale: np.ndarray, period: float = 0.0
 ) -> None:
-    """Check that gap, gap rate and slip do not depend on the frame, and that normal and arms turn with it.
-
-    The gap may jump by `period` [m].
-    """
+    """Check that gap, rate and slip are free of the frame, that normal and arms turn; gaps may jump by `period` [m]."""
     turn, shift = bench.rotation(float(scale.max()))
     moved = {"q": turn @ state["q"] + shift, "v": turn @ state["v"]}
     after = tested(moved)["out"]

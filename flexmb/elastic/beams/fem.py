@@ -180,10 +180,7 @@ class BeamMatrices:
         return tuple((length, 0.0, 0.0) for length in self.lengths.tolist())
 
     def mass_moments(self) -> tuple[float, float, float]:
-        """Mass [kg], first moment [kg m] and moment of inertia [kg m^2] about the start of the beam.
-
-        Read off the bending mass with rigid motions, which the elements hold exactly: w = 1 and w = x.
-        """
+        """Mass [kg], first moment [kg m] and inertia [kg m^2] about the start, by the exact motions w = 1 and w = x."""
         start = np.cumsum(self.lengths) - self.lengths
         zero, one = np.zeros_like(start), np.ones_like(start)
         shift = np.stack([one, zero, one, zero], axis=1)

@@ -184,10 +184,7 @@ def factored(K: Any) -> Any:
 def lowest(
     K: Any, M: Any, count: int, shift: float = 0.0, solve: Callable[[Array], Array] | None = None
 ) -> tuple[Array, Array]:
-    """Lowest eigenvalues (count,) of K x = w^2 M x, ascending, and their vectors (n, count).
-
-    `shift` lies below all of them; `solve` is the inverse of K - shift M, where it is known.
-    """
+    """Lowest eigenvalues (count,) of K x = w^2 M x, vectors (n, count); `solve`: (K - shift M)^-1, if it is known."""
     inverse = LinearOperator(K.shape, matvec=solve or factored(K - shift * M).solve, dtype=float)
     start = np.sin(1.0 + 7.3 * np.arange(K.shape[0]))  # the same in every run
     values, vectors = eigsh(K, count, M, sigma=shift, OPinv=inverse, v0=start)

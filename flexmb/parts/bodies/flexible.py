@@ -53,11 +53,7 @@ DISPLACEMENT = ("(dx, dy, dtheta)", ("m", "m", "rad"))
 
 
 def start_velocity(label: str, given: object, nodes: int, places: Sequence[float] | None) -> Triple | Field | None:
-    """A start velocity: None, one triple for a rigid motion, or a field with one triple a node.
-
-    `places` are the fractions of the length where the nodes stand, at which a function is evaluated; None: functions
-    are refused.
-    """
+    """A start velocity: None, one triple for a rigid motion, or one a node, also by a function of `places`."""
     if given is None:
         return None
     if not callable(given) and isinstance(given, Iterable) and not isinstance(given, str):

@@ -275,10 +275,7 @@ def _outer_fibre(section: Section) -> float:
 def beam_of_mesh(
     label: str, path: str, tags: set[int], stations: np.ndarray, sections: Mapping[int, Section]
 ) -> tuple[Elements, Section]:
-    """Inner nodes as fractions of the length, and the section, of a straight beam whose mesh lines have these `tags`.
-
-    stations : (n,) arc lengths of the nodes [m].  A tag without a section, and several sections, are refused.
-    """
+    """Inner nodes as fractions of the length, and the one section of a straight beam, by stations (n,) and `tags`."""
     missing = sorted(tags - set(sections))
     if missing:
         raise InputError(f"{label}: {path} has cells with tag {missing[0]}, for which sections has no entry. Add one.")

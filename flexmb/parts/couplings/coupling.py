@@ -39,10 +39,7 @@ def angle_of(mechanism: Mechanism, part: str, owner: str) -> tuple[Coordinate, f
 def angles_contribution(
     name: str, factors: Mapping[Coordinate, float], angles: Mapping[Coordinate, float], reactions: tuple[Reaction, ...]
 ) -> ConstraintContribution:
-    """The equation sum of factor times angle = its value in the reference configuration [rad].
-
-    Factors are in metres where the multiplier is to be a force.
-    """
+    """Equation sum of factor times angle = its value as drawn [rad]; factors in metres make the multiplier a force."""
     value = sum(factor * angles[coordinate] for coordinate, factor in factors.items())
     p = (*factors.values(), value)
     return ConstraintContribution(name, angles_kernel, tuple(factors), p, 1, reactions=reactions)

@@ -291,11 +291,7 @@ UNITS = {"x": "m", "y": "m", "theta": "rad"}
 def plot_mechanism(
     mechanism: Mechanism, path: str | Path | None, *, lengths: bool, size: tuple[float, float] | None
 ) -> Figure:
-    """Picture of the reference configuration of a mechanism; see `Mechanism.plot`.
-
-    Lengths of straight links can be written beside them; `size` is width and height [inch], None: from the size of the
-    mechanism.
-    """
+    """Picture of a mechanism, see `Mechanism.plot`, with lengths of straight links or without; `size` [inch]."""
     if not mechanism.bodies:
         raise InputError(f"{mechanism.label} has no bodies to draw. Add some, e.g. a RigidLink.")
     scene = scene_of(reference_solution(mechanism), np.array([0]))

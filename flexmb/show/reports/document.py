@@ -104,10 +104,7 @@ FLOAT = 4  # bytes of a float of single precision, which keeps seven digits
 
 
 def quantised(values: np.ndarray, steps: int, *, common: bool = False) -> dict[str, Any]:
-    """Columns (n, m) of finite numbers as whole ones; the error is at most half a step of the range of a column.
-
-    `steps` are `COARSE`, `MIDDLE` or `FINE`; `common`: all columns have one range.
-    """
+    """Columns (n, m) of finite numbers as whole ones within half of `steps` of a range, `common` to all or not."""
     n, m = values.shape
     low, high = (values.min(axis=0), values.max(axis=0)) if n else (np.zeros(m), np.zeros(m))
     if common and m:
@@ -258,10 +255,7 @@ def write_page(
     scripts: tuple[str, ...],
     data: dict[str, Any],
 ) -> Path:
-    """Write a page, whole or not at all: title, switch of the theme, first numbers, links by anchor, main part.
-
-    Scripts and plain values for them are those of `document`.
-    """
+    """Write a whole page or none: title, theme, numbers, links by anchor, main part; scripts as of `document`."""
     switch = tag("button", "Theme: system", type="button", id="theme", class_="quiet")
     anchors = [tag("a", text, href=f"#{anchor}") for anchor, text in links.items()]
     head = tag(

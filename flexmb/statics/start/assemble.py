@@ -86,11 +86,7 @@ SHARE = 0.1  # part of the fastest coordinate of such a motion, above which a li
 
 
 def check_massless(mechanism: Mechanism, program: Program, q: np.ndarray) -> None:
-    """Refuse massless links that can move without moving a mass, at a closed pose (n_q,).
-
-    Nothing is computed without massless links.  Flexible bodies count as rigid: a link that only bends them moves their
-    mass.
-    """
+    """Refuse massless links that move without moving a mass, at a closed pose (n_q,), all bodies taken as rigid."""
     massless = [k for k, body in enumerate(mechanism.bodies) if body.is_massless]
     if not massless:
         return

@@ -189,10 +189,7 @@ def largest_rate(program: Program) -> float:
 
 
 def declared_rows(closed: Program, rigid: RigidMotion, B: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates that represent the declared rigid motions, and the remainder d (n_q,) of declared fields.
-
-    The rigid motion of a field is the nearest one, with equal weights of all nodes.
-    """
+    """Coordinates that represent declared rigid motions, nearest to fields, and the remainder d (n_q,) of fields."""
     v = np.asarray(closed.reference.v)
     declared = np.flatnonzero(~np.isnan(v))
     body = rigid.body[declared // 3]  # in order, as the coordinates are

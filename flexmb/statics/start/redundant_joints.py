@@ -99,11 +99,7 @@ def neighbouring_pose(closed: Program, q: np.ndarray, t: float) -> np.ndarray:
 def least_norm(
     program: Program, q: np.ndarray, v: np.ndarray, t: float, z: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Accelerations (n_q,), and the multipliers (n_c,) of least norm that produce them.
-
-    z is the history (n_z,) at this state; None: that at the start.  A coordinate without mass that no joint moves is
-    refused.
-    """
+    """Accelerations (n_q,) and multipliers (n_c,) of least norm; z (n_z,) is the history, None: that of the start."""
     system = StateEvaluation(program).at(q, v, t=t, z=z, weights=(0.0, 0.0, 1.0))
     M, G = system.blocks
     needed = np.setdiff1d(np.arange(program.n_c), row_rank(G).redundant)
