@@ -14,7 +14,17 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part, name_of
 from flexmb.model.shape import PointShape
 from flexmb.results.solution import Solution, require_rows
-from flexmb.show.pictures import style
+from flexmb.show.pictures.style import (
+    CLEARANCE,
+    COLOURS,
+    curve,
+    label_axis,
+    label_of,
+    legend_beside,
+    new_figure,
+    panel_of,
+    panels_of,
+)
 from flexmb.statics.equilibrium import static_equilibrium
 from flexmb.statics.modes import modes
 
@@ -71,7 +81,7 @@ def draw_signal(ax: Axes, time: np.ndarray, values: np.ndarray, k: int, label: s
     """
     from matplotlib.colors import to_rgba
 
-    look = style.curve(k)
+    look = curve(k)
     if not is_dense(time, values):
         ax.plot(time, values, label=label, **{**look, **style})
         return
@@ -114,7 +124,7 @@ def plot(
     figure, axes = panels_of_time(len(panels), sol.name if title is None else title)
     for ax, panel in zip(axes, panels, strict=True):
         _draw(ax, sol, panel, x)
-    style.label_axis(axes[-1].xaxis, x, "s" if x == "time" else sol.units(x))
+    label_axis(axes[-1].xaxis, x, "s" if x == "time" else sol.units(x))
     return figure
 
 
@@ -137,14 +147,14 @@ def _draw(ax: Axes, sol: Solution, panel: list[str], x: str) -> None:
     across = sol.time if x == "time" else sol.array(x)
     for k, name in enumerate(panel):
         if x != "time":
-            ax.plot(across, sol.array(name), label=name, **style.curve(k))
+            ax.plot(across, sol.array(name), label=name, **curve(k))
         elif name.endswith(".mode"):  # a mode jumps: a slanted line would show values that it never has
-            ax.plot(across, sol.array(name), label=name, drawstyle="steps-post", **style.curve(k))
+            ax.plot(across, sol.array(name), label=name, drawstyle="steps-post", **curve(k))
         else:
             draw_signal(ax, across, sol.array(name), k, name)
-    style.label_axis(ax.yaxis, panel[0] if len(panel) == 1 else "", sol.units(panel[0]), between="\n")
+    label_axis(ax.yaxis, panel[0] if len(panel) == 1 else "", sol.units(panel[0]), between="\n")
     if len(panel) > 1:
-        style.legend_beside(ax)
+        legend_beside(ax)
     if x == "time":
         if len(sol.time) > 1:
             ax.set_xlim(sol.time[0], sol.time[-1])
@@ -191,12 +201,12 @@ def plot_runs(runs: Mapping[str, Solution], names: str | Sequence[str], *, title
     for ax, name in zip(axes, panels, strict=True):
         for k, (label, sol) in enumerate(given.items()):
             draw_signal(ax, sol.time, sol.array(name), k, str(label))
-        style.label_axis(ax.yaxis, name, first.units(name), between="\n")
-    style.legend_beside(axes[0])
+        label_axis(ax.yaxis, name, first.units(name), between="\n")
+    legend_beside(axes[0])
     ends = [float(t) for sol in given.values() for t in (sol.time[0], sol.time[-1])]
     if max(ends) > min(ends):
         axes[0].set_xlim(min(ends), max(ends))
-    style.label_axis(axes[-1].xaxis, "time", "s")
+    label_axis(axes[-1].xaxis, "time", "s")
     return figure
 
 
@@ -230,18 +240,18 @@ def plot_energies(sol: Solution, *, title: str | None = None) -> Figure:
             if name == GRAVITY:  # its zero is at the origin, mostly far below the mechanism
                 label, values = "gravity, from the start", values - values[0]
             draw_signal(ax, sol.time, values, k, label)
-        style.label_axis(ax.yaxis, text, "J", between="\n")
+        label_axis(ax.yaxis, text, "J", between="\n")
         if len(names) > 1:
-            style.legend_beside(ax)
+            legend_beside(ax)
     if sol.time[-1] > sol.time[0]:
         axes[0].set_xlim(sol.time[0], sol.time[-1])
-    style.label_axis(axes[-1].xaxis, "time", "s")
+    label_axis(axes[-1].xaxis, "time", "s")
     return figure
 
 
 def panels_of_time(count: int, title: str) -> tuple[Figure, Sequence[Axes]]:
     """Figure with panels above one another that share the time."""
-    figure, axes = style.panels_of((WIDTH, FRAME + PANEL * max(count, 2)), title, rows=count, sharex=True)
+    figure, axes = panels_of((WIDTH, FRAME + PANEL * max(count, 2)), title, rows=count, sharex=True)
     figure.align_ylabels(axes)
     return figure, axes
 
@@ -280,23 +290,21 @@ def plot_spectrum(
     frequency, density, floor = (x[inside] for x in (spectrum.frequency, spectrum.density, spectrum.floor))
     summary = f"{100.0 * spectrum.line_share:.3g} % of the power in lines: {spectrum.kind}"
     heading = f"{signal}, {summary}" if signal else summary
-    figure, ax = style.panel_of(SPECTRUM_SIZE, heading if title is None else title)
+    figure, ax = panel_of(SPECTRUM_SIZE, heading if title is None else title)
     highest = float(density.max()) or 1.0
-    ax.semilogy(frequency, np.maximum(density, DEEP * highest), color=style.COLOURS[0], linewidth=0.8, label="density")
+    ax.semilogy(frequency, np.maximum(density, DEEP * highest), color=COLOURS[0], linewidth=0.8, label="density")
     ax.semilogy(frequency, np.maximum(floor, DEEP * highest), color="black", linewidth=0.8, label="floor")
     lines = [f for f in spectrum.peaks[:MARKED] if f <= frequency[-1]]
     if lines:
         heights = density[np.searchsorted(frequency, lines)]
-        ax.semilogy(
-            lines, heights, "v", color=style.COLOURS[1], markersize=5, linestyle="none", label="strongest lines"
-        )
+        ax.semilogy(lines, heights, "v", color=COLOURS[1], markersize=5, linestyle="none", label="strongest lines")
     ax.set_xlim(frequency[0], frequency[-1])
     lowest = max(float(density[density > 0.0].min(initial=highest)), DEEP * highest)
     ax.set_ylim(0.3 * lowest, ROOM * highest)
-    style.label_axis(ax.xaxis, "frequency", spectrum.units)
+    label_axis(ax.xaxis, "frequency", spectrum.units)
     squared = f"{units}^2" if units.isalpha() else f"({units})$^{{2}}$" if units else "1"
     per = "/Hz" if spectrum.units == "Hz" else " iteration"
-    ax.set_ylabel(style.label_of("power density", f"{squared}{per}"))
+    ax.set_ylabel(label_of("power density", f"{squared}{per}"))
     ax.legend(loc="upper right", ncols=3, fontsize="small", framealpha=0.9)
     return figure
 
@@ -340,7 +348,7 @@ def plot_campbell(
         raise InputError(f"plot_campbell: speeds are {given}; they must be two or more, increasing.")
     number = checks.count("plot_campbell", "count", count)
     found = np.array([_frequencies(mechanism, w, number, about) for w in given])
-    figure, ax = style.panel_of(CAMPBELL_SIZE, mechanism.name if title is None else title)
+    figure, ax = panel_of(CAMPBELL_SIZE, mechanism.name if title is None else title)
     for order in orders:
         line = order * np.array(given) / (2.0 * np.pi)
         ax.plot(given, line, color="0.6", linewidth=0.9, linestyle=(0, (4, 3)), zorder=1.5)
@@ -349,9 +357,9 @@ def plot_campbell(
             text, (given[-1], line[-1]), xytext=(4, 0), textcoords="offset points", va="center", fontsize="small"
         )
     for k, frequency in enumerate(found.T):
-        ax.plot(given, frequency, marker="o", markersize=3.0, label=f"mode {k + 1}", **style.curve(k))
-    style.label_axis(ax.xaxis, "speed", "rad/s")
-    style.label_axis(ax.yaxis, "natural frequency", "Hz")
+        ax.plot(given, frequency, marker="o", markersize=3.0, label=f"mode {k + 1}", **curve(k))
+    label_axis(ax.xaxis, "speed", "rad/s")
+    label_axis(ax.yaxis, "natural frequency", "Hz")
     ax.set_xlim(given[0], given[-1])
     ax.set_ylim(0.0, 1.08 * float(np.nanmax(found)) if np.isfinite(found).any() else 1.0)
     figure.legend(loc="outside right upper", frameon=False, fontsize="small")
@@ -407,17 +415,15 @@ def plot_journal(
         radius = float(np.median(np.hypot(ex, ey)[touching] - depth[touching]))
     else:
         radius = checks.positive("plot_journal", "clearance", clearance, "m")
-    figure, ax = style.panel_of(JOURNAL_SIZE, f"{sol.name}, journal of {joint}" if title is None else title)
+    figure, ax = panel_of(JOURNAL_SIZE, f"{sol.name}, journal of {joint}" if title is None else title)
     turn = np.linspace(0.0, 2.0 * np.pi, 361)
     label = f"clearance {radius:.3g} m"
-    ax.plot(
-        radius * np.cos(turn), radius * np.sin(turn), color=style.CLEARANCE, linewidth=1.4, linestyle="--", label=label
-    )
-    ax.plot(ex, ey, color=style.COLOURS[0], linewidth=0.7, label="orbit")
+    ax.plot(radius * np.cos(turn), radius * np.sin(turn), color=CLEARANCE, linewidth=1.4, linestyle="--", label=label)
+    ax.plot(ex, ey, color=COLOURS[0], linewidth=0.7, label="orbit")
     ax.plot(ex[touching], ey[touching], ".", color="black", markersize=2.5, linestyle="none", label="contact")
     ax.set_aspect("equal", adjustable="datalim")
-    style.label_axis(ax.xaxis, f"{joint}.ex", "m", equal=ax.yaxis)
-    style.label_axis(ax.yaxis, f"{joint}.ey", "m", equal=ax.xaxis)
+    label_axis(ax.xaxis, f"{joint}.ex", "m", equal=ax.yaxis)
+    label_axis(ax.yaxis, f"{joint}.ey", "m", equal=ax.xaxis)
     figure.legend(loc="outside lower center", ncols=3, frameon=False, fontsize="small")
     return figure
 
@@ -447,11 +453,11 @@ def plot_contact_force(
     touching = force > 0.0
     if not touching.any():
         raise InputError(f"plot_contact_force: no saved row of {joint!r} has contact. Run longer, or save more rows.")
-    figure = style.new_figure(JOURNAL_SIZE)
+    figure = new_figure(JOURNAL_SIZE)
     ax = figure.add_subplot(projection="polar")
     angle = np.arctan2(ey, ex)[touching]
-    ax.vlines(angle, 0.0, force[touching], color=style.COLOURS[0], linewidth=0.5, alpha=0.35)
-    ax.plot(angle, force[touching], ".", color=style.COLOURS[0], markersize=3.0, linestyle="none")
+    ax.vlines(angle, 0.0, force[touching], color=COLOURS[0], linewidth=0.5, alpha=0.35)
+    ax.plot(angle, force[touching], ".", color=COLOURS[0], markersize=3.0, linestyle="none")
     ax.set_ylim(0.0, 1.05 * float(force.max()))
     ordered = np.sort(angle)  # the numbers stand in the widest gap
     gaps = np.diff(np.append(ordered, ordered[0] + 2.0 * np.pi))
