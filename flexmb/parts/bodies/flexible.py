@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -30,7 +30,6 @@ from flexmb.elastic.beams.corotational import (
     tangents,
     unstressed_elements,
 )
-from flexmb.elastic.beams.fem import BeamMatrices
 from flexmb.elastic.beams.mass_damping import damping_element
 from flexmb.elastic.beams.section import Section, checked_factor
 from flexmb.elastic.beams.stress import BeamElements, beam_stress_kernel, outer_fibres
@@ -41,6 +40,9 @@ from flexmb.model.law import Material
 from flexmb.model.shape import BeamShape
 from flexmb.parts.bodies.point_mass import mean_mass, node_mass
 from flexmb.parts.bodies.rigid import checked_velocity
+
+if TYPE_CHECKING:
+    from flexmb.elastic.beams.fem import BeamMatrices
 
 # Fields along flexible bodies at the start: three numbers at every node
 
