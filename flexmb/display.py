@@ -14,17 +14,10 @@ from flexmb.fields import unit_of
 
 # Short texts of values and of records
 
-WIDTH = 110
-"""Largest length of a line."""
-
-LINES = 3
-"""Largest number of lines of a record."""
-
-LISTED = 6
-"""Largest number of values of a list that is shown; a longer one is shown by its length."""
-
-LONGEST_LIST = 60
-"""Largest length of a list that is shown."""
+WIDTH = 110  # largest length of a line
+LINES = 3  # largest number of lines of a record
+LISTED = 6  # largest number of values of a list that is shown; a longer one is shown by its length
+LONGEST_LIST = 60  # largest length of a list that is shown
 
 
 def number_text(value: float) -> str:
@@ -156,11 +149,8 @@ TABLE = "border-collapse: collapse; color: inherit"
 FAINT = "opacity: 0.7"
 """Styles; lines and texts have the colour of the page, so they suit light and dark ones."""
 
-SHORT_TEXT = 24
-"""Length of a text that is not wrapped."""
-
-MOST_ROWS = 60
-"""Largest number of rows of a table."""
+SHORT_TEXT = 24  # length of a text that is not wrapped
+MOST_ROWS = 60  # largest number of rows of a table
 
 
 def page(title: str, subtitle: str = "", *blocks: str) -> str:

@@ -13,11 +13,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-CLOSE = 0.7
-"""Likeness of names from which they are suggested, 1 for equal ones."""
-
-_IMPORT = re.compile(r"^from (\S+) import (\w+) as \2$", re.MULTILINE)
-"""A line of a stub: module and name."""
+CLOSE = 0.7  # likeness of names from which they are suggested, 1 for equal ones
+_IMPORT = re.compile(r"^from (\S+) import (\w+) as \2$", re.MULTILINE)  # a line of a stub: module and name
 
 
 def lazy_names(module: str, file: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:

@@ -26,11 +26,8 @@ from collections.abc import Mapping
 NORMAL_X_Q, NORMAL_Y_Q, ARM1_X_Q, ARM1_Y_Q, ARM2_X_Q, ARM2_Y_Q = range(13, 49, 6)
 """Behind it the first of six derivatives of each component, by the six coordinates."""
 
-NORMAL_FORCE, FRICTION_FORCE = range(49, 51)
-"""What a contact's row holds behind that."""
-
-NORMAL, TANGENTIAL = range(2)
-"""Rows of the Jacobian of a contact: of the gap rate J_n v, and of the slip J_t v."""
+NORMAL_FORCE, FRICTION_FORCE = range(49, 51)  # what a contact's row holds behind that
+NORMAL, TANGENTIAL = range(2)  # rows of the Jacobian of a contact: of the gap rate J_n v, and of the slip J_t v
 
 LOAD, LOAD_BY_LAM = range(2)
 """Places in the output of a joint-friction kernel: normal load [N], first of its three derivatives by multipliers."""

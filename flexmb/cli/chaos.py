@@ -1,7 +1,5 @@
 """`flexmb chaos`: exponents, section and verdict of a motion, printed as a table and written to files."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

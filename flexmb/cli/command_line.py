@@ -1,7 +1,5 @@
 """The command line: `flexmb COMMAND`; flexmb/cli/arguments/index.py lists the commands."""
 
-from __future__ import annotations
-
 import io
 import os
 import re
@@ -16,8 +14,7 @@ from flexmb.cli.arguments.options import keywords_of
 from flexmb.cli.arguments.parser import parser_of, source_of
 from flexmb.errors import USER_ERRORS, FlexmbError
 
-OK, NOT_FINISHED, REFUSED, FAULT, INTERRUPTED = 0, 1, 2, 3, 130
-"""Exit statuses; `flexmb --help` tells their meaning."""
+OK, NOT_FINISHED, REFUSED, FAULT, INTERRUPTED = 0, 1, 2, 3, 130  # exit statuses; `flexmb --help` tells their meaning
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -1,7 +1,5 @@
 """`flexmb completion`: scripts that complete commands, mechanisms and options in a shell."""
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Iterator
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """`flexmb new` and `flexmb check`: a model file to begin with, and its examination."""
 
-from __future__ import annotations
-
 import argparse
 import re
 import shlex
@@ -16,8 +14,7 @@ from flexmb.model.mechanism import Mechanism
 
 # `flexmb check`: examination of a mechanism without simulation
 
-SOUND, WRONG = 0, 1
-"""Exit statuses: no error among the findings, at least one error."""
+SOUND, WRONG = 0, 1  # exit statuses: no error among the findings, at least one error
 
 
 def check(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
@@ -99,10 +96,7 @@ if __name__ == "__main__":  # python @FILE@
 
 
 def new(options: argparse.Namespace) -> int:
-    """`flexmb new`: write a model file, and print its name and the next commands.
-
-    Refused: a name that is no name of a Python module, a file that exists or cannot be written.
-    """
+    """`flexmb new`: write a model file, of a name that is free and fits a module, and print the next commands."""
     path = Path(options.file)
     path = path if path.suffix == ".py" else path.with_name(f"{path.name}.py")
     if not path.stem.isidentifier() or iskeyword(path.stem):

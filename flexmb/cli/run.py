@@ -1,7 +1,5 @@
 """`flexmb run`: simulate a mechanism, write its files, print a summary."""
 
-from __future__ import annotations
-
 import argparse
 import sys
 import tempfile
@@ -32,8 +30,7 @@ from flexmb.run.simulate import simulate
 
 # Files of a command: required packages, writable folders
 
-REPORT = "report.html"
-"""Name of the page of a run; the pages of diagrams and studies of a motion have the names of their files."""
+REPORT = "report.html"  # page of a run; pages of diagrams and of studies of a motion have the names of their files
 
 
 def require_packages(needed: Mapping[str, tuple[str, str]]) -> None:
@@ -101,21 +98,18 @@ def _path_rows(mechanism: Mechanism, sol: Solution) -> Iterator[tuple[str, str]]
 
 # `flexmb run`: simulate a mechanism, write its files, print a summary
 
-COMMAND = "command"
-"""Name of the arguments of `flexmb run` in `Solution.model`."""
+COMMAND = "command"  # name of the arguments of `flexmb run` in `Solution.model`
 
 OUTPUT = ("--out", "--frames", "--checkpoint")
 FLAGS = ("--resume", "--no-vtk", "--no-plots", "--no-report", "--quiet", "--debug")
 """Options of output, with values and without, which are not repeated."""
 
-PERIODS = 2.0
-"""Default length of a run, in periods."""
+PERIODS = 2.0  # default length of a run, in periods
 
 METHODS: dict[str, Callable[..., Newmark | RungeKutta4]] = {
     name: getattr(Newmark, name.replace("-", "_")) for name in ("generalised-alpha", "hht", "wbz", "trapezoidal")
 } | {"runge-kutta": RungeKutta4}
-WITH_NUMBER = ("generalised-alpha", "hht", "wbz")
-"""Methods that take a number."""
+WITH_NUMBER = ("generalised-alpha", "hht", "wbz")  # methods that take a number
 
 
 def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:

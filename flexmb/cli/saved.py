@@ -49,8 +49,7 @@ def names_of(text: str | None) -> list[str]:
 
 # `flexmb animate`: film of a saved run
 
-ALL = "all"
-"""Text that stands for all markers or joints."""
+ALL = "all"  # text that stands for all markers or joints
 
 
 def animate(options: argparse.Namespace) -> int:
@@ -77,8 +76,7 @@ def animate(options: argparse.Namespace) -> int:
 
 # `flexmb report`: HTML page of a saved run
 
-GROUPS = ("", "motion")
-"""Groups of a file of `flexmb chaos` that are drawn."""
+GROUPS = ("", "motion")  # groups of a file of `flexmb chaos` that are drawn
 
 
 def report(options: argparse.Namespace) -> int:
@@ -139,35 +137,20 @@ def vtk(options: argparse.Namespace) -> int:
 
 # `flexmb rerun`: repeat a saved run and compare the results
 
-SAME, AGREES = 0.0, 1e-9
-"""Relative differences: of equal runs; largest at the begin of runs that agree up to round-off."""
-
-DIVERGED = 1e-3
-"""Relative difference above which two runs have diverged."""
-
-BEGIN = 0.05
-"""Share of the instants that are the begin of a run."""
-
-EQUAL, DIFFERENT = 0, 1
-"""Exit codes of runs that agree and of runs that differ."""
+SAME, AGREES = 0.0, 1e-9  # relative differences: of equal runs; largest at the begin of runs that agree up to round-off
+DIVERGED = 1e-3  # relative difference above which two runs have diverged
+BEGIN = 0.05  # share of the instants that are the begin of a run
+EQUAL, DIFFERENT = 0, 1  # exit codes of runs that agree and of runs that differ
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Comparison of two runs.
+    """Comparison of two runs."""
 
-    Parameters
-    ----------
-    largest : largest difference, relative to the range of its signal.
-    signal : name of the signal with the largest difference.
-    at_begin : largest relative difference at the begin of the run.
-    parted : first instant with a relative difference above 1e-3 [s]; None: no such instant.
-    """
-
-    largest: float
-    signal: str
-    at_begin: float
-    parted: float | None
+    largest: float  # largest difference, relative to the range of its signal
+    signal: str  # name of the signal with the largest difference
+    at_begin: float  # largest relative difference at the begin of the run
+    parted: float | None  # first instant with a relative difference above 1e-3 [s]; None: no such instant
 
     @property
     def good(self) -> bool:
@@ -189,10 +172,7 @@ class Comparison:
 
 
 def rerun(options: argparse.Namespace) -> int:
-    """`flexmb rerun`: repeat the run of a file with its own arguments, and print the comparison.
-
-    Returns 0 if the runs agree, else 1.
-    """
+    """`flexmb rerun`: repeat a run by its own arguments, print the comparison; 0 if both agree, else 1."""
     saved = load(options.file)
     command = command_of(saved)
     if not command:

@@ -29,8 +29,7 @@ from flexmb.statics.start.redundant_joints import redundancy
 
 # Report on a mechanism: degrees of freedom, mass, natural frequencies, and all findings
 
-LISTED_PARTS = 30
-"""Number of parts at most whose signals are printed."""
+LISTED_PARTS = 30  # number of parts at most whose signals are printed
 
 
 @dataclass(frozen=True)
@@ -129,8 +128,7 @@ class Report:
         return "\n".join([*(lines if self.bodies else lines[:1]), *(f"  {finding}" for finding in self.findings)])
 
 
-MOTION = "x, y, theta, vx, vy, omega, ax, ay, alpha"
-"""Signals of every body, and of every node of a flexible body."""
+MOTION = "x, y, theta, vx, vy, omega, ax, ay, alpha"  # signals of every body, and of every node of a flexible body
 
 
 def _counted(findings: tuple[Finding, ...]) -> str:
@@ -146,8 +144,7 @@ def _list(names: tuple[str, ...]) -> str:
 
 # Known causes of a run that failed, among the findings of the examination
 
-MOST_CAUSES = 3
-"""Number of causes in a status at most."""
+MOST_CAUSES = 3  # number of causes in a status at most
 
 
 def causes_of_failure(mechanism: Mechanism, closed: Program) -> tuple[Finding, ...]:
@@ -169,8 +166,7 @@ def causes_of_failure(mechanism: Mechanism, closed: Program) -> tuple[Finding, .
 
 # Examination of a mechanism before it moves: all errors, warnings and notes at once
 
-LISTED_FREQUENCIES = 10
-"""Number of natural frequencies in a report."""
+LISTED_FREQUENCIES = 10  # number of natural frequencies in a report
 
 
 @arguments.checked

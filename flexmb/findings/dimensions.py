@@ -1,7 +1,5 @@
 """Dimensions and numbers as declared: sizes, clearances, materials, angles, units; parts answer for themselves."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from functools import cache
@@ -17,24 +15,16 @@ from flexmb.model.part import Body, Joint, Part
 
 # Numbers of parts: sizes, places, gravity, materials, clearances
 
-LARGEST_SIZE, SMALLEST_SIZE = 20.0, 1e-4
-"""Largest and smallest size of the largest body that goes without a remark [m]."""
+LARGEST_SIZE, SMALLEST_SIZE = 20.0, 1e-4  # largest and smallest size of the largest body that goes without a remark [m]
 
 FAR = 1e3
 """Distance from the origin relative to the size of the mechanism, above which there is a remark: coordinates then lose
 three digits and more, and above some 1e4 Newton's method does not reach its tolerance any more."""
 
-WAVE_SPEEDS = (10.0, 25e3)
-"""Speed of sound in a bar, sqrt(E/rho), least and largest [m/s]: gels have 10, diamond has 17,000."""
-
-YIELD_STRAINS = (1e-5, 1.0)
-"""Yield stress over Young's modulus, least and largest."""
-
-GRAVITIES = (1.0, 30.0)
-"""Acceleration of gravity, where there is any, least and largest [m/s^2]."""
-
-LARGE_CLEARANCE = 0.2
-"""Clearance over the radius or length beside it, above which there is a remark."""
+WAVE_SPEEDS = (10.0, 25e3)  # speed of sound in a bar, sqrt(E/rho), least and largest [m/s]: gels 10, diamond 17,000
+YIELD_STRAINS = (1e-5, 1.0)  # yield stress over Young's modulus, least and largest
+GRAVITIES = (1.0, 30.0)  # acceleration of gravity, where there is any, least and largest [m/s^2]
+LARGE_CLEARANCE = 0.2  # clearance over the radius or length beside it, above which there is a remark
 
 
 def dimension_findings(mechanism: Mechanism) -> list[Finding]:

@@ -10,8 +10,7 @@ from flexmb import checks
 from flexmb.display import cut
 
 ERROR, WARNING, NOTE = "error", "warning", "note"
-SEVERITIES = (ERROR, WARNING, NOTE)
-"""Severities: no right result; a result that is hardly what was meant; worth knowing."""
+SEVERITIES = (ERROR, WARNING, NOTE)  # no right result; a result that is hardly what was meant; worth knowing
 
 CODES: dict[str, tuple[str, str]] = {
     "not-compilable": (ERROR, "a part does not fit its bodies, or a kernel cannot be compiled or returns NaN"),
@@ -60,7 +59,7 @@ CODES: dict[str, tuple[str, str]] = {
 }
 """Severity and meaning of each code of `check`."""
 
-CODES_OF_RUNS: dict[str, tuple[str, str]] = {
+CODES_OF_RUNS: dict[str, tuple[str, str]] = {  # the same of further codes of runs, of buckling and of inverse dynamics
     "deep-contact": (WARNING, "surfaces are pressed into each other by much of their size; an error beyond it"),
     "large-strain": (WARNING, "a body strains by more than linear elasticity allows, or beyond yield"),
     "large-deformation": (WARNING, "a reduced body deforms by much of its size; an error beyond half of it"),
@@ -80,7 +79,6 @@ CODES_OF_RUNS: dict[str, tuple[str, str]] = {
     "ideal-joints": (NOTE, "inverse dynamics takes contacts and elastic joints as ideal joints"),
     "unknown-history": (NOTE, "inverse dynamics knows nothing of the history of a friction law"),
 }
-"""The same of further codes of runs, of buckling and of inverse dynamics."""
 
 
 NOTHING_MOVES = "Nothing sets the mechanism in motion."

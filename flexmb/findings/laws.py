@@ -1,7 +1,5 @@
 """Findings on laws, kernels and prescribed motions: signs, derivatives, contracts, jumps."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Container, Iterator
 from typing import Any
 
@@ -19,20 +17,11 @@ from flexmb.testing.part import check_piece
 
 # Prescribed motions: rates that belong to their values, jumps that are announced, tables that do not overshoot
 
-PLACES = 64
-"""Number of instants at which rates are compared with differences, and of intervals that are searched for jumps."""
-
-SPAN_WITHOUT_PERIOD = 1.0
-"""Time that is looked at, of a motion without period or breaks [s]."""
-
-DIFFERENCE = 1e-5
-"""Step of the differences, relative to that time."""
-
-MISMATCH = 1e-3
-"""Difference relative to the largest rate, or to the range of the value, above which something is wrong."""
-
-HALVINGS = 40
-"""Number of halvings by which a jump is located."""
+PLACES = 64  # instants at which rates are compared with differences, and intervals that are searched for jumps
+SPAN_WITHOUT_PERIOD = 1.0  # time that is looked at, of a motion without period or breaks [s]
+DIFFERENCE = 1e-5  # step of the differences, relative to that time
+MISMATCH = 1e-3  # difference relative to the largest rate, or to the range of the value, above which something is wrong
+HALVINGS = 40  # number of halvings by which a jump is located
 
 
 def motions_by_part(mechanism: Mechanism) -> Iterator[tuple[str, Motion]]:
@@ -124,20 +113,11 @@ def _jump(name: str, at: Callable[[float], np.ndarray], edges: np.ndarray, break
 
 # Contact and friction laws, and kernels: signs, derivatives, contracts
 
-SPEEDS = (-3.0, -0.1, -1e-3, 0.0, 1e-3, 0.1, 3.0)
-"""Gap rates of the tries [m/s]."""
-
-FAST_SLIPS = (-10.0, 10.0)
-"""Slips at which friction must brake [m/s]; the friction of a belt may drive at slower ones."""
-
-DEPTHS = (0.01, 0.3, 1.0)
-"""Gaps and penetrations of the tries, relative to the clearance."""
-
-LOADS = (1.0, 100.0)
-"""Normal forces of the tries [N]."""
-
-SMALL_GAP = 1e-4
-"""Gap of the tries where the clearance is 0 [m]."""
+SPEEDS = (-3.0, -0.1, -1e-3, 0.0, 1e-3, 0.1, 3.0)  # gap rates of the tries [m/s]
+FAST_SLIPS = (-10.0, 10.0)  # slips at which friction must brake [m/s]; the friction of a belt may drive at slower ones
+DEPTHS = (0.01, 0.3, 1.0)  # gaps and penetrations of the tries, relative to the clearance
+LOADS = (1.0, 100.0)  # normal forces of the tries [N]
+SMALL_GAP = 1e-4  # gap of the tries where the clearance is 0 [m]
 
 
 def law_findings(mechanism: Mechanism) -> list[Finding]:

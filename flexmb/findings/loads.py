@@ -1,7 +1,5 @@
 """Findings on loads at rest and on stiffness: stress, buckling, stability, long fixed steps."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import replace
@@ -29,27 +27,17 @@ from flexmb.statics.vibrations import State, vibrations_of
 
 # Stability of the reference configuration under the declared loads, gravity included
 
-MOST_ITERATIONS = 20
-"""Number of Newton iterations towards an equilibrium beside the reference configuration."""
+MOST_ITERATIONS = 20  # number of Newton iterations towards an equilibrium beside the reference configuration
 
 BESIDE = 0.05
 """Distance of an equilibrium from the reference configuration up to which the mechanism is meant to rest there [rad, or
 relative to the size of the mechanism]."""
 
-BALANCED = 1e-7
-"""Unbalanced force relative to the largest load, and gap relative to the size, of an equilibrium."""
-
-MOST_LOADED_COORDINATES = 600
-"""Number of coordinates above which loads are left out, since their balance would take long."""
-
-MOST_CONTROLLED = 150
-"""Number of coordinates and states above which eigenvalues of control loops would take long."""
-
-LEAST_GROWTH = 1e-4
-"""Growth relative to the largest eigenvalue, below which it may be round-off of a multiple eigenvalue 0."""
-
-MODES = 10
-"""Number of modes that are looked at."""
+BALANCED = 1e-7  # unbalanced force relative to the largest load, and gap relative to the size, of an equilibrium
+MOST_LOADED_COORDINATES = 600  # number above which loads are left out, since their balance would take long
+MOST_CONTROLLED = 150  # number of coordinates and states above which eigenvalues of control loops would take long
+LEAST_GROWTH = 1e-4  # growth over the largest eigenvalue, below which it may be round-off of a multiple eigenvalue 0
+MODES = 10  # number of modes that are looked at
 
 
 def stability_findings(mechanism: Mechanism, ideal: Program, q: np.ndarray, bare: Modes | None) -> list[Finding]:
@@ -131,8 +119,7 @@ def equilibrium_beside(program: Program, q: np.ndarray) -> tuple[np.ndarray, np.
 
 # Loads as declared, at rest: stress of flexible bodies, buckling, penetration of contacts
 
-SAFE_LOAD = 2.0
-"""Buckling factor below which there is a remark."""
+SAFE_LOAD = 2.0  # buckling factor below which there is a remark
 
 
 def load_findings(mechanism: Mechanism, free: int) -> list[Finding]:
@@ -183,20 +170,11 @@ def typical_load(mechanism: Mechanism) -> float:
 
 # Fixed steps that are too long for contacts, or for vibrations with which a run begins
 
-UNRESOLVED = 1.0
-"""Angular frequency times step above which a vibration is not resolved."""
-
-LOADED_SHARE = 0.01
-"""Share of the energy of the vibrations at the start above which a mode carries load."""
-
-LEAST_STEPS = 4.0
-"""Steps of an impact below which its restitution means nothing."""
-
-MOST_VIBRATING_COORDINATES = 400
-"""Number of coordinates above which modes would take too long."""
-
-PART_OF_PERIOD = 0.05
-"""Time of the differences along the motion, relative to the step."""
+UNRESOLVED = 1.0  # angular frequency times step above which a vibration is not resolved
+LOADED_SHARE = 0.01  # share of the energy of the vibrations at the start above which a mode carries load
+LEAST_STEPS = 4.0  # steps of an impact below which its restitution means nothing
+MOST_VIBRATING_COORDINATES = 400  # number of coordinates above which modes would take too long
+PART_OF_PERIOD = 0.05  # time of the differences along the motion, relative to the step
 
 
 def step_findings(mechanism: Mechanism, ideal: Program, closed: Program, q: np.ndarray, h: float) -> list[Finding]:
@@ -254,21 +232,13 @@ def _short_contacts(mechanism: Mechanism, h: float) -> Iterator[Finding]:
 
 # Stiffnesses that floats cannot hold beside the loads or slow vibrations
 
-ROUND_OFF_OF_LOADS = 1e-3
-"""Round-off of the stiffest part relative to the loads, above which there is a remark."""
-
-ROUND_OFF = 1e-13
-"""Round-off of a mode shape relative to its largest entry: what it strains may have no other reason."""
-
-LARGEST_RATIO = 1e15
-"""Ratio of stiffnesses over masses, of the fastest mode to the slowest, that floats can hold."""
+ROUND_OFF_OF_LOADS = 1e-3  # round-off of the stiffest part relative to the loads, above which there is a remark
+ROUND_OFF = 1e-13  # round-off of a mode shape relative to its largest entry: what it strains may have no other reason
+LARGEST_RATIO = 1e15  # ratio of stiffnesses over masses, of the fastest mode to the slowest, that floats can hold
 
 
 def stiffness_findings(mechanism: Mechanism, program: Program, q: np.ndarray, bare: Modes | None) -> list[Finding]:
-    """Findings on stiffnesses so large that their round-off is felt beside the loads or slow vibrations.
-
-    The pose is q (n_q,); without loads there may be no modes `bare`.
-    """
+    """Findings on stiffnesses whose round-off is felt beside loads or slow vibrations, at a pose q (n_q,)."""
     n, kind = program.tables.sizes.n_b, np.asarray(program.tables.kind)
     stiffness = np.where(kind[:n] == 1, 0.0, _diagonal(program, q)[:n])
     worst = int(np.argmax(stiffness))

@@ -1,7 +1,5 @@
 """Findings on connections, loops and the rank of the constraints."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -25,8 +23,7 @@ from flexmb.statics.start.redundant_joints import dependent_parts, redundancy, r
 
 # Connections of the bodies: groups of connected bodies, and groups without connection to the ground
 
-SAME_POINT = 1e-6
-"""Distance of two points over the length of the longest link, below which they are one."""
+SAME_POINT = 1e-6  # distance of two points over the length of the longest link, below which they are one
 
 
 def groups_of_bodies(mechanism: Mechanism) -> list[tuple[str, ...]]:
@@ -91,11 +88,8 @@ def left_out_links(mechanism: Mechanism) -> list[Finding]:
 
 # Rank of the constraints: redundant, contradicting and driven rows, singular poses, free motions
 
-PREFERENCE = 0.1
-"""Weight by which angles are preferred to lengths as free coordinates."""
-
-LISTED_MOTIONS = 6
-"""Number of free motions that are named at most."""
+PREFERENCE = 0.1  # weight by which angles are preferred to lengths as free coordinates
+LISTED_MOTIONS = 6  # number of free motions that are named at most
 
 
 def redundancies(program: Program, closed: Program, q: np.ndarray) -> list[Finding]:
@@ -192,32 +186,15 @@ def free_coordinates(closed: Program, q: np.ndarray) -> tuple[str, ...]:
 
 # Closing of loops: in the reference configuration, and along the motion of the drives
 
-POSES = 72
-"""Number of instants of a motion at which its loops are closed, at least."""
-
-LARGEST_STRIDE = 0.1
-"""Largest movement of a drive between two of them [rad, or relative to the size of the mechanism]."""
-
-MOST_POSES = 400
-"""Number of instants at most: a drive that turns often is looked at for its first turns."""
-
-MOST_TRAVEL = 30.0
-"""Sum of the movements of all drives after which no further pose is computed [rad, or relative to the size]."""
-
-OBSERVED_SPAN = 1.0
-"""Time that is looked at where no drive has a period [s]."""
-
-HALVINGS = 24
-"""Number of halvings by which the last pose that closes is located."""
-
-CREEPS = 200
-"""Number of steps towards the nearest pose of a loop that cannot close, at most."""
-
-COINCIDENT = 1e-6
-"""Distance of two joints that counts as 0, relative to the size of the mechanism."""
-
-ALIGNED = 0.02
-"""Angle between two links that counts as 0 where a loop locks [rad]."""
+POSES = 72  # number of instants of a motion at which its loops are closed, at least
+LARGEST_STRIDE = 0.1  # largest movement of a drive between two of them [rad, or relative to the size of the mechanism]
+MOST_POSES = 400  # number of instants at most: a drive that turns often is looked at for its first turns
+MOST_TRAVEL = 30.0  # sum of the movements of all drives after which poses end [rad, or relative to the size]
+OBSERVED_SPAN = 1.0  # time that is looked at where no drive has a period [s]
+HALVINGS = 24  # number of halvings by which the last pose that closes is located
+CREEPS = 200  # number of steps towards the nearest pose of a loop that cannot close, at most
+COINCIDENT = 1e-6  # distance of two joints that counts as 0, relative to the size of the mechanism
+ALIGNED = 0.02  # angle between two links that counts as 0 where a loop locks [rad]
 
 
 def open_loops(closed: Program, error: AssemblyError) -> list[Finding]:
@@ -304,10 +281,7 @@ def locking_drives(mechanism: Mechanism, closed: Program, q: np.ndarray) -> list
 
 
 def orientation(closed: Program, pose: np.ndarray, t: float) -> float:
-    """Sign of the determinant of the constraint equations; 0 where they are not as many as rigid motions.
-
-    The sign changes where two branches of the motion cross.
-    """
+    """Sign of the determinant of the constraints, which changes between branches; 0 where they are not square."""
     G = StateEvaluation(closed).at(pose, t=t).blocks[1] @ RigidMotion(closed).plain_basis(pose)
     A = plain(G)
     return float(np.linalg.slogdet(A)[0]) if A.shape[0] == A.shape[1] else 0.0
@@ -391,10 +365,7 @@ def weakest_parts(closed: Program, G: Any) -> tuple[str, ...]:
 
 
 def aligned_joints(mechanism: Mechanism, closed: Program, pose: np.ndarray, weak: tuple[str, ...]) -> tuple[str, ...]:
-    """Three weak joints of two neighbouring links on one line in a locked pose (n_q,); () without such joints.
-
-    `weak` are the parts whose equations nearly depend on one another.
-    """
+    """Three weak joints of two neighbouring links on one line in a locked pose (n_q,), of the parts `weak`; or ()."""
     joints = [part for part in mechanism.parts if isinstance(part, Joint) and part.name in weak]
     points = {joint.name: _point(mechanism, closed, pose, joint) for joint in joints}
     best: tuple[float, tuple[str, ...]] = (ALIGNED, ())

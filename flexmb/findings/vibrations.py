@@ -29,16 +29,10 @@ if TYPE_CHECKING:
 
 
 class Loss(NamedTuple):
-    """Loss of a vibration in a number of steps.
+    """Loss of a vibration in a number of steps."""
 
-    Parameters
-    ----------
-    phase : lag behind the exact vibration at the end [rad].
-    amplitude : lost share of the amplitude; below 0 where it grows.
-    """
-
-    phase: float
-    amplitude: float
+    phase: float  # lag behind the exact vibration at the end [rad]
+    amplitude: float  # lost share of the amplitude; below 0 where it grows
 
 
 def loss_of(method: Method, omega: float, h: float, steps: float, *, first_order: bool = False) -> Loss | None:
@@ -87,8 +81,7 @@ def amplification(method: Method, angle: float, *, first_order: bool = False) ->
 MOST_UNKNOWNS, MOST_CONTROLLED = 20_000, 150
 """Number of coordinates above which modes would take too long, and of coordinates and states of control loops."""
 
-FEWEST_STEPS = 2000
-"""Number of steps of a run with contacts from which the estimate is made, which takes as long as some hundred steps."""
+FEWEST_STEPS = 2000  # steps of a run with contacts from which the estimate is made, which costs some hundred steps
 
 POSES, POSES_OF_LARGE, AROUND, DISTANCE = 6, 2, 4, 1e-3
 """Number of poses that are looked at, also of large models; states from each on, and their distance over the run."""
@@ -96,26 +89,13 @@ POSES, POSES_OF_LARGE, AROUND, DISTANCE = 6, 2, 4, 1e-3
 MANY, LARGE, AROUND_OF_MANY = 40, 150, 2
 """Number of coordinates from which there are fewer states from each pose on, and of a large model; these states."""
 
-FEWEST_INSTANTS, FEWEST_STATES = 12, 3
-"""Number of kept states, of all and of those with the same contacts, below which energies are not known."""
-
-ENERGY_SHARE = 0.01
-"""Share of the elastic energy of the motion, or of the square of a controller's state, above which a mode matters."""
-
-DECAY = 0.1
-"""Energy in the last third of a run over that in the first one, below which a vibration has died out."""
-
-PART_OF_STEP = 0.1
-"""Time of the differences along the motion, relative to a step."""
-
-UNRESOLVED = 1.0
-"""Angular frequency times step above which a vibration is not resolved."""
-
-LOST_PHASE, LOST_AMPLITUDE = 0.1, 2e-3
-"""Phase [rad] and share of the amplitude that may be lost without a remark."""
-
-SAME = 0.05
-"""Relative difference of angular frequencies up to which modes under other contacts are one vibration."""
+FEWEST_INSTANTS, FEWEST_STATES = 12, 3  # kept states, all and those of the same contacts, that energies need
+ENERGY_SHARE = 0.01  # share of the elastic energy, or of the square of a controller's state, from which a mode matters
+DECAY = 0.1  # energy in the last third of a run over that in the first one, below which a vibration has died out
+PART_OF_STEP = 0.1  # time of the differences along the motion, relative to a step
+UNRESOLVED = 1.0  # angular frequency times step above which a vibration is not resolved
+LOST_PHASE, LOST_AMPLITUDE = 0.1, 2e-3  # phase [rad] and share of the amplitude that may be lost without a remark
+SAME = 0.05  # relative difference of angular frequencies up to which modes under other contacts are one vibration
 
 
 class Mode(NamedTuple):
@@ -130,10 +110,7 @@ class Mode(NamedTuple):
 
 
 def vibration_findings(run: Run, motion: WatchedMotion, begun: float) -> Iterator[Finding]:
-    """Findings on the fastest vibration that carries energy, where the steps lose a part of it that matters.
-
-    The run began at the instant `begun` [s].
-    """
+    """Findings on the fastest vibration with energy of which steps lose a part; the run began at `begun` [s]."""
     program, method, steps = run.program, run.method, int(run.record.count.steps)
     states, span = _states(program, motion), float(run.flow.clock.t) - begun
     short = steps < (FEWEST_STEPS if program.names.contacts else 1)
@@ -275,10 +252,7 @@ def _states(program: Program, motion: WatchedMotion) -> list[State]:
 
 
 def share_of(energies: np.ndarray, k: int) -> tuple[float, bool]:
-    """Largest share of mode k in the elastic energy in a third of the run, and whether it dies out.
-
-    `energies` (states, 3, modes) are those of `Vibrations`.
-    """
+    """Largest share of mode k of `energies` (states, 3, modes) in a third of the run, and whether it dies out."""
     whole = float(energies[:, 0].sum(axis=1).mean())
     thirds = [float(third[:, :, k].mean(axis=0).min()) for third in np.array_split(energies, 3)]
     return max(thirds) / whole if whole > 0.0 else 0.0, thirds[-1] < DECAY * thirds[0]

@@ -9,15 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flexmb.engine.state.record import (
-    DONE,
-    NEWTON_FAILED,
-    NOT_FINITE,
-    RUNNING,
-    SINGULAR,
-    STEP_TOO_SMALL,
-    kept_poses,
-)
+from flexmb.engine.state.record import DONE, NEWTON_FAILED, NOT_FINITE, RUNNING, SINGULAR, STEP_TOO_SMALL, kept_poses
 from flexmb.engine.step.step_size import Adaptive, FixedStep
 from flexmb.engine.system.state_evaluation import Instant, changed_contacts, failed_kernel
 from flexmb.errors import USER_ERRORS, FlexmbError, KernelError
@@ -36,24 +28,14 @@ if TYPE_CHECKING:
 
 # The part of the examination that costs next to nothing, of every run: laws and motions of users, tables, numbers
 
-REMEMBERED = 512
-"""Number of laws whose findings are remembered: a sweep declares the same ones again and again."""
-
-TRIED_GAP = 1e-4
-"""Size of the gaps at which normal laws are tried [m]."""
-
-_TRIED: dict[type, bool] = {}
-"""Whether values of a class are tried."""
-
-_KNOWN: dict[tuple[str, Law], tuple[Finding, ...]] = {}
-"""Findings by part and law."""
+REMEMBERED = 512  # number of laws whose findings are remembered: a sweep declares the same ones again and again
+TRIED_GAP = 1e-4  # size of the gaps at which normal laws are tried [m]
+_TRIED: dict[type, bool] = {}  # whether values of a class are tried
+_KNOWN: dict[tuple[str, Law], tuple[Finding, ...]] = {}  # findings by part and law
 
 
 def cheap_findings(mechanism: Mechanism) -> list[Finding]:
-    """Findings on users' laws and motions, on tables, and on implausible angles and gravity.
-
-    flexmb's own laws are known to keep their signs.
-    """
+    """Findings on laws and motions of users, on tables, and on implausible angles and gravity."""
     findings = implausible_findings(mechanism)
     for part in mechanism.parts:
         for value in vars(part).values():
@@ -102,15 +84,13 @@ def _of_law(name: str, law: Law) -> tuple[Finding, ...]:
 
 # Contacts, motions of parts and laws that cannot be right, by peaks, intervals and poses of a run
 
-LEAST_STEPS = 4.0
-"""Steps of an impact below which its restitution means nothing."""
+LEAST_STEPS = 4.0  # steps of an impact below which its restitution means nothing
 
 SHARE, IMPOSSIBLE_SHARE = 0.01, 0.2
 """Share of the impulses of a contact in such impacts above which there is a finding, and above which the run is not
 ok."""
 
-ONE_INSTANT = ("broken-kernel", "jumping-drive")
-"""Codes of findings on one instant of a motion, which a run that ends before does not meet."""
+ONE_INSTANT = ("broken-kernel", "jumping-drive")  # codes on one instant, which a run that ends before does not meet
 
 
 def watched_motion(run: Run) -> WatchedMotion:
@@ -174,10 +154,7 @@ def impossible_penetrations(mechanism: Mechanism, contacts: Sequence[str]) -> li
 
 
 def law_findings_after(program: Program, z: np.ndarray, contacts: ContactLog, since: float) -> Iterator[Finding]:
-    """Findings on the validity of normal laws, by the histories z at the end of a run.
-
-    Contacts that began before the instant `since` [s] are called lasting.
-    """
+    """Findings on normal laws by their histories z at the end; contacts from before `since` [s] are lasting."""
     for c, law in enumerate(program.normals):
         name, place = program.names.contacts[c], program.tables.contacts.z[c]
         history = z[place[NORMAL_Z] : place[FRICTION_Z]].tolist()
@@ -207,20 +184,11 @@ def _coarse_contacts(motion: WatchedMotion, contacts: ContactLog) -> Iterator[Fi
 
 # Explanation of a run that failed: failed kernel, known cause, residuals, contacts, and a remedy that was tried
 
-STEP_CODES = (SINGULAR, NOT_FINITE, NEWTON_FAILED, STEP_TOO_SMALL)
-"""Codes of runs that ended because a step failed."""
-
-SHOWN_RESIDUALS = 3
-"""Number of the largest residuals in a note."""
-
-LEAST_RESIDUAL = 1e-6
-"""Residual relative to the largest force, below which a step did not fail by its residual."""
-
-LEAST_RTOL = 1e-13
-"""Tolerance relative to which round-off of the coordinates counts."""
-
-TRIED_STEPS = 4000
-"""Number of steps of a tried remedy at most."""
+STEP_CODES = (SINGULAR, NOT_FINITE, NEWTON_FAILED, STEP_TOO_SMALL)  # codes of runs that ended because a step failed
+SHOWN_RESIDUALS = 3  # number of the largest residuals in a note
+LEAST_RESIDUAL = 1e-6  # residual relative to the largest force, below which a step did not fail by its residual
+LEAST_RTOL = 1e-13  # tolerance relative to which round-off of the coordinates counts
+TRIED_STEPS = 4000  # number of steps of a tried remedy at most
 
 
 def kernel_that_failed(run: Run) -> Finding | None:

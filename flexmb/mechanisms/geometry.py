@@ -8,8 +8,7 @@ from flexmb.errors import AssemblyError
 
 Point = tuple[float, float]
 
-LEFT, RIGHT = 1.0, -1.0
-"""Side of a corner, seen in the direction from the first point to the second."""
+LEFT, RIGHT = 1.0, -1.0  # side of a corner, seen in the direction from the first point to the second
 
 
 def at_angle(start: Point, length: float, angle: float) -> Point:

@@ -119,14 +119,12 @@ class RowMotion:
 
 @dataclass(frozen=True)
 class JointFriction:
-    """Friction in an ideal joint of two nodes: kernel of normal load and direction of sliding, and friction law.
-
-    signal : name and unit of the reported friction; "": none;  arm : reported friction over the force T of the law
-    """
+    """Friction in an ideal joint of two nodes: kernel of normal load and direction of sliding, and friction law."""
 
     kernel: Kernel
     p: tuple[float, ...]
     friction: FrictionLaw
+    # name and unit of the reported friction; "": none;  arm : reported friction over the force T of the law
     signal: tuple[str, str] = ("friction_force", "N")
     arm: float = 1.0
 
@@ -294,17 +292,11 @@ def signal_contributions(
 
 @dataclass(frozen=True)
 class AngleContribution:
-    """Relative rotation of two nodes and its rate, reported as `part.angle` and `part.omega`.
-
-    Every revolute joint has one, so it is evaluated without a kernel.
-
-    coordinates : rotations of the first and of the second node
-    p : relative rotation in the reference configuration [rad]
-    """
+    """Relative rotation of two nodes and its rate, `part.angle` and `part.omega` of a revolute joint; no kernel."""
 
     part: str
-    coordinates: tuple[Coordinate, Coordinate]
-    p: tuple[float]
+    coordinates: tuple[Coordinate, Coordinate]  # rotations of the first and of the second node
+    p: tuple[float]  # relative rotation in the reference configuration [rad]
 
 
 @dataclass(frozen=True)
@@ -317,29 +309,20 @@ class MotionInput:
 
 @dataclass(frozen=True)
 class ControlContribution:
-    """Control law: inputs, own states, and outputs, of which the first are the factors of loads.
-
-    inputs : names of signals, and motions
-    loads : names of parts with one element each, whose factors are the first outputs
-    states, start : names and start values of the own states
-    outputs : names of all outputs
-    sample : time between two instants at which states and outputs change [s]; None: at all times
-    state_units, output_units : units of both
-    settled : numbers of the states that begin where their rates are 0, and not at `start`
-    """
+    """Control law: inputs, own states, and outputs, of which the first are the factors of loads."""
 
     part: str
     kernel: Kernel
     p: tuple[float, ...]
-    inputs: tuple[str | MotionInput, ...]
-    loads: tuple[str, ...]
-    outputs: tuple[str, ...]
-    states: tuple[str, ...] = ()
-    start: tuple[float, ...] = ()
-    sample: float | None = None
-    state_units: tuple[str, ...] = ()
-    output_units: tuple[str, ...] = ()
-    settled: tuple[int, ...] = ()
+    inputs: tuple[str | MotionInput, ...]  # names of signals, and motions
+    loads: tuple[str, ...]  # names of parts with one element each, whose factors are the first outputs
+    outputs: tuple[str, ...]  # names of all outputs
+    states: tuple[str, ...] = ()  # names of the own states
+    start: tuple[float, ...] = ()  # and their start values
+    sample: float | None = None  # time between two instants at which states and outputs change [s]; None: at all times
+    state_units: tuple[str, ...] = ()  # units of the states
+    output_units: tuple[str, ...] = ()  # and of the outputs
+    settled: tuple[int, ...] = ()  # numbers of the states that begin where their rates are 0, and not at `start`
 
     @property
     def label(self) -> str:

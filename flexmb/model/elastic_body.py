@@ -22,8 +22,7 @@ STRAIN_AT_REST, LARGE_STRAIN, IMPOSSIBLE_STRAIN = 0.02, 0.05, 0.2
 """Strain under the loads at rest, and in a run, above which linear elasticity is no longer meant; above the last one
 the run is not ok."""
 
-LEAST = 1e-6
-"""Stress over yield stress up to which nothing is said: round-off of a body without loads."""
+LEAST = 1e-6  # stress over yield stress up to which nothing is said: round-off of a body without loads
 
 
 class ElasticBody(Body):
@@ -52,10 +51,7 @@ class ElasticBody(Body):
 
     @abstractmethod
     def reference_points(self) -> np.ndarray:
-        """Places (n, 2) of the nodes in the reference configuration, by their numbers [m].
-
-        Nodes of a plane body are those of its mesh, of reduced beams those of the mesh that shows them.
-        """
+        """Places (n, 2) of the nodes by number [m], of reduced beams of the mesh that shows them."""
 
     def strain_at_rest(self, mechanism: Mechanism, pose: Pose) -> tuple[float, float]:
         """Largest strain and stress [Pa] of the body of `mechanism` at rest in a `pose`."""

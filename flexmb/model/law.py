@@ -77,11 +77,8 @@ Source: J. E. Shigley, C. R. Mischke, Mechanical Engineering Design, appendix A,
 CHORD, CHORDS_OF_A_SINE = 0.0123, 20.0
 """Largest deviation of chords over the swing of a motion; the number of such chords in a cycle of a sine."""
 
-SAMPLES, GOLDEN = 64, 0.6180339887498949
-"""Number of samples of a motion whose course is not known, and their distance modulo 1, which fits no period."""
-
-HALVINGS = 60
-"""Number of halvings by which the depth under a force is found."""
+SAMPLES, GOLDEN = 64, 0.6180339887498949  # of a motion of unknown course; their distance modulo 1, of no period
+HALVINGS = 60  # number of halvings by which the depth under a force is found
 
 
 def values_of(kernel: kernels.Kernel, *arguments: Any) -> np.ndarray:
@@ -188,8 +185,7 @@ class NormalLaw(Law):
         return ""
 
 
-NORMAL_LAW = instance(NormalLaw, "a normal law, e.g. LankaraniNikravesh")
-"""Rule of a field that holds a normal law."""
+NORMAL_LAW = instance(NormalLaw, "a normal law, e.g. LankaraniNikravesh")  # rule of a field that holds a normal law
 
 
 @record
@@ -200,8 +196,7 @@ class FrictionLaw(Law):
     formerly = (("mu", "coefficient"),)
 
 
-FRICTION_LAW = instance(FrictionLaw, "a friction law, e.g. ModifiedCoulomb")
-"""Rule of a field that holds a friction law."""
+FRICTION_LAW = instance(FrictionLaw, "a friction law, e.g. ModifiedCoulomb")  # rule of a field that holds one
 
 
 @record

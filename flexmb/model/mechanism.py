@@ -33,8 +33,7 @@ if TYPE_CHECKING:
 
 # Text and HTML table of a mechanism
 
-LISTED_PARTS = 12
-"""Number of parts at most in a line."""
+LISTED_PARTS = 12  # number of parts at most in a line
 
 
 def _numbers(mechanism: Mechanism) -> str:
@@ -64,8 +63,7 @@ def _row(part: Part) -> tuple[str, ...]:
 
 # Description of a mechanism in plain values: parts with their classes, numbers and units
 
-LISTED_VALUES = 8
-"""Number of values of a sequence at most; a longer one is described by its length."""
+LISTED_VALUES = 8  # number of values of a sequence at most; a longer one is described by its length
 
 
 def described(mechanism: Mechanism) -> dict[str, Any]:
@@ -106,8 +104,7 @@ def plain(value: Any) -> Any:
     return str(name)
 
 
-LEFT_OUT = frozenset({"first", "second", "body", "mass", "outline", "class"})
-"""Fields that have a column of their own, and drawings."""
+LEFT_OUT = frozenset({"first", "second", "body", "mass", "outline", "class"})  # columns of their own, and drawings
 
 
 def values_text(fields: Mapping[str, Any]) -> str:
@@ -373,10 +370,7 @@ class Mechanism(metaclass=arguments.CheckedType):
             parts[name] = replace(part, **moved) if moved else part
 
     def _refuse_points_left_behind(self, parts: Mapping[str, Part]) -> None:
-        """Refuse changes that move a point of a body away from joints and loads that lie there and stay.
-
-        parts : new parts by their names
-        """
+        """Refuse new parts, by name, that move a point of a body away from joints and loads that stay there."""
         for name, part in parts.items():
             old = self._by_name[name]
             if part is old or not isinstance(part, Body):

@@ -10,8 +10,7 @@ from typing import Any
 from flexmb.errors import InputError
 
 Point = tuple[float, float]
-Place = tuple[str, str, Point]
-"""Body, its node, and a point in the frame of the node [m]."""
+Place = tuple[str, str, Point]  # body, its node, and a point in the frame of the node [m]
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,10 +24,7 @@ class RigidShape:
 
 @dataclass(frozen=True, slots=True)
 class BeamShape:
-    """One beam element between two nodes of a part.
-
-    The rotation of an end against the chord is theta + start_angle - (direction of the chord).
-    """
+    """Beam element of a part; an end's rotation against the chord is theta + start_angle - chord's direction."""
 
     part: str
     start: str  # name of its node; `end` that of the other one
@@ -187,11 +183,8 @@ class LateShapes(Sequence[Shape]):
         return tuple, (self.all(),)
 
 
-SPRING, DAMPER, ROD, CABLE = "spring", "damper", "rod", "cable"
-"""Kinds of lines between two points."""
-
-MARKER, TRACE = "marker", "trace"
-"""Kinds of points that are no joints: a marker, and a marker whose path is drawn."""
+SPRING, DAMPER, ROD, CABLE = "spring", "damper", "rod", "cable"  # kinds of lines between two points
+MARKER, TRACE = "marker", "trace"  # kinds of points that are no joints: a marker, and a marker whose path is drawn
 
 KINDS: dict[str, type[Shape]] = {
     "rigid": RigidShape,

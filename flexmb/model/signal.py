@@ -14,8 +14,7 @@ from flexmb.errors import InputError
 FORMER = {"rotation": "angle", "rotation_rate": "omega", "angle": "theta"}
 """Former names of signals of bushings and markers, with the present ones; taken for one version."""
 
-MOST_COMPARED_NAMES = 2000
-"""Number of names at most that are compared with an unknown one."""
+MOST_COMPARED_NAMES = 2000  # number of names at most that are compared with an unknown one
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,11 +106,6 @@ def resolved(name: str, signals: Signals, aliases: Mapping[str, str]) -> str:
             return aliases[prefix] + name[len(prefix) :]
         if "." in prefix and prefix in aliases:  # "rod.end.*" is a node, "rod.*" all of the part
             return aliases[prefix] + name[len(prefix) :]
-    return _former(name, signals)
-
-
-def _former(name: str, signals: Signals) -> str:
-    """The present signal of a former name, with a warning; in a file of before the former one; else `name`."""
     owner, _, last = name.rpartition(".")
     now = f"{owner}.{FORMER.get(last)}"
     if now in signals.places:

@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
 from flexmb.fields import field, point, record
 from flexmb.kernels import signal_kernel
 from flexmb.model.contributions import Contribution, signal_contributions
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Part
 from flexmb.model.shape import MARKER, TRACE, PointShape, Shapes
 
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
-
-SIGNALS = (
+SIGNALS = (  # signals of a marker with their units, in the order of `marker_kernel`
     ("x", "m"), ("y", "m"), ("vx", "m/s"), ("vy", "m/s"), ("ax", "m/s2"), ("ay", "m/s2"), ("theta", "rad"),
     ("omega", "rad/s"),
 )  # fmt: skip
-"""Signals of a marker with their units, in the order of `marker_kernel`."""
 
 
 @signal_kernel

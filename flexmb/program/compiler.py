@@ -82,11 +82,8 @@ def _distinct_elements(elements: Sequence[ElementContribution]) -> list[ElementC
     return list(found.values())
 
 
-REMEMBERED_CALLS = 4096
-"""Number of successful calls that are remembered."""
-
-KernelCall = tuple[Kernel, Sequence[float], Sequence[float], str]
-"""A kernel, p, its history, and the name of its class."""
+REMEMBERED_CALLS = 4096  # number of successful calls that are remembered
+KernelCall = tuple[Kernel, Sequence[float], Sequence[float], str]  # a kernel, p, its history, and the name of its class
 
 _GOOD: dict[tuple[int, Sequence[float], Sequence[float], Sequence[float]], Kernel] = {}
 """Good calls: id of the kernel, p, history, pose.  The kernel stands beside them, so its id is given to no other."""

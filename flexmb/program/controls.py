@@ -1,7 +1,5 @@
 """Wiring of controls: inputs by their names, the coordinates they depend on, and the order of evaluation."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -82,10 +80,7 @@ class WiredControl(ControlContribution):
 
 
 def wired(contributions: Contributions, number: Numbering, aliases: Mapping[str, str]) -> Contributions:
-    """Contributions whose controls are wired, in the order of evaluation.
-
-    An input must exist, be a function of the state, and close no loop.
-    """
+    """Contributions whose controls are wired, in the order of evaluation; loops and unknown inputs are refused."""
     if not contributions.controls:
         return contributions
     finder = _Finder(contributions, number, aliases)

@@ -14,8 +14,7 @@ from flexmb.model.contributions import AXES, Contributions, ControlContribution,
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND
 
-UNUSED = ("unused1", "unused2")
-"""Names of coordinates that fill up the states of a control to threes."""
+UNUSED = ("unused1", "unused2")  # names of coordinates that fill up the states of a control to threes
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,10 +84,7 @@ class Numbering:
 
 
 def state_nodes(mechanism: Mechanism) -> list[tuple[str, Node, tuple[str, str, str]]]:
-    """Controller, node and names of three states at a time, of all controllers that act at all times.
-
-    Nodes have three coordinates; states that are missing to three stay 0.
-    """
+    """Controller, node and names of three states at a time of controllers without sampling; missing ones stay 0."""
     found = []
     for controller in mechanism.controllers:
         control = controller.control()

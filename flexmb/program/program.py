@@ -32,34 +32,17 @@ from flexmb.program.numbering import UNUSED
 
 # Flat arrays of a program for the compiled loop
 
-BEGIN, END = range(2)
-"""Columns of pairs."""
-
-FIRST, SECOND = range(2)
-"""Columns of `Measured.angle`."""
-
-MULTIPLIED, ADDED, SUBTRACTED = range(3)
-"""Uses of a factor in a signal, in the order of `flexmb.model.contributions.USES_OF_FACTOR`."""
-
-LOAD_KERNEL, SLIDING_LAW = range(2)
-"""Columns of `Constraints.joint_friction`: kernel of the normal load, and friction law."""
-
-LOAD_P, LOAD_P_END, SLIDING_P, SLIDING_P_END = range(4)
-"""Columns of `Constraints.joint_friction_p`."""
-
-GAP_KERNEL, NORMAL_LAW, FRICTION_LAW = range(3)
-"""Columns of `Contacts.kernel`."""
-
-GAP_P, GAP_P_END, NORMAL_P, NORMAL_P_END, FRICTION_P, FRICTION_P_END = range(6)
-"""Columns of `Contacts.p`."""
-
-COMMON_Z, NORMAL_Z, FRICTION_Z, Z_END = range(4)
-"""Columns of `Contacts.z`: starts of the common history and of the histories of both laws; their end."""
+BEGIN, END = range(2)  # columns of pairs
+FIRST, SECOND = range(2)  # columns of `Measured.angle`
+MULTIPLIED, ADDED, SUBTRACTED = range(3)  # uses of a factor in a signal, as in `contributions.USES_OF_FACTOR`
+LOAD_KERNEL, SLIDING_LAW = range(2)  # columns of `Constraints.joint_friction`: load's kernel, law of friction
+LOAD_P, LOAD_P_END, SLIDING_P, SLIDING_P_END = range(4)  # columns of `Constraints.joint_friction_p`
+GAP_KERNEL, NORMAL_LAW, FRICTION_LAW = range(3)  # columns of `Contacts.kernel`
+GAP_P, GAP_P_END, NORMAL_P, NORMAL_P_END, FRICTION_P, FRICTION_P_END = range(6)  # columns of `Contacts.p`
+COMMON_Z, NORMAL_Z, FRICTION_Z, Z_END = range(4)  # columns of `Contacts.z`: starts of the three histories; end
 
 PHASE, ONSET_TIME, LAST_GAP, LAST_FORCE, LAST_GAP_RATE = range(5)
-CONTACT_COMMON = 5
-"""History that every contact keeps, and its length: phase, time of its onset, gap, force and gap rate at the last
-state."""
+CONTACT_COMMON = 5  # history of every contact: phase, time of its onset; gap, force, gap rate at the last state
 
 
 class Elements(Record):
@@ -153,8 +136,7 @@ Output k is FIRST_OUTPUT - k."""
 SOURCE, SOURCE_NUMBER, SOURCE_P, SOURCE_P_END = range(4)
 """Columns of `Controls.source`: kind of the input; its coordinate, kernel or output; its numbers."""
 
-COORDINATE, VELOCITY, MEASURED, MOTION_VALUE, MOTION_SPEED, OUTPUT = range(6)
-"""Kinds of inputs of a control."""
+COORDINATE, VELOCITY, MEASURED, MOTION_VALUE, MOTION_SPEED, OUTPUT = range(6)  # kinds of inputs of a control
 
 
 class Controls(Record):
@@ -186,13 +168,10 @@ class Controls(Record):
 
 
 class Sizes(Record, frozen=True):
-    """Numbers of coordinates, multipliers, histories, signals; first energy signal; longest lists of a piece.
-
-    n_b : number of the coordinates of bodies, before those of the states of controls
-    """
+    """Numbers of coordinates, multipliers, histories, signals; first energy signal; longest lists of a piece."""
 
     n_q: int
-    n_b: int
+    n_b: int  # number of the coordinates of bodies, before those of the states of controls
     n_c: int
     n_z: int
     n_y: int
@@ -234,8 +213,7 @@ class Addresses(Record):
     control: Integers
 
 
-KINDS = tuple(Addresses._fields)
-"""Kinds of kernels."""
+KINDS = tuple(Addresses._fields)  # kinds of kernels
 
 
 # Compiled mechanism: arrays, kernels and names; can be pickled

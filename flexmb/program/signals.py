@@ -4,8 +4,6 @@ The vector of signals holds q, v, a of all coordinates, then constraints, contac
 signals, controls, and energies.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

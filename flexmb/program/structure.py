@@ -46,15 +46,11 @@ from flexmb.program.signals import force_signals, layout
 
 # Numbers of the parts, in the order in which they are packed
 
-NumberLists = dict[str, list[Sequence[float]]]
-"""Lists of numbers by what they belong to, one behind the other."""
+NumberLists = dict[str, list[Sequence[float]]]  # lists of numbers by what they belong to, one behind the other
 
 
 def numbers(contributions: Contributions) -> tuple[NumberLists, NumberLists]:
-    """Numbers p and start histories z of all parts.
-
-    It alone says their order: from it are the places in the tables, the lengths in the key of a structure, and p and z.
-    """
+    """Numbers p and start histories z of all parts, in the one order of the tables, of structures, and of p and z."""
     elements, constraints, contacts = contributions.elements, contributions.constraints, contributions.contacts
     rubbing, controls = [c.joint_friction for c in constraints], contributions.controls
     p: NumberLists = {
@@ -391,14 +387,9 @@ def rate_of(contribution: ConstraintContribution, reaction: Reaction, rates: Map
 
 # Structures: tables of the first mechanism of each, remembered for others that differ in numbers alone
 
-REMEMBERED_STRUCTURES = 16
-"""Number of remembered structures; a mechanism has two, one in motion and one for its start."""
-
-REMEMBERED_UNKNOWNS = 50_000
-"""Number of unknowns of all remembered structures but the latest: some hundred megabytes."""
-
-FIELDWISE_FROM = 100
-"""Number of contributions above which their keys are read field by field, which is faster."""
+REMEMBERED_STRUCTURES = 16  # number of remembered structures; a mechanism has two, one in motion and one for its start
+REMEMBERED_UNKNOWNS = 50_000  # number of unknowns of all remembered structures but the latest: some hundred megabytes
+FIELDWISE_FROM = 100  # number of contributions above which their keys are read field by field, which is faster
 
 NUMBERS = ("p", "history", "start", "sample")
 """Fields of contributions of which a structure depends on the length alone, which `numbers` knows, if at all."""
@@ -443,10 +434,7 @@ def structure_of(contributions: Contributions, number: Numbering, listed: tuple[
 
 
 def _read_all(group: Sequence[Any], number: Numbering, kernels: list[Kernel]) -> tuple[Any, ...]:
-    """Key of a group of contributions, field by field; a shared value is read once.
-
-    Numbers of the coordinates say the same as their names, beside the names of all nodes.
-    """
+    """Key of a group of contributions, field by field, shared values once, coordinates by number."""
     kinds = tuple(map(type, group))
     if len(group) < FIELDWISE_FROM or len(set(kinds)) != 1:
         return tuple([_read(contribution, kernels) for contribution in group])

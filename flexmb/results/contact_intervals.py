@@ -16,7 +16,7 @@ from flexmb.fields import field, record
 if TYPE_CHECKING:
     import xarray as xr
 
-COLUMNS = (
+COLUMNS = (  # names and units of the columns, in the order of the loop (`engine/step/contact_log.py`)
     ("contact", ""),
     ("mode", ""),
     ("end", "s"),
@@ -29,28 +29,21 @@ COLUMNS = (
     ("dissipated_contact", "J"),
     ("dissipated_friction", "J"),
 )
-"""Names and units of the columns, in the order of the loop (`engine/step/contact_log.py`)."""
 
 COLUMN = {name: k for k, (name, _) in enumerate(COLUMNS)}
 UNITS = {**dict(COLUMNS), "duration": "s", "flight": "s", "restitution": ""}
 
 IMPACT, CONTINUOUS = 1, 2
 MODES = {IMPACT: "impact", CONTINUOUS: "continuous"}
-SHOWN_ROWS = 20
-"""Number of rows of a printed table; further rows are left out in its middle."""
+SHOWN_ROWS = 20  # number of rows of a printed table; further rows are left out in its middle
 
 
 class ContactLog(NamedTuple):
-    """Contact intervals of a run, as recorded by the loop.
+    """Contact intervals of a run, as recorded by the loop."""
 
-    Parameters
-    ----------
-    names : the contacts, in the order of declaration.
-    rows : (n, 11) an episode each, in the order in which they ended, with the columns of `COLUMNS`; the contact is the
-        number of its name.
-    """
-
-    names: tuple[str, ...] = ()
+    names: tuple[str, ...] = ()  # the contacts, in the order of declaration
+    # (n, 11) an episode each, in the order in which they ended, with the columns of `COLUMNS`; the contact is the
+    # number of its name
     rows: np.ndarray = np.zeros((0, len(COLUMNS)))
 
     def columns(self, contact: int) -> dict[str, np.ndarray]:

@@ -1,7 +1,5 @@
 """Drawing of a solution at chosen instants: lines, points, symbols, meshes of plane bodies."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -66,34 +64,25 @@ def whole_turns(angle: np.ndarray) -> np.ndarray:
 
 # Meshes of plane bodies at chosen instants: places of their points, stresses, outlines
 
-CORNERS = {"tri3": 3, "tri6": 3, "quad4": 4, "quad9": 4}
-"""Number of corners of a cell, by kind."""
+CORNERS = {"tri3": 3, "tri6": 3, "quad4": 4, "quad9": 4}  # number of corners of a cell, by kind
 
 
-PIECES = {
+PIECES = {  # triangles between the points of a cell, by kind
     "tri3": ((0, 1, 2),),
     "tri6": ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)),
     "quad4": ((0, 1, 2), (0, 2, 3)),
     "quad9": ((0, 4, 8), (0, 8, 7), (4, 1, 5), (4, 5, 8), (8, 5, 2), (8, 2, 6), (7, 8, 6), (7, 6, 3)),
 }
-"""Triangles between the points of a cell, by kind."""
 
 
 @dataclass(frozen=True)
 class Surface:
-    """The mesh of a body at n instants.
-
-    Parameters
-    ----------
-    shape : its mesh.
-    points : (n, m, 2) drawn places, of which a deformation may be magnified [m].
-    poses : (n, nodes, 3) x, y, theta of the nodes, from which stresses are found [m, rad].
-    """
+    """The mesh of a body at n instants."""
 
     part: str
-    shape: MeshShape
-    points: np.ndarray
-    poses: np.ndarray
+    shape: MeshShape  # its mesh
+    points: np.ndarray  # (n, m, 2) drawn places, of which a deformation may be magnified [m]
+    poses: np.ndarray  # (n, nodes, 3) x, y, theta of the nodes, from which stresses are found [m, rad]
 
     @property
     def cells(self) -> np.ndarray:
@@ -192,8 +181,7 @@ def few_shapes(moved: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]
 
 GROUND = "ground"
 
-RIGID, BEAM, MESH = "rigid", "beam", "mesh"
-"""Kinds of lines of bodies."""
+RIGID, BEAM, MESH = "rigid", "beam", "mesh"  # kinds of lines of bodies
 
 
 @dataclass(frozen=True)
@@ -369,30 +357,16 @@ def _beam(sol: Solution, beam: BeamShape, instants: np.ndarray, xi: np.ndarray) 
 
 # Symbols of springs, dampers, rods, cables, guides, belts, forces and pitch circles, as polylines at instants
 
-COILS = 6
-"""Number of teeth of the zig-zag of a spring."""
-
-WIDTH = 0.02
-"""Half width of a spring or damper, over the size of the picture."""
-
-ARROW, HEAD = 0.14, 0.035
-"""Length of an arrow and of its head, over the size of the picture."""
-
-CIRCLE_POINTS = 73
-"""Number of points of a circle."""
-
-ARC_POINTS = 37
-"""Number of points of the arc of a belt on a wheel."""
-
-OVERHANG = 0.06
-"""Length of a guide beyond the travel, over the size of the picture."""
+COILS = 6  # number of teeth of the zig-zag of a spring
+WIDTH = 0.02  # half width of a spring or damper, over the size of the picture
+ARROW, HEAD = 0.14, 0.035  # length of an arrow and of its head, over the size of the picture
+CIRCLE_POINTS = 73  # number of points of a circle
+ARC_POINTS = 37  # number of points of the arc of a belt on a wheel
+OVERHANG = 0.06  # length of a guide beyond the travel, over the size of the picture
 
 
 def symbols(sol: Solution, instants: np.ndarray, size: float) -> list[Line]:
-    """Symbols of all shapes that are neither bodies nor points, at saved instants with numbers (n,).
-
-    Widths and arrows are drawn by the size of the picture [m].
-    """
+    """Symbols of all other shapes than bodies and points, at instants (n,), by the size of the picture [m]."""
     found = []
     for shape in sol.shapes:
         if isinstance(shape, LineShape):

@@ -45,10 +45,9 @@ if TYPE_CHECKING:
 # Long names, units and global attributes by the CF conventions (https://cfconventions.org, CF-1.11)
 
 CONVENTIONS = "CF-1.11"
-WRITERS = ("numpy", "h5py")
-"""Packages whose versions a file tells, beside flexmb and Python."""
+WRITERS = ("numpy", "h5py")  # packages whose versions a file tells, beside flexmb and Python
 
-MEANINGS = {
+MEANINGS = {  # long names of signals whose own names are letters; docs/conventions.md defines them
     "x": "coordinate x",
     "y": "coordinate y",
     "theta": "rotation",
@@ -68,9 +67,8 @@ MEANINGS = {
     "dy": "deflection along y",
     "mode": "state of the contact",
 }
-"""Long names of signals whose own names are letters; docs/conventions.md defines them."""
 
-ENERGIES = {
+ENERGIES = {  # long names of the signals of the part `energy`
     "kinetic": "kinetic energy",
     "strain": "strain energy",
     "gravity": "potential energy of gravity",
@@ -83,7 +81,6 @@ ENERGIES = {
     "residual": "error of the balance of energies",
     "turned_over": "energy turned over",
 }
-"""Long names of the signals of the part `energy`."""
 
 
 def long_name(signal: str) -> str:
@@ -107,10 +104,7 @@ def flag_meanings(names: tuple[str, ...]) -> str:
 
 
 def global_attributes(model: Mapping[str, Any]) -> dict[str, str]:
-    """Conventions, title, source, history and versions of a file that is written now.
-
-    `model` has the name of the mechanism, the version of flexmb of the run, and the arguments of `flexmb run`.
-    """
+    """Conventions, title, source, history and versions of a new file, by the mechanism and command of `model`."""
     now = datetime.now(UTC).isoformat(timespec="seconds")
     command = model.get("command")
     typed = shlex.join(["flexmb", *map(str, command)]) if isinstance(command, list) else "flexmb.Solution.to_netcdf"
@@ -127,20 +121,14 @@ def global_attributes(model: Mapping[str, Any]) -> dict[str, str]:
 
 # Variables and attributes of a netCDF file in memory
 
-LARGEST_GROWTH = 50
-"""Size of the data of a file over the size of the file, at most; flexmb does not compress."""
+LARGEST_GROWTH = 50  # size of the data of a file over the size of the file, at most; flexmb does not compress
 
 NO_VARIABLE = b"This is a netCDF dimension but not a netCDF variable"
 """First words of the attribute NAME of a dimension without values, by the netCDF-4 format."""
 
 
 class NetcdfContent:
-    """Variables and attributes of an open HDF5 file whose bytes, `size` of them, are in memory.
-
-    Raises
-    ------
-    ValueError : variables that would fill the memory, though the file is small; data in other files.
-    """
+    """Content of an open HDF5 file of `size` bytes in memory; `ValueError` for values that would fill the memory."""
 
     def __init__(self, file: Any, size: int) -> None:
         refuse_other_files(file, datasets=False)
@@ -193,8 +181,7 @@ class NetcdfContent:
 
 # A solution as a netCDF file
 
-FORMAT = 3
-"""Version of the layout; files of former versions are read, newer ones are refused."""
+FORMAT = 3  # version of the layout; files of former versions are read, newer ones are refused
 
 VERSION = "flexmb_format"
 RECORD = "flexmb_record"  # a variable, since an attribute of HDF5 holds at most 64 KiB
@@ -321,10 +308,7 @@ def _episodes(sol: Solution) -> xr.Dataset:
 
 
 def _columns(file: NetcdfContent, names: tuple[str, ...], n: int, tables: list[str]) -> tuple[np.ndarray, Peaks]:
-    """Signals and peaks of a file of a former version.
-
-    A table such as "plate.node.vx" holds the signals "plate.node12.vx" over time and the nodes "plate.node".
-    """
+    """Signals and peaks of a former version, where a table "plate.node.vx" held the signals "plate.node12.vx"."""
     found: dict[str, tuple[np.ndarray, float, float]] = {}
     for table in tables:
         nodes, _, quantity = table.rpartition(".")

@@ -19,16 +19,7 @@ from flexmb.model.shape import BeamShape, MeshShape, PointShape
 from flexmb.parts.bodies.flexible import number_of
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
-from flexmb.results.drawing import (
-    carried,
-    few_shapes,
-    nearest_to_each,
-    poses,
-    seen_from,
-    surface,
-    turned_by,
-    whole_turns,
-)
+from flexmb.results import drawing
 from flexmb.results.solution import SAVED_KEY, Peaks, Solution
 from flexmb.results.stress import Places, Wanted, at_places, chosen_places, moved_mechanism
 
@@ -50,10 +41,12 @@ def positions(
     part = moved_mechanism(sol, body, mechanism).find(body)
     if not isinstance(part, ElasticBody):
         raise InputError(f"{part.label} is no flexible body; its signals {body}.x, .y, .theta tell where it is.")
-    instants = np.arange(len(sol.time)) if times is None else nearest_to_each(sol, np.asarray(times, dtype=float))
+    instants = (
+        np.arange(len(sol.time)) if times is None else drawing.nearest_to_each(sol, np.asarray(times, dtype=float))
+    )
     if part.theory == "beams":
         known = {node.name: number_of(node.name) for node in part.nodes()}
-        moved = poses(sol, part.name, known, instants)[..., :2]
+        moved = drawing.poses(sol, part.name, known, instants)[..., :2]
         known |= {alias: known[name] for alias, name in part.aliases.items()}
     else:
         known = {}
@@ -61,7 +54,7 @@ def positions(
         if shape is None:
             pins = ", ".join(node.name for node in part.nodes())
             raise InputError(f"{part.label} has no drawn points, only its nodes: {pins}.")
-        moved = surface(sol, shape, instants).points
+        moved = drawing.surface(sol, shape, instants).points
     places = Places(np.arange(moved.shape[1]), part.reference_points(), known, {})
     chosen = places.nodes if points is None else chosen_places(part.label, places, points)
     own = {"node": (places.nodes, ""), "x0": (places.points[:, 0], "m"), "y0": (places.points[:, 1], "m")}
@@ -170,8 +163,7 @@ def motions(q: np.ndarray, chosen: np.ndarray) -> np.ndarray:
 
 # Solutions at other instants than the saved ones, and with a magnified deformation, for pictures and films
 
-COORDINATES = (".x", ".y", ".theta")
-"""Endings of the names of coordinates."""
+COORDINATES = (".x", ".y", ".theta")  # endings of the names of coordinates
 
 
 def at_times(sol: Solution, times: np.ndarray) -> Solution:
@@ -224,42 +216,33 @@ class FlexibleMotion:
 
     Through its clamped end, if it has no other joint; through all its nodes, if it has none; with one joint that lets
     it turn, it turns with all of them.
-
-    Parameters
-    ----------
-    nodes : (m) their names.
-    reference : (m, 3) x, y, theta of the nodes of the unstressed body in a frame of its own [m, rad].
-    poses : (n, m, 3) those of the body.
-    motion : (n, 3) x, y, theta of this frame [m, rad].
-    middle : (2,) middle of the joints in the frame [m].
-    stretch : (n,) by which the unstressed body must grow about the middle to reach its joints [1].
     """
 
     part: str
-    nodes: tuple[str, ...]
-    reference: np.ndarray
-    poses: np.ndarray
-    motion: np.ndarray
-    middle: np.ndarray
-    stretch: np.ndarray
+    nodes: tuple[str, ...]  # (m) their names
+    reference: np.ndarray  # (m, 3) x, y, theta of the nodes of the unstressed body in a frame of its own [m, rad]
+    poses: np.ndarray  # (n, m, 3) those of the body
+    motion: np.ndarray  # (n, 3) x, y, theta of this frame [m, rad]
+    middle: np.ndarray  # (2,) middle of the joints in the frame [m]
+    stretch: np.ndarray  # (n,) by which the unstressed body must grow about the middle to reach its joints [1]
 
     @cached_property
     def displacements(self) -> np.ndarray:
         """(n, m, 3) poses of the nodes in the frame, less the reference [m, rad]."""
         turned = self.poses[..., 2] - self.motion[:, 2, None] - self.reference[:, 2]
         moved = self.seen(self.poses[..., :2]) - self.reference[:, :2]
-        return np.concatenate([moved, (turned - whole_turns(turned))[..., None]], axis=-1)
+        return np.concatenate([moved, (turned - drawing.whole_turns(turned))[..., None]], axis=-1)
 
     def seen(self, points: np.ndarray) -> np.ndarray:
         """Places (n, k, 2) [m] in the frame."""
-        return seen_from(self.motion[:, None], points)
+        return drawing.seen_from(self.motion[:, None], points)
 
     def laid(self) -> np.ndarray:
         """(n, m, 3) poses of the nodes of the unstressed body, stretched to its joints, with the turns of the body."""
         stretched = self.middle + self.stretch[:, None, None] * (self.reference[:, :2] - self.middle)
         turned = self.reference[:, 2] + self.motion[:, 2, None]
-        at = carried(self.motion[:, None], stretched)
-        return np.concatenate([at, (turned + whole_turns(self.poses[..., 2] - turned))[..., None]], axis=-1)
+        at = drawing.carried(self.motion[:, None], stretched)
+        return np.concatenate([at, (turned + drawing.whole_turns(self.poses[..., 2] - turned))[..., None]], axis=-1)
 
     def deformation(self, points: np.ndarray, reference: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Factors (n, k) of few shapes (k, j, 2) whose sums are the displacements of points (n, j, 2) [m] in the frame.
@@ -268,7 +251,7 @@ class FlexibleMotion:
         """
         moved = (self.seen(points) - reference).reshape(len(points), -1)
         error = max(SEEN * np.abs(moved).max(initial=0.0), ROUND_OFF * np.ptp(reference, axis=0).max(initial=0.0))
-        factors, shapes = few_shapes(moved, float(error))
+        factors, shapes = drawing.few_shapes(moved, float(error))
         return factors, shapes.reshape(len(shapes), -1, 2)
 
 
@@ -285,7 +268,7 @@ def flexible_motions(sol: Solution, instants: np.ndarray) -> list[FlexibleMotion
     found = []
     for part, (shape, mesh) in bodies.items():
         nodes = tuple(shape) if mesh is None else mesh.nodes
-        now = poses(sol, part, nodes, instants)
+        now = drawing.poses(sol, part, nodes, instants)
         reference = np.array(list(shape.values())) if shape else now[0]  # files of before have none of meshes
         turning = list(range(len(nodes))) if mesh is None else turning_nodes(mesh)
         fit = _rigid_fit(reference, now, body_joints(sol, part, nodes), turning)
@@ -317,10 +300,7 @@ def turning_nodes(mesh: MeshShape) -> list[int]:
 
 
 def unstressed(beams: Sequence[BeamShape]) -> dict[str, tuple[float, float, float]]:
-    """Poses x, y, theta of the nodes of an unstressed body by name, in the frame of its first node.
-
-    The elements of the body are connected with one another.
-    """
+    """Poses x, y, theta of the nodes of an unstressed, connected body by name, in the frame of its first node."""
     found, left = {beams[0].start: (0.0, 0.0, 0.0)}, list(beams)
     while left:
         near = next((beam for beam in left if beam.start in found or beam.end in found), None)
@@ -367,8 +347,8 @@ def _rigid_fit(
         angle = now[:, seen[0], 2] - shape[seen[0], 2]
     else:
         around = shape[seen, :2] - middle
-        along, across = turned_by(around, now[:, seen, :2] - centre[:, None])
+        along, across = drawing.turned_by(around, now[:, seen, :2] - centre[:, None])
         angle = np.unwrap(np.arctan2(across, along))
         if len(held) > 1 and joints:
             stretch = np.hypot(across, along) / float(np.sum(around**2))
-    return np.column_stack([carried(np.column_stack([centre, angle]), -middle), angle]), middle, stretch
+    return np.column_stack([drawing.carried(np.column_stack([centre, angle]), -middle), angle]), middle, stretch

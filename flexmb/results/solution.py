@@ -14,6 +14,8 @@ from flexmb import display
 from flexmb.display import counted, cut, listed, number_text
 from flexmb.errors import InputError, SolveError, UnknownNameError
 from flexmb.findings.finding import Finding, sentences
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import Part
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.model.signal import Signals, hint, resolved
 from flexmb.results.contact_intervals import ContactLog, Episodes, impacts, select
@@ -22,8 +24,6 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-    from flexmb.model.mechanism import Mechanism
-    from flexmb.model.part import Part
     from flexmb.results.stress import Fatigue, WoehlerLine
 
 # Statistics of a run: steps, iterations, time
@@ -105,16 +105,10 @@ class Peak(_Peak):
 
 
 class Peaks(NamedTuple):
-    """Largest absolute values of all signals over all accepted steps.
+    """Largest absolute values of all signals over all accepted steps."""
 
-    Parameters
-    ----------
-    values : (n_s,) largest absolute values, each in the unit of its signal.
-    times : (n_s,) when they were reached [s].
-    """
-
-    values: np.ndarray
-    times: np.ndarray
+    values: np.ndarray  # (n_s,) largest absolute values, each in the unit of its signal
+    times: np.ndarray  # (n_s,) when they were reached [s]
 
 
 # Facts of a run: one list for the command line, notebooks and pages
@@ -174,17 +168,10 @@ def contact_facts(sol: Solution, name: str) -> list[Fact]:
 MAIN_ENDINGS = ("torque", "normal_force", "deflection", "von_mises")
 """Endings of the main signals: of drives, of contacts, of flexible links, of all bodies that deform."""
 
-OTHER_ENDINGS = ("force", "ax", "ay", "alpha")
-"""Endings of the signals that stand for the main ones where there are none."""
-
-MOST_OF_A_KIND = 6
-"""Largest number of main signals with one ending."""
-
-ROUND_OFF = 1e-10
-"""Peak over the largest one of its unit, up to which it is round-off."""
-
-IN_TEXT, IN_TABLE = 3, 16
-"""Number of peaks at most in a text and in a table."""
+OTHER_ENDINGS = ("force", "ax", "ay", "alpha")  # endings of the signals that stand for the main ones if there are none
+MOST_OF_A_KIND = 6  # largest number of main signals with one ending
+ROUND_OFF = 1e-10  # peak over the largest one of its unit, up to which it is round-off
+IN_TEXT, IN_TABLE = 3, 16  # number of peaks at most in a text and in a table
 
 
 def largest_signals(sol: Solution) -> list[str]:
@@ -241,8 +228,7 @@ def _by_part(sol: Solution) -> dict[str, list[str]]:
 
 # The record of a run: named signals over time, status, statistics, final state
 
-SAVED_KEY = "signals"
-"""Key of `Solution.model` for the chosen signals, where not all were saved."""
+SAVED_KEY = "signals"  # key of `Solution.model` for the chosen signals, where not all were saved
 
 
 def matching(names: Sequence[str], pattern: str) -> list[str]:
@@ -616,10 +602,7 @@ def require_rows(label: str, sol: Solution, *, drawn: bool = True) -> None:
 
 
 def _frozen(name: str, values: Any, shape: tuple[int | None, ...]) -> Any:
-    """`values` as a read-only float array of that shape (None: any length).
-
-    An array that is read-only already is taken as it is: copying what a run saved would take as long as saving it.
-    """
+    """`values` as a read-only float array of a shape (None: any length), itself if it is one: copies take long."""
     array: Any = values if _is_fixed(values) else np.array(values, dtype=np.float64, order="C")
     fits = array.ndim == len(shape) and all(want in (None, n) for n, want in zip(array.shape, shape, strict=True))
     if not fits:

@@ -1,23 +1,11 @@
 """Status of a run, remarks on it, and its main signals."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
 from flexmb.display import quoted
-from flexmb.engine.energy import (
-    ALGORITHM,
-    ALGORITHM_LIMIT,
-    CONTACT,
-    CONTACT_LIMIT,
-    KINETIC,
-    LEAST_CONTACT_FRACTION,
-    RESIDUAL,
-    energy_scale,
-    energy_supplied,
-)
+from flexmb.engine import energy
 from flexmb.engine.state import record as ends
 from flexmb.engine.state.flow import EnergyBalance, Flow
 from flexmb.engine.state.record import RunRecord
@@ -31,12 +19,9 @@ from flexmb.results.solution import Solution, largest_signals
 
 # Main signals of a run: acceleration of the output body, and the signals with the largest peaks
 
-MOST = 16
-"""Largest number of main signals."""
-PANELS = 6
-"""Largest number of panels of the picture."""
-GUIDES = ("Prismatic", "PrismaticClearance")
-"""Classes of joints whose second body is a slider."""
+MOST = 16  # largest number of main signals
+PANELS = 6  # largest number of panels of the picture
+GUIDES = ("Prismatic", "PrismaticClearance")  # classes of joints whose second body is a slider
 
 
 def followed(mechanism: Mechanism) -> tuple[Body | None, Any]:
@@ -48,10 +33,7 @@ def followed(mechanism: Mechanism) -> tuple[Body | None, Any]:
 
 
 def main_signals(sol: Solution) -> list[str]:
-    """Names of the main signals: acceleration of the output body, and the signals with the largest peaks.
-
-    A solution without a description of its mechanism has no output body.
-    """
+    """Names of the main signals: acceleration of the output body, if it is known, and the largest peaks."""
     names = [name for name in _rates(sol.described().get("parts", [])) if name in sol]
     return list(dict.fromkeys([*names, *largest_signals(sol)]))[:MOST]
 
@@ -106,8 +88,7 @@ SENTENCES = {
     ),
 }
 
-WARNING_FRACTION = 0.2
-"""Fraction of the limits of the balance of energies, above which the status of a good run has a warning."""
+WARNING_FRACTION = 0.2  # part of the limits of the balance of energies, above which a good run has a warning
 
 
 def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: RunRecord) -> str:
@@ -179,31 +160,35 @@ def held_rows_sentence(program: Program, trial: Trial, record: RunRecord) -> str
 def energy_texts(ledger: np.ndarray, balance: EnergyBalance) -> dict[str, str]:
     """Energies as texts for the status [J]."""
     return {
-        "missing": f"{ledger[RESIDUAL]:.3g} J",
-        "taken": f"{abs(ledger[ALGORITHM]):.3g} J",
+        "missing": f"{ledger[energy.RESIDUAL]:.3g} J",
+        "taken": f"{abs(ledger[energy.ALGORITHM]):.3g} J",
         "in_contacts": f"{abs(balance.lost_in_contacts):.3g} J",
         "through": f"{balance.through_contacts:.3g} J",
-        "kinetic": f"{ledger[KINETIC]:.3g} J",
-        "scale": f"{energy_scale(ledger, balance):.3g} J",
-        "put_in": f"{energy_supplied(ledger, balance):.3g} J",
+        "kinetic": f"{ledger[energy.KINETIC]:.3g} J",
+        "scale": f"{energy.energy_scale(ledger, balance):.3g} J",
+        "put_in": f"{energy.energy_supplied(ledger, balance):.3g} J",
     }
 
 
 def balance_warnings(ledger: np.ndarray, balance: EnergyBalance) -> str:
     """Warning of a poor balance of energies; "" for a good one."""
-    scale, found = energy_scale(ledger, balance), ""
-    through, named = balance.through_contacts + LEAST_CONTACT_FRACTION * scale, energy_texts(ledger, balance)
-    if abs(ledger[RESIDUAL]) > WARNING_FRACTION * balance.residual_limit * min(scale, energy_supplied(ledger, balance)):
+    scale, found = energy.energy_scale(ledger, balance), ""
+    through, named = balance.through_contacts + energy.LEAST_CONTACT_FRACTION * scale, energy_texts(ledger, balance)
+    if abs(ledger[energy.RESIDUAL]) > WARNING_FRACTION * balance.residual_limit * min(
+        scale, energy.energy_supplied(ledger, balance)
+    ):
         found += " But the energies miss {missing}, where {put_in} were put in and {scale} turned over: {remedy}."
-    if abs(ledger[ALGORITHM]) > WARNING_FRACTION * ALGORITHM_LIMIT * scale:
+    if abs(ledger[energy.ALGORITHM]) > WARNING_FRACTION * energy.ALGORITHM_LIMIT * scale:
         found += " But the steps {verb} {taken} of {scale} turned over or in motion: {remedy}."
-    elif abs(ledger[ALGORITHM]) > ALGORITHM_LIMIT * energy_supplied(ledger, balance):
+    elif abs(ledger[energy.ALGORITHM]) > energy.ALGORITHM_LIMIT * energy.energy_supplied(ledger, balance):
         found += " But the steps {verb} {taken} where {put_in} were put in: {remedy}."
-    elif abs(balance.lost_in_contacts) > WARNING_FRACTION * CONTACT_LIMIT * through:
+    elif abs(balance.lost_in_contacts) > WARNING_FRACTION * energy.CONTACT_LIMIT * through:
         found += " But the steps {in_verb} {in_contacts} of {through} that went through contacts: {remedy}."
-    if ledger[CONTACT] < -WARNING_FRACTION * CONTACT_LIMIT * through:
-        found += f" But the laws of contact made {-ledger[CONTACT]:.3g} J of {{through}} that went through contacts."
-    verbs = ["took" if x > 0.0 else "made" for x in (ledger[ALGORITHM], balance.lost_in_contacts)]
+    if ledger[energy.CONTACT] < -WARNING_FRACTION * energy.CONTACT_LIMIT * through:
+        found += (
+            f" But the laws of contact made {-ledger[energy.CONTACT]:.3g} J of {{through}} that went through contacts."
+        )
+    verbs = ["took" if x > 0.0 else "made" for x in (ledger[energy.ALGORITHM], balance.lost_in_contacts)]
     return found.format(**named, verb=verbs[0], in_verb=verbs[1], remedy="try smaller ones to see what changes")
 
 

@@ -19,6 +19,7 @@ from flexmb.elastic.reduced.accuracy import deformed, shortened
 from flexmb.errors import InputError
 from flexmb.fields import Input, field, not_negative, positive, record
 from flexmb.model.elastic_body import ElasticBody
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.shape import BeamShape, MeshShape
 from flexmb.parts.bodies.flexible import number_of, section_factors
 from flexmb.results.drawing import nearest_to_each, pose, poses, surface, turned, turned_by
@@ -26,7 +27,6 @@ from flexmb.results.drawing import nearest_to_each, pose, poses, surface, turned
 if TYPE_CHECKING:
     import xarray as xr
 
-    from flexmb.model.mechanism import Mechanism
     from flexmb.results.solution import Solution
 
 # Places of the nodes at which stresses of a body are known
@@ -46,10 +46,9 @@ def place_of_stress(sol: Solution, part: str, node: int) -> tuple[float, float] 
 
 Wanted = Sequence[tuple[float, float] | int | str]
 
-ENDS = np.array([0.0, 1.0])
-"""Both ends of an element."""
+ENDS = np.array([0.0, 1.0])  # both ends of an element
 
-MEANINGS = {
+MEANINGS = {  # names and meanings of the stresses
     "sx": "normal stress along x of the body",
     "sy": "normal stress along y of the body",
     "txy": "shear stress in the axes of the body",
@@ -60,24 +59,15 @@ MEANINGS = {
     "signed": "normal stress that is largest by its absolute value",
     "von_mises": "von Mises stress",
 }
-"""Names and meanings of the stresses."""
 
 
 class Places(NamedTuple):
-    """Places of known stresses.
+    """Places of known stresses."""
 
-    Parameters
-    ----------
-    nodes : (m,) numbers of the nodes.
-    points : (m, 2) their places in the reference configuration [m].
-    names : numbers of the nodes by the names of nodes.
-    more : further coordinates (m,), with their units.
-    """
-
-    nodes: np.ndarray
-    points: np.ndarray
-    names: Mapping[str, int]
-    more: Mapping[str, tuple[np.ndarray, str]]
+    nodes: np.ndarray  # (m,) numbers of the nodes
+    points: np.ndarray  # (m, 2) their places in the reference configuration [m]
+    names: Mapping[str, int]  # numbers of the nodes by the names of nodes
+    more: Mapping[str, tuple[np.ndarray, str]]  # further coordinates (m,), with their units
 
 
 def stress(
@@ -218,8 +208,7 @@ def at_places(
 
 # Fatigue: cycles of a stress by rainflow counting, and their damage by a Woehler line
 
-CAPTURED = 0.98
-"""Largest saved stress over the largest of all accepted steps, below which cycles are said to be missed."""
+CAPTURED = 0.98  # largest saved stress over the largest of all accepted steps, below which cycles are said to be missed
 
 
 @record

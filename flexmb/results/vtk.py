@@ -38,38 +38,25 @@ UNITS = {
     "stress_xy": "Pa",
     "von_mises": "Pa",
 }
-TRACES = "traces.vtu"
-"""File of the paths of markers, beside the frames."""
-
-CELLS = {"tri3": "triangle", "tri6": "triangle6", "quad4": "quad", "quad9": "quad9"}
-"""Kinds of cells of meshes as meshio names them."""
+TRACES = "traces.vtu"  # file of the paths of markers, beside the frames
+CELLS = {"tri3": "triangle", "tri6": "triangle6", "quad4": "quad", "quad9": "quad9"}  # kinds of cells, as in meshio
 
 KINDS = ("rigid", "beam", "joint", "revolute", "prismatic", "fixed", "clearance", "journal", "mesh")
 """Kinds of cells by number; kinds that a user's own parts bring follow after these."""
 
 
-STRESSES = ("stress_x", "stress_y", "stress_xy")
-"""Stresses of meshes in world axes."""
+STRESSES = ("stress_x", "stress_y", "stress_xy")  # stresses of meshes in world axes
 
 
 class Piece(NamedTuple):
-    """A drawn thing at n instants.
+    """A drawn thing at n instants."""
 
-    Parameters
-    ----------
-    points : (n, m, 2) its points [m].
-    cell : kind of its cells as meshio names it.
-    cells : (k, j) numbers of the points of each cell.
-    part, kind : names of its part and of its own kind.
-    data : (n, m) fields at its points, by name.
-    """
-
-    points: np.ndarray
-    cell: str
-    cells: np.ndarray
-    part: str
-    kind: str
-    data: Mapping[str, np.ndarray]
+    points: np.ndarray  # (n, m, 2) its points [m]
+    cell: str  # kind of its cells as meshio names it
+    cells: np.ndarray  # (k, j) numbers of the points of each cell
+    part: str  # name of its part
+    kind: str  # and of its own kind
+    data: Mapping[str, np.ndarray]  # (n, m) fields at its points, by name
 
 
 @arguments.checked

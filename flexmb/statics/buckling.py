@@ -31,19 +31,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import ArpackNoConvergence
 
 from flexmb import arguments, checks, display
-from flexmb.elastic.beams.corotational import (
-    AXIAL,
-    B11,
-    B12,
-    B22,
-    BOW11,
-    BOW12,
-    BOW22,
-    LENGTH,
-    OFFSET1,
-    OFFSET2,
-    PARAMETERS,
-)
+from flexmb.elastic.beams import corotational
 from flexmb.elastic.reduced.bases import frame_weights
 from flexmb.elastic.reduced.reduced import Reduced
 from flexmb.elastic.reduced.superelement import Superelement
@@ -58,27 +46,18 @@ from flexmb.model.part import Body, Part, refuse_controllers
 from flexmb.parts.bodies.flexible_body import FlexibleBody
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
+from flexmb.statics import equilibrium
 from flexmb.statics.eigen import DENSE_COORDINATES, is_stable, largest_of, largest_of_pencil, moves_most, null_space
-from flexmb.statics.equilibrium import (
-    at_rest,
-    carries,
-    contact_stiffness,
-    left_out_text,
-    open_contacts,
-    refuse_free_motion,
-)
 from flexmb.statics.steady_rotation import Spin
 
 # Geometric stiffness along a motion: the slope of the stiffness, less that by turning and bowing of elements
 
-FLAT = 1e-9
-"""Determinant of the second moments of points over the square of their trace, up to which they lie on a line."""
+FLAT = 1e-9  # determinant of the second moments of points over their trace squared, up to which they lie on a line
 
-ENDS = ((2, OFFSET1), (5, OFFSET2))
+ENDS = ((2, corotational.OFFSET1), (5, corotational.OFFSET2))
 """Places of the rotations of a beam element among its coordinates, and of their offsets among its parameters."""
 
-PATH_STRIDE = 1e-3
-"""Difference along the prestress path between two evaluations of K, relative to the size of the mechanism."""
+PATH_STRIDE = 1e-3  # difference along the prestress path between two evaluations of K, over the mechanism's size
 
 
 def geometric_stiffness(
@@ -89,7 +68,9 @@ def geometric_stiffness(
     `q` (n_q,) and `lam` (n_c,) belong to s = 0, `path` (n_q + n_c,) are rates of coordinates and multipliers.  A
     contact that carries at s = 0 adds the stiffness of its growing force alone.
     """
-    by_contacts = contact_stiffness(system.at(q, lam=lam, weights=(1.0, 0.0, 0.0)), path[: system.program.n_q])
+    by_contacts = equilibrium.contact_stiffness(
+        system.at(q, lam=lam, weights=(1.0, 0.0, 0.0)), path[: system.program.n_q]
+    )
     if len(system.program.names.contacts):
         system = StateEvaluation(compile_mechanism(mechanism, closed=True))
     program = system.program
@@ -148,7 +129,11 @@ def _bowed(mechanism: Mechanism, program: Program, q: np.ndarray, u: np.ndarray)
     """
     E = program.tables.elements
     beams = {body.name for body in mechanism.bodies if isinstance(body, FlexibleBody)}
-    own = [e for e, part in enumerate(program.names.elements) if part in beams and np.diff(E.p[e]) == PARAMETERS]
+    own = [
+        e
+        for e, part in enumerate(program.names.elements)
+        if part in beams and np.diff(E.p[e]) == corotational.PARAMETERS
+    ]
     if not own:
         return sp.csc_matrix((program.n_q, program.n_q))
     p = np.array([program.tables.p[slice(*E.p[e])] for e in own]).T
@@ -163,14 +148,16 @@ def _bowed(mechanism: Mechanism, program: Program, q: np.ndarray, u: np.ndarray)
     bent = [np.remainder(place[:, k] - alpha + p[offset] + np.pi, 2.0 * np.pi) - np.pi for k, offset in ENDS]
 
     def by_bowing(x1: np.ndarray, x2: np.ndarray) -> np.ndarray:
-        g1 = p[LENGTH] / 30.0 * (2.0 * p[BOW11] * x1 - p[BOW12] * x2)
-        g2 = p[LENGTH] / 30.0 * (2.0 * p[BOW22] * x2 - p[BOW12] * x1)
+        g1 = p[corotational.LENGTH] / 30.0 * (2.0 * p[corotational.BOW11] * x1 - p[corotational.BOW12] * x2)
+        g2 = p[corotational.LENGTH] / 30.0 * (2.0 * p[corotational.BOW22] * x2 - p[corotational.BOW12] * x1)
         return np.asarray(g1[:, None] * first + g2[:, None] * second)
 
     shorter = ((along * moved).sum(axis=1) / length)[:, None] * turn
-    moments = (p[B11] + p[B12])[:, None] * first + (p[B12] + p[B22])[:, None] * second
+    moments = (p[corotational.B11] + p[corotational.B12])[:, None] * first + (
+        p[corotational.B12] + p[corotational.B22]
+    )[:, None] * second
     along = along + by_bowing(*bent)
-    slope = p[AXIAL][:, None] * by_bowing((first * moved).sum(axis=1), (second * moved).sum(axis=1))
+    slope = p[corotational.AXIAL][:, None] * by_bowing((first * moved).sum(axis=1), (second * moved).sum(axis=1))
     blocks = slope[:, :, None] * along[:, None, :] + shorter[:, :, None] * moments[:, None, :]
     blocks += blocks.transpose(0, 2, 1)
     rows, columns = np.repeat(dofs, 6, axis=1), np.tile(dofs, (1, 6))
@@ -218,23 +205,12 @@ def _deformations(element: Superelement, q: np.ndarray) -> np.ndarray:
 
 # Whether a linear load factor can be trusted: the first one, found again from the equilibrium under half of it
 
-TRUSTED = 0.1
-"""Difference of a load factor from that of the equilibrium under half of it, over the factor, up to which it counts."""
-
-SMALL_MOVEMENT = 0.1
-"""Movement under half of a load factor, relative to the size of the mechanism (or rad), up to which it counts."""
-
-LOAD_STEPS = (1, 4)
-"""Numbers of load steps with which the equilibrium is sought, until one finds it."""
-
-MOST_ITERATIONS = 15
-"""Newton iterations of a load step at most."""
-
-FOUND_STEP = 1e-9
-"""Newton step relative to the size of the mechanism, below which an equilibrium is found."""
-
-LONGEST_STEP = 0.5
-"""Newton step relative to the size of the mechanism (or rad), to which longer ones are cut."""
+TRUSTED = 0.1  # difference of a load factor from that under half of it, over the factor, up to which it counts
+SMALL_MOVEMENT = 0.1  # movement under half of a load factor, over the size (or rad), up to which it counts
+LOAD_STEPS = (1, 4)  # numbers of load steps with which the equilibrium is sought, until one finds it
+MOST_ITERATIONS = 15  # Newton iterations of a load step at most
+FOUND_STEP = 1e-9  # Newton step relative to the size of the mechanism, below which an equilibrium is found
+LONGEST_STEP = 0.5  # Newton step relative to the size of the mechanism (or rad), to which longer ones are cut
 
 
 @dataclass(frozen=True, eq=False)
@@ -330,17 +306,10 @@ def doubts(factor: float, from_half: float, moved: float) -> tuple[Finding, ...]
 
 # Linear buckling: the factors by which all loads must grow until a structure loses its stiffness
 
-ASYMMETRY = 1e-6
-"""Asymmetry of dK/ds over its largest entry, up to which it is that of differences."""
-
-MISSED = 1e-6
-"""Residual of an eigenvalue and its vector, relative to their product, up to which they are found."""
-
-REMEDY = "Give them pretension if they are to count."
-"""Sentence on contacts that are left out."""
-
-EIGENVALUE_ROUND_OFF = 1e-9
-"""Eigenvalue 1/s relative to the largest, below which it is round-off."""
+ASYMMETRY = 1e-6  # asymmetry of dK/ds over its largest entry, up to which it is that of differences
+MISSED = 1e-6  # residual of an eigenvalue and its vector, relative to their product, up to which they are found
+REMEDY = "Give them pretension if they are to count."  # sentence on contacts that are left out
+EIGENVALUE_ROUND_OFF = 1e-9  # eigenvalue 1/s relative to the largest, below which it is round-off
 
 
 @dataclass(frozen=True)
@@ -407,7 +376,7 @@ class Buckling:
         return "\n".join([*rows, *self._remarks()])
 
     def _remarks(self) -> tuple[str, ...]:
-        return (*self.notes, *([left_out_text(self.left_out, REMEDY)] if self.left_out else []))
+        return (*self.notes, *([equilibrium.left_out_text(self.left_out, REMEDY)] if self.left_out else []))
 
 
 @arguments.checked
@@ -460,7 +429,7 @@ def buckling(mechanism: Mechanism, count: int = 4) -> Buckling:
     q, lam = _without_loads(bare, program, system)
     force, K_load = _loads(system, StateEvaluation(loaded), q)
     K, G = system.at(q, lam=lam, weights=(1.0, 0.0, 0.0)).block(), system.jacobian
-    left_out = open_contacts(system)
+    left_out = equilibrium.open_contacts(system)
     path = system.solve(np.append(-force, np.zeros(program.n_c)), f"buckling of {program.name!r}")
     K_path = (geometric_stiffness(bare, system, q, lam, path) + K_load).tocsc()
     solve = _dense if program.n_q <= DENSE_COORDINATES else _sparse
@@ -483,16 +452,13 @@ def _loads(system: StateEvaluation, loaded: StateEvaluation, q: np.ndarray) -> t
 
 
 def _without_loads(bare: Mechanism, program: Program, system: StateEvaluation) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates (n_q,), multipliers (n_c,) without loads: the reference configuration, or where contacts carry.
-
-    A structure that forces or open joints would move from its reference configuration is refused.
-    """
+    """Coordinates (n_q,), multipliers (n_c,) without loads: as drawn, where it must rest, or as contacts carry."""
     if len(program.names.contacts):
-        q, lam, _ = at_rest(bare, program, system, 1, Spin(0.0, (0.0, 0.0)))
-        if carries(system.at(q, lam=lam)).any():
+        q, lam, _ = equilibrium.at_rest(bare, program, system, 1, Spin(0.0, (0.0, 0.0)))
+        if equilibrium.carries(system.at(q, lam=lam)).any():
             return q, lam
     q = np.array(program.reference.q)
-    refuse_free_motion(program, system, q)
+    equilibrium.refuse_free_motion(program, system, q)
     system.at(q, weights=(1.0, 0.0, 0.0))
     step = system.solve(-np.append(system.force, system.residual), f"buckling of {program.name!r}")[: program.n_q]
     step = np.abs(step) / program.sizes

@@ -1,7 +1,5 @@
 """Eigenvalue problems on the null space of the constraints, motions without resistance, and stability."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
@@ -17,24 +15,16 @@ from flexmb.statics.start.assemble import RigidMotion
 
 # Free motions: motions of the bodies without resistance, and their descriptions in words
 
-DENSE_MOTIONS = 900
-"""Number of rigid motions of bodies (three each) up to which plain matrices find the free ones."""
-
-DEPENDENT_ROW = 1e-10
-"""Pivot of a constraint row relative to the largest, below which it depends on others (poses close to 1e-12)."""
+DENSE_MOTIONS = 900  # number of rigid motions of bodies (three each) up to which plain matrices find the free ones
+DEPENDENT_ROW = 1e-10  # pivot of a constraint row over the largest, below which it depends on others (poses hold 1e-12)
 
 ROW_ROUND_OFF = 1e-14
 """Entry of a constraint row on the bodies relative to the sum of the absolute values of its terms, below which it is
 round-off."""
 
-FREE_FORCE = 1e-13
-"""Force of a free motion relative to the sum of the absolute values of its terms."""
-
-STIFFNESS_ROUND_OFF = 1e-15
-"""Round-off of an entry of the stiffness relative to the largest entry of its node."""
-
-SMALL_SHARE = 1e-8
-"""Component of a motion relative to its largest, below which it is not named."""
+FREE_FORCE = 1e-13  # force of a free motion relative to the sum of the absolute values of its terms
+STIFFNESS_ROUND_OFF = 1e-15  # round-off of an entry of the stiffness relative to the largest entry of its node
+SMALL_SHARE = 1e-8  # component of a motion relative to its largest, below which it is not named
 
 
 def null_space(G: np.ndarray, tolerance: float = DEPENDENT_ROW) -> np.ndarray:
@@ -202,23 +192,15 @@ def moves_most(names: tuple[str, ...], length: float, shape: np.ndarray) -> str:
 
 Below = Callable[[float], int | None]
 
-DENSE_COORDINATES = 1500
-"""Number of coordinates up to which a dense eigensolver computes all modes."""
-
-FEW_MODES_COORDINATES = 300
-"""Number of coordinates above which a sparse eigensolver is faster for less than a quarter of the modes."""
+DENSE_COORDINATES = 1500  # number of coordinates up to which a dense eigensolver computes all modes
+FEW_MODES_COORDINATES = 300  # number above which a sparse eigensolver is faster for under a quarter of the modes
 
 DENSE_QUADRATIC_COORDINATES = 150
 """Number of coordinates up to which a dense eigensolver is used for quadratic problems, which take 20 times longer."""
 
-LOOKED_FOR = 1e-6
-"""Accuracy of an eigenvalue that may lie below those found."""
-
-LONGEST_SEARCH = 60
-"""Number of steps of a search at most, which end after two or three."""
-
-MOST_RESTARTS = 10
-"""Restarts of Lanczos' method at an end of a spectrum that may be a cluster at 0, where nothing converges."""
+LOOKED_FOR = 1e-6  # accuracy of an eigenvalue that may lie below those found
+LONGEST_SEARCH = 60  # number of steps of a search at most, which end after two or three
+MOST_RESTARTS = 10  # restarts of Lanczos' method at an end of a spectrum that may cluster at 0: nothing converges
 
 NO_MASS = "modes: a motion without mass; give every body and node some mass and inertia."
 
@@ -511,8 +493,7 @@ def _basis(x: np.ndarray, Q: np.ndarray) -> np.ndarray:
 
 # Whether an equilibrium is stable: signs of the eigenvalues of its stiffness
 
-STIFFNESS_ASYMMETRY = 1e-9
-"""Forces without a potential: the difference of stiffnesses beyond the diagonal, over the largest."""
+STIFFNESS_ASYMMETRY = 1e-9  # no potential: difference of stiffnesses off the diagonal, over the largest
 
 
 def is_stable(program: Program, K: sp.csc_matrix, G: sp.csr_matrix) -> bool | None:

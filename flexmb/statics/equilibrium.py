@@ -78,23 +78,12 @@ def _normal_slopes(out: np.ndarray) -> np.ndarray:
 
 # Dynamic relaxation: equilibria in which loads alone resist some motions, as of pendulums
 
-MOST_STRIDES = 400
-"""Number of strides at most."""
-
-STRIDE_ITERATIONS = 12
-"""Number of Newton iterations of a stride at most."""
-
-LARGEST_STRIDE = 0.5
-"""Largest movement in a stride [rad, or relative to the size of the mechanism]."""
-
-INDEPENDENCE = 1e-14
-"""Number on the diagonal beside rows of constraints of length 1, which keeps them apart where they repeat others."""
-
-ROUND_OFF = 1e-15
-"""Force of springs without load relative to their stiffness times the size of the mechanism."""
-
-REST_STRIDE = 1e-9
-"""Movement in a stride with little viscosity at rest [rad, or relative to the size of the mechanism]."""
+MOST_STRIDES = 400  # number of strides at most
+STRIDE_ITERATIONS = 12  # number of Newton iterations of a stride at most
+LARGEST_STRIDE = 0.5  # largest movement in a stride [rad, or relative to the size of the mechanism]
+INDEPENDENCE = 1e-14  # diagonal beside rows of constraints of length 1, which keeps apart rows that repeat others
+ROUND_OFF = 1e-15  # force of springs without load relative to their stiffness times the size of the mechanism
+REST_STRIDE = 1e-9  # movement in a stride with little viscosity at rest [rad, or relative to the size of the mechanism]
 
 
 def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) -> tuple[np.ndarray, np.ndarray] | None:
@@ -133,10 +122,7 @@ def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) 
 
 
 def least_multipliers(G: sp.csr_matrix, force: np.ndarray) -> np.ndarray:
-    """Multipliers (n_c,) that leave the least of G^T lam + force.
-
-    Redundant rows share their force as their round-off has it: `INDEPENDENCE` keeps the bordered matrix regular.
-    """
+    """Multipliers (n_c,) of least G^T lam + force; `INDEPENDENCE` keeps redundant rows regular."""
     m, n = G.shape
     lengths = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel())
     scale = sp.diags_array(1.0 / np.where(lengths > 0.0, lengths, 1.0))
@@ -181,8 +167,7 @@ def _stride(
 
 # Static equilibrium: Newton with load steps
 
-MOST_ITERATIONS, MOST_OF_LONG_STEP = 40, 10
-"""Number of Newton iterations at most, and that of a load step longer than those that were asked for."""
+MOST_ITERATIONS, MOST_OF_LONG_STEP = 40, 10  # Newton iterations at most, and in a step longer than asked for
 
 STEP_ROUND_OFF = 1e-11
 
@@ -198,11 +183,8 @@ LONG_LOAD_STEP, SNAP_LOAD_STEP = 4.0, 10.0
 """Length of a load step over its length by one of the tangents, above which the step is halved, and by both of them,
 above which the smallest step is refused.  A string that is slack at first, u ~ s^(1/3), has 3."""
 
-CLOSED_GAP = 1e-9
-"""Gap of the joints relative to the size of the mechanism, below which they need no step of their own."""
-
-LEAST_JUMP = 1e-8
-"""Movement below which a load step is no jump [rad, or relative to the size of the mechanism]."""
+CLOSED_GAP = 1e-9  # gap of the joints relative to the size of the mechanism, below which they need no step of their own
+LEAST_JUMP = 1e-8  # movement below which a load step is no jump [rad, or relative to the size of the mechanism]
 
 
 @arguments.checked
@@ -494,8 +476,7 @@ def reactions(program: Program, system: StateEvaluation, lam: np.ndarray) -> dic
 
 # Whether an equilibrium belongs to a model: its coordinates, the equations of its joints, its forces
 
-OTHER_MODEL_STEP = 1e-6
-"""Newton step relative to the size of the mechanism, above which an equilibrium belongs to another model."""
+OTHER_MODEL_STEP = 1e-6  # Newton step over the mechanism's size, above which an equilibrium is of another model
 
 
 def refuse_other_names(owner: str, program: Program, at: Equilibrium) -> None:

@@ -22,21 +22,15 @@ from flexmb.statics.found import Equilibrium
 from flexmb.statics.start.assemble import close_loops
 from flexmb.statics.steady_rotation import Spin, check_spin
 
-ENERGY_ROUND_OFF = 1e-15
-"""Strain energy relative to the sum of its absolute terms, below which it is round-off of the stiffness."""
-
-ASYMMETRY_ROUND_OFF = 1e-11
-"""Asymmetry of the stiffness relative to its largest entry, above which it is more than round-off."""
-
-ASYMMETRY_OF_DIFFERENCES = 1e-7
-"""The same with controllers, whose laws and measured inputs are differenced."""
+ENERGY_ROUND_OFF = 1e-15  # strain energy over the sum of its absolute terms, below which it is round-off
+ASYMMETRY_ROUND_OFF = 1e-11  # asymmetry of the stiffness over its largest entry, above which it is no round-off
+ASYMMETRY_OF_DIFFERENCES = 1e-7  # the same with controllers, whose laws and measured inputs are differenced
 
 
 REMEDY = "Give at=fm.static_equilibrium(mechanism) of a pose in which they carry."
 """Sentence on contacts that are left out."""
 
-SHOWN_MODES = 6
-"""Number of frequencies at most in a text."""
+SHOWN_MODES = 6  # number of frequencies at most in a text
 
 
 @dataclass(frozen=True)
@@ -225,10 +219,7 @@ def _without_dead_loads(mechanism: Mechanism) -> Mechanism:
 
 
 def _program_of(mechanism: Mechanism, at: Equilibrium | None) -> Program:
-    """Program about the reference configuration without loads and contacts, or about an equilibrium with both.
-
-    An equilibrium is that of the mechanism as it is, or of the one with ideal joints.
-    """
+    """Program about the reference configuration, bare, or about an equilibrium, also of ideal joints, with loads."""
     if at is None:
         return compile_mechanism(_without_dead_loads(mechanism), closed=True, controlled=True)
     program = compile_mechanism(mechanism)

@@ -8,8 +8,6 @@ angles alone.  With the tangents K, C, M of r(q, v, a) the motion in the turning
 Equation (8.6) of docs/theory/equilibrium.md.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,8 +20,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND
 from flexmb.program.program import Program
 
-SPEED_TOLERANCE = 1e-9
-"""Drives may turn at the speed of the frame or stand still, to this part of it."""
+SPEED_TOLERANCE = 1e-9  # drives may turn at the speed of the frame or stand still, to this part of it
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,6 @@ follows a slower drive has less of the last, what follows a faster one less of t
 bounds the energy of the vibration.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -21,17 +19,10 @@ from flexmb.errors import SolveError
 from flexmb.program.program import COMMON_Z, Program
 from flexmb.statics.eigen import null_space, undamped
 
-NEAR = 0.05
-"""Change of the pose [rad, or relative to the size of the mechanism] up to which modes are not computed anew."""
-
-RIGID, RIGID_OF_LARGE = 1e-12, 1e-9
-"""Stiffness over mass relative to the largest, below which a motion is rigid: the rest is round-off."""
-
-ROUND_OFF = 1e-12
-"""Displacement of a vibration over the size of the mechanism, or rotation [rad], below which it is round-off."""
-
-DENSE, LOWEST = 300, 24
-"""Number of coordinates up to which all modes are found, and number of the lowest ones that are found beyond."""
+NEAR = 0.05  # change of pose [rad, or relative to the size of the mechanism] up to which modes are not computed anew
+RIGID, RIGID_OF_LARGE = 1e-12, 1e-9  # stiffness over mass relative to the largest, up to which a motion is rigid
+ROUND_OFF = 1e-12  # displacement of a vibration over the size of the mechanism, or rotation [rad], up to round-off
+DENSE, LOWEST = 300, 24  # coordinates up to which all modes are found; number of the lowest ones found beyond
 
 
 class LinearModes(NamedTuple):

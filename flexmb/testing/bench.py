@@ -18,10 +18,8 @@ from flexmb.program.numbering import Numbering
 
 # Numerical derivatives with an estimate of their error
 
-STEPS, ORDERS = 22, 5
-"""Largest numbers of step sizes and of extrapolations."""
-ROUND_OFF = float(np.finfo(float).eps)
-"""Relative round-off of a float."""
+STEPS, ORDERS = 22, 5  # largest numbers of step sizes and of extrapolations
+ROUND_OFF = float(np.finfo(float).eps)  # relative round-off of a float
 
 
 def slope(function: Callable[[float], Any], x: float, scale: float, noise: Any = 0.0) -> tuple[np.ndarray, np.ndarray]:
@@ -84,7 +82,7 @@ def gradient(function: Callable[[Any], Any], x: Any, scale: Any, noise: Any = 0.
 
 # A kernel under test, with checks of every call
 
-RESULTS = {
+RESULTS = {  # names of returned numbers by contract; other kernels write to arrays
     "energy": ("strain", "gravity", "damping"),
     "account": ("strain", "gravity", "damping"),
     "normal": ("N", "dN_dgap", "dN_drate"),
@@ -93,24 +91,15 @@ RESULTS = {
     "signal": ("value",),
     "extremum": ("value", "place"),
 }
-"""Names of returned numbers by contract; other kernels write to arrays."""
 
-SAME = 1e-11
-"""Largest difference of compiled and plain Python function, over the largest entry."""
+SAME = 1e-11  # largest difference of compiled and plain Python function, over the largest entry
 
 State = dict[str, Any]
 Values = dict[str, np.ndarray]
 
 
 class TestedKernel:
-    """A kernel with the parameters of a part.
-
-    Parameters
-    ----------
-    owner : part and class, for messages.
-    kernel, p : kernel and parameters.
-    **shapes : shapes of the output arrays by name.
-    """
+    """A kernel with the parameters p of a part; `owner` for messages, `shapes` of its output arrays by name."""
 
     def __init__(self, owner: str, kernel: Kernel, p: Sequence[float] | np.ndarray, **shapes: tuple[int, ...]) -> None:
         self.kernel, self.shapes = kernel, shapes
@@ -220,23 +209,12 @@ def at(values: Any, where: Any) -> float:
 
 # Test bench for the kernels of a part: random states, comparisons, and the report of the comparisons
 
-TOLERANCE = 1e-6
-"""Largest relative error of a derivative, over the largest entry of its row."""
-
-SMALL_ROW = 1e-4
-"""Size of a row, over the largest row, below which its errors are related to the largest row."""
-
-HIDDEN = 1e-6
-"""Change of a function over its scale, relative to the function, below which errors are related to the function."""
-
-BALANCE = 1e-12
-"""Largest imbalance of forces and moments, over the sum of their magnitudes."""
-
-TURNED = 1e-11
-"""Largest relative change of a result by a rotation and shift of the frame."""
-
-MAGNITUDES = (1e-6, 1e-3, 0.05, 0.3)
-"""Distances of the states from the reference configuration: over the size of the piece, and in rad."""
+TOLERANCE = 1e-6  # largest relative error of a derivative, over the largest entry of its row
+SMALL_ROW = 1e-4  # size of a row, over the largest row, below which its errors are related to the largest row
+HIDDEN = 1e-6  # change of a function over its scale, over the function, below which errors are over the function
+BALANCE = 1e-12  # largest imbalance of forces and moments, over the sum of their magnitudes
+TURNED = 1e-11  # largest relative change of a result by a rotation and shift of the frame
+MAGNITUDES = (1e-6, 1e-3, 0.05, 0.3)  # distances of states from the reference: over the size of the piece, in rad
 
 
 Round = TypeVar("Round")
@@ -311,10 +289,7 @@ class Bench:
         return np.array([1.0 if axis == 2 else size for _, _, axis in coordinates])
 
     def states(self, coordinates: Sequence[Coordinate], wanted: str) -> Iterator[State]:
-        """Random states of each magnitude; every second one is in motion, and some have h = 0.
-
-        `wanted` are names of the inputs, separated by blanks.
-        """
+        """Random states of each magnitude, every second in motion, some of h = 0; `wanted`: names between blanks."""
         q, scale = self.pose[self.number.dofs(coordinates)], self.scales(coordinates)
         for k in range(3 * len(MAGNITUDES)):
             inputs = {
@@ -390,10 +365,7 @@ class Bench:
         self.note(f"{tested.kernel.name}: {quantity} in balance", abs(imbalance) / size if size else 0.0)
 
     def turned(self, tested: TestedKernel, name: str, state: State, after: Any, before: Any, size: float) -> None:
-        """Compare results `after` in a rotated and shifted frame with the rotated results `before` of the old one.
-
-        The error is related to the magnitude `size`.
-        """
+        """Compare results `after` in a moved frame with rotated ones of `before`, related to the magnitude `size`."""
         error = np.abs(np.asarray(after) - before) / max(size, 1e-300)
         wrong = error > TURNED
         if np.any(wrong):

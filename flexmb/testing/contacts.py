@@ -24,12 +24,9 @@ from flexmb.places import (
 )
 from flexmb.testing.bench import Bench, State, TestedKernel
 
-STEPS = (0.0, 1e-5, 1e-3)
-"""Time steps h [s] of the states."""
-ROUNDS = 12
-"""Number of states for each time step."""
-ROUND_OFF = 1e-12
-"""Gap of the reference configuration over the size of the pair below which the surfaces touch."""
+STEPS = (0.0, 1e-5, 1e-3)  # time steps h [s] of the states
+ROUNDS = 12  # number of states for each time step
+ROUND_OFF = 1e-12  # gap of the reference configuration over the size of the pair below which the surfaces touch
 
 
 def check_contact(bench: Bench, contribution: ContactContribution) -> None:
@@ -63,10 +60,7 @@ def check_gap(bench: Bench, contribution: ContactContribution) -> float:
 def check_gap_at(
     bench: Bench, tested: TestedKernel, state: State, scale: np.ndarray, size: float, period: float = 0.0
 ) -> None:
-    """Check derivatives, contact point and frame at one state; `size` is that of the gap [m].
-
-    In another frame the gap may jump by `period` [m].
-    """
+    """Check derivatives, point and frame at a state; `size` of the gap [m], which may jump by `period` [m]."""
     out = tested.checked_call(state)["out"]
     where = "contact" if out[GAP] < 0.0 else "free flight"
     bench.note(f"{tested.kernel.name}: compiled = Python, finite, repeatable, in {where}")
@@ -119,10 +113,7 @@ def rows(out: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def check_frame(
     bench: Bench, tested: TestedKernel, state: State, out: np.ndarray, scale: np.ndarray, period: float = 0.0
 ) -> None:
-    """Check that gap, gap rate and slip do not depend on the frame, and that normal and arms turn with it.
-
-    The gap may jump by `period` [m].
-    """
+    """Check that gap, rate and slip are free of the frame, that normal and arms turn; gaps may jump by `period` [m]."""
     turn, shift = bench.rotation(float(scale.max()))
     moved = {"q": turn @ state["q"] + shift, "v": turn @ state["v"]}
     after = tested(moved)["out"]

@@ -21,10 +21,7 @@ REACTION = "action must equal reaction; a load from outside on two bodies is one
 
 
 def check_element(bench: Bench, contribution: ElementContribution, weightless: ElementContribution) -> None:
-    """Check an element: tangents, energies, balance, dependence on the frame, other kernels.
-
-    `weightless` is the same element without gravity.
-    """
+    """Check an element (`weightless`: without gravity): tangents, energies, balance, frame, other kernels."""
     n, m = len(contribution.coordinates), len(contribution.history)
     shapes = {"r": (n,), "K": (n, n), "C": (n, n), "M": (n, n), "z_new": (m,)}
     tested = TestedKernel(bench.owner, contribution.kernel, contribution.p, **shapes)
@@ -173,20 +170,14 @@ def check_frame(
 
 # Checks of controls: the law by itself, and the tangents of its loads and states in the mechanism
 
-INPUT_SIZES = (0.0, 1e-3, 1.0, 30.0)
-"""Sizes of random inputs and states of a law."""
+INPUT_SIZES = (0.0, 1e-3, 1.0, 30.0)  # sizes of random inputs and states of a law
 
 POSE_SIZES, SPEED_SIZES = (0.01, 0.3, 1.0, 2.0), (0.0, 0.1, 3.0)
 """Sizes of random displacements, over the size of the mechanism and in rad, and of velocities per second."""
 
-ROUNDS = 6
-"""Number of states of each size of displacement and velocity."""
-
-SETTLING = 5
-"""Number of iterations that bring states of a control near rest, where the control is not saturated."""
-
-SMALL = 1e-9
-"""Slopes relative to the largest one, below which they are round-off."""
+ROUNDS = 6  # number of states of each size of displacement and velocity
+SETTLING = 5  # number of iterations that bring states of a control near rest, where the control is not saturated
+SMALL = 1e-9  # slopes relative to the largest one, below which they are round-off
 
 LAW_NOISE = 4e-3
 """Derivative relative to the forces, below which round-off of the differences of a law exceeds the tolerance: the

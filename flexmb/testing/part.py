@@ -27,8 +27,7 @@ from flexmb.testing.constraints import check_constraint, check_joint_friction, c
 from flexmb.testing.contacts import check_contact
 from flexmb.testing.elements import check_control, check_control_tangents, check_element
 
-MOST_PIECES = 6
-"""Largest number of pieces of one kernel to be checked: the elements of a beam repeat each other."""
+MOST_PIECES = 6  # largest number of pieces of one kernel to be checked: the elements of a beam repeat each other
 
 
 def check_part(mechanism: Mechanism, part_name: str, *, seed: int = 0) -> Report:

@@ -1,7 +1,5 @@
 """All commands in the order of the help page, with their options; a new command is one entry here and a function."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -44,26 +42,15 @@ def add_rows(parser: Any, rows: tuple[Row, ...] | list[Row]) -> None:
 
 @dataclass(frozen=True)
 class Command:
-    """A command of `flexmb`.
+    """A command of `flexmb`."""
 
-    Parameters
-    ----------
-    name : its name; the function of the same name lies in `flexmb/cli/NAME.py`, or where `call` says.
-    help : first line of its help.
-    rows : its options, see `Row`.
-    examples : lines as they are typed, shown at the end of its help; tests parse them.
-    takes : arguments of its function.  Other values than OPTIONS: it begins with a mechanism.
-    more : sentences below its options.
-    call : module and function, where they have other names than the command.
-    """
-
-    name: str
-    help: str
-    rows: tuple[Row, ...]
-    examples: tuple[str, ...]
-    takes: str = OPTIONS
-    more: str = ""
-    call: str = ""
+    name: str  # its name; the function of the same name lies in `flexmb/cli/NAME.py`, or where `call` says
+    help: str  # first line of its help
+    rows: tuple[Row, ...]  # its options, see `Row`
+    examples: tuple[str, ...]  # lines as they are typed, shown at the end of its help; tests parse them
+    takes: str = OPTIONS  # arguments of its function.  Other values than OPTIONS: it begins with a mechanism
+    more: str = ""  # sentences below its options
+    call: str = ""  # module and function, where they have other names than the command
 
     @property
     def begins_with_mechanism(self) -> bool:

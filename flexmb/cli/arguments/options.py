@@ -1,7 +1,5 @@
 """Options of the command line from the signature and docstring of a function that returns a mechanism."""
 
-from __future__ import annotations
-
 import argparse
 import inspect
 import re
@@ -22,22 +20,13 @@ SHOWN = {"number": "X", "count": "N", "numbers": "X,Y", "text": "TEXT"}
 
 @dataclass(frozen=True)
 class Option:
-    """A parameter of a function, as an option.
+    """A parameter of a function, as an option."""
 
-    Parameters
-    ----------
-    name : name of the parameter.
-    kind : "number", "count", "numbers" (a tuple), "flag" or "text".
-    default : default value, or `inspect.Parameter.empty`.
-    unit : SI unit, "" for none; "rad or m" where it depends on another field.
-    help : description in the docstring, with the unit.
-    """
-
-    name: str
-    kind: str
-    default: Any
-    unit: str
-    help: str
+    name: str  # name of the parameter
+    kind: str  # "number", "count", "numbers" (a tuple), "flag" or "text"
+    default: Any  # default value, or `inspect.Parameter.empty`
+    unit: str  # SI unit, "" for none; "rad or m" where it depends on another field
+    help: str  # description in the docstring, with the unit
 
     @property
     def flag(self) -> str:

@@ -39,10 +39,7 @@ class Layout(argparse.HelpFormatter):
 
 
 def parser_of(source: Source | None, wanted: str) -> tuple[argparse.ArgumentParser, list[Option]]:
-    """Parser of all commands, and the options of a mechanism, which are added to the command `wanted`.
-
-    Without a source there are no options of a mechanism.
-    """
+    """Parser of all commands; the options of a mechanism, where there is a source, join the command `wanted`."""
     parser = argparse.ArgumentParser(
         prog="flexmb",
         description="Planar flexible multibody dynamics with imperfect joints.",

@@ -77,24 +77,16 @@ def field_option(mechanism: Mechanism, path: str, flag: str) -> Option:
 
 # Source of a mechanism: a ready one by its name, or FILE.py[:NAME]
 
-NAMES = ("mech", "mechanism")
-"""Default names of a mechanism in a file."""
+NAMES = ("mech", "mechanism")  # default names of a mechanism in a file
 
 
 @dataclass(frozen=True)
 class Source:
-    """A function that returns a mechanism, and a short name for files.
+    """A function that returns a mechanism, and a short name for files."""
 
-    Parameters
-    ----------
-    name : name of the ready mechanism, or of the file without its ending.
-    make : the function; its parameters become options.
-    file : file of the mechanism; None for a ready one.
-    """
-
-    name: str
-    make: Callable[..., Any]
-    file: Path | None = None
+    name: str  # name of the ready mechanism, or of the file without its ending
+    make: Callable[..., Any]  # the function; its parameters become options
+    file: Path | None = None  # file of the mechanism; None for a ready one
 
     def with_changes(self, texts: Sequence[str]) -> Source:
         """The source with changed fields of parts, typed as "PART.FIELD=VALUE"."""
@@ -146,10 +138,7 @@ def ready() -> dict[str, Callable[..., Any]]:
 
 
 def find(text: str) -> Source:
-    """Source of a mechanism from a text: "nine-bar", "FILE.py", or "FILE.py:NAME".
-
-    The name is that of a Mechanism or of a function that returns one.
-    """
+    """Source of a text: "nine-bar", "FILE.py", or "FILE.py:NAME" of a Mechanism or a function that returns one."""
     path, colon, name = text.rpartition(":") if ".py:" in text else (text, "", "")
     if path.endswith(".py"):
         return _from_file(Path(path), name if colon else None)

@@ -3,8 +3,6 @@
 Only the command line has units other than SI.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from contextlib import suppress
@@ -13,8 +11,7 @@ from fractions import Fraction
 from flexmb.checks import did_you_mean
 from flexmb.errors import InputError
 
-Scale = tuple[Fraction, int]
-"""Factor to SI as a fraction and a power of pi; by exact fractions 0.3mm is the double 3e-4."""
+Scale = tuple[Fraction, int]  # factor to SI, a fraction and a power of pi; by exact fractions 0.3mm is the double 3e-4
 
 
 KINDS = {
@@ -39,8 +36,7 @@ KINDS = {
 }
 """Quantity, for messages, and typed units with their factors, by SI unit of the parameter; "_" is a blank in a unit."""
 
-NOUNS = {unit: quantity for unit, (quantity, _) in KINDS.items() if quantity}
-"""Quantity of an SI unit, for messages."""
+NOUNS = {unit: quantity for unit, (quantity, _) in KINDS.items() if quantity}  # quantity of an SI unit, for messages
 
 
 def _scales(text: str) -> dict[str, Scale]:
@@ -52,8 +48,7 @@ UNITS = {unit: _scales(text) for unit, (_, text) in KINDS.items()}
 """Units on the command line by SI unit of the parameter; "": a parameter without a unit."""
 
 EXAMPLES = {"m": "0.5mm", "s": "0.1s", "kg": "200g", "rad/s": "2pi", "rad": "30deg"}
-WITH_PI = ("rad", "rad/s", "")
-"""SI units of the parameters that may be multiples of pi: 2pi, 2pi rad/s."""
+WITH_PI = ("rad", "rad/s", "")  # SI units of the parameters that may be multiples of pi: 2pi, 2pi rad/s
 
 NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 TEXT = re.compile(rf"(?P<sign>[+-]?)(?:(?P<number>{NUMBER})\s*(?P<times>\*?)\s*)?(?P<pi>pi(?![A-Za-z]))?(?P<rest>.*)")

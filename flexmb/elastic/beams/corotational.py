@@ -33,8 +33,6 @@ Source: M. A. Crisfield, Non-linear Finite Element Analysis of Solids and Struct
 Equations (2.1) to (2.11), (2.16) and (2.18) of docs/theory/beam.md; inertia: (3.1) to (3.7) of docs/theory/inertia.md.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 
@@ -69,10 +67,7 @@ def tangents(start: Point, end: Point, turn: float, places: Sequence[float]) -> 
 
 
 def points(start: Point, end: Point, turn: float, places: Sequence[float]) -> list[Point]:
-    """Points of an arc between its ends [m], at fractions of its length, 0 at the start and 1 at the end.
-
-    From start to end the arc turns by `turn` [rad], between -2 pi and 2 pi.
-    """
+    """Points [m] of an arc between its ends, which turns by `turn` [rad], within 2 pi, at fractions of its length."""
     (x, y), (dx, dy) = start, (end[0] - start[0], end[1] - start[1])
     if not turn:
         return [(x + s * dx, y + s * dy) for s in places]
@@ -109,8 +104,7 @@ BOW: the shortening of the chord is L/30 (BOW11 u1^2 - BOW12 u1 u2 + BOW22 u2^2)
 FREE1, FREE2: rotations u1, u2 of the unstressed element; FREE_LENGTH: chord and shortening of the unstressed element.
 """
 
-TURN, REST = 6.28125, 0.0019353071795864769
-"""2 pi in two parts: the first times a number of turns below 2^40 is exact."""
+TURN, REST = 6.28125, 0.0019353071795864769  # 2 pi in two parts: the first times a number of turns below 2^40 is exact
 
 
 @fast
@@ -389,10 +383,7 @@ def write_pair(c, s, x, y, j, A):
 
 @fast
 def evaluate(p, q, v, a, kq, kv, ka, r, A):
-    """r and A = kq dr/dq + kv dr/dv + ka dr/da.
-
-    Only inertia forces depend on the place of the element; all others give opposite columns for its two ends.
-    """
+    """r and A = kq dr/dq + kv dr/dv + ka dr/da; all but inertia forces have opposite columns for both ends."""
     u, x, motion = state(p, q, v, a)
     i, c, s, _, u1, u2 = u
     F, lift, N = forces(p, u, x, motion)

@@ -25,8 +25,6 @@ time loop.
 Equation (2.7) of docs/theory/beam.md.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -46,25 +44,18 @@ from flexmb.model.law import Material
 
 Array = npt.NDArray[np.float64]
 
-BOW = (2.0, 1.0, 2.0)
-"""Shortening of the chord by bending without shear: L/30 (2 u1^2 - u1 u2 + 2 u2^2)."""
+BOW = (2.0, 1.0, 2.0)  # shortening of the chord by bending without shear: L/30 (2 u1^2 - u1 u2 + 2 u2^2)
 
 
 class Bending(NamedTuple):
-    """Matrices of n elements in the order w1, theta1, w2, theta2, and the influence of shear on their shape.
+    """Matrices of n elements in the order w1, theta1, w2, theta2, and the influence of shear on their shape."""
 
-    stiffness : (n, 4, 4) [N/m, N, N m].
-    mass : (n, 4, 4) of the axis alone [kg, kg m, kg m^2].
-    rotary : (n, 4, 4) of the rotation of sections alone [kg, kg m, kg m^2].
-    shares : (n, 2) c1, c2: shear angle over the end rotations against the chord, sign changed [1]; 0 without shear.
-    bow : (n, 3) shortening of the chord: L/30 (bow1 u1^2 - bow2 u1 u2 + bow3 u2^2).
-    """
-
-    stiffness: Array
-    mass: Array
-    rotary: Array
+    stiffness: Array  # (n, 4, 4) [N/m, N, N m]
+    mass: Array  # (n, 4, 4) of the axis alone [kg, kg m, kg m^2]
+    rotary: Array  # (n, 4, 4) of the rotation of sections alone [kg, kg m, kg m^2]
+    # (n, 2) c1, c2: shear angle over the end rotations against the chord, sign changed [1]; 0 without shear
     shares: Array
-    bow: Array
+    bow: Array  # (n, 3) shortening of the chord: L/30 (bow1 u1^2 - bow2 u1 u2 + bow3 u2^2)
 
 
 def without_shear(stiffness: Array, mass: Array, rotary: Array) -> Bending:
@@ -134,30 +125,19 @@ Linearly tapered dimensions need it: cubic x cubic x A of degree 2, and slope x 
 
 @dataclass(frozen=True, eq=False)
 class BeamMatrices:
-    """Matrices of the n elements of one straight beam; read-only arrays.
+    """Matrices of the n elements of one straight beam; read-only arrays."""
 
-    lengths : (n,) lengths of the elements [m].
-    axial_stiffness : (n, 2, 2) in the order u1, u2 [N/m].
-    axial_mass : (n, 2, 2) [kg].
-    bending_stiffness : (n, 4, 4) in the order w1, theta1, w2, theta2 [N/m, N, N m].
-    bending_mass : (n, 4, 4), rotary inertia included [kg, kg m, kg m^2].
-    rotary_mass : (n, 4, 4) the part of rotary inertia alone; zeros without.
-    shear_shares : (n, 2) shear angle over the end rotations against the chord, sign changed [1]; zeros without shear.
-    bow : (n, 3) shortening of the chord: L/30 (bow1 u1^2 - bow2 u1 u2 + bow3 u2^2).
-    ea : (n, 2) axial rigidity E A at both ends of each element [N].
-    ei : (n, 2) bending rigidity E I at both ends of each element [N m^2].
-    """
-
-    lengths: Array
-    axial_stiffness: Array
-    axial_mass: Array
-    bending_stiffness: Array
-    bending_mass: Array
-    rotary_mass: Array
+    lengths: Array  # (n,) lengths of the elements [m]
+    axial_stiffness: Array  # (n, 2, 2) in the order u1, u2 [N/m]
+    axial_mass: Array  # (n, 2, 2) [kg]
+    bending_stiffness: Array  # (n, 4, 4) in the order w1, theta1, w2, theta2 [N/m, N, N m]
+    bending_mass: Array  # (n, 4, 4), rotary inertia included [kg, kg m, kg m^2]
+    rotary_mass: Array  # (n, 4, 4) the part of rotary inertia alone; zeros without
+    # (n, 2) shear angle over the end rotations against the chord, sign changed [1]; zeros without shear
     shear_shares: Array
-    bow: Array
-    ea: Array
-    ei: Array
+    bow: Array  # (n, 3) shortening of the chord: L/30 (bow1 u1^2 - bow2 u1 u2 + bow3 u2^2)
+    ea: Array  # (n, 2) axial rigidity E A at both ends of each element [N]
+    ei: Array  # (n, 2) bending rigidity E I at both ends of each element [N m^2]
 
     def __post_init__(self) -> None:
         for field in fields(self):
@@ -200,10 +180,7 @@ class BeamMatrices:
         return tuple((length, 0.0, 0.0) for length in self.lengths.tolist())
 
     def mass_moments(self) -> tuple[float, float, float]:
-        """Mass [kg], first moment [kg m] and moment of inertia [kg m^2] about the start of the beam.
-
-        Read off the bending mass with rigid motions, which the elements hold exactly: w = 1 and w = x.
-        """
+        """Mass [kg], first moment [kg m] and inertia [kg m^2] about the start, by the exact motions w = 1 and w = x."""
         start = np.cumsum(self.lengths) - self.lengths
         zero, one = np.zeros_like(start), np.ones_like(start)
         shift = np.stack([one, zero, one, zero], axis=1)

@@ -24,17 +24,10 @@ from flexmb.engine.compiled.arrays import stack_vector
 from flexmb.kernels import account_kernel, compiled, element_kernel, energy_kernel, force_kernel
 from flexmb.model.contributions import Coordinate, ElementContribution
 
-ZETA, TURNING, MASSES = range(3)
-"""Parameters p: damping rate zeta, number of nodes that turn, then m (n, n)."""
-
-POINTS = 4
-"""Number of the coordinates of A and B, the first ones."""
-
-MOST = POINTS + 27
-"""Largest number of coordinates: nine nodes that turn."""
-
-scratch = stack_vector(MOST)
-"""A vector on A, B and the nodes; of d, d_dot and forces on them the entries of the nodes alone count."""
+ZETA, TURNING, MASSES = range(3)  # parameters p: damping rate zeta, number of nodes that turn, then m (n, n)
+POINTS = 4  # number of the coordinates of A and B, the first ones
+MOST = POINTS + 27  # largest number of coordinates: nine nodes that turn
+scratch = stack_vector(MOST)  # vector on A, B and the nodes; of d, d_dot, forces on them the nodes alone count
 
 
 @compiled

@@ -1,7 +1,5 @@
 """Line meshes from files: reading through meshio, straight chains, and the straight members of frames."""
 
-from __future__ import annotations
-
 import io
 import math
 import struct
@@ -23,22 +21,13 @@ from flexmb.errors import FileFormatError, InputError
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
-Walk = tuple[list[int], list[int]]
-"""Nodes in order, and the lines between them."""
+Walk = tuple[list[int], list[int]]  # nodes in order, and the lines between them
+TAG_NAMES = ("gmsh:physical", "cell_tags", "section")  # names of cell data with tags; the first that a file has counts
+SAME_PLACE = 1e-9  # distance over the size of the mesh [1] below which two points are one
+FARTHEST = 1e100  # largest coordinate [m], whose square is still a float
+STRAIGHT = 1e-4  # angle up to which a beam counts as straight [rad]; above the rounding of files in single precision
 
-TAG_NAMES = ("gmsh:physical", "cell_tags", "section")
-"""Names of integer cell data that hold tags; the first one that a file has counts."""
-
-SAME_PLACE = 1e-9
-"""Distance over the size of the mesh [1] below which two points are one."""
-
-FARTHEST = 1e100
-"""Largest coordinate [m], whose square is still a float."""
-
-STRAIGHT = 1e-4
-"""Angle up to which a beam counts as straight [rad]; above the rounding of files in single precision."""
-
-BROKEN = (
+BROKEN = (  # errors that readers of meshio raise on files that are no mesh; some readers even exit
     OSError,
     ValueError,
     LookupError,
@@ -54,25 +43,16 @@ BROKEN = (
     zlib.error,
     SystemExit,
 )
-"""Errors that readers of meshio raise on files that are no mesh; some readers even exit."""
 
 
 @dataclass(frozen=True, eq=False)
 class LineMesh:
-    """A plane mesh of two-node lines.
+    """A plane mesh of two-node lines."""
 
-    Attributes
-    ----------
-    points : (n, 2) nodes [m].
-    edges : (m, 2) indices of the first and last node of each line.
-    tags : (m,) tag of each line; 0 where the file has none.
-    name : name of the mesh in messages.
-    """
-
-    points: Array
-    edges: Indices
-    tags: Indices
-    name: str = "mesh"
+    points: Array  # (n, 2) nodes [m]
+    edges: Indices  # (m, 2) indices of the first and last node of each line
+    tags: Indices  # (m,) tag of each line; 0 where the file has none
+    name: str = "mesh"  # name of the mesh in messages
 
     def __post_init__(self) -> None:
         _check_shapes(self)
@@ -116,10 +96,7 @@ def read_lines(path: str | PathLike[str], tag: str | None = None) -> LineMesh:
 
 
 def chain(mesh: LineMesh) -> Indices:
-    """Node indices, in order, of a mesh that is one straight open chain; its first line gives the direction.
-
-    A branch, a closed or divided chain, and lines out of line are refused.
-    """
+    """Node indices of a mesh that must be one straight open chain, in the direction of its first line."""
     lines = _lines_at(mesh)
     branches = [node for node, at in enumerate(lines) if len(at) > 2]
     if branches:

@@ -15,8 +15,7 @@ from flexmb.errors import InputError
 from flexmb.fields import Input, Rule, field, instance, positive, record
 
 Array = npt.NDArray[np.float64]
-Place = npt.ArrayLike
-"""Place along the beam: s in [0, 1], a number or an array of any shape."""
+Place = npt.ArrayLike  # place along the beam: s in [0, 1], a number or an array of any shape
 
 
 class Section(Input, Shown, ABC):

@@ -14,8 +14,6 @@ counter-clockwise; M > 0 bends the beam to the left, as kappa > 0.  These are th
 The cubics come from scikit-fem.  Source of N and M: `flexmb.elastic.beams.corotational`.
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 from typing import NamedTuple
 

@@ -5,8 +5,6 @@ element, which are in balance with its nodes; c is the distance of the outer fib
 zero in the outer fibres of the sections, where the normal stress is largest.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -23,24 +21,15 @@ from flexmb.kernels import extremum_kernel, fast
 
 @dataclass(frozen=True)
 class BeamElements:
-    """The elements of one beam, for strains.
+    """The elements of one beam, for strains."""
 
-    Parameters
-    ----------
-    lengths : (n,) unstressed lengths [m].
-    offsets : (2, n) direction of the unstressed beam less the angle of the nodes at both ends of each element [rad].
-    outer : (n,) largest distance of the outer fibre from the centroid along each element [m].
-    shear : (2, n) shares of the end rotations in the shear angle [1].
-    bow : (3, n) shortening of the chords.
-    unstressed : (3, n) l0 [m], u10 and u20 [rad]; see `flexmb.elastic.beams.corotational`.
-    """
-
-    lengths: np.ndarray
+    lengths: np.ndarray  # (n,) unstressed lengths [m]
+    # (2, n) direction of the unstressed beam less the angle of the nodes at both ends of each element [rad]
     offsets: np.ndarray
-    outer: np.ndarray
-    shear: np.ndarray
-    bow: np.ndarray
-    unstressed: np.ndarray
+    outer: np.ndarray  # (n,) largest distance of the outer fibre from the centroid along each element [m]
+    shear: np.ndarray  # (2, n) shares of the end rotations in the shear angle [1]
+    bow: np.ndarray  # (3, n) shortening of the chords
+    unstressed: np.ndarray  # (3, n) l0 [m], u10 and u20 [rad]; see `flexmb.elastic.beams.corotational`
 
     def strains(self, x: np.ndarray, y: np.ndarray, theta: np.ndarray) -> np.ndarray:
         """Largest strain (instants, n) of the outer fibres of each element, axial and bending strain added.
@@ -72,10 +61,7 @@ def wrapped(angle: np.ndarray) -> np.ndarray:
 
 
 def outer_fibres(section: Section, stations: np.ndarray) -> np.ndarray:
-    """Distance of the outer fibre from the centroid [m] at stations (n + 1,) along a beam, fractions of its length.
-
-    0 where a section does not know its outer fibre: strains are then those of the axis.
-    """
+    """Distance of the outer fibre from the centroid [m] at stations (n + 1,) of a beam; 0 where it is unknown."""
     try:
         fibres = np.asarray(section.outer_fibre_at(stations))
     except InputError:
@@ -90,8 +76,7 @@ START, END, START_NODE, END_NODE, START_AREA, START_MODULUS, END_AREA, END_MODUL
 """Parameters p: number of elements.  At HEAD, of each element: first coordinates of its ends, numbers of its nodes, 1/A
 and c/I at its start and end, and the parameters of the element."""
 
-SIZE = OWN + PARAMETERS
-"""Numbers of an element."""
+SIZE = OWN + PARAMETERS  # numbers of an element
 
 six = stack_vector(6)
 

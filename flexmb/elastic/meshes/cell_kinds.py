@@ -1,7 +1,5 @@
 """Kinds of plane cells, and the boundary of a mesh of them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 
@@ -28,28 +26,19 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class CellKind:
-    """One kind of cells.
+    """One kind of cells; nodes as in VTK and gmsh: corners counter-clockwise, middles of the edges, centre."""
 
-    Nodes are ordered as in VTK and gmsh: corners counter-clockwise, then the middles of the edges, then the centre.
-
-    name : "tri3", "tri6", "quad4" or "quad9".
-    nodes, corners : numbers of nodes and of corners.
-    edges : local nodes of each edge: both ends, then the middle of quadratic cells; the cell lies on the left.
-    element : scikit-fem's shape functions.
-    mesh : scikit-fem's class of meshes with these cells, curved where the middles are off the chords.
-    stiffness_order : degree up to which stiffness, stress and geometric stiffness are integrated exactly; the stiffness
-        of cells with straight edges, without taper, is then exact.
-    mass_order : the same for the mass; exact for all cells, curved ones included.
-    """
-
-    name: str
-    nodes: int
-    corners: int
+    name: str  # "tri3", "tri6", "quad4" or "quad9"
+    nodes: int  # number of nodes
+    corners: int  # number of corners
+    # local nodes of each edge: both ends, then the middle of quadratic cells; the cell lies on the left
     edges: tuple[tuple[int, ...], ...]
-    element: type[Element]
-    mesh: type[Mesh2D]
+    element: type[Element]  # scikit-fem's shape functions
+    mesh: type[Mesh2D]  # scikit-fem's class of meshes with these cells, curved where the middles are off the chords
+    # degree up to which stiffness, stress and geometric stiffness are integrated exactly; the stiffness of cells with
+    # straight edges, without taper, is then exact
     stiffness_order: int
-    mass_order: int
+    mass_order: int  # the same for the mass; exact for all cells, curved ones included
 
     @property
     def is_quadratic(self) -> bool:
@@ -63,10 +52,7 @@ class CellKind:
         return places
 
     def shape_functions(self, places: Array) -> tuple[Array, Array]:
-        """Values (nodes, q) and gradients (2, nodes, q) of the shape functions in the reference cell.
-
-        places : (2, q) coordinates in the reference cell.
-        """
+        """Values (nodes, q), gradients (2, nodes, q) of shape functions at places (2, q) of the reference cell."""
         element = self.element()
         pairs = [element.lbasis(places, i) for i in range(self.nodes)]
         values = np.stack([np.broadcast_to(value, places.shape[1:]) for value, _ in pairs])
@@ -74,10 +60,9 @@ class CellKind:
         return values, gradients
 
 
-TRIANGLE, QUADRILATERAL = ((0, 1), (1, 2), (2, 0)), ((0, 1), (1, 2), (2, 3), (3, 0))
-"""Edges of cells by their corners."""
+TRIANGLE, QUADRILATERAL = ((0, 1), (1, 2), (2, 0)), ((0, 1), (1, 2), (2, 3), (3, 0))  # edges of cells by their corners
 
-KINDS = {
+KINDS = {  # kinds of cells by name
     kind.name: kind
     for kind in (
         CellKind("tri3", 3, 3, TRIANGLE, ElementTriP1, MeshTri1, 1, 2),
@@ -86,7 +71,6 @@ KINDS = {
         CellKind("quad9", 9, 4, tuple((*e, 4 + i) for i, e in enumerate(QUADRILATERAL)), ElementQuad2, MeshQuad2, 5, 7),
     )
 }
-"""Kinds of cells by name."""
 
 
 @cache
@@ -113,18 +97,13 @@ Indices = npt.NDArray[np.int64]
 
 @dataclass(frozen=True, eq=False)
 class Edges:
-    """Edges of all cells, each edge once.
+    """Edges of all cells, each edge once."""
 
-    nodes : (e, 2) or (e, 3) first node, last node and middle of each edge, as its first cell has it on the left.
-    cells : (e, 2) both cells of an edge; -1 for the missing one of a boundary edge.
-    counts : (e,) number of cells of each edge.
-    folded : (e,) whether the first two cells of an edge lie on the same side of it.
-    """
-
+    # (e, 2) or (e, 3) first node, last node and middle of each edge, as its first cell has it on the left
     nodes: Indices
-    cells: Indices
-    counts: Indices
-    folded: npt.NDArray[np.bool_]
+    cells: Indices  # (e, 2) both cells of an edge; -1 for the missing one of a boundary edge
+    counts: Indices  # (e,) number of cells of each edge
+    folded: npt.NDArray[np.bool_]  # (e,) whether the first two cells of an edge lie on the same side of it
 
     @property
     def boundary(self) -> Indices:
@@ -184,10 +163,7 @@ def tributary_lengths(points: Array, edges: Indices) -> Array:
 
 
 def edge_rule(nodes: int) -> tuple[Array, Array, Array]:
-    """Values (nodes, q) and slopes (nodes, q) of an edge's shape functions, and weights (q,), on 0 ... 1.
-
-    The edge has 2 nodes, or 3 with the middle as the last one.
-    """
+    """Values and slopes (nodes, q) of shape functions of an edge, its middle last; weights (q,), on 0 ... 1."""
     x, weights = np.polynomial.legendre.leggauss(4)
     s, weights = 0.5 * (x + 1.0), 0.5 * weights
     if nodes == 2:

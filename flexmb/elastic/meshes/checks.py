@@ -1,7 +1,5 @@
 """Checks of plane meshes: each message names the mesh, the cells or nodes, and the remedy."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -18,14 +16,9 @@ from flexmb.errors import InputError
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
-SAME_PLACE = 1e-9
-"""Distance over the size of the mesh [1] below which two nodes are one."""
-
-FLAT = 1e-6
-"""Jacobian determinant over the square of a cell's longest side [1] up to which the cell counts as flat."""
-
-ON_EDGE = 1e-6
-"""Distance of a node from another cell's edge over the length of the edge [1] up to which it lies on the edge."""
+SAME_PLACE = 1e-9  # distance over the size of the mesh [1] below which two nodes are one
+FLAT = 1e-6  # Jacobian determinant over the square of a cell's longest side [1] up to which the cell counts as flat
+ON_EDGE = 1e-6  # distance of a node from another cell's edge over the edge's length [1] up to which it is on the edge
 
 
 def checked_points(label: str, points: Any) -> Array:

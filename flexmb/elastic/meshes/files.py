@@ -23,19 +23,16 @@ Groups = dict[str, list[Indices]]
 CELLS = {"triangle": "tri3", "triangle6": "tri6", "quad": "quad4", "quad8": "quad9", "quad9": "quad9"}
 """Kind of the cells of meshio."""
 
-TRIANGLES = {"quad4": "tri3", "quad9": "tri6"}
-"""Kind of the triangles into which quadrilaterals are halved."""
+TRIANGLES = {"quad4": "tri3", "quad9": "tri6"}  # kind of the triangles into which quadrilaterals are halved
 
-TURNED = {
+TURNED = {  # nodes of a cell in the other sense of rotation, by kind
     "tri3": (0, 2, 1),
     "tri6": (0, 2, 1, 5, 4, 3),
     "quad4": (0, 3, 2, 1),
     "quad9": (0, 3, 2, 1, 7, 6, 5, 4, 8),
 }
-"""Nodes of a cell in the other sense of rotation, by kind."""
 
-TAG = "gmsh:physical"
-"""Cell data that hold the numbers of physical groups."""
+TAG = "gmsh:physical"  # cell data that hold the numbers of physical groups
 
 
 def read(path: str | PathLike[str], unit: float = 1.0) -> PlaneMesh:

@@ -5,8 +5,6 @@ clear of the boundary, so the boundary is met unless two parts of it are closer 
 refused.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -25,15 +23,11 @@ from flexmb.errors import InputError
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
-Curve = Callable[[Array], Array]
-"""Function of numbers s (n,) from 0 to 1 that returns the points of a curve (n, 2) [m]."""
-
-SAME_PLACE = 1e-7
-"""Distance over the size of the mesh [1] below which nodes of two blocks are one."""
+Curve = Callable[[Array], Array]  # function of numbers s (n,) from 0 to 1 that returns points of a curve (n, 2) [m]
+SAME_PLACE = 1e-7  # distance over the size of the mesh [1] below which nodes of two blocks are one
 
 
-MOST_NODES = 4_000_000
-"""Largest number of nodes of a block; more is a length in millimetres or a slip of the size."""
+MOST_NODES = 4_000_000  # largest number of nodes of a block; more is a length in millimetres or a slip of the size
 
 
 def require_few(nodes: float) -> None:
@@ -141,10 +135,7 @@ def _as_kind(points: Array, cells: Indices, kind: str) -> Indices:
 
 
 def halved(points: Array, cells: Indices, kind: str) -> Indices:
-    """Triangles of quadrilaterals, halved along their shorter diagonals: the first halves, then the second ones.
-
-    Nodes are (n, 2) [m], quadrilaterals (m, 4) for "tri3" or (m, 9) for "tri6".
-    """
+    """Triangles of quadrilaterals by their shorter diagonals: first halves, then second ones; nodes (n, 2) [m]."""
     corner = points[cells[:, :4]]
     diagonals = np.linalg.norm(corner[:, :2] - corner[:, 2:], axis=2)
     other = diagonals[:, 1] < (1.0 - 1e-6) * diagonals[:, 0]
@@ -156,20 +147,11 @@ def halved(points: Array, cells: Indices, kind: str) -> Indices:
 
 # Triangle meshes of polygons with round holes: even boundary nodes, a lattice inside, smoothing, Delaunay
 
-CLEAR = 0.7
-"""Distance of the lattice from the boundary over the size of the cells [1]."""
-
-STRETCHED = 0.85
-"""Third side of a triangle over the sum of the two on the boundary [1], above which these are nearly one line."""
-
-ROUNDS = 12
-"""Number of rounds of smoothing."""
-
-FLAT = 1e-6
-"""Area of a triangle over the median one [1] up to which it is round-off."""
-
-FEWEST = 12
-"""Least number of nodes on a hole."""
+CLEAR = 0.7  # distance of the lattice from the boundary over the size of the cells [1]
+STRETCHED = 0.85  # third side of a triangle over the two on the boundary [1], above which these are nearly one line
+ROUNDS = 12  # number of rounds of smoothing
+FLAT = 1e-6  # area of a triangle over the median one [1] up to which it is round-off
+FEWEST = 12  # least number of nodes on a hole
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,10 +185,7 @@ class Shape:
 
 
 def triangles(shape: Shape, size: float) -> tuple[Array, Indices, dict[str, Indices]]:
-    """Nodes (n, 2), triangles (m, 3) with edges of about `size` [m], and the nodes of each hole.
-
-    Parts of the boundary that are closer to each other than the triangles are long are refused.
-    """
+    """Nodes (n, 2), triangles (m, 3) of about `size` [m], nodes of each hole; too narrow boundaries are refused."""
     extent = np.ptp(shape.corners, axis=0)
     require_few(float((extent[0] / size + 1.0) * (extent[1] / size + 1.0)))
     loops = shape.loops(size)

@@ -25,11 +25,8 @@ from flexmb.model.law import Material
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
-ON_CIRCLE = 1e-3
-"""Spread of distances from the centre over the radius [1] up to which nodes lie on a circle."""
-
-PLACES = 13
-"""Decimal places of centres, counted from the leading digit of the size of the mesh."""
+ON_CIRCLE = 1e-3  # spread of distances from the centre over the radius [1] up to which nodes lie on a circle
+PLACES = 13  # decimal places of centres, counted from the leading digit of the size of the mesh
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -311,11 +308,8 @@ def _centre_of_circle(points: Array) -> Array | None:
 # Values of regions of a mesh: one value for all cells, or one for each region
 
 Value = TypeVar("Value")
-ByRegion: TypeAlias = Value | Mapping[str, Value] | tuple[tuple[str, Value], ...]
-"""One value for all cells, or values by the name of a region."""
-
-STRESS, STRAIN = "stress", "strain"
-"""Plane stress (thin plates, free to contract across) and plane strain (thick bodies, held across)."""
+ByRegion: TypeAlias = Value | Mapping[str, Value] | tuple[tuple[str, Value], ...]  # all cells', or by name of a region
+STRESS, STRAIN = "stress", "strain"  # plane stress: thin plates, free to contract across; strain: thick bodies, held
 
 
 def by_region(owner: str, field: str, value: ByRegion[Value]) -> tuple[tuple[str, Value], ...]:

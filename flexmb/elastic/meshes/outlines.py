@@ -35,14 +35,9 @@ from flexmb.errors import InputError
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
-FEWEST_ON_ARC = 3
-"""Least number of edges on an arc, so its nodes show a circle."""
-
-SAME_PLACE = 1e-9
-"""Distance over the longest edge [1] below which the ends of two arcs are one point."""
-
-STRAIGHT = 1e-6
-"""Turn of the outline at a corner up to which it is straight [rad]."""
+FEWEST_ON_ARC = 3  # least number of edges on an arc, so its nodes show a circle
+SAME_PLACE = 1e-9  # distance over the longest edge [1] below which the ends of two arcs are one point
+STRAIGHT = 1e-6  # turn of the outline at a corner up to which it is straight [rad]
 
 
 def checked_fillets(label: str, fillet: float | Sequence[float], corners: int) -> Array:
@@ -82,7 +77,9 @@ def rounded(label: str, corners: Array, radii: Array, size: float) -> tuple[Arra
         points.append(piece)
         count += len(piece)
     found = np.concatenate(points)
-    return _without_repeats(found, arcs, lengths.max())
+    kept = np.linalg.norm(found - np.roll(found, 1, axis=0), axis=1) > SAME_PLACE * lengths.max()
+    numbers = (np.cumsum(kept) - 1) % kept.sum()  # the first point may be the last one
+    return found[kept], [numbers[arc] for arc in arcs]
 
 
 def _turns(before: Array, after: Array) -> Array:
@@ -116,17 +113,9 @@ def _arc(corner: Array, radius: float, turn: float, reach: float, ahead: Array, 
     return np.asarray(centre + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1))
 
 
-def _without_repeats(points: Array, arcs: list[Indices], size: float) -> tuple[Array, list[Indices]]:
-    """Points, each place once, where an arc begins at the end of another one."""
-    kept = np.linalg.norm(points - np.roll(points, 1, axis=0), axis=1) > SAME_PLACE * size
-    numbers = (np.cumsum(kept) - 1) % kept.sum()  # the first point may be the last one
-    return points[kept], [numbers[arc] for arc in arcs]
-
-
 # Meshes of plates of any straight outline with round holes
 
-Hole = tuple[tuple[float, float], float]
-"""Centre and radius [m]."""
+Hole = tuple[tuple[float, float], float]  # centre and radius [m]
 
 
 def plate_with_holes(
@@ -213,14 +202,9 @@ def _cross(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> bool:
 
 Pair = tuple[float, float]
 
-NARROW = math.radians(50.0)
-"""Angle at which the shank leaves an eye [rad] up to which the block of the eye ends on an arc; wider: on a box."""
-
-LARGEST_TURN = math.radians(20.0)
-"""Turn of a fillet along one cell [rad]."""
-
-NO_CORNER = 1e-9
-"""Distance of the shank's edge from the eye's outline over its radius [1] up to which there is no corner."""
+NARROW = math.radians(50.0)  # angle of shank and eye [rad] up to which the eye's block ends on an arc; wider: on a box
+LARGEST_TURN = math.radians(20.0)  # turn of a fillet along one cell [rad]
+NO_CORNER = 1e-9  # distance of shank's edge from the eye's outline over its radius [1] up to which there is no corner
 
 
 def rectangle(length: float, height: float, nx: int, ny: int, kind: str = "quad9") -> PlaneMesh:
@@ -366,7 +350,7 @@ def _link(
     if sum(eye.reach for eye in eyes) >= length:
         text = f"{label}: the fillets of {fillets[0]:g} and {fillets[1]:g} m leave no shank between the eyes"
         raise InputError(f"{text}, which are {length:g} m apart. Make them smaller.")
-    across = max(eye.cells_across for eye in eyes)
+    across = max(2 * cells_along(eye.radius * math.sin(eye.angle), eye.size) for eye in eyes)
     first, last = eyes[0].neck(across), eyes[1].neck(across)
     mirrored = [np.array([length, 0.0]) + np.array([-1.0, 1.0]) * points for points in (eyes[1].block(across), last)]
     along = cells_along(float(np.linalg.norm(mirrored[1] - first, axis=1).max()), size)
@@ -377,23 +361,14 @@ def _link(
 
 @dataclass(frozen=True)
 class _Eye:
-    """One eye about (0, 0) with the shank on the side x > 0.
+    """One eye about (0, 0) with the shank on the side x > 0."""
 
-    radius, hole : radii [m].  angle : at which the shank leaves the eye [rad].  slope : of the shank's upper edge [1].
-    size : length of a cell's edge [m].  fillet : radius of the arcs between eye and shank [m].
-    """
-
-    radius: float
-    hole: float
-    angle: float
-    slope: float
-    size: float
-    fillet: float = 0.0
-
-    @property
-    def cells_across(self) -> int:
-        """Number of cells across the shank, for this eye; even."""
-        return 2 * cells_along(self.radius * math.sin(self.angle), self.size)
+    radius: float  # of the eye [m]
+    hole: float  # radius of its hole [m]
+    angle: float  # at which the shank leaves the eye [rad]
+    slope: float  # of the shank's upper edge [1]
+    size: float  # length of a cell's edge [m]
+    fillet: float = 0.0  # radius of the arcs between eye and shank [m]
 
     @property
     def corner(self) -> Pair:

@@ -232,20 +232,13 @@ def cell_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
 
 @dataclass(frozen=True, eq=False)
 class Cells:
-    """Cells of one body, with the numbers of their kernels.
+    """Cells of one body, with the numbers of their kernels."""
 
-    points : (n, 2), places of the nodes in the axes of the mesh [m].
-    cells : (m, k) numbers of the nodes.
-    masses : (m, k, k), consistent mass matrices of one direction [kg].
-    formulation : `COROTATED` or `TOTAL_LAGRANGE`.
-    numbers : (m, ...), numbers of the formulation.
-    """
-
-    points: np.ndarray
-    cells: np.ndarray
-    masses: np.ndarray
-    formulation: float
-    numbers: np.ndarray
+    points: np.ndarray  # (n, 2), places of the nodes in the axes of the mesh [m]
+    cells: np.ndarray  # (m, k) numbers of the nodes
+    masses: np.ndarray  # (m, k, k), consistent mass matrices of one direction [kg]
+    formulation: float  # `COROTATED` or `TOTAL_LAGRANGE`
+    numbers: np.ndarray  # (m, ...), numbers of the formulation
 
     @staticmethod
     def of(

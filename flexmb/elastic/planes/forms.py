@@ -9,8 +9,6 @@ numbers of the mesh, so that numbers of scikit-fem do not matter.
 Equations (11.3) and (11.5) of docs/theory/plane_bodies.md.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -35,17 +33,11 @@ _CROSSED = BilinearForm(lambda u, v, w: w.bulk * u.grad[1] * v.grad[0] + w.shear
 
 @dataclass(frozen=True, eq=False)
 class PlaneMatrices:
-    """Stiffness and mass of a plane body.
-
-    Attributes
-    ----------
-    stiffness : (2n, 2n) sparse [N/m], displacements ordered x0, y0, x1, y1, ...
-    scalar_mass : (n, n) sparse [kg], for x and for y; the mass matrix is that times the unit matrix of two.
-    """
+    """Stiffness and mass of a plane body."""
 
     mesh: PlaneMesh
-    stiffness: csr_array
-    scalar_mass: csr_array
+    stiffness: csr_array  # (2n, 2n) sparse [N/m], displacements ordered x0, y0, x1, y1, ...
+    scalar_mass: csr_array  # (n, n) sparse [kg], for x and for y; the mass matrix is that times the unit matrix of two
 
     @cached_property
     def mass(self) -> csr_array:
@@ -132,10 +124,7 @@ def mass_basis(mesh: PlaneMesh) -> Basis:
 
 
 def stress_at_quadrature(mesh: PlaneMesh, material: ByRegion[Material], u: Array, state: str = STRESS) -> Array:
-    """Stresses sx, sy, txy [Pa] of displacements, (m, q, 3) at the quadrature points of the cells.
-
-    Displacements u (2n,) are x0, y0, x1, y1, ... [m]; the state is "stress" or "strain".
-    """
+    """Stresses sx, sy, txy [Pa] (m, q, 3) at quadrature points by displacements u (2n,) x0, y0, x1, ... [m]."""
     basis = stiffness_basis(mesh)
     own = np.asarray(u, dtype=float).reshape(-1, 2)[mesh.cells]
     slopes = np.zeros((2, 2, *basis.dx.shape))  # component, direction
@@ -195,10 +184,7 @@ def factored(K: Any) -> Any:
 def lowest(
     K: Any, M: Any, count: int, shift: float = 0.0, solve: Callable[[Array], Array] | None = None
 ) -> tuple[Array, Array]:
-    """Lowest eigenvalues (count,) of K x = w^2 M x, ascending, and their vectors (n, count).
-
-    `shift` lies below all of them; `solve` is the inverse of K - shift M, where it is known.
-    """
+    """Lowest eigenvalues (count,) of K x = w^2 M x, vectors (n, count); `solve`: (K - shift M)^-1, if it is known."""
     inverse = LinearOperator(K.shape, matvec=solve or factored(K - shift * M).solve, dtype=float)
     start = np.sin(1.0 + 7.3 * np.arange(K.shape[0]))  # the same in every run
     values, vectors = eigsh(K, count, M, sigma=shift, OPinv=inverse, v0=start)

@@ -61,8 +61,7 @@ Array = npt.NDArray[np.float64]
 Field: TypeAlias = Sequence[float] | Callable[[Array], Any]
 """A constant vector (x, y), or a function of points (p, 2) [m] that returns vectors (p, 2)."""
 
-Stress: TypeAlias = float | Callable[[Array], Any]
-"""A constant number, or a function of points (p, 2) [m] that returns numbers (p,)."""
+Stress: TypeAlias = float | Callable[[Array], Any]  # number, or function of points (p, 2) [m] that gives numbers (p,)
 
 
 def body_force(mesh: PlaneMesh, field: Field, thickness: ByRegion[float]) -> Array:
@@ -90,16 +89,11 @@ def edge_load(mesh: PlaneMesh, name: str, traction: Field, thickness: ByRegion[f
 
 @dataclass(frozen=True, eq=False)
 class LoadedEdges:
-    """Edges of the boundary on which a load acts.
+    """Edges of the boundary on which a load acts."""
 
-    nodes : (b, k) nodes of each edge, the body on the left.
-    places : (b, q, 2) its quadrature points [m].
-    thickness : (b,) thickness of its cell [m].
-    """
-
-    nodes: npt.NDArray[np.int64]
-    places: Array
-    thickness: Array
+    nodes: npt.NDArray[np.int64]  # (b, k) nodes of each edge, the body on the left
+    places: Array  # (b, q, 2) its quadrature points [m]
+    thickness: Array  # (b,) thickness of its cell [m]
 
 
 def loaded_edges(mesh: PlaneMesh, name: str, thickness: ByRegion[float]) -> LoadedEdges:
@@ -162,23 +156,12 @@ def _vectors(mesh: PlaneMesh, field: Field, places: Array) -> Array:
 FORCE_X, FORCE_Y, CROSS, ALONG, ANGLE, OWN, TURNING, NODE_NUMBERS = range(8)
 """Numbers p of a force on a node: sum of f, X, D, beta where nothing turns; coordinates of gamma and of beta, or -1."""
 
-PRODUCTS = 2
-"""Place of the products of an edge (m, m, 2), behind the numbers of nodes and pins; then the ties."""
-
-P, S, PAIR = range(3)
-"""Products of a pressure and of a shear for a pair of nodes, and their number."""
-
-ON_EDGES, FIRST_ELEMENT = range(2)
-"""Numbers p of a signal: 1 for edges; then of each element, and at the end the number of the signal."""
-
-COORDINATES, SIZE, NUMBERS = range(3)
-"""Numbers of an element of a signal: those of its coordinates and of its own numbers, which follow."""
-
-POWER = 2
-"""Number of the signal `power`; those of fx and fy are 0 and 1."""
-
-SIGNALS = (("fx", "N"), ("fy", "N"), ("power", "W"))
-"""Signals of a load on a mesh with their units."""
+PRODUCTS = 2  # place of the products of an edge (m, m, 2), behind the numbers of nodes and pins; then the ties
+P, S, PAIR = range(3)  # products of a pressure and of a shear for a pair of nodes, and their number
+ON_EDGES, FIRST_ELEMENT = range(2)  # numbers p of a signal: 1 for edges; then of each element; at last the signal's
+COORDINATES, SIZE, NUMBERS = range(3)  # numbers of an element of a signal: of coordinates, of its own numbers; these
+POWER = 2  # number of the signal `power`; those of fx and fy are 0 and 1
+SIGNALS = (("fx", "N"), ("fy", "N"), ("power", "W"))  # signals of a load on a mesh with their units
 
 
 @fast
@@ -304,15 +287,11 @@ def mesh_load_signal(p, t, q, v, a):
 
 @dataclass(frozen=True, eq=False)
 class FollowedEdges:
-    """Edges that a load follows, the body on their left.
+    """Edges that a load follows, the body on their left."""
 
-    nodes : (b, k) nodes of each edge.
-    normal, along : (b, k, k) products of the pressure and of the shear [N/m].
-    """
-
-    nodes: npt.NDArray[np.int64]
-    normal: Array
-    along: Array
+    nodes: npt.NDArray[np.int64]  # (b, k) nodes of each edge
+    normal: Array  # (b, k, k) products of the pressure [N/m]
+    along: Array  # (b, k, k) products of the shear [N/m]
 
     def matrix(self, size: int) -> csr_array:
         """A (size, size): nodal forces x0, y0, x1, y1, ... by the places of the nodes."""
@@ -332,18 +311,12 @@ class FollowedEdges:
 
 @dataclass(frozen=True, eq=False)
 class NodalLoad:
-    """A load on the nodes of a mesh, in the axes of the mesh.
+    """A load on the nodes of a mesh, in the axes of the mesh."""
 
-    forces : (n, 2) forces on the undeformed body [N].
-    nodes : numbers of the nodes on which it acts, though its values may be 0.
-    follower : whether their directions turn with the first pin.
-    edges : edges that it follows, in place of directions; None: no edges.
-    """
-
-    forces: Array
-    nodes: npt.NDArray[np.int64]
-    follower: bool = False
-    edges: FollowedEdges | None = None
+    forces: Array  # (n, 2) forces on the undeformed body [N]
+    nodes: npt.NDArray[np.int64]  # numbers of the nodes on which it acts, though its values may be 0
+    follower: bool = False  # whether their directions turn with the first pin
+    edges: FollowedEdges | None = None  # edges that it follows, in place of directions; None: no edges
 
 
 def load_contributions(body: PlaneBody, name: str, load: NodalLoad, history: Motion | None) -> list[Contribution]:

@@ -15,8 +15,6 @@ J turns by 90 degrees counter-clockwise.  The weights w_k are the lengths of the
 Equations (11.6), (11.7) and (11.9) of docs/theory/plane_bodies.md.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -35,11 +33,8 @@ from flexmb.model.contributions import ConstraintContribution, Coordinate
 
 # Constraint of an averaged pin: it moves with the mean of nodes that stay free to deform (RBE3)
 
-MEAN_X, MEAN_Y, MOMENT, WEIGHTS = range(4)
-"""Parameters p: c, sum w |s|^2 [m^2], then three numbers of every node."""
-
-WEIGHT, ARM_X, ARM_Y, PER_NODE = range(4)
-"""Numbers of a node: its weight and s; PER_NODE is their count."""
+MEAN_X, MEAN_Y, MOMENT, WEIGHTS = range(4)  # parameters p: c, sum w |s|^2 [m^2], then three numbers of every node
+WEIGHT, ARM_X, ARM_Y, PER_NODE = range(4)  # numbers of a node: its weight and s; PER_NODE is their count
 
 
 @constraint_kernel
@@ -72,10 +67,7 @@ def averaged_pin_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
 def averaged_pin(
     part: str, coordinates: tuple[Coordinate, ...], arms: np.ndarray, weights: np.ndarray
 ) -> ConstraintContribution:
-    """Constraint of a pin, by the coordinates x, y, theta of the pin, then x, y of every node.
-
-    `arms` (n, 2) lead from the pin to its nodes in the mesh [m]; `weights` (n,) of the nodes sum up to 1.
-    """
+    """Constraint of a pin, x, y, theta, by x, y of every node; arms (n, 2) to nodes [m], weights (n,) of sum 1."""
     mean = weights @ arms
     own = arms - mean
     moment = float(weights @ (own**2).sum(axis=1))
@@ -89,26 +81,18 @@ def averaged_pin(
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
-RIGID, AVERAGED = "rigid", "averaged"
-"""Kinds of interfaces."""
-
-NO_ARM = 1e-9
-"""Distance of nodes over the size of the mesh [1] below which they cannot turn a pin."""
+RIGID, AVERAGED = "rigid", "averaged"  # kinds of interfaces
+NO_ARM = 1e-9  # distance of nodes over the size of the mesh [1] below which they cannot turn a pin
 
 
 @dataclass(frozen=True, eq=False)
 class Interface:
-    """A set of nodes that moves with one point.
-
-    nodes : node numbers of the set.
-    point : place of the pin in the axes of the mesh [m].
-    kind : "rigid" or "averaged".
-    """
+    """A set of nodes that moves with one point."""
 
     name: str
-    nodes: Indices
-    point: tuple[float, float]
-    kind: str = RIGID
+    nodes: Indices  # node numbers of the set
+    point: tuple[float, float]  # place of the pin in the axes of the mesh [m]
+    kind: str = RIGID  # "rigid" or "averaged"
 
     def __post_init__(self) -> None:
         checks.one_of(f"Interface {self.name!r}", "kind", self.kind, (RIGID, AVERAGED))
@@ -144,20 +128,13 @@ class Interface:
 
 @dataclass(frozen=True, eq=False)
 class Tie:
-    """Displacements of all nodes as a linear function of pins and free displacements.
+    """Displacements of all nodes, linear in pins and free displacements: u = matrix [pins; u[free]]."""
 
-    u = matrix [pins; u[free]]
-
-    matrix : (2n, 3p + f) sparse; columns u_x, u_y, theta of each pin, then the free displacements.
-    pins : names of the pins.
-    free : (f,) numbers of the free displacements among x0, y0, x1, y1, ...
-    averages : (3a, 2n) sparse, rows of the averaged pins: their u_x, u_y, theta as means of nodal displacements; with
-        these rows the pins can be held by multipliers instead.
-    """
-
-    matrix: csr_array
-    pins: tuple[str, ...]
-    free: Indices
+    matrix: csr_array  # (2n, 3p + f) sparse; columns u_x, u_y, theta of each pin, then the free displacements
+    pins: tuple[str, ...]  # names of the pins
+    free: Indices  # (f,) numbers of the free displacements among x0, y0, x1, y1, ...
+    # (3a, 2n) sparse, rows of the averaged pins: their u_x, u_y, theta as means of nodal displacements; with these rows
+    # the pins can be held by multipliers instead
     averages: csr_array
 
 

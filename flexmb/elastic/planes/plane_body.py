@@ -11,7 +11,7 @@ from abc import abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, replace
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 import numpy as np
 import numpy.typing as npt
@@ -38,14 +38,11 @@ from flexmb.model.contributions import (
     node_coordinates,
 )
 from flexmb.model.elastic_body import ElasticBody
-from flexmb.model.law import Material
+from flexmb.model.law import Material, Motion
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.shape import Shapes
 from flexmb.parts.bodies.flexible import Field, RigidProperties, Triple, start_displacement, start_velocity
 from flexmb.parts.bodies.point_mass import held_rotation_kernel, node_mass
-
-if TYPE_CHECKING:
-    from flexmb.model.law import Motion
-    from flexmb.model.mechanism import Mechanism
 
 # Base of bodies whose shape is a plane mesh: all nodes of it, or a few modes
 
@@ -76,20 +73,14 @@ class MeshBody(ElasticBody):
 
 Array = npt.NDArray[np.float64]
 
-RIGID_MOTIONS = 3
-"""Motions of a free body without deformation."""
-
-SHIFT = 1e-6
-"""Shift of the squared angular frequency below 0, over that of a longitudinal wave of the body's length [1]."""
+RIGID_MOTIONS = 3  # motions of a free body without deformation
+SHIFT = 1e-6  # shift of the squared angular frequency below 0, over that of a wave along the body's length [1]
 
 
 def vibrations(
     matrices: PlaneMatrices, count: int = 6, tie: Tie | None = None, held: Sequence[str] = ()
 ) -> tuple[Array, Array]:
-    """Lowest natural frequencies (count,) [Hz] and shapes (2n, count), without motions as a rigid body.
-
-    Shapes have the modal mass 1 kg: phi^T M phi = 1.  Pins `held` neither move nor turn.
-    """
+    """Lowest elastic frequencies (count,) [Hz], shapes (2n, count) of phi^T M phi = 1 kg; pins `held` are fixed."""
     label = matrices.mesh.label
     count = checks.count(label, "count", count)
     K, M, T = matrices.stiffness, matrices.mass, None if tie is None else tie.matrix
@@ -127,20 +118,11 @@ deform the hole change by less than this share.  With a hundredth of it steps fi
 
 Point = tuple[float, float]
 
-FORMULATIONS = {"corotated": COROTATED, "total-lagrange": TOTAL_LAGRANGE}
-"""Formulations of cells by name."""
-
-TOO_STIFF = 0.1
-"""Share by which a body is too stiff in bending, above which there is a finding."""
-
-TRIANGLES = {"tri3": ((0, 1, 2),), "quad4": ((0, 1, 2), (0, 2, 3))}
-"""Linear cells as triangles."""
-
-SAME_LENGTH = 1e-6
-"""Difference of two lengths over the length [1] up to which they are one."""
-
-REMEMBERED = 4
-"""Number of bodies whose matrices are kept, for bodies that differ in their place or their joints alone."""
+FORMULATIONS = {"corotated": COROTATED, "total-lagrange": TOTAL_LAGRANGE}  # formulations of cells by name
+TOO_STIFF = 0.1  # share by which a body is too stiff in bending, above which there is a finding
+TRIANGLES = {"tri3": ((0, 1, 2),), "quad4": ((0, 1, 2), (0, 2, 3))}  # linear cells as triangles
+SAME_LENGTH = 1e-6  # difference of two lengths over the length [1] up to which they are one
+REMEMBERED = 4  # number of bodies whose matrices are kept, for bodies that differ in their place or their joints alone
 
 
 @record

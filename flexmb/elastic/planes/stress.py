@@ -10,8 +10,6 @@ Stresses of modes superpose; von Mises stresses do not, so they come last.
 Equation (11.10) of docs/theory/plane_bodies.md.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -59,19 +57,15 @@ def cell_materials(mesh: PlaneMesh, material: ByRegion[Material], state: str) ->
 
 # Stresses at the nodes of a mesh from the places of its nodes, at any rotation
 
-GAUSS = 0.5 / math.sqrt(3.0)
-"""Distance of the two Gauss points of the unit interval from its middle."""
+GAUSS = 0.5 / math.sqrt(3.0)  # distance of the two Gauss points of the unit interval from its middle
+FOUR = tuple((0.5 + a * GAUSS, 0.5 + b * GAUSS) for b in (-1, 1) for a in (-1, 1))  # 2 x 2 Gauss points of the square
 
-FOUR = tuple((0.5 + a * GAUSS, 0.5 + b * GAUSS) for b in (-1, 1) for a in (-1, 1))
-"""The 2 x 2 Gauss points of the unit square."""
-
-SAMPLES = {
+SAMPLES = {  # points of the reference cell where stresses are most exact (Barlow), by kind
     "tri3": ((1.0 / 3.0, 1.0 / 3.0),),
     "tri6": ((1.0 / 6.0, 1.0 / 6.0), (2.0 / 3.0, 1.0 / 6.0), (1.0 / 6.0, 2.0 / 3.0)),
     "quad4": FOUR,
     "quad9": FOUR,
 }
-"""Points of the reference cell where stresses are most exact (Barlow), by kind."""
 
 
 def carried_to_nodes(kind: str) -> np.ndarray:
@@ -138,10 +132,7 @@ def nodal_stresses(
 def linear_stresses(
     points: np.ndarray, cells: np.ndarray, kind: str, materials: np.ndarray, u: np.ndarray
 ) -> np.ndarray:
-    """Stresses (n, nodes, 4) sx, sy, txy, sz [Pa] of n small displacements u (n, nodes, 2) [m].
-
-    They are those of `nodal_stresses` without rotations.
-    """
+    """Stresses (n, nodes, 4) sx, sy, txy, sz [Pa] of n small displacements u (n, nodes, 2) [m], no rotations."""
     areas, own = areas_and_means(points, cells, kind)[0], gradients_at_nodes(points, cells, kind)
     found = np.zeros((len(u), len(points), 4))
     for now, sums in zip(u, found, strict=True):
@@ -213,10 +204,7 @@ def stress_operator(mesh: PlaneMesh, material: ByRegion[Material], state: str = 
 
 
 def principal(stress: Array) -> tuple[Array, Array, Array]:
-    """Larger and smaller principal stress in the plane [Pa], and the direction of the larger one [rad].
-
-    Stresses are (..., 3) or (..., 4) sx, sy, txy [Pa]; sz counts for nothing here.
-    """
+    """Larger and smaller principal stress in the plane [Pa], and direction of the larger [rad], of (..., 3 or 4)."""
     sx, sy, txy = np.moveaxis(np.asarray(stress, dtype=float), -1, 0)[:3]
     mean, radius = 0.5 * (sx + sy), np.hypot(0.5 * (sx - sy), txy)
     return mean + radius, mean - radius, 0.5 * np.arctan2(2.0 * txy, sx - sy)
@@ -230,11 +218,8 @@ NODES, WIDTH, CELLS, HEAD = range(4)
 At HEAD: 1 / area of the cells of each node; (cells, ...) nodes, places X, mean gradients, gradients at the nodes, d11,
 d12, d33 times area, sz over sx + sy; then the ties of the nodes, as of a cell (`flexmb.elastic.planes.elements`)."""
 
-D11, D12, D33, ACROSS = range(4)
-"""Numbers of the material of a cell."""
-
-XX, YY, XY, ZZ, PARTS = range(5)
-"""Components of a stress; PARTS is their count."""
+D11, D12, D33, ACROSS = range(4)  # numbers of the material of a cell
+XX, YY, XY, ZZ, PARTS = range(5)  # components of a stress; PARTS is their count
 
 
 @fast
@@ -302,10 +287,7 @@ def peak_stress_kernel(p, t, q, v, a, least):
 def peak_stress_signal(
     part: str, coordinates: tuple[Coordinate, ...], ties: list[float], mesh: PlaneMesh, materials: np.ndarray
 ) -> SignalContribution:
-    """The signals `von_mises` and `von_mises_node` of a body, by the mesh without stress.
-
-    `ties` are those of all nodes; `materials` (m, 4) are `cell_materials`.
-    """
+    """Signals `von_mises` and `von_mises_node`, by the mesh without stress, ties of all nodes, materials (m, 4)."""
     points, cells, (m, k) = mesh.points, mesh.cells, mesh.cells.shape
     areas, mean = areas_and_means(points, cells, mesh.kind)
     weighted = materials * np.column_stack([areas, areas, areas, np.ones(m)])

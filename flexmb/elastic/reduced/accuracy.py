@@ -33,11 +33,8 @@ Array = npt.NDArray[np.float64]
 Load = Callable[[Array], Any] | Array
 """Accelerations (S, 2) of gravity [m/s^2] as a function of points (S, 2) [m], or forces (S, 2) at all points [N]."""
 
-SHIFT = 1e-3
-"""Shift of the squared angular frequencies of a free body below 0, over the lowest one of its reduced body [1]."""
-
-EXACT = 1e-9
-"""Relative error [1] below which a table shows round-off alone."""
+SHIFT = 1e-3  # shift of the squared angular frequencies of a free body below 0, over the lowest one reduced [1]
+EXACT = 1e-9  # relative error [1] below which a table shows round-off alone
 
 
 class LoadAccuracy(NamedTuple):
@@ -267,10 +264,7 @@ def _over(error: float, size: float) -> float:
 
 
 def deformed(shape: MeshShape, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Deformations (n, nodes, 3) of a reduced body in its frame, and the angle (n,) of the frame [rad].
-
-    The poses (n, nodes, 3) of its nodes are x, y, theta.
-    """
+    """Deformations (n, nodes, 3) of a reduced body in its frame by poses (n, nodes, 3); angle (n,) of it [rad]."""
     reference = np.array(shape.poses)
     angle = poses[:, 0, 2] - reference[0, 2]
     if shape.weights:
@@ -309,14 +303,9 @@ LARGE_SHARE, IMPOSSIBLE_SHARE = 0.1, 0.5
 """Displacement in the frame of a reduced body over the size of the body [1], above which there is a finding, and above
 which the run is not ok."""
 
-MOST_POINTS = 100
-"""Number of points of a body whose displacements are looked at."""
-
-EDGE_SHARE = 0.1
-"""Share of the strain energy in the highest modes [1] from which a basis is said to be too small."""
-
-AT_EDGE = 3
-"""Number of the highest modes that are looked at."""
+MOST_POINTS = 100  # number of points of a body whose displacements are looked at
+EDGE_SHARE = 0.1  # share of the strain energy in the highest modes [1] from which a basis is said to be too small
+AT_EDGE = 3  # number of the highest modes that are looked at
 
 STEP_ERROR = 1e-8
 """Displacement by the highest modes over the size of a body [1], up to which it is the error of steps.

@@ -17,8 +17,6 @@ Vibrations then have no static part of these: phi - Phi_z c.
 Source: R. R. Craig, M. C. C. Bampton, AIAA J. 6 (1968) 1313.  Equations (12.17) to (12.21) of docs/theory/reduced.md.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -38,47 +36,33 @@ from flexmb.model.shape import MeshShape
 # Stiffness and mass of an elastic body by displacements of its pins and of its inside
 
 Array = npt.NDArray[np.float64]
-Sparse: TypeAlias = Any
-"""Sparse matrix of scipy, which has no types."""
+Sparse: TypeAlias = Any  # sparse matrix of scipy, which has no types
 
 
 @dataclass(frozen=True, eq=False)
 class ElasticModel:
-    """Small displacements of an elastic body.
+    """Small displacements of an elastic body."""
 
-    label : class and name of the body, for messages.
-    pins : (P) nodes where other parts are attached; the first 3 P displacements are x, y and rotation of these.
-    stiffness : (N, N) symmetric, 0 for rigid motions [N/m].
-    points : (S, 2) reference positions of the points whose displacements carry the mass [m].
-    shape : (2 S, N) displacements x0, y0, x1, y1, ... of the points.
-    mass : (S, S) symmetric; kinetic energy = 1/2 v_x mass v_x + 1/2 v_y mass v_y [kg].
-    turn_shape : (R, N) rotations that carry moments of inertia.
-    turn_inertia : (R, R) symmetric [kg m^2].
-    stress_stiffness : (N,) displacements -> (N, N) geometric stiffness of the stress of these displacements [N/m].
-    damping : stiffness-proportional damping time [s].
-    origin, direction : where the axes of the model lie in the reference configuration [m, rad].
-    drawn : mesh that shows the body, with places in the axes of the model, without what moves it.
-    drawn_by : (2 points, N) displacements of its points.
-    stresses : (N, n) displacements -> (nodes, 4, n) sx, sy, txy, sz at the nodes [Pa]; None: unknown.
-    mass_damping : mass-proportional damping rate [1/s].
-    """
-
-    label: str
+    label: str  # class and name of the body, for messages
+    # (P) nodes where other parts are attached; the first 3 P displacements are x, y and rotation of these
     pins: tuple[Node, ...]
-    stiffness: Sparse
-    points: Array
-    shape: Sparse
-    mass: Sparse
-    turn_shape: Sparse
-    turn_inertia: Sparse
+    stiffness: Sparse  # (N, N) symmetric, 0 for rigid motions [N/m]
+    points: Array  # (S, 2) reference positions of the points whose displacements carry the mass [m]
+    shape: Sparse  # (2 S, N) displacements x0, y0, x1, y1, ... of the points
+    mass: Sparse  # (S, S) symmetric; kinetic energy = 1/2 v_x mass v_x + 1/2 v_y mass v_y [kg]
+    turn_shape: Sparse  # (R, N) rotations that carry moments of inertia
+    turn_inertia: Sparse  # (R, R) symmetric [kg m^2]
+    # (N,) displacements -> (N, N) geometric stiffness of the stress of these displacements [N/m]
     stress_stiffness: Callable[[Array], Sparse]
-    damping: float = 0.0
-    origin: tuple[float, float] = (0.0, 0.0)
-    direction: float = 0.0
+    damping: float = 0.0  # stiffness-proportional damping time [s]
+    origin: tuple[float, float] = (0.0, 0.0)  # of the axes of the model in the reference configuration [m]
+    direction: float = 0.0  # of these axes there [rad]
+    # mesh that shows the body, with places in the axes of the model, without what moves it
     drawn: MeshShape | None = None
-    drawn_by: Sparse | None = None
+    drawn_by: Sparse | None = None  # (2 points, N) displacements of its points
+    # (N, n) displacements -> (nodes, 4, n) sx, sy, txy, sz at the nodes [Pa]; None: unknown
     stresses: Callable[[Array], Array] | None = None
-    mass_damping: float = 0.0
+    mass_damping: float = 0.0  # mass-proportional damping rate [1/s]
 
     def placed(self, nodes: Sequence[Node]) -> tuple[Node, ...]:
         """Nodes, given in the axes of the model, in the reference configuration."""
@@ -106,43 +90,26 @@ class ElasticModel:
 
 # Craig-Bampton bases: static shapes of the pins, and vibrations with all pins held
 
-DENSE = 60
-"""Number of inner displacements up to which all vibrations are computed by a dense solver."""
-
-RIGID = 3
-"""Motions of a rigid body."""
-
-FIRST_TRIAL = 12
-"""Number of vibrations that are computed first where all up to a frequency are kept."""
-
-LEAST_PIVOT = 1e-13
-"""Smallest pivot over the largest one [1] of a body whose inside is held by its pins."""
-
-LEAST_SHARE = 1e-10
-"""Least strain energy of a combination of static shapes and vibrations over that of each one [1]."""
+DENSE = 60  # number of inner displacements up to which all vibrations are computed by a dense solver
+RIGID = 3  # motions of a rigid body
+FIRST_TRIAL = 12  # number of vibrations that are computed first where all up to a frequency are kept
+LEAST_PIVOT = 1e-13  # smallest pivot over the largest one [1] of a body whose inside is held by its pins
+LEAST_SHARE = 1e-10  # least strain energy of a combination of static shapes and vibrations over that of each one [1]
 
 
 @dataclass(frozen=True, eq=False)
 class Basis:
-    """Shapes of a reduced body.
-
-    nodes : pins, the node of static shapes of inertia, if there is one, then a node for every three vibrations.
-    shapes : (N, n) displacements of the model by those of the nodes.
-    held : frequencies with all pins held of the kept vibrations, and of the next one, if there is one [Hz].
-    solve_inner : solves K_ii x = b for one b (N - 3 P,) or several.
-    by_pin : whether the frame of the body is that of its first pin.
-    followed : (k, 3 P) rigid motion of the added nodes by the displacements of the pins.
-    vibrations : number of vibrations that are kept.
-    """
+    """Shapes of a reduced body."""
 
     model: ElasticModel
+    # pins, the node of static shapes of inertia, if there is one, then a node for every three vibrations
     nodes: tuple[Node, ...]
-    shapes: Array
-    held: Array
-    solve_inner: Callable[[Array], Array]
-    by_pin: bool
-    followed: Array
-    vibrations: int
+    shapes: Array  # (N, n) displacements of the model by those of the nodes
+    held: Array  # frequencies with all pins held of the kept vibrations, and of the next one, if there is one [Hz]
+    solve_inner: Callable[[Array], Array]  # solves K_ii x = b for one b (N - 3 P,) or several
+    by_pin: bool  # whether the frame of the body is that of its first pin
+    followed: Array  # (k, 3 P) rigid motion of the added nodes by the displacements of the pins
+    vibrations: int  # number of vibrations that are kept
 
     @property
     def loaded(self) -> int:

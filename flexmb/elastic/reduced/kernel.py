@@ -51,22 +51,16 @@ Then, at HEAD: X (n) poses of the undeformed body, A (n) weights of the frame, E
 H, P + Kc, Kc, K and D (n x n each), and of each direction l, K l, D l (n each) and Q (n x n); D has no part by zeta.
 """
 
-MOST = 96
-"""Largest number of coordinates."""
+MOST = 96  # largest number of coordinates
 
 D, DD, W, AL, U, S, E, EF, G, G1, G2, GD, KD, HD, T1, T2, T3, QD = range(18)
 """Rows of the scratch matrix: d, d', w, alpha, u, s, forces on e, E, g and its rates, G d, Kc d, H d, work, Q d."""
 
 scratch = stack_matrix(QD + MOST, MOST)
 
-FIRST = 3
-"""First coordinate that bending shortens: those of the first node are none."""
-
-MM, MG, MH, MP, MC, MK, MD, MATRICES = range(8)
-"""Places of the matrices, and their number."""
-
-L, KL, DL, ROWS_OF_DIRECTION = range(4)
-"""Rows of a direction before its matrix Q, and their number."""
+FIRST = 3  # first coordinate that bending shortens: those of the first node are none
+MM, MG, MH, MP, MC, MK, MD, MATRICES = range(8)  # places of the matrices, and their number
+L, KL, DL, ROWS_OF_DIRECTION = range(4)  # rows of a direction before its matrix Q, and their number
 
 
 @fast

@@ -6,8 +6,6 @@ the arc and uk the rotation of the end k against the chord.  It is what the elem
 `flexmb.elastic.beams.corotational` becomes for small displacements.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Hashable, Iterable, Iterator, Sequence
 from itertools import pairwise
@@ -37,10 +35,9 @@ from flexmb.parts.bodies.flexible_body import FlexibleBody
 
 Array = npt.NDArray[np.float64]
 
-PLACES = np.linspace(0.0, 1.0, 4)
-"""Places on an element whose displacements carry its mass: four values of a cubic say all."""
+PLACES = np.linspace(0.0, 1.0, 4)  # places on an element whose displacements carry its mass: four of a cubic say all
 
-HERMITE = np.stack(
+HERMITE = np.stack(  # (4, 4) displacements there by (w1, L theta1, w2, L theta2)
     [
         1.0 - 3.0 * PLACES**2 + 2.0 * PLACES**3,
         PLACES - 2.0 * PLACES**2 + PLACES**3,
@@ -49,9 +46,8 @@ HERMITE = np.stack(
     ],
     axis=1,
 )
-"""(4, 4) displacements there by (w1, L theta1, w2, L theta2)."""
 
-SLOPES = np.stack(
+SLOPES = np.stack(  # (4, 4) slopes there, times L
     [
         -6.0 * PLACES + 6.0 * PLACES**2,
         1.0 - 4.0 * PLACES + 3.0 * PLACES**2,
@@ -60,29 +56,19 @@ SLOPES = np.stack(
     ],
     axis=1,
 )
-"""(4, 4) slopes there, times L."""
 
 
 class Element(NamedTuple):
-    """An element of a beam as it lies unstressed.
+    """An element of a beam as it lies unstressed."""
 
-    places : (6,) places of its displacements among all.
-    turn : (6, 6) displacements in the axes of its chord by those of the nodes.
-    start : first end [m].
-    chord : length of the chord [m].
-    free : rotations (u1, u2) of its ends against the chord [rad]; 0 where it is straight.
-    data : matrices of the beam.
-    k : number of the element.
-    """
-
-    places: Array
-    turn: Array
-    start: Array
-    chord: float
-    free: Array
+    places: Array  # (6,) places of its displacements among all
+    turn: Array  # (6, 6) displacements in the axes of its chord by those of the nodes
+    start: Array  # first end [m]
+    chord: float  # length of the chord [m]
+    free: Array  # rotations (u1, u2) of its ends against the chord [rad]; 0 where it is straight
     beam: Beam
-    data: BeamMatrices
-    k: int
+    data: BeamMatrices  # matrices of the beam
+    k: int  # number of the element
 
     @property
     def length(self) -> float:
@@ -185,8 +171,7 @@ def _axis(data: BeamMatrices, k: int) -> Array:
 
 # Bodies of beams as their reduction sees them
 
-THIN = 2e-3
-"""Half of the depth over the length with which beams of unknown depth are drawn."""
+THIN = 2e-3  # half of the depth over the length with which beams of unknown depth are drawn
 
 
 class BeamModel:
@@ -296,10 +281,7 @@ class BeamModel:
         return MeshShape(self.body.name, "quad4", corners, tuple(cells), tuple(cells), ()), sp.vstack(rows).tocsr()
 
     def _stresses(self, z: Array) -> Array:
-        """Stresses (points of the outline, 4, n) of displacements (N, n): normal stresses in the outer fibres alone.
-
-        The axial force is constant in an element, the moment is linear between its ends.
-        """
+        """Normal stresses in outer fibres (points, 4, n) of displacements (N, n); moments are linear along elements."""
         found = []
         for element in self.elements:
             moved, s, section = element.turn @ z[element.places], element.stations, element.beam.section
@@ -394,8 +376,7 @@ def _model_of_plane(body: PlaneBody, pins: Sequence[str]) -> ElasticModel:
 
 # What a reduced body asks of the body with all its nodes, by its class
 
-Reducible: TypeAlias = FlexibleBody | PlaneBody
-"""Bodies that can be reduced."""
+Reducible: TypeAlias = FlexibleBody | PlaneBody  # bodies that can be reduced
 
 
 def attachable(body: Reducible) -> tuple[Node, ...]:

@@ -10,8 +10,6 @@ by the triangle inequality.  |y| is the root mean square of the von Mises stress
 orthogonal fields of stress, and spread_j is the largest |s_k - s| of the field j alone.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -24,8 +22,7 @@ from flexmb.model.contributions import Coordinate, SignalContribution
 
 scratch = stack_matrix(QD + MOST, MOST)
 
-LANES = 16
-"""Number of nodes side by side, a group; of groups side by side, a block; and of blocks side by side."""
+LANES = 16  # number of nodes side by side, a group; of groups side by side, a block; and of blocks side by side
 
 GROUPS, PARTS, HEAD = range(3)
 """Parameters behind those of the element: number of groups; of stresses sx, sy, txy, sz, without those at the end that
@@ -36,14 +33,9 @@ coordinate their mean stresses side by side; for every group the numbers of its 
 their stresses side by side.  The last group repeats its last node, the last groups and blocks are followed by zeros.
 """
 
-SX, SY, TXY, SZ = range(0, 4 * LANES, LANES)
-"""Places of the stresses of what is side by side, among all of them."""
-
-SURE = 1.0 + 1e-9
-"""Factor of the bounds, for their round-off."""
-
-LEAST = 1e-16
-"""Part of the largest mean square of stresses by which deformations without stress count in R."""
+SX, SY, TXY, SZ = range(0, 4 * LANES, LANES)  # places of the stresses of what is side by side, among all of them
+SURE = 1.0 + 1e-9  # factor of the bounds, for their round-off
+LEAST = 1e-16  # part of the largest mean square of stresses by which deformations without stress count in R
 
 side_by_side = stack_vector(4 * LANES)
 
@@ -171,10 +163,7 @@ def peak_stress_signal(
 
 
 def group_parameters(stresses: np.ndarray) -> tuple[float, ...]:
-    """Parameters of the search: stresses by groups and blocks of nodes.
-
-    Stresses (nodes, 4, n) are sx, sy, txy, sz in the axes of the body, by its coordinates [Pa/m, Pa/rad].
-    """
+    """Parameters of the search: stresses (nodes, 4, n) [Pa/m, Pa/rad] by groups and blocks of nodes."""
     parts = 1 + int(np.flatnonzero(stresses.any(axis=(0, 2)))[-1])
     metric, root = _metric(stresses)
     found = groups_of(metric)

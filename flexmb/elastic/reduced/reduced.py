@@ -8,11 +8,12 @@ from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from threading import Lock
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
 from flexmb import arguments, checks, planar
+from flexmb.elastic.planes.loads import NodalLoad
 from flexmb.elastic.planes.plane_body import MeshBody, PlaneBody
 from flexmb.elastic.reduced.accuracy import Accuracy, Load, accuracy, deformation_findings
 from flexmb.elastic.reduced.bases import Basis, ElasticModel, basis, frame_weights
@@ -28,31 +29,24 @@ from flexmb.elastic.reduced.peak_stress import group_parameters, peak_stress_sig
 from flexmb.elastic.reduced.superelement import Superelement, checked_loads, left_out, load_contributions, superelement
 from flexmb.errors import InputError
 from flexmb.fields import Rule, count, field, flag, not_negative, one_of, positive, variant
+from flexmb.findings.finding import Finding
 from flexmb.model.contributions import Attachment, Contribution, ElementContribution, Node
+from flexmb.model.law import Material, Motion
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, WatchedMotion
 from flexmb.model.shape import MeshShape, Shapes
 from flexmb.parts.bodies.flexible import nearest_node
 from flexmb.parts.loads.mesh_loads import MeshLoad
 
-if TYPE_CHECKING:
-    from flexmb.elastic.planes.loads import NodalLoad
-    from flexmb.findings.finding import Finding
-    from flexmb.model.law import Material, Motion
-    from flexmb.model.mechanism import Mechanism
-
 # Models, bases and matrices of reduced bodies that are kept for equal bodies, by the values that they depend on
 
 Value = TypeVar("Value")
 
-REMEMBERED = 8
-"""Number of models, of bases and of matrices of reduced bodies that are kept."""
+REMEMBERED = 8  # number of models, of bases and of matrices of reduced bodies that are kept
 
 
 class Kept(Generic[Value]):
-    """Values by key; the oldest give way.
-
-    made : number of values that were computed.
-    """
+    """Values by key, of which the oldest give way; `made` is the number of computed ones."""
 
     def __init__(self) -> None:
         self.made = 0
@@ -84,8 +78,7 @@ GROUPS: Kept[tuple[float, ...]] = Kept()
 
 FRAMES = ("chord", "pin")
 
-ROUND_OFF = 1e-12
-"""Distance of two pins over that from the origin [1] up to which they stand at one place."""
+ROUND_OFF = 1e-12  # distance of two pins over that from the origin [1] up to which they stand at one place
 
 
 def pin_names(label: str, name: str, value: Any, *_: str) -> tuple[Any, ...]:

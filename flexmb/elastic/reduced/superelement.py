@@ -71,8 +71,7 @@ if TYPE_CHECKING:
 KIND, ANGLE, STIFFENS = 3, 4, 5
 """Kind of a load, angle of its axes, whether it has a geometric stiffness, in place of other parameters of the body."""
 
-DEAD, FOLLOWER, EDGES = 0.0, 1.0, 2.0
-"""Kinds of loads."""
+DEAD, FOLLOWER, EDGES = 0.0, 1.0, 2.0  # kinds of loads
 
 OF_F, OF_JF, TURN_F, TURN_JF, VECTORS = range(5)
 """Vectors (n) behind poses and weights of the frame: Psi' f, Psi' J f, Phi' f, Phi' J f; their number.
@@ -275,36 +274,24 @@ def reduced_load_signal(p, t, q, v, a):
 
 Array = npt.NDArray[np.float64]
 
-ROUND_OFF = 1e-10
-"""Part of the largest shortening that counts as round-off."""
+ROUND_OFF = 1e-10  # part of the largest shortening that counts as round-off
 
 
 @dataclass(frozen=True, eq=False)
 class Superelement:
-    """Matrices of the kernel (`flexmb.elastic.reduced.kernel`), in the axes of the reference configuration.
+    """Matrices of the kernel (`flexmb.elastic.reduced.kernel`), in the axes of the reference configuration."""
 
-    nodes : pins and nodes of vibrations.
-    pins : number of pins.
-    by_pin : whether the frame is that of the first pin.
-    damping : stiffness-proportional damping time [s].
-    mass : total mass [kg].
-    moment : (2,) int rho X [kg m].
-    mean : (2, n) int rho Psi [kg].
-    matrices : M, G, H, P, K, and D of modal and mass-proportional damping (n, n each).
-    centrifugal : (n, n) Kc, zeros without stiffening.
-    directions : (k, n + 1, n) directions in which bending shortens the body, as few as there can be, each above its Q;
-        a straight beam has one, its axis, however it lies.
-    """
-
-    nodes: tuple[Node, ...]
-    pins: int
-    by_pin: bool
-    damping: float
-    mass: float
-    moment: Array
-    mean: Array
-    matrices: dict[str, Array]
-    centrifugal: Array
+    nodes: tuple[Node, ...]  # pins and nodes of vibrations
+    pins: int  # number of pins
+    by_pin: bool  # whether the frame is that of the first pin
+    damping: float  # stiffness-proportional damping time [s]
+    mass: float  # total mass [kg]
+    moment: Array  # (2,) int rho X [kg m]
+    mean: Array  # (2, n) int rho Psi [kg]
+    matrices: dict[str, Array]  # M, G, H, P, K, and D of modal and mass-proportional damping (n, n each)
+    centrifugal: Array  # (n, n) Kc, zeros without stiffening
+    # (k, n + 1, n) directions in which bending shortens the body, as few as there can be, each above its Q; a straight
+    # beam has one, its axis, however it lies
     directions: Array
 
     def parameters(self, gravity: tuple[float, float]) -> tuple[float, ...]:
@@ -484,10 +471,7 @@ def load_contributions(
     *,
     stiffening: bool,
 ) -> list[Contribution]:
-    """Element and signals of a load, times the value of the motion `history`; None: constant.
-
-    With `stiffening` the stress of the load with held pins stiffens or softens the body.
-    """
+    """Element and signals of a load, times the motion `history`; with `stiffening` its stress stiffens or softens."""
     kind = EDGES if load.edges else FOLLOWER if load.follower else DEAD
     shapes = np.asarray(found.model.shape @ found.shapes)  # Psi at the points
     turning = _quarter(shapes) - quarter_turned(shapes)  # Phi

@@ -55,11 +55,7 @@ DISPLACEMENT = ("(dx, dy, dtheta)", ("m", "m", "rad"))
 
 
 def start_velocity(label: str, given: object, nodes: int, places: Sequence[float] | None) -> Triple | Field | None:
-    """A start velocity: None, one triple for a rigid motion, or a field with one triple a node.
-
-    `places` are the fractions of the length where the nodes stand, at which a function is evaluated; None: functions
-    are refused.
-    """
+    """A start velocity: None, one triple for a rigid motion, or one a node, also by a function of `places`."""
     if given is None:
         return None
     if not callable(given) and isinstance(given, Iterable) and not isinstance(given, str):
@@ -218,12 +214,7 @@ Elements = int | tuple[float, ...]
 
 @dataclass(frozen=True)
 class Beam:
-    """One beam between two corners: names of its nodes, their stations along it [m], section and material.
-
-    rotary_inertia : of the sections [kg m]; None: rho I.
-    shear : shear factor [1]; None: that of the section; 0: no shear.
-    turn : by which the beam turns from start to end along a circular arc [rad]; 0: straight.
-    """
+    """One beam between two corners: names of its nodes, their stations along it [m], section and material."""
 
     nodes: tuple[str, ...]
     start: Point
@@ -231,9 +222,9 @@ class Beam:
     stations: tuple[float, ...]
     section: Section
     material: Material
-    rotary_inertia: float | None = 0.0
-    shear: float | None = 0.0
-    turn: float = 0.0
+    rotary_inertia: float | None = 0.0  # of the sections [kg m]; None: rho I
+    shear: float | None = 0.0  # shear factor [1]; None: that of the section; 0: no shear
+    turn: float = 0.0  # by which the beam turns from start to end along a circular arc [rad]; 0: straight
 
     @property
     def length(self) -> float:
@@ -292,13 +283,11 @@ def fractions(elements: Elements) -> tuple[float, ...]:
     return (0.0, *elements, 1.0)
 
 
-REMEMBERED = 4096
-"""Number of beams whose matrices are kept besides those of the present call."""
+REMEMBERED = 4096  # number of beams whose matrices are kept besides those of the present call
 
 BeamKey = tuple[tuple[float, ...], Section, Material, float | None, float | None]
 
-_KNOWN: dict[BeamKey, BeamMatrices] = {}
-"""Matrices of beams by their data."""
+_KNOWN: dict[BeamKey, BeamMatrices] = {}  # matrices of beams by their data
 
 
 def matrices(beam: Beam) -> BeamMatrices:
@@ -533,10 +522,7 @@ def number_of(node: str) -> int:
 
 
 def section_factors(beam: Beam) -> np.ndarray:
-    """(2, n) stress over axial force, 1/A [1/m^2], and over bending moment, c/I [1/m^3], at the nodes of a beam.
-
-    The section knows its outer fibre.
-    """
+    """(2, n) stress over axial force, 1/A [1/m^2], and over moment, c/I [1/m^3], at nodes; outer fibres are known."""
     places, section = np.array(beam.places), beam.section
     fibre = np.asarray(section.outer_fibre_at(places)) / np.asarray(section.second_moment_at(places))
     return np.stack([1.0 / np.asarray(section.area_at(places)), fibre])

@@ -6,7 +6,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar, cast
+from typing import ClassVar, cast
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from flexmb.findings.finding import Finding, found
 from flexmb.model.contributions import Attachment, Contribution
 from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.law import Material
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Pose, WatchedMotion
 from flexmb.model.shape import Shapes
 from flexmb.parts.bodies.flexible import (
@@ -45,13 +46,9 @@ from flexmb.parts.bodies.flexible import (
     start_velocity,
 )
 
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
-
 Point = tuple[float, float]
 
-LEAST_SLENDERNESS = 5.0
-"""Length of a beam over its height, below which shear cannot be left out."""
+LEAST_SLENDERNESS = 5.0  # length of a beam over its height, below which shear cannot be left out
 
 
 @record
@@ -278,10 +275,7 @@ def _outer_fibre(section: Section) -> float:
 def beam_of_mesh(
     label: str, path: str, tags: set[int], stations: np.ndarray, sections: Mapping[int, Section]
 ) -> tuple[Elements, Section]:
-    """Inner nodes as fractions of the length, and the section, of a straight beam whose mesh lines have these `tags`.
-
-    stations : (n,) arc lengths of the nodes [m].  A tag without a section, and several sections, are refused.
-    """
+    """Inner nodes as fractions of the length, and the one section of a straight beam, by stations (n,) and `tags`."""
     missing = sorted(tags - set(sections))
     if missing:
         raise InputError(f"{label}: {path} has cells with tag {missing[0]}, for which sections has no entry. Add one.")

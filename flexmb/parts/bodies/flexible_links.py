@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import KW_ONLY
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from flexmb.errors import InputError
 from flexmb.fields import between, field, not_negative, point, record, several, variant
 from flexmb.model.contributions import Contribution, Node, SignalContribution
 from flexmb.model.law import Material
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body
 from flexmb.parts.bodies.flexible import (
     Beam,
@@ -34,9 +34,6 @@ from flexmb.parts.bodies.flexible import (
 )
 from flexmb.parts.bodies.flexible_body import FlexibleBody, beam_of_mesh
 from flexmb.parts.bodies.rigid import Bar
-
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
 
 # Base of bodies whose axis is a set of edges between corners
 

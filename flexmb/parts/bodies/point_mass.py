@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -30,17 +30,14 @@ from flexmb.model.contributions import (
     Node,
     node_coordinates,
 )
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body
 from flexmb.model.shape import Point, RigidShape, Shapes
 from flexmb.places import ARM1_X, ARM1_Y, ARM2_X, ARM2_Y, NORMAL_X, NORMAL_Y, packed
 
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
-
 # Mass and moment of inertia of a node, and of a point between nodes: kernels and pieces
 
-MASS, INERTIA, GRAVITY_X, GRAVITY_Y = range(4)
-"""Parameters p of the mass of a node."""
+MASS, INERTIA, GRAVITY_X, GRAVITY_Y = range(4)  # parameters p of the mass of a node
 
 
 @element_kernel
@@ -195,14 +192,9 @@ def mean_mass(part: str, nodes: Sequence[str], mass: float, gravity: Point) -> E
 
 # Particle: a mass without rotation
 
-SAME_POINT = 1e-9
-"""Distance from the particle, relative to its distance from the origin (1 m at least), that counts as 0."""
-
-MANY_PARTS = 500
-"""Number of parts of a mechanism above which compiled kernels are called, which are a hundred times as fast."""
-
-NO_MOMENT = 1e-9
-"""Moment on a particle over the largest force [m], or change by its rotation, that counts as round-off."""
+SAME_POINT = 1e-9  # distance from the particle, over its distance from the origin (at least 1 m), that counts as 0
+MANY_PARTS = 500  # number of parts of a mechanism above which compiled kernels are called, a hundred times as fast
+NO_MOMENT = 1e-9  # moment on a particle over the largest force [m], or change by its rotation, that counts as round-off
 
 
 @constraint_kernel

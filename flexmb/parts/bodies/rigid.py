@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from flexmb import checks, planar
 from flexmb.errors import InputError
 from flexmb.fields import Rule, between, field, point, positive, record, several
 from flexmb.findings.finding import Finding, found
 from flexmb.model.contributions import Attachment, Contribution, Node
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, Joint
 from flexmb.model.shape import RigidShape, Shapes
 from flexmb.parts.bodies.point_mass import node_mass
-
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
 
 # Base of rigid and flexible bars between two points
 
@@ -131,17 +129,10 @@ def held_points(body: Body, mechanism: Mechanism) -> list[Point]:
 
 # A rigid bar between two points
 
-MASSLESS = 1e-8
-"""Mass of a massless link over the smallest mass of the other bodies [1]."""
-
-AXIS_TOLERANCE = 1e-3
-"""Distance from the axis over the length [1] up to which a point counts as one of the axis."""
-
-GYRATIONS = (0.02, 3.0)
-"""Radius of gyration over the length of a link, least and largest, that goes without a finding."""
-
-BEYOND_END = 1.0
-"""Distance of a joint from the nearer end of its link, relative to its length, up to which it is not odd."""
+MASSLESS = 1e-8  # mass of a massless link over the smallest mass of the other bodies [1]
+AXIS_TOLERANCE = 1e-3  # distance from the axis over the length [1] up to which a point counts as one of the axis
+GYRATIONS = (0.02, 3.0)  # radius of gyration over the length of a link, least and largest, that goes without a finding
+BEYOND_END = 1.0  # distance of a joint from the nearer end of its link, over the length, up to which it is not odd
 
 
 @record

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -15,20 +15,16 @@ from flexmb.fields import field, instance, one_of, point, record
 from flexmb.findings.finding import Finding, found
 from flexmb.model.contributions import Contribution, Coordinate, Node, SignalContribution, node_coordinates
 from flexmb.model.law import FrictionLaw, NormalLaw
-from flexmb.model.part import Part, refuse_one_body
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import Part, WatchedMotion, refuse_one_body
 from flexmb.model.shape import RigidShape, Shapes
 from flexmb.parts.cams.curves import SAMPLES, CircularCurve, ClosedCurve, Line
 from flexmb.parts.cams.pair_kernels import CURVE_UNDER_CURVE, CURVES, FACE, OPEN, ROLLER, TOUCHING, face_place
 from flexmb.parts.cams.spans import sampled
 
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
-    from flexmb.model.part import WatchedMotion
-
 # Curves of bodies as numbers of kernels, and distances in the reference configuration
 
-TOLERANCE_LENGTH = 1e-3
-"""Length by which tolerances of a run with contacts are scaled, over the size of the curve."""
+TOLERANCE_LENGTH = 1e-3  # length by which tolerances of a run with contacts are scaled, over the size of the curve
 
 
 def carrier(mechanism: Mechanism, part: str, owner: str) -> Node:
@@ -123,14 +119,9 @@ def shape(part: str, node: Node, points: tuple[tuple[float, float], ...]) -> Rig
 
 # Two bodies that touch along curves: cam and follower, ideal or as a contact that can open
 
-PULL = 1e-3
-"""Pull of an ideal pair relative to its largest force, above which there is a remark."""
-
-FAR = 0.25
-"""Largest gap in the reference configuration that is closed at the start, over the size of the first curve."""
-
-OVERLAP = 1e-3
-"""Largest overlap in the reference configuration with which a contact may start open, over the same."""
+PULL = 1e-3  # pull of an ideal pair relative to its largest force, above which there is a remark
+FAR = 0.25  # largest gap in the reference configuration that is closed at the start, over the size of the first curve
+OVERLAP = 1e-3  # largest overlap in the reference configuration with which a contact may start open, over the same
 
 
 NORMAL = instance(NormalLaw, "a normal law, e.g. HuntCrossley, or None")
@@ -315,8 +306,7 @@ def check_distance(part: Any, curve: ClosedCurve, other: Any) -> None:
 
 # A point of one body on a closed curve of another: knife edge, pin in a groove
 
-POINT = 1e-9
-"""Radius that stands for a point in checks of distances, over the size of the curve."""
+POINT = 1e-9  # radius that stands for a point in checks of distances, over the size of the curve
 
 
 @record

@@ -18,8 +18,7 @@ from flexmb.parts.cams.spans import area, crossing, curvatures, reversed_spans, 
 
 # Straight segment and circle of a body: flat face and roller
 
-CIRCLE_POINTS = 72
-"""Number of segments of a drawn circle."""
+CIRCLE_POINTS = 72  # number of segments of a drawn circle
 
 
 @record
@@ -86,23 +85,12 @@ class CircularCurve(Input, Shown):
 
 # Smooth closed curve of a body: a spline through points, the profile of a cam
 
-FEWEST_POINTS = 8
-"""Fewest points of a spline."""
-
-LARGEST_CHORD = 10.0
-"""Closing chord over the longest other chord from which a curve counts as not closed."""
-
-DOUBLED = 1e-9
-"""Distance of neighbouring points over the size of the curve below which they count as one."""
-
-LARGEST_TURN = 1e-6
-"""Tangent of the angle of two spans [1] up to which a curve has no corner."""
-
-SAMPLES = 8
-"""Points of a span at which curvature and crossings are examined."""
-
-DRAWN_POINTS = 360
-"""Fewest points of a drawing."""
+FEWEST_POINTS = 8  # fewest points of a spline
+LARGEST_CHORD = 10.0  # closing chord over the longest other chord from which a curve counts as not closed
+DOUBLED = 1e-9  # distance of neighbouring points over the size of the curve below which they count as one
+LARGEST_TURN = 1e-6  # tangent of the angle of two spans [1] up to which a curve has no corner
+SAMPLES = 8  # points of a span at which curvature and crossings are examined
+DRAWN_POINTS = 360  # fewest points of a drawing
 
 
 @record

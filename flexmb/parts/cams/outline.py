@@ -16,11 +16,8 @@ from flexmb.parts.cams.spans import area, crossing, sampled
 
 # Biarcs: smooth curves as chains of circular arcs with common tangents
 
-TRIED_POINTS = 8
-"""Points of a pair of arcs at which the distance from the curve is measured."""
-
-MOST_PARTS = 64
-"""Largest number of pairs of arcs of a span."""
+TRIED_POINTS = 8  # points of a pair of arcs at which the distance from the curve is measured
+MOST_PARTS = 64  # largest number of pairs of arcs of a span
 
 
 def biarcs(spans: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray] | None:
@@ -81,17 +78,10 @@ def _distance(points: np.ndarray, starts: np.ndarray, ends: np.ndarray, bulges: 
 
 # Outline of a body with corners: a closed chain of straight lines and circular arcs
 
-ARC_POINTS = 48
-"""Points of a drawn or examined quarter of a circle; shorter arcs have fewer."""
-
-LARGEST_BULGE = math.tan(math.pi / 8.0)
-"""Bulge of a quarter of a circle; longer arcs are halved."""
-
-SMOOTH = 1e-9
-"""Sine of the angle of two pieces [1] up to which they join without a corner."""
-
-DOUBLED = 1e-12
-"""Length of a piece over the size of the outline below which its ends count as one point."""
+ARC_POINTS = 48  # points of a drawn or examined quarter of a circle; shorter arcs have fewer
+LARGEST_BULGE = math.tan(math.pi / 8.0)  # bulge of a quarter of a circle; longer arcs are halved
+SMOOTH = 1e-9  # sine of the angle of two pieces [1] up to which they join without a corner
+DOUBLED = 1e-12  # length of a piece over the size of the outline below which its ends count as one point
 
 
 @record
@@ -291,8 +281,7 @@ def _polygon(points: np.ndarray, bulges: np.ndarray) -> np.ndarray:
 
 # Rounds of an outline: runs of convex arcs and corners between straight and hollow pieces
 
-ROUNDED, POINTED, END = 0.0, 1.0, 2.0
-"""Kinds of arcs of a round: an arc; a corner; the end of an arc at a straight piece."""
+ROUNDED, POINTED, END = 0.0, 1.0, 2.0  # kinds of arcs of a round: an arc; a corner; end of an arc at a straight piece
 
 
 @dataclass(frozen=True)

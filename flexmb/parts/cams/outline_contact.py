@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -14,29 +14,15 @@ from flexmb.errors import InputError, ModelError
 from flexmb.fields import field, instance, record
 from flexmb.model.contributions import ContactContribution, Contribution, Node
 from flexmb.model.law import FRICTION_LAW, NORMAL_LAW, FrictionLaw, NormalLaw
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part, refuse_one_body
 from flexmb.model.shape import Shapes
-from flexmb.parts.cams.curve_on_curve import (
-    TOLERANCE_LENGTH,
-    carriers,
-    in_frame,
-    pair_shapes,
-    signed_distance,
-)
+from flexmb.parts.cams.curve_on_curve import TOLERANCE_LENGTH, carriers, in_frame, pair_shapes, signed_distance
 from flexmb.parts.cams.curves import CircularCurve
 from flexmb.parts.cams.outline import Outline, RoundArc, rounds
-from flexmb.parts.cams.outline_kernels import (
-    PART,
-    PART_WITHOUT_START,
-    WHOLE,
-    outline_gap_kernel,
-    round_gap_kernel,
-)
+from flexmb.parts.cams.outline_kernels import PART, PART_WITHOUT_START, WHOLE, outline_gap_kernel, round_gap_kernel
 from flexmb.parts.cams.spans import meeting
 from flexmb.parts.contact.friction import Frictionless
-
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
 
 # Contact of an outline of one body with a circle of another: pin in a Geneva wheel, pawl and ratchet, roller
 
@@ -161,8 +147,7 @@ def _mean_normal(a: tuple[float, float], b: tuple[float, float], node: Node) -> 
 
 # Contact of two outlines of two bodies: pawl and ratchet, blocks, wheels with slots, cams of lines and arcs
 
-MOST_CONTACTS = 256
-"""Largest number of contacts of a pair."""
+MOST_CONTACTS = 256  # largest number of contacts of a pair
 
 
 @record

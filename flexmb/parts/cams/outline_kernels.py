@@ -22,8 +22,7 @@ WHOLE, PART, PART_WITHOUT_START = 0.0, 1.0, 2.0
 X0, Y0, X1, Y1, ORIGIN_X, ORIGIN_Y, BEND, START_NX, START_NY, END_NX, END_NY, PIECE_SIZE = range(12)
 """Places in a piece: ends [m], centre [m], radius [m] (0: straight, < 0: hollow), mean outward normals at both ends."""
 
-STRAIGHT, ARC, CORNER = range(3)
-"""Kinds of nearest places."""
+STRAIGHT, ARC, CORNER = range(3)  # kinds of nearest places
 
 
 @compiled
@@ -134,14 +133,9 @@ arcs, those of the chain first."""
 ARC_X, ARC_Y, ARC_RADIUS, FROM_X, FROM_Y, TO_X, TO_Y, KIND, ARC_SIZE = range(9)
 """Places in an arc of a round: centre and radius [m], outward normals at both ends, kind."""
 
-GAP = 4
-"""Place of the distance in the numbers of a place."""
-
-ROUNDING = 1e-12
-"""Sine of an angle [1] by which sectors overlap."""
-
-SAME = 1e-6
-"""Difference of distances, over the length for tolerances, up to which they are the same."""
+GAP = 4  # place of the distance in the numbers of a place
+ROUNDING = 1e-12  # sine of an angle [1] by which sectors overlap
+SAME = 1e-6  # difference of distances, over the length for tolerances, up to which they are the same
 
 
 @compiled

@@ -9,8 +9,6 @@ Source: to second order a curve is its circle of curvature; the equations are th
 Uicker, G. R. Pennock, J. E. Shigley, Theory of Machines and Mechanisms, 4th ed., 2011, on Euler-Savary and cams).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from typing import Any
@@ -68,14 +66,7 @@ def row(x, y, r1x, r1y, r2x, r2y):
 @compiled
 def row_change(x, y, px, py, r1x, r1y, r2x, r2y, x1, y1, x2, y2):
     """Derivative of `row`, for derivatives (px, py) of the direction, (x1, y1) and (x2, y2) of the arms."""
-    return (
-        -px,
-        -py,
-        px * r1y - py * r1x + x * y1 - y * x1,
-        px,
-        py,
-        py * r2x - px * r2y + y * x2 - x * y2,
-    )
+    return (-px, -py, px * r1y - py * r1x + x * y1 - y * x1, px, py, py * r2x - px * r2y + y * x2 - x * y2)
 
 
 @compiled
@@ -157,18 +148,13 @@ def put_gap(pair, q, v, out):
         rate += J[j] * v[j]
         spin += turn * v[j]
     put_eccentricity(
-        out,
-        distance * nx,
-        distance * ny,
-        rate * nx - distance * spin * ny,
-        rate * ny + distance * spin * nx,
+        out, distance * nx, distance * ny, rate * nx - distance * spin * ny, rate * ny + distance * spin * nx
     )
 
 
 # A closed curve of the second body on a closed curve of the first: constraint, gap and friction kernels
 
-CURVE_SCALE, SECOND, CURVE_UNDER_CURVE = range(3)
-"""Places in p: length for tolerances [m], place of the second curve, the first curve."""
+CURVE_SCALE, SECOND, CURVE_UNDER_CURVE = range(3)  # places in p: length for tolerances [m], second curve, first curve
 
 
 @compiled
@@ -335,8 +321,7 @@ def face_speed(p, t, q, v, a):
 
 # Kernels of pairs of curves, by kind of the second curve, and contributions made of them
 
-TOUCHING, OPEN = "touching", "open"
-"""Starts of a contact: the second body is put onto the curve, or stands where it is drawn."""
+TOUCHING, OPEN = "touching", "open"  # starts of a contact: second body put onto the curve, or where it is drawn
 
 
 @dataclass(frozen=True)
@@ -365,11 +350,6 @@ class PairKernels:
         ]
 
 
-FACE = PairKernels(face_kernel, face_gap_kernel, face_friction, face_speed)
-"""Pair of a closed curve with a line."""
-
-ROLLER = PairKernels(roller_kernel, roller_gap_kernel, roller_friction, roller_speed)
-"""Pair of a closed curve with a circle or point."""
-
-CURVES = PairKernels(curves_kernel, curves_gap_kernel, curves_friction, curves_speed)
-"""Pair of two closed curves."""
+FACE = PairKernels(face_kernel, face_gap_kernel, face_friction, face_speed)  # pair of a closed curve with a line
+ROLLER = PairKernels(roller_kernel, roller_gap_kernel, roller_friction, roller_speed)  # curve with a circle or point
+CURVES = PairKernels(curves_kernel, curves_gap_kernel, curves_friction, curves_speed)  # pair of two closed curves

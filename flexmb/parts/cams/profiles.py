@@ -82,14 +82,12 @@ def root(jet: Jet) -> Jet:
 
 # Lift law of a follower over a turn of its cam
 
-ORDERS = 5
-"""Number of derivatives of a lift, from the lift itself on."""
+ORDERS = 5  # number of derivatives of a lift, from the lift itself on
 
 POLYNOMIALS = {"3-4-5": (0.0, 0.0, 0.0, 10.0, -15.0, 6.0), "4-5-6-7": (0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0)}
 """Coefficients of the normalised laws x(u), from the constant on."""
 
-LAWS = ("cycloidal", *POLYNOMIALS, "harmonic")
-"""Names of the laws."""
+LAWS = ("cycloidal", *POLYNOMIALS, "harmonic")  # names of the laws
 
 
 @record
@@ -186,11 +184,8 @@ def normalised(law: str, u: np.ndarray) -> np.ndarray:
 
 # Profiles of cams that give their followers a lift law
 
-ACCURACY = 1e-9
-"""Largest error of the second derivative of a profile by the cam angle, over its largest value."""
-
-FEWEST_SPANS, MOST_SPANS = 4, 256
-"""Numbers of spans of an interval of the lift law."""
+ACCURACY = 1e-9  # largest error of the second derivative of a profile by the cam angle, over its largest value
+FEWEST_SPANS, MOST_SPANS = 4, 256  # numbers of spans of an interval of the lift law
 
 Pair = tuple[Jet, Jet]
 

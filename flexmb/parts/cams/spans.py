@@ -6,8 +6,6 @@ and behind these the coefficients: eight of x and eight of y, from the constant 
 starts of the spans in the boxes that may hold the point, and ends with Newton's method to round-off.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -30,8 +28,7 @@ HERMITE = np.linalg.inv(
 )
 """Coefficients of the polynomial of degree 7 on [0, 1] by value and three derivatives at 0, then at 1."""
 
-CROSSING_BLOCK = 256
-"""Number of segments that are compared with all others at once."""
+CROSSING_BLOCK = 256  # number of segments that are compared with all others at once
 
 
 def hermite_spans(starts: np.ndarray, ends: np.ndarray, steps: np.ndarray) -> np.ndarray:
@@ -92,10 +89,7 @@ def crossing(points: np.ndarray) -> tuple[float, float] | None:
 
 
 def meeting(one: np.ndarray, two: np.ndarray, tolerance: float) -> tuple[float, float] | None:
-    """A point where two closed polygons (n, 2), (m, 2) cross one another, or None.
-
-    Within the tolerance [m] from the ends of their sides they only touch.
-    """
+    """A point where two closed polygons (n, 2), (m, 2) cross, or None; within the tolerance [m] they touch."""
     d, e = np.roll(one, -1, axis=0) - one, np.roll(two, -1, axis=0) - two
     between = two[None, :, :] - one[:, None, :]
     det = d[:, None, 0] * e[None, :, 1] - d[:, None, 1] * e[None, :, 0]
@@ -119,26 +113,13 @@ def curvatures(spans: np.ndarray, samples: int) -> tuple[np.ndarray, np.ndarray]
 
 # Closed curves as numbers of kernels: spans of polynomials, boxes around them, closest points
 
-SPANS, BOXES, FIRST_BOX = range(3)
-"""Places at the begin of a curve: number of spans, number of boxes, first box."""
-
-BOX_X, BOX_Y, BOX_RADIUS, BOX_FIRST, BOX_END, BOX_SIZE = range(6)
-"""Places in a box, and its length."""
-
-C6, C7, SPAN_Y = range(6, 9)
-"""Places of the last two coefficients of x in a span, and of the first one of y."""
-
-SPAN_SIZE = 16
-"""Numbers of a span."""
-
-MOST_ITERATIONS = 40
-"""Largest number of Newton iterations."""
-
-LEAST_STEP = 1e-14
-"""Change of u below which a point is found [1]."""
-
-HALF_SPAN = 0.5
-"""Step of u [1] where the distance is not convex."""
+SPANS, BOXES, FIRST_BOX = range(3)  # places at the begin of a curve: number of spans, number of boxes, first box
+BOX_X, BOX_Y, BOX_RADIUS, BOX_FIRST, BOX_END, BOX_SIZE = range(6)  # places in a box, and its length
+C6, C7, SPAN_Y = range(6, 9)  # places of the last two coefficients of x in a span, and of the first one of y
+SPAN_SIZE = 16  # numbers of a span
+MOST_ITERATIONS = 40  # largest number of Newton iterations
+LEAST_STEP = 1e-14  # change of u below which a point is found [1]
+HALF_SPAN = 0.5  # step of u [1] where the distance is not convex
 
 
 @compiled
@@ -277,10 +258,7 @@ def nearest_starts(p, one, other, c, s, X, Y):
 
 @compiled
 def common_normal(p, one, other, c, s, X, Y):
-    """Points of two curves on a common normal: both points, tangent of the first curve, both curvatures.
-
-    All in the frame of the first curve, see `nearest_starts`.
-    """
+    """Points of two curves on a common normal, tangent of the first, curvatures, in its frame; see `nearest_starts`."""
     first, second = nearest_starts(p, one, other, c, s, X, Y)
     u, w = 0.0, 0.0
     for _ in range(MOST_ITERATIONS):

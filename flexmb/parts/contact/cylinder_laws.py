@@ -31,8 +31,7 @@ END = 2.0
 """ln(A/f) at the end of use.  The printed laws end at ln(A/f) = 1, where their stiffness is infinite; here it has
 reached 1/sigma a length, and from here on the force follows its tangent."""
 
-END_DEPTH = END * math.exp(-END)
-"""depth/(sigma A) at the end of use."""
+END_DEPTH = END * math.exp(-END)  # depth/(sigma A) at the end of use
 
 
 @compiled

@@ -12,8 +12,7 @@ from flexmb.model.law import FrictionLaw
 
 # Slip speed at which a friction law balances a load
 
-SCANNED = 4000
-"""Number of speeds at which a law is evaluated before bisection finds its balance with the load to round-off."""
+SCANNED = 4000  # number of speeds at which a law is evaluated before bisection finds its balance with the load
 
 
 def checked_ratio(owner: str, value: object) -> float:
@@ -395,8 +394,7 @@ PASSIVE = 4.0 * math.sqrt(2.0 * math.e)
 """Largest damping sigma_1 v_s/mu_k [1] of passive bristles: sigma_1(v) v is largest at v_s/sqrt(2), with the value
 sigma_1 v_s/sqrt(2 e), and must not exceed 4 mu_k."""
 
-(DEFLECTION,) = range(1)
-"""Place in the history: bristle deflection [m]."""
+(DEFLECTION,) = range(1)  # place in the history: bristle deflection [m]
 
 
 @friction_law

@@ -23,8 +23,7 @@ from flexmb.parts.contact.restitution import delivered_restitution, hertz_stiffn
 
 # Base of the families of normal laws that multiply an elastic force by a hysteresis factor
 
-SMALL_SHARE = 0.01
-"""Share of impulses or losses in contacts slower than `least_approach`, up to which there is no remark."""
+SMALL_SHARE = 0.01  # share of impulses or losses in contacts slower than `least_approach`, up to which all is well
 
 
 @compiled
@@ -132,8 +131,7 @@ class DampedElasticLaw(NormalLaw):
         return InputError(f"{type(self).__name__}: the stiffness depends on radii; use it in a clearance joint.")
 
 
-RESTITUTION = both(positive, between(0.0, 1.0))
-"""Rule of a coefficient of restitution e."""
+RESTITUTION = both(positive, between(0.0, 1.0))  # rule of a coefficient of restitution e
 
 
 def two_materials(name: str, field_name: str, materials: object, *_: str) -> Any:
@@ -146,8 +144,7 @@ def two_materials(name: str, field_name: str, materials: object, *_: str) -> Any
 
 # Base of the normal laws N = K depth^n (1 + chi depth_rate/w), and their kernel
 
-MISS = 0.05
-"""Fraction of the coefficient of restitution asked for by which a law may miss it without a warning."""
+MISS = 0.05  # fraction of the coefficient of restitution asked for by which a law may miss it without a warning
 
 
 @normal_law

@@ -7,10 +7,7 @@ from flexmb.kernels import compiled
 
 @compiled
 def crossing(h, gap0, rate0, gap1, rate1):
-    """Fraction s of the step at which the cubic through (gap0, rate0) and (gap1, rate1) falls through zero.
-
-    gap0 > 0 >= gap1.  Bisection guards Newton, so the root is found to round-off.
-    """
+    """Fraction s of a step at which the cubic of gap0 > 0 >= gap1 and rates falls through zero, to round-off."""
     low, high = 0.0, 1.0
     s = gap0 / (gap0 - gap1)
     for _ in range(40):
@@ -46,8 +43,7 @@ SPEED, LAST_GAP, LAST_RATE, APPROACH = range(4)
 """Places at the beginning of a law's history: reference speed (0: open), gap and gap rate at the last accepted state;
 with `reference_speed` also the approach speed."""
 
-HISTORY = (0.0, 1.0, 0.0)
-"""Start values: reference speed (0: open), gap and gap rate at the last accepted state."""
+HISTORY = (0.0, 1.0, 0.0)  # start values: reference speed (0: open), gap and gap rate at the last accepted state
 
 LEAST_APPROACH = 1e-6
 """Least approach speed [m/s] by default; a slower contact refers to the largest speed since its onset.

@@ -21,11 +21,9 @@ from flexmb.model.law import Material
 
 # Coefficient of restitution of an elastic force with the factor (1 + chi depth_rate/approach), and chi by its inverse
 
-SMALL_CHI = 0.5
-"""Damping factor chi [1] below which phi is summed as a series, since x - ln(1 + x) cancels."""
+SMALL_CHI = 0.5  # damping factor chi [1] below which phi is summed as a series, since x - ln(1 + x) cancels
 TERMS = 90
-SERIES_FROM = 0.75
-"""Coefficient of restitution [1] from which the exact chi is small enough for the series."""
+SERIES_FROM = 0.75  # coefficient of restitution [1] from which the exact chi is small enough for the series
 
 
 @lru_cache(256)  # a sweep asks for the same one again and again

@@ -1,7 +1,5 @@
 """Validity of normal laws: extremes of a run, kept in the history of a law, and remarks on the limits of its theory."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 
@@ -13,8 +11,7 @@ HISTORY_WITH_EXTREMES = (*HISTORY, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """Start values: history of the onset; approach speed of the present contact; largest approach speed, depth, force, cut
 tension and excess of the whole run."""
 
-MOST_APPROACH, DEPTH, FORCE, TENSION, EXCESS = range(4, 9)
-"""Places of the extremes in the history."""
+MOST_APPROACH, DEPTH, FORCE, TENSION, EXCESS = range(4, 9)  # places of the extremes in the history
 
 
 LOVE = 1e-5
@@ -38,8 +35,7 @@ WIDE = 0.3
 Hertz's theory asks for a ratio much smaller than 1 (Johnson 1985, section 4.2) without a number; 0.3 is our choice.
 """
 
-SMALL_TENSION, SMALL_EXCESS = 0.01, 0.01
-"""Cut tension and excess over the largest force [1] up to which a run has no remark."""
+SMALL_TENSION, SMALL_EXCESS = 0.01, 0.01  # cut tension and excess over the largest force [1] up to which all is well
 
 
 @compiled

@@ -14,8 +14,7 @@ from flexmb.model.contributions import ControlContribution, MotionInput
 from flexmb.model.law import Motion
 from flexmb.model.part import Controller, Part, name_of
 
-LEAST_SAMPLE = 1e-9
-"""Shortest time between two instants of a sampled controller [s]; each instant costs some 0.3 ms of computing."""
+LEAST_SAMPLE = 1e-9  # shortest time between two instants of a controller [s]; each costs some 0.3 ms of computing
 
 
 def checked_sample(label: str, name: str, sample: Any, unit: str, _: str) -> float:

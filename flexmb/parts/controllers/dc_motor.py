@@ -14,8 +14,7 @@ from flexmb.model.law import Motion
 from flexmb.model.part import Controller, Part, name_of
 from flexmb.parts.controllers.control import is_signal_name, signal
 
-(CURRENT,) = range(1)
-"""Place of the current among the states."""
+(CURRENT,) = range(1)  # place of the current among the states
 
 
 @control_kernel

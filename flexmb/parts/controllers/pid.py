@@ -17,11 +17,8 @@ from flexmb.model.law import Motion
 from flexmb.model.part import Controller, Part, name_of
 from flexmb.parts.controllers.control import checked_sample, signal
 
-FILTER_RATIO = 10.0
-"""Ratio kd / kp of derivative action over the time constant of its filter, where none is given [1]."""
-
-(INTEGRAL,) = range(1)
-"""Place of the integral among the states, before that of the filter."""
+FILTER_RATIO = 10.0  # ratio kd / kp of derivative action over the time constant of its filter, where none is given [1]
+(INTEGRAL,) = range(1)  # place of the integral among the states, before that of the filter
 
 MEASUREMENT, ERROR = "measurement", "error"
 
@@ -29,8 +26,7 @@ JUST_BEFORE, LATEST_BREAK = 1e-9, 1e3
 """Time before an instant, relative to the instant, from which a change is a jump; time until which targets are
 examined [s]."""
 
-TARGETS = 256
-"""Number of intervals of a run at whose ends a moving target is read for its range."""
+TARGETS = 256  # number of intervals of a run at whose ends a moving target is read for its range
 
 
 @control_kernel
@@ -117,7 +113,14 @@ class PID(Controller):
         if self.kp == self.ki == self.kd == 0.0:
             raise InputError(f"{self.label} has no gain; give kp=, ki= or kd=.")
         self.limits()
-        self._check_times()
+        if self.kd != 0.0 and self.rate is None and self.filter_time is None and self.kp == 0.0:
+            text = f"{self.label}: filter_time is missing, and without kp it has no default"
+            raise InputError(f"{text}. Give filter_time= in s, or rate=, the signal of the measured rate.")
+        if self.rate is not None and self.filter_time is not None:
+            raise InputError(f"{self.label}: rate and filter_time are both given; a measured rate is not filtered.")
+        if self.ki != 0.0 and self.is_limited and self.tracking_time is None and self.kp == 0.0 and self.kd == 0.0:
+            text = f"{self.label}: tracking_time is missing, and without kp and kd it has no default"
+            raise InputError(f"{text}. Give it in s, some fraction of the time that the mechanism takes.")
         self._check_kick()
 
     def _check_kick(self) -> None:
@@ -133,17 +136,6 @@ class PID(Controller):
                 raise InputError(
                     f"{text}. Give filter_time= in place of rate=, or derivative_of={MEASUREMENT!r}, or a Ramp."
                 )
-
-    def _check_times(self) -> None:
-        """Refuse time constants that are missing, or given twice."""
-        if self.kd != 0.0 and self.rate is None and self.filter_time is None and self.kp == 0.0:
-            text = f"{self.label}: filter_time is missing, and without kp it has no default"
-            raise InputError(f"{text}. Give filter_time= in s, or rate=, the signal of the measured rate.")
-        if self.rate is not None and self.filter_time is not None:
-            raise InputError(f"{self.label}: rate and filter_time are both given; a measured rate is not filtered.")
-        if self.ki != 0.0 and self.is_limited and self.tracking_time is None and self.kp == 0.0 and self.kd == 0.0:
-            text = f"{self.label}: tracking_time is missing, and without kp and kd it has no default"
-            raise InputError(f"{text}. Give it in s, some fraction of the time that the mechanism takes.")
 
     @property
     def is_limited(self) -> bool:

@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,24 +19,15 @@ from flexmb.errors import InputError, ModelError
 from flexmb.fields import field, positive, record, two
 from flexmb.findings.finding import Finding, found
 from flexmb.kernels import compiled, element_kernel, energy_kernel, signal_kernel
-from flexmb.model.contributions import (
-    Contribution,
-    Coordinate,
-    ElementContribution,
-    node_coordinates,
-    signal_contributions,
-)
-from flexmb.model.part import GROUND
+from flexmb.model.contributions import Contribution, ElementContribution, node_coordinates, signal_contributions
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import GROUND, WatchedMotion
 from flexmb.model.shape import BeltShape, Shapes
 from flexmb.parts.couplings.wheels import Wheels, strand_pull
 
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
-    from flexmb.model.part import WatchedMotion
-
 # Friction of a belt on its wheels: Eytelwein's limit, approached smoothly with the speed of slip
 
-SIGNALS = (
+SIGNALS = (  # signals with their units, in the order of their numbers
     ("force", "N"),
     ("first_torque", "N m"),
     ("second_torque", "N m"),
@@ -47,7 +37,6 @@ SIGNALS = (
     ("slack_tension", "N"),
     ("tension_ratio", "1"),
 )
-"""Signals with their units, in the order of their numbers."""
 
 FORCE, FIRST_TORQUE, SECOND_TORQUE, POWER, SLIP, TIGHT, SLACK, RATIO = range(len(SIGNALS))
 
@@ -145,21 +134,9 @@ def belt_signal(p, t, q, v, a):
     return force if which == FORCE else (r1 * force if which == FIRST_TORQUE else r2 * force)
 
 
-def belt_contributions(
-    part: str, coordinates: tuple[Coordinate, ...], radii: tuple[float, float], limits: tuple[float, float, float]
-) -> list[Contribution]:
-    """Element and signals of a belt with friction."""
-    p = (*limits, *radii)
-    return [
-        ElementContribution(part, belt_kernel, coordinates, p, energy=belt_energy),
-        *signal_contributions(part, belt_signal, SIGNALS, coordinates, p),
-    ]
-
-
 # Belt or chain over two wheels, open or crossed, ideal or with friction that limits its force
 
-LARGE_STRETCH = 0.02
-"""Change of the length that a belt would need, over its length, above which there is a remark."""
+LARGE_STRETCH = 0.02  # change of the length that a belt would need, over its length, above which there is a remark
 
 
 @record
@@ -205,10 +182,6 @@ class Belt(Wheels):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._check_friction()
-
-    def _check_friction(self) -> None:
-        """Check that friction has creep and pretension; an ideal belt may have a pretension alone."""
         given = {"coefficient": self.coefficient, "pretension": self.pretension, "creep": self.creep}
         missing = [name for name, value in given.items() if value is None]
         if missing and not (self.coefficient is None and self.creep is None):
@@ -277,6 +250,10 @@ class Belt(Wheels):
         largest = 2.0 * self.pretension * math.tanh(0.5 * self.coefficient * self.least_wrap(mechanism))
         bodies = [mechanism.body(wheel.name, self.label) for wheel in (self.first, self.second)]
         coordinates = tuple(c for body in bodies for c in node_coordinates(body.name, body.main))
-        friction = belt_contributions(self.name, coordinates, (r1, r2), (largest, self.creep, self.pretension))
+        p = (largest, self.creep, self.pretension, r1, r2)
+        friction = [
+            ElementContribution(self.name, belt_kernel, coordinates, p, energy=belt_energy),
+            *signal_contributions(self.name, belt_signal, SIGNALS, coordinates, p),
+        ]
         ideal = self._rolling(mechanism, (r1, r2), None)  # the element pulls with the pretension
         return [*friction, replace(ideal, holds="closed")]

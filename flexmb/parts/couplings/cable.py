@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY
-from typing import TYPE_CHECKING
 
 from flexmb import planar
 from flexmb.errors import InputError, ModelError
@@ -21,20 +20,16 @@ from flexmb.model.contributions import (
     SignalContribution,
 )
 from flexmb.model.law import NormalLaw
-from flexmb.model.part import Part, refuse_one_body
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import Part, WatchedMotion, refuse_one_body
 from flexmb.model.shape import CABLE, ROD, CircleShape, LineShape, Shapes
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import dot
 from flexmb.parts.joints.stop import NO_CLEARANCE, own_stiffness, strand, strand_gap_kernel, strand_length
 
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
-    from flexmb.model.part import WatchedMotion
-
 # Massless rod: two points that keep their distance
 
-FIRST_ANGLE, SECOND_ANGLE = 2, 5
-"""Places of the angles of two nodes among their coordinates."""
+FIRST_ANGLE, SECOND_ANGLE = 2, 5  # places of the angles of two nodes among their coordinates
 
 
 @compiled
@@ -123,8 +118,7 @@ class Distance(Part):
 
 # Cable: two points that cannot move further apart than its length; drums wind it up
 
-LARGE_STRETCH = 0.2
-"""Elongation over length above which there is a remark."""
+LARGE_STRETCH = 0.2  # elongation over length above which there is a remark
 
 
 @record

@@ -39,10 +39,7 @@ def angle_of(mechanism: Mechanism, part: str, owner: str) -> tuple[Coordinate, f
 def angles_contribution(
     name: str, factors: Mapping[Coordinate, float], angles: Mapping[Coordinate, float], reactions: tuple[Reaction, ...]
 ) -> ConstraintContribution:
-    """The equation sum of factor times angle = its value in the reference configuration [rad].
-
-    Factors are in metres where the multiplier is to be a force.
-    """
+    """Equation sum of factor times angle = its value as drawn [rad]; factors in metres make the multiplier a force."""
     value = sum(factor * angles[coordinate] for coordinate, factor in factors.items())
     p = (*factors.values(), value)
     return ConstraintContribution(name, angles_kernel, tuple(factors), p, 1, reactions=reactions)
@@ -81,8 +78,7 @@ class SameRotation(Part):
 
 # Linear relation of the angles and travels of any joints
 
-COUNT, VALUE, BEGIN = range(3)
-"""Places in p: number of joints, value of the sum; where the joints begin."""
+COUNT, VALUE, BEGIN = range(3)  # places in p: number of joints, value of the sum; where the joints begin
 
 TURNS, FACTOR, X1, Y1, THETA1, X2, Y2, THETA2, DRAWN, AXIS_Y, OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, SIZE = range(
     15

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,7 +14,8 @@ from flexmb.fields import between, count, field, positive, record, two
 from flexmb.findings.finding import Finding, found
 from flexmb.model.contributions import ContactContribution, Contribution, node_coordinates
 from flexmb.model.law import NormalLaw
-from flexmb.model.part import GROUND
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import GROUND, WatchedMotion
 from flexmb.model.shape import Shapes
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.couplings.wheels import (
@@ -27,12 +27,7 @@ from flexmb.parts.couplings.wheels import (
     tooth_pressure,
 )
 
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
-    from flexmb.model.part import WatchedMotion
-
-LARGE_PLAY = 0.2
-"""Error of the distance of the axes in a motion, over the module, above which there is a remark."""
+LARGE_PLAY = 0.2  # error of the distance of the axes in a motion, over the module, above which there is a remark
 
 FLANKS = {"forward": 1.0, "backward": -1.0}
 """Names of the contacts of a pair with backlash; 1 where the first wheel pushes while it turns counter-clockwise."""

@@ -5,26 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass, replace
-from typing import TYPE_CHECKING
 
 from flexmb.fields import field, not_negative, one_of, positive, record
 from flexmb.findings.finding import Finding, found
 from flexmb.kernels import friction_law, joint_friction_kernel
 from flexmb.model.contributions import Contribution, JointFriction
 from flexmb.model.law import FrictionLaw
-from flexmb.model.part import Joint
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import Joint, WatchedMotion
 from flexmb.parts.joints.revolute import coincidence_piece
 from flexmb.places import LOAD, LOAD_BY_Q, SLIDING
 
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
-    from flexmb.model.part import WatchedMotion
-
-LARGE_WIND_UP = 0.5
-"""Wind-up above which there is a remark [rad]."""
-
-COARSE_STEP = 0.35
-"""Fixed step over the time of an engagement above which there is a remark: speeds behind it are off by some 2 %."""
+LARGE_WIND_UP = 0.5  # wind-up above which there is a remark [rad]
+COARSE_STEP = 0.35  # fixed step over the time of an engagement above which there is a remark: speeds are off by 2 %
 
 WIND_UP, LAST_RATE, LAST_ANGLE, BEGUN = range(4)
 """Places in the history: wind-up [rad]; its rate [rad/s] and the angle [rad] at the last state; 1 from then on."""
@@ -66,18 +59,11 @@ def clutch_kernel(p, h, slip, angle, z, z_new):
 
 @dataclass(frozen=True)
 class WindUp(FrictionLaw):
-    """Torque of a one-way clutch: a spring and damper that act against rotation one way.
+    """Torque of a one-way clutch: a spring and damper that act against rotation one way."""
 
-    Parameters
-    ----------
-    stiffness : k [N m/rad], > 0.
-    damping : d [N m s/rad], >= 0.
-    side : 1.0 if positive rotation is free, -1.0 if negative rotation is free.
-    """
-
-    stiffness: float
-    damping: float
-    side: float
+    stiffness: float  # k [N m/rad], > 0
+    damping: float  # d [N m s/rad], >= 0
+    side: float  # 1.0 if positive rotation is free, -1.0 if negative rotation is free
 
     kernel = clutch_kernel
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,16 +13,12 @@ from flexmb.fields import between, directed, field, point, record
 from flexmb.findings.finding import Finding, found
 from flexmb.kernels import constraint_kernel
 from flexmb.model.contributions import ConstraintContribution, Contribution, JointFriction, Reaction
-from flexmb.model.part import GROUND, Part
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import GROUND, Part, WatchedMotion
 from flexmb.parts.couplings.wheels import STANDARD_PRESSURE_ANGLE, Push, rack_pressure
 from flexmb.parts.joints.prismatic import direction_row
 
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
-    from flexmb.model.part import WatchedMotion
-
-PARTED = 0.05
-"""Error of the distance of the pinion from the pitch line over its radius, above which there is a remark."""
+PARTED = 0.05  # error of the distance of the pinion from the pitch line over its radius, above which there is a remark
 
 
 @constraint_kernel

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import KW_ONLY, dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -22,7 +22,8 @@ from flexmb.fields import field, record
 from flexmb.kernels import Kernel, compiled, constraint_kernel, friction_law, gap_kernel, joint_friction_kernel
 from flexmb.model.contributions import Attachment, ConstraintContribution, Coordinate, JointFriction, Reaction
 from flexmb.model.law import FrictionLaw
-from flexmb.model.part import GROUND, Joint, Part
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import GROUND, Joint, Part, WatchedMotion
 from flexmb.model.shape import CircleShape, Shapes
 from flexmb.parts.couplings.cable import FIRST_ANGLE, SECOND_ANGLE, add_bending, line_between
 from flexmb.parts.couplings.coupling import angle_of, angles_contribution
@@ -31,14 +32,9 @@ from flexmb.parts.joints.pin_slot import PinSlot
 from flexmb.parts.joints.prismatic import Guide
 from flexmb.places import GAP_RATE, LOAD, LOAD_BY_LAM, SLIDING
 
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
-    from flexmb.model.part import WatchedMotion
-
 # Contact of involute teeth with backlash: one flank of a gear pair along its line of action
 
-STEEPEST = 1.0 - 1e-9
-"""Largest cosine of the operating pressure angle: axes that come closer are counted as this far apart."""
+STEEPEST = 1.0 - 1e-9  # largest cosine of the operating pressure angle: closer axes count as this far apart
 
 
 @gap_kernel
@@ -91,11 +87,8 @@ def involute(angle: float) -> float:
 
 # Wheels that roll on one another or are tied by a belt: kernels on the line of their centres
 
-STANDARD_PRESSURE_ANGLE = math.radians(20.0)
-"""Pressure angle of standard gears [rad] (ISO 53)."""
-
-ARM = 6
-"""Place of the arm's angle among the coordinates, where it is the last one; it says which turn phi is in."""
+STANDARD_PRESSURE_ANGLE = math.radians(20.0)  # pressure angle of standard gears [rad] (ISO 53)
+ARM = 6  # place of the arm's angle among the coordinates, where it is the last one; it says which turn phi is in
 
 
 @constraint_kernel
@@ -197,11 +190,8 @@ class Push(FrictionLaw):
 
 Point = tuple[float, float]
 
-FITS = 1e-3
-"""Difference of the distance of the axes from the sum of the pitch radii, relative to it, that still fits."""
-
-COAXIAL = 1e-9
-"""Distance of two centres relative to their radii, below which they are one: a gearbox with shafts in line."""
+FITS = 1e-3  # difference of the distance of the axes from the sum of the pitch radii, relative to it, that still fits
+COAXIAL = 1e-9  # distance of two centres over their radii, below which they are one: a gearbox with shafts in line
 
 
 @record

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from flexmb import checks
 from flexmb.errors import InputError, ModelError
@@ -13,13 +12,10 @@ from flexmb.fields import field, instance, record
 from flexmb.findings.finding import Finding, found
 from flexmb.model.contributions import ConstraintContribution, Contribution, RowMotion
 from flexmb.model.law import Motion
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Joint, Part, WatchedMotion
 
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
-
-FASTEST = 2e4
-"""Angular speed of a drive above which there is a finding [rad/s]."""
+FASTEST = 2e4  # angular speed of a drive above which there is a finding [rad/s]
 
 LARGEST_ACCELERATION = 1e5
 """Centripetal acceleration of a joint on a driven body above which there is one [m/s^2]; pistons of racing engines

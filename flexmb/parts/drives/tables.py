@@ -18,8 +18,7 @@ from flexmb.model.law import CHORD, Motion, swing_of
 
 # Checks of points in time that give a motion
 
-MOST_OVERSHOOT = 0.1
-"""Overshoot of a table's spline between two points, relative to the range of its values, above which it is told."""
+MOST_OVERSHOOT = 0.1  # overshoot of a spline between two points, over the range of its values, above which it is told
 
 
 def checked_points(owner: str, times: object, values: object, least: int) -> tuple[tuple[float, ...], ...]:

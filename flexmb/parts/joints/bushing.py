@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from flexmb import checks
 from flexmb.errors import InputError
@@ -18,14 +18,12 @@ from flexmb.model.contributions import (
     ElementContribution,
     signal_contributions,
 )
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Joint
 from flexmb.parts.joints.contact_point import add_curvature, curvature_times, direction, dot
 from flexmb.parts.joints.pin_slot import slot_kernel
 from flexmb.parts.joints.revolute import coincidence_piece, drawn_angle
 from flexmb.places import packed
-
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
 
 Pair = float | tuple[float, float]
 
@@ -126,11 +124,10 @@ def bushing_signal(p, t, q, v, a):
     return fx if which == 3 else (fy if which == 4 else math.sqrt(fx * fx + fy * fy))
 
 
-SIGNALS = (
+SIGNALS = (  # signals with their units, in the order of `bushing_signal`
     ("dx", "m"), ("dy", "m"), ("angle", "rad"), ("fx", "N"), ("fy", "N"), ("force", "N"), ("moment", "N m"),
     ("dx_rate", "m/s"), ("dy_rate", "m/s"), ("omega", "rad/s"), ("energy", "J"),
 )  # fmt: skip
-"""Signals with their units, in the order of `bushing_signal`."""
 
 
 def pair(owner: str, name: str, given: Any, unit: str, _: str) -> tuple[float, ...]:

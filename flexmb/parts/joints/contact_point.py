@@ -4,8 +4,6 @@ d = n . (x2 + R2 s2 - x1 - R1 s1) with n = R1 m.  With e = x2 + R2 s2 - x1, far 
 derivatives stand in `add_curvature`.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -74,10 +72,7 @@ def put_column(out, j, nqx, nqy, Xq, Yq):
 
 @compiled
 def difference_column(j, ax, ay, bx, by):
-    """Derivatives by coordinate j of the vector from a point of the first node to one of the second, and of the first.
-
-    (ax, ay), (bx, by) : arms of both points.
-    """
+    """Derivatives by coordinate j of a vector between points with arms (ax, ay), (bx, by), and of its first point."""
     if j == 0:
         return -1.0, 0.0, 1.0, 0.0
     if j == 1:

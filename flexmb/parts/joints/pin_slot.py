@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, replace
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 from flexmb.fields import directed, field, not_negative, positive, record
 from flexmb.kernels import constraint_kernel, gap_kernel, joint_friction_kernel
 from flexmb.model.contributions import ConstraintContribution, ContactContribution, Contribution, Coordinate
 from flexmb.model.law import FRICTION_LAW, NORMAL_LAW, FrictionLaw, NormalLaw
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Joint
 from flexmb.model.shape import PointShape, Shapes
 from flexmb.parts.contact.friction import Frictionless
@@ -18,9 +19,6 @@ from flexmb.parts.joints.contact_point import add_curvature, direction, put_colu
 from flexmb.parts.joints.prismatic import direction_row, travel_contributions
 from flexmb.parts.joints.revolute_clearance import rubbing
 from flexmb.places import LOAD, LOAD_BY_LAM, SLIDING
-
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
 
 
 @constraint_kernel

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from flexmb import checks
 from flexmb.errors import InputError, ModelError
@@ -20,6 +20,7 @@ from flexmb.model.contributions import (
     SignalContribution,
 )
 from flexmb.model.law import FrictionLaw, Motion
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Joint, Part
 from flexmb.model.shape import PointShape, Shapes
 from flexmb.parts.joints.contact_point import (
@@ -32,9 +33,6 @@ from flexmb.parts.joints.contact_point import (
     guide_friction,
 )
 from flexmb.parts.joints.revolute import Revolute, drawn_angle
-
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
 
 # Ideal prismatic joint between any two bodies, and its travel
 
@@ -207,8 +205,7 @@ def clamp_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     G[2, 5] = 1.0
 
 
-MOTION = instance(Motion, "a motion, e.g. Ramp(6.28, 0.5)")
-"""Rule of the motions of a clamp."""
+MOTION = instance(Motion, "a motion, e.g. Ramp(6.28, 0.5)")  # rule of the motions of a clamp
 
 
 @record

@@ -5,28 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, replace
-from typing import TYPE_CHECKING
 
 from flexmb.errors import InputError
 from flexmb.fields import field, positive, record
 from flexmb.kernels import compiled, gap_kernel, signal_kernel
 from flexmb.model.contributions import ContactContribution, Contribution, SignalContribution
 from flexmb.model.law import FRICTION_LAW, NORMAL_LAW, FrictionLaw, NormalLaw
+from flexmb.model.mechanism import Mechanism
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import guide_friction, put_column, put_eccentricity, put_point
 from flexmb.parts.joints.prismatic import Guide, travel_contributions
 from flexmb.parts.joints.revolute_clearance import rubbing
 
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
-
-CORNERS = (
+CORNERS = (  # name, sign along the guide, sign across it (upper: to its left)
     ("upper_front", 1.0, 1.0),
     ("upper_rear", -1.0, 1.0),
     ("lower_front", 1.0, -1.0),
     ("lower_rear", -1.0, -1.0),
 )
-"""Name, sign along the guide, sign across it (upper: to its left)."""
 
 
 @gap_kernel

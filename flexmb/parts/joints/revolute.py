@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, replace
-from typing import TYPE_CHECKING
 
 from flexmb.fields import field, not_negative, positive, record
 from flexmb.kernels import compiled, constraint_kernel
@@ -17,11 +16,9 @@ from flexmb.model.contributions import (
     JointFriction,
 )
 from flexmb.model.law import FrictionLaw
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Joint
 from flexmb.parts.joints.contact_point import JOINT_FRICTION, check_friction, journal_friction
-
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
 
 
 @compiled

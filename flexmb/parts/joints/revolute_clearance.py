@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from flexmb import checks
 from flexmb.errors import InputError
@@ -20,14 +20,12 @@ from flexmb.model.contributions import (
     JointFriction,
 )
 from flexmb.model.law import FRICTION_LAW, NORMAL_LAW, FrictionLaw, NormalLaw
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Joint, Pose
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import journal_friction, put_arms, put_column, put_eccentricity
 from flexmb.parts.joints.revolute import Revolute, angle_contribution, coincide
 from flexmb.places import GAP, GAP_RATE, SLIP
-
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
 
 
 @gap_kernel
@@ -96,8 +94,7 @@ def held_journal_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
 
 
 CENTRED, SEATED = "centred", "seated"
-TOUCHING = 1.0 + 1e-12
-"""Largest eccentricity over the clearance [1] of a journal in contact, round-off included."""
+TOUCHING = 1.0 + 1e-12  # largest eccentricity over the clearance [1] of a journal in contact, round-off included
 
 
 @record

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -21,15 +21,13 @@ from flexmb.fields import Rule, directed, field, point, positive, record
 from flexmb.kernels import Kernel, compiled, gap_kernel, signal_kernel
 from flexmb.model.contributions import ContactContribution, Contribution, Coordinate
 from flexmb.model.law import Motion, NormalLaw
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Part, refuse_one_body
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import difference_column, put_column, put_eccentricity, put_point
 from flexmb.parts.joints.prismatic import Prismatic, joint_with_coordinate
 from flexmb.parts.joints.revolute import Revolute, drawn_angle
 from flexmb.places import GAP, GAP_RATE
-
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
 
 # Straight strand between two points or drums: gap kernel of cables and of stops along a distance
 
@@ -87,11 +85,8 @@ def strand_length(p, t, q, v, a):
 
 ABOVE, BELOW = "above", "below"
 
-Pieces = list[tuple[str, Kernel, tuple[float, ...]]]
-"""Name, gap kernel and its parameters behind the clearance, of each limit of a stop."""
-
-NO_CLEARANCE = 0.0
-"""First parameter p of a contact without a clearance [m]."""
+Pieces = list[tuple[str, Kernel, tuple[float, ...]]]  # per limit: name, gap kernel, its parameters behind the clearance
+NO_CLEARANCE = 0.0  # first parameter p of a contact without a clearance [m]
 
 
 @compiled
@@ -211,7 +206,17 @@ class Stop(Part):
     def __post_init__(self) -> None:
         super().__post_init__()
         self._check_ends()
-        self._check_limits()
+        if self.above is None and self.below is None:
+            raise InputError(f"{self.label}: above and below are None; give one of them, in rad or m.")
+        for name, sign in ((ABOVE, 1.0), (BELOW, -1.0)):
+            limit = getattr(self, name)
+            if limit is not None and sign * limit < 0.0:
+                raise InputError(
+                    f"{self.label}: {name} is {limit:g}, but the joint starts at 0, its reference configuration. Give "
+                    f"{name} {'>=' if sign > 0.0 else '<='} 0, or draw the mechanism within its limits."
+                )
+        if self.above is not None and self.below is not None and self.above <= self.below:
+            raise InputError(f"{self.label}: above is {self.above:g}, below {self.below:g}; above must be larger.")
 
     def _check_ends(self) -> None:
         """Check that there is a joint, or two bodies and a point."""
@@ -228,20 +233,6 @@ class Stop(Part):
             object.__setattr__(self, "to", self.at)
         if self.along is None and self.at == self.to:
             raise InputError(f"{self.label}: both points are {self.at}; give along=, or another point to=.")
-
-    def _check_limits(self) -> None:
-        """Check that there is a limit, and that the reference configuration lies within the limits."""
-        if self.above is None and self.below is None:
-            raise InputError(f"{self.label}: above and below are None; give one of them, in rad or m.")
-        for name, sign in ((ABOVE, 1.0), (BELOW, -1.0)):
-            limit = getattr(self, name)
-            if limit is not None and sign * limit < 0.0:
-                raise InputError(
-                    f"{self.label}: {name} is {limit:g}, but the joint starts at 0, its reference configuration. Give "
-                    f"{name} {'>=' if sign > 0.0 else '<='} 0, or draw the mechanism within its limits."
-                )
-        if self.above is not None and self.below is not None and self.above <= self.below:
-            raise InputError(f"{self.label}: above is {self.above:g}, below {self.below:g}; above must be larger.")
 
     def validate(self, mechanism: Mechanism) -> None:
         """Check that the joint has an angle or a travel, and that no drive begins beyond a limit."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, replace
-from typing import TYPE_CHECKING
 
 from flexmb import planar
 from flexmb.errors import ModelError
@@ -13,11 +12,9 @@ from flexmb.fields import field, instance, point, record, vector
 from flexmb.kernels import compiled, element_kernel, signal_kernel
 from flexmb.model.contributions import MULTIPLIES, Contribution, ElementContribution, signal_contributions
 from flexmb.model.law import Motion
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Part
 from flexmb.model.shape import ArrowShape, Shapes
-
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
 
 # Line between a point of one node and a point of another: vectors, and a force along the line
 
@@ -40,8 +37,7 @@ def put_line_force(F, nx, ny, ax, ay, bx, by, r):
 
 # A force on a point of a body, dead or following the body, constant or changing in time
 
-FORCE_SIGNALS = (("fx", "N"), ("fy", "N"), ("force", "N"), ("power", "W"))
-"""Signals with their units, in the order of `force_signal`."""
+FORCE_SIGNALS = (("fx", "N"), ("fy", "N"), ("force", "N"), ("power", "W"))  # with units, in the order of `force_signal`
 
 
 @element_kernel
@@ -161,8 +157,7 @@ def check_loaded(load: Part, body: Part) -> None:
 
 # A torque on a body, constant or changing in time
 
-TORQUE_SIGNALS = (("torque", "N m"), ("power", "W"))
-"""Signals with their units, in the order of `torque_signal`."""
+TORQUE_SIGNALS = (("torque", "N m"), ("power", "W"))  # signals with their units, in the order of `torque_signal`
 
 
 @element_kernel

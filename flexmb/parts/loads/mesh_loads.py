@@ -5,47 +5,32 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import KW_ONLY, replace
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 
 from flexmb import planar
-from flexmb.elastic.planes.loads import (
-    Array,
-    Field,
-    FollowedEdges,
-    NodalLoad,
-    Stress,
-    body_force,
-    edge_load,
-    edge_products,
-    loaded_edges,
-    real_values,
-)
+from flexmb.elastic.planes import loads
 from flexmb.elastic.planes.plane_body import MeshBody, PlaneBody
 from flexmb.errors import InputError, ModelError
 from flexmb.fields import either, field, flag, number, record, vector
 from flexmb.findings.finding import Finding, found
 from flexmb.model.contributions import Contribution
 from flexmb.model.law import Motion
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part, WatchedMotion
 from flexmb.model.shape import ArrowShape, Shapes
 from flexmb.parts.loads.force import HISTORY
 
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
-
 # Base of loads on plane bodies
 
-ARROWS = 5
-"""Largest number of arrows that a drawing shows of a load."""
+ARROWS = 5  # largest number of arrows that a drawing shows of a load
 
 LEFT_OUT = 0.01
 """Share of the strain energy of a load that the kept shapes of a reduced body may leave out [1]; stresses are then off
 by some tenth."""
 
-NO_ARROW = 1e-9
-"""Nodal force over the largest one [1] up to which a drawing shows none."""
+NO_ARROW = 1e-9  # nodal force over the largest one [1] up to which a drawing shows none
 
 
 FIELD, STRESS = either(Callable, vector), either(Callable, number)
@@ -65,37 +50,18 @@ class MeshLoad(Part):
         _ = self.on(self.plane_of(self.body))
 
     @abstractmethod
-    def nodal(self, plane: PlaneBody) -> NodalLoad:
-        """Forces on the nodes of a body, in the axes of its mesh.
+    def nodal(self, plane: PlaneBody) -> loads.NodalLoad:
+        """Forces on the nodes of a body `plane` with all its nodes, in the axes of its mesh."""
 
-        Parameters
-        ----------
-        plane : the body with all nodes.
-        """
-
-    def on(self, plane: PlaneBody) -> NodalLoad:
-        """Forces on the nodes of a body, in the axes of its mesh.
-
-        Parameters
-        ----------
-        plane : the body with all nodes.
-
-        Raises
-        ------
-        InputError : a set that the mesh has not, values of another shape; with the name of the load.
-        """
+    def on(self, plane: PlaneBody) -> loads.NodalLoad:
+        """Forces on the nodes of a body `plane`, in the axes of its mesh; an `InputError` has the name of the load."""
         try:
             return self.nodal(plane)
         except InputError as error:
             raise InputError(f"{self.label}: {error}") from error
 
     def plane_of(self, body: Part) -> PlaneBody:
-        """The body with all nodes of its mesh.
-
-        Raises
-        ------
-        ModelError : a body without a mesh.
-        """
+        """The body with all nodes of the mesh of `body`, or `ModelError`."""
         plane = self._carrier(body).plane
         return plane if plane is not None else self._refuse(body)
 
@@ -145,29 +111,26 @@ class MeshLoad(Part):
         return tuple(found)
 
 
-def in_mesh_axes(plane: PlaneBody, field: Field) -> Field:
-    """A field of vectors of the reference configuration, in the axes of the mesh.
-
-    The field is (x, y), or a function of points (p, 2) of the reference configuration that returns (p, 2).
-    """
+def in_mesh_axes(plane: PlaneBody, field: loads.Field) -> loads.Field:
+    """A vector (x, y), or function of points (p, 2) of the reference configuration, in the axes of the mesh."""
     if not callable(field):
         return planar.to_frame((0.0, 0.0), plane.direction, (field[0], field[1]))
     turn, given = _turn(plane), at_places(plane, field)
 
-    def turned(points: Array) -> Any:
-        values = real_values(given(points))
+    def turned(points: loads.Array) -> Any:
+        values = loads.real_values(given(points))
         return values @ turn.T if values.shape == points.shape else values
 
     return turned
 
 
-def at_places(plane: PlaneBody, function: Callable[[Array], Any]) -> Callable[[Array], Any]:
+def at_places(plane: PlaneBody, function: Callable[[loads.Array], Any]) -> Callable[[loads.Array], Any]:
     """A function of points (p, 2) of the reference configuration as one of points in the axes of the mesh."""
     turn, origin = _turn(plane), np.asarray(plane.origin)
     return lambda points: function(points @ turn + origin)
 
 
-def _turn(plane: PlaneBody) -> Array:
+def _turn(plane: PlaneBody) -> loads.Array:
     """Rotation (2, 2) of rows from the axes of the mesh to the world."""
     c, s = np.cos(plane.direction), np.sin(plane.direction)
     return np.array([[c, s], [-s, c]])
@@ -209,7 +172,7 @@ class EdgeLoad(MeshLoad):
     """
 
     edge: str = field("name of a set of the mesh")
-    traction: Sequence[float] | Callable[[Array], Any] = field("(tx, ty), or a function, see above", "Pa", FIELD)
+    traction: Sequence[float] | Callable[[loads.Array], Any] = field("(tx, ty), or a function, see above", "Pa", FIELD)
     _: KW_ONLY
     follower: bool = field("whether the direction turns with the first pin of the body", rule=flag, default=False)
 
@@ -217,16 +180,16 @@ class EdgeLoad(MeshLoad):
         """The load with the fraction `part` of its traction, if it is a follower."""
         return replace(self, traction=scaled(self.traction, part)) if self.follower else self
 
-    def nodal(self, plane: PlaneBody) -> NodalLoad:
+    def nodal(self, plane: PlaneBody) -> loads.NodalLoad:
         """Forces on the nodes of a body, in the axes of its mesh.
 
         Parameters
         ----------
         plane : the body with all nodes.
         """
-        forces = edge_load(plane.mesh, self.edge, in_mesh_axes(plane, self.traction), plane.thickness)
+        forces = loads.edge_load(plane.mesh, self.edge, in_mesh_axes(plane, self.traction), plane.thickness)
         nodes = np.unique(plane.mesh.edges_in(self.edge))
-        return NodalLoad(forces.reshape(-1, 2), nodes, self.follower)
+        return loads.NodalLoad(forces.reshape(-1, 2), nodes, self.follower)
 
 
 @record
@@ -254,24 +217,26 @@ class EdgePressure(MeshLoad):
     """
 
     edge: str = field("name of a set of the mesh")
-    pressure: float | Callable[[Array], Any] = field("> 0 into the body, or a function, see above", "Pa", STRESS)
-    shear: float | Callable[[Array], Any] = field("along the edge, or a function, see above", "Pa", STRESS, default=0.0)
+    pressure: float | Callable[[loads.Array], Any] = field("> 0 into the body, or a function, see above", "Pa", STRESS)
+    shear: float | Callable[[loads.Array], Any] = field(
+        "along the edge, or a function, see above", "Pa", STRESS, default=0.0
+    )
 
     def share(self, part: float) -> EdgePressure:
         """The load with the fraction `part` of its stresses."""
         return replace(self, pressure=scaled(self.pressure, part), shear=scaled(self.shear, part))
 
-    def nodal(self, plane: PlaneBody) -> NodalLoad:
+    def nodal(self, plane: PlaneBody) -> loads.NodalLoad:
         """Forces on the nodes of a body, in the axes of its mesh.
 
         Parameters
         ----------
         plane : the body with all nodes.
         """
-        edges = loaded_edges(plane.mesh, self.edge, plane.thickness)
-        normal, along = (edge_products(plane.mesh, edges, _placed(plane, s)) for s in (self.pressure, self.shear))
-        followed = FollowedEdges(edges.nodes, normal, along)
-        return NodalLoad(followed.forces(plane.mesh), np.unique(edges.nodes), edges=followed)
+        edges = loads.loaded_edges(plane.mesh, self.edge, plane.thickness)
+        normal, along = (loads.edge_products(plane.mesh, edges, _placed(plane, s)) for s in (self.pressure, self.shear))
+        followed = loads.FollowedEdges(edges.nodes, normal, along)
+        return loads.NodalLoad(followed.forces(plane.mesh), np.unique(edges.nodes), edges=followed)
 
 
 def scaled(value: Any, part: float) -> Any:
@@ -281,7 +246,7 @@ def scaled(value: Any, part: float) -> Any:
     return tuple(part * x for x in value) if isinstance(value, tuple) else part * value
 
 
-def _placed(plane: PlaneBody, stress: Stress) -> Stress:
+def _placed(plane: PlaneBody, stress: loads.Stress) -> loads.Stress:
     return at_places(plane, stress) if callable(stress) else stress
 
 
@@ -310,7 +275,7 @@ class BodyForce(MeshLoad):
     Equation (11.12) of docs/theory/plane_bodies.md.
     """
 
-    force: Sequence[float] | Callable[[Array], Any] = field("(fx, fy), or a function, see above", "N/m^3", FIELD)
+    force: Sequence[float] | Callable[[loads.Array], Any] = field("(fx, fy), or a function, see above", "N/m^3", FIELD)
     _: KW_ONLY
     follower: bool = field("whether the direction turns with the first pin of the body", rule=flag, default=False)
 
@@ -318,12 +283,12 @@ class BodyForce(MeshLoad):
         """The load with the fraction `part` of its force, if it is a follower."""
         return replace(self, force=scaled(self.force, part)) if self.follower else self
 
-    def nodal(self, plane: PlaneBody) -> NodalLoad:
+    def nodal(self, plane: PlaneBody) -> loads.NodalLoad:
         """Forces on the nodes of a body, in the axes of its mesh.
 
         Parameters
         ----------
         plane : the body with all nodes.
         """
-        forces = body_force(plane.mesh, in_mesh_axes(plane, self.force), plane.thickness)
-        return NodalLoad(forces.reshape(-1, 2), np.arange(len(plane.mesh.points)), self.follower)
+        forces = loads.body_force(plane.mesh, in_mesh_axes(plane, self.force), plane.thickness)
+        return loads.NodalLoad(forces.reshape(-1, 2), np.arange(len(plane.mesh.points)), self.follower)

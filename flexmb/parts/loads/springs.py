@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, replace
 from numbers import Real
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -25,13 +25,11 @@ from flexmb.model.contributions import (
     signal_contributions,
 )
 from flexmb.model.law import Motion
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part
 from flexmb.model.shape import DAMPER, SPRING, LineShape, Shapes
 from flexmb.parts.loads.force import arms_of, put_line_force
 from flexmb.places import packed
-
-if TYPE_CHECKING:
-    from flexmb.model.mechanism import Mechanism
 
 # Springs whose rest length or rest angle moves: the force by which the moving end differs from a fixed one
 
@@ -63,10 +61,7 @@ def couple_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
 
 
 def rest_at_start(label: str, name: str, rest: Any) -> float:
-    """Rest length [m] or rest angle [rad] at t = 0 of a number or a motion.
-
-    A motion without a finite value at t = 0 is refused.
-    """
+    """Rest length [m] or angle [rad] at t = 0 of a number or of a motion, which must be finite there."""
     if not isinstance(rest, Motion):
         return float(rest)
     value = float(rest.kernel(np.array(rest.parameters(), dtype=float), 0.0)[0])

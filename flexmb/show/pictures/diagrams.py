@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,8 +19,6 @@ from flexmb.show.pictures.signals import plot_spectrum
 from flexmb.show.pictures.style import COLOURS, label_axis, legend_beside, panel_of, panels_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -42,8 +41,7 @@ VERDICT_COLOURS = {
 """Colours of the verdicts, in the order of the legend; readers with colour blindness can distinguish them."""
 
 MARKERS = {"up": "^", "down": "v", "cold": "o"}
-MANY_POINTS = 4000
-"""Number of points above which the markers are smallest."""
+MANY_POINTS = 4000  # number of points above which the markers are smallest
 
 
 @arguments.checked
@@ -296,11 +294,8 @@ def _edges(values: np.ndarray) -> tuple[float, float]:
 
 PORTRAIT_SIZE = (7.0, 5.0)  # of a figure [inch]
 
-MANY_DOTS = 2000
-"""Number of points above which dots are small."""
-
-ALONG = ("period", "crossing")
-"""Dimensions of a dataset of section points."""
+MANY_DOTS = 2000  # number of points above which dots are small
+ALONG = ("period", "crossing")  # dimensions of a dataset of section points
 
 
 def plot_phase(
@@ -440,14 +435,12 @@ def _labels(ax: Axes, data: xr.Dataset, x: str, y: str) -> None:
 
 # Pictures of a report on a motion: sections, phase portraits, convergence of the exponents, spectra
 
-HARMONICS = 25.0
-"""Largest frequency of a drawn spectrum, over the frequency of the section."""
+HARMONICS = 25.0  # largest frequency of a drawn spectrum, over the frequency of the section
 
 LEAST_SPREAD, MARGIN = 1e-3, 0.1
 """Spread of a section, over the spread of the motion, below which it is not enlarged; margin of the picture."""
 
-PORTRAIT = 20
-"""Number of periods of a phase portrait."""
+PORTRAIT = 20  # number of periods of a phase portrait
 
 
 @arguments.checked

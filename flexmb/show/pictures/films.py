@@ -30,39 +30,15 @@ if TYPE_CHECKING:
 FIELDS = {"moment": ("bending_moment", "N m"), "axial": ("axial_force", "N"), "shear": ("shear_force", "N")}
 """Fields of beams and their units by the word of `colour`."""
 
-STRESS = "von_mises"
-"""Word of `colour` for the stress of meshes."""
-
-WIDTH = 800
-"""Default width of a film [pixel]."""
-
-WIDEST = 8192
-"""Largest width and height of a film [pixel]."""
-
-TALLEST = 1.25
-"""Largest default height of a film over its width."""
-
-DPI = 100
-"""Pixels of an inch of a film's figure."""
+STRESS = "von_mises"  # word of `colour` for the stress of meshes
+WIDTH = 800  # default width of a film [pixel]
+WIDEST = 8192  # largest width and height of a film [pixel]
+TALLEST = 1.25  # largest default height of a film over its width
+DPI = 100  # pixels of an inch of a film's figure
 
 
 class Film:
-    """Frames of a run as images, drawn one after the other.
-
-    Parameters
-    ----------
-    times : (n,) instants [s].
-    magnify : factor of the deformation.
-    colour : key of `FIELDS`, `STRESS`, or None.
-    points : points whose paths are drawn.
-    joints : joints whose forces are drawn.
-    size : width and height [pixel]; None: from the mechanism.
-    follow : point in the middle of all frames; None: the axes stand still.
-
-    Raises
-    ------
-    InputError : an unknown colour, a size that is not positive.
-    """
+    """Frames of a run as images, drawn one after the other; arguments as of `animate`."""
 
     def __init__(
         self,
@@ -205,10 +181,7 @@ def _colouring(scene: Scene, field: str) -> Colouring:
 
 
 def field_of(scene: Scene, colour: str | None) -> tuple[str, str] | None:
-    """Field and unit by which a scene is coloured; None where it has no such bodies.
-
-    The colour is a key of `FIELDS`, `STRESS`, or None.
-    """
+    """Field and unit of a colour (key of `FIELDS`, `STRESS`, None) of a scene; None without such bodies."""
     if colour == STRESS:
         return (STRESS, "Pa") if any(mesh.has_stress for mesh in scene.surfaces) else None
     return FIELDS[colour] if colour is not None and any(line.is_beam for line in scene.lines) else None
@@ -227,11 +200,8 @@ def field_limit(scene: Scene, field: str) -> float:
 
 # Files of films: GIF by Pillow, MP4 by the ffmpeg that comes with imageio-ffmpeg
 
-PALETTE_FRAMES = 8
-"""Number of frames from which the colours of a GIF are chosen."""
-
-QUALITY = 8
-"""Quality of an MP4 file, 0 to 10."""
+PALETTE_FRAMES = 8  # number of frames from which the colours of a GIF are chosen
+QUALITY = 8  # quality of an MP4 file, 0 to 10
 
 
 def write_gif(path: Path, film: Film, fps: float) -> None:
@@ -256,10 +226,7 @@ def write_gif(path: Path, film: Film, fps: float) -> None:
 
 
 def write_mp4(path: Path, film: Film, fps: float) -> None:
-    """Write a film as an MP4 file (H.264), with even numbers of pixels.
-
-    A film that ffmpeg could not write whole raises `OSError`, since ffmpeg raises no error of its own.
-    """
+    """Write a film as MP4 (H.264) of even numbers of pixels; a film that ffmpeg cuts short raises `OSError`."""
     ffmpeg = checks.package("imageio_ffmpeg", "film", "An .mp4 film")
     wide, high = film.size
     even = (wide + wide % 2, high + high % 2)
@@ -285,8 +252,7 @@ def write_mp4(path: Path, film: Film, fps: float) -> None:
 
 ENDINGS = (".mp4", ".gif", ".html")
 
-MOST_FRAMES, MOST_PIXELS = 20_000, 4e9
-"""Largest number of frames of a film, and of pixels of all frames of a GIF, which is made in memory."""
+MOST_FRAMES, MOST_PIXELS = 20_000, 4e9  # of a film, and pixels of all frames of a GIF, which is made in memory
 
 
 @arguments.checked
@@ -376,10 +342,7 @@ def _count(frames: float) -> int:
 
 
 def instants(sol: Solution, times: tuple[float, float] | None, count: int) -> np.ndarray:
-    """Instants (count,) of the frames [s], from `times` or, if None, from the saved rows.
-
-    Refused: no rows, no shapes, times outside the run or in the wrong order.
-    """
+    """Instants (count,) of frames [s] of `times` or, if None, of saved rows; refused outside the run, or disordered."""
     require_rows("animate", sol)
     first, last = float(sol.time[0]), float(sol.time[-1])
     if times is not None:

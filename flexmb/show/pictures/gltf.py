@@ -20,7 +20,7 @@ from flexmb.dynamics.jobs.files import whole_file
 from flexmb.errors import InputError
 from flexmb.model.shape import CircleShape, LineShape, PointShape, RigidShape
 from flexmb.results import drawing
-from flexmb.results.drawing import circle_line, directions, symbols
+from flexmb.results.drawing import Line, Surface, circle_line, directions, symbols
 from flexmb.results.positions import FlexibleMotion, flexible_motions, magnified
 from flexmb.results.solution import require_rows
 from flexmb.show.pictures.films import stress_limit
@@ -30,17 +30,13 @@ from flexmb.show.pictures.style import CLEARANCE, SEQUENTIAL
 from flexmb.version import installed_version
 
 if TYPE_CHECKING:
-    from flexmb.results.drawing import Line, Surface
     from flexmb.results.solution import Solution
 
 # Binary glTF 2.0 files: meshes, nodes, materials, and motions of nodes
 
 MAGIC, VERSION, JSON_CHUNK, BIN_CHUNK = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
-FLOAT, UINT = 5126, 5125
-"""Component types of accessors."""
-
-WEIGHTS = "weights"
-"""Path of the motion of a mesh between its shapes."""
+FLOAT, UINT = 5126, 5125  # component types of accessors
+WEIGHTS = "weights"  # path of the motion of a mesh between its shapes
 
 KINDS = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
 ARRAY_BUFFER, ELEMENT_BUFFER = 34962, 34963
@@ -113,10 +109,7 @@ class Glb:
     def move(
         self, node: int, time: np.ndarray, places: np.ndarray, angles: np.ndarray, scales: np.ndarray | None
     ) -> None:
-        """Move a node in the plane: instants (n,) [s], places (n, 2) [m], angles (n,) about z [rad].
-
-        `scales` (n, 3) are factors of the size; None: the size stays.
-        """
+        """Move a node: instants (n,) [s], places (n, 2) [m], angles (n,) [rad], factors `scales` (n, 3) or None."""
         zero = np.zeros(len(time))
         turns = np.stack([zero, zero, np.sin(0.5 * angles), np.cos(0.5 * angles)], axis=-1)
         motions = {"translation": np.column_stack([places, zero]), "rotation": turns}
@@ -180,17 +173,10 @@ class Glb:
 
 # The motion of a run as a glTF file, for viewers of 3-D models and web pages
 
-MOST_FRAMES = 200
-"""Default number of instants, at most."""
-
-BAR = 0.006
-"""Half width of the bars of rigid bodies, over the width of the mechanism."""
-
-STRIDE = 2
-"""Points of a drawn beam element for each straight piece: 4 pieces of 9 points."""
-
-PIN_SIDES = 16
-"""Number of sides of a pin."""
+MOST_FRAMES = 200  # default number of instants, at most
+BAR = 0.006  # half width of the bars of rigid bodies, over the width of the mechanism
+STRIDE = 2  # points of a drawn beam element for each straight piece: 4 pieces of 9 points
+PIN_SIDES = 16  # number of sides of a pin
 
 
 def export_gltf(sol: Solution, path: str | Path, *, frames: int | None = None, magnify: float = 1.0) -> Path:
@@ -345,8 +331,7 @@ class Export:
                 self._glb.move(node, self._time, mark.points, np.zeros(len(self._time)), None)
 
 
-Solid = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""Points, normals and triangles."""
+Solid = tuple[np.ndarray, np.ndarray, np.ndarray]  # points, normals and triangles
 
 
 def _bars(line: np.ndarray, half: float) -> Solid:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb.model.shape import MARKER, TRACE
-from flexmb.results.drawing import RIGID, directions
+from flexmb.results.drawing import RIGID, Line, Mark, Surface, directions
 from flexmb.show.pictures.style import CLEARANCE, COLOURS, TRACED, make_drawable
 
 if TYPE_CHECKING:
@@ -21,25 +21,15 @@ if TYPE_CHECKING:
     from matplotlib.text import Annotation
     from matplotlib.transforms import Bbox
 
-    from flexmb.results.drawing import Line, Mark, Surface
     from flexmb.show.pictures.scene import Scene
 
 # Names beside points of a figure, placed where they hide neither one another nor the points
 
-DISTANCES = (6.0, 11.0, 18.0, 27.0, 38.0, 52.0, 70.0)
-"""Distances of a name from its point that are tried, the nearest first [pt]."""
-
-DIRECTIONS = 16
-"""Number of directions that are tried at each distance."""
-
-LEADER = 15.0
-"""Distance from which on a thin line leads from the name to its point [pt]."""
-
-POINT_SIZE = 12.0
-"""Side of the square around a point that names keep free [pt]."""
-
-FOOT = 5.0
-"""Distance of the middle of a triangle from the point that stands on it [pt]."""
+DISTANCES = (6.0, 11.0, 18.0, 27.0, 38.0, 52.0, 70.0)  # tried distances of a name from its point, nearest first [pt]
+DIRECTIONS = 16  # number of directions that are tried at each distance
+LEADER = 15.0  # distance from which on a thin line leads from the name to its point [pt]
+POINT_SIZE = 12.0  # side of the square around a point that names keep free [pt]
+FOOT = 5.0  # distance of the middle of a triangle from the point that stands on it [pt]
 
 ON_NAME, OUTSIDE, ON_POINT, ON_LINE = 1e4, 2e3, 3e2, 8.0
 """Costs of a place: on another name, outside the axes, on a point, for each sample of a line beneath it."""
@@ -114,10 +104,7 @@ def _annotation(ax: Axes, point: np.ndarray, name: str) -> Annotation:
 
 
 def _corners(size: np.ndarray, scale: float) -> tuple[np.ndarray, np.ndarray]:
-    """Lower left corners (k, 2) of the tried places relative to the point [pixel], and their distances (k,) [pt].
-
-    A box touches the circle of its distance with its nearest edge or corner.
-    """
+    """Lower left corners (k, 2) [pixel] of tried places, whose boxes touch circles, and their distances (k,) [pt]."""
     turn = 2.0 * np.pi * (np.arange(DIRECTIONS) + 2) / DIRECTIONS  # up and to the right first
     ways = np.column_stack([np.cos(turn), np.sin(turn)])
     corners = np.array(DISTANCES)[:, None, None] * scale * ways + (0.5 * ways - 0.5) * size
@@ -154,33 +141,19 @@ SYMBOLS: dict[str, dict[str, Any]] = {
 }
 MARKERS = {"prismatic": "s", "slot": "o", "fixed": "D", "clearance": "o", "bushing": "h"}
 
-VON_MISES = "von_mises"
-"""Field of meshes by which a `Colouring` colours them."""
-
-THINNEST = 0.004
-"""Half of the least drawn depth of a beam, over the width of the picture."""
-
-RING = 0.014
-"""Radius of the ring that stands for a joint with clearance, over the width of the picture."""
-
-JOURNAL, PLAY = 0.5, 0.9
-"""Radius of the journal, and of the room in which it moves, over that of its ring."""
+VON_MISES = "von_mises"  # field of meshes by which a `Colouring` colours them
+THINNEST = 0.004  # half of the least drawn depth of a beam, over the width of the picture
+RING = 0.014  # radius of the ring that stands for a joint with clearance, over the width of the picture
+JOURNAL, PLAY = 0.5, 0.9  # radius of the journal, and of the room in which it moves, over that of its ring
 
 
 @dataclass(frozen=True)
 class Colouring:
-    """Colours of beams, or of meshes, by a field.
+    """Colours of beams, or of meshes, by a field."""
 
-    Parameters
-    ----------
-    field : name of the field of the lines.
-    scale : value of the colours' ends.
-    colours : colour map.
-    """
-
-    field: str
-    scale: Normalize
-    colours: Colormap
+    field: str  # name of the field of the lines
+    scale: Normalize  # value of the colours' ends
+    colours: Colormap  # colour map
 
 
 class Pose:

@@ -13,6 +13,7 @@ import numpy as np
 
 from flexmb import arguments, checks
 from flexmb.errors import InputError
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.signal import Signal, Signals
 from flexmb.results import drawing
 from flexmb.results.drawing import ARROW, HEAD, Line, Mark, Surface, arrow_line, symbols
@@ -25,49 +26,28 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.text import Annotation
 
-    from flexmb.model.mechanism import Mechanism
-
 # Everything that is drawn of a run at some instants: lines, joints, symbols, paths, forces, limits of the axes
 
-Box = tuple[tuple[float, float], tuple[float, float]]
-"""Limits of x and of y [m]."""
-
-PER_ELEMENT = 9
-"""Number of points on a beam element."""
-
-SHARE = 98.0
-"""Percentile of absolute values at which colours and lengths of arrows end; impacts would make all else too small."""
-
-BOX_POSES = 400
-"""Number of poses of a run, at most, that the limits of the axes are taken from."""
+Box = tuple[tuple[float, float], tuple[float, float]]  # limits of x and of y [m]
+PER_ELEMENT = 9  # number of points on a beam element
+SHARE = 98.0  # percentile of absolute values at which colours and lengths of arrows end; impacts would dwarf the rest
+BOX_POSES = 400  # number of poses of a run, at most, that the limits of the axes are taken from
 
 
 @dataclass(frozen=True)
 class Scene:
-    """Drawing of a run at n instants.
+    """Drawing of a run at n instants."""
 
-    Parameters
-    ----------
-    name : name of the mechanism.
-    time : (n,) instants [s].
-    lines : outlines of rigid bodies and meshes, axes of beams.
-    marks : joints and markers.
-    signs : symbols of springs, loads, couplings.
-    forces : arrows of joint forces, at most as long as the arrow of a load.
-    paths : paths (m, 2) of points by name [m], and their instants (m,) [s].
-    box : limits of x and y.
-    surfaces : meshes of plane bodies.
-    """
-
-    name: str
-    time: np.ndarray
-    lines: list[Line]
-    marks: list[Mark]
-    signs: list[Line]
-    box: Box
-    forces: list[Line] = field(default_factory=list)
+    name: str  # name of the mechanism
+    time: np.ndarray  # (n,) instants [s]
+    lines: list[Line]  # outlines of rigid bodies and meshes, axes of beams
+    marks: list[Mark]  # joints and markers
+    signs: list[Line]  # symbols of springs, loads, couplings
+    box: Box  # limits of x and y
+    forces: list[Line] = field(default_factory=list)  # arrows of joint forces, at most as long as the arrow of a load
+    # paths (m, 2) of points by name [m], and their instants (m,) [s]
     paths: dict[str, tuple[np.ndarray, np.ndarray]] = field(default_factory=dict)
-    surfaces: list[Surface] = field(default_factory=list)
+    surfaces: list[Surface] = field(default_factory=list)  # meshes of plane bodies
 
     @property
     def size(self) -> float:
@@ -108,8 +88,7 @@ def scene_of(
     return Scene(sol.name, sol.time[rows], lines, marks, signs, limits, arrows, traced, meshes)
 
 
-LEAST_SIZE, LONE_POINT = 1e-9, 0.1
-"""Extent of a mechanism [m] below which it is a point, and the width of a picture of a point [m]."""
+LEAST_SIZE, LONE_POINT = 1e-9, 0.1  # extent of a mechanism [m] below which it is a point; width of its picture [m]
 
 
 def box_of_run(sol: Solution, paths: Sequence[tuple[np.ndarray, np.ndarray]] = ()) -> Box:
@@ -166,20 +145,14 @@ def joint_forces(
 
 # Poses of a mechanism at several instants, as a matplotlib figure
 
-SIZES = 0.5, 100.0
-"""Least and largest width and height of a picture [inch]."""
-PANELS = 6
-"""Default number of instants."""
-TRACE_POSES = 6
-"""Number of earlier poses behind each instant."""
-MOST_NAMES = 24
-"""Largest number of names in a legend, and of names of joints in a panel; of more joints none is named."""
-NEAR = 0.012
-"""Distance of joints that share a name, over the width of the picture."""
+SIZES = 0.5, 100.0  # least and largest width and height of a picture [inch]
+PANELS = 6  # default number of instants
+TRACE_POSES = 6  # number of earlier poses behind each instant
+MOST_NAMES = 24  # largest number of names in a legend, and of names of joints in a panel; of more joints none is named
+NEAR = 0.012  # distance of joints that share a name, over the width of the picture
 
 
-CORNERS = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
-"""Points of a ring that names keep free, over its radius."""
+CORNERS = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])  # of a ring names keep free, over its radius
 
 
 @arguments.checked
@@ -319,11 +292,7 @@ UNITS = {"x": "m", "y": "m", "theta": "rad"}
 def plot_mechanism(
     mechanism: Mechanism, path: str | Path | None, *, lengths: bool, size: tuple[float, float] | None
 ) -> Figure:
-    """Picture of the reference configuration of a mechanism; see `Mechanism.plot`.
-
-    Lengths of straight links can be written beside them; `size` is width and height [inch], None: from the size of the
-    mechanism.
-    """
+    """Picture of a mechanism, see `Mechanism.plot`, with lengths of straight links or without; `size` [inch]."""
     if not mechanism.bodies:
         raise InputError(f"{mechanism.label} has no bodies to draw. Add some, e.g. a RigidLink.")
     scene = scene_of(reference_solution(mechanism), np.array([0]))

@@ -10,6 +10,7 @@ import numpy as np
 from flexmb import arguments, checks
 from flexmb.dynamics.series.samples import PowerSpectrum
 from flexmb.errors import InputError
+from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part, name_of
 from flexmb.model.shape import PointShape
 from flexmb.results.solution import Solution, require_rows, require_solution
@@ -31,18 +32,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from flexmb.model.mechanism import Mechanism
-
 # Envelopes of signals that swing too fast for single lines to be seen
 
-COLUMNS = 400
-"""Number of columns of an envelope."""
-
-LEAST_SWING = 0.02
-"""Least swing that counts, over the range of the signal; smaller ones are hidden in the width of a line."""
-
-DENSE = 0.5
-"""Reversals of a signal in a column, on average of the busiest fifth, from which on it is drawn as an envelope."""
+COLUMNS = 400  # number of columns of an envelope
+LEAST_SWING = 0.02  # least swing that counts, over the signal's range; smaller ones hide in the width of a line
+DENSE = 0.5  # reversals of a signal in a column, in the busiest fifth, from which on it is drawn as an envelope
 
 
 def is_dense(time: np.ndarray, values: np.ndarray, columns: int = COLUMNS) -> bool:
@@ -173,11 +167,8 @@ def _draw(ax: Axes, sol: Solution, panel: list[str], x: str) -> None:
 
 # Signals of several runs over one another, and the balance of energies of one run
 
-STORED = ("energy.kinetic", "energy.strain", "energy.gravity")
-"""Energies that the mechanism holds."""
-
-TURNED_OVER = "energy.turned_over"
-"""Scale of a balance, which is no part of it."""
+STORED = ("energy.kinetic", "energy.strain", "energy.gravity")  # energies that the mechanism holds
+TURNED_OVER = "energy.turned_over"  # scale of a balance, which is no part of it
 
 RESIDUAL, GRAVITY = "energy.residual", "energy.gravity"
 
@@ -273,14 +264,9 @@ def panels_of_time(count: int, title: str) -> tuple[Figure, Sequence[Axes]]:
 
 SPECTRUM_SIZE = (8.0, 4.5)  # [inch]
 
-DEEP = 1e-14
-"""Smallest density that is drawn, over the highest density; below are side lobes and round-off."""
-
-ROOM = 100.0
-"""Upper limit of the ordinate, over the highest density, with room for the legend."""
-
-MARKED = 12
-"""Largest number of marked lines, the strongest first."""
+DEEP = 1e-14  # smallest density that is drawn, over the highest density; below are side lobes and round-off
+ROOM = 100.0  # upper limit of the ordinate, over the highest density, with room for the legend
+MARKED = 12  # largest number of marked lines, the strongest first
 
 
 def plot_spectrum(

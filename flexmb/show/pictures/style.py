@@ -19,8 +19,7 @@ if TYPE_CHECKING:
 
 # Texts of figures in characters that a font of the machine has; other characters as their escapes
 
-EMPTY = "Last Resort"
-"""Beginning of the name of a font of matplotlib that has a box for each script, and no characters."""
+EMPTY = "Last Resort"  # beginning of the name of a font of matplotlib that has a box for each script, and no characters
 
 
 def make_drawable(texts: Iterable[Text]) -> None:
@@ -121,14 +120,9 @@ CLEARANCE = "#c00000"
 TRACED = "#7a3fb5"
 """Colour of markers and of their paths."""
 
-DIVERGING = "RdYlBu_r"
-"""Colour map of fields of both signs, as section forces of beams; pages: --low to --high of reports/assets/page.css."""
-
-SEQUENTIAL = "viridis"
-"""Colour map of fields from 0 on."""
-
-WIDTH = 1.1
-"""Width of a curve [pt]."""
+DIVERGING = "RdYlBu_r"  # colours of fields of both signs; pages: --low to --high of reports/assets/page.css
+SEQUENTIAL = "viridis"  # colour map of fields from 0 on
+WIDTH = 1.1  # width of a curve [pt]
 
 
 def curve(k: int) -> dict[str, Any]:
@@ -166,14 +160,9 @@ def legend_beside(ax: Axes, **more: Any) -> None:
     ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="small", **more)
 
 
-PREFIXES = {-9: "n", -6: "µ", -3: "m", 3: "k", 6: "M", 9: "G"}
-"""Prefixes of units by power of ten."""
-
-LEAST, MOST = 0.1, 1e4
-"""Largest number of an axis, below and above which its unit gets a prefix."""
-
-FLAT = 1e-4
-"""Extent of an axis over its largest number, below which labels show the difference from a common number."""
+PREFIXES = {-9: "n", -6: "µ", -3: "m", 3: "k", 6: "M", 9: "G"}  # prefixes of units by power of ten
+LEAST, MOST = 0.1, 1e4  # largest number of an axis, below and above which its unit gets a prefix
+FLAT = 1e-4  # extent of an axis over its largest number, below which labels show the difference from a common number
 
 
 def prefixed(units: str, largest: float) -> tuple[int, str]:

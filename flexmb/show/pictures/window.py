@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,8 +30,6 @@ from flexmb.show.pictures.scene import Scene, box_about, scene_of
 from flexmb.show.pictures.style import CLEARANCE, DIVERGING, SEQUENTIAL, TRACED, words_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import pyvista
 
 # Pictures of VTK files, drawn by pyvista without a display
@@ -101,14 +100,9 @@ def _frame(source: Path, time: float | None) -> Any:
 
 # A run in a window of pyvista: slider of the time, play by a key
 
-MOST_FRAMES = 500
-"""Number of poses that are prepared, at most."""
-
-INTERVAL = 30
-"""Time between two frames while the motion plays [ms]."""
-
-SIZE = (1200, 800)
-"""Size of the window [pixel]."""
+MOST_FRAMES = 500  # number of poses that are prepared, at most
+INTERVAL = 30  # time between two frames while the motion plays [ms]
+SIZE = (1200, 800)  # size of the window [pixel]
 
 KEYS = "space: play and stop    left, right: frame by frame    mouse: move and zoom    r: whole picture    q: close"
 
@@ -167,14 +161,7 @@ def view(
 
 
 class Window:
-    """Meshes of a scene in a plotter, and the number of the pose that they show.
-
-    Parameters
-    ----------
-    colour : key of `FIELDS`, `STRESS`, or None.
-    off_screen : whether there is no window.
-    centres : (n, 2) points that the view moves with [m]; None: it stands still.
-    """
+    """Meshes of a scene in a plotter, and the number of their pose; the view moves with `centres` (n, 2) [m]."""
 
     def __init__(
         self, scene: Scene, colour: str | None, *, off_screen: bool, centres: np.ndarray | None = None

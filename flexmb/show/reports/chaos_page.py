@@ -10,27 +10,13 @@ import numpy as np
 
 from flexmb.dynamics.verdict import MEANING, meaning_of
 from flexmb.errors import InputError
-from flexmb.show.reports.document import (
-    Content,
-    Markup,
-    chosen_signals,
-    facts,
-    floats,
-    number,
-    quantity,
-    section,
-    state_of,
-    table,
-    tag,
-    write_page,
-)
+from flexmb.show.reports import document as html
 
 if TYPE_CHECKING:
     import xarray as xr
 
 SCRIPTS = ("diagram.js", "chaos.js")
-MOST_SIGNALS = 60
-"""Number of signals on a page where none are chosen."""
+MOST_SIGNALS = 60  # number of signals on a page where none are chosen
 
 EVIDENCE = "evidence_"
 HINT = "Drag pans, + and - zoom while the diagram has the focus, 0 or a double click fits."
@@ -56,18 +42,18 @@ def write_chaos(groups: Mapping[str, xr.Dataset], path: Path, signals: Sequence[
         "section": {
             "names": names,
             "units": [root[name].attrs.get("units", "") for name in names],
-            "points": floats(_columns(root, names)),
+            "points": html.floats(_columns(root, names)),
         },
     }
     if motion is not None:
         sampled = [str(name) for name in motion.data_vars]
-        data["motion"] = {"names": sampled, "curves": floats(_columns(motion, sampled))}
+        data["motion"] = {"names": sampled, "curves": html.floats(_columns(motion, sampled))}
     if root.sizes.get("history_time", 0):
         history = np.column_stack([root["history_time"].values, root["exponent_history"].values])
-        data["history"] = floats(history)
+        data["history"] = html.floats(history)
     heading = str(root.attrs["name"]) if title is None else title
     main = _main(root, has_motion=motion is not None)
-    return write_page(path, heading, _key_numbers(root), LINKS, main, SCRIPTS, data)
+    return html.write_page(path, heading, _key_numbers(root), LINKS, main, SCRIPTS, data)
 
 
 def _columns(dataset: xr.Dataset, names: Sequence[str]) -> np.ndarray:
@@ -78,49 +64,49 @@ def _signals(root: xr.Dataset, motion: xr.Dataset | None, signals: Sequence[str]
     """Names of the signals on the page."""
     known = [str(name) for name, column in root.data_vars.items() if column.dims == ("period",)]
     if signals is not None:
-        return chosen_signals(signals, known)
+        return html.chosen_signals(signals, known)
     sampled = [] if motion is None else [str(name) for name in motion.data_vars]
     return list(dict.fromkeys([*sampled, *known]))[:MOST_SIGNALS]
 
 
-def _key_numbers(root: xr.Dataset) -> Markup:
-    verdict = tag("strong", str(root.attrs.get("verdict", "no verdict")), id="verdict")
-    points = f"{root.sizes['period']} periods of {quantity(float(root.attrs['period']), 's')}"
+def _key_numbers(root: xr.Dataset) -> html.Markup:
+    verdict = html.tag("strong", str(root.attrs.get("verdict", "no verdict")), id="verdict")
+    points = f"{root.sizes['period']} periods of {html.quantity(float(root.attrs['period']), 's')}"
     text = f", {points} after {root.attrs['skip']} skipped ones"
-    return state_of("" if root.attrs.get("ok", 1) else "not finished", verdict, text, also="verdict")
+    return html.state_of("" if root.attrs.get("ok", 1) else "not finished", verdict, text, also="verdict")
 
 
-def _main(root: xr.Dataset, *, has_motion: bool) -> Markup:
+def _main(root: xr.Dataset, *, has_motion: bool) -> html.Markup:
     reason = str(root.attrs.get("reason", root.attrs.get("status", "")))
-    box = tag("input", type="checkbox", id="motion", checked=True)
-    controls = tag(
+    box = html.tag("input", type="checkbox", id="motion", checked=True)
+    controls = html.tag(
         "div",
-        tag("label", "across", Markup(" "), tag("select", id="across")),
-        tag("label", "up", Markup(" "), tag("select", id="up")),
-        tag("label", box, "motion between the points") if has_motion else None,
-        tag("button", "Fit", type="button", id="fit"),
+        html.tag("label", "across", html.Markup(" "), html.tag("select", id="across")),
+        html.tag("label", "up", html.Markup(" "), html.tag("select", id="up")),
+        html.tag("label", box, "motion between the points") if has_motion else None,
+        html.tag("button", "Fit", type="button", id="fit"),
         class_="row",
     )
     label = "Poincare section: one point a period of two signals"
-    canvas = tag("canvas", label, id="diagram", class_="diagram", tabindex="0", role="img", aria_label=label)
-    picture = section("Section", controls, canvas, tag("p", HINT, class_="hint"), anchor="section")
+    canvas = html.tag("canvas", label, id="diagram", class_="diagram", tabindex="0", role="img", aria_label=label)
+    picture = html.section("Section", controls, canvas, html.tag("p", HINT, class_="hint"), anchor="section")
     keys = ("status", "second_run", "period", "skip", "flexmb")
     settings = [(key.replace("_", " "), str(root.attrs[key])) for key in keys if key in root.attrs]
-    return tag(
+    return html.tag(
         "main",
-        tag("section", tag("p", reason), aria_label="Reason of the verdict"),
+        html.tag("section", html.tag("p", reason), aria_label="Reason of the verdict"),
         picture,
         _exponents(root),
         _evidence(root),
-        section("Settings and versions", facts(settings), anchor="settings"),
+        html.section("Settings and versions", html.facts(settings), anchor="settings"),
         id="top",
     )
 
 
-def _exponents(root: xr.Dataset) -> Markup:
+def _exponents(root: xr.Dataset) -> html.Markup:
     """Table of the exponents, of both runs, and a picture of their convergence."""
     unit, period = root["exponent"].attrs.get("units", ""), float(root.attrs["period"])
-    rows: list[list[Content]] = []
+    rows: list[list[html.Content]] = []
     for k, value in enumerate(root["exponent"].values):
         error = float(root["exponent_error"].values[k])
         second = "-"
@@ -130,8 +116,8 @@ def _exponents(root: xr.Dataset) -> Markup:
         rows.append(
             [
                 f"{k + 1}",
-                number(float(value), 4),
-                number(error, 2),
+                html.number(float(value), 4),
+                html.number(error, 2),
                 alone,
                 second,
                 meaning_of(float(value), error, period),
@@ -139,23 +125,29 @@ def _exponents(root: xr.Dataset) -> Markup:
         )
     heads = ["number", f"exponent [{unit}]", "error", "this run alone", "second run", "meaning"]
     label = "Convergence of the Lyapunov exponents over the time"
-    history = tag("canvas", label, id="history", class_="diagram", tabindex="0", role="img", aria_label=label)
+    history = html.tag("canvas", label, id="history", class_="diagram", tabindex="0", role="img", aria_label=label)
     dimension = float(root.attrs.get("lyapunov_dimension", float("nan")))
-    more = facts([("Lyapunov dimension of the section", number(dimension, 4))]) if np.isfinite(dimension) else None
+    more = (
+        html.facts([("Lyapunov dimension of the section", html.number(dimension, 4))])
+        if np.isfinite(dimension)
+        else None
+    )
     drawn = history if root.sizes.get("history_time", 0) else None
-    listing = table("Lyapunov exponents", heads, rows, numbers=[1, 2])
-    return section("Exponents", listing, more, drawn, anchor="exponents")
+    listing = html.table("Lyapunov exponents", heads, rows, numbers=[1, 2])
+    return html.section("Exponents", listing, more, drawn, anchor="exponents")
 
 
 def _with_error(value: float, error: float) -> str:
     return f"{value:.4g} \u00b1 {error:.2g}" if np.isfinite(error) else f"{value:.4g}"
 
 
-def _evidence(root: xr.Dataset) -> Markup:
+def _evidence(root: xr.Dataset) -> html.Markup:
     """Table of the numbers on which the verdict rests."""
     found = {key.removeprefix(EVIDENCE): value for key, value in root.attrs.items() if key.startswith(EVIDENCE)}
-    rows: list[list[Content]] = [[MEANING[key], number(float(found[key]), 4)] for key in MEANING if key in found]
+    rows: list[list[html.Content]] = [
+        [MEANING[key], html.number(float(found[key]), 4)] for key in MEANING if key in found
+    ]
     if not rows:
-        return section("Evidence", tag("p", "The motion has no verdict."), anchor="evidence")
-    listing = table("Evidence of the verdict", ["quantity", "value"], rows, numbers=[1])
-    return section("Evidence", listing, anchor="evidence")
+        return html.section("Evidence", html.tag("p", "The motion has no verdict."), anchor="evidence")
+    listing = html.table("Evidence of the verdict", ["quantity", "value"], rows, numbers=[1])
+    return html.section("Evidence", listing, anchor="evidence")

@@ -5,8 +5,6 @@ bits of its floats.
 The differences from row to row, byte by byte, are compressed (zlib) and written as base64.  `decode.js` reads them.
 """
 
-from __future__ import annotations
-
 import base64
 import html
 import json
@@ -35,11 +33,8 @@ class Markup(str):
     __slots__ = ()
 
 
-Content = str | None
-"""Piece of a page: markup, plain text, or None for nothing."""
-
-VOID = frozenset({"input", "meta", "br"})
-"""Elements without content."""
+Content = str | None  # piece of a page: markup, plain text, or None for nothing
+VOID = frozenset({"input", "meta", "br"})  # elements without content
 
 
 def tag(name: str, *content: Content, **attributes: str | bool | None) -> Markup:
@@ -73,10 +68,7 @@ def section(title: str, *content: Content, anchor: str) -> Markup:
 def table(
     caption: str, heads: Sequence[str], rows: Iterable[Sequence[Content]], *, numbers: Sequence[int] = ()
 ) -> Markup:
-    """A table with a caption, in a box that scrolls sideways where the page is narrow.
-
-    The first cell of a row is its head; `numbers` are places of the columns with numbers.
-    """
+    """A table with a caption that scrolls sideways; first cells are heads, `numbers` the columns of numbers."""
     classes = ["number" if k in numbers else None for k in range(len(heads))]
     head = tag("tr", *(tag("th", text, scope="col", class_=c) for text, c in zip(heads, classes, strict=True)))
     body = []
@@ -108,15 +100,11 @@ def quantity(value: float, unit: str = "", digits: int = 6) -> str:
 COARSE, MIDDLE, FINE = 2**10 - 1, 2**12 - 1, 2**24 - 1
 """Steps between the smallest and the largest value: of colours, of lengths on a screen, of coordinates."""
 
-FLOAT = 4
-"""Bytes of a float of single precision, which keeps seven digits."""
+FLOAT = 4  # bytes of a float of single precision, which keeps seven digits
 
 
 def quantised(values: np.ndarray, steps: int, *, common: bool = False) -> dict[str, Any]:
-    """Columns (n, m) of finite numbers as whole ones; the error is at most half a step of the range of a column.
-
-    `steps` are `COARSE`, `MIDDLE` or `FINE`; `common`: all columns have one range.
-    """
+    """Columns (n, m) of finite numbers as whole ones within half of `steps` of a range, `common` to all or not."""
     n, m = values.shape
     low, high = (values.min(axis=0), values.max(axis=0)) if n else (np.zeros(m), np.zeros(m))
     if common and m:
@@ -179,8 +167,7 @@ def chosen_signals(signals: Sequence[str], known: Sequence[str]) -> list[str]:
 
 STYLES = ("uPlot.min.css", "page.css", "player.css")
 LIBRARY = "uPlot.iife.min.js"
-COMMON = ("decode.js", "theme.js")
-"""Scripts of all pages, in their order."""
+COMMON = ("decode.js", "theme.js")  # scripts of all pages, in their order
 
 
 @cache
@@ -189,8 +176,7 @@ def asset(name: str) -> str:
     return files("flexmb.show.reports").joinpath("assets", name).read_text(encoding="utf-8")
 
 
-PALE = 0.4
-"""Share of white in the colours of curves and bodies on a dark page."""
+PALE = 0.4  # share of white in the colours of curves and bodies on a dark page
 
 
 def palette() -> str:
@@ -269,10 +255,7 @@ def write_page(
     scripts: tuple[str, ...],
     data: dict[str, Any],
 ) -> Path:
-    """Write a page, whole or not at all: title, switch of the theme, first numbers, links by anchor, main part.
-
-    Scripts and plain values for them are those of `document`.
-    """
+    """Write a whole page or none: title, theme, numbers, links by anchor, main part; scripts as of `document`."""
     switch = tag("button", "Theme: system", type="button", id="theme", class_="quiet")
     anchors = [tag("a", text, href=f"#{anchor}") for anchor, text in links.items()]
     head = tag(

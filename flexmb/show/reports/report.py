@@ -18,8 +18,7 @@ from flexmb.show.reports.sweep_page import write_sweep
 if TYPE_CHECKING:
     import xarray as xr
 
-MOST_FRAMES = 1000
-"""Default number of frames at most."""
+MOST_FRAMES = 1000  # default number of frames at most
 
 ENDINGS = {".html", ".htm"}
 

@@ -1,7 +1,5 @@
 """Page of a run: the moving mechanism, plots, joints with clearance, tables."""
 
-from __future__ import annotations
-
 import platform
 import shlex
 from collections.abc import Mapping
@@ -44,20 +42,11 @@ from flexmb.version import installed_version
 
 # Signals of a page: chosen names, their panels, and curves whose peaks survive in long runs
 
-MOST_CURVES = 24
-"""Number of signals on a page where none are chosen."""
-
-MOST_CHOSEN = 200
-"""Number of chosen signals at most: each takes some 10 kB of a page."""
-
-MOST_IN_PANEL = 6
-"""Number of signals in a panel at most."""
-
-ROWS_PER_FRAME = 2
-"""Number of rows of a curve for each frame; longer curves become envelopes."""
-
-NODE_DOTS = 2
-"""Number of dots in the name of a signal of a node of a flexible part, at least."""
+MOST_CURVES = 24  # number of signals on a page where none are chosen
+MOST_CHOSEN = 200  # number of chosen signals at most: each takes some 10 kB of a page
+MOST_IN_PANEL = 6  # number of signals in a panel at most
+ROWS_PER_FRAME = 2  # number of rows of a curve for each frame; longer curves become envelopes
+NODE_DOTS = 2  # number of dots in the name of a signal of a node of a flexible part, at least
 
 
 def chosen_names(sol: Solution, signals: Any) -> list[str]:
@@ -134,14 +123,9 @@ def envelope(time: np.ndarray, values: np.ndarray, buckets: int) -> tuple[np.nda
 
 # Joints with clearance on a page: path of the journal in its bearing, contact intervals
 
-ROUND = 1e-6
-"""Relative spread of |e| + gap, below which the journal moves in a circle."""
-
-MOST_POINTS = 4000
-"""Number of points of a path."""
-
-MOST_EPISODES = 300
-"""Number of listed contact intervals of a joint."""
+ROUND = 1e-6  # relative spread of |e| + gap, below which the journal moves in a circle
+MOST_POINTS = 4000  # number of points of a path
+MOST_EPISODES = 300  # number of listed contact intervals of a joint
 
 
 def clearance_of(sol: Solution, joint: str) -> float | None:

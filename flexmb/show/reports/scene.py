@@ -1,7 +1,5 @@
 """Moving mechanism of a page: frames that carry nodes, shapes, flexible parts, stresses; the player."""
 
-from __future__ import annotations
-
 import html
 from collections.abc import Mapping, Sequence
 from string import Template
@@ -11,16 +9,7 @@ import numpy as np
 
 from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.shape import (
-    ArrowShape,
-    BeamShape,
-    CircleShape,
-    LineShape,
-    MeshShape,
-    Place,
-    PointShape,
-    RigidShape,
-)
+from flexmb.model.shape import ArrowShape, BeamShape, CircleShape, LineShape, MeshShape, Place, PointShape, RigidShape
 from flexmb.results import drawing
 from flexmb.results.drawing import GROUND, Surface, parts, pose
 from flexmb.results.positions import FlexibleMotion, flexible_motions
@@ -48,14 +37,9 @@ def stresses(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -
     return np.concatenate(columns, axis=1) if columns else None
 
 
-MOST_POINTS = 1500
-"""Number of points of all meshes of a page, about, whose stress is shown; of a finer mesh some points stand for all."""
-
-LOOP_POINTS = 160
-"""Largest number of points of an outline or of a hole, about."""
-
-WIDER = 1.1
-"""Factor by which the squares grow, in each of which one point is kept, until there are few enough."""
+MOST_POINTS = 1500  # mesh points of a page, about, whose stress is shown; of a finer mesh some points stand for all
+LOOP_POINTS = 160  # largest number of points of an outline or of a hole, about
+WIDER = 1.1  # factor by which the squares grow, in each of which one point is kept, until there are few enough
 
 
 def _mesh(body: FlexibleMotion, surface: Surface, frame: int, most: int) -> dict[str, Any]:
@@ -119,8 +103,7 @@ def _stood_for(points: np.ndarray, rim: np.ndarray, most: int) -> np.ndarray:
 
 # Moving mechanism of a page: frames that carry nodes, shapes on these nodes, section forces, joint forces
 
-STANDING = -1
-"""Number of the frame of the ground."""
+STANDING = -1  # number of the frame of the ground
 
 
 class Nodes:
@@ -166,10 +149,7 @@ class Nodes:
 
 
 def scene(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> dict[str, Any]:
-    """Mechanism at saved instants with numbers (n,), for the page; stresses need the mechanism that moved.
-
-    A solution without the poses of its nodes is refused.
-    """
+    """Mechanism at saved instants (n,) for the page; its poses must be saved; stresses need the moved one."""
     drawing.require_nodes(sol)
     nodes = Nodes(sol, instants)
     beams = [shape for shape in sol.shapes if isinstance(shape, BeamShape)]
@@ -251,8 +231,7 @@ def _joint_forces(sol: Solution, instants: np.ndarray) -> dict[str, Any]:
 
 # Moving picture of a mechanism with its controls, as HTML
 
-MAGNIFICATIONS = ("1", "3", "10", "30", "100", "300", "1000", "3000", "10000")
-"""Factors of the displacements of flexible parts."""
+MAGNIFICATIONS = ("1", "3", "10", "30", "100", "300", "1000", "3000", "10000")  # of displacements of flexible parts
 
 COLOURED = {"moment": "bending moment", "axial": "axial force", "stress": "stress"}
 """Names of the fields by which bodies are coloured."""

@@ -12,28 +12,13 @@ import numpy as np
 from flexmb.display import pretty
 from flexmb.errors import InputError
 from flexmb.show.pictures.diagrams import VERDICT_COLOURS, default_signal, entry_of
-from flexmb.show.reports.document import (
-    Content,
-    Markup,
-    chosen_signals,
-    facts,
-    floats,
-    instants,
-    number,
-    quantity,
-    section,
-    state_of,
-    table,
-    tag,
-    write_page,
-)
+from flexmb.show.reports import document as html
 
 if TYPE_CHECKING:
     import xarray as xr
 
 SCRIPTS = ("diagram.js", "sweep.js")
-MOST_SIGNALS = 24
-"""Number of signals on a page where none are chosen."""
+MOST_SIGNALS = 24  # number of signals on a page where none are chosen
 
 GREY = "#8c8c8c"
 """Colour of motions without a verdict."""
@@ -54,13 +39,13 @@ def write_sweep(diagram: xr.Dataset, path: Path, signals: Sequence[str] | None, 
         "parameter": parameter,
         "unit": diagram[parameter].attrs.get("units", ""),
         "unit_of_exponent": diagram["exponent"].attrs.get("units", "1/s") if "exponent" in diagram else "",
-        "values": instants(diagram[parameter].values.astype(float)),
+        "values": html.instants(diagram[parameter].values.astype(float)),
         "rows": rows,
         "legend": {row["entry"]: row["colour"] for row in rows if row["entry"]},
         "signals": [_points(diagram, name, rows) for name in names],
     }
     heading = str(diagram.attrs["name"]) if title is None else title
-    return write_page(path, heading, _key_numbers(diagram, rows), LINKS, _main(diagram, rows), SCRIPTS, data)
+    return html.write_page(path, heading, _key_numbers(diagram, rows), LINKS, _main(diagram, rows), SCRIPTS, data)
 
 
 LINKS = {"section": "Diagram", "values": "Values", "settings": "Settings"}
@@ -75,7 +60,7 @@ def _signals(diagram: xr.Dataset, signals: Sequence[str] | None) -> list[str]:
     """Names of the signals on the page, that of the first picture first."""
     known = [str(name) for name, points in diagram.data_vars.items() if "period" in points.dims]
     if signals is not None:
-        return chosen_signals(signals, known)
+        return html.chosen_signals(signals, known)
     first = default_signal(diagram)
     return [first, *(name for name in known if name != first)][:MOST_SIGNALS]
 
@@ -116,40 +101,42 @@ def _points(diagram: xr.Dataset, name: str, rows: list[dict[str, Any]]) -> dict[
     directions = list(diagram["direction"].values) if "direction" in diagram.dims else []
     columns = [values[directions.index(r["direction"]), r["place"]] if directions else values[r["place"]] for r in rows]
     shown = [column if row["ok"] else np.full_like(column, np.nan) for column, row in zip(columns, rows, strict=True)]
-    return {"name": name, "unit": diagram[name].attrs.get("units", ""), "points": floats(np.stack(shown, axis=1))}
+    return {"name": name, "unit": diagram[name].attrs.get("units", ""), "points": html.floats(np.stack(shown, axis=1))}
 
 
-def _key_numbers(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> Markup:
+def _key_numbers(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> html.Markup:
     parameter = diagram.attrs["parameter"]
     values, unit = diagram[parameter].values, diagram[parameter].attrs.get("units", "")
     failed = sum(not row["ok"] for row in rows)
-    span = f"{quantity(float(values.min()), unit)} to {quantity(float(values.max()), unit)}"
+    span = f"{html.quantity(float(values.min()), unit)} to {html.quantity(float(values.max()), unit)}"
     text = f"bifurcation diagram: {parameter} from {span}, {len(values)} values, {diagram.sizes['period']} points each"
-    return state_of(f"{failed} failed" if failed else "", tag("span", text))
+    return html.state_of(f"{failed} failed" if failed else "", html.tag("span", text))
 
 
-def _main(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> Markup:
+def _main(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> html.Markup:
     label = f"Bifurcation diagram over {diagram.attrs['parameter']}; the table of values holds the same in words."
-    canvas = tag("canvas", label, id="diagram", class_="diagram", tabindex="0", role="img", aria_label=label)
-    choice = tag("label", "Signal", Markup(" "), tag("select", id="signal"))
-    controls = tag("div", choice, tag("button", "Fit", type="button", id="fit"), class_="row")
-    chosen = tag("p", "No value is chosen.", id="chosen", aria_live="polite")
-    legend, hint = tag("div", id="legend", class_="swatches"), tag("p", f"{KEYS} {ZOOM}", class_="hint")
-    picture = section("Diagram", controls, canvas, legend, chosen, hint, anchor="section")
+    canvas = html.tag("canvas", label, id="diagram", class_="diagram", tabindex="0", role="img", aria_label=label)
+    choice = html.tag("label", "Signal", html.Markup(" "), html.tag("select", id="signal"))
+    controls = html.tag("div", choice, html.tag("button", "Fit", type="button", id="fit"), class_="row")
+    chosen = html.tag("p", "No value is chosen.", id="chosen", aria_live="polite")
+    legend, hint = html.tag("div", id="legend", class_="swatches"), html.tag("p", f"{KEYS} {ZOOM}", class_="hint")
+    picture = html.section("Diagram", controls, canvas, legend, chosen, hint, anchor="section")
     listed = [(str(key), str(value)) for key, value in diagram.attrs.items() if key not in ("name", "kind")]
-    settings = section("Settings", facts(listed), anchor="settings")
-    return tag("main", picture, _values(diagram, rows), settings, id="top")
+    settings = html.section("Settings", html.facts(listed), anchor="settings")
+    return html.tag("main", picture, _values(diagram, rows), settings, id="top")
 
 
-def _values(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> Markup:
+def _values(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> html.Markup:
     """Table of the verdicts of all values."""
     parameter = diagram.attrs["parameter"]
     values, unit = diagram[parameter].values, diagram[parameter].attrs.get("units", "")
-    cells: list[list[Content]] = []
+    cells: list[list[html.Content]] = []
     for row in rows:
-        link = tag("a", "report", href=row["link"]) if row["link"] else ""
-        exponent = "-" if row["exponent"] is None else number(row["exponent"], 4)
-        cells.append([number(values[row["place"]]), row["direction"], row["verdict"], exponent, row["status"], link])
+        link = html.tag("a", "report", href=row["link"]) if row["link"] else ""
+        exponent = "-" if row["exponent"] is None else html.number(row["exponent"], 4)
+        cells.append(
+            [html.number(values[row["place"]]), row["direction"], row["verdict"], exponent, row["status"], link]
+        )
     head = f"{parameter} [{pretty(unit)}]" if unit else parameter
     heads = [head, "direction", "verdict", "exponent [1/s]", "status", "run"]
-    return section("Values", table("Verdicts of all values", heads, cells, numbers=[3]), anchor="values")
+    return html.section("Values", html.table("Verdicts of all values", heads, cells, numbers=[3]), anchor="values")

@@ -81,19 +81,12 @@ class RigidMotion:
 
 # Massless links: whether each of their motions moves a mass
 
-NO_INERTIA = 1e-12
-"""Inertia of a motion over the largest inertia of the mechanism, below which a massless link moves alone."""
-
-SHARE = 0.1
-"""Part of the fastest coordinate of such a motion, above which a link is named."""
+NO_INERTIA = 1e-12  # inertia of a motion over the largest of the mechanism, below which a massless link moves alone
+SHARE = 0.1  # part of the fastest coordinate of such a motion, above which a link is named
 
 
 def check_massless(mechanism: Mechanism, program: Program, q: np.ndarray) -> None:
-    """Refuse massless links that can move without moving a mass, at a closed pose (n_q,).
-
-    Nothing is computed without massless links.  Flexible bodies count as rigid: a link that only bends them moves their
-    mass.
-    """
+    """Refuse massless links that move without moving a mass, at a closed pose (n_q,), all bodies taken as rigid."""
     massless = [k for k, body in enumerate(mechanism.bodies) if body.is_massless]
     if not massless:
         return
@@ -122,20 +115,11 @@ def check_massless(mechanism: Mechanism, program: Program, q: np.ndarray) -> Non
 
 # Closing of loops: poses with all joints closed, at given positions of the drives
 
-CLOSED_GAP = 1e-12
-"""Gap of a closed joint relative to the size of the mechanism."""
-
-DRIVE_STRIDE = 0.1
-"""Largest change of a drive between two poses [rad, or relative to the size of the mechanism]."""
-
-MOST_ITERATIONS = 60
-"""Number of Newton iterations of a stride at most."""
-
-LARGEST_MOVE = 0.3
-"""Largest movement of a body in an iteration [rad, or relative to the size of the mechanism]."""
-
-SPARSE_ENTRIES = 400_000
-"""Number of entries of the constraint matrix above which the least movement is computed by sparse factors."""
+CLOSED_GAP = 1e-12  # gap of a closed joint relative to the size of the mechanism
+DRIVE_STRIDE = 0.1  # largest change of a drive between two poses [rad, or relative to the size of the mechanism]
+MOST_ITERATIONS = 60  # number of Newton iterations of a stride at most
+LARGEST_MOVE = 0.3  # largest movement of a body in an iteration [rad, or relative to the size of the mechanism]
+SPARSE_ENTRIES = 400_000  # entries of the constraint matrix above which sparse factors find the least movement
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,5 @@
 """Consistent start values: positions, velocities, accelerations and multipliers."""
 
-from __future__ import annotations
-
 from collections.abc import Container
 from dataclasses import dataclass
 from itertools import pairwise
@@ -19,20 +17,11 @@ from flexmb.program.program import Program
 from flexmb.statics.start.assemble import RigidMotion, check_massless, close_loops
 from flexmb.statics.start.redundant_joints import least_norm, redundancy, redundant_rows, shaken_pose
 
-LISTED_PARTS = 12
-"""Number of parts in a list at most."""
-
-ROUND_OFF_OF_RATES = 1e-12
-"""Start velocity relative to the largest rate of the drives that is round-off of a motion which begins at rest."""
-
-RATES = 32
-"""Number of intervals of a motion at whose ends its rate is looked at."""
-
-SETTLED = 1e-12
-"""Last correction of the states of controls that begin at rest, relative to the states."""
-
-MOST_FRICTION_ITERATIONS = 30
-"""Number of Newton iterations at most on multipliers that friction depends on."""
+LISTED_PARTS = 12  # number of parts in a list at most
+ROUND_OFF_OF_RATES = 1e-12  # start velocity over the drives' largest rate that is round-off of a start at rest
+RATES = 32  # number of intervals of a motion at whose ends its rate is looked at
+SETTLED = 1e-12  # last correction of the states of controls that begin at rest, relative to the states
+MOST_FRICTION_ITERATIONS = 30  # number of Newton iterations at most on multipliers that friction depends on
 
 
 @dataclass(frozen=True)
@@ -200,10 +189,7 @@ def largest_rate(program: Program) -> float:
 
 
 def declared_rows(closed: Program, rigid: RigidMotion, B: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Coordinates that represent the declared rigid motions, and the remainder d (n_q,) of declared fields.
-
-    The rigid motion of a field is the nearest one, with equal weights of all nodes.
-    """
+    """Coordinates that represent declared rigid motions, nearest to fields, and the remainder d (n_q,) of fields."""
     v = np.asarray(closed.reference.v)
     declared = np.flatnonzero(~np.isnan(v))
     body = rigid.body[declared // 3]  # in order, as the coordinates are
@@ -220,10 +206,7 @@ def declared_rows(closed: Program, rigid: RigidMotion, B: Any) -> tuple[np.ndarr
 
 
 def least_energy(inertia: Any, A: Any, b: np.ndarray) -> np.ndarray:
-    """The w of least energy w^T inertia w that minimises |A w - b|.
-
-    One linear system for independent rows of A; otherwise a dense least-squares problem.
-    """
+    """The w of least w^T inertia w that minimises |A w - b|, dense where rows of A depend on one another."""
     n, m = A.shape[1], A.shape[0]
     if m <= n:
         scale = max(float(inertia.max()), 1e-300)

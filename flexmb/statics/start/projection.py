@@ -1,7 +1,5 @@
 """Projection of a state onto the constraints: nearest positions and velocities."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -12,11 +10,8 @@ from flexmb.errors import AssemblyError
 from flexmb.program.program import Program
 
 WHOLE_TURN = 2.0 * np.pi
-MOST_PROJECTIONS = 30
-"""Number of Newton iterations at most."""
-
-CLOSED_GAP = 1e-12
-"""Gap of a closed joint relative to the size of the mechanism."""
+MOST_PROJECTIONS = 30  # number of Newton iterations at most
+CLOSED_GAP = 1e-12  # gap of a closed joint relative to the size of the mechanism
 
 
 def projected(program: Program, q: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:

@@ -1,7 +1,5 @@
 """Joints that are redundant in every pose: number of redundant rows, and multipliers of least norm."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,8 +13,7 @@ from flexmb.errors import AssemblyError, KernelError, SolveError
 from flexmb.program.program import Program
 from flexmb.statics.start.assemble import RigidMotion, close_loops, drive_rows
 
-POSE_SHIFT = 0.05
-"""Shift to a second pose that distinguishes redundant joints from a singular pose [rad, or relative to the size]."""
+POSE_SHIFT = 0.05  # shift to a second pose that tells redundant joints from a singular pose [rad, or over the size]
 
 
 class Redundancy(NamedTuple):
@@ -53,10 +50,7 @@ def redundancy(program: Program, q: np.ndarray, system: StateEvaluation | None =
 
 
 def dependent_parts(program: Program, G: Any, rows: np.ndarray | None = None) -> tuple[str, ...]:
-    """Names of the parts whose equations depend on one another, in the order of the rows.
-
-    G (rows, coordinates) is the constraint Jacobian, or some of its rows with the numbers `rows`.
-    """
+    """Names of parts whose equations depend on one another, by G (rows, coordinates) or its rows `rows`."""
     numbers = dependent_rows(G) if rows is None else rows[list(dependent_rows(G))]
     return tuple(dict.fromkeys(program.names.rows[k].partition("[")[0] for k in numbers))
 
@@ -70,10 +64,7 @@ def shaken_pose(program: Program, q: np.ndarray) -> np.ndarray:
 
 
 def redundant_rows(program: Program, closed: Program, q: np.ndarray, t: float) -> int:
-    """Number of rows that are redundant both at a pose q (n_q,) and at a neighbouring one; 0 for a singular pose.
-
-    q is an assembled pose at t [s].
-    """
+    """Number of rows redundant at an assembled pose q (n_q,) at t [s] and beside it; 0 for a singular pose."""
     extra = len(row_rank(StateEvaluation(program).at(q, t=t).blocks[1]).redundant)
     if extra == 0:
         return 0
@@ -108,11 +99,7 @@ def neighbouring_pose(closed: Program, q: np.ndarray, t: float) -> np.ndarray:
 def least_norm(
     program: Program, q: np.ndarray, v: np.ndarray, t: float, z: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Accelerations (n_q,), and the multipliers (n_c,) of least norm that produce them.
-
-    z is the history (n_z,) at this state; None: that at the start.  A coordinate without mass that no joint moves is
-    refused.
-    """
+    """Accelerations (n_q,) and multipliers (n_c,) of least norm; z (n_z,) is the history, None: that of the start."""
     system = StateEvaluation(program).at(q, v, t=t, z=z, weights=(0.0, 0.0, 1.0))
     M, G = system.blocks
     needed = np.setdiff1d(np.arange(program.n_c), row_rank(G).redundant)
