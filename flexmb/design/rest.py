@@ -21,7 +21,8 @@ from flexmb.engine.step.step_size import FixedStep
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
 from flexmb.program.program import Program
-from flexmb.statics.equilibrium import Equilibrium, static_equilibrium
+from flexmb.statics.equilibrium import static_equilibrium
+from flexmb.statics.found import Equilibrium
 from flexmb.statics.modes import Modes, modes
 from flexmb.statics.start.consistent import Start
 

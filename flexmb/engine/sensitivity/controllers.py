@@ -207,7 +207,7 @@ def act_differences(
     """
 
     def after(samplers: tuple[Sampler, ...], e: float, j: int) -> np.ndarray:
-        there = z + e * dz[j]
+        there: np.ndarray = z + e * dz[j]
         act(samplers, instant, y + e * dy[j], there, every=every)
         return there
 
