@@ -235,7 +235,7 @@ class Sampler:
 
     @cached_property
     def numbers(self) -> tuple[np.ndarray, ...]:
-        """Numbers of the law, and those of each input that is a motion."""
+        """Numbers of the law, and of each motion among the inputs."""
         inputs = (one.motion.parameters() if isinstance(one, MotionInput) else () for one in self.inputs)
         return tuple(np.array(own, dtype=float) for own in (self.p, *inputs))
 

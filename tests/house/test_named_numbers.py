@@ -42,7 +42,7 @@ IN_FILES = {
         "poses of nodes, in threes behind HEAD": "p",
     },
     "flexmb/elastic/reduced/peak_stress.py": {"x, y, theta of nodes, as deformed": "e"},
-    "flexmb/engine/sensitivity/signal_rows.py": {"instants": "due slopes", "both sides of a difference": "pair"},
+    "flexmb/engine/sensitivity/signal_rows.py": {"both sides of a difference": "pair"},
     "flexmb/engine/linalg/symbolic.py": {"columns before": "ptr parent"},
     "flexmb/engine/linalg/lu.py": {
         "a block of the matrix, row by row": "lu",

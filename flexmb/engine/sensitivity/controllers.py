@@ -35,14 +35,14 @@ class ControlSlopes(Record):
     """Slopes of the laws of all controllers at the last linearised state.
 
     by_q, by_v : derivatives of rates and outputs by the coordinates of their controller and by their velocities
-    begin : (controls + 1,) where those of each controller begin
+    pos : (controls + 1,) where those of each controller begin
     element : (outputs,) element whose load an output multiplies, -1: none;  force : (outputs, ..) its force without it
     mass : ka, weight of the rates of states in the matrix of the step
     """
 
     by_q: Vector
     by_v: Vector
-    begin: Integers
+    pos: Integers
     element: Integers
     force: Matrix
     mass: float
@@ -59,7 +59,7 @@ def control_slopes(program: Program) -> ControlSlopes:
     return ControlSlopes(
         by_q=total,
         by_v=total,
-        begin=np.cumsum([0, *sizes]).astype(np.int64),
+        pos=np.cumsum([0, *sizes]).astype(np.int64),
         element=element.astype(np.int64),
         force=(len(element), program.tables.sizes.most_dofs),
         mass=0.0,
@@ -79,8 +79,8 @@ def find_control_slopes(tables, address, t, q, v, a, z, ka, T, work):
                 continue
             read_inputs(tables, address, c, t, q, v, work)
             differentiate_law(tables, address, c, t, q, v, 1.0 - by_velocity, 1.0 * by_velocity, work)
-            for i in range(S.begin[c + 1] - S.begin[c]):
-                found[S.begin[c] + i] = work.law_tangent[i]
+            for i in range(S.pos[c + 1] - S.pos[c]):
+                found[S.pos[c] + i] = work.law_tangent[i]
     for c in range(C.kernel.shape[0]):
         for j in range(T.z.shape[0]):
             for i in range(C.z[c, BEGIN], C.z[c, END]):
@@ -89,7 +89,7 @@ def find_control_slopes(tables, address, t, q, v, a, z, ka, T, work):
 
 @compiled
 def add_control_forces(tables, address, t, q, v, a, z, T, work):
-    """Add the effect of U by the slopes, of Y on the states, and of what sampled controllers hold, to T.F."""
+    """Add the effect of U by the slopes, of Y on the states, and of held outputs, to T.F."""
     C = tables.controls
     for j in range(T.F.shape[0]):
         subtract_control_rates(tables, T.control.by_q, 1.0, T.U[j], T.F[j], T)
@@ -113,8 +113,8 @@ def subtract_control_rates(tables, slopes, factor, x, F, T):
     """F -= factor times the change of all residuals by `slopes` for the motion x of the coordinates."""
     C = tables.controls
     for c in range(C.kernel.shape[0]):
-        n, n_x, place = C.dof[c + 1] - C.dof[c], C.states[c], T.control.begin[c]
-        for i in range((T.control.begin[c + 1] - place) // max(n, 1)):
+        n, n_x, place = C.dof[c + 1] - C.dof[c], C.states[c], T.control.pos[c]
+        for i in range((T.control.pos[c + 1] - place) // max(n, 1)):
             change = 0.0
             for l in range(n):
                 change += slopes[place + i * n + l] * x[C.dofs[C.dof[c] + l]]
@@ -148,7 +148,7 @@ def add_control_matrix(tables, kv, T, work):
     """Add the derivatives of loads and of residuals of states to work.lu."""
     C, S, E = tables.controls, T.control, tables.elements
     for c in range(C.kernel.shape[0]):
-        n, n_x, place = C.dof[c + 1] - C.dof[c], C.states[c], S.begin[c]
+        n, n_x, place = C.dof[c + 1] - C.dof[c], C.states[c], S.pos[c]
         rows = part_of(C.positions_state, C.pos_state[c], C.pos_state[c + 1])
         for i in range(threes(n_x) if n > 0 else 0):
             work.lu[rows[i * n + i]] += S.mass

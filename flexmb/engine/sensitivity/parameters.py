@@ -148,7 +148,7 @@ def _add_element(varied, address, e, t, h, q, v, a, z, factor, j, T, work):
 
 @compiled
 def clear_constraint(C, c, n, work):
-    """Clear what the kernel of constraint c adds to."""
+    """Zeros in the arrays to which the kernel of constraint c adds."""
     for i in range(n * n):
         work.Kl[i] = 0.0
     for i in range(C.pos_g[c], C.pos_g[c + 1]):
