@@ -1,12 +1,12 @@
-"""Counterweight of a crank: the part of the reciprocating mass to balance, for the least peak of the force on the frame.
+"""Counterweight of a crank: the share of the reciprocating mass for which the peak of the force on the frame is least.
 
-A slider-crank of 50 and 200 mm with a massless rod, and a counterweight b times as heavy as the slider, as far from the
-axis as the crank pin and opposite to it. With the angle a of the crank and the acceleration r w^2 x(a) of the slider
-the force on the frame is m r w^2 times the root of (x - b cos a)^2 + (b sin a)^2. Its peak is least where that at a = 0
-and that near 101 degrees are equal. Exact values: b = 0.5899341 with the exact motion of the slider, 0.5917343 with the
-usual approximation x = cos a + cos(2 a) r/l.
+A slider-crank of 50 and 200 mm with a massless rod, and a counterweight of b times the mass of the slider, as far from
+the axis as the crank pin and opposite to it. With the acceleration r w^2 x(a) of the slider at the angle a of the
+crank, the force on the frame is m r w^2 times the root of (x - b cos a)^2 + (b sin a)^2. Its peak is least where that
+at a = 0 equals that near 101 degrees: b = 0.5899341 with the exact motion of the slider, 0.5917343 with the usual
+approximation cos a + r/l cos(2 a).
 
-A smooth measure of the peak takes its place, the mean of the p-th power. Its b is off by a series in 1/p, so three
+A smooth measure takes the place of the peak, the mean of the p-th power. Its b is off by a series in 1/p, so three
 powers give the limit.
 """
 

@@ -35,17 +35,16 @@ found = fm.design.fit(worn, BOUNDS, data, signals=["slider.ax"], noise=noise)
 print(f"{found.message} The residuals are {found.rms:.3f} of the noise of {noise:.0f} m/s^2.")
 for name, true in TRUE.items():
     value, error = found.parameters[name], found.errors[name]
-    print(f"{name:11s} {value:.4g} +- {error:.1g} (true {true:g})")
+    print(f"{name:11s} {value:.5g} +- {error:.2g} (true {true:g})")
 
 fitted = fm.simulate(worn(**found.parameters), t_end=END, save=1000).array("slider.ax")
 time = 1e3 * data["time"].values
 figure = Figure(figsize=(7.0, 4.5), layout="constrained")
-above, below = figure.subplots(2, sharex=True, height_ratios=(3, 1))
-above.plot(time, 1e-3 * data["slider.ax"].values, ".", color="0.6", markersize=3, label="measured")
-above.plot(time, 1e-3 * fitted, color="C0", linewidth=1, label="fitted")
-above.set(ylabel="slider.ax [km/s$^2$]")
-above.legend()
-below.plot(time, 1e-3 * found.residuals["slider.ax"].values, ".", color="0.6", markersize=2)
-below.set(xlabel="time [ms]", ylabel="difference")
+for axes, span in zip(figure.subplots(2), ((0.0, 1e3 * END), (1.2, 2.8)), strict=True):
+    shown = (time >= span[0]) & (time <= span[1])
+    axes.plot(time[shown], 1e-3 * data["slider.ax"].values[shown], ".", color="0.6", markersize=4, label="measured")
+    axes.plot(time[shown], 1e-3 * fitted[shown], color="C0", linewidth=1, label="fitted")
+    axes.set(xlim=span, xlabel="time [ms]", ylabel="slider.ax [km/s$^2$]")
+axes.legend()
 Path("out").mkdir(exist_ok=True)
 figure.savefig("out/worn_from_noise.png", dpi=150)
