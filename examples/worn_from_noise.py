@@ -37,14 +37,13 @@ for name, true in TRUE.items():
     value, error = found.parameters[name], found.errors[name]
     print(f"{name:11s} {value:.5g} +- {error:.2g} (true {true:g})")
 
-fitted = fm.simulate(worn(**found.parameters), t_end=END, save=1000).array("slider.ax")
-time = 1e3 * data["time"].values
+fitted = fm.simulate(worn(**found.parameters), t_end=END, save=20000)
 figure = Figure(figsize=(7.0, 4.5), layout="constrained")
 for axes, span in zip(figure.subplots(2), ((0.0, 1e3 * END), (1.2, 2.8)), strict=True):
-    shown = (time >= span[0]) & (time <= span[1])
-    axes.plot(time[shown], 1e-3 * data["slider.ax"].values[shown], ".", color="0.6", markersize=4, label="measured")
-    axes.plot(time[shown], 1e-3 * fitted[shown], color="C0", linewidth=1, label="fitted")
+    axes.plot(1e3 * run.time, 1e-3 * data["slider.ax"].values, ".", color="0.6", markersize=4, label="measured")
+    axes.plot(1e3 * fitted.time, 1e-3 * fitted.array("slider.ax"), color="C0", linewidth=1, label="fitted")
     axes.set(xlim=span, xlabel="time [ms]", ylabel="slider.ax [km/s$^2$]")
+axes.set(ylim=(-11.0, 2.0))
 axes.legend()
 Path("out").mkdir(exist_ok=True)
 figure.savefig("out/worn_from_noise.png", dpi=150)
