@@ -36,11 +36,13 @@ THUMBNAIL, COLUMNS = 150, 4
 GROUPS = {
     "Linkages": (
         *("chebyshev", "watt", "peaucellier", "stephenson", "pantograph", "quick_return", "scotch_yoke"),
-        *("toggle_press", "scissor_lift", "path_synthesis"),
+        *("toggle_press", "scissor_lift", "path_synthesis", "counterweight"),
     ),
-    "Machines": ("planetary_gear", "cam_lift_off", "geneva", "ratchet", "pick_and_place", "andrews"),
+    "Machines": ("planetary_gear", "cam_lift_off", "cam_law", "geneva", "ratchet", "pick_and_place", "andrews"),
     "Beams": ("cantilever", "flexible_four_bar", "gripper", "spin_up", "frame_from_mesh", "rod_of_plates"),
-    "Clearance, impacts, chaos": ("nine_bar", "nine_bar_plates", "worn_slider_crank", "own_law", "restart", "chaos"),
+    "Clearance, impacts, chaos": (
+        *("nine_bar", "nine_bar_plates", "worn_slider_crank", "worn_from_noise", "own_law", "restart", "chaos"),
+    ),
     "Chains and pendulums": ("pendulum", "whip"),
 }
 """Examples by their groups, in the order of the page."""

@@ -9,7 +9,9 @@ import sys
 import warnings
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.optimize import linprog, minimize_scalar
 
 from flexmb.cli.command_line import main
 
@@ -74,7 +76,7 @@ def numbers(pattern, text):
 
 def test_no_example_is_forgotten():
     tested = {"pendulum", "cantilever", "flexible_four_bar", "own_law", "frame_from_mesh", "restart", "chaos"}
-    tested |= {"cam_lift_off", "geneva", "ratchet", "pick_and_place"}
+    tested |= {"cam_lift_off", "geneva", "ratchet", "pick_and_place", "counterweight", "cam_law", "worn_from_noise"}
     tested |= {
         "andrews",
         "spin_up",
@@ -299,6 +301,73 @@ def test_nine_bar_plates(printed):
     assert plates[:2] == pytest.approx(beams[:2], rel=0.2)
     assert plates[2] == pytest.approx(beams[2], rel=0.25)
     assert plates[3] == pytest.approx(355.0 / plates[2], rel=0.01)
+
+
+def shaking(slider):
+    """Share b of the least peak of the force on the frame, and the peak, for an acceleration (n,) of the slider."""
+    angle = np.linspace(0.0, 2.0 * math.pi, len(slider), endpoint=False)
+
+    def peak(b):
+        return float(np.hypot(slider - b * np.cos(angle), b * np.sin(angle)).max())
+
+    found = minimize_scalar(peak, bounds=(0.1, 1.0), method="bounded", options={"xatol": 1e-12})
+    return found.x, found.fun
+
+
+def test_counterweight(printed):
+    """The exact acceleration of the slider from its path by differentiation in Fourier's space."""
+    text = printed("counterweight")
+    angle = np.linspace(0.0, 2.0 * math.pi, 2**17, endpoint=False)
+    path = np.fft.rfft(np.cos(angle) + np.sqrt(16.0 - np.sin(angle) ** 2))
+    path[32:] = 0.0  # harmonics fall below round-off
+    share, least = shaking(np.fft.irfft(np.arange(len(path)) ** 2 * path))
+    ((found, exact),) = numbers(r"limit: +b = # \(exact #\)", text)
+    assert exact == pytest.approx(share, abs=1e-7)
+    assert found == pytest.approx(share, abs=2e-6)
+    ((found, exact),) = numbers(r"r w\^2: # \(exact #\)", text)
+    assert exact == pytest.approx(least, abs=1e-7)
+    assert found == pytest.approx(least, rel=5e-6)
+    assert shaking(np.cos(angle) + 0.25 * np.cos(2.0 * angle))[0] == pytest.approx(0.5917343, abs=1e-7)
+
+
+def least_acceleration(steepest):
+    """Least peak of the acceleration over h/T^2 with two terms more than 3-4-5, by a linear program.
+
+    Its unknowns are the factors of both terms and the peak; 10 mm of lift in 90 degrees, radius 15 mm to the roller.
+    """
+    x = np.polynomial.Polynomial([0.0, 1.0])
+    terms = [x**3 * (1.0 - x) ** 3 * (1.0 - 2.0 * x) * (x * (1.0 - x)) ** k for k in range(2)]
+    terms.append(10.0 * x**3 - 15.0 * x**4 + 6.0 * x**5)
+    at = np.linspace(0.0, 1.0, 4001)
+    bend = np.stack([one.deriv(2)(at) for one in terms], axis=1)
+    tilt = np.stack([one.deriv()(at) / (0.5 * math.pi) - math.tan(steepest) * one(at) for one in terms], axis=1)
+    peak = np.ones((len(at), 1))
+    rows = np.block([[bend[:, :2], -peak], [-bend[:, :2], -peak], [tilt[:, :2], 0.0 * peak]])
+    room = np.concatenate([-bend[:, 2], bend[:, 2], 1.5 * math.tan(steepest) - tilt[:, 2]])
+    return linprog([0.0, 0.0, 1.0], A_ub=rows, b_ub=room, bounds=[(None, None)] * 3).fun
+
+
+def test_cam_law(printed):
+    text = printed("cam_law")
+    known = 2.0 * math.pi, 10.0 / math.sqrt(3.0), least_acceleration(1.5), least_acceleration(math.radians(30.0))
+    rows = numbers(r"peak of # h/T\^2 \(exact #\), contact forces from +# N", text)
+    assert [row[1] for row in rows] == pytest.approx(known, abs=1e-5)
+    assert [row[0] for row in rows] == pytest.approx(known, rel=3e-5)
+    assert [row[2] > 0.0 for row in rows] == [False, False, True, True]  # the usual laws lift off
+    free, held = re.findall(f"pressure angle {NUMBER} degrees", text)
+    assert float(free) > 31.0
+    assert float(held) == pytest.approx(30.0, abs=1e-3)
+
+
+def test_worn_from_noise(printed):
+    text = printed("worn_from_noise")
+    rows = numbers(r" # \+- # \(true #\)", text)
+    assert len(rows) == 3
+    for value, error, true in rows:
+        assert abs(value - true) < 3.0 * error
+        assert error < 1e-2 * true
+    (residuals,) = re.findall(f"residuals are {NUMBER} of the noise", text)
+    assert float(residuals) == pytest.approx(1.0, abs=0.07)  # three times the scatter of a thousand draws
 
 
 def test_commands_of_the_page(root, capsys):
