@@ -227,6 +227,8 @@ engine.sensitivity.tangent_step.DIVERGED_CHANGE | 1 | carried differences | chan
 engine.sensitivity.tangent_step.LEAST_PIVOT | N/m | nothing | keeps a division from zero
 engine.sensitivity.tangent_step.VERY_END | 1 | a step | an onset behind it belongs to the next step
 engine.sensitivity.tangent_step.WEIGHT_OF_MASS | 1 | that of a step | mass matrix for accelerations alone
+engine.sensitivity.controllers.PART_OF_INPUT | 1 | input of a law | difference of inputs for the slope of a sampled law
+engine.sensitivity.controllers.LEAST_PART | 1 | largest input so far | least size by which an input is judged
 engine.sensitivity.reversals.PART_OF_FRICTION | 1 | friction force | change that the slopes of a step may miss
 engine.sensitivity.reversals.STEEPEST | 1 | secant slope | steepest slope in carried accelerations
 engine.sensitivity.signal_rows.SMALL_WAY | 1 | size of the mechanism | differences of positions for signals

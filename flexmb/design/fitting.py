@@ -47,6 +47,9 @@ TURNS, WORSE, ENOUGH, JUMPS = 12, 1.5, 1e-6, 4
 unless it is small beside that of the noise; spans between attempts to take all data at once.
 """
 
+ABOVE_NOISE = 1.5
+"""Residuals over the given noise from which a fit says that something is left out."""
+
 LAST_CHANGE = 1e-12
 """Relative change at which the last search ends."""
 
@@ -398,6 +401,7 @@ def _result(search: _Search, found: Any, *, known: bool) -> Fit:
     with np.errstate(all="ignore"):
         correlation = np.where(blind[:, None] | blind, np.nan, covariance / np.outer(sizes, sizes))
     errors = np.where(blind[:p], np.inf, sizes[:p] * search.width)
+    rms = math.sqrt(float(residuals @ residuals) / own.count)
     left = {name: ("time", own.values[:, k] - computed[:, k]) for k, name in enumerate(own.signals)}
     offsets = {name: found.x[p + k] * own.noise[own.signals.index(name)] for k, name in enumerate(own.offset)}
     return Fit(
@@ -408,16 +412,18 @@ def _result(search: _Search, found: Any, *, known: bool) -> Fit:
         {name: float(value) for name, value in offsets.items()},
         tuple(_combinations(names, right[~seen])),
         xr.Dataset(left, {"time": ("time", own.time, {"units": "s"})}),
-        math.sqrt(float(residuals @ residuals) / own.count),
+        rms,
         search.runs,
         bool(found.success),
-        " ".join(_sentences(search, found)),
+        " ".join(_sentences(search, found, rms if known else 0.0)),
     )
 
 
-def _sentences(search: _Search, found: Any) -> Iterator[str]:
+def _sentences(search: _Search, found: Any, over_noise: float) -> Iterator[str]:
     own = search.measured
     yield "Converged." if found.success else f"Not converged ({found.message})."
+    if over_noise > ABOVE_NOISE:
+        yield f"The residuals are {over_noise:.3g} times the noise: another minimum, or something that the model lacks."
     if own.part < 1.0:
         yield f"Data later than {own.time[-1]:.4g} s are left out: small differences grow too far there."
     at = [name for name, x in zip(search.bounds, found.x, strict=False) if min(x, 1.0 - x) < SAME_POINT]

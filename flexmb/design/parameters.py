@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from numbers import Real
@@ -11,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.errors import USER_ERRORS, FlexmbError, InputError, ModelError
+from flexmb.errors import USER_ERRORS, FlexmbError, InputError, ModelError, RestitutionWarning
 from flexmb.fields import unit_of
 from flexmb.model.mechanism import Mechanism, require_field
 
@@ -75,7 +76,10 @@ class ParameterModel:
         changes = dict(zip(self.names, map(float, values), strict=True))
         if isinstance(self.model, Mechanism):
             return self.model.with_(changes)
-        made = called(self.label, self.model, changes)
+        with warnings.catch_warnings():
+            if hasattr(self, "parameters") and tuple(changes.values()) != self.values:
+                warnings.simplefilter("ignore", RestitutionWarning)  # told of the present values alone
+            made = called(self.label, self.model, changes)
         if not isinstance(made, Mechanism):
             raise InputError(f"{self.label}: the function returned {type(made).__name__}; it must return a Mechanism.")
         return made

@@ -110,6 +110,8 @@ def static_sensitivity(
     label = "static_sensitivity"
     held = ParameterModel(label, model, parameters)
     names = list(checks.sequence(label, "of", of, "names of signals"))
+    if any(not isinstance(name, str) for name in names):
+        raise InputError(f"{label}: of is {names!r}; what stands still has no mean or peak; give names of signals.")
     count = checks.count(label, "frequencies", frequencies, 0)
     if not names and not count:
         raise InputError(f"{label}: give names of signals, of=[...], or a number of frequencies.")
