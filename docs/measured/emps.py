@@ -166,20 +166,21 @@ def tracking(model: fm.Mechanism, laps: int = LAPS) -> tuple[float, float]:
     return float(np.sqrt(np.mean(counted**2))), float(np.abs(counted).max())
 
 
-def numbers(_: Path | None) -> dict[str, Any]:
-    """Tracking errors with both descriptions of friction, and parameters that a fit finds from the measured curve."""
-    errors = {"curve": tracking(axis(measured=True)), "parameters": tracking(axis())}
-    times, x = run(axis(measured=True, laps=1), 1)
+def fitted(truth: fm.Mechanism) -> dict[str, Any]:
+    """Parameters and standard errors that a fit finds from a lap of another axis, and what it leaves [m]."""
+    times, x = run(truth, 1)
     kept = slice(None, None, EVERY)
     data = xr.Dataset({"carriage.x": ("time", x[kept])}, {"time": times[kept]})
     found = fm.design.fit(axis_to_fit, BOUNDS, data, signals=["carriage.x"], step=SAMPLE)
-    fitted = {name: [found.parameters[name], found.errors[name]] for name in PUBLISHED}
-    return {
-        "errors": errors,
-        "fit": fitted,
-        "runs": found.runs,
-        "left": float(abs(found.residuals["carriage.x"]).max()),
-    }
+    values = {name: [found.parameters[name], found.errors[name]] for name in PUBLISHED}
+    return {"values": values, "runs": found.runs, "left": float(abs(found.residuals["carriage.x"]).max())}
+
+
+def numbers(_: Path | None) -> dict[str, Any]:
+    """Tracking errors with both descriptions of friction, and parameters that fits find from both."""
+    errors = {"curve": tracking(axis(measured=True)), "parameters": tracking(axis())}
+    fits = {"parameters": fitted(axis(laps=1)), "curve": fitted(axis(measured=True, laps=1))}
+    return {"errors": errors, "fits": fits}
 
 
 def passage(found: dict[str, Any]) -> str:
@@ -194,11 +195,18 @@ def passage(found: dict[str, Any]) -> str:
     ]  # fmt: skip
     head = ["friction", "tracking error [mm]", "measured", "independent script", "ours", "ours beside measured"]
     first = table(head, rows, left=2)
-    rows = [
-        [name, f"{value:.6g}", f"{found['fit'][name][0]:.6g}", f"{found['fit'][name][1]:.2g}",
-         f"{100.0 * (found['fit'][name][0] / value - 1.0):+.2f} %"]
-        for name, value in PUBLISHED.items()
-    ]  # fmt: skip
-    second = table(["number", "published", "fitted", "standard error", "difference"], rows, left=1)
-    told = f"{found['runs']} runs; the fitted axis leaves at most {1e6 * found['left']:.2g} um of the position."
-    return f"{first}\n\n{second}\n\n{told}"
+    rows = [[name, f"{value:.6g}", *cells(found["fits"], name)] for name, value in PUBLISHED.items()]
+    parts = [f"from {one}, {what}" for one in ("these numbers", "the curve") for what in ("error", "difference")]
+    head = ["number", "published", *(word.replace(", error", "") for word in parts)]
+    second = table(head, rows, left=1)
+    each = (f"{one['runs']} runs leave at most {1e6 * one['left']:.2g} um" for one in found["fits"].values())
+    return f"{first}\n\n{second}\n\nOf the position, {' and '.join(each)}."
+
+
+def cells(fits: dict[str, Any], name: str) -> list[str]:
+    """Value with standard error, and difference from the published value, of both fits."""
+    found = []
+    for fit in fits.values():
+        value, error = fit["values"][name]
+        found += [f"{value:.6g} ± {error:.1g}", f"{100.0 * (value / PUBLISHED[name] - 1.0):+.2f} %"]
+    return found
