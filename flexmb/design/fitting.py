@@ -123,6 +123,9 @@ def fit(
     step: Step | None = None,
     method: Method | None = None,
     most_runs: int = 100,
+    start: Mapping[str, float | Sequence[float]] | None = None,
+    pieces: Sequence[float] = (),
+    free: Sequence[str] = (),
 ) -> Fit:
     """Parameters from measured signals, by least squares with the derivatives of the run.
 
@@ -143,6 +146,13 @@ def fit(
     loss : "linear", or a robust one of `scipy.optimize.least_squares`: "soft_l1", "huber", "cauchy", "arctan".
     step, method : as in `simulate`.
     most_runs : number of runs of the last search at most.
+    start : values from which the search begins, by name, with all data at once, of a free parameter also one for each
+        piece; others begin in the middle of their bounds.  None: spans and points as above.
+    pieces : times of the data at which the motion begins anew, each time as the model says [s]: several records one
+        behind the other, or one that is cut since small differences grow too far in the whole of it.  With pieces
+        the search begins at `start`.
+    free : names of parameters with a value of their own in each piece, as angles and rates at its start;
+        "angle[0]", "angle[1]" in the result.
 
     Raises
     ------
@@ -154,20 +164,53 @@ def fit(
     bounds = bounds_of(label, parameters)
     checks.one_of(label, "loss", loss, ["linear", "soft_l1", "huber", "cauchy", "arctan"])
     measured = _Measured(label, data, signals, noise, checks.sequence(label, "offset", offset, "signals"), begin)
-    search = _Search(label, model, bounds, measured, step, method)
+    measured.cut(checks.sequence(label, "pieces", pieces, "times"))
+    own = [
+        checks.one_of(label, "free parameter", name, list(bounds))
+        for name in checks.sequence(label, "free", free, "names")
+    ]
+    if own and len(measured.begins) == 1:
+        raise InputError(
+            f"{label}: free is {own!r}, but there is one piece alone; give pieces=[...], times of the data."
+        )
+    search = _Search(label, model, bounds, measured, own, step, method)
     if measured.count < search.unknowns:
         raise InputError(f"{label}: {measured.count} measured numbers for {search.unknowns} unknowns; give more data.")
-    found = search.through_spans(loss, checks.count(label, "most_runs", most_runs))
+    most = checks.count(label, "most_runs", most_runs)
+    if start is None and len(measured.begins) == 1:
+        found = search.through_spans(loss, most)
+    else:
+        found = search.from_point(start_of(label, start, search), loss, most)
     return _result(search, found, known=noise is not None)
 
 
+def start_of(label: str, start: Any, search: _Search) -> np.ndarray:
+    """Start values (pieces, parameters), by default in the middle of the bounds, or `InputError`."""
+    names, many = list(search.bounds), len(search.columns)
+    found = np.array([[0.5 * (low + high) for low, high in search.bounds.values()]] * many)
+    for name, given in checks.mapping(label, "start", start).items() if start is not None else ():
+        k = names.index(checks.one_of(label, "start of a parameter", name, names))
+        each = [given] if np.ndim(given) == 0 else checks.sequence(label, f"start[{name!r}]", given, "values")
+        if len(each) != 1 and (len(each) != many or name in search.names):
+            text = f"{label}: start of {name} has {len(each)} values"
+            raise InputError(f"{text}; give one, or one for each of {many} pieces to a parameter that is free.")
+        found[:, k] = [checks.number(label, f"start[{name!r}]", value) for value in each]
+        low, high = search.bounds[name]
+        if found[:, k].min() < low or found[:, k].max() > high:
+            raise InputError(f"{label}: start of {name} is {given}; it must be within its bounds, {low:g} to {high:g}.")
+    return found
+
+
 class _Measured:
-    """Measured signals over their noise levels."""
+    """Measured signals over their noise levels, in pieces that begin at `begins`."""
+
+    begins: tuple[float, ...] = (0.0,)
 
     def __init__(self, label: str, data: Any, signals: Any, noise: Any, offset: Any, begin: float) -> None:
         import xarray as xr  # noqa: PLC0415 - takes long to import
 
         self.label, self.signals = label, checks.sequence(label, "signals", signals, "names of signals")
+        self.begin = checks.number(label, "begin", begin, "s")
         if not self.signals or any(self.signals.count(name) > 1 for name in self.signals):
             raise InputError(f"{label}: signals is {signals!r}; give at least one name, each of them once.")
         if isinstance(data, (str, Path)):
@@ -181,7 +224,7 @@ class _Measured:
         for name in ("time", *self.signals):
             if data[name].dims != ("time",) or data[name].dtype.kind not in "fiu":
                 raise InputError(f"{label}: {name} of the data is no row of numbers along 'time'; give one [SI units].")
-        late = np.asarray(data["time"].values, dtype=float) - checks.number(label, "begin", begin, "s")
+        late = np.asarray(data["time"].values, dtype=float) - self.begin
         kept = late >= 0.0
         self.every = late[kept]
         if len(self.every) < 2 or (np.diff(self.every) <= SAME_INSTANT * self.every[-1]).any():
@@ -196,6 +239,21 @@ class _Measured:
         self.noise = np.array([checks.positive(label, f"noise of {self.signals[k]}", x) for k, x in enumerate(usual)])
         self.offset = list(dict.fromkeys(checks.one_of(label, "offset", name, self.signals) for name in offset))
         self.until(1.0)
+
+    def cut(self, pieces: Sequence[Any]) -> None:
+        """Begin a piece at the begin and at each of the times `pieces` of the data [s]."""
+        cuts = [checks.number(self.label, "pieces", one, "s") - self.begin for one in pieces]
+        inner = tuple(cut for cut in cuts if cut != 0.0)
+        self.begins = (0.0, *inner)
+        counts = np.diff(np.searchsorted(self.every, [*self.begins, np.inf]))
+        if list(self.begins) != sorted(set(self.begins)) or min(counts) < 2:
+            raise InputError(
+                f"{self.label}: pieces is {pieces!r}; give increasing times of the data, two instants in each."
+            )
+
+    def piece(self, i: int) -> slice:
+        """Rows of a piece among those that are taken."""
+        return slice(*np.searchsorted(self.time, [*self.begins, np.inf])[i : i + 2].tolist())
 
     def until(self, part: float) -> None:
         """Take the first part of the data."""
@@ -228,36 +286,54 @@ def read_csv(label: str, path: Path) -> xr.Dataset:
 class _Search:
     """Residuals and derivatives by unknowns: parameters from 0 to 1 within their bounds, offsets over the noise."""
 
-    def __init__(self, label: str, model: Model, bounds: Mapping[str, Any], measured: _Measured, *how: Any) -> None:
+    def __init__(
+        self, label: str, model: Model, bounds: Mapping[str, Any], measured: _Measured, free: Sequence[str], *how: Any
+    ) -> None:
         self.label, self.model, self.bounds, self.measured = label, model, dict(bounds), measured
         self.step, self.method = how
-        self.low, high = np.array(list(bounds.values())).T
+        shared = [name for name in bounds if name not in free]
+        places = {name: k for k, name in enumerate(shared)}
+        self.names, self.columns = shared, []  # columns of each piece, in the order of the bounds
+        for i in range(len(measured.begins)):
+            places |= {name: len(self.names) + k for k, name in enumerate(free)}
+            self.names = [*self.names, *(f"{name}[{i}]" for name in free)]
+            self.columns.append([places[name] for name in bounds])
+        each = [bounds[name.partition("[")[0] if name not in bounds else name] for name in self.names]
+        self.low, high = np.array(each).T
         self.width = high - self.low
-        self.unknowns = len(bounds) + len(measured.offset)
+        self.unknowns = len(self.names) + len(measured.offset)
         self.runs, self.integrates = 0, True
         self.tried: tuple[np.ndarray, list[np.ndarray]] | None = None
 
-    def at(self, x: np.ndarray) -> ParameterModel:
-        """The model with unknowns (n,)."""
-        values = (self.low + x[: len(self.low)] * self.width).tolist()
+    def values(self, x: np.ndarray) -> np.ndarray:
+        """Parameters, those of the pieces among them, of the unknowns (n,)."""
+        return np.asarray(self.low + x[: len(self.low)] * self.width)
+
+    def at(self, x: np.ndarray, i: int) -> ParameterModel:
+        """The model of a piece with unknowns (n,)."""
+        values = self.values(x)[self.columns[i]].tolist()
         held = ParameterModel(self.label, self.model, dict(zip(self.bounds, values, strict=True)))
-        held.least = (LEAST_SIZE * self.width).tolist()
+        held.least = (LEAST_SIZE * self.width[self.columns[i]]).tolist()
         return held
+
+    def pieces(self) -> Iterator[tuple[int, slice, Span]]:
+        """Number, rows and span of each piece of the present data."""
+        for i, begin in enumerate(self.measured.begins):
+            rows = self.measured.piece(i)
+            times = self.measured.time[rows] - begin
+            if len(times):
+                yield i, rows, Span(float(times[-1]), None, times, self.step, self.method)
 
     def computed(self, x: np.ndarray) -> np.ndarray:
         """Computed signals (times, signals), offsets included."""
-        own = self.measured
-        self.runs += 1
-        found = signals_along(self.label, self.at(x), self.span, own.signals)[-len(own.time) :]
+        own, found = self.measured, np.zeros(self.measured.values.shape)
+        for i, rows, span in self.pieces():
+            self.runs += 1
+            found[rows] = signals_along(self.label, self.at(x, i), span, own.signals)[rows.start - rows.stop :]
         for k, name in enumerate(own.offset):
             place = own.signals.index(name)
             found[:, place] += x[len(self.low) + k] * own.noise[place]
         return found
-
-    @property
-    def span(self) -> Span:
-        """Span of the present data."""
-        return Span(float(self.measured.time[-1]), None, self.measured.time, self.step, self.method)
 
     def residuals(self, x: np.ndarray) -> np.ndarray:
         """Computed less measured signals over the noise, one behind the other; large where the run fails."""
@@ -275,10 +351,12 @@ class _Search:
     def jacobian(self, x: np.ndarray) -> np.ndarray:
         """Derivatives of the residuals by the unknowns."""
         own, p = self.measured, len(self.low)
-        self.runs += 1
-        found = derivatives(self.label, self.at(x), self.span, own.signals, every=False)
-        slopes = found.slopes[len(found.times) - len(own.time) :].transpose(0, 2, 1) * self.width / own.noise[:, None]
-        slopes = np.concatenate([slopes, np.zeros((*own.values.shape, len(own.offset)))], axis=2)
+        slopes = np.zeros((*own.values.shape, self.unknowns))
+        for i, rows, span in self.pieces():
+            self.runs += 1
+            every = derivatives(self.label, self.at(x, i), span, own.signals, every=False).slopes
+            kept, places = every[rows.start - rows.stop :].transpose(0, 2, 1), self.columns[i]
+            slopes[rows, :, places] = kept * self.width[places] / own.noise[:, None]
         for k, name in enumerate(own.offset):
             slopes[:, own.signals.index(name), p + k] = 1.0
         return np.asarray(self._weighted(np.where(own.seen[:, :, None], slopes, 0.0))[own.seen])
@@ -289,6 +367,14 @@ class _Search:
             return rows
         part = np.diff(self.measured.time, prepend=0.0) / self.measured.time[-1]
         return np.asarray(np.cumsum(part.reshape(-1, *(1,) * (rows.ndim - 1)) * rows, axis=0))
+
+    def from_point(self, start: np.ndarray, loss: str, most: int) -> Any:
+        """Result of scipy from values (pieces, parameters), with all data."""
+        x = np.zeros(self.unknowns)
+        for i, values in enumerate(start):
+            x[self.columns[i]] = values
+        x[: len(self.low)] = (x[: len(self.low)] - self.low) / self.width
+        return self._searched(x, loss, most)
 
     def through_spans(self, loss: str, most: int) -> Any:
         """Result of the last search of scipy, from the best of the points that were followed through the spans."""
@@ -389,7 +475,7 @@ def _result(search: _Search, found: Any, *, known: bool) -> Fit:
     import xarray as xr  # noqa: PLC0415 - takes long to import
 
     own, p, J = search.measured, len(search.low), search.jacobian(found.x)
-    names, computed = tuple(search.bounds), search.computed(found.x)
+    names, computed = tuple(search.names), search.computed(found.x)
     residuals = search.residuals(found.x)
     _, singular, right = np.linalg.svd(J, full_matrices=False)
     seen = singular > HARDLY_SEEN * singular[0]
@@ -405,9 +491,12 @@ def _result(search: _Search, found: Any, *, known: bool) -> Fit:
     left = {name: ("time", own.values[:, k] - computed[:, k]) for k, name in enumerate(own.signals)}
     offsets = {name: found.x[p + k] * own.noise[own.signals.index(name)] for k, name in enumerate(own.offset)}
     return Fit(
-        dict(zip(names, search.at(found.x).values, strict=True)),
+        dict(zip(names, search.values(found.x).tolist(), strict=True)),
         dict(zip(names, errors.tolist(), strict=True)),
-        search.bounds,
+        {
+            name: (low, low + width)
+            for name, low, width in zip(names, search.low.tolist(), search.width.tolist(), strict=True)
+        },
         correlation[:p, :p],
         {name: float(value) for name, value in offsets.items()},
         tuple(_combinations(names, right[~seen])),
@@ -426,7 +515,7 @@ def _sentences(search: _Search, found: Any, over_noise: float) -> Iterator[str]:
         yield f"The residuals are {over_noise:.3g} times the noise: another minimum, or something that the model lacks."
     if own.part < 1.0:
         yield f"Data later than {own.time[-1]:.4g} s are left out: small differences grow too far there."
-    at = [name for name, x in zip(search.bounds, found.x, strict=False) if min(x, 1.0 - x) < SAME_POINT]
+    at = [name for name, x in zip(search.names, found.x, strict=False) if min(x, 1.0 - x) < SAME_POINT]
     if at:
         yield f"At a bound: {', '.join(at)}."
 
