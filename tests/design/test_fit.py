@@ -190,3 +190,35 @@ def test_a_parameter_that_ends_at_a_bound_of_nothing_has_an_error():
     assert found.parameters["damping"] < 0.05
     assert 1e-3 < found.errors["damping"] < 0.05
     assert found.unseen == ()
+
+
+TRUE = {"clearance": 1.2e-4, "restitution": 0.75, "friction": 0.06, "mass": 0.14}
+
+
+def rattling(clearance: float, restitution: float, friction: float, mass: float) -> fm.Mechanism:
+    """A slider-crank with a worn pin: six contacts in a third of a turn."""
+    normal = fm.contact.ExactRestitution.from_materials(fm.STEEL, fm.STEEL, restitution=restitution)
+    crank = slider_crank(speed=100.0, clearance=clearance, friction=fm.friction.SmoothCoulomb(friction, v0=0.01))
+    return crank.with_({"B.normal": normal, "slider.mass": mass})
+
+
+@pytest.mark.slow
+def test_standard_errors_hold_what_is_true_in_a_hundred_repetitions():
+    """Noise of 2 % of the peak; searches begin some standard errors away.  Of 100 numbers 95 are expected within two."""
+    run = fm.simulate(rattling(**TRUE), t_end=0.02, save=1000)
+    exact = run.dataset["slider.ax"].values
+    noise = 0.02 * float(np.abs(exact).max())
+    bounds = {"clearance": (5e-5, 3e-4), "restitution": (0.5, 0.95), "friction": (0.01, 0.2), "mass": (0.05, 0.5)}
+    off = []
+    for seed in range(100):
+        rng = np.random.default_rng(1000 + seed)
+        data = run.dataset[["slider.ax"]].copy()
+        data["slider.ax"] = ("time", exact + noise * rng.standard_normal(len(exact)))
+        guess = {name: value * (1.0 + 2e-3 * rng.standard_normal()) for name, value in TRUE.items()}
+        found = fm.design.fit(rattling, bounds, data, signals=["slider.ax"], noise=noise, start=guess)
+        off.append([(found.parameters[name] - value) / found.errors[name] for name, value in TRUE.items()])
+    within = (np.abs(off) < 2.0).sum(axis=0)
+    assert within.min() >= 90, dict(zip(TRUE, within.tolist(), strict=True))
+    scatter = np.std(off, axis=0)
+    assert (scatter > 0.7).all(), scatter
+    assert (scatter < 1.3).all(), scatter
