@@ -204,7 +204,7 @@ def rattling(clearance: float, restitution: float, friction: float, mass: float)
 
 @pytest.mark.slow
 def test_standard_errors_hold_what_is_true_in_a_hundred_repetitions():
-    """Noise of 2 % of the peak; searches begin some standard errors away.  Of 100 numbers 95 are expected within two."""
+    """Noise of 2 % of the peak; searches begin some errors away.  Of 100 numbers 95 are expected within two errors."""
     run = fm.simulate(rattling(**TRUE), t_end=0.02, save=1000)
     exact = run.dataset["slider.ax"].values
     noise = 0.02 * float(np.abs(exact).max())
