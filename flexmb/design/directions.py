@@ -86,7 +86,10 @@ def _sum(weights: np.ndarray, found: Sequence[Neighbour]) -> tuple[np.ndarray, .
     columns = ([one.program.tables.p for one in found], *starts, [one.program.reference.z for one in found])
     middle = [np.array(column[0]) for column in columns]
     return tuple(
-        sum(w * (np.asarray(x) - first) for w, x in zip(weights, column, strict=True))
+        sum(
+            w * np.subtract(x, first, out=np.zeros(first.shape), where=x != first)
+            for w, x in zip(weights, column, strict=True)
+        )
         for column, first in zip(columns, middle, strict=True)
     )
 

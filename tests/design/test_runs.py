@@ -145,3 +145,17 @@ def test_mean_of_a_force_that_jumps_at_the_onset_keeps_the_balance_of_momentum()
     found = fm.design.sensitivity(dropped, numbers, of=of, t_end=end, step=fm.Adaptive(rtol=1e-6))
     force, speed = found.measures.derivative.values
     assert force == pytest.approx(speed / end, rel=1e-3)
+
+
+@pytest.mark.parametrize("step", [0.05, fm.Adaptive(rtol=1e-4)])
+def test_mean_of_a_signal_that_jumps_with_a_load(step):
+    """A force from 0.5 s on: no step counts the jump as a slope."""
+
+    def pushed(force: float) -> fm.Mechanism:
+        body = fm.RigidBody("body", (0.0, 0.0), 2.0, 1.0)
+        load = fm.Force("push", body, (0.0, 0.0), (force, 0.0), history=fm.drives.Pulse(start=0.5))
+        return fm.Mechanism("pushed", [body, load])
+
+    found = fm.design.sensitivity(pushed, {"force": 3.0}, of=[fm.design.mean("body.ax")], t_end=1.0, step=step)
+    assert float(found.measures.amount[0]) == pytest.approx(0.75, rel=1e-9)
+    assert float(found.measures.derivative[0, 0]) == pytest.approx(0.25, rel=1e-9)
