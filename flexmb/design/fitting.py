@@ -252,7 +252,7 @@ class _Measured:
             )
 
     def piece(self, i: int) -> slice:
-        """Rows of a piece among those that are taken."""
+        """Rows of a piece in the present data."""
         return slice(*np.searchsorted(self.time, [*self.begins, np.inf])[i : i + 2].tolist())
 
     def until(self, part: float) -> None:
@@ -306,7 +306,7 @@ class _Search:
         self.tried: tuple[np.ndarray, list[np.ndarray]] | None = None
 
     def values(self, x: np.ndarray) -> np.ndarray:
-        """Parameters, those of the pieces among them, of the unknowns (n,)."""
+        """Values of the parameters, also of those of the pieces, for unknowns (n,)."""
         return np.asarray(self.low + x[: len(self.low)] * self.width)
 
     def at(self, x: np.ndarray, i: int) -> ParameterModel:

@@ -77,7 +77,7 @@ class ParameterModel:
         if isinstance(self.model, Mechanism):
             return self.model.with_(changes)
         with warnings.catch_warnings():
-            if hasattr(self, "parameters") and tuple(changes.values()) != self.values:
+            if tuple(changes.values()) != self.values:
                 warnings.simplefilter("ignore", RestitutionWarning)  # told of the present values alone
             made = called(self.label, self.model, changes)
         if not isinstance(made, Mechanism):
