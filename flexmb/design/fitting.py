@@ -306,7 +306,7 @@ class _Search:
         self.tried: tuple[np.ndarray, list[np.ndarray]] | None = None
 
     def values(self, x: np.ndarray) -> np.ndarray:
-        """Values of the parameters, also of those of the pieces, for unknowns (n,)."""
+        """Values of all parameters for unknowns (n,)."""
         return np.asarray(self.low + x[: len(self.low)] * self.width)
 
     def at(self, x: np.ndarray, i: int) -> ParameterModel:
