@@ -14,8 +14,6 @@ from flexmb import display
 from flexmb.display import counted, cut, listed, number_text
 from flexmb.errors import InputError, SolveError, UnknownNameError
 from flexmb.findings.finding import Finding, sentences
-from flexmb.model.mechanism import Mechanism
-from flexmb.model.part import Part
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.model.signal import Signals, hint, resolved
 from flexmb.results.contact_intervals import ContactLog, Episodes, impacts, select
@@ -24,6 +22,8 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
+    from flexmb.model.mechanism import Mechanism
+    from flexmb.model.part import Part
     from flexmb.results.stress import Fatigue, WoehlerLine
 
 # Statistics of a run: steps, iterations, time
