@@ -98,7 +98,7 @@ def test_what_has_no_derivative_at_rest_is_refused():
     with pytest.raises(InputError, match="no signal is called"):
         static_sensitivity(springy, given, of=["bar.z"])
     free = fm.Mechanism("free", [fm.RigidBody("body", (0.0, 0.0), 1.0, 1.0)])
-    with pytest.raises((InputError, SolveError)):
+    with pytest.raises(SolveError, match="no static equilibrium"):
         static_sensitivity(free, ["body.mass"], frequencies=1)
 
 

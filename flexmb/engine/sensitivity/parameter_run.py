@@ -52,7 +52,7 @@ class ParameterRun(CarryingRun):
         self.inputs = sampled_inputs(program)
         rows = signal_rows(program, k, np.concatenate([places, self.inputs]), due, every=every)
         self.stepper.tangents = T = new_tangents(program, k, by, rows)
-        self.found, self.blocks, self.sizes = found, [], np.abs(self.record.signals)
+        self.found, self.blocks = found, []
         if program.samplers:
             self.begin(start)  # which lets them act once more, now with differences
         else:
@@ -85,12 +85,11 @@ class ParameterRun(CarryingRun):
         if first:
             self._start_differences(T)
         self._synchronise()
-        self.sizes = np.maximum(self.sizes, np.abs(self.record.signals))
         if any(first or sampler.acts_at(instant) for sampler in self.program.samplers):
             y, dy = self.record.signals, np.zeros((len(T.q), len(self.record.signals)))
             self.find_slopes(T)
             dy[:, T.rows.places] = T.rows.now
-            now = (instant, y, np.array(self.flow.z), dy, np.array(T.z), self.sizes, self.found.samplers)
+            now = (instant, y, np.array(self.flow.z), dy, np.array(T.z), self.record.peak, self.found.samplers)
             T.z[:] = act_differences(self.program, *now, every=first)
         super()._cross_jump(instant, interval, first=first)
         rows, last = T.rows, int(T.rows.number.instants) - 1
