@@ -30,8 +30,7 @@ from flexmb.run.simulate import Step, check_end, period_or_none, prepared
 if TYPE_CHECKING:
     import xarray as xr
 
-RTOL_OF_FIXED_STEPS = 1e-6
-"""Accuracy of runs with fixed steps, for the horizon of their derivatives."""
+RTOL_OF_FIXED_STEPS = 1e-6  # accuracy of runs with fixed steps, for the horizon of their derivatives
 
 # Run of a parameter model with derivatives of some signals
 

@@ -21,11 +21,8 @@ FORWARD = (0.0, -25.0 / 12.0), (1.0, 4.0), (2.0, -3.0), (3.0, 4.0 / 3.0), (4.0, 
 BACKWARD = tuple((-place, -weight) for place, weight in FORWARD)
 """Places and weights of derivatives of fourth order, by differences on both sides and on one."""
 
-DISTANCES = (1e-3, 1e-5)
-"""Distance of two neighbours relative to the parameter; the second where the first is refused."""
-
-DIFFERENCE_OF_NUMBERS = 1e-5
-"""Largest difference of a parameter for derivatives by kernels, relative to the parameter."""
+DISTANCES = (1e-3, 1e-5)  # distance of two neighbours relative to the parameter; the second where the first is refused
+DIFFERENCE_OF_NUMBERS = 1e-5  # largest difference of a parameter for derivatives by kernels, relative to the parameter
 
 
 class Neighbour(NamedTuple):

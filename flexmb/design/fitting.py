@@ -24,8 +24,7 @@ if TYPE_CHECKING:
 HARDLY_SEEN = 1e-7
 """Singular value of the scaled derivatives, over the largest, below which a combination of parameters is not seen."""
 
-MEMBER = 0.1
-"""Share of a parameter in such a combination from which it is named."""
+MEMBER = 0.1  # share of a parameter in such a combination from which it is named
 
 SPANS = tuple(np.geomspace(0.01, 1.0, 14).tolist())
 """Parts of the data, from the begin on, that are fitted one after the other.
@@ -47,14 +46,9 @@ TURNS, WORSE, ENOUGH, JUMPS = 12, 1.5, 1e-6, 4
 unless it is small beside that of the noise; spans between attempts to take all data at once.
 """
 
-ABOVE_NOISE = 1.5
-"""Residuals over the given noise from which a fit says that something is left out."""
-
-LAST_CHANGE = 1e-12
-"""Relative change at which the last search ends."""
-
-SAME_POINT = 1e-3
-"""Distance of two points, relative to the bounds, within which they are one."""
+ABOVE_NOISE = 1.5  # residuals over the given noise from which a fit says that something is left out
+LAST_CHANGE = 1e-12  # relative change at which the last search ends
+SAME_POINT = 1e-3  # distance of two points, relative to the bounds, within which they are one
 
 FAILURES, REFUSED = (AssemblyError, ModelError, SolveError), 1e4
 """Errors of runs that fail; their residuals, over the noise, so that the search turns back."""

@@ -10,8 +10,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.errors import InputError
 
-KINDS = ("mean", "rms", "peak", "end")
-"""Kinds of measures."""
+KINDS = ("mean", "rms", "peak", "end")  # kinds of measures
 
 
 @dataclass(frozen=True)

@@ -16,11 +16,8 @@ from flexmb.errors import USER_ERRORS, FlexmbError, InputError, ModelError, Rest
 from flexmb.fields import unit_of
 from flexmb.model.mechanism import Mechanism, require_field
 
-LEAST_SIZE = 1e-3
-"""Least size of a parameter, by which its differences are judged, over the width of its bounds."""
-
-Model = Mechanism | Callable[..., Mechanism]
-"""A mechanism, or a function of numbers that returns one."""
+LEAST_SIZE = 1e-3  # least size of a parameter, by which its differences are judged, over the width of its bounds
+Model = Mechanism | Callable[..., Mechanism]  # a mechanism, or a function of numbers that returns one
 
 
 @dataclass(frozen=True)

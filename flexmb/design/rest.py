@@ -29,11 +29,8 @@ from flexmb.statics.start.consistent import Start
 if TYPE_CHECKING:
     import xarray as xr
 
-EQUAL = 1e-6
-"""Relative difference of the squares of two frequencies below which these are one, repeated."""
-
-SECOND = 1.0
-"""Step of the run that evaluates signals at rest, which takes none [s]."""
+EQUAL = 1e-6  # relative difference of the squares of two frequencies below which these are one, repeated
+SECOND = 1.0  # step of the run that evaluates signals at rest, which takes none [s]
 
 
 @dataclass(frozen=True, repr=False)

@@ -21,8 +21,7 @@ from flexmb.run.simulate import Step, simulate
 if TYPE_CHECKING:
     import xarray as xr
 
-TAILS = (0.05, 0.95)
-"""Quantiles of the samples that are told."""
+TAILS = (0.05, 0.95)  # quantiles of the samples that are told
 
 
 @dataclass(frozen=True)
@@ -121,8 +120,7 @@ class Spread(display.Inside):
         return f"Spread: {self.message}\n{columns(tuple(head), rows)}"
 
 
-STATISTICS = ("mean", "deviation", "low", "high")
-"""Variables of `Spread.statistics`."""
+STATISTICS = ("mean", "deviation", "low", "high")  # variables of `Spread.statistics`
 
 
 @arguments.checked

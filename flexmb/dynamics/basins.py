@@ -22,44 +22,25 @@ if TYPE_CHECKING:
 
 # Attractors of motions that are observed once a period: repetition, and comparison with known attractors
 
-KEPT = 128
-"""Number of section points that represent an attractor without repetition."""
-
-CLOSE = 0.1
-"""Distance of two sets of points without repetition, over their size, below which they are one attractor."""
-
-SAME = 1e-6
-"""Difference of two rounds, over the tolerance, below which they are equal."""
-
-LOST, UNDECIDED = -1, 0
-"""Numbers of motions that ended, and of motions whose attractor is unknown."""
+KEPT = 128  # number of section points that represent an attractor without repetition
+CLOSE = 0.1  # distance of two sets of points without repetition, over their size, below which they are one attractor
+SAME = 1e-6  # difference of two rounds, over the tolerance, below which they are equal
+LOST, UNDECIDED = -1, 0  # numbers of motions that ended, and of motions whose attractor is unknown
 
 
 @dataclass(frozen=True)
 class Rules:
-    """Limits and tolerances of the observation of motions; see `basin`.
+    """Limits and tolerances of the observation of motions; see `basin`."""
 
-    Parameters
-    ----------
-    base : period [s, or iterations].
-    origin : start time of the motions.
-    settle, longest : number of periods between two judgements, and largest number of periods.
-    repeats : largest number of periods after which an attractor repeats itself.
-    tolerance : tolerance of a repetition, over the size of the grid.
-    size : size of the grid of states.
-    bound : length of a state above which a motion is lost.
-    space : differences of states.
-    """
-
-    base: float
-    origin: float
-    settle: int
+    base: float  # period [s, or iterations]
+    origin: float  # start time of the motions
+    settle: int  # number of periods between two judgements, and largest number of periods
     longest: int
-    repeats: int
-    tolerance: float
-    size: float
-    bound: float
-    space: StateSpace
+    repeats: int  # largest number of periods after which an attractor repeats itself
+    tolerance: float  # tolerance of a repetition, over the size of the grid
+    size: float  # size of the grid of states
+    bound: float  # length of a state above which a motion is lost
+    space: StateSpace  # differences of states
 
     @property
     def close(self) -> float:
@@ -166,8 +147,7 @@ def _same(points: np.ndarray, other: np.ndarray, repeats: int, rules: Rules) -> 
 
 LABEL = "basin"
 
-CHUNKS = 4
-"""Number of pieces of work for each worker."""
+CHUNKS = 4  # number of pieces of work for each worker
 
 Axis = tuple[str | int, Sequence[float] | np.ndarray]
 

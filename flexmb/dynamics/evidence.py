@@ -17,8 +17,7 @@ from flexmb.errors import InputError
 
 TURN = 2.0 * np.pi
 
-GROUP = 1e-3
-"""Smallest size of a signal, over the size of the largest signal of the same unit."""
+GROUP = 1e-3  # smallest size of a signal, over the size of the largest signal of the same unit
 
 SEPARATE = 10.0
 """Multiple of the floor below which the spread of a signal cannot distinguish a cycle from other motions."""
@@ -115,11 +114,8 @@ def _turns(column: np.ndarray) -> bool:
 LEAST_IN_DOUBLED_BAND, FINER, FEWEST_DOUBLINGS = 12, 0.25, 3
 """Limits of doubling bands: fewest points of a band, largest ratio of the mean squares, fewest doublings."""
 
-SUCCESSORS = 3
-"""Number of successive points in one vector; they distinguish points that are equal in the few signals."""
-
-LEAST_WAY = 1.5
-"""Smallest logarithm of the ratio of the distances of arbitrary points and of neighbours."""
+SUCCESSORS = 3  # number of successive points in one vector; they distinguish points that are equal in the few signals
+LEAST_WAY = 1.5  # smallest logarithm of the ratio of the distances of arbitrary points and of neighbours
 
 
 def band_count(z: np.ndarray, least: int = 20) -> int:
@@ -189,14 +185,12 @@ def separation(z: np.ndarray, bands: int) -> float:
 
 # Cycles of section points: points that return after k steps, or approach such a cycle
 
-RETURNS = 3
-"""Number of returns of each point of a cycle in the last quarter of the record."""
+RETURNS = 3  # number of returns of each point of a cycle in the last quarter of the record
 
 TAIL = 10
 """Number of returns of each point of a cycle that only the last tenth shows; fewer may be chance or a laminar phase."""
 
-LONGEST = 200
-"""Largest number of points of a cycle."""
+LONGEST = 200  # largest number of points of a cycle
 
 
 class Cycle(NamedTuple):
@@ -274,8 +268,7 @@ STRAIGHT = 0.95
 records.
 """
 
-LEAST_IN_BAND = 10
-"""Fewest points of a band whose mean is subtracted."""
+LEAST_IN_BAND = 10  # fewest points of a band whose mean is subtracted
 
 
 class Drift(NamedTuple):

@@ -32,8 +32,7 @@ if TYPE_CHECKING:
 
 # Report on a motion: exponents and verdict of the motion, and estimates from its signals
 
-FEWEST_PERIODS = 20
-"""Smallest number of periods for estimates from a signal."""
+FEWEST_PERIODS = 20  # smallest number of periods for estimates from a signal
 
 FEWEST_SAMPLES = 50
 """Smallest number of samples a period; with fewer, 20 periods are too few for a correlation dimension."""
@@ -41,14 +40,9 @@ FEWEST_SAMPLES = 50
 BESIDE = {"ex": "ey", "x": "vx", "y": "vy", "theta": "omega"}
 """Signal of the ordinate by signal of the abscissa: the journal in its plane, a position against its velocity."""
 
-HALF = np.pi
-"""Half a turn [rad]."""
-
-ENOUGH = 100
-"""Largest number of samples a period for estimates whose cost grows with their number."""
-
-LEAST = 20
-"""Smallest number of points of the 0-1 test."""
+HALF = np.pi  # half a turn [rad]
+ENOUGH = 100  # largest number of samples a period for estimates whose cost grows with their number
+LEAST = 20  # smallest number of points of the 0-1 test
 
 
 @dataclass(frozen=True)
@@ -383,17 +377,10 @@ SPECTRUM = {
 }
 """Meaning of the kinds of a power spectrum."""
 
-MORE_THAN = 2.0
-"""Smallest dimension of a chaotic motion in time: curves on a surface cannot cross."""
-
-ROUND_OFF = 1e-14
-"""Magnitude below which a number is shown as 0."""
-
-POINTS = 0.5
-"""Dimension below which the set consists of separate points."""
-
-LINES = 5
-"""Largest number of listed lines of a spectrum."""
+MORE_THAN = 2.0  # smallest dimension of a chaotic motion in time: curves on a surface cannot cross
+ROUND_OFF = 1e-14  # magnitude below which a number is shown as 0
+POINTS = 0.5  # dimension below which the set consists of separate points
+LINES = 5  # largest number of listed lines of a spectrum
 
 
 def _table(report: ChaosReport, option: str) -> Iterator[str]:

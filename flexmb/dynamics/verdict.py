@@ -67,20 +67,14 @@ def meaning_of(value: float, error: float, period: float) -> str:
 
 # The verdict on a motion: periodic, quasi-periodic, chaotic, transient or inconclusive
 
-LEAST = 12
-"""Smallest number of points for a verdict."""
-
-LEAST_APERIODIC = 100
-"""Smallest number of points that distinguishes quasi-periodic from chaotic motion."""
+LEAST = 12  # smallest number of points for a verdict
+LEAST_APERIODIC = 100  # smallest number of points that distinguishes quasi-periodic from chaotic motion
 
 LEAST_CHAOTIC, CLEARLY = 50, 3.0
 """Smallest number of points for chaos, if the exponent exceeds this multiple of its error."""
 
-SETTLED = 0.1
-"""Fraction of the record within which a periodic motion must have reached its cycle."""
-
-MOST_SIGNALS = 8
-"""Largest number of columns in the 0-1 test."""
+SETTLED = 0.1  # fraction of the record within which a periodic motion must have reached its cycle
+MOST_SIGNALS = 8  # largest number of columns in the 0-1 test
 
 PART = 4
 """Length of the record over the largest lag of the 0-1 test.
@@ -93,8 +87,7 @@ REGULAR, PARTED, TOGETHER = 0.2, 0.5, 0.05
 Limits of the 0-1 test K: `series/zero_one.py`; of tests for cycles, approach and drift: `evidence.py`.
 """
 
-RELATIVE = 1e-4
-"""Difference that counts as none, over the spread of the signal."""
+RELATIVE = 1e-4  # difference that counts as none, over the spread of the signal
 
 
 @dataclass(frozen=True)

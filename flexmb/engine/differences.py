@@ -5,14 +5,12 @@ from __future__ import annotations
 from types import FunctionType
 from typing import Any
 
-DIFFERENCE = 6e-6
-"""Difference of a number for the derivative of a force, by its size: the cube root of round-off."""
+DIFFERENCE = 6e-6  # difference of a number for the derivative of a force, by its size: the cube root of round-off
 
 LEAST_GAP, LEAST_SPEED, LEAST_LOAD = 1e-16, 1e-9, 1e-12
 """Least differences of gaps [m], of gap rates and slips [m/s], of normal forces [N]."""
 
-force: Any = None
-"""The law, in the copies of the next two functions."""
+force: Any = None  # the law, in the copies of the next two functions
 
 Triple = tuple[float, float, float]
 

@@ -157,8 +157,7 @@ CONTACT_LIMIT = 0.02
 LEAST_CONTACT_FRACTION = 0.1
 """Energy through contacts relative to the energy turned over, from which contacts are checked."""
 
-COORDINATE_ROUND_OFF = 1e-14
-"""Round-off of a coordinate relative to its size, as in Newton's iteration."""
+COORDINATE_ROUND_OFF = 1e-14  # round-off of a coordinate relative to its size, as in Newton's iteration
 
 LEAST_RATE_POWER = 1e-8
 """Damping power of the rates beyond the mean velocity relative to that of the mean, below which it is left out."""
@@ -166,8 +165,7 @@ LEAST_RATE_POWER = 1e-8
 UNCHANGED = 1e-9
 """Change of the kinetic energy of a group of bodies relative to it, up to which it had no part in the motion."""
 
-STEPS_BEFORE_CHECK = 1000
-"""Number of steps before the first check: at first, a soft start has turned over nothing."""
+STEPS_BEFORE_CHECK = 1000  # number of steps before the first check: at first, a soft start has turned over nothing
 
 
 @compiled

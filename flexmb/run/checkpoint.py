@@ -27,8 +27,7 @@ if TYPE_CHECKING:
 
 # Restart of a run: the state of one mechanism is refused by another one
 
-MODEL = "model"
-"""Name of the fingerprint of the program in a restart."""
+MODEL = "model"  # name of the fingerprint of the program in a restart
 
 DIFFERENCES = (
     "names or kernels of its parts differ",
@@ -68,14 +67,9 @@ def refuse_other_model(program: Program, restart: Mapping[str, np.ndarray], labe
 
 # Checkpoints of a run: all that a run needs to go on as if it had never been interrupted, in one file
 
-EVERY = 30.0
-"""Time between two checkpoints [s on the clock]."""
-
-COMMAND = "checkpoint"
-"""Name of the arguments of the run in `Solution.model`."""
-
-POSES = "poses."
-"""Begin of the names of the poses that a run keeps."""
+EVERY = 30.0  # time between two checkpoints [s on the clock]
+COMMAND = "checkpoint"  # name of the arguments of the run in `Solution.model`
+POSES = "poses."  # begin of the names of the poses that a run keeps
 
 _LEFT: ContextVar[list[Checkpoints] | None] = ContextVar("left", default=None)
 """Checkpoints of ended runs whose files are still there; None: their files are removed at once."""

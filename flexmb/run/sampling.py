@@ -21,8 +21,7 @@ from flexmb.run.stopping import Condition
 LOST = {"rad": 200.0 * np.pi, "rad/s": 1e4, "m": 100.0, "m/s": 1e4}
 """Distance of a signal from its target, by its unit, at which control is lost; m count in sizes of the mechanism."""
 
-TIMES_TARGET = 100.0
-"""The same distance over the largest target, where that is more."""
+TIMES_TARGET = 100.0  # the same distance over the largest target, where that is more
 
 
 def lost_control(mechanism: Mechanism, program: Program, end: float) -> Iterator[Condition]:

@@ -19,12 +19,10 @@ if TYPE_CHECKING:
 
 # Saved instants of a run: a number a period, an interval, given times, or every step
 
-SAME_TIME = 1e-12
-"""Difference of two instants relative to the end of a run, below which they are one."""
+SAME_TIME = 1e-12  # difference of two instants relative to the end of a run, below which they are one
 
 
-SAME_INSTANT = 1e-9
-"""Difference of two saved instants relative to the time between them, below which they are one."""
+SAME_INSTANT = 1e-9  # difference of two saved instants relative to the time between them, below which they are one
 
 
 class SaveGrid(NamedTuple):
@@ -100,8 +98,7 @@ def saves_end(run: Run, end: float) -> bool:
 
 # Saved rows of a run in one growing array, filled from the buffer of the loop
 
-MOST_RESERVED_BYTES = 1 << 30
-"""Number of bytes at most that are reserved before the first row."""
+MOST_RESERVED_BYTES = 1 << 30  # number of bytes at most that are reserved before the first row
 
 
 class SavedRows:

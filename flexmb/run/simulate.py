@@ -42,8 +42,7 @@ LEAST_NORM = "least-norm"
 REDUNDANT = ("refuse", LEAST_NORM)
 """What to do with joints that repeat one another."""
 
-SHORTEST_RUN = 1e-100
-"""Shortest run [s]."""
+SHORTEST_RUN = 1e-100  # shortest run [s]
 
 
 @arguments.checked
@@ -316,8 +315,7 @@ def _chosen_places(label: str, program: Program, wanted: object) -> np.ndarray |
 
 # Start values of a run that begins in an equilibrium, at rest or in steady rotation
 
-EQUILIBRIUM = "equilibrium"
-"""Word for the static equilibrium of the mechanism itself."""
+EQUILIBRIUM = "equilibrium"  # word for the static equilibrium of the mechanism itself
 
 OTHER_SPEED = 1e-9
 """Violation of the joints and drives by the velocities of a steady rotation, relative to these velocities."""

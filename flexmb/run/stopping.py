@@ -21,41 +21,26 @@ BEGINS, ENDS = "begins", "ends"
 PENETRATION = "penetration"
 """Signal of a contact that is positive while the contact lasts."""
 
-MOST_TRIALS = 100
-"""Number of trials of a search for the instant at most; bisection alone needs 53."""
+MOST_TRIALS = 100  # number of trials of a search for the instant at most; bisection alone needs 53
 
 FINEST = 1e-32
 """Part of a step below which no crossing near the instant 0 is resolved: matrices of shorter steps overflow."""
 
-SAME = 1e-9
-"""Distance beyond its level, relative to it, at which a signal may begin: a run goes on from its stop."""
-
-LEAST = 1e-12
-"""The same distance for the level 0, in the unit of the signal."""
+SAME = 1e-9  # distance beyond its level, relative to it, at which a signal may begin: a run goes on from its stop
+LEAST = 1e-12  # the same distance for the level 0, in the unit of the signal
 
 
 @dataclass(frozen=True)
 class Condition:
-    """A signal that crosses a level; made by `when`.
+    """A signal that crosses a level; made by `when`."""
 
-    Parameters
-    ----------
-    signal : name of the signal.
-    level : level, in the unit of the signal.
-    direction : 1 rising through the level, -1 falling, 0 both.
-    text : the condition in words.
-    is_event : whether only a crossing counts; else a run must not begin beyond the level.
-    is_fault : whether a run that meets it is not ok; its instant is not located.
-    pushed_by : name of a signal that must be positive where a fault is met; "": none.
-    """
-
-    signal: str
-    level: float
-    direction: int
-    text: str
-    is_event: bool = True
-    is_fault: bool = False
-    pushed_by: str = ""
+    signal: str  # name of the signal
+    level: float  # level, in the unit of the signal
+    direction: int  # 1 rising through the level, -1 falling, 0 both
+    text: str  # the condition in words
+    is_event: bool = True  # whether only a crossing counts; else a run must not begin beyond the level
+    is_fault: bool = False  # whether a run that meets it is not ok; its instant is not located
+    pushed_by: str = ""  # name of a signal that must be positive where a fault is met; "": none
 
 
 @arguments.checked

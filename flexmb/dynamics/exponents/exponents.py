@@ -26,8 +26,7 @@ LATE = float(np.log(20.0 / 11.0))
 LOGS = 4.0
 """Round-off of each logarithm, in units of round-off of a number near 1; sqrt(n) units are added for a sum of n."""
 
-WITHIN = 2.0
-"""Multiple of the error up to which two exponents count as equal."""
+WITHIN = 2.0  # multiple of the error up to which two exponents count as equal
 
 
 def error_of(logs: np.ndarray, times: np.ndarray) -> float:
@@ -94,18 +93,14 @@ def combined(values: np.ndarray, errors: np.ndarray, others: np.ndarray, other_e
 
 # Records of Lyapunov exponents: values, errors, history, verdict
 
-FEWEST = 50
-"""Smallest number of periods (iterations, crossings, intervals) for an estimate."""
+FEWEST = 50  # smallest number of periods (iterations, crossings, intervals) for an estimate
 SETTLING = 10
 """Points after the skipped ones for each point that is not counted, while tangent vectors turn to their directions."""
-SHOWN = 4
-"""Number of exponents at most in a text."""
-ERRORS = ("errors", "statistical")
-"""Names of the fields of `Exponents` that hold errors."""
+SHOWN = 4  # number of exponents at most in a text
+ERRORS = ("errors", "statistical")  # names of the fields of `Exponents` that hold errors
 
 
-CLEARLY = 3.0
-"""Multiple of its error above which a second exponent > 0 contradicts a regular motion."""
+CLEARLY = 3.0  # multiple of its error above which a second exponent > 0 contradicts a regular motion
 
 CONSERVATIVE = (
     "The exponents pair to zero, so the system is conservative: its motions do not settle, and may stick to tori for "
@@ -117,19 +112,12 @@ CONSERVATIVE = (
 
 @dataclass(frozen=True, eq=False)
 class Confirmed:
-    """Exponents of the second run of a system: shorter, with finer steps and another start.
+    """Exponents of the second run of a system: shorter, with finer steps and another start."""
 
-    Parameters
-    ----------
-    spectrum, errors : exponents (k,) and the errors of their record alone [unit of the first run].
-    periods : number of counted points.
-    fineness : accuracy of the steps, such as "rtol 1e-05"; "" for a map.
-    """
-
-    spectrum: np.ndarray
+    spectrum: np.ndarray  # exponents (k,) and the errors of their record alone [unit of the first run]
     errors: np.ndarray
-    periods: int
-    fineness: str
+    periods: int  # number of counted points
+    fineness: str  # accuracy of the steps, such as "rtol 1e-05"; "" for a map
 
     @property
     def value(self) -> float:

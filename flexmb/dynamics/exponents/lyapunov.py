@@ -25,14 +25,12 @@ if TYPE_CHECKING:
 
 # A second, shorter run with finer steps from another start, and the errors of exponents that it adds
 
-PART = 5
-"""Points of the first run per point of the second run, for counted and for skipped points."""
+PART = 5  # points of the first run per point of the second run, for counted and for skipped points
 
 SETTLES = 10
 """Points of the first run per skipped point of the second run, at most; finer steps may change the attractor."""
 
-LEAST = 20
-"""Smallest number of points of the second run."""
+LEAST = 20  # smallest number of points of the second run
 
 SECOND_RUN_APART = (1e-3, 1e-9)
 """Distances of the second run's start, over the length of the state; the second one is tried if the first one fails."""
@@ -216,21 +214,13 @@ def benettin(
 
 @dataclass
 class TrajectoryPair:
-    """Two trajectories at a small distance.
+    """Two trajectories at a small distance."""
 
-    Parameters
-    ----------
-    first, second : the systems.
-    weights : weights (size,) of the squares of differences.
-    distance : distance that a renormalisation restores.
-    size : distance after the last renormalisation.
-    """
-
-    first: Dynamics
+    first: Dynamics  # the systems
     second: Dynamics
-    weights: np.ndarray
-    distance: float
-    size: float = 0.0
+    weights: np.ndarray  # weights (size,) of the squares of differences
+    distance: float  # distance that a renormalisation restores
+    size: float = 0.0  # distance after the last renormalisation
 
     strained_fraction = 0.0
 

@@ -28,10 +28,8 @@ if TYPE_CHECKING:
 
 # Renormalisation schedule: the points of a run, and how often small differences are renormalised between them
 
-MOST_LOOKS = 4096
-"""Largest number of renormalisations between two points."""
-INTERVALS = 1000
-"""Number of intervals into which a duration is divided, if no interval is given."""
+MOST_LOOKS = 4096  # largest number of renormalisations between two points
+INTERVALS = 1000  # number of intervals into which a duration is divided, if no interval is given
 
 
 @dataclass(frozen=True)
@@ -86,25 +84,15 @@ class Span:
 
 @dataclass
 class RenormalisationSchedule:
-    """Points at which the growth of small differences is recorded, and renormalisations between two points.
-
-    Parameters
-    ----------
-    interval : time between two points [s]; of a map 1 iteration.
-    skip : number of points before the small differences start.
-    count : number of points after the skipped ones.
-    is_section : whether the points are points of a section or of a map.
-    renormalisations : number of renormalisations between two points.
-    trouble : reason why the run ended early, if the system itself did not fail; else "".
-    """
+    """Points at which the growth of small differences is recorded, and renormalisations between two points."""
 
     system: Dynamics
-    interval: float
-    skip: int
-    count: int
-    is_section: bool = True
-    renormalisations: int = 1
-    trouble: str = ""
+    interval: float  # time between two points [s]; of a map 1 iteration
+    skip: int  # number of points before the small differences start
+    count: int  # number of points after the skipped ones
+    is_section: bool = True  # whether the points are points of a section or of a map
+    renormalisations: int = 1  # number of renormalisations between two points
+    trouble: str = ""  # reason why the run ended early, if the system itself did not fail; else ""
 
     def __post_init__(self) -> None:
         self.origin, self.records = self.system.time, self.system.records

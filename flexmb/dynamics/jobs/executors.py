@@ -23,26 +23,18 @@ from flexmb.errors import InputError, WorkerError
 ADDRESS = re.compile(r" at 0x[0-9a-fA-F]+")
 """Pattern of an address in memory, which differs from run to run and must not enter a store."""
 
-DONE = "done"
-"""Status of a point that succeeded."""
+DONE = "done"  # status of a point that succeeded
 
 _STOPPED: ContextVar[list[str] | None] = ContextVar("stopped runs of the present job", default=None)
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result of one point.
+    """Result of one point."""
 
-    Parameters
-    ----------
-    values : results by name; {} after a failure.
-    status : end of the computation, in a sentence; never "".
-    ok : whether the point succeeded.
-    """
-
-    values: Mapping[str, Any]
-    status: str = DONE
-    ok: bool = True
+    values: Mapping[str, Any]  # results by name; {} after a failure
+    status: str = DONE  # end of the computation, in a sentence; never ""
+    ok: bool = True  # whether the point succeeded
 
 
 class Attempt:

@@ -17,8 +17,7 @@ from flexmb.errors import FileFormatError, FlexmbError, InputError
 if TYPE_CHECKING:
     import xarray as xr
 
-SEAL, DIGEST = b"flexmb-blake2b:", 16
-"""First bytes of the checksum behind a file, and number of its further bytes."""
+SEAL, DIGEST = b"flexmb-blake2b:", 16  # first bytes of the checksum behind a file, and number of its further bytes
 
 
 READ_ERRORS = (
@@ -144,8 +143,7 @@ def is_stored_within(dataset: Any) -> bool:
     return not made.get_external_count() and made.get_layout() in STORED_WITHIN
 
 
-STORED_WITHIN = range(3)
-"""Layouts of HDF5 whose data lie in the file: compact, contiguous, chunked."""
+STORED_WITHIN = range(3)  # layouts of HDF5 whose data lie in the file: compact, contiguous, chunked
 
 
 def load_netcdf(path: Path, groups: Iterable[str] = ("",)) -> dict[str, xr.Dataset]:

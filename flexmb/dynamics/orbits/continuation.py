@@ -29,8 +29,7 @@ from flexmb.errors import InputError
 
 # Points of a branch with the test functions of events, and the location of an event between two points
 
-LOCATED = 1e-9
-"""Precision of an event: fraction of a step, or of the test function."""
+LOCATED = 1e-9  # precision of an event: fraction of a step, or of the test function
 
 Tests = dict[str, float]
 
@@ -92,14 +91,9 @@ def root(
 
 LABEL = "follow"
 
-SHARPEST = 0.9
-"""Smallest cosine of the angle by which the branch may turn in a step."""
-
-FEW, MANY = 3, 6
-"""Numbers of iterations up to which the next step grows, and from which it shrinks."""
-
-CORRECTIONS = 10
-"""Largest number of corrections of an orbit on a branch."""
+SHARPEST = 0.9  # smallest cosine of the angle by which the branch may turn in a step
+FEW, MANY = 3, 6  # numbers of iterations up to which the next step grows, and from which it shrinks
+CORRECTIONS = 10  # largest number of corrections of an orbit on a branch
 
 
 def follow(

@@ -9,14 +9,12 @@ import numpy as np
 
 from flexmb.dynamics.orbits.shooting import Shooting, ShootingRun
 
-HALVINGS = 8
-"""Largest number of halvings of a correction that increases the gaps."""
+HALVINGS = 8  # largest number of halvings of a correction that increases the gaps
 
 SMALLEST_SINGULAR = 1e-12
 """Singular value, over the largest one, below which a direction is not corrected (an orbit within a family)."""
 
-LARGEST_STRETCH = 0.3
-"""Largest change of an unknown period in one correction, over the period."""
+LARGEST_STRETCH = 0.3  # largest change of an unknown period in one correction, over the period
 
 
 class Direction(NamedTuple):
@@ -29,20 +27,12 @@ class Direction(NamedTuple):
 
 @dataclass(frozen=True)
 class ArclengthPlane:
-    """The plane <normal, u - through> = 0 on which a step of pseudo-arclength continuation seeks the next orbit.
+    """The plane <normal, u - through> = 0 on which a step of pseudo-arclength continuation seeks the next orbit."""
 
-    Parameters
-    ----------
-    normal : direction of the step.
-    through : predicted point.
-    lengths : scales of states, period and parameter.
-    small : difference of the parameter for derivatives.
-    """
-
-    normal: Direction
-    through: Direction
-    lengths: tuple[float, float, float]
-    small: float
+    normal: Direction  # direction of the step
+    through: Direction  # predicted point
+    lengths: tuple[float, float, float]  # scales of states, period and parameter
+    small: float  # difference of the parameter for derivatives
 
     def row(self, shooting: Shooting, run: ShootingRun) -> tuple[np.ndarray, float, float, float]:
         """Coefficients of y (M d,), of the period and of the parameter, and distance of a run from the plane."""

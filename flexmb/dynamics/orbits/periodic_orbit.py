@@ -29,14 +29,12 @@ if TYPE_CHECKING:
 
 # Floquet multipliers of a periodic orbit: stability, and the nearest loss of stability
 
-REAL = 1e-9
-"""Imaginary part, over the size of the multiplier or 1, below which a multiplier counts as real."""
+REAL = 1e-9  # imaginary part, over the size of the multiplier or 1, below which a multiplier counts as real
 
 FOLD, FLIP, NEIMARK_SACKER, GRAZING, BRANCH = "fold", "flip", "neimark-sacker", "grazing", "branch"
 """Kinds of changes of stability; a branch point is a crossing of two branches."""
 
-NEAR = 0.05
-"""Distance of a turning point of a gap from 0, over the travel of the gap, below which grazing is near."""
+NEAR = 0.05  # distance of a turning point of a gap from 0, over the travel of the gap, below which grazing is near
 
 
 @dataclass(frozen=True)
@@ -136,8 +134,7 @@ TOLERANCE, TOLERANCE_OF_STEPS = 1e-10, 1e-6
 
 Error-controlled steps change from run to run, so their map is smooth only up to the errors of the steps."""
 
-AMPLIFIED = 1e4
-"""Largest growth of differences in one segment; a period with more growth is divided into segments."""
+AMPLIFIED = 1e4  # largest growth of differences in one segment; a period with more growth is divided into segments
 
 AT_REST = 1e-6
 """Distance that an autonomous motion covers in a period, over its state, below which it is an equilibrium."""

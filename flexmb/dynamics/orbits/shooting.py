@@ -81,31 +81,18 @@ SMALL, SMALL_OF_A_FLOW = 6e-6, 1e-5
 
 @dataclass(frozen=True)
 class ShootingRun:
-    """The motion over one period in M segments, with d directions.
+    """The motion over one period in M segments, with d directions."""
 
-    Parameters
-    ----------
-    starts, ends : states (M, size) at the start and end of each segment.
-    bases : bases (M, size, d) at the starts.
-    slopes : derivatives (M, d, d) of the ends by the starts, in the bases of the next starts.
-    gaps : ends less next starts (M, d).
-    rates : derivatives (M, d) of the ends by the period, for autonomous flows.
-    drift : rate (d,) of the first start, for autonomous flows.
-    miss : length of all gaps.
-    period : length of the run [s, or iterations].
-    value : value of the continuation parameter; NaN: none.
-    """
-
-    starts: np.ndarray
+    starts: np.ndarray  # states (M, size) at the start and end of each segment
     ends: np.ndarray
-    bases: np.ndarray
-    slopes: np.ndarray
-    gaps: np.ndarray
-    rates: np.ndarray
-    drift: np.ndarray
-    miss: float
-    period: float
-    value: float
+    bases: np.ndarray  # bases (M, size, d) at the starts
+    slopes: np.ndarray  # derivatives (M, d, d) of the ends by the starts, in the bases of the next starts
+    gaps: np.ndarray  # ends less next starts (M, d)
+    rates: np.ndarray  # derivatives (M, d) of the ends by the period, for autonomous flows
+    drift: np.ndarray  # rate (d,) of the first start, for autonomous flows
+    miss: float  # length of all gaps
+    period: float  # length of the run [s, or iterations]
+    value: float  # value of the continuation parameter; NaN: none
 
     @property
     def monodromy(self) -> np.ndarray:
@@ -369,14 +356,9 @@ class Shooting:
 
 # Grazing: signals sampled over an orbit, and the turning points of gaps nearest to contact
 
-SAMPLES = 200
-"""Default number of samples in a period."""
-
-FINER = 32
-"""Number of samples in each of the two refinements of a minimum."""
-
-SHARP = 0.3
-"""Ratio of the rises beside a minimum in both refinements above which the minimum is an impact."""
+SAMPLES = 200  # default number of samples in a period
+FINER = 32  # number of samples in each of the two refinements of a minimum
+SHARP = 0.3  # ratio of the rises beside a minimum in both refinements above which the minimum is an impact
 
 
 def gap_signals(system: Dynamics, asked: str | None, label: str) -> dict[str, tuple[int, float]]:

@@ -10,12 +10,9 @@ import numpy as np
 
 from flexmb.dynamics.systems.dynamics import ContinuousFlow
 
-ROUNDS = 200
-"""Largest number of trials of a search for a crossing."""
-HALVINGS = 40
-"""Largest number of halvings of a step in the search for a point before a crossing."""
-DOWN, UP = -1, 1
-"""Directions of a crossing, and sides of the level."""
+ROUNDS = 200  # largest number of trials of a search for a crossing
+HALVINGS = 40  # largest number of halvings of a step in the search for a point before a crossing
+DOWN, UP = -1, 1  # directions of a crossing, and sides of the level
 CLOSE = 0.1
 """Height of the cubic's minimum, over the lower end of the step, below which the step is searched for two crossings."""
 
@@ -35,20 +32,14 @@ class Bracket(NamedTuple):
 
 @dataclass
 class Height:
-    """Height of a signal over a level, and the side of the level before a crossing.
-
-    Parameters
-    ----------
-    value : function that returns the present height.
-    rate : function that returns the rate of the height [1/s]; None: the rate is costly, and two crossings in one step
-        may be missed.
-    side : UP or DOWN.
-    """
+    """Height of a signal over a level, and the side of the level before a crossing."""
 
     flow: ContinuousFlow
-    value: Callable[[], float]
+    value: Callable[[], float]  # function that returns the present height
+    # function that returns the rate of the height [1/s]; None: the rate is costly, and two crossings in one step may be
+    # missed
     rate: Callable[[], float] | None
-    side: int
+    side: int  # UP or DOWN
 
     def at(self, before: Any, duration: float) -> float:
         """Height a time [s] after a snapshot; the flow stays there."""

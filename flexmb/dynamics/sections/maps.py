@@ -125,8 +125,7 @@ DIRECTIONS = {"up": (UP,), "down": (DOWN,), "both": (DOWN, UP)}
 """Sides of the level on which a section point arrives, by the name of the direction."""
 PERIODS, PACES = 1000.0, 1e5
 """Longest time without a crossing: in periods of the flow, or without a period in multiples of `pace`."""
-AHEAD = 1e-9
-"""Distance from the level, as a fraction of a step, below which a point counts as lying on the level."""
+AHEAD = 1e-9  # distance from the level, as a fraction of a step, below which a point counts as lying on the level
 
 
 class SectionMap(SectionOfFlow):

@@ -27,22 +27,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class SectionSignals:
-    """Names, units and resolution of the signals of section points.
-
-    Parameters
-    ----------
-    names, units : names and units (m,) of the signals.
-    telling : numbers of the signals on which a verdict rests.
-    resolution : differences (m,) of the signals that errors of the integration can make; None: 1e-6 of their sizes.
-    dimension : number of exponents of the system; 0: unknown.
-    """
+    """Names, units and resolution of the signals of section points."""
 
     name: str
-    names: tuple[str, ...]
+    names: tuple[str, ...]  # names and units (m,) of the signals
     units: tuple[str, ...]
-    telling: tuple[int, ...]
+    telling: tuple[int, ...]  # numbers of the signals on which a verdict rests
+    # differences (m,) of the signals that errors of the integration can make; None: 1e-6 of their sizes
     resolution: np.ndarray | None
-    dimension: int = 0
+    dimension: int = 0  # number of exponents of the system; 0: unknown
 
     @classmethod
     def of(cls, system: Dynamics) -> Self:

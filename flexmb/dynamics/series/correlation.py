@@ -14,20 +14,11 @@ from flexmb.errors import InputError
 
 # Correlation dimension of the set of states behind a signal
 
-LEAST_OF_DIMENSION = 1000
-"""Smallest number of samples for a dimension."""
-
-PERIODS = 20
-"""Smallest number of mean periods for a dimension."""
-
-DIMENSION_REFERENCES = 1000
-"""Largest number of points whose distances to all others are counted."""
-
-PER_E = 4
-"""Number of radii in a factor e."""
-
-SPAN = 1.5
-"""Smallest logarithm of the ratio of the radii at the ends of a scaling region."""
+LEAST_OF_DIMENSION = 1000  # smallest number of samples for a dimension
+PERIODS = 20  # smallest number of mean periods for a dimension
+DIMENSION_REFERENCES = 1000  # largest number of points whose distances to all others are counted
+PER_E = 4  # number of radii in a factor e
+SPAN = 1.5  # smallest logarithm of the ratio of the radii at the ends of a scaling region
 
 EVEN = 0.10
 """Largest relative deviation of local slopes from their mean in a scaling region; twice that for the dimensions."""
@@ -181,8 +172,7 @@ def _agreed(values: tuple[float, ...], spreads: tuple[float, ...], count: int) -
 
 # Recurrence of states: fraction of close pairs, and lines of the recurrence matrix
 
-BLOCK = 2_000_000
-"""Largest number of distances in memory."""
+BLOCK = 2_000_000  # largest number of distances in memory
 
 
 @dataclass(frozen=True, eq=False)

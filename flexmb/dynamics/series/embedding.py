@@ -13,8 +13,7 @@ from flexmb.errors import InputError
 
 # Neighbours in state space that are distant in time, and their distances
 
-BLOCK = 1_000_000
-"""Largest number of distances in memory."""
+BLOCK = 1_000_000  # largest number of distances in memory
 
 
 def spread(count: int, most: int) -> np.ndarray:
@@ -88,11 +87,8 @@ def distances(points: np.ndarray, i: np.ndarray, j: np.ndarray, shift: int) -> n
 
 # Delay embedding of a signal: delay, dimension, vectors
 
-LEAST = 100
-"""Smallest number of samples for a delay or a dimension."""
-
-FALSE_SHARE = 0.01
-"""Fraction of false neighbours below which a dimension is sufficient."""
+LEAST = 100  # smallest number of samples for a delay or a dimension
+FALSE_SHARE = 0.01  # fraction of false neighbours below which a dimension is sufficient
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,20 +23,14 @@ from flexmb.dynamics.series.samples import is_constant, mean_period, samples, sp
 
 # The largest exponent from one signal: record, and fit of the straight part of a divergence curve
 
-LEAST = 500
-"""Smallest number of samples for an exponent."""
-
-PERIODS = 20
-"""Smallest number of mean periods for an exponent."""
-
-BLOCKS = 8
-"""Number of parts of the record whose slopes give the error of the mean."""
+LEAST = 500  # smallest number of samples for an exponent
+PERIODS = 20  # smallest number of mean periods for an exponent
+BLOCKS = 8  # number of parts of the record whose slopes give the error of the mean
 
 MARGIN = 1.5
 """Smallest distance of the straight part from saturation: of mean logarithms of distances, to arbitrary points."""
 
-LEAST_RISE = 1.0
-"""Smallest rise of the straight part, as a logarithm."""
+LEAST_RISE = 1.0  # smallest rise of the straight part, as a logarithm
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,11 +86,8 @@ class Slope:
 Curves = Callable[[np.ndarray, int, np.ndarray, int], np.ndarray]
 """Function (points (n, m), theiler, steps (k,), shift) -> curves (blocks, k) of the mean logarithm of the distance."""
 
-FINITE = 0.05
-"""Error of the slope by finite distances, over the value; observed with signals of Lorenz and Rossler."""
-
-FLOW = 8.0
-"""Number of samples in a mean period above which a signal belongs to a flow, below to a map."""
+FINITE = 0.05  # error of the slope by finite distances, over the value; observed with signals of Lorenz and Rossler
+FLOW = 8.0  # number of samples in a mean period above which a signal belongs to a flow, below to a map
 
 
 def estimate(
@@ -228,11 +219,8 @@ def _slope(t: np.ndarray, y: np.ndarray) -> float:
 
 # The largest exponent from several neighbours of each point, by the method of Kantz
 
-KANTZ_REFERENCES = 600
-"""Largest number of points whose neighbours are observed."""
-
-NEIGHBOURS = 8
-"""Number of neighbours of a point."""
+KANTZ_REFERENCES = 600  # largest number of points whose neighbours are observed
+NEIGHBOURS = 8  # number of neighbours of a point
 
 
 def kantz(
@@ -388,17 +376,10 @@ def _rosenstein_curves(points: np.ndarray, theiler: int, steps: np.ndarray, shif
 
 # The largest exponent from one orbit and a neighbour that is replaced regularly, by the method of Wolf
 
-CANDIDATES = 60
-"""Largest number of neighbours among which a replacement is sought."""
-
-BIAS = 0.05
-"""Error by the choice of replacements, over the value; it is added to the errors that all methods have."""
-
-LASTING = 0.7
-"""Smallest ratio of the rates over the double and the single time; noise gives a half."""
-
-SMALLEST = 1e-4
-"""Smallest distance of a pair, in standard deviations; smaller distances are noise."""
+CANDIDATES = 60  # largest number of neighbours among which a replacement is sought
+BIAS = 0.05  # error by the choice of replacements, over the value; it is added to the errors that all methods have
+LASTING = 0.7  # smallest ratio of the rates over the double and the single time; noise gives a half
+SMALLEST = 1e-4  # smallest distance of a pair, in standard deviations; smaller distances are noise
 
 
 def wolf(

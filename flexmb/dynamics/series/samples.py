@@ -15,8 +15,7 @@ from flexmb.errors import InputError
 LARGEST = 1e140
 """Largest magnitude of a sample, and inverse of the smallest one: squares and their sums must not overflow."""
 
-ROUND_OFF = 1e-12
-"""Spread of a signal, over its largest magnitude, below which it is constant."""
+ROUND_OFF = 1e-12  # spread of a signal, over its largest magnitude, below which it is constant
 
 
 def samples(owner: str, signal: Any, least: int) -> np.ndarray:
@@ -96,14 +95,9 @@ def mean_period(x: np.ndarray) -> float:
 
 # Power spectrum of a signal, with its lines and the floor between them
 
-LOBE = 4
-"""Half width of the main lobe of the window [bins]."""
-
-ABOVE_FLOOR = 50.0
-"""Smallest ratio of a line to the median around it; a random spectrum has one such value in 1e15."""
-
-AROUND = 101
-"""Number of bins of the running median."""
+LOBE = 4  # half width of the main lobe of the window [bins]
+ABOVE_FLOOR = 50.0  # smallest ratio of a line to the median around it; a random spectrum has one such value in 1e15
+AROUND = 101  # number of bins of the running median
 
 LINES, BROAD = 0.99, 0.5
 """Fraction of the power in lines: above the first value the kind is "lines", below the second "broad"."""

@@ -10,11 +10,8 @@ import numpy as np
 from flexmb import checks
 from flexmb.dynamics.series.samples import is_constant, mean_period, samples, standardised
 
-ENOUGH = 200
-"""Smallest number of samples after thinning."""
-
-REGULAR, CHAOTIC = 0.3, 0.7
-"""Limits of K: below the first the signal is regular, above the second chaotic."""
+ENOUGH = 200  # smallest number of samples after thinning
+REGULAR, CHAOTIC = 0.3, 0.7  # limits of K: below the first the signal is regular, above the second chaotic
 
 
 @dataclass(frozen=True, eq=False)

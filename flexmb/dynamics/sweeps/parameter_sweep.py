@@ -128,11 +128,8 @@ def _columns(label: str, designs: Sequence[Any]) -> dict[str, Sequence[Any]]:
 
 # Results of a function in a sweep, as columns: numbers, arrays, texts, or a mapping of them
 
-ALONE = "value"
-"""Name of the result of a function that returns one number or array."""
-
-OUTCOME = ("ok", STATUS)
-"""Columns of every sweep."""
+ALONE = "value"  # name of the result of a function that returns one number or array
+OUTCOME = ("ok", STATUS)  # columns of every sweep
 
 
 def called(function: Any, arguments: Mapping[str, Any]) -> Outcome:
@@ -217,8 +214,7 @@ def _array(name: Any, value: Any) -> tuple[tuple[str, ...] | None, np.ndarray]:
 
 # Datasets of sweeps, from the arrays of a record or a store
 
-AXES, LAYOUT = "axes", "layout"
-"""Attributes of a store: names of the coordinates; layout of the results of a function."""
+AXES, LAYOUT = "axes", "layout"  # attributes of a store: names of the coordinates; layout of the results of a function
 
 POINTS, STATE = "points", "state"
 """Columns of a diagram that become other variables of the dataset: all signals, and final states."""

@@ -70,11 +70,8 @@ def _system(value: Dynamics) -> Parts:
 
 # Results of a sweep by point, in memory and in an optional store
 
-STATUS = "status"
-"""Name of the column that is written last: a point whose status is not "" is finished."""
-
-ARRAYS = "arrays"
-"""Attribute of a store: whether an array has one chunk per point, by its name; others are coordinates."""
+STATUS = "status"  # name of the column that is written last: a point whose status is not "" is finished
+ARRAYS = "arrays"  # attribute of a store: whether an array has one chunk per point, by its name; others are coordinates
 
 Index = tuple[int, ...]
 Tables = Mapping[str, tuple[tuple[str, ...], np.ndarray, Mapping[str, Any]]]
@@ -99,22 +96,13 @@ KINDS = {
 
 @dataclass(frozen=True)
 class Column:
-    """Column of results: one entry per point.
+    """Column of results: one entry per point."""
 
-    Parameters
-    ----------
-    name : name of the result.
-    kind : "number", "complex", "flag" or "text".
-    dims : names of the dimensions of an entry.
-    shape : lengths of the dimensions of an entry.
-    units : unit; "" for none.
-    """
-
-    name: str
-    kind: str = "number"
-    dims: tuple[str, ...] = ()
-    shape: tuple[int, ...] = ()
-    units: str = ""
+    name: str  # name of the result
+    kind: str = "number"  # "number", "complex", "flag" or "text"
+    dims: tuple[str, ...] = ()  # names of the dimensions of an entry
+    shape: tuple[int, ...] = ()  # lengths of the dimensions of an entry
+    units: str = ""  # unit; "" for none
 
 
 class Record:
@@ -187,8 +175,7 @@ class Record:
 
 # Store of results on disk (zarr, format 3) with one chunk per point; an interrupted sweep resumes from its store
 
-FORMAT = 4
-"""Version of the layout; stores of other versions are refused."""
+FORMAT = 4  # version of the layout; stores of other versions are refused
 
 VERSION = "flexmb_sweep_format"
 SEAL, CONTENT = "checksum", "content"
@@ -196,8 +183,7 @@ SEAL, CONTENT = "checksum", "content"
 GROUP_FILE = "zarr.json"
 GZIP = bytes((0x1F, 0x8B, 8, 8, 0, 0, 0, 0, 0, 255))
 """Header of a file of gzip with a name, of no time and system."""
-PARTIAL = ".partial"
-"""Suffix of temporary files of this module and of zarr."""
+PARTIAL = ".partial"  # suffix of temporary files of this module and of zarr
 
 
 class Store:

@@ -24,8 +24,7 @@ if TYPE_CHECKING:
 Period = float | Callable[[Mapping[str, Any]], float] | None
 """Period [s], or a function of the parameters that returns it; None: that of the system."""
 
-SMALL = 1e-6
-"""Length of a difference, over that of the state, at which two trajectories part as tangent vectors grow."""
+SMALL = 1e-6  # length of a difference, over that of the state, at which two trajectories part as tangent vectors grow
 
 # Base class of all systems: a present state that is advanced, alone or with tangent vectors
 

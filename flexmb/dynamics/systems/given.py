@@ -211,11 +211,8 @@ class Map(GivenSystem):
 
 # Ordinary differential equations with their variational equations
 
-METHODS = ("DOP853", "RK45", "Radau", "BDF")
-"""Solvers of `scipy.integrate` whose next step size can be read and set."""
-
-FINEST = 3e-14
-"""Smallest relative tolerance of a step."""
+METHODS = ("DOP853", "RK45", "Radau", "BDF")  # solvers of `scipy.integrate` whose next step size can be read and set
+FINEST = 3e-14  # smallest relative tolerance of a step
 
 TANGENT_ATOL = 1e-3
 """Absolute tolerance of tangent vectors of length 1, over rtol; they may shrink by 1e4 between two renormalisations."""

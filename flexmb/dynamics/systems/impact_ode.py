@@ -13,8 +13,7 @@ from flexmb.dynamics.systems.dynamics import ContinuousFlow, OfFlow
 from flexmb.dynamics.systems.given import ODE, central_differences, state_of
 from flexmb.errors import InputError
 
-PILE = 1e-12
-"""Time between two impacts, over the time of the run or a step, below which impacts pile up (chatter)."""
+PILE = 1e-12  # time between two impacts, over the time of the run or a step, below which impacts pile up (chatter)
 
 
 class ImpactODE(OfFlow, ContinuousFlow):

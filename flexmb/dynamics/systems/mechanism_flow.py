@@ -36,10 +36,8 @@ from flexmb.statics.start.projection import metric_of, projected
 
 # Scales of a mechanism's state and signals: weights, resolution, bookkeeping histories, signals of the motion
 
-PLACES = (".ex", ".ey")
-"""Endings of the signals that give the position of a journal in its bearing."""
-RATES = {"x": "vx", "y": "vy", "theta": "omega"}
-"""Endings of the names of velocities by those of coordinates."""
+PLACES = (".ex", ".ey")  # endings of the signals that give the position of a journal in its bearing
+RATES = {"x": "vx", "y": "vy", "theta": "omega"}  # endings of the names of velocities by those of coordinates
 PENETRATION = "penetration"
 ONSET = 1
 """Index of the instant of the onset among the histories that every contact has."""
@@ -47,8 +45,7 @@ ONSET = 1
 
 # A mechanism as a flow: its time steps, with tangent vectors, from any state
 
-INSTANT = 1e-3
-"""Time span of the differences in time from which rates are taken, as a multiple of the largest step."""
+INSTANT = 1e-3  # time span of the differences in time from which rates are taken, as a multiple of the largest step
 NUDGE = 1e-6
 """Size of the differences of states from which slopes of signals are taken, as a multiple of the state's length."""
 SMALL_IN_CONTACT = 1e-9
@@ -501,8 +498,7 @@ class MechanismFlow(ContinuousFlow):
         self.run.flow.clock.save_start = -1.0
 
 
-DERIVED = ("symbolic", "shapes")
-"""Fields of a program without influence on the digest; the other fields determine them."""
+DERIVED = ("symbolic", "shapes")  # fields of a program without influence on the digest; the other fields determine them
 
 
 @parts_of.register

@@ -82,11 +82,8 @@ def command(names: list[str]) -> list[str]:
     return [sys.executable, "-P", "-c", f"from {__name__} import compile_named; compile_named()", *names]
 
 
-running: list[SecondProcess] = []
-"""The second process, if one was started."""
-
-asked: set[str] = set()
-"""Names of the functions that `start` was asked for; their caches are read once in a process."""
+running: list[SecondProcess] = []  # the second process, if one was started
+asked: set[str] = set()  # names of the functions that `start` was asked for; their caches are read once in a process
 
 
 def start(*functions: Any) -> None:

@@ -24,8 +24,7 @@ from numba.np import arrayobj
 
 # Views of flat arrays in compiled code: matrices and parts, without copies and checks of bounds
 
-MATRIX = types.Array(types.float64, 2, "C")
-"""Type of a matrix."""
+MATRIX = types.Array(types.float64, 2, "C")  # type of a matrix
 
 
 def _matrix_view() -> Any:

@@ -96,11 +96,8 @@ def is_of_user(module: str) -> bool:
 
 # Cache of compiled code: machine code of the installation, and numba's cache of the user
 
-ANNOTATION = 6
-"""Place of the annotated source among the parts of a compiled signature that numba keeps."""
-
-SEAL_SIZE = 16
-"""Bytes of the checksum of a file of the cache."""
+ANNOTATION = 6  # place of the annotated source among the parts of a compiled signature that numba keeps
+SEAL_SIZE = 16  # bytes of the checksum of a file of the cache
 
 
 class SlimSignature(CompileResult):

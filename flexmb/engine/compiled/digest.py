@@ -26,8 +26,7 @@ import numpy as np
 
 from flexmb.engine.compiled.code_cache import PACKAGE, is_of_user, is_users_file
 
-DIGITS = 16
-"""Number of hexadecimal digits of a digest."""
+DIGITS = 16  # number of hexadecimal digits of a digest
 
 UNKNOWN = " but for "
 """Words of a digest before the kinds of objects whose content cannot be told (open files, locks, handles)."""

@@ -24,11 +24,8 @@ from numba.core import event
 
 # Processor time of compiling the large functions, measured by `python tests/speed/compile.py --costs`
 
-REFERENCE_PACE = 0.0125
-"""Time of the measure of pace on the machine of these costs [s] (`notice.pace`)."""
-
-FIRST_STAGE = "the equations of motion"
-"""Stage of kernels and other small functions."""
+REFERENCE_PACE = 0.0125  # time of the measure of pace on the machine of these costs [s] (`notice.pace`)
+FIRST_STAGE = "the equations of motion"  # stage of kernels and other small functions
 
 STAGES: dict[str, dict[str, float]] = {
     FIRST_STAGE: {
@@ -57,21 +54,16 @@ STAGES: dict[str, dict[str, float]] = {
 }
 """Processor time of compiling large functions [s], by stage; small functions represent others, too."""
 
-UNPIECED_FACTOR = 4.5
-"""Factor of the time with a version of numba without pieces (`flexmb/engine/compiled/pieces.py`)."""
+UNPIECED_FACTOR = 4.5  # factor of the time with a version of numba without pieces (`flexmb/engine/compiled/pieces.py`)
 
 # Notices to the user while functions of the package are compiled: stage, expected time, end
 
-QUIET_SECONDS = 1.0
-"""Time without a compilation, after which a stage has ended [s]."""
-
-LEAST_SECONDS = 1.0
-"""Expected time of a stage, below which there is no notice [s]."""
+QUIET_SECONDS = 1.0  # time without a compilation, after which a stage has ended [s]
+LEAST_SECONDS = 1.0  # expected time of a stage, below which there is no notice [s]
 
 LINE_WIDTH = 79
 
-caches: dict[str, Any] = {}
-"""Where compiled code of each function of the package is kept, by name."""
+caches: dict[str, Any] = {}  # where compiled code of each function of the package is kept, by name
 
 
 def is_told() -> bool:
@@ -240,8 +232,7 @@ class Notice(event.Listener):
             _line(f"flexmb: done in {took:.0f} s.")
 
 
-notice = Notice()
-"""Listener of this process."""
+notice = Notice()  # listener of this process
 
 event.register("numba:compile", notice)
 atexit.register(notice.close)

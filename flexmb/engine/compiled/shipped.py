@@ -174,5 +174,4 @@ class Shipment:
         return list(places), begin
 
 
-shipment: list[Shipment] = []
-"""The shipment that is being made, if any."""
+shipment: list[Shipment] = []  # the shipment that is being made, if any

@@ -15,11 +15,8 @@ from flexmb.errors import SolveError
 
 # Solver with pivoting, for matrices whose factors without pivoting are not accurate enough
 
-GOOD_RESIDUAL = 1e-6
-"""Residual relative to the right-hand side, both scaled, above which the matrix is singular."""
-
-ROUND_OFF = 1e-14
-"""Round-off of A x relative to the largest entry of x, both scaled."""
+GOOD_RESIDUAL = 1e-6  # residual relative to the right-hand side, both scaled, above which the matrix is singular
+ROUND_OFF = 1e-14  # round-off of A x relative to the largest entry of x, both scaled
 
 SINGULAR_GROWTH = 1e13
 """Largest entry of x relative to that of the right-hand side above which A counts as singular: one of 500 beam elements
@@ -174,8 +171,7 @@ def scales(size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 # Functions for matrices that are plain arrays in small models and sparse in large ones
 
-DENSE_UNKNOWNS = 120
-"""Unknowns up to which plain arrays are used."""
+DENSE_UNKNOWNS = 120  # unknowns up to which plain arrays are used
 
 
 def plain(A: Any) -> np.ndarray:

@@ -13,11 +13,8 @@ DIAGONAL_SHARE = 0.1
 """Pivot on the diagonal relative to the largest entry of its column, down to which it is taken: less fill than with
 the largest entry, at most ten times the growth, which the refinement makes up for."""
 
-EXACT = 1e-14
-"""Backward error of every equation up to which a solution is that of factors of this very matrix."""
-
-FLOOR = 1e-6
-"""Terms of an equation relative to those of the largest one, below which the latter are its measure."""
+EXACT = 1e-14  # backward error of every equation up to which a solution is that of factors of this very matrix
+FLOOR = 1e-6  # terms of an equation relative to those of the largest one, below which the latter are its measure
 
 MOST_REFINEMENTS = 12
 """Number of refinements at most; each with old factors takes a thirtieth of the time of new factors."""

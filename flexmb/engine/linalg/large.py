@@ -18,21 +18,15 @@ from flexmb.engine.linalg.rank import norm_of_inverse
 
 # Null vectors of a rectangular matrix: combinations of its columns that vanish
 
-DENSE_COLUMNS = 150
-"""Number of columns up to which singular values are computed."""
-
-VANISHING = 1e-13
-"""Singular value, relative to the largest, below which a combination of columns vanishes."""
+DENSE_COLUMNS = 150  # number of columns up to which singular values are computed
+VANISHING = 1e-13  # singular value, relative to the largest, below which a combination of columns vanishes
 
 REGULARISATION = 1e-12
 """Weight w of the residual in the bordered matrix: a singular value s becomes an eigenvalue s^2/w, which is far above
 round-off where s is above VANISHING."""
 
-LEAST_PIVOT = 1e-20
-"""Number on the diagonal that keeps the bordered matrix regular."""
-
-FIRST_VECTORS = 4
-"""Number of vectors looked for at first; then four times as many."""
+LEAST_PIVOT = 1e-20  # number on the diagonal that keeps the bordered matrix regular
+FIRST_VECTORS = 4  # number of vectors looked for at first; then four times as many
 
 ITERATIONS = 4
 """Number of inverse iterations; each separates a vanishing combination from all others by ten powers of ten."""
@@ -124,11 +118,8 @@ Solve = Callable[[np.ndarray], np.ndarray]
 JOINT_COMPLIANCE = 1e-10
 """Compliance of the joints against that of the structure, both scaled to 1: their rows then need not be independent."""
 
-HOLD = 4.0
-"""Factor w of G^T G beside K, its largest entry in each row scaled to 1: where K is -1 the sum is not 0."""
-
-DENSE_PIVOTS = 1500
-"""Number of unknowns up to which eigenvalues are counted where a pivot is zero."""
+HOLD = 4.0  # factor w of G^T G beside K, its largest entry in each row scaled to 1: where K is -1 the sum is not 0
+DENSE_PIVOTS = 1500  # number of unknowns up to which eigenvalues are counted where a pivot is zero
 
 
 def solver(A: sp.csc_matrix, order: np.ndarray) -> Solve:

@@ -7,11 +7,8 @@ from typing import Any
 
 import numpy as np
 
-RANK_TOLERANCE = 1e-9
-"""Diagonal entry of R of a pivoted QR relative to the largest, below which a row is redundant."""
-
-CERTAIN_EIGENVALUE = 1e-10
-"""Eigenvalue of G G^T relative to its diagonal, above which it is no round-off."""
+RANK_TOLERANCE = 1e-9  # diagonal entry of R of a pivoted QR relative to the largest, below which a row is redundant
+CERTAIN_EIGENVALUE = 1e-10  # eigenvalue of G G^T relative to its diagonal, above which it is no round-off
 
 CERTAIN_INVERSE = 1e12
 """Norm of the inverse of G G^T, its rows of length 1, below which the rows of a sparse G are independent beyond doubt:

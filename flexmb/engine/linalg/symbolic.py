@@ -145,8 +145,7 @@ def locate_targets(starts, row_ptr, rows, value_ptr, panel, reached, targets):
 
 # Symbolic factorisation: positions of all entries of L and U for a pattern of A
 
-WIDEST_PANEL = 3
-"""Number of unknowns in a panel at most: the coordinates of a node, with unrolled loops in `factor`."""
+WIDEST_PANEL = 3  # number of unknowns in a panel at most: the coordinates of a node, with unrolled loops in `factor`
 
 PANEL_ZEROS = 0.2
 """Share of zeros in a panel, up to which joined panels are faster than separate ones (tests/speed/lu_time.py)."""
@@ -160,27 +159,16 @@ class Symbolic:
     ``rows[row_ptr[s] : row_ptr[s+1]]``.  Its values begin at ``value_ptr[s]``: w rows of U, each w + u long, then the
     transposed panel of L, w rows of length u.  One dummy slot follows the last value: it swallows the contributions
     of fixed coordinates.  All arrays are int64.
-
-    Parameters
-    ----------
-    n : number of unknowns.
-    order : (n,) unknown at each place.
-    starts : (n_panels + 1,) first place of each panel.
-    row_ptr : (n_panels + 1,) where its rows begin in `rows`.
-    rows : places below each panel, ascending.
-    value_ptr : (n_panels + 1,) where its values begin.
-    target_ptr : (n_panels + 1,) where its updates begin in `targets`.
-    a_rows, a_cols : structural nonzeros of A, numbers of unknowns, column by column.
     """
 
-    n: int
-    order: np.ndarray
-    starts: np.ndarray
-    row_ptr: np.ndarray
-    rows: np.ndarray
-    value_ptr: np.ndarray
-    target_ptr: np.ndarray
-    a_rows: np.ndarray
+    n: int  # number of unknowns
+    order: np.ndarray  # (n,) unknown at each place
+    starts: np.ndarray  # (n_panels + 1,) first place of each panel
+    row_ptr: np.ndarray  # (n_panels + 1,) where its rows begin in `rows`
+    rows: np.ndarray  # places below each panel, ascending
+    value_ptr: np.ndarray  # (n_panels + 1,) where its values begin
+    target_ptr: np.ndarray  # (n_panels + 1,) where its updates begin in `targets`
+    a_rows: np.ndarray  # structural nonzeros of A, numbers of unknowns, column by column
     a_cols: np.ndarray
     _place: np.ndarray = field(init=False, repr=False)
     _panel: np.ndarray = field(init=False, repr=False)

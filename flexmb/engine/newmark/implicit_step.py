@@ -72,11 +72,8 @@ from flexmb.kernels import compiled
 
 # Correction of a Newton iteration: right-hand sides, solution, damping, size over the tolerance
 
-ROUND_OFF = 1e-14
-"""Correction relative to the coordinates, below which it is round-off."""
-
-LEAST_CORRECTION = 1e-300
-"""Least tolerance of a correction of the state of a control, for states that stay 0."""
+ROUND_OFF = 1e-14  # correction relative to the coordinates, below which it is round-off
+LEAST_CORRECTION = 1e-300  # least tolerance of a correction of the state of a control, for states that stay 0
 
 STATE_ROUND_OFF = 1e-12
 """Correction of the state of a control relative to its size, below which it is round-off of its law."""
@@ -84,8 +81,7 @@ STATE_ROUND_OFF = 1e-12
 ANGLE_ALLOWANCE = 6.3
 """Angle [rad] up to which round-off is that of 1 rad, so that the pose of a mechanism at the start does not count."""
 
-GAP_ROUND_OFF = 0.1
-"""Round-off of a gap relative to that of corrections."""
+GAP_ROUND_OFF = 0.1  # round-off of a gap relative to that of corrections
 
 
 @compiled

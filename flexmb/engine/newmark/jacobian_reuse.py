@@ -18,8 +18,7 @@ from flexmb.kernels import compiled, copy
 
 # Redundant constraints: rows of G that depend on others, at a singular position or in every pose
 
-CLOSED_GAP = 1e-10
-"""Largest gap of a held row, relative to the size of the mechanism."""
+CLOSED_GAP = 1e-10  # largest gap of a held row, relative to the size of the mechanism
 
 OPENING_FRACTION = 0.1
 """Largest gap of a held row relative to h^2 a, in the first steps at a singular position.
@@ -27,11 +26,8 @@ OPENING_FRACTION = 0.1
 A row that is needed opens by all of h^2 a, a redundant one by its square.
 """
 
-HOLD_WITHIN_STEP = 1e-4
-"""Relative pivot below which a row is held in the later iterations of a step that holds rows."""
-
-PASSING_STEPS = 3
-"""Number of steps at most in which large steps pass a singular position."""
+HOLD_WITHIN_STEP = 1e-4  # relative pivot below which a row is held in the later iterations of a step that holds rows
+PASSING_STEPS = 3  # number of steps at most in which large steps pass a singular position
 
 EFFECT_LIMIT = 1e-3
 """Entry of a multiplier vector u with G^T u = 0 relative to its largest, above which a joint is named as redundant."""
@@ -132,17 +128,13 @@ def remove_component(n, m, row, trial):
 
 # Reuse of the factors of the iteration matrix (modified Newton): when they are reused, and when they are discarded
 
-LONGEST_SUSPENSION = 15.0
-"""Number of steps for which reuse is suspended at most."""
-
-OLDEST_FACTORS = 25.0
-"""Number of steps after which factors are discarded."""
+LONGEST_SUSPENSION = 15.0  # number of steps for which reuse is suspended at most
+OLDEST_FACTORS = 25.0  # number of steps after which factors are discarded
 
 MOST_EXTRA_ITERATIONS = 3.0
 """Number of iterations beyond those of the best step, summed over steps, after which factors are discarded."""
 
-COEFFICIENT_CHANGE = 0.2
-"""Relative change of a coefficient kv or ka, above which factors are discarded."""
+COEFFICIENT_CHANGE = 0.2  # relative change of a coefficient kv or ka, above which factors are discarded
 
 REGULAR_PIVOT = 1e-2
 """Smallest relative pivot of a constraint with which factors are reused.
@@ -150,14 +142,9 @@ REGULAR_PIVOT = 1e-2
 Near singular positions every iteration factors its own matrix, in which redundant rows are found.
 """
 
-MEASURING_INTERVAL = 8.0
-"""Number of steps after which the contraction rate is measured again."""
-
-GOOD_CONTRACTION = 0.1
-"""Contraction rate up to which a single correction may end an iteration."""
-
-FAIR_CONTRACTION = 0.3
-"""Contraction rate up to which an iteration with reused factors continues."""
+MEASURING_INTERVAL = 8.0  # number of steps after which the contraction rate is measured again
+GOOD_CONTRACTION = 0.1  # contraction rate up to which a single correction may end an iteration
+FAIR_CONTRACTION = 0.3  # contraction rate up to which an iteration with reused factors continues
 
 SLOPE_CHANGE = 0.5
 """Relative change of a slope of a contact or friction law, above which the iteration needs a new matrix."""
@@ -165,8 +152,7 @@ SLOPE_CHANGE = 0.5
 CORRECTION_GROWTH = 3.0
 """First correction over that of the step before, above which a single correction does not end the iteration."""
 
-MOST_REUSE_ITERATIONS = 4
-"""Number of iterations with reused factors at most."""
+MOST_REUSE_ITERATIONS = 4  # number of iterations with reused factors at most
 
 REMAINING_ERROR = 1e-4
 """Error that may remain, as theta estimates it, over the tolerance of corrections.

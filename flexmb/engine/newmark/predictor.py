@@ -21,8 +21,7 @@ FARTHEST_LEAP = 0.1
 they are trusted: a step that does not resolve them (after a jump of a load) starts from the velocities alone, or from
 the positions, where the velocities lead as far.  Where Newton's iteration starts does not change where it ends."""
 
-OLD_ERROR_WEIGHT = 0.5
-"""Weight of the errors of earlier predictions relative to that of the last one."""
+OLD_ERROR_WEIGHT = 0.5  # weight of the errors of earlier predictions relative to that of the last one
 
 
 @compiled

@@ -20,8 +20,7 @@ STAGES = 3
 MIDDLE, LAST = 1, 2
 """Numbers of stages."""
 
-AT_START, AT_END, ELSEWHERE = range(3)
-"""Rows of `Collocation.rates`."""
+AT_START, AT_END, ELSEWHERE = range(3)  # rows of `Collocation.rates`
 
 _ROOT = 6.0**0.5
 _C = np.array([(4.0 - _ROOT) / 10.0, (4.0 + _ROOT) / 10.0, 1.0])

@@ -51,8 +51,7 @@ LARGEST_GROWTH, LEAST_GROWTH, SAFETY = 4.0, 0.2, 0.9
 LEAST_STEPS, LEAST_STEPS_CONTACTS = 100.0, 100.0
 """Number of largest steps in a period or a run, without contacts and with contacts."""
 
-RESTART_ARRAYS = ("past", "past_lam", "real", "re", "im")
-"""Arrays of `Collocation` for a restart."""
+RESTART_ARRAYS = ("past", "past_lam", "real", "re", "im")  # arrays of `Collocation` for a restart
 
 
 @dataclass(frozen=True)

@@ -67,8 +67,7 @@ from flexmb.program.program import LOAD_KERNEL
 
 # Step of Radau's method with three stages: prediction, Newton iteration, projection, error estimate
 
-MOST_ITERATIONS = 16
-"""Number of Newton iterations of a step at most."""
+MOST_ITERATIONS = 16  # number of Newton iterations of a step at most
 
 REFACTOR_RATE, REFACTOR_ITERATIONS = 0.02, 4
 """Error factor theta/(1 - theta) and number of iterations, above which the next step factors new matrices."""
@@ -91,8 +90,7 @@ STALLED_RATE = 0.3
 Many corrections get much smaller: round-off of the positions counts only with stiff forces.
 """
 
-LEAST_RATE = 1e-2
-"""Least error factor of the first iteration of a step, which is not measured in this step."""
+LEAST_RATE = 1e-2  # least error factor of the first iteration of a step, which is not measured in this step
 
 
 @compiled

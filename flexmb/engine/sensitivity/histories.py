@@ -57,8 +57,7 @@ from flexmb.program.program import (
     Z_END,
 )
 
-FIRST, SECOND = range(2)
-"""Rows of `Tangents.local`."""
+FIRST, SECOND = range(2)  # rows of `Tangents.local`
 
 OF_GAP, OF_RATE, OF_SLIP, OF_NORMAL = range(4)
 """Columns of `Tangents.own`: differences of gap, gap rate, slip and normal force."""

@@ -42,17 +42,10 @@ from flexmb.kernels import compiled, constraint_at, copy
 from flexmb.places import FRICTION_FORCE, NORMAL, NORMAL_FORCE, SLIDING, TANGENTIAL
 from flexmb.program.program import BEGIN, END, FIRST_OUTPUT, LOAD_KERNEL, NO_FACTOR, Program
 
-SPEED, ACCELERATION = range(2)
-"""Rows of `Tangents.moving`: G v, and G a + W v."""
-
-PLACE, ROW, COLUMN = range(3)
-"""Columns of `Tangents.entries`."""
-
-RESIDUAL, RATE, RIGHT_SIDE = range(3)
-"""Rows of `Tangents.g`: g, g_t and gamma of constraint kernels."""
-
-TIME_DIFFERENCE = 0.01
-"""Time difference for the derivative of loads by time, over the step size."""
+SPEED, ACCELERATION = range(2)  # rows of `Tangents.moving`: G v, and G a + W v
+PLACE, ROW, COLUMN = range(3)  # columns of `Tangents.entries`
+RESIDUAL, RATE, RIGHT_SIDE = range(3)  # rows of `Tangents.g`: g, g_t and gamma of constraint kernels
+TIME_DIFFERENCE = 0.01  # time difference for the derivative of loads by time, over the step size
 
 POSE_DIFFERENCE = 1e-5
 """Difference of the pose for dG/dt along the motion [rad, or relative to the size of the mechanism]."""

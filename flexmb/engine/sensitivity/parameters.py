@@ -29,8 +29,7 @@ from flexmb.program.program import BEGIN, END, LOAD_KERNEL, NORMAL_Z, SOURCE_P, 
 ELEMENT, CONSTRAINT, CONTACT, CONTROLLERS = range(4)
 """Kinds of pieces in `ParameterRates.pieces`; all controllers are one piece."""
 
-KIND, NUMBER = range(2)
-"""Columns of `ParameterRates.pieces`."""
+KIND, NUMBER = range(2)  # columns of `ParameterRates.pieces`
 
 
 class ParameterRates(Record):

@@ -32,11 +32,8 @@ Friction turns round within a thousandth of the speed or less.
 PART_OF_PENETRATION = 1e-3
 """Difference of a penetration relative to it, and the least part of the other differences that it may ask for."""
 
-PART_OF_GAP = 0.5
-"""Difference of the gap of an open contact relative to it, so that no difference crosses the onset."""
-
-STEP_ROWS = 512
-"""Number of steps whose rows the buffer holds."""
+PART_OF_GAP = 0.5  # difference of the gap of an open contact relative to it, so that no difference crosses the onset
+STEP_ROWS = 512  # number of steps whose rows the buffer holds
 
 
 class RowNumbers(Record):

@@ -69,17 +69,10 @@ MOST_ROUNDS = 10
 CONVERGED_CHANGE, DIVERGED_CHANGE = 1e-13, 1e-9
 """Relative change of the positions from round to round: converged below the first, refused above the second."""
 
-LEAST_PIVOT = 1e-300
-"""Least stiffness of a coordinate by which a force is divided."""
-
-VERY_END = 0.9
-"""Fraction of a step from which a contact that begins in it begins at its end."""
-
-WEIGHT_OF_MASS = 1e6
-"""Weight of the mass matrix for accelerations alone, over that of the step."""
-
-TANGENT_LOST = 40
-"""Code of a step with a singular tangent."""
+LEAST_PIVOT = 1e-300  # least stiffness of a coordinate by which a force is divided
+VERY_END = 0.9  # fraction of a step from which a contact that begins in it begins at its end
+WEIGHT_OF_MASS = 1e6  # weight of the mass matrix for accelerations alone, over that of the step
+TANGENT_LOST = 40  # code of a step with a singular tangent
 
 
 @compiled

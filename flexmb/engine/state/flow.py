@@ -6,17 +6,10 @@ from flexmb.engine.compiled.records import Matrix, Record, Vector
 from flexmb.engine.system.work import load_forces, new_from_template
 from flexmb.program.program import Program, body_groups
 
-PAST_STATES = 3
-"""Number of states before the accepted one that the predictor keeps."""
-
-EPISODE_SIZE = 7
-"""Number of columns of `Flow.episodes` (`engine/step/contact_log.py`)."""
-
-EPISODE_ROW_SIZE = 11
-"""Number of columns of `RunRecord.episodes` (`engine/step/contact_log.py`)."""
-
-IMPACT_SIZE = 3
-"""Number of columns of `Flow.impacts` (`engine/step/contact_events.py`)."""
+PAST_STATES = 3  # number of states before the accepted one that the predictor keeps
+EPISODE_SIZE = 7  # number of columns of `Flow.episodes` (`engine/step/contact_log.py`)
+EPISODE_ROW_SIZE = 11  # number of columns of `RunRecord.episodes` (`engine/step/contact_log.py`)
+IMPACT_SIZE = 3  # number of columns of `Flow.impacts` (`engine/step/contact_events.py`)
 
 MEMORY_NORMAL, MEMORY_BY_NORMAL = range(2)
 (MEMORY_BY_FRICTION,) = range(7, 8)

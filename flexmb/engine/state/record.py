@@ -16,8 +16,7 @@ GEAR_GUPTA_LEIMKUHLER, POSITION, VELOCITY = range(3)
 FORMS = {"gear-gupta-leimkuhler": GEAR_GUPTA_LEIMKUHLER, "position": POSITION, "velocity": VELOCITY}
 """Form of the constraints by its public name."""
 
-NEVER = 1e300
-"""Save interval [s] of a run that saves no instants; also an accepted error [m] that rejects no step."""
+NEVER = 1e300  # save interval [s] of a run that saves no instants; also an accepted error [m] that rejects no step
 
 
 class Coefficients(Record, frozen=True):
@@ -190,8 +189,7 @@ class StepReport(Record):
     angle_tolerance: float
 
 
-LEAST, INSTANT = range(2)
-"""Columns of `RunRecord.lows`: least value of a signal, and when [s]."""
+LEAST, INSTANT = range(2)  # columns of `RunRecord.lows`: least value of a signal, and when [s]
 
 PLACE, OF_PEAK = range(2)
 """Columns of `RunRecord.places`: the signal of a place, and the signal at whose peak it is wanted."""

@@ -30,8 +30,7 @@ PROBE_FRACTION = 0.125
 A step that changed within an elastic impact would leave the errors of compression and of restitution different.
 """
 
-JUMP_STEP_FRACTION = 1e-3
-"""Step across an onset with a jump of the force, over the step that resolves the impact."""
+JUMP_STEP_FRACTION = 1e-3  # step across an onset with a jump of the force, over the step that resolves the impact
 
 DURATION_FACTOR, LEAST_DURATION_FACTOR = 3.0, 2.6
 """Duration of an impact over depth / approach speed: pi for a linear spring, 2.94 for exponent 3/2, 2.6 for 3."""
@@ -45,8 +44,7 @@ SHORTEN_BELOW, LENGTHEN_ABOVE = 0.8, 1.6
 LONGEST_IMPACT = 3.0
 """Time in contact over the estimated duration, above which the error estimate alone chooses the steps."""
 
-LEAST_DEPTH = 1e-13
-"""Penetration relative to the size of the mechanism, below which it may be round-off."""
+LEAST_DEPTH = 1e-13  # penetration relative to the size of the mechanism, below which it may be round-off
 
 LEFT_BEFORE_ONSET = 0.05
 """Part of the time to an onset that a step leaves, where no impact of the contact has been resolved so far."""

@@ -38,8 +38,7 @@ CONTACT, MODE, END, SEPARATION, CARRIED = range(5)
 """Columns of `RunRecord.episodes`: contact, mode, end [s], separation speed [m/s]; from CARRIED on the columns of
 `Flow.episodes`."""
 
-IMPACT, LASTING = 1.0, 2.0
-"""Modes of a contact interval, as in the signal `mode`."""
+IMPACT, LASTING = 1.0, 2.0  # modes of a contact interval, as in the signal `mode`
 
 CLOSING_PHASE, LASTING_PHASE = 1.0, 3.0
 """Phases of a contact (`system/contacts.py`): in its first compression; compressed again after its first rebound."""

@@ -30,11 +30,8 @@ if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
     from flexmb.run.run import Run
 
-PROJECTIONS = 3
-"""Number of projections after a step: two of positions, one of velocities."""
-
-MOST_REPETITIONS = 8
-"""Number of solutions for multipliers that friction depends on, at most."""
+PROJECTIONS = 3  # number of projections after a step: two of positions, one of velocities
+MOST_REPETITIONS = 8  # number of solutions for multipliers that friction depends on, at most
 
 
 @dataclass(frozen=True)

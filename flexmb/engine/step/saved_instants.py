@@ -14,11 +14,8 @@ from flexmb.engine.system.evaluate import evaluate_accepted
 from flexmb.engine.system.outputs import write_outputs
 from flexmb.kernels import compiled, copy
 
-END_OF_STEP = 1.0 - 1e-9
-"""Fraction of a step from which an instant is its end."""
-
-PAST_OF_QUADRATIC = 2
-"""Number of states before the accepted one that a quadratic takes."""
+END_OF_STEP = 1.0 - 1e-9  # fraction of a step from which an instant is its end
+PAST_OF_QUADRATIC = 2  # number of states before the accepted one that a quadratic takes
 
 
 @compiled

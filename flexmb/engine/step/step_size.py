@@ -9,16 +9,12 @@ from typing import Self
 from flexmb.errors import InputError
 from flexmb.fields import Input, count, field, positive, record
 
-RTOL = 1e-4
-"""Accepted error of velocities in a step relative to the largest speed, by default."""
+RTOL = 1e-4  # accepted error of velocities in a step relative to the largest speed, by default
 
 IMPACT_STEPS = 32
 """Number of steps of an impact at the default rtol; the error of the peak of a half sine is then 0.12 % at most."""
-FEWEST_IMPACT_STEPS = 8
-"""Number of steps of an impact at least, for any rtol."""
-
-FLIGHT_WEIGHT = 10.0
-"""Factor of the error of positions in free flight."""
+FEWEST_IMPACT_STEPS = 8  # number of steps of an impact at least, for any rtol
+FLIGHT_WEIGHT = 10.0  # factor of the error of positions in free flight
 SMOOTH_STEPS, LARGEST_STEPS = 1000.0, 250.0
 """Number of largest steps in a period or a run, without and with clearance.
 
@@ -26,8 +22,7 @@ Rigid mechanisms without contacts hardly take smaller steps.  Their velocities w
 of 2e-6 in the balance of energies.
 """
 
-FIRST_STEP = 1e-3
-"""First step of a run over the largest one; the error estimate lets it grow."""
+FIRST_STEP = 1e-3  # first step of a run over the largest one; the error estimate lets it grow
 
 
 @record

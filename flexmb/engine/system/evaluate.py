@@ -44,11 +44,8 @@ def evaluate_accepted(tables, address, t, h, q, v, a, lam, z, x, y, work):
 
 # Slope of a stiffness by the turning of elements along a motion
 
-COORDINATES = 3
-"""Coordinates of a node: x, y, theta."""
-
-ISOTROPIC = 1e-3
-"""Change of a stiffness by a turn, over the stiffness, below which it has no direction."""
+COORDINATES = 3  # coordinates of a node: x, y, theta
+ISOTROPIC = 1e-3  # change of a stiffness by a turn, over the stiffness, below which it has no direction
 
 
 @compiled

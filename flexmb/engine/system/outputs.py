@@ -33,8 +33,7 @@ from flexmb.program.program import ADDED, BEGIN, COMMON_Z, END, FIRST, LOAD_KERN
 FX, FY, FORCE, JOINT_MOMENT = range(4)
 """Signals of a joint: force on its second body along X and Y, its size, the moment if one is reported."""
 
-FRICTION_ALONE = 1
-"""Number of signals of the forces of a coupling with friction, whose other forces are reactions."""
+FRICTION_ALONE = 1  # number of signals of the forces of a coupling with friction, whose other forces are reactions
 
 DRIVEN, SPEED, DRIVING, POWER, DRIVE_SIGNALS = range(5)
 """Signals of a driven row: coordinate, rate, force, power; their number."""

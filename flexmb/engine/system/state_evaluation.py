@@ -27,8 +27,7 @@ if TYPE_CHECKING:
 
 Vector = Sequence[float] | np.ndarray
 
-LARGE_UNKNOWNS = 1000
-"""Number of unknowns above which the factors of a matrix are kept for the next ones."""
+LARGE_UNKNOWNS = 1000  # number of unknowns above which the factors of a matrix are kept for the next ones
 
 
 class StateEvaluation:
@@ -179,11 +178,8 @@ def _padded(x: Vector | None, n: int) -> np.ndarray:
 
 # Kernels of a program that raise or are not finite at one state: each is called in plain Python, part by part
 
-MOST_CALLS = 20_000
-"""Number of calls of kernels at a state at most: about half a second."""
-
-SHOWN_NUMBERS = 6
-"""Number of entries of an array in a message at most."""
+MOST_CALLS = 20_000  # number of calls of kernels at a state at most: about half a second
+SHOWN_NUMBERS = 6  # number of entries of an array in a message at most
 
 OUTPUTS = frozenset("r K C M z_new g G g_t gamma H out A Mv My dx y".split())
 """Names of the parameters that kernels write."""
@@ -191,23 +187,15 @@ OUTPUTS = frozenset("r K C M z_new g G g_t gamma H out A Mv My dx y".split())
 
 @dataclass(frozen=True)
 class Instant:
-    """State at which kernels are called; `q`, `v` and `a` end with the three coordinates of the ground.
+    """State at which kernels are called; `q`, `v` and `a` end with the three coordinates of the ground."""
 
-    Parameters
-    ----------
-    t, h : time, and time since the last accepted state [s].
-    q, v, a : coordinates, velocities, accelerations (n_q + 3,).
-    lam : multipliers (n_c,).
-    z : histories at the last accepted state (n_z,).
-    """
-
-    t: float
+    t: float  # time, and time since the last accepted state [s]
     h: float
-    q: np.ndarray
+    q: np.ndarray  # coordinates, velocities, accelerations (n_q + 3,)
     v: np.ndarray
     a: np.ndarray
-    lam: np.ndarray
-    z: np.ndarray
+    lam: np.ndarray  # multipliers (n_c,)
+    z: np.ndarray  # histories at the last accepted state (n_z,)
 
 
 @dataclass(frozen=True)

@@ -50,14 +50,12 @@ MOTION, MOTION_RATE, MOTION_ACCELERATION, DRIVE_FORCE = range(4)
 FORCE_X, FORCE_Y, MOMENT = range(3)
 """Columns of `Work.joint`: force on the second body, multiplier of the row whose moment is reported."""
 
-JOINT_FRICTION_FORCE, JOINT_SLIP = range(2)
-"""Columns of `Work.joint_friction`: friction force and slip of a joint."""
+JOINT_FRICTION_FORCE, JOINT_SLIP = range(2)  # columns of `Work.joint_friction`: friction force and slip of a joint
 
 N_BY_GAP, N_BY_RATE, T_BY_SLIP, T_BY_N = range(4)
 """Columns of `Work.slopes` of a contact: dN/dgap, dN/drate, dT/dslip, dT/dN."""
 
-JOINT_T_BY_SLIP, JOINT_T_BY_LAM = range(2)
-"""Columns of `Work.slopes` of a joint: dT/dslip, the first of three dT/dlam."""
+JOINT_T_BY_SLIP, JOINT_T_BY_LAM = range(2)  # columns of `Work.slopes` of a joint: dT/dslip, the first of three dT/dlam
 
 LOSS_NORMAL, LOSS_FRICTION, LOSS_BEYOND, LOSS_MEMORY = range(4)
 """Columns of `Work.loss` [J]: normal loss, tangential loss, dissipation of the method; from LOSS_MEMORY on the memory
