@@ -367,6 +367,18 @@ dynamics.orbits.shooting.SAMPLES | points | period | where a grazing is looked f
 dynamics.orbits.shooting.FINER | points | a sample | the same, near it
 dynamics.orbits.shooting.SHARP | 1 | a multiplier | change that shows a grazing
 dynamics.systems.impact_ode.PILE | 1 | interval | impacts that are closer pile up
+dynamics.systems.impact_ode.STEPS | steps | nothing | least steps of a period for turning points of the gap
+dynamics.orbits.grazing.QUARTER | 1 | time to the next impact | half of a silent span, at most
+dynamics.orbits.grazing.LONGEST | 1 | period | half of a silent span, at most
+dynamics.orbits.grazing.CLOSE_TO_GRAZING | 1 | a step of a branch | distance to grazing up to which events are sought
+dynamics.orbits.grazing.SAME | 1 | period | instants of one impact
+dynamics.orbits.grazing.PROBE | 1 | scales of the branch | displacement that tells on which side a gap opens
+dynamics.orbits.event_curve.DIFFERENCE | 1 | range | difference of a parameter for a gradient
+dynamics.orbits.event_curve.CORRECTIONS | corrections | nothing | most corrections of a point of a curve
+dynamics.orbits.event_curve.FEW | corrections | nothing | a step grows up to
+dynamics.orbits.event_curve.SMALLEST | 1 | first step | smallest step of a curve
+dynamics.orbits.event_curve.SHARPEST | 1 | cosine | sharpest turn of a curve between points
+dynamics.orbits.event_curve.PRECISE | 1 | range | accuracy of a point of a curve
 dynamics.systems.dynamics.SMALL | 1 | size of the state | distance of a companion
 dynamics.systems.mechanism_flow.SMALL_IN_CONTACT | 1 | size of the state | the same with contacts
 dynamics.exponents.renormalisation.INTERVALS | intervals | nothing | intervals in which directions are made apart

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass
+from dataclasses import KW_ONLY, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -34,6 +34,7 @@ class BranchPoint:
     extremes : smallest and largest values (names, 2) on the orbit; NaN if not requested.
     grazing : turning point nearest to 0 of each gap [m].
     rising : change of the parameter along the branch over the whole change, -1 ... 1.
+    impact_speeds : closing speeds of the impacts of rigid surfaces in a period (`ImpactODE`).
     shooting_run : the motion over the period.
     """
 
@@ -50,6 +51,7 @@ class BranchPoint:
     grazing: dict[str, float]
     rising: float
     shooting_run: ShootingRun
+    impact_speeds: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,6 +150,42 @@ class Branch(arguments.Checked):
             return orbit_of(shooting, NewtonResult(result.last, result.residuals, ok=False, status=text), self.gaps)
         return orbit
 
+    def curve(
+        self,
+        event: int | BranchPoint,
+        parameter: str,
+        span: tuple[float, float],
+        *,
+        step: float = 0.02,
+        points: int = 200,
+    ) -> xr.Dataset:
+        """The curve of an event over the plane of the branch's parameter and a second one.
+
+        Parameters
+        ----------
+        event : element of `events`, or its number: grazing, a flip or a Neimark-Sacker point.
+        parameter : name of the second parameter.
+        span : range (from, to) of the second parameter, which holds its value; the curve ends outside.
+        step : first step, as a fraction of both ranges.
+        points : largest number of points on each side of the event.
+
+        Returns
+        -------
+        Dataset with both parameters and the period over "point"; attributes "ok" and "status" tell how it ended.
+
+        Raises
+        ------
+        InputError : no such event, an event of another kind, an unknown parameter, a range without its value.
+
+        Notes
+        -----
+        Along the curve the test function of the event vanishes (see `follow`): for grazing the turning point of the gap
+        that touches.  At each point orbits are found for given parameters, so a curve ends where its orbits fold.
+        """
+        from flexmb.dynamics.orbits.event_curve import curve
+
+        return curve(self, event, parameter, span, step=step, points=points)
+
     def to_dataset(self) -> xr.Dataset:
         """The branch as a table over "point": signals at the start, period, stability, multipliers, events.
 
@@ -172,7 +210,7 @@ class Branch(arguments.Checked):
         data["residual"] = (axis, np.array([p.residual for p in points]))
         data["multiplier.real"] = ((axis, "multiplier"), table.real.copy())
         data["multiplier.imag"] = ((axis, "multiplier"), table.imag.copy())
-        for name in self.gaps:
+        for name in points[0].grazing if points else ():
             data[f"grazing.{name}"] = (axis, np.array([p.grazing.get(name, np.nan) for p in points]), {"units": "m"})
         data["event.kind"] = ("event", np.array([e.kind for e in self.events], dtype=str))
         data[f"event.{self.parameter}"] = ("event", np.array([e.value for e in self.events]))

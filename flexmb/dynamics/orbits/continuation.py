@@ -25,6 +25,7 @@ from flexmb.dynamics.orbits.periodic_orbit import (
     torus_test,
 )
 from flexmb.dynamics.orbits.shooting import Shooting, ShootingRun, closest_approaches, gap_signals, sampled
+from flexmb.dynamics.systems.impact_ode import ImpactODE
 from flexmb.errors import InputError
 
 # Points of a branch with the test functions of events, and the location of an event between two points
@@ -46,11 +47,12 @@ class ContinuationPoint:
     tests: Tests
     touches: dict[str, int]
     iterations: int
+    run: ShootingRun  # the run in the coordinates of the continuation
 
     def test(self, name: str, old: ContinuationPoint) -> float:
         """Value of a test function; for grazing its sign changes with the number of closures since an earlier point."""
         value = self.tests.get(name, np.nan)
-        if not name.startswith(GRAZING):
+        if name not in self.touches:
             return value
         return abs(value) if self.touches.get(name) == old.touches.get(name) else -abs(value)
 
@@ -123,7 +125,8 @@ def follow(
     largest, smallest : bounds of the steps; the branch ends if a smaller step is needed.
     points : largest number of orbits.
     extremes : number of samples of an orbit for the largest and smallest values of signals; 0: none.
-    grazing : name of a signal that measures a gap, > 0 if open; the contacts of a mechanism are known.
+    grazing : name of a signal that measures a gap, > 0 if open; contacts of a mechanism and the gap of an `ImpactODE`
+        are known.
     tolerance : see `periodic_orbit`.
 
     Raises
@@ -136,7 +139,9 @@ def follow(
     functions: component of the branch's direction along the parameter (fold), product of multiplier + 1 (flip), product
     of the products of two multipliers less 1 (Neimark-Sacker, for a complex pair), number of closures of a gap
     (grazing), determinant of the extended problem (branch points: pitchfork, crossing).  Two events of one kind in a
-    step cancel: lower `largest`.  With rigid surfaces a branch ends at grazing, with a corresponding status.
+    step cancel: lower `largest`.  Orbits of an `ImpactODE` with a drive are followed by state and instant of their
+    slowest impact (equation 9.14), so their branches pass grazing, at which multipliers are those without the touch;
+    branches of other systems with rigid surfaces end there, with a corresponding status.
     Source: H. B. Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems (1977); Y. A.
     Kuznetsov, Elements of Applied Bifurcation Theory, Springer 1995, chapter 10.
     """
@@ -156,12 +161,15 @@ def follow(
         raise InputError(f"{LABEL}: span is ({begin:g}, {end:g}); both ends must differ.")
     shooting.system.reset(parameters={parameter: begin})  # an unknown one is refused here
     shooting.parameter = parameter
-    continuation = Continuation(
-        shooting=shooting,
+    rigid = isinstance(shooting.system, ImpactODE) and not shooting.autonomous
+    if rigid:
+        from flexmb.dynamics.orbits.grazing import ImpactContinuation
+    continuation = (ImpactContinuation if rigid else Continuation)(
+        shooting=shooting.copy(shooting.times, 1) if rigid else shooting,
         span=(begin, end),
         bounds=(step, largest, smallest),
         tolerance=tolerance_of(shooting.system, tolerance),
-        gaps=gap_signals(shooting.system, grazing, LABEL),
+        gaps={} if rigid else gap_signals(shooting.system, grazing, LABEL),
         extremes=checks.count(LABEL, "extremes", extremes, 0),
     )
     return continuation.run(orbit, checks.count(LABEL, "points", points, 2))
@@ -178,6 +186,11 @@ class Continuation:
     gaps: dict[str, tuple[int, float]]
     extremes: int
 
+    @property
+    def coordinates(self) -> Shooting:
+        """The shooting by whose unknowns steps are taken."""
+        return self.shooting
+
     def run(self, orbit: PeriodicOrbit, most: int) -> Branch:
         """Continue the branch until it leaves the range, no step succeeds, or it has `most` orbits."""
         period = orbit.period if self.shooting.autonomous else np.nan
@@ -193,10 +206,10 @@ class Continuation:
             return self._branch(points, events, ok=False, status=f"No orbit at the first value: {result.status}")
         run = result.last
         self.lengths = size_of(self.shooting, run), run.period, abs(self.span[1] - self.span[0])
-        ahead = self._direction(run, None)
-        if ahead is None:
-            return self._branch(points, events, ok=False, status=f"No direction: {self.shooting.status}")
-        points.append(self._continuation_point(result, ahead))
+        first = self._first(result)
+        if not isinstance(first, ContinuationPoint):
+            return self._branch(points, events, ok=False, status=f"No direction: {first}")
+        points.append(first)
         ok, size = False, self.bounds[0]
         while len(points) < most:
             following, size, status = self._step(points[-1], size)
@@ -211,6 +224,11 @@ class Continuation:
         else:
             status = f"Ended after {most} points, as asked for."
         return self._branch(points, events, ok=ok, status=status)
+
+    def _first(self, result: NewtonResult) -> ContinuationPoint | str:
+        """The first point of the branch, or the reason why there is none."""
+        ahead = None if result.last is None else self._direction(result.last, None)
+        return self.shooting.status if ahead is None else self._continuation_point(result, ahead)
 
     def _step(self, last: ContinuationPoint, size: float) -> tuple[ContinuationPoint | None, float, str]:
         """The next orbit, the size of the step after it, and the reason if there is no orbit."""
@@ -232,30 +250,31 @@ class Continuation:
 
     def _orbit_at(self, last: ContinuationPoint, size: float) -> ContinuationPoint | str:
         """The orbit at a distance `size` from another one, or the reason why there is none."""
-        run = last.point.shooting_run
+        run, shooting = last.run, self.coordinates
         through = Direction(
             run.starts + size * last.ahead.starts,
             run.period + size * last.ahead.period,
             run.value + size * last.ahead.value,
         )
-        plane = ArclengthPlane(last.ahead, through, self.lengths, small_of(self.shooting, self.lengths[2]))
+        plane = ArclengthPlane(last.ahead, through, self.lengths, small_of(shooting, self.lengths[2]))
         period = through.period
-        if not self.shooting.set_value(through.value):
-            return self.shooting.status.rstrip(".")
-        if not self.shooting.autonomous:
-            period = self.shooting.period
+        if not shooting.set_value(through.value):
+            return shooting.status.rstrip(".")
+        if not shooting.autonomous:
+            period = shooting.period
         starts = through.starts.copy()
-        starts[:, self.shooting.space.free_rows] = run.starts[:, self.shooting.space.free_rows]
+        starts[:, shooting.space.free_rows] = run.starts[:, shooting.space.free_rows]
         limits: dict[str, Any] = {"tolerance": self.tolerance, "iterations": CORRECTIONS}
-        result = correct(self.shooting, starts, period, through.value, **limits, plane=plane)
+        result = correct(shooting, starts, period, through.value, **limits, plane=plane)
         if not result.ok or result.last is None:
             return result.status.rstrip(".")
         ahead = self._direction(result.last, last.ahead)
-        return self.shooting.status if ahead is None else self._continuation_point(result, ahead)
+        return shooting.status if ahead is None else self._continuation_point(result, ahead)
 
     def _direction(self, run: ShootingRun, before: Direction | None) -> Direction | None:
         """Unit direction of the branch, onwards from `before`; None: from the begin of the range to its end."""
-        J = extended(self.shooting, run, small_of(self.shooting, self.lengths[2]))
+        shooting = self.coordinates
+        J = extended(shooting, run, small_of(shooting, self.lengths[2]))
         if J is None:
             return None
         M, d = run.gaps.shape
@@ -264,26 +283,26 @@ class Continuation:
             row = np.zeros(J.shape[1])
             row[-1] = np.sign(self.span[1] - self.span[0]) / p
         else:
-            weighted = before.starts * self.shooting.space.weights / x**2
+            weighted = before.starts * shooting.space.weights / x**2
             by_y = np.einsum("js,jsd->jd", weighted, run.bases).ravel()
-            row = np.concatenate([by_y, [before.period / t**2] * self.shooting.autonomous, [before.value / p**2]])
+            row = np.concatenate([by_y, [before.period / t**2] * shooting.autonomous, [before.value / p**2]])
         unknowns = solved(np.vstack([J, row]), np.append(np.zeros(len(J)), 1.0))
         # sign of the determinant, times the smallest singular value: it vanishes where branches cross
-        units = np.array([x] * (M * d) + [t] * self.shooting.autonomous + [p])
+        units = np.array([x] * (M * d) + [t] * shooting.autonomous + [p])
         ahead = unknowns / units
         whole = np.vstack([J * units / units[0], ahead / np.linalg.norm(ahead)])
         self.volume = float(np.linalg.slogdet(whole)[0] * np.linalg.svd(whole, compute_uv=False)[-1])
         starts = np.einsum("jsd,jd->js", run.bases, unknowns[: M * d].reshape(M, d))
-        direction = Direction(starts, float(unknowns[M * d]) if self.shooting.autonomous else 0.0, float(unknowns[-1]))
+        direction = Direction(starts, float(unknowns[M * d]) if shooting.autonomous else 0.0, float(unknowns[-1]))
         length = np.sqrt(self._dot(direction, direction))
         return Direction(direction.starts / length, direction.period / length, direction.value / length)
 
     def _dot(self, one: Direction, other: Direction) -> float:
         x, t, p = self.lengths
-        states = float((one.starts * other.starts * self.shooting.space.weights).sum()) / x**2
+        states = float((one.starts * other.starts * self.coordinates.space.weights).sum()) / x**2
         return states + one.period * other.period / t**2 + one.value * other.value / p**2
 
-    def _continuation_point(self, result: NewtonResult, ahead: Direction) -> ContinuationPoint:
+    def _continuation_point(self, result: NewtonResult, ahead: Direction) -> ContinuationPoint | str:
         """The point of a branch for a converged run: orbit, direction, test functions."""
         run, shooting = result.last, self.shooting
         if run is None:
@@ -318,7 +337,7 @@ class Continuation:
             rising=rising,
             shooting_run=run,
         )
-        return ContinuationPoint(point, ahead, tests, touches, len(result.residuals) - 1)
+        return ContinuationPoint(point, ahead, tests, touches, len(result.residuals) - 1, run)
 
     def _events(self, old: ContinuationPoint, new: ContinuationPoint) -> list[BranchPoint]:
         """The events between two orbits, in the order of the branch."""
@@ -338,8 +357,8 @@ class Continuation:
 
     def _located(self, old: ContinuationPoint, new: ContinuationPoint, name: str) -> tuple[float, ContinuationPoint]:
         """Position along the step and orbit at which a test function vanishes."""
-        first, second = old.point.shooting_run, new.point.shooting_run
-        starts = self.shooting.space.difference(second.starts, first.starts)
+        first, second = old.run, new.run
+        starts = self.coordinates.space.difference(second.starts, first.starts)
         step = Direction(starts, second.period - first.period, second.value - first.value)
 
         def orbit_at(position: float) -> ContinuationPoint | None:

@@ -341,7 +341,7 @@ class Shooting:
             return False
         try:
             self.system.reset(state, time=self.origin + j * period / self.segments)
-        except (AssemblyError, SolveError) as error:
+        except (InputError, AssemblyError, SolveError) as error:  # behind a wall; constraints that cannot be met
             self.status = str(error)
             return False
         return True

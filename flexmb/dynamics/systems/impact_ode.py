@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,9 @@ from flexmb.dynamics.sections.crossing import UP, Height, carry, locate, stride
 from flexmb.dynamics.systems.dynamics import ContinuousFlow, OfFlow
 from flexmb.dynamics.systems.given import ODE, central_differences, state_of
 from flexmb.errors import InputError
+
+Spans = tuple[tuple[float, float, int], ...]
+"""Spans of time: begin and length, as fractions of so many periods."""
 
 PILE = 1e-12  # time between two impacts, over the time of the run or a step, below which impacts pile up (chatter)
 
@@ -50,7 +54,9 @@ class ImpactODE(OfFlow, ContinuousFlow):
     """
 
     flow: ODE
-    _last: float
+    _last: float  # instant of the last impact [s], and the state (size,) before it
+    _before: np.ndarray
+    silent: Spans = ()  # spans in which surfaces pass through each other
 
     def __init__(self, ode: ODE, *, gap: Callable[..., float], jump: Callable[..., Any]) -> None:
         if not isinstance(ode, ODE):
@@ -92,7 +98,13 @@ class ImpactODE(OfFlow, ContinuousFlow):
     def take_step(self, limit: float, tangents: np.ndarray | None = None) -> bool:
         if not self.ok:
             return False
-        height = Height(self.flow, self._height, self._closing, UP)
+        is_silent, until = self._span()
+        limit = min(limit, until)
+        if is_silent:
+            self.flow.take_step(limit, tangents)
+            self.ok, self.status = self.flow.ok, self.flow.status
+            return self.ok
+        height = Height(self.flow, self.gap_now, self.rate_of_gap, UP)
         bracket = stride(height, limit, tangents)
         if bracket is not None and self.flow.ok:
             stuck = bracket.near == 0.0 and height.left(bracket.value)
@@ -100,7 +112,7 @@ class ImpactODE(OfFlow, ContinuousFlow):
             if stuck or self.time - self._last < PILE * max(abs(self.time), self.pace):
                 self.ok, self.status = False, f"Impacts pile up at t = {self.time:.6g} s: the gap stays closed."
                 return False
-            self._last = self.time
+            self._last, self._before = self.time, self.state()
             if tangents is not None and self.flow.ok:
                 carry(self.flow, bracket, duration, tangents)
             if self.flow.ok:
@@ -126,13 +138,30 @@ class ImpactODE(OfFlow, ContinuousFlow):
 
     def _check_start(self) -> None:
         self.period, self.driven = self.flow.period, self.flow.driven
-        gap, speed = self._height(), self._closing()
-        if gap < -1e-9 * max(1.0, float(np.abs(self.state()).max())) or (gap < 0.0 and speed < 0.0):
+        gap, size = self.gap_now(), max(1.0, float(np.abs(self.state()).max()))
+        behind = gap < -1e-9 * size or (gap < 0.0 and self.rate_of_gap() < 0.0)
+        if behind and not self._span()[0]:
             text = f"{self._label}: at t = {self.time:g} s the state {self.state()} has the gap {gap:.3g}"
             raise InputError(f"{text}; it must be > 0. Start in flight.")
-        self.ok, self.status, self._last = self.flow.ok, self.flow.status, float("-inf")
+        self.ok, self.status = self.flow.ok, self.flow.status
+        self._last, self._before = float("-inf"), self.state()
 
-    def _height(self) -> float:
+    def _span(self) -> tuple[bool, float]:
+        """Whether the present instant lies in a silent span, and the time [s] until which that holds."""
+        until = float("inf")
+        for begin, part, times in self.silent:
+            period = times * float(self.period or 1.0)
+            elapsed, length = (self.time - begin * period) % period, part * period
+            rest = period - elapsed
+            if rest < 1e-12 * period:  # the begin, but for round-off
+                elapsed, rest = 0.0, rest + period
+            if elapsed < (1.0 - 1e-12) * length:
+                return True, self.time + length - elapsed
+            until = min(until, self.time + rest)
+        return False, until
+
+    def gap_now(self) -> float:
+        """The present gap."""
         return float(self.gap(self.time, self.state(), **self.parameters))
 
     def _gradient(self) -> tuple[np.ndarray, float]:
@@ -149,7 +178,8 @@ class ImpactODE(OfFlow, ContinuousFlow):
         change = np.asarray(function(late), dtype=np.float64) - np.asarray(function(early))
         return np.asarray(change / (late - early))
 
-    def _closing(self) -> float:
+    def rate_of_gap(self) -> float:
+        """The present rate of the gap [1/s]."""
         n, by_time = self._gradient()
         return float(n @ self.velocity()) + by_time
 
@@ -171,3 +201,141 @@ class ImpactODE(OfFlow, ContinuousFlow):
         J = central_differences(lambda y: self.jump(t, y, **p), x)
         j = self._by_time(lambda s: self.jump(s, x, **p))
         tangents[:] = J @ tangents + np.outer(self.velocity() - J @ before - j, n @ tangents) / rate
+
+
+@dataclass(frozen=True, eq=False)
+class Approach:
+    """An impact, or a turning point of the gap, of a motion with impacts."""
+
+    time: float
+    state: np.ndarray  # state (size,), before the impact
+    gap: float  # gap at a turning point; 0 at an impact
+    speed: float  # closing speed of an impact, > 0; 0 at a turning point
+
+
+STEPS = 64  # least number of steps of a period in which turning points are sought
+
+
+def approaches(flow: ImpactODE, duration: float) -> list[Approach] | None:
+    """Impacts and turning points of the gap over a time [s] from the present state on; None: the motion ends early."""
+    found, end = [], flow.time + duration
+    rate = flow.rate_of_gap()
+    while flow.ok and flow.time < end:
+        before, last = flow.snapshot(), flow._last
+        if not flow.take_step(min(end, flow.time + duration / STEPS)):
+            return None
+        old, rate = rate, flow.rate_of_gap()
+        if flow._last != last:
+            after = flow.snapshot()
+            flow.flow.reset(flow._before, time=flow.time)
+            found.append(Approach(flow.time, flow._before, 0.0, -flow.rate_of_gap()))
+            flow.restore(after)
+        elif old < 0.0 <= rate:
+            found.append(_turning_point(flow, before, flow.time))
+    return found if flow.ok else None
+
+
+def _turning_point(flow: ImpactODE, before: Any, end: float) -> Approach:
+    """The turning point between a snapshot and an instant [s]; the flow stays where it is."""
+    import scipy.optimize
+
+    after = flow.snapshot()
+
+    def rate(duration: float) -> float:
+        flow.restore(before)
+        if duration > 0.0:
+            flow.flow.advance(duration)
+        return float(flow.rate_of_gap())
+
+    flow.restore(before)
+    scipy.optimize.brentq(rate, 0.0, end - flow.time, xtol=1e-13 * (end - flow.time), rtol=1e-14)
+    found = Approach(flow.time, flow.state(), flow.gap_now(), 0.0)
+    flow.restore(after)
+    return found
+
+
+class FromImpact(OfFlow):
+    """The motion of an `ImpactODE` from just before an impact over `times` periods, as a map of (state, instant).
+
+    Fixed points are periodic orbits with that impact: the state returns and the gap vanishes (equation 9.14 of
+    docs/theory/exponents.md).  The impact is not located but stands at the start, so the map is smooth where its
+    closing speed passes 0.  `flow.silent` must hold the span around the instant.
+    """
+
+    unit = "periods"
+    flow: ImpactODE
+
+    def __init__(self, flow: ImpactODE, state: np.ndarray, instant: float, times: int) -> None:
+        self.flow, self.name, self._time, self.times = flow, flow.name, 0.0, times
+        self.names, self.units = (*flow.names, "instant"), (*flow.units, "s")
+        self._state = np.append(state, instant)
+        self.ok, self.status = True, "ready"
+
+    @property
+    def size(self) -> int:
+        return len(self._state)
+
+    @property
+    def dimension(self) -> int:
+        return self.size
+
+    @property
+    def weights(self) -> np.ndarray:
+        return np.append(self.flow.weights, (2.0 * np.pi / self.length) ** 2)
+
+    @property
+    def time(self) -> float:
+        return self._time
+
+    def state(self) -> np.ndarray:
+        return self._state.copy()
+
+    def observe(self) -> np.ndarray:
+        return self.state()
+
+    def reset(
+        self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
+    ) -> None:
+        self._state = self._state if state is None else np.array(state, dtype=np.float64)
+        self._time, self.ok, self.status = time, True, "ready"
+        self.flow.flow.reset(self._state[:-1], time=self._state[-1], parameters=parameters)
+        self.flow._check_start()
+
+    @property
+    def length(self) -> float:
+        """Duration of the map [s]."""
+        return self.times * float(self.flow.period or 1.0)
+
+    def rebound(self, tangents: np.ndarray | None = None) -> tuple[float, float]:
+        """Put the flow just after the impact, with differences (size + 1, k) carried along.
+
+        Returns gap and closing speed before the impact.
+        """
+        flow, p, t, x = self.flow, self.flow.parameters, float(self._state[-1]), self._state[:-1]
+        flow.flow.reset(x, time=t)
+        gap, speed = flow.gap_now(), -flow.rate_of_gap()
+        after = np.asarray(flow.jump(t, x.copy(), **p), dtype=np.float64)
+        if tangents is not None:
+            n, by_time = flow._gradient()
+            J, j = central_differences(lambda y: flow.jump(t, y, **p), x), flow._by_time(lambda s: flow.jump(s, x, **p))
+            gaps = n @ tangents[:-1] + by_time * tangents[-1]
+            flow.flow.reset(after, time=t)
+            tangents[:-1] = J @ tangents[:-1] + np.outer(j - flow.velocity(), tangents[-1])
+            tangents[-1] += gaps * self.length / (2.0 * np.pi)
+        flow.flow.reset(after, time=t)
+        flow._check_start()
+        return gap, speed
+
+    def advance(self, duration: float, tangents: np.ndarray | None = None) -> bool:
+        for _ in range(round(duration) if self.ok else 0):
+            instants = None if tangents is None else tangents[-1].copy()
+            gap, _ = self.rebound(tangents)
+            carried = None if tangents is None else np.ascontiguousarray(tangents[:-1])
+            self.ok, self.status = self.flow.advance(self.length, carried), self.flow.status
+            if not self.ok:
+                return False
+            if tangents is not None and carried is not None and instants is not None:
+                tangents[:-1] = carried + np.outer(self.flow.velocity(), instants)
+            self._state = np.append(self.flow.state(), self._state[-1] + gap * self.length / (2.0 * np.pi))
+            self._time += 1.0
+        return self.ok

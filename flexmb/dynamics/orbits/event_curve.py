@@ -1,0 +1,204 @@
+"""Curves of events in two parameters: grazing, flips and Neimark-Sacker points of a branch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.dynamics.orbits.branch import Branch, BranchPoint
+from flexmb.dynamics.orbits.grazing import ImpactContinuation
+from flexmb.dynamics.orbits.orbit_newton import correct
+from flexmb.dynamics.orbits.periodic_orbit import FLIP, GRAZING, NEIMARK_SACKER, flip_test, multipliers_of, torus_test
+from flexmb.dynamics.orbits.shooting import SAMPLES, Shooting, ShootingRun, closest_approaches, sampled
+from flexmb.dynamics.systems.impact_ode import ImpactODE
+from flexmb.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+KINDS = (GRAZING, FLIP, NEIMARK_SACKER)
+DIFFERENCE = 1e-4  # difference of a parameter for the gradient of a test function, over its range
+CORRECTIONS = 8  # largest number of corrections of a point of the curve
+FEW = 4  # number of corrections up to which the next step grows
+SMALLEST = 1e-4  # smallest step, over the first one
+SHARPEST = 0.9  # smallest cosine of the angle by which the curve may turn in a step
+PRECISE = 1e-9  # correction, over the ranges, with which a point is found
+
+
+@dataclass
+class Plane:
+    """Orbits over the plane of two parameters, with the test function that vanishes on the curve."""
+
+    shooting: Shooting
+    other: str  # the second parameter
+    units: np.ndarray  # widths (2,) of both ranges
+    tolerance: float
+    test: Callable[[ShootingRun, ShootingRun], float]  # of an orbit and its guess
+    prepare: Callable[[ShootingRun], None] = lambda guess: None
+
+    def at(self, place: np.ndarray, guess: ShootingRun) -> tuple[ShootingRun, float] | None:
+        """Orbit near a guess and test function at a place (2,), in units of the ranges; None: no orbit."""
+        value, other = place * self.units
+        self.prepare(guess)
+        shooting = self.shooting
+        try:
+            shooting.system.reset(parameters={self.other: float(other)})
+        except InputError:
+            return None
+        if not shooting.set_value(float(value)):
+            return None
+        period = guess.period if shooting.autonomous else shooting.period
+        result = correct(shooting, guess.starts, period, float(value), tolerance=self.tolerance, iterations=10)
+        if not result.ok or result.last is None:
+            return None
+        g = self.test(result.last, guess)
+        return (result.last, g) if np.isfinite(g) else None
+
+    def gradient(self, place: np.ndarray, run: ShootingRun) -> np.ndarray | None:
+        """Derivatives (2,) of the test function; None: no orbit nearby."""
+        columns = []
+        for k in range(2):
+            shift = np.zeros(2)
+            shift[k] = DIFFERENCE
+            up, down = self.at(place + shift, run), self.at(place - shift, run)
+            if up is None or down is None:
+                return None
+            columns.append((up[1] - down[1]) / (2.0 * DIFFERENCE))
+        return np.array(columns)
+
+    def corrected(
+        self, place: np.ndarray, gradient: np.ndarray, guess: ShootingRun
+    ) -> tuple[np.ndarray, np.ndarray, ShootingRun, int] | None:
+        """The place on the curve near another one, gradient and orbit there, number of corrections; None: not found.
+
+        Broyden's method keeps the gradient (C. G. Broyden, Math. Comp. 19 (1965) 577).
+        """
+        last, step = np.nan, np.zeros(2)
+        for count in range(CORRECTIONS):
+            found = self.at(place, guess)
+            if found is None:
+                return None
+            guess, g = found
+            if count:
+                gradient = gradient + (g - last - gradient @ step) / (step @ step) * step
+            step, last = -g * gradient / (gradient @ gradient), g
+            if np.abs(step).max() < PRECISE:
+                return place, gradient, guess, count
+            place = place + step
+        return None
+
+    def walk(
+        self,
+        place: np.ndarray,
+        run: ShootingRun,
+        size: float,
+        inside: Callable[[np.ndarray], bool],
+        most: int,
+        sign: float,
+    ) -> tuple[list[tuple[np.ndarray, ShootingRun]], str]:
+        """Points of the curve, at first towards the `sign` of the second parameter, and the reason of the end."""
+        found: list[tuple[np.ndarray, ShootingRun]] = []
+        ahead, step, slope = np.array([0.0, sign]), size, self.gradient(place, run)
+        while len(found) < most:
+            if slope is None or not np.any(slope):
+                return found, "no orbits nearby"
+            along = np.array([-slope[1], slope[0]]) / np.linalg.norm(slope)
+            along *= np.sign(along @ ahead) or 1.0
+            following = self.corrected(place + step * along, slope, run)
+            if following is None or (following[0] - place) @ along < SHARPEST * np.linalg.norm(following[0] - place):
+                step *= 0.5
+                if step < SMALLEST * size:
+                    return found, "a smaller step would be needed"
+                slope = self.gradient(place, run)
+                continue
+            (place, slope, run, count), ahead = following, along
+            found.append((place, run))
+            if not inside(place):
+                return found, ""
+            step = min(1.5 * step, 10.0 * size) if count <= FEW else step
+        return found, f"{most} points, as asked for"
+
+
+def curve(
+    branch: Branch, event: int | BranchPoint, parameter: str, span: tuple[float, float], *, step: float, points: int
+) -> xr.Dataset:
+    """Points of the curve; see `Branch.curve`."""
+    label = "Branch.curve"
+    listed = ", ".join(f"{k}: {e.kind} at {e.value:.6g}" for k, e in enumerate(branch.events)) or "none"
+    if isinstance(event, int) and -len(branch.events) <= event < len(branch.events):
+        event = branch.events[event]
+    if not isinstance(event, BranchPoint) or event.kind not in KINDS:
+        text = f"{label}: event is {event if not isinstance(event, BranchPoint) else event.kind!r}"
+        raise InputError(f"{text}; it must be grazing, a flip or a Neimark-Sacker point. Events: {listed}.")
+    shooting = branch.shooting.copy(branch.shooting.times, branch.shooting.segments)
+    checks.one_of(label, "parameter", parameter, shooting.system.parameters)
+    if parameter == branch.parameter:
+        raise InputError(f"{label}: parameter is {parameter!r}, along which the branch runs; name another one.")
+    if not isinstance(span, (tuple, list)) or len(span) != 2:
+        raise InputError(f"{label}: span is {span!r}; it must be a pair (from, to).")
+    low, high = sorted(checks.number(label, f"span[{k}]", x) for k, x in enumerate(span))
+    begin = checks.number(label, parameter, shooting.system.parameters[parameter])
+    if not low <= begin <= high or low == high:
+        raise InputError(f"{label}: span is ({low:g}, {high:g}); it must hold {begin:g}, the value of {parameter!r}.")
+    plane, run = _plane(branch, event, shooting, parameter, high - low)
+    place = np.array([event.value, begin]) / plane.units
+    size, most = checks.positive(label, "step", step), checks.count(label, "points", points, 1)
+
+    def inside(at: np.ndarray) -> bool:
+        return bool(low <= at[1] * plane.units[1] <= high)
+
+    down, lower_end = plane.walk(place, run, size, inside, most, -1.0)
+    up, upper_end = plane.walk(place, run, size, inside, most, 1.0)
+    whole = [*down[::-1], (place, run), *up]
+    ends = [f"{side} end: {end}" for side, end in (("lower", lower_end), ("upper", upper_end)) if end]
+    return _dataset(branch, event.kind, parameter, plane.units, whole, "; ".join(ends))
+
+
+def _plane(
+    branch: Branch, event: BranchPoint, shooting: Shooting, parameter: str, width: float
+) -> tuple[Plane, ShootingRun]:
+    """Orbits with the test function of an event, and the orbit at the event."""
+    units = np.array([abs(branch.span[1] - branch.span[0]), width])
+
+    def of_multipliers(run: ShootingRun, guess: ShootingRun) -> float:
+        multipliers, _ = multipliers_of(run.monodromy, autonomous=shooting.autonomous)
+        return flip_test(multipliers) if event.kind == FLIP else torus_test(multipliers)
+
+    def of_gap(run: ShootingRun, guess: ShootingRun) -> float:
+        shooting.set_value(run.value)
+        shooting.system.reset(run.starts[0], time=shooting.origin)
+        samples = sampled(shooting.system, run.period, SAMPLES * shooting.times)
+        return min((g for g, _, _ in closest_approaches(shooting.system, branch.gaps, samples).values()), key=abs)
+
+    if event.kind != GRAZING or not isinstance(shooting.system, ImpactODE):
+        test = of_gap if event.kind == GRAZING else of_multipliers
+        return Plane(shooting, parameter, units, branch.tolerance, test), event.shooting_run
+    continuation = ImpactContinuation(
+        shooting=shooting, span=branch.span, bounds=(1.0, 1.0, 1.0), tolerance=branch.tolerance, gaps={}, extremes=0
+    )
+    run, other = continuation.grazing(event), (continuation.least_gap, continuation.listen_as)
+    return Plane(continuation.coordinates, parameter, units, branch.tolerance, *other), run
+
+
+def _dataset(
+    branch: Branch,
+    kind: str,
+    parameter: str,
+    units: np.ndarray,
+    whole: list[tuple[np.ndarray, ShootingRun]],
+    ends: str,
+) -> xr.Dataset:
+    """Table of the points: both parameters and the period."""
+    import xarray as xr
+
+    places = np.array([place for place, _ in whole]) * units
+    data = {
+        branch.parameter: ("point", places[:, 0]),
+        parameter: ("point", places[:, 1]),
+        "period": ("point", np.array([run.period for _, run in whole]), {"units": branch.period_units}),
+    }
+    return xr.Dataset(data, attrs={"name": branch.name, "kind": kind, "ok": int(not ends), "status": ends or "Whole."})
