@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from flexmb.design.fitting import Fit
-
 # Envelopes of signals that swing too fast for single lines to be seen
 
 COLUMNS = 400  # number of columns of an envelope
@@ -265,7 +263,7 @@ def panels_of_time(count: int, title: str) -> tuple[Figure, Sequence[Axes]]:
 # Signals beside measured ones
 
 
-def columns_of(fit: Fit, name: str) -> np.ndarray:
+def columns_of(fit: Any, name: str) -> np.ndarray:
     """Time, measured and computed signal, residual over its noise, (n, 4), with a row of NaN between two pieces."""
     left, computed, time = fit.residuals[name], fit.computed[name].values, fit.residuals["time"].values
     columns = np.column_stack([time, computed + left.values, computed, left.values / (left.attrs["noise"] or 1.0)])
@@ -273,7 +271,7 @@ def columns_of(fit: Fit, name: str) -> np.ndarray:
 
 
 @arguments.checked
-def plot_residuals(fit: Fit, *, title: str | None = None) -> Figure:
+def plot_residuals(fit: Any, *, title: str | None = None) -> Figure:
     """Measured points with the fitted curve of each signal, and the residuals over their noise below.
 
     A band shows twice the noise, which is that of the scatter if none was given.  Dotted lines begin the pieces of the
@@ -288,7 +286,7 @@ def plot_residuals(fit: Fit, *, title: str | None = None) -> Figure:
     ------
     InputError : another kind of object.
     """
-    if not hasattr(fit, "residuals"):
+    if getattr(fit, "residuals", None) is None:
         raise InputError(f"plot_residuals: fit is {type(fit).__name__}; it must be the result of fm.design.fit().")
     names = [str(name) for name in fit.residuals.data_vars]
     size, heights = (WIDTH, FRAME + 1.5 * PANEL * len(names)), [2.0, 1.0] * len(names)

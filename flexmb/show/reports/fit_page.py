@@ -48,7 +48,7 @@ def _parameters(fit: Fit, units: dict[str, str]) -> html.Markup:
 
 
 def _residuals(fit: Fit, names: Sequence[str]) -> html.Markup:
-    """Table of the residuals of all signals, and pictures of those with these names."""
+    """Table of the residuals of all signals, and pictures of the named ones."""
     rows, pictures = [], []
     for name, left in fit.residuals.items():
         count = int(left.notnull().sum())
