@@ -40,6 +40,15 @@ def chain(folder: Path) -> Path:
     return fm.report(sol, folder / "chain.html")
 
 
+def fit(folder: Path) -> Path:
+    """Page of the fit of docs/howto/design.md, from its code."""
+    text = (PICTURES.parent / "howto" / "design.md").read_text(encoding="utf-8")
+    block = text.partition("## What a measurement says")[2].partition("```python\n")[2].partition("```")[0]
+    names = {"fm": fm}
+    exec(block, names)
+    return fm.report(names["result"], folder / "fit.html")
+
+
 def opened(browser, path: Path, width: int, height: int, scheme: str) -> Page:
     page = browser.new_page(viewport={"width": width, "height": height}, color_scheme=scheme, reduced_motion="reduce")
     page.goto(path.as_uri())
@@ -48,7 +57,9 @@ def opened(browser, path: Path, width: int, height: int, scheme: str) -> Page:
 
 
 def pictures(browser, folder: Path) -> None:
-    """Nine-bar mechanism in light, slider-crank in dark with its journal, and on a phone."""
+    """Residuals of a fit, nine-bar mechanism in light, slider-crank in dark with its journal, and on a phone."""
+    page = opened(browser, fit(folder), 1000, 800, "light")
+    page.locator("#residuals").screenshot(path=PICTURES / "report_fit.png")
     page = opened(browser, nine_bar(folder), 1280, 800, "light")
     page.select_option("#magnification", "auto")
     page.evaluate("flexmbReport.clock.goTo(0.741)")

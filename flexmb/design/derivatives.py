@@ -81,9 +81,11 @@ class Started(NamedTuple):
 def started(label: str, held: ParameterModel, span: Span, signals: Sequence[str]) -> Started:
     """Run of a parameter model that keeps `signals`, at its start, or `InputError`."""
     mechanism = held.at(held.values)
-    method, step, program, _ = prepared(label, mechanism, span.method, span.step, "refuse")
-    if not isinstance(method, Newmark):
-        raise InputError(f"{label}: method is {method!r}; it must be Newmark(...), whose steps carry derivatives.")
+    method = Newmark.generalised_alpha() if span.method is None else span.method
+    if not isinstance(method, Newmark) or type(method).stepper is not Newmark.stepper:
+        text = f"{label}: method is {method!r}; only the steps of Newmark(...) itself carry derivatives"
+        raise InputError(f"{text}. Leave method out, or give Newmark.generalised_alpha() and a smaller rtol.")
+    _, step, program, _ = prepared(label, mechanism, method, span.step, "refuse")
     if (span.t_end is None) == (span.periods is None):
         raise InputError(f"{label}: give either t_end= (seconds) or periods= (of the drives).")
     period = common_period(program) if span.periods is not None else period_or_none(program)
@@ -99,11 +101,12 @@ def started(label: str, held: ParameterModel, span: Span, signals: Sequence[str]
 
 
 @np.errstate(all="ignore")
-def signals_along(label: str, held: ParameterModel, span: Span, signals: Sequence[str]) -> np.ndarray:
-    """Signals (n, m) at the saved instants of a run without derivatives."""
+def signals_along(label: str, held: ParameterModel, span: Span, signals: Sequence[str]) -> tuple[np.ndarray, Any]:
+    """Signals (n, m) at the saved instants of a run without derivatives, and their units."""
     begun = started(label, held, span, signals)
     begun.run.run_to(begun.end, saving=float(np.diff(begun.due).min()))
-    return begun.values(label)[1]
+    units = begun.run.program.names.signals.units
+    return begun.values(label)[1], tuple(units[k] for k in begun.places)
 
 
 @np.errstate(all="ignore")
@@ -219,7 +222,7 @@ def rows_of(measures: xr.Dataset) -> list[tuple[str, ...]]:
     return rows
 
 
-def columns(head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
+def columns(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Lines of a table in columns."""
     widths = [max(len(row[k]) for row in [head, *rows]) for k in range(len(head))]
     lines = ["  ".join(map(str.ljust, row, widths)).rstrip() for row in [head, *rows]]
@@ -259,7 +262,7 @@ def sensitivity(
     t_end : end [s]; or
     periods : number of common periods of the drives.
     save : instants of the derivatives, as in `simulate`.
-    step, method : as in `simulate`; methods of the Newmark family alone.
+    step, method : as in `simulate`; methods of the Newmark family alone, with the steps of flexmb.
 
     Returns
     -------

@@ -13,10 +13,13 @@ import numpy as np
 from flexmb import arguments, checks, display
 from flexmb.design.derivatives import Span, columns, derivatives, signals_along
 from flexmb.design.parameters import LEAST_SIZE, Model, ParameterModel, bounds_of, box_points
+from flexmb.engine.newmark.method import Newmark
 from flexmb.engine.step.method import Method
+from flexmb.engine.step.step_size import Adaptive
 from flexmb.errors import AssemblyError, FlexmbError, InputError, ModelError, SolveError
 from flexmb.run.saving import SAME_INSTANT
 from flexmb.run.simulate import Step
+from flexmb.version import installed_version
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,6 +50,7 @@ unless it is small beside that of the noise; spans between attempts to take all 
 """
 
 ABOVE_NOISE = 1.5  # residuals over the given noise from which a fit says that something is left out
+CLEARLY = 3.0  # correlation of residuals from one instant to the next, over its scatter in white noise, that is told
 LAST_CHANGE = 1e-12  # relative change at which the last search ends
 SAME_POINT = 1e-3  # distance of two points, relative to the bounds, within which they are one
 
@@ -64,10 +68,16 @@ class Fit(display.Inside):
     correlation : (n, n) correlations, in the order of the parameters.
     offsets : fitted constant offsets by signal.
     unseen : combinations of parameters that the data do not tell apart, as texts.
-    residuals : measured less computed signals, xarray.
+    residuals : measured less computed signals, xarray; attributes: unit, `noise` (the given level, else that of the
+        scatter), `correlation` from one instant to the next.
     rms : root of the mean square of the residuals over their levels: the given noise, else a tenth of the signal.
     runs : number of runs that were made.
     ok, message : whether the search converged, and a sentence on its end.
+    corrected : standard errors with the correlation of the residuals; those of `errors` where it is not clear.
+    computed : computed signals with their offsets, xarray.
+    begins : times at which the pieces of the record begin [s].
+    units : unit of each parameter, "" where it is unknown or none.
+    about : settings of the fit as texts.
     """
 
     parameters: dict[str, float]
@@ -81,24 +91,30 @@ class Fit(display.Inside):
     runs: int
     ok: bool
     message: str
+    corrected: dict[str, float]
+    computed: xr.Dataset
+    begins: tuple[float, ...]
+    units: dict[str, str]
+    about: dict[str, str]
+
+    def table(self) -> tuple[list[str], list[list[str]]]:
+        """Head and rows of texts: parameter, value, standard errors, bounds, correlations."""
+        names, corrects = list(self.parameters), self.corrected != self.errors
+        head = ["parameter", "value", "standard error", *(["corrected"] if corrects else []), "bounds"]
+        rows = []
+        for name, own in zip(names, self.correlation, strict=True):
+            low, high = self.bounds[name]
+            errors = [f"{each[name]:.2g}" for each in (self.errors, self.corrected)[: 2 if corrects else 1]]
+            part = (self.parameters[name] - low) / (high - low)
+            at = ", at the lower" if part < SAME_POINT else ", at the upper" if part > 1.0 - SAME_POINT else ""
+            values = f"{self.parameters[name]:.6g}", *errors, f"{low:g} to {high:g}{at}", *(f"{x:.3f}" for x in own)
+            rows.append([name, *values])
+        return [*head, *(f"with {name}" for name in names)], rows
 
     def __repr__(self) -> str:
-        names = tuple(self.parameters)
-        head = ("parameter", "value", "standard error", "bounds", *(f"with {name}" for name in names))
-        rows = [
-            (
-                name,
-                f"{self.parameters[name]:.6g}",
-                f"{self.errors[name]:.2g}",
-                "{:g} to {:g}".format(*self.bounds[name]),
-                *(f"{x:.3f}" for x in self.correlation[k]),
-            )
-            for k, name in enumerate(names)
-        ]
-        lines = [
-            f"Fit: {self.message} {self.runs} runs, residuals {self.rms:.3g} of their levels.",
-            columns(head, rows),
-        ]
+        head, rows = self.table()
+        first = f"Fit: {self.message} {self.runs} runs, residuals {self.rms:.3g} of their levels."
+        lines = [first, columns(head, rows)]
         lines += [f"Offset of {name}: {value:.6g}" for name, value in self.offsets.items()]
         return "\n".join([*lines, *(f"Not told apart by the data: {text}." for text in self.unseen)])
 
@@ -111,7 +127,7 @@ def fit(
     *,
     signals: Sequence[str],
     noise: float | Mapping[str, float] | None = None,
-    offset: Sequence[str] = (),
+    offset: Sequence[str | Sequence[str]] = (),
     begin: float = 0.0,
     loss: str = "linear",
     step: Step | None = None,
@@ -135,7 +151,8 @@ def fit(
     signals : names of the signals that are compared; the data have them under the same names.
     noise : standard deviation of the errors of each signal, by name or one for all; None: a tenth of the rms of the
         signal for its weight, and standard errors from the scatter of the residuals.
-    offset : names of signals whose measured values have an unknown constant offset.
+    offset : names of signals whose measured values have an unknown constant offset, the same in all pieces; a list of
+        names among them, [["crank.theta", "rod.theta"]], is of signals with one offset in common.
     begin : time of the data at which the run starts [s].
     loss : "linear", or a robust one of `scipy.optimize.least_squares`: "soft_l1", "huber", "cauchy", "arctan".
     step, method : as in `simulate`.
@@ -175,7 +192,7 @@ def fit(
         found = search.through_spans(loss, most)
     else:
         found = search.from_point(start_of(label, start, search), loss, most)
-    return _result(search, found, known=noise is not None)
+    return _result(search, found, loss, known=noise is not None)
 
 
 def start_of(label: str, start: Any, search: _Search) -> np.ndarray:
@@ -231,8 +248,18 @@ class _Measured:
         squares = (np.where(seen, self.all_values, 0.0) ** 2).sum(axis=0) / np.maximum(seen.sum(axis=0), 1)
         usual = [0.1 * x or 1.0 if own is None else own for x, own in zip(np.sqrt(squares), levels, strict=True)]
         self.noise = np.array([checks.positive(label, f"noise of {self.signals[k]}", x) for k, x in enumerate(usual)])
-        self.offset = list(dict.fromkeys(checks.one_of(label, "offset", name, self.signals) for name in offset))
+        self.offset = self._sharing(offset)
         self.until(1.0)
+
+    def _sharing(self, offset: Sequence[Any]) -> list[list[int]]:
+        """Places of the signals of each offset."""
+        groups = [[x] if isinstance(x, str) else checks.sequence(self.label, "offset", x, "signals") for x in offset]
+        found = [[self.signals.index(checks.one_of(self.label, "offset", x, self.signals)) for x in g] for g in groups]
+        every = [place for places in found for place in places]
+        if len(set(every)) < len(every) or [] in found:
+            text = f"{self.label}: offset is {list(offset)!r}; each signal has one offset"
+            raise InputError(f"{text}: name it once, alone or in one list of signals that share theirs.")
+        return found
 
     def cut(self, pieces: Sequence[Any]) -> None:
         """Begin a piece at the begin and at each of the times `pieces` of the data [s]."""
@@ -296,7 +323,8 @@ class _Search:
         self.low, high = np.array(each).T
         self.width = high - self.low
         self.unknowns = len(self.names) + len(measured.offset)
-        self.runs, self.integrates = 0, True
+        self.runs, self.failed, self.integrates = 0, 0, True
+        self.units: tuple[str, ...] = ("",) * len(measured.signals)
         self.tried: tuple[np.ndarray, list[np.ndarray]] | None = None
 
     def values(self, x: np.ndarray) -> np.ndarray:
@@ -323,10 +351,13 @@ class _Search:
         own, found = self.measured, np.zeros(self.measured.values.shape)
         for i, rows, span in self.pieces():
             self.runs += 1
-            found[rows] = signals_along(self.label, self.at(x, i), span, own.signals)[rows.start - rows.stop :]
-        for k, name in enumerate(own.offset):
-            place = own.signals.index(name)
-            found[:, place] += x[len(self.low) + k] * own.noise[place]
+            values, self.units = signals_along(self.label, self.at(x, i), span, own.signals)
+            found[rows] = values[rows.start - rows.stop :]
+        for k, places in enumerate(own.offset):
+            if len({self.units[place] for place in places}) > 1:
+                told = " and ".join(f"{own.signals[place]} [{self.units[place] or 1}]" for place in places)
+                raise InputError(f"{self.label}: {told} share an offset; only signals of one unit can.")
+            found[:, places] += x[len(self.low) + k] * own.noise[places[0]]
         return found
 
     def residuals(self, x: np.ndarray) -> np.ndarray:
@@ -339,6 +370,7 @@ class _Search:
         try:
             found = (self.computed(x) - own.values) / own.noise
         except FAILURES:
+            self.failed += 1
             return np.full(own.values.shape, REFUSED)
         return np.where(own.seen, found, 0.0)
 
@@ -351,8 +383,8 @@ class _Search:
             every = derivatives(self.label, self.at(x, i), span, own.signals, every=False).slopes
             kept, places = every[rows.start - rows.stop :].transpose(0, 2, 1), self.columns[i]
             slopes[rows, :, places] = kept * self.width[places] / own.noise[:, None]
-        for k, name in enumerate(own.offset):
-            slopes[:, own.signals.index(name), p + k] = 1.0
+        for k, places in enumerate(own.offset):
+            slopes[:, places, p + k] = own.noise[places[0]] / own.noise[places]
         return np.asarray(self._weighted(np.where(own.seen[:, :, None], slopes, 0.0))[own.seen])
 
     def _weighted(self, rows: np.ndarray) -> np.ndarray:
@@ -464,14 +496,14 @@ def _distinct(found: Sequence[Any]) -> list[np.ndarray]:
     return kept
 
 
-def _result(search: _Search, found: Any, *, known: bool) -> Fit:
+def _result(search: _Search, found: Any, loss: str, *, known: bool) -> Fit:
     """Values, errors and correlations by the derivatives at the solution."""
-    import xarray as xr  # noqa: PLC0415 - takes long to import
-
     own, p, J = search.measured, len(search.low), search.jacobian(found.x)
     names, computed = tuple(search.names), search.computed(found.x)
     residuals = search.residuals(found.x)
-    _, singular, right = np.linalg.svd(J, full_matrices=False)
+    lengths = np.linalg.norm(J, axis=0)
+    J[:, p:] *= (lengths[:p].max() or 1.0) / lengths[p:]  # offsets, which have no bounds, weigh as parameters do
+    left, singular, right = np.linalg.svd(J, full_matrices=False)
     seen = singular > HARDLY_SEEN * singular[0]
     inverse = np.where(seen, 1.0 / np.where(seen, singular, 1.0), 0.0)
     variance = 1.0 if known else float(residuals @ residuals) / max(own.count - len(found.x), 1)
@@ -480,26 +512,79 @@ def _result(search: _Search, found: Any, *, known: bool) -> Fit:
     sizes = np.sqrt(np.diag(covariance))
     with np.errstate(all="ignore"):
         correlation = np.where(blind[:, None] | blind, np.nan, covariance / np.outer(sizes, sizes))
-    errors = np.where(blind[:p], np.inf, sizes[:p] * search.width)
+    left_over, factors = _left_over(search, computed, math.sqrt(variance), known=known)
+    grown = np.broadcast_to(factors, own.values.shape)[own.seen] * ((right.T * inverse) @ left.T)
+    larger = np.sqrt(variance * (grown**2).sum(axis=1)) if found.success and max(factors) > 1.0 else sizes
+    errors, corrected = (
+        dict(zip(names, np.where(blind[:p], np.inf, one[:p] * search.width).tolist(), strict=True))
+        for one in (sizes, larger)
+    )
+    labels = [*names, *(f"the offset of {' and '.join(own.signals[k] for k in places)}" for places in own.offset)]
     rms = math.sqrt(float(residuals @ residuals) / own.count)
-    left = {name: ("time", own.values[:, k] - computed[:, k]) for k, name in enumerate(own.signals)}
-    offsets = {name: found.x[p + k] * own.noise[own.signals.index(name)] for k, name in enumerate(own.offset)}
+    told = [*_sentences(search, found, rms if known else 0.0), *_correlated(left_over, errors, corrected)]
     return Fit(
         dict(zip(names, search.values(found.x).tolist(), strict=True)),
-        dict(zip(names, errors.tolist(), strict=True)),
-        {
-            name: (low, low + width)
-            for name, low, width in zip(names, search.low.tolist(), search.width.tolist(), strict=True)
-        },
+        errors,
+        dict(zip(names, zip(search.low.tolist(), (search.low + search.width).tolist(), strict=True), strict=True)),
         correlation[:p, :p],
-        {name: float(value) for name, value in offsets.items()},
-        tuple(_combinations(names, right[~seen])),
-        xr.Dataset(left, {"time": ("time", own.time, {"units": "s"})}),
+        {own.signals[k]: float(x * own.noise[g[0]]) for x, g in zip(found.x[p:], own.offset, strict=True) for k in g},
+        tuple(_combinations(labels, right[~seen])),
+        left_over,
         rms,
         search.runs,
         bool(found.success),
-        " ".join(_sentences(search, found, rms if known else 0.0)),
+        " ".join(told),
+        corrected,
+        left_over.copy(data=dict(zip(own.signals, computed.T, strict=True))),
+        own.begins,
+        *_settings(search, found.x, loss, known=known),
     )
+
+
+def lag_correlations(residuals: np.ndarray, begins: Sequence[int] = ()) -> tuple[np.ndarray, np.ndarray]:
+    """Correlations (m,) of residuals (n, m) from one instant to the next, and factors of standard errors by them.
+
+    Of n numbers with correlation r, n (1 - r)/(1 + r) count where derivatives vary slowly.  The factor is 1 where r is
+    not clear.  Missing residuals are NaN; rows at `begins` follow no others.
+    """
+    apart = np.insert(residuals, [k for k in begins if k < len(residuals)], np.nan, axis=0)
+    both = np.isfinite(apart[:-1]) & np.isfinite(apart[1:])
+    a, b, count = np.where(both, apart[:-1], 0.0), np.where(both, apart[1:], 0.0), np.maximum(both.sum(axis=0), 1)
+    size = np.sqrt((a**2).sum(axis=0) * (b**2).sum(axis=0))
+    r = (a * b).sum(axis=0) / np.where(size > 0.0, size, 1.0)
+    share = np.maximum((1.0 - r) / (1.0 + np.abs(r)), 1.0 / count)  # at least one number counts
+    return r, np.where(r * np.sqrt(count) > CLEARLY, 1.0 / np.sqrt(share), 1.0)
+
+
+def _left_over(search: _Search, computed: np.ndarray, scatter: float, *, known: bool) -> tuple[xr.Dataset, np.ndarray]:
+    """Residuals by signal, and the factor of standard errors by the correlation of each."""
+    import xarray as xr  # noqa: PLC0415 - takes long to import
+
+    own, noise = search.measured, scatter * search.measured.noise
+    rows = np.where(own.seen, own.values - computed, np.nan)
+    lag, factors = lag_correlations(rows, [own.piece(i).start for i in range(len(own.begins))])
+    told = zip(search.units, noise.tolist(), lag.tolist(), strict=True)
+    attributes = [dict(zip(("units", "noise", "correlation"), one, strict=True)) for one in told]
+    found = {name: ("time", rows[:, k], attributes[k]) for k, name in enumerate(own.signals)}
+    size = np.sqrt(np.nansum(rows**2, axis=0) / np.maximum(own.seen.sum(axis=0), 1))
+    small = known & (size < noise / ABOVE_NOISE)  # then errors are those of the noise, which is not seen
+    return xr.Dataset(found, {"time": ("time", own.time, {"units": "s"})}), np.where(small, 1.0, factors)
+
+
+def _settings(search: _Search, x: np.ndarray, loss: str, *, known: bool) -> tuple[dict[str, str], dict[str, str]]:
+    """Units of the parameters, and settings of a fit."""
+    own, held = search.measured, search.at(x, 0)
+    units = {search.names[k]: one.unit for each in search.columns for k, one in zip(each, held.parameters, strict=True)}
+    return units, {
+        "mechanism": held.at(held.values).name,
+        "runs": f"{search.runs}, of which {search.failed} failed",
+        "data": f"{own.count} numbers of {display.counted(len(own.signals), 'signal')}, from {own.begin:g} s on",
+        "noise": "as given" if known else "from the scatter of the residuals",
+        "loss": loss,
+        "step": display.value_text(search.step or Adaptive()),
+        "method": display.value_text(search.method or Newmark.generalised_alpha()),
+        "flexmb": installed_version(),
+    }
 
 
 def _sentences(search: _Search, found: Any, over_noise: float) -> Iterator[str]:
@@ -514,9 +599,21 @@ def _sentences(search: _Search, found: Any, over_noise: float) -> Iterator[str]:
         yield f"At a bound: {', '.join(at)}."
 
 
+def _correlated(left: xr.Dataset, errors: Mapping[str, float], corrected: Mapping[str, float]) -> Iterator[str]:
+    """Sentence on residuals that are correlated from instant to instant, with the standard errors that hold then."""
+    if errors == corrected:
+        return
+    of = [f"{x.correlation:.2f} ({name})" for name, x in left.items()]
+    grown = [f"{name} {x:.2g} ({x / errors[name]:.2g} times)" for name, x in corrected.items() if math.isfinite(x)]
+    yield (
+        f"Residuals are correlated from one instant to the next by {', '.join(of)}: n (1 - r)/(1 + r) of n numbers "
+        f"count, and standard errors are too small. Corrected: {display.listed(grown, 6)}."
+    )
+
+
 def _combinations(names: Sequence[str], directions: np.ndarray) -> Iterator[str]:
     """Combinations of changes of parameters, relative to their bounds, that the data do not show."""
     for row in directions:
-        members = [(name, x) for name, x in zip(names, row, strict=False) if abs(x) > MEMBER]
+        members = [(name, x) for name, x in zip(names, row, strict=True) if abs(x) > MEMBER]
         if members:
             yield " ".join(f"{x:+.2f} of {name}" for name, x in members)

@@ -25,7 +25,8 @@ FLOORS = {
     "engine.sensitivity": 10, "dynamics.series": 10,
     "dynamics": 11,
     "dynamics.sweeps": 12, "show.pictures": 12,
-    "mechanisms": 13, "show.reports": 13, "design": 13,
+    "mechanisms": 13, "design": 13,
+    "show.reports": 14,
     "cli": 15,
     "parts": 2, "elastic": 2, "engine": 7, "show": 12,  # their docstrings alone
     "__main__": 16, "chaos": 16, "plots": 16, "meshes": 16,

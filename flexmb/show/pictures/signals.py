@@ -260,6 +260,57 @@ def panels_of_time(count: int, title: str) -> tuple[Figure, Sequence[Axes]]:
     return figure, axes
 
 
+# Signals beside measured ones
+
+
+def columns_of(fit: Any, name: str) -> np.ndarray:
+    """Time, measured and computed signal, residual over its noise, (n, 4), with a row of NaN between two pieces."""
+    left, computed, time = fit.residuals[name], fit.computed[name].values, fit.residuals["time"].values
+    columns = np.column_stack([time, computed + left.values, computed, left.values / (left.attrs["noise"] or 1.0)])
+    return np.insert(columns, np.searchsorted(time, fit.begins[1:]), np.nan, axis=0)
+
+
+@arguments.checked
+def plot_residuals(fit: Any, *, title: str | None = None) -> Figure:
+    """Measured points with the fitted curve of each signal, and the residuals over their noise below.
+
+    A band shows twice the noise, which is that of the scatter if none was given.  Dotted lines begin the pieces of the
+    record.
+
+    Parameters
+    ----------
+    fit : result of `fm.design.fit`.
+    title : title of the figure; None: the name of the mechanism.
+
+    Raises
+    ------
+    InputError : another kind of object.
+    """
+    if getattr(fit, "residuals", None) is None:
+        raise InputError(f"plot_residuals: fit is {type(fit).__name__}; it must be the result of fm.design.fit().")
+    names = [str(name) for name in fit.residuals.data_vars]
+    size, heights = (WIDTH, FRAME + 1.5 * PANEL * len(names)), [2.0, 1.0] * len(names)
+    heading = fit.about["mechanism"] if title is None else title
+    figure, axes = panels_of(size, heading, rows=len(heights), sharex=True, height_ratios=heights)
+    for name, above, below in zip(names, axes[::2], axes[1::2], strict=True):
+        time, measured, computed, left = columns_of(fit, name).T
+        dots: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 5.0 if len(time) < COLUMNS else 3.0}
+        above.plot(time, measured, color="0.6", label="measured", **dots)
+        above.plot(time, computed, label="fitted", **curve(0))
+        below.axhspan(-2.0, 2.0, color="0.9", zorder=0.5, label="twice the noise")
+        below.axhline(0.0, color="0.4", linewidth=0.8)
+        below.plot(time, left, color=COLOURS[0], **dots)
+        for ax, begin in ((ax, begin) for ax in (above, below) for begin in fit.begins[1:]):
+            ax.axvline(begin, color="0.4", linewidth=0.9, linestyle=":")
+        label_axis(above.yaxis, name, fit.residuals[name].attrs["units"], between="\n")
+        below.set_ylabel("residual\nover noise")
+    for ax in axes[:2]:
+        legend_beside(ax)
+    figure.align_ylabels(axes)
+    label_axis(axes[-1].xaxis, "time", "s")
+    return figure
+
+
 # The power spectrum of a signal as a matplotlib figure
 
 SPECTRUM_SIZE = (8.0, 4.5)  # [inch]

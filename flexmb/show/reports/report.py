@@ -1,4 +1,4 @@
-"""Report as one HTML page: of a run, of a bifurcation diagram, of a study of a motion."""
+"""Report as one HTML page: of a run, of a bifurcation diagram, of a study of a motion, of a fit."""
 
 from __future__ import annotations
 
@@ -12,11 +12,14 @@ from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.results.solution import Solution
 from flexmb.show.reports.chaos_page import write_chaos
+from flexmb.show.reports.fit_page import write_fit
 from flexmb.show.reports.run_page import write_run
 from flexmb.show.reports.sweep_page import write_sweep
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from flexmb.design.fitting import Fit
 
 MOST_FRAMES = 1000  # default number of frames at most
 
@@ -25,7 +28,7 @@ ENDINGS = {".html", ".htm"}
 
 @arguments.checked
 def report(
-    result: Solution | ChaosReport | xr.Dataset,
+    result: Solution | ChaosReport | Fit | xr.Dataset,
     path: str | Path,
     *,
     mechanism: Mechanism | None = None,
@@ -36,12 +39,12 @@ def report(
     """One HTML page with the moving mechanism, plots, contacts, energies, parts, examination and settings of a run.
 
     The page is one file that needs no network and forbids any; all browsers since 2023 show it.  A bifurcation diagram
-    is shown with its verdicts, a study of a motion with section, exponents and verdict.
+    is shown with its verdicts, a study of a motion with section, exponents and verdict, a fit with its residuals.
 
     Parameters
     ----------
-    result : the solution; or the dataset of `bifurcation`; or the result of `chaos.report`, or a dataset
-        that `flexmb chaos` wrote.
+    result : the solution; or the dataset of `bifurcation`; or the result of `design.fit` or of `chaos.report`, or a
+        dataset that `flexmb chaos` wrote.
     path : the file, which ends in .html; missing folders are made, an older file is replaced.
     mechanism : the mechanism that moved, for the examination of a solution that was read from a file; None: the one
         that the solution knows.
@@ -78,12 +81,16 @@ def report(
         return write_chaos(result.groups, target, signals, title)
     import xarray as xr
 
+    from flexmb.design.fitting import Fit  # takes long to import
+
+    if isinstance(result, Fit):
+        return write_fit(result, target, signals, title)
     kind = result.attrs.get("kind") if isinstance(result, xr.Dataset) else None
     if kind == "bifurcation":
         return write_sweep(result, target, signals, title)
     if kind == "chaos":
         return write_chaos({"": result}, target, signals, title)
-    wanted = "a Solution, or the dataset of a diagram (fm.bifurcation) or of `flexmb chaos`"
+    wanted = "a Solution, or the dataset of a diagram (fm.bifurcation) or of `flexmb chaos`, or a Fit"
     raise InputError(f"report: result is {type(result).__name__}; it must be {wanted}.")
 
 

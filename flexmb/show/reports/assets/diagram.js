@@ -9,7 +9,7 @@ class Diagram {
     this._listen();
   }
 
-  // Groups { x, y, style, marker, tags } of points, and lines { x, y, style }.
+  // Groups { x, y, style, marker, tags, under } of points, which lie under the lines or above them, and lines { x, y, style }.
   show(groups, lines, labels, units) {
     Object.assign(this, { groups, lines, labels, units });
     this.fit();
@@ -61,10 +61,11 @@ class Diagram {
     context.beginPath();
     context.rect(area.left, area.top, area.width, area.height);
     context.clip();
-    this.lines.forEach((line) => this._line(context, line));
     const many = this.groups.reduce((sum, group) => sum + group.x.length, 0);
     const size = many > 4000 ? 1.1 : many > 800 ? 1.8 : 2.8;
-    this.groups.forEach((group) => this._points(context, group, size));
+    this.groups.filter((group) => group.under).forEach((group) => this._points(context, group, size));
+    this.lines.forEach((line) => this._line(context, line));
+    this.groups.filter((group) => !group.under).forEach((group) => this._points(context, group, size));
     if (this.chosen !== null) {
       const [px] = this.screen(this.chosen, 0);
       context.fillStyle = colour("alert");
