@@ -82,7 +82,7 @@ def started(label: str, held: ParameterModel, span: Span, signals: Sequence[str]
     """Run of a parameter model that keeps `signals`, at its start, or `InputError`."""
     mechanism = held.at(held.values)
     method = Newmark.generalised_alpha() if span.method is None else span.method
-    if not isinstance(method, Newmark) or type(method).stepper is not Newmark.stepper:
+    if not isinstance(method, Newmark) or not method.has_tangent:
         text = f"{label}: method is {method!r}; only the steps of Newmark(...) itself carry derivatives"
         raise InputError(f"{text}. Leave method out, or give Newmark.generalised_alpha() and a smaller rtol.")
     _, step, program, _ = prepared(label, mechanism, method, span.step, "refuse")

@@ -74,3 +74,9 @@ def test_methods_of_the_newmark_family_carry_derivatives(method: fm.Newmark, ste
         exact = (moved(t, 90.0 + rate, 0.7 + damping, 0.1) - moved(t, 90.0 - rate, 0.7 - damping, 0.1)) / (2.0 * h)
         error = found["body.x"].sel(parameter=name).values - exact
         assert np.abs(error).max() < 1e-3 * np.abs(exact).max()
+
+
+def test_tangents_are_refused_of_steps_that_carry_none():
+    mechanism = oscillator(90.0, 0.7)
+    with pytest.raises(InputError, match="only the steps of Newmark"):
+        fm.chaos.MechanismFlow(mechanism, method=OwnSteps(), period=1.0)

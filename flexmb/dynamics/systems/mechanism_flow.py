@@ -18,7 +18,6 @@ from flexmb.engine.newmark.method import Newmark
 from flexmb.engine.sensitivity.tangent_step import CarryingRun
 from flexmb.engine.state.record import DONE, RUNNING
 from flexmb.engine.step.contact_log import running_episodes
-from flexmb.engine.step.method import Method
 from flexmb.engine.step.step_size import Adaptive, FixedStep
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
@@ -100,8 +99,8 @@ class MechanismFlow(ContinuousFlow):
         self.name = mechanism.name
         label = self._label
         refuse_controllers(mechanism, label, "the tangents of a motion do not carry controllers along")
-        if method is not None and not (isinstance(method, Method) and method.has_tangent):
-            raise InputError(f"{label}: method is {method!r}; it must be Newmark(...), whose steps have a tangent.")
+        if method is not None and not (isinstance(method, Newmark) and method.has_tangent):
+            raise InputError(f"{label}: method is {method!r}; only the steps of Newmark(...) itself have a tangent.")
         step = Adaptive() if step is None else step
         self.step = step if isinstance(step, (Adaptive, FixedStep)) else FixedStep(step)
         self.method = Newmark.generalised_alpha() if method is None else method

@@ -134,13 +134,17 @@ class Newmark(Method):
     """
 
     estimates_error: ClassVar[bool] = True
-    has_tangent: ClassVar[bool] = True
 
     alpha_m: float = field("weight of the acceleration x0 beside x1", default=0.0)
     alpha_f: float = field("weight of the true acceleration a0 beside a1", default=0.0)
     beta: float = field("Newmark's number of the positions", rule=positive, default=0.25)
     gamma: float = field("Newmark's number of the velocities", default=0.5)
     constraints: str = field("form of the constraints, see above", rule=one_of(*FORMS), default="gear-gupta-leimkuhler")
+
+    @property
+    def has_tangent(self) -> bool:
+        """Whether differences can be carried through the steps: those of this class, not of a class derived from it."""
+        return type(self).stepper is Newmark.stepper
 
     @property
     def starting(self) -> Newmark:

@@ -41,12 +41,11 @@ class Method(Input):
     """Base of `Newmark`, `RungeKutta4`, `RadauIIA`, and of methods of users as in examples/nine_bar_study.
 
     A further method derives from this class and returns its `Stepper` in `stepper`.  Class variables:
-    `estimates_error`, whether the method estimates the error of a step; `has_tangent`, whether its steps can be
-    linearised for tangent vectors; `independent`, whether the method needs independent constraint equations.
+    `estimates_error`, whether the method estimates the error of a step; `independent`, whether it needs independent
+    constraint equations.
     """
 
     estimates_error: ClassVar[bool] = False
-    has_tangent: ClassVar[bool] = False
     independent: ClassVar[bool] = False
 
     @property
