@@ -13,7 +13,7 @@ import numpy as np
 
 from flexmb import arguments, checks, display
 from flexmb.design.derivatives import Span, columns, derivatives
-from flexmb.design.measures import Limit, Measure, measured
+from flexmb.design.measures import EXTREMES, Limit, Measure, measured
 from flexmb.design.parameters import LEAST_SIZE, Model, ParameterModel, arguments_of, bounds_of, called
 from flexmb.dynamics.jobs.files import write_text
 from flexmb.dynamics.sweeps.parameter_sweep import settings_of
@@ -185,7 +185,7 @@ class _Evaluation:
         for one in [*self.weights, *(limit.measure for limit in self.limits)]:
             if not isinstance(one, Measure):
                 raise InputError(f"{label}: {one!r} is no measure; give one such as rms('slider.ax').")
-            if one.kind == "peak" and one.norm is None:
+            if one.kind in EXTREMES and one.norm is None:
                 text = f"{label}: the derivative of {one.name} jumps where another instant takes over"
                 raise InputError(f"{text}; give peak({one.signal!r}, norm=16), which is smooth.")
         for condition in self.functions:
