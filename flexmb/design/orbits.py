@@ -10,7 +10,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from flexmb import arguments, checks, display
-from flexmb.design.derivatives import Started, carried, columns, measure_of, measures_of, places_of, rows_of, told
+from flexmb.design.derivatives import (
+    Derivatives,
+    Started,
+    carried,
+    columns,
+    measure_of,
+    measures_of,
+    places_of,
+    rows_of,
+    told,
+)
 from flexmb.design.directions import Neighbour, directions
 from flexmb.design.measures import EXTREMES, Measure, Rows, measured
 from flexmb.design.parameters import Parameter, ParameterModel
@@ -29,9 +39,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LABEL = "orbit_sensitivity"
-DISTANCE, DISTANCE_OF_STEPS = 1e-3, 1e-2
-"""Differences of parameters, relative to them: in general, and with error-controlled steps of a mechanism."""
-
+DISTANCE = 1e-3  # distance of neighbouring orbits, relative to the parameter
 CORRECTIONS = 20  # largest number of corrections of a neighbouring orbit
 AT_FOLD = 1e-4  # distance of a multiplier from 1 below which the orbit has no derivative
 EQUAL = 1e-3  # distance of two multipliers, over their size, below which they have no derivatives of their own
@@ -78,13 +86,13 @@ def orbit_sensitivity(
     *,
     of: Sequence[str | Measure] = (),
     save: int = SAMPLES,
-    distance: float | None = None,
+    distance: float = DISTANCE,
     tolerance: float | None = None,
 ) -> OrbitSensitivity:
     """Derivatives of a periodic orbit, stable or unstable, by parameters.
 
     Neighbouring orbits, at four values of each parameter, give the derivatives of start, period and multipliers.  Of a
-    mechanism the steps carry the derivatives of signals over the period, and with signals those of the start.
+    mechanism the steps carry the derivatives of start and signals over the period, through impacts and friction.
 
     Parameters
     ----------
@@ -94,8 +102,7 @@ def orbit_sensitivity(
         two.  A signal by its name has its derivative at the saved instants, and all measures.
     save : number of intervals between the saved instants, which stay and count from the start; of a map each iteration
         is saved.
-    distance : differences of the parameters, relative to them; None: 1e-3, or 1e-2 for a mechanism with
-        error-controlled steps.
+    distance : distance of neighbouring orbits, relative to the parameter.
     tolerance : largest residual of neighbouring orbits, see `periodic_orbit`.
 
     Raises
@@ -132,15 +139,14 @@ def orbit_sensitivity(
     if measures and isinstance(system, ImpactODE):
         text = f"{LABEL}: signals of {system.name!r} jump at impacts, which move"
         raise InputError(f"{text}; leave of= out. Orbits that start at other instants give the state there.")
-    near = DISTANCE_OF_STEPS if system.is_rough else DISTANCE
-    near = near if distance is None else checks.between(LABEL, "distance", distance, 1e-8, 0.1)
     count = checks.count(LABEL, "save", save, 4) if is_flow else orbit.times
-    names, limits = list(dict.fromkeys(one.signal for one in measures)), (tolerance_of(system, tolerance), near)
+    names = list(dict.fromkeys(one.signal for one in measures))
+    limits = tolerance_of(system, tolerance), checks.between(LABEL, "distance", distance, 1e-8, 0.1)
     places = [] if mechanical else [system.names.index(checks.one_of(LABEL, "signal", x, system.names)) for x in names]
     found = [_slopes(orbit, one, limits, places, count) for one in held.parameters]
     slopes = _Numbers(*map(np.array, zip(*found, strict=True)))
-    if isinstance(system, MechanismFlow) and names:
-        signals = _carried(orbit, system, held, slopes, (names, count))
+    if isinstance(system, MechanismFlow):
+        signals = _carried(orbit, system, held, slopes, (names or [system.names[0]], count))
     else:
         signals = _sampled(orbit, system, slopes, (places, count))
     return _tables(orbit, held, slopes, (wanted, measures, names), signals)
@@ -215,45 +221,43 @@ def _neighbour(
     step = solved(J, np.append(-run.gaps.ravel(), np.zeros(len(J) - run.gaps.size)))
     starts = shooting.moved(run, step[: run.gaps.size].reshape(run.gaps.shape))
     period, system = run.period + (float(step[-1]) if shooting.autonomous else 0.0), shooting.system
-    signals = []
-    for span in (orbit.period, period) if places else ():
-        system.reset(starts[0], time=shooting.origin)
-        signals.append(sampled(system, span, count)[1][:, places])
+    signals = np.zeros((2, 1, 0))
+    if places:
+        runs = []
+        for span in (orbit.period, period):
+            system.reset(starts[0], time=shooting.origin)
+            runs.append(sampled(system, span, count)[1][:, places])
+        signals = np.array(runs)
     away = shooting.space.difference(starts[0], orbit.state)
-    return _Numbers(away, period, run.monodromy, np.linalg.det(run.monodromy), np.array(signals))
+    return _Numbers(away, period, run.monodromy, np.linalg.det(run.monodromy), signals)
 
 
 # Signals over the orbit
 
 
 class _Signals(NamedTuple):
-    """Derivatives of the start and of the period, rows of the signals with their units, errors of their slopes.
+    """Derivatives of the start (p, size) and the period (p,), of signals, and errors of the latter (m, n, p).
 
-    The rows are those of neighbours at the same phases, or at the same instants, so that their ends move.
+    The rows are those of neighbours at the same phases; at the same instants, if their ends have derivatives (p,).
     """
 
-    state: np.ndarray  # (p, size)
-    period: np.ndarray  # (p,)
-    rows: Sequence[Rows]
-    units: Sequence[str]
-    errors: np.ndarray  # (m, n, p); NaN: not known
-    times: np.ndarray  # saved instants (n,)
-    slopes: np.ndarray  # (n, p, m)
-    ends: np.ndarray  # derivatives of the ends of the rows (p,)
+    state: np.ndarray
+    period: np.ndarray
+    found: Derivatives
+    errors: np.ndarray
+    ends: np.ndarray
 
 
 def _sampled(orbit: PeriodicOrbit, system: Dynamics, slopes: _Numbers, asked: tuple[list[int], int]) -> _Signals:
     """Signals of maps and equations, from neighbouring orbits at the same instants."""
     places, count = asked
-    first = slopes.state[:, 0], slopes.period[:, 0]
-    if not places:
-        return _Signals(*first, [], [], np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(len(first[1])))
+    state, period = slopes.state[:, 0], slopes.period[:, 0]
     time, values, _ = sampled(system, orbit.period, count)
     (still, by), (_, error) = slopes.signals.transpose(1, 2, 3, 0, 4)  # each (n, p, m)
     none = np.zeros(by.shape[:2])
     rows = [Rows(time, values[:, k], by[:, :, i], none, by[-1, :, i]) for i, k in enumerate(places)]
-    units = [system.units[k] for k in places]
-    return _Signals(*first, rows, units, np.moveaxis(error, 2, 0), time, still, none[0])
+    found = Derivatives(time, values[:, places], still, rows, tuple(system.units[k] for k in places), 0.0, "")
+    return _Signals(state, period, found, np.moveaxis(error, 2, 0), none[0])
 
 
 def _carried(
@@ -284,7 +288,7 @@ def _carried(
             state[k], period[k] = state[k] + away, period[k] + later
     result.rows[0].time[0] = orbit.time  # of all signals
     unknown = np.full((len(names), len(result.rows[0].time), p), np.nan)
-    return _Signals(state, period, result.rows, result.units, unknown, result.times, result.slopes, period)
+    return _Signals(state, period, result, unknown, period)
 
 
 def _closing(orbit: PeriodicOrbit, gap: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, float]:
@@ -316,12 +320,12 @@ def _tables(
         rows.append((f"exponent {k + 1}", f"1/{unit}", np.log(size) / T, (grown - np.log(size) * later / T) / T))
     for one in measures:
         k = names.index(one.signal)
-        row, change = signals.rows[k], []
+        row, change = signals.found.rows[k], []
         for slope in (row.slope, signals.errors[k]):
             amount, part = measured(one, row._replace(slope=slope))
             change.append(part)
         change[0] = change[0] + _of_the_end(one, amount, float(row.y[-1])) * signals.ends / T
-        rows.append((one.name, signals.units[k], amount, np.stack(change, axis=1)))
+        rows.append((one.name, signals.found.units[k], amount, np.stack(change, axis=1)))
     table = measures_of(held, [(*one[:3], one[3][:, 0]) for one in rows])
     table["error"] = ("measure", "parameter"), np.abs([one[3][:, 1] for one in rows])
     entries, both = orbit.system().state_names or {f"x{k}": k for k in range(len(orbit.state))}, "parameter"
@@ -333,10 +337,10 @@ def _tables(
             k = names.index(one)
             data[one] = (
                 (both, "time"),
-                signals.slopes[:, :, k].T,
-                {"units": f"{signals.units[k] or '1'} per unit of the parameter"},
+                signals.found.slopes[:, :, k].T,
+                {"units": f"{signals.found.units[k] or '1'} per unit of the parameter"},
             )
-    coordinates = {"entry": list(entries), "time": ("time", signals.times, {"units": unit}), **told(held)}
+    coordinates = {"entry": list(entries), "time": ("time", signals.found.times, {"units": unit}), **told(held)}
     return OrbitSensitivity(xr.Dataset(data, coordinates), table, orbit, _status(orbit, slopes, signals, table))
 
 
@@ -369,7 +373,7 @@ def _status(orbit: PeriodicOrbit, slopes: _Numbers, signals: _Signals, table: xr
     size = np.linalg.norm(signals.state, axis=1)
     error = np.linalg.norm(np.abs(slopes.state[:, 1]) + np.abs(signals.state - slopes.state[:, 0]), axis=1)
     worst = float(np.divide(error, size, out=np.zeros(len(size)), where=size > 0.0).max())
-    text = f"The derivatives of the start have an error of {worst:.1e}."
+    text = f"Two estimates of the derivatives of the start differ by {worst:.1e}."
     slope, wrong, amount, value = (table[one].values for one in ("derivative", "error", "amount", "value"))
     sizes = [np.abs(amount[table.unit.values == unit]).max() for unit in table.unit.values]
     least = NOTHING * np.array(sizes)[:, None] / np.where(value == 0.0, 1.0, np.abs(value))

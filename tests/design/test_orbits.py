@@ -133,7 +133,9 @@ def flight(t, begin, speed, A, c):
     w, s = math.sqrt(1.0 - c * c / 4.0), t - begin
     a = 1.0 - (x * np.exp(1j * begin)).real
     b = (speed - (1j * x * np.exp(1j * begin)).real + 0.5 * c * a) / w
-    free = np.exp(-0.5 * c * s) * np.array([a * np.cos(w * s) + b * np.sin(w * s), b * np.cos(w * s) - a * np.sin(w * s)])
+    free = np.exp(-0.5 * c * s) * np.array(
+        [a * np.cos(w * s) + b * np.sin(w * s), b * np.cos(w * s) - a * np.sin(w * s)]
+    )
     place = free[0] + (x * np.exp(1j * t)).real
     return np.array([place, -0.5 * c * free[0] + w * free[1] + (1j * x * np.exp(1j * t)).real])
 
@@ -191,7 +193,9 @@ def test_oscillator_with_a_hard_stop_has_its_closed_form():
 def test_unstable_orbit_of_henon():
     """x = (b - 1 + sqrt((1 - b)^2 + 4 a)) / 2a; multipliers -a x +- sqrt(a^2 x^2 + b)."""
     numbers = {"a": 1.4, "b": 0.3}
-    henon = Map(lambda x, a, b: [1.0 - a * x[0] ** 2 + x[1], b * x[0]], [0.63, 0.19], parameters=numbers, names=["x", "y"])
+    henon = Map(
+        lambda x, a, b: [1.0 - a * x[0] ** 2 + x[1], b * x[0]], [0.63, 0.19], parameters=numbers, names=["x", "y"]
+    )
 
     def point(a, b):
         x = (b - 1.0 + math.sqrt((1.0 - b) ** 2 + 4.0 * a)) / (2.0 * a)
@@ -226,9 +230,7 @@ def worn(clearance=CLEARANCE):
         fm.Prismatic("guide", fm.GROUND, mass, along=(1.0, 0.0)),
         fm.SpringDamper("spring", fm.GROUND, mass, **ends, stiffness=K, damping=D),
         fm.Force("shake", mass, at=(1.0, 0.0), force=(F, 0.0), history=force),
-        fm.RevoluteClearance(
-            "J", fm.GROUND, mass, at=(1.0, 0.0), clearance=clearance, bearing_radius=0.5, normal=law
-        ),
+        fm.RevoluteClearance("J", fm.GROUND, mass, at=(1.0, 0.0), clearance=clearance, bearing_radius=0.5, normal=law),
     ]
     return fm.Mechanism("worn", parts)
 
@@ -252,7 +254,9 @@ def test_worn_mechanism_agrees_with_differences_of_orbits():
         np.testing.assert_allclose(found.dataset["state"][k, [0, 3]], state[[0, 3]], rtol=2e-3)
         motions = [one.samples(2000) for one in sides]
         for signal, kind, measure in (("mass.x", "largest", np.max), ("J.normal_force", "mean", np.mean)):
-            change = (measure(motions[0][signal].values) - measure(motions[1][signal].values)) / (2e-3 * value)
+            change = (measure(motions[0][signal].values[:-1]) - measure(motions[1][signal].values[:-1])) / (
+                2e-3 * value
+            )
             own = found.measures.derivative.sel(measure=f"{kind} of {signal}", parameter=name)
             assert float(own) == pytest.approx(change, rel=5e-3)
 
@@ -262,7 +266,7 @@ def test_worn_mechanism_agrees_with_differences_of_orbits():
 
 def test_what_has_no_derivative_is_refused():
     orbit = periodic_orbit(oscillator(LINEAR))
-    with pytest.raises(InputError, match="did you mean 'c'|Known|known"):
+    with pytest.raises(InputError, match="'cc'"):
         orbit_sensitivity(orbit, ["cc"])
     with pytest.raises(InputError, match="names alone"):
         orbit_sensitivity(orbit, {"c": 0.2})
@@ -279,12 +283,17 @@ def test_what_has_no_derivative_is_refused():
 
 def test_folds_and_families_are_refused():
     fold = Map(lambda x, r: [x[0] + r - x[0] ** 2], [0.0], parameters={"r": 0.0})
-    with pytest.raises(InputError, match="multiplier 1.*at a fold"):
+    with pytest.raises(InputError, match=r"multiplier 1.*at a fold"):
         orbit_sensitivity(periodic_orbit(fold), ["r"])
-    near = Map(lambda x, r: [x[0] + r - x[0] ** 2], [2e-4], parameters={"r": 4e-8})
-    with pytest.raises(SolveError, match="no orbit at r = .*fold"):
-        orbit_sensitivity(periodic_orbit(near), ["r"], distance=0.1)
-    pendulum = ODE(lambda t, x, g: [x[1], -g * np.sin(x[0])], [1.0, 0.0], parameters={"g": 1.0}, **TIGHT)
-    family = periodic_orbit(pendulum, period=6.7, autonomous=True)
+    near = Map(lambda x, r: [x[0] + r - 1.0 - x[0] ** 2], [0.02], parameters={"r": 1.0004})
+    with pytest.raises(SolveError, match=r"no orbit at r = .*A fold"):
+        orbit_sensitivity(periodic_orbit(near), ["r"])
+    near.reset(np.array([0.046]), parameters={"r": 1.0021})
+    assert "Doubtful" in orbit_sensitivity(periodic_orbit(near), ["r"]).status
+    closer = orbit_sensitivity(periodic_orbit(near), ["r"], distance=1e-6)
+    assert "Doubtful" not in closer.status
+    np.testing.assert_allclose(closer.dataset["state"], 0.5 / math.sqrt(0.0021), rtol=1e-6)
+    free = ODE(lambda t, x, g: [x[1], -g * x[0]], [1.0, 0.0], parameters={"g": 1.0}, period=TURN, **TIGHT)
+    family = periodic_orbit(free, tolerance=1e-9)
     with pytest.raises(InputError, match="one of a family"):
         orbit_sensitivity(family, ["g"])
