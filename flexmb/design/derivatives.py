@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from flexmb import arguments, checks, display
-from flexmb.design.directions import Neighbour, directions, neighbour
 from flexmb.design.measures import KINDS, Measure, Rows, measured
-from flexmb.design.parameters import Model, ParameterModel
+from flexmb.design.parameters import Model, Neighbour, ParameterModel, directions, neighbour
 from flexmb.engine.energy import GRAVITY
 from flexmb.engine.newmark.method import Newmark
 from flexmb.engine.sensitivity.linearise import Tangents

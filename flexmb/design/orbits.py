@@ -21,9 +21,8 @@ from flexmb.design.derivatives import (
     rows_of,
     told,
 )
-from flexmb.design.directions import Neighbour, directions
 from flexmb.design.measures import EXTREMES, Measure, Rows, measured
-from flexmb.design.parameters import Parameter, ParameterModel
+from flexmb.design.parameters import Neighbour, Parameter, ParameterModel, directions
 from flexmb.dynamics.orbits.orbit_newton import correct, extended, solved
 from flexmb.dynamics.orbits.periodic_orbit import PeriodicOrbit, tolerance_of
 from flexmb.dynamics.orbits.shooting import SAMPLES, sampled
@@ -160,10 +159,8 @@ def _described(orbit: Any, parameters: Any) -> tuple[Dynamics, ParameterModel]:
     if isinstance(parameters, Mapping):
         raise InputError(f"{LABEL}: parameters is {parameters!r}; give names alone, since the orbit has its values.")
     for one in orbit.multipliers[np.abs(orbit.multipliers - 1.0) < AT_FOLD]:
-        text = (
-            f"{LABEL}: the orbit has the multiplier {one:.8g}, so it is at a fold or branch point, or one of a family"
-        )
-        raise InputError(f"{text}, and has no derivative. `follow` goes through folds.")
+        text = f"{LABEL}: the orbit has the multiplier {one:.8g}, so it is at a fold or branch point"
+        raise InputError(f"{text}, or one of a family, and has no derivative. `follow` goes through folds.")
     system = orbit.system()
     if isinstance(system.underlying, MechanismFlow):
         return system, ParameterModel(LABEL, system.underlying.mechanism, parameters)
@@ -267,15 +264,13 @@ def _carried(
     (names, count), program, span, p = asked, flow.program, flow.period or 1.0, len(held.parameters)
     state, period = np.array(slopes.state[:, 0]), np.array(slopes.period[:, 0])
     if orbit.time and period.any():
-        raise InputError(f"{LABEL}: a parameter changes the period; find the orbit from t = 0 for its signals.")
+        raise InputError(f"{LABEL}: a parameter changes the period; find the orbit from t = 0.")
     x, rate, n = flow.state(), flow.velocity(), program.n_q
     here = Neighbour(program, Start(x[:n], x[n : 2 * n], x[-2 * n : -n], np.array(flow.run.flow.lam)))
     places, end = places_of(LABEL, program, names), orbit.time + orbit.period
     due, found = np.linspace(orbit.time, end, count + 1), directions(held, here, end)
     for _ in range(2):
-        run = ParameterRun(
-            program, flow.method, flow.step, span, span, mechanism=flow.mechanism, kept=np.unique(places)
-        )
+        run = ParameterRun(program, flow.method, flow.step, span, span, kept=np.unique(places))
         run.begin(here.start, x[2 * n : -2 * n], time=orbit.time)
         run.record = run.record.replaced(save_times=due)
         given = found._replace(q=state[:, :n], v=state[:, n : 2 * n], z=state[:, 2 * n : -2 * n])
@@ -335,11 +330,8 @@ def _tables(
     for one in wanted:
         if isinstance(one, str):
             k = names.index(one)
-            data[one] = (
-                (both, "time"),
-                signals.found.slopes[:, :, k].T,
-                {"units": f"{signals.found.units[k] or '1'} per unit of the parameter"},
-            )
+            units = f"{signals.found.units[k] or '1'} per unit of the parameter"
+            data[one] = (both, "time"), signals.found.slopes[:, :, k].T, {"units": units}
     coordinates = {"entry": list(entries), "time": ("time", signals.found.times, {"units": unit}), **told(held)}
     return OrbitSensitivity(xr.Dataset(data, coordinates), table, orbit, _status(orbit, slopes, signals, table))
 
@@ -370,9 +362,8 @@ def _of_the_end(measure: Measure, amount: float, last: float) -> float:
 
 def _status(orbit: PeriodicOrbit, slopes: _Numbers, signals: _Signals, table: xr.Dataset) -> str:
     """Sentences on the error of the derivatives of the start, and on missing or doubtful derivatives."""
-    size = np.linalg.norm(signals.state, axis=1)
-    error = np.linalg.norm(np.abs(slopes.state[:, 1]) + np.abs(signals.state - slopes.state[:, 0]), axis=1)
-    worst = float(np.divide(error, size, out=np.zeros(len(size)), where=size > 0.0).max())
+    errors, length = signals.state - slopes.state[:, 0] + slopes.state[:, 1], orbit.shooting.space.length
+    worst = max(length(wrong) / (length(x) or 1.0) for wrong, x in zip(errors, signals.state, strict=True))
     text = f"Two estimates of the derivatives of the start differ by {worst:.1e}."
     slope, wrong, amount, value = (table[one].values for one in ("derivative", "error", "amount", "value"))
     sizes = [np.abs(amount[table.unit.values == unit]).max() for unit in table.unit.values]
