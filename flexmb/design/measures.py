@@ -112,9 +112,9 @@ def peak(signal: str, *, norm: float | None = None) -> Measure:
     Parameters
     ----------
     signal : name of a signal.
-    norm : p of the smooth measure (mean of |s|^p)^(1/p), which lies below the peak and nears it with growing p; None:
-        the peak itself.  Its derivative is that of the signal at the instant of the peak, and jumps where another
-        instant takes over.
+    norm : p of the smooth measure (mean of |s|^p)^(1/p), which lies below the peak, also as a limit, and nears it with
+        growing p; None: the peak itself.  Its derivative is that of the signal at the instant of the peak, and jumps
+        where another instant takes over.
 
     Raises
     ------

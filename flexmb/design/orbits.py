@@ -22,7 +22,7 @@ from flexmb.design.derivatives import (
     told,
 )
 from flexmb.design.measures import EXTREMES, Measure, Rows, measured
-from flexmb.design.parameters import Neighbour, Parameter, ParameterModel, directions
+from flexmb.design.parameters import Neighbour, Parameter, ParameterModel, directions, refuse_taken
 from flexmb.dynamics.orbits.orbit_newton import correct, extended, solved
 from flexmb.dynamics.orbits.periodic_orbit import PeriodicOrbit, tolerance_of
 from flexmb.dynamics.orbits.shooting import SAMPLES, sampled
@@ -140,6 +140,7 @@ def orbit_sensitivity(
         raise InputError(f"{text}; leave of= out. Orbits that start at other instants give the state there.")
     count = checks.count(LABEL, "save", save, 4) if is_flow else orbit.times
     names = list(dict.fromkeys(one.signal for one in measures))
+    refuse_taken(LABEL, names, ("state", "period", "entry", "time", "value"))
     limits = tolerance_of(system, tolerance), checks.between(LABEL, "distance", distance, 1e-8, 0.1)
     places = [] if mechanical else [system.names.index(checks.one_of(LABEL, "signal", x, system.names)) for x in names]
     found = [_slopes(orbit, one, limits, places, count) for one in held.parameters]

@@ -126,6 +126,12 @@ def bounds_of(label: str, parameters: Any) -> dict[str, tuple[float, float]]:
     return found
 
 
+def refuse_taken(label: str, names: Iterable[str], taken: Iterable[str]) -> None:
+    """Refusal of names that are those of other columns of the results."""
+    for name in sorted(set(names) & set(taken)):
+        raise InputError(f"{label}: {name!r} is the name of a column of the results; take another name.")
+
+
 def arguments_of(label: str, function: Callable[..., Any]) -> Mapping[str, inspect.Parameter]:
     """Arguments of a function by name, or `InputError`."""
     try:

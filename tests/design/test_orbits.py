@@ -8,7 +8,7 @@ from scipy.optimize import fsolve
 
 import flexmb as fm
 from flexmb.chaos import ODE, ImpactODE, Map, MechanismFlow, periodic_orbit
-from flexmb.design.orbits import orbit_sensitivity
+from flexmb.design.orbits import _closing, orbit_sensitivity
 from flexmb.errors import InputError, SolveError
 
 TURN = 2.0 * math.pi
@@ -102,6 +102,17 @@ def test_period_of_van_der_pol_for_small_damping():
     assert float(found.dataset["period"][0]) == pytest.approx(TURN * (mu / 8.0 - 5.0 * mu**3 / 768.0), rel=1e-5)
     rate = np.array(found.orbit.system().velocity())
     assert abs(rate @ found.dataset["state"].values[0]) < 1e-8  # the phase condition
+
+    def moved(mu):
+        system = found.orbit.system()
+        system.reset(found.orbit.state, parameters={"mu": mu})
+        system.advance(found.orbit.period)
+        return system.state()
+
+    away, later = _closing(found.orbit, by(moved, {"mu": mu}, "mu"), rate)  # (I - M) dx = dP + f dT
+    np.testing.assert_allclose(
+        [*away, later], [*found.dataset["state"].values[0], found.dataset["period"][0]], atol=1e-7
+    )
     largest = found.measures.derivative.sel(measure="largest of x", parameter="mu")
     assert float(largest) == pytest.approx(mu / 48.0, rel=0.02)
 
@@ -217,6 +228,7 @@ def test_unstable_orbit_of_henon():
 # A mechanism: a driven mass whose pin strikes its bearing
 
 K, D, M, F, W = 100.0, 0.8, 1.0, 3.0, 8.0
+MEASURES = ("mass.x", "largest", np.max), ("mass.x", "smallest", np.min), ("J.normal_force", "mean", np.mean)
 CLEARANCE = 0.9 * abs(F / (K - M * W**2 + 1j * D * W))
 
 
@@ -253,7 +265,7 @@ def test_worn_mechanism_agrees_with_differences_of_orbits():
         state = (sides[0].state - sides[1].state) / (2e-3 * value)
         np.testing.assert_allclose(found.dataset["state"][k, [0, 3]], state[[0, 3]], rtol=2e-3)
         motions = [one.samples(2000) for one in sides]
-        for signal, kind, measure in (("mass.x", "largest", np.max), ("J.normal_force", "mean", np.mean)):
+        for signal, kind, measure in MEASURES:
             change = (measure(motions[0][signal].values[:-1]) - measure(motions[1][signal].values[:-1])) / (
                 2e-3 * value
             )
@@ -266,7 +278,7 @@ def test_worn_mechanism_agrees_with_differences_of_orbits():
 
 def test_what_has_no_derivative_is_refused():
     orbit = periodic_orbit(oscillator(LINEAR))
-    with pytest.raises(InputError, match="'cc'"):
+    with pytest.raises(InputError, match="Did you mean 'c'"):
         orbit_sensitivity(orbit, ["cc"])
     with pytest.raises(InputError, match="names alone"):
         orbit_sensitivity(orbit, {"c": 0.2})
@@ -276,6 +288,9 @@ def test_what_has_no_derivative_is_refused():
         orbit_sensitivity(orbit, ["c"], of=["y"])
     with pytest.raises(InputError, match="it must be a periodic orbit"):
         orbit_sensitivity(oscillator(LINEAR), ["c"])
+    odd = Map(lambda x, a: a + 0.5 * x, [0.2], names=["state"], parameters={"a": 0.1})
+    with pytest.raises(InputError, match="'state' is the name of a column"):
+        orbit_sensitivity(periodic_orbit(odd), ["a"], of=["state"])
     lost = periodic_orbit(oscillator(LINEAR), iterations=0)
     with pytest.raises(InputError, match="not found: "):
         orbit_sensitivity(lost, ["c"])
