@@ -129,7 +129,7 @@ def orbit_sensitivity(
     """
     system, held = _described(orbit, parameters)
     wanted = [measure_of(LABEL, one) for one in checks.sequence(LABEL, "of", of, "names of signals or measures")]
-    is_flow, mechanical = system.unit == "s", isinstance(system, MechanismFlow)
+    is_flow = system.unit == "s"
     kinds = ["mean", "rms", *(EXTREMES if is_flow else ())]
     several = [[one] if isinstance(one, Measure) else [Measure(kind, one) for kind in kinds] for one in wanted]
     measures = [each for some in several for each in some]
@@ -142,7 +142,11 @@ def orbit_sensitivity(
     names = list(dict.fromkeys(one.signal for one in measures))
     refuse_taken(LABEL, names, ("state", "period", "entry", "time", "value"))
     limits = tolerance_of(system, tolerance), checks.between(LABEL, "distance", distance, 1e-8, 0.1)
-    places = [] if mechanical else [system.names.index(checks.one_of(LABEL, "signal", x, system.names)) for x in names]
+    if isinstance(system, MechanismFlow):
+        places_of(LABEL, system.program, names)  # refuses unknown ones
+        places = []
+    else:
+        places = [system.names.index(checks.one_of(LABEL, "signal", one, system.names)) for one in names]
     found = [_slopes(orbit, one, limits, places, count) for one in held.parameters]
     slopes = _Numbers(*map(np.array, zip(*found, strict=True)))
     if isinstance(system, MechanismFlow):
@@ -317,8 +321,8 @@ def _tables(
     for one in measures:
         k = names.index(one.signal)
         row, change = signals.found.rows[k], []
-        for slope in (row.slope, signals.errors[k]):
-            amount, part = measured(one, row._replace(slope=slope))
+        for slope, last in ((row.slope, row.last), (signals.errors[k], signals.errors[k][-1])):
+            amount, part = measured(one, row._replace(slope=slope, last=last))
             change.append(part)
         change[0] = change[0] + _of_the_end(one, amount, float(row.y[-1])) * signals.ends / T
         rows.append((one.name, signals.found.units[k], amount, np.stack(change, axis=1)))

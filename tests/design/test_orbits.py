@@ -273,6 +273,20 @@ def test_worn_mechanism_agrees_with_differences_of_orbits():
             assert float(own) == pytest.approx(change, rel=5e-3)
 
 
+def test_forces_of_a_crank_grow_with_the_square_of_its_speed():
+    """Without gravity a driven slider-crank has no other time than its period, which shrinks."""
+    flow = MechanismFlow(fm.mechanisms.slider_crank(speed=100.0), step=1e-4)
+    found = orbit_sensitivity(periodic_orbit(flow), ["motor.motion.speed"], of=["motor.torque", "O.force"], save=50)
+    names = [f"{kind} of {signal}" for kind in ("rms", "peak", "smallest") for signal in ("motor.torque", "O.force")]
+    powers = found.measures.relative.sel(measure=[*names, "mean of O.force", "period"]).values[:, 0]
+    np.testing.assert_allclose(powers, [2.0] * 7 + [-1.0], atol=1e-3)
+    assert "Doubtful" not in found.status
+    with pytest.raises(InputError, match=r"no signal is called 'O\.forze'"):
+        orbit_sensitivity(found.orbit, ["rod.mass"], of=["O.forze"])
+    with pytest.raises(InputError, match=r"mas.*mass"):
+        orbit_sensitivity(found.orbit, ["rod.mas"])
+
+
 # Odd input
 
 
