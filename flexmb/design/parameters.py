@@ -127,7 +127,7 @@ def bounds_of(label: str, parameters: Any) -> dict[str, tuple[float, float]]:
 
 
 def refuse_taken(label: str, names: Iterable[str], taken: Iterable[str]) -> None:
-    """Refusal of names that are those of other columns of the results."""
+    """Refusal of names that columns of the results have."""
     for name in sorted(set(names) & set(taken)):
         raise InputError(f"{label}: {name!r} is the name of a column of the results; take another name.")
 
