@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from flexmb import arguments, checks, display
-from flexmb.design.directions import Neighbour, directions, neighbour
 from flexmb.design.measures import KINDS, Measure, Rows, measured
-from flexmb.design.parameters import Model, ParameterModel
+from flexmb.design.parameters import Model, Neighbour, ParameterModel, directions, neighbour
 from flexmb.engine.energy import GRAVITY
 from flexmb.engine.newmark.method import Newmark
-from flexmb.engine.sensitivity.parameter_run import ParameterRun
+from flexmb.engine.sensitivity.linearise import Tangents
+from flexmb.engine.sensitivity.parameter_run import Directions, ParameterRun
 from flexmb.engine.state.record import DONE
 from flexmb.engine.step.method import Method
 from flexmb.engine.step.step_size import Adaptive
@@ -118,9 +118,14 @@ def derivatives(label: str, held: ParameterModel, span: Span, signals: Sequence[
     InputError, SolveError : see `sensitivity`.
     """
     begun = started(label, held, span, signals)
+    return carried(label, begun, directions(held, begun.here, begun.end), every=every)[0]
+
+
+def carried(label: str, begun: Started, found: Directions, *, every: bool) -> tuple[Derivatives, Tangents]:
+    """Signals of a run with their derivatives in given directions, and the differences of the state at its end."""
     run, places = begun.run, begun.places
     first = run.record.signals[places]
-    T = run.carry(begun.here.start, begun.end, directions(held, begun.here, begun.end), places, begun.due, every=every)
+    T = run.carry(begun.here.start, begun.end, found, places, begun.due, every=every)
     rtol = run.step.rtol if isinstance(run.step, Adaptive) else RTOL_OF_FIXED_STEPS
     if run.growth * rtol > 1.0 or not math.isfinite(run.growth):
         raise HorizonError(
@@ -128,10 +133,10 @@ def derivatives(label: str, held: ParameterModel, span: Span, signals: Sequence[
             f"than 1/rtol = {1.0 / rtol:.3g}: derivatives say nothing there. End the run earlier."
         )
     times, chosen = begun.values(label)
-    slopes = T.rows.slopes.reshape(len(times), len(T.q), -1)[:, : len(held.parameters), : len(places)]
+    slopes = T.rows.slopes.reshape(len(times), len(T.q), -1)[:, : len(found.q), : len(places)]
     rows = _rows(run, first, slopes) if every else ()
     units = tuple(run.program.names.signals.units[k] for k in places)
-    return Derivatives(times, chosen, slopes, rows, units, run.growth, run.status())
+    return Derivatives(times, chosen, slopes, rows, units, run.growth, run.status()), T
 
 
 def _rows(run: ParameterRun, first: np.ndarray, slopes: np.ndarray) -> list[Rows]:
@@ -310,11 +315,11 @@ def _tables(held: ParameterModel, wanted: Sequence[Measure | str], found: Deriva
             attributes = {"units": f"{unit or '1'} per unit of the parameter"}
             slopes[one] = (("parameter", "time"), found.slopes[:, :, k].T, attributes)
             signals[one] = ("time", found.values[:, k], {"units": unit, "long_name": long_name(one)})
-    whole = xr.Dataset(slopes, {"time": time, **_told(held)}), xr.Dataset(signals, {"time": time})
+    whole = xr.Dataset(slopes, {"time": time, **told(held)}), xr.Dataset(signals, {"time": time})
     return Sensitivity(*whole, measures_of(held, measures), found.growth, found.status)
 
 
-def _told(held: ParameterModel) -> dict[str, Any]:
+def told(held: ParameterModel) -> dict[str, Any]:
     """Names, values and units of the parameters, as coordinates."""
     return {
         "parameter": list(held.names),
@@ -334,5 +339,5 @@ def measures_of(held: ParameterModel, rows: Sequence[tuple[str, str, float, np.n
     both = ("measure", "parameter")
     return xr.Dataset(
         {"amount": ("measure", amount), "derivative": (both, derivative), "relative": (both, relative)},
-        {"measure": list(labels), "unit": ("measure", list(units)), **_told(held)},
+        {"measure": list(labels), "unit": ("measure", list(units)), **told(held)},
     )

@@ -10,16 +10,17 @@ import numpy as np
 from flexmb import checks
 from flexmb.errors import InputError
 
-KINDS = ("mean", "rms", "peak", "end")  # kinds of measures
+KINDS = ("mean", "rms", "peak", "end")  # kinds of measures that a signal has by its name
+EXTREMES = ("peak", "largest", "smallest")  # kinds whose derivatives jump where another instant takes over
 
 
 @dataclass(frozen=True)
 class Measure:
-    """A number of a signal over a whole run; `mean`, `rms`, `peak` and `at_end` make it.
+    """A number of a signal over a whole run; `mean`, `rms`, `peak`, `largest`, `smallest` and `at_end` make it.
 
     Parameters
     ----------
-    kind : "mean", "rms", "peak" or "end".
+    kind : "mean", "rms", "peak", "largest", "smallest" or "end".
     signal : name of a signal.
     norm : order of a smooth peak, see `peak`.
 
@@ -33,7 +34,7 @@ class Measure:
     norm: float | None = None
 
     def __post_init__(self) -> None:
-        checks.one_of("Measure", "kind", self.kind, KINDS)
+        checks.one_of("Measure", "kind", self.kind, [*KINDS, *EXTREMES[1:]])
         if not isinstance(self.signal, str):
             raise InputError(f"Measure: signal is {self.signal!r}; it must be the name of one, such as 'slider.ax'.")
         if self.norm is not None:
@@ -111,15 +112,35 @@ def peak(signal: str, *, norm: float | None = None) -> Measure:
     Parameters
     ----------
     signal : name of a signal.
-    norm : p of the smooth measure (mean of |s|^p)^(1/p), which lies below the peak and nears it with growing p; None:
-        the peak itself.  Its derivative is that of the signal at the instant of the peak, and jumps where another
-        instant takes over.
+    norm : p of the smooth measure (mean of |s|^p)^(1/p), which lies below the peak, also as a limit, and nears it with
+        growing p; None: the peak itself.  Its derivative is that of the signal at the instant of the peak, and jumps
+        where another instant takes over.
 
     Raises
     ------
     InputError : a norm below 1.
     """
     return Measure("peak", signal, norm)
+
+
+def largest(signal: str) -> Measure:
+    """Largest value over the run, with its sign.
+
+    Parameters
+    ----------
+    signal : name of a signal.
+    """
+    return Measure("largest", signal)
+
+
+def smallest(signal: str) -> Measure:
+    """Smallest value over the run, with its sign.
+
+    Parameters
+    ----------
+    signal : name of a signal.
+    """
+    return Measure("smallest", signal)
 
 
 class Rows(NamedTuple):
@@ -145,8 +166,10 @@ def measured(measure: Measure, rows: Rows) -> tuple[float, np.ndarray]:
         return float(y[-1]), rows.last
     if measure.kind == "mean":
         return _mean(rows)
-    if measure.kind == "peak" and measure.norm is None:
-        return _crest(rows, int(np.abs(y).argmax()))
+    if measure.kind in EXTREMES and measure.norm is None:
+        height = {"peak": np.abs(y), "largest": y, "smallest": -y}[measure.kind]
+        value, change = _crest(rows, int(height.argmax()))
+        return (-value, -change) if measure.kind == "peak" and value < 0.0 else (value, change)
     p = 2.0 if measure.norm is None else measure.norm
     largest = float(np.abs(y).max()) or 1.0
     part = np.abs(y) / largest
@@ -159,22 +182,21 @@ def measured(measure: Measure, rows: Rows) -> tuple[float, np.ndarray]:
 
 
 def _crest(rows: Rows, k: int) -> tuple[float, np.ndarray]:
-    """Size of the extremum next to row k, on the parabola through it and its neighbours, and its derivatives.
+    """Value of the extremum next to row k, on the parabola through it and its neighbours, and its derivatives.
 
     Equation (14.9) of docs/theory/design.md.
     """
     time, y, slope, last = rows.time, rows.y, rows.slope, len(rows.y) - 1
-    sign = 1.0 if y[k] >= 0.0 else -1.0
     near = slice(k - 1, k + 2)
     if k in (0, last) or np.ptp(rows.shift[near], axis=0).any():  # the end stays; at an onset, one side has no parabola
         onset = (rows.shift[min(k + 1, last)] - rows.shift[k]) * _rate(rows)[k]  # a neighbour goes on as it came
-        return abs(float(y[k])), sign * (rows.last if k == last else slope[k] + onset)
+        return float(y[k]), rows.last if k == last else slope[k] + onset
     a, b = time[k] - time[k - 1], time[k + 1] - time[k]
     left, right = (y[k] - y[k - 1]) / a, (y[k + 1] - y[k]) / b
     bend = (right - left) / (a + b)
     x = -0.5 * (left + a * bend) / bend if bend != 0.0 else 0.0  # from time[k]
     weights = np.array([x * (x - b) / (a * (a + b)), (x + a) * (b - x) / (a * b), x * (x + a) / (b * (a + b))])
-    return abs(float(weights @ y[near])), sign * (weights @ slope[near])
+    return float(weights @ y[near]), weights @ slope[near]
 
 
 def _rate(rows: Rows) -> np.ndarray:

@@ -13,8 +13,16 @@ import numpy as np
 
 from flexmb import arguments, checks, display
 from flexmb.design.derivatives import Span, columns, derivatives
-from flexmb.design.measures import Limit, Measure, measured
-from flexmb.design.parameters import LEAST_SIZE, Model, ParameterModel, arguments_of, bounds_of, called
+from flexmb.design.measures import EXTREMES, Limit, Measure, measured
+from flexmb.design.parameters import (
+    LEAST_SIZE,
+    Model,
+    ParameterModel,
+    arguments_of,
+    bounds_of,
+    called,
+    refuse_taken,
+)
 from flexmb.dynamics.jobs.files import write_text
 from flexmb.dynamics.sweeps.parameter_sweep import settings_of
 from flexmb.engine.step.method import Method
@@ -56,7 +64,8 @@ class Optimum(display.Inside):
     objective, first : objective there, and at the start.
     limits : values of the limits by their texts; negative ones are violated.
     history : all designs in the order of their evaluation: parameters, objective, limits, status, xarray.
-    check : error of derivatives by central differences at start and end, over the largest derivative of all designs.
+    check : error of derivatives by central differences at start and end, over the largest derivative of all designs;
+        NaN where no neighbour succeeds.
     ok, message : whether the search converged, and a sentence on its end.
     """
 
@@ -73,7 +82,8 @@ class Optimum(display.Inside):
         rows = [(name, f"{value:.6g}") for name, value in self.parameters.items()]
         rows += [(text, f"{value:.6g}") for text, value in self.limits.items()]
         head = f"Optimum: {self.message} Objective {self.objective:.6g}, at the start {self.first:.6g}."
-        checked = "Derivatives beside differences: {:.1e} at the start, {:.1e} at the end.".format(*self.check)
+        known = ["not known, since no neighbour succeeded," if np.isnan(x) else f"{x:.1e}" for x in self.check]
+        checked = "Derivatives beside differences: {} at the start, {} at the end.".format(*known)
         return f"{head}\n{columns(('parameter or limit', 'value'), rows)}\n{checked}"
 
 
@@ -185,7 +195,7 @@ class _Evaluation:
         for one in [*self.weights, *(limit.measure for limit in self.limits)]:
             if not isinstance(one, Measure):
                 raise InputError(f"{label}: {one!r} is no measure; give one such as rms('slider.ax').")
-            if one.kind == "peak" and one.norm is None:
+            if one.kind in EXTREMES and one.norm is None:
                 text = f"{label}: the derivative of {one.name} jumps where another instant takes over"
                 raise InputError(f"{text}; give peak({one.signal!r}, norm=16), which is smooth.")
         for condition in self.functions:
@@ -193,6 +203,8 @@ class _Evaluation:
                 raise InputError(f"{label}: subject_to holds {condition!r}; give limits of measures or functions.")
         texts = [one.text for one in self.limits] + [getattr(one, "__name__", "limit") for one in self.functions]
         self.texts = [one if texts.count(one) == 1 else f"{one} {k + 1}" for k, one in enumerate(texts)]
+        refuse_taken(label, bounds, ("objective", "status", *self.texts))
+        refuse_taken(label, self.texts, ("objective", "status"))
         self.sizes = [1.0] + [abs(one.value) or 1.0 for one in self.limits] + [1.0] * len(self.functions)
         self.designs: dict[tuple[float, ...], Design] = {}
         self.known: dict[tuple[float, ...], Design] = {}
@@ -265,7 +277,7 @@ class _Evaluation:
     def check(self, design: Design) -> float:
         """Largest error of the derivatives of the objective by central differences, over the largest of all designs."""
         most, self.most = self.most, 10**9
-        kept, worst = dict(self.designs), 0.0
+        kept, worst = dict(self.designs), np.nan
         largest = max(abs(slope) for one in self.designs.values() for slope in one.slopes[OBJECTIVE])
         for k, slope in enumerate(design.slopes[OBJECTIVE]):
             here = np.array(design.x)
@@ -274,7 +286,7 @@ class _Evaluation:
             if any(one.status for one in sides):
                 continue
             difference = (sides[0].values[0] - sides[1].values[0]) / (2.0 * CHECK_DISTANCE)
-            worst = max(worst, abs(difference - slope) / (largest or 1.0))
+            worst = float(np.fmax(worst, abs(difference - slope) / (largest or 1.0)))
         self.designs, self.most = kept, most
         return worst
 

@@ -10,8 +10,7 @@ import numpy as np
 
 from flexmb import arguments, checks, display
 from flexmb.design.derivatives import columns, measures_of, places_of, rows_of
-from flexmb.design.directions import directions, neighbour
-from flexmb.design.parameters import Model, ParameterModel
+from flexmb.design.parameters import Model, ParameterModel, directions, neighbour
 from flexmb.engine.newmark.method import Newmark
 from flexmb.engine.sensitivity.linearise import Tangents, linearise, new_tangents
 from flexmb.engine.sensitivity.parameter_run import ParameterRun

@@ -12,8 +12,8 @@ import numpy as np
 from flexmb import arguments, checks, display
 from flexmb.design.derivatives import Span, columns, derivatives
 from flexmb.design.measures import Measure, Rows, measured
-from flexmb.design.parameters import Model, ParameterModel
-from flexmb.dynamics.sweeps.parameter_sweep import sweep
+from flexmb.design.parameters import Model, ParameterModel, refuse_taken
+from flexmb.dynamics.sweeps.parameter_sweep import RESERVED, sweep
 from flexmb.engine.step.method import Method
 from flexmb.errors import InputError, SolveError
 from flexmb.run.simulate import Step, simulate
@@ -170,6 +170,7 @@ def spread(
     measures = [one for k, one in enumerate(wanted) if isinstance(one, Measure) and one not in wanted[:k]]
     if not measures or len(measures) < len(wanted):
         raise InputError(f"{label}: of is {wanted!r}; give measures such as peak('B.fx', norm=16), each of them once.")
+    refuse_taken(label, laws, ("machine", *RESERVED))
     held = ParameterModel(label, model, {name: law.mean for name, law in laws.items()})
     text = []
     try:

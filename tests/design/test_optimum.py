@@ -237,3 +237,28 @@ def test_wrong_spreads_are_refused(changes, message):
 def test_wrong_laws_are_refused(make):
     with pytest.raises(InputError):
         make()
+
+
+def alone(mass: float = 1.0) -> fm.Mechanism:
+    """A model without neighbours beyond the differences of its derivatives."""
+    if abs(mass - 1.0) > 1e-4:
+        raise ValueError("no such mass")
+    return pushed(mass)
+
+
+def test_derivatives_that_no_neighbour_checks_are_not_known():
+    found = fm.design.optimise(alone, {"mass": (0.5, 4.0)}, objective=at_end("body.x"), t_end=1.0, most_designs=5)
+    assert np.isnan(found.check).all()
+    assert "no neighbour succeeded" in repr(found)
+
+
+@pytest.mark.parametrize("name", ["status", "objective"])
+def test_parameters_with_names_of_columns_are_refused_by_searches(name):
+    model = {"status": lambda status=1.0: pushed(status), "objective": lambda objective=1.0: pushed(objective)}[name]
+    with pytest.raises(InputError, match=f"'{name}' is the name of a column"):
+        fm.design.optimise(model, {name: (0.5, 4.0)}, objective=at_end("body.x"), t_end=1.0)
+
+
+def test_parameters_with_names_of_columns_are_refused_by_batches():
+    with pytest.raises(InputError, match="'machine' is the name of a column"):
+        fm.design.spread(pushed, {"machine": Normal(1.0, 0.1)}, of=[at_end("body.x")], t_end=1.0)

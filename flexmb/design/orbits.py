@@ -1,0 +1,381 @@
+"""Derivatives of periodic orbits by parameters: start, period, Floquet multipliers, signals over the period."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from flexmb import arguments, checks, display
+from flexmb.design.derivatives import (
+    Derivatives,
+    Started,
+    carried,
+    columns,
+    measure_of,
+    measures_of,
+    places_of,
+    rows_of,
+    told,
+)
+from flexmb.design.measures import EXTREMES, Measure, Rows, measured
+from flexmb.design.parameters import Neighbour, Parameter, ParameterModel, directions, refuse_taken
+from flexmb.dynamics.orbits.orbit_newton import correct, extended, solved
+from flexmb.dynamics.orbits.periodic_orbit import PeriodicOrbit, tolerance_of
+from flexmb.dynamics.orbits.shooting import SAMPLES, sampled
+from flexmb.dynamics.systems.dynamics import Dynamics
+from flexmb.dynamics.systems.impact_ode import ImpactODE
+from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
+from flexmb.engine.sensitivity.parameter_run import ParameterRun
+from flexmb.engine.sensitivity.tangent_step import pack_differences, synchronise
+from flexmb.errors import InputError, SolveError
+from flexmb.statics.start.consistent import Start
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+LABEL = "orbit_sensitivity"
+DISTANCE = 1e-3  # distance of neighbouring orbits, relative to the parameter
+CORRECTIONS = 20  # largest number of corrections of a neighbouring orbit
+AT_FOLD = 1e-4  # distance of a multiplier from 1 below which the orbit has no derivative
+EQUAL = 1e-3  # distance of two multipliers, over their size, below which they have no derivatives of their own
+DOUBTFUL = 1e-2  # error of a derivative, over its size, from which it is named
+NOTHING = 1e-4  # error of a relative derivative that is never named
+
+
+@dataclass(frozen=True, repr=False)
+class OrbitSensitivity(display.Inside):
+    """Derivatives of a periodic orbit by parameters.
+
+    Parameters
+    ----------
+    dataset : derivatives of the start `state`, the `period`, the multipliers (`multiplier.real`, `multiplier.imag`) and
+        of signals at instants [unit / unit of the parameter].
+    measures : `amount`, `derivative`, `relative` derivative and `error` of the derivative (NaN: not known) of period,
+        sizes and product of the multipliers, exponents ln|multiplier| / period, and measures of signals.
+    orbit : the orbit.
+    status : sentences on the error of the derivatives of the start, and on missing or doubtful derivatives.
+    """
+
+    dataset: xr.Dataset
+    measures: xr.Dataset
+    orbit: PeriodicOrbit
+    status: str
+
+    def table(self) -> list[tuple[str, ...]]:
+        """Rows of texts: measure, parameter, derivative, its unit, relative derivative."""
+        return rows_of(self.measures)
+
+    def to_dataset(self) -> xr.Dataset:
+        """All derivatives in one dataset."""
+        return self.dataset.merge(self.measures, compat="no_conflicts")
+
+    def __repr__(self) -> str:
+        head = f"OrbitSensitivity: {self.status}\n{self.orbit!r}"
+        return f"{head}\n{columns(('measure', 'parameter', 'derivative', 'unit', 'relative'), self.table())}"
+
+
+@arguments.checked
+def orbit_sensitivity(
+    orbit: PeriodicOrbit,
+    parameters: Sequence[str],
+    *,
+    of: Sequence[str | Measure] = (),
+    save: int = SAMPLES,
+    distance: float = DISTANCE,
+    tolerance: float | None = None,
+) -> OrbitSensitivity:
+    """Derivatives of a periodic orbit, stable or unstable, by parameters.
+
+    Neighbouring orbits, at four values of each parameter, give the derivatives of start, period and multipliers.  Of a
+    mechanism the steps carry the derivatives of start and signals over the period, through impacts and friction.
+
+    Parameters
+    ----------
+    orbit : orbit that was found.
+    parameters : names of numbers of the mechanism, "B.clearance", or of parameters of the system.
+    of : names of signals, and measures of signals: `mean`, `rms`, `peak`, `largest`, `smallest`; of a map the first
+        two.  A signal by its name has its derivative at the saved instants, and all measures.
+    save : number of intervals between the saved instants, which stay and count from the start; of a map each iteration
+        is saved.
+    distance : distance of neighbouring orbits, relative to the parameter.
+    tolerance : largest residual of neighbouring orbits, see `periodic_orbit`.
+
+    Raises
+    ------
+    InputError : an orbit that was not found; unknown parameters and signals, with the nearest name; an orbit at a fold
+        or within a family, which has a multiplier of 1; a value whose neighbours are refused; signals of an
+        `ImpactODE`.
+    SolveError : a neighbouring orbit that is not found; see also `sensitivity`.
+
+    Notes
+    -----
+    The start keeps its phase of the drives; without drives its derivative is normal to the motion.  Multipliers that
+    are nearly equal have no derivatives of their own (NaN); their product has one.  Exponents of a chaotic motion are
+    no differentiable numbers.  Equations (14.14) and (14.15) of docs/theory/design.md.
+
+    Examples
+    --------
+    The fixed point 1 - 1/r of the logistic map and its multiplier 2 - r:
+
+    >>> import flexmb as fm
+    >>> logistic = fm.chaos.Map(lambda x, r: r * x * (1.0 - x), [0.6], parameters={"r": 2.5})
+    >>> s = fm.design.orbit_sensitivity(fm.chaos.periodic_orbit(logistic), ["r"])
+    >>> round(float(s.dataset["state"][0, 0]), 8), round(float(s.dataset["multiplier.real"][0, 0]), 8)
+    (0.16, -1.0)
+    """
+    system, held = _described(orbit, parameters)
+    wanted = [measure_of(LABEL, one) for one in checks.sequence(LABEL, "of", of, "names of signals or measures")]
+    is_flow = system.unit == "s"
+    kinds = ["mean", "rms", *(EXTREMES if is_flow else ())]
+    several = [[one] if isinstance(one, Measure) else [Measure(kind, one) for kind in kinds] for one in wanted]
+    measures = [each for some in several for each in some]
+    if wrong := [one.name for one in measures if one.kind not in kinds]:
+        raise InputError(f"{LABEL}: an orbit of {system.name!r} has no {wrong[0]}; there are {', '.join(kinds)}.")
+    if measures and isinstance(system, ImpactODE):
+        text = f"{LABEL}: signals of {system.name!r} jump at impacts, which move"
+        raise InputError(f"{text}; leave of= out. Orbits that start at other instants give the state there.")
+    count = checks.count(LABEL, "save", save, 4) if is_flow else orbit.times
+    names = list(dict.fromkeys(one.signal for one in measures))
+    refuse_taken(LABEL, names, ("state", "period", "entry", "time", "value"))
+    limits = tolerance_of(system, tolerance), checks.between(LABEL, "distance", distance, 1e-8, 0.1)
+    if isinstance(system, MechanismFlow):
+        places_of(LABEL, system.program, names)  # refuses unknown ones
+        places = []
+    else:
+        places = [system.names.index(checks.one_of(LABEL, "signal", one, system.names)) for one in names]
+    found = [_slopes(orbit, one, limits, places, count) for one in held.parameters]
+    slopes = _Numbers(*map(np.array, zip(*found, strict=True)))
+    if isinstance(system, MechanismFlow):
+        signals = _carried(orbit, system, held, slopes, (names or [system.names[0]], count))
+    else:
+        signals = _sampled(orbit, system, slopes, (places, count))
+    return _tables(orbit, held, slopes, (wanted, measures, names), signals)
+
+
+def _described(orbit: Any, parameters: Any) -> tuple[Dynamics, ParameterModel]:
+    """System at the start of an orbit, and its parameters, or `InputError`."""
+    if not isinstance(orbit, PeriodicOrbit) or not orbit.ok:
+        given = f"not found: {orbit.status}" if isinstance(orbit, PeriodicOrbit) else repr(orbit)
+        raise InputError(f"{LABEL}: orbit is {given}; it must be a periodic orbit that was found (`periodic_orbit`).")
+    if isinstance(parameters, Mapping):
+        raise InputError(f"{LABEL}: parameters is {parameters!r}; give names alone, since the orbit has its values.")
+    for one in orbit.multipliers[np.abs(orbit.multipliers - 1.0) < AT_FOLD]:
+        text = f"{LABEL}: the orbit has the multiplier {one:.8g}, so it is at a fold or branch point"
+        raise InputError(f"{text}, or one of a family, and has no derivative. `follow` goes through folds.")
+    system = orbit.system()
+    if isinstance(system.underlying, MechanismFlow):
+        return system, ParameterModel(LABEL, system.underlying.mechanism, parameters)
+
+    def numbers(**_: float) -> Any:
+        """A function with the parameters of the system as its arguments."""
+
+    kind = inspect.Parameter.KEYWORD_ONLY
+    own = [inspect.Parameter(name, kind, default=value) for name, value in system.parameters.items()]
+    numbers.__signature__ = inspect.Signature(own)  # type: ignore[attr-defined]
+    return system, ParameterModel(LABEL, numbers, parameters)
+
+
+# Neighbouring orbits, and differences of their numbers
+
+
+class _Numbers(NamedTuple):
+    """Numbers of an orbit, or their derivatives by a parameter and signed errors of these, (2, ...)."""
+
+    state: Any  # (size,) beside that of the given orbit
+    period: Any
+    monodromy: Any  # (d, d)
+    product: Any  # of all multipliers
+    signals: Any  # (2, n, m) at the same instants, and at the same phases
+
+
+def _slopes(orbit: PeriodicOrbit, one: Parameter, limits: tuple[float, float], places: list[int], count: int) -> Any:
+    """Derivatives by a parameter, and their errors, by differences of fourth order.
+
+    The limits are the largest residual, and the relative distance of the neighbours.
+    """
+    h, slopes = limits[1] * (abs(one.value) or 1.0), []
+    found = [_neighbour(orbit, (one.name, one.value + k * h), limits[0], places, count) for k in (-2.0, -1.0, 1.0, 2.0)]
+    for least, less, more, most in zip(*found, strict=True):
+        near, far = np.subtract(more, less) / (2.0 * h), np.subtract(most, least) / (4.0 * h)
+        slopes.append(np.stack([near + (near - far) / 3.0, (near - far) / 3.0]))
+    return slopes
+
+
+def _neighbour(
+    orbit: PeriodicOrbit, changed: tuple[str, float], tolerance: float, places: list[int], count: int
+) -> _Numbers:
+    """Numbers of the orbit with a changed parameter, after a last correction without a run."""
+    shooting = orbit.shooting.copy(orbit.times, orbit.shooting.segments)
+    starts, (shooting.parameter, value) = shooting.spread(orbit.state, orbit.period), changed
+    if starts is None or not shooting.set_value(value):
+        raise InputError(f"{LABEL}: {shooting.status.rstrip('.')}. Take a value farther from the limit.")
+    period = orbit.period if shooting.autonomous else shooting.period
+    result = correct(shooting, starts, period, value, tolerance=tolerance, iterations=CORRECTIONS)
+    run = result.last
+    J = extended(shooting, run, None) if run is not None else None
+    if not result.ok or run is None or J is None:
+        text = f"{LABEL}: no orbit at {changed[0]} = {value:.8g}: {result.status.rstrip('.')}"
+        raise SolveError(f"{text}. A fold or the begin of an impact may lie between; give a smaller distance=.")
+    step = solved(J, np.append(-run.gaps.ravel(), np.zeros(len(J) - run.gaps.size)))
+    starts = shooting.moved(run, step[: run.gaps.size].reshape(run.gaps.shape))
+    period, system = run.period + (float(step[-1]) if shooting.autonomous else 0.0), shooting.system
+    signals = np.zeros((2, 1, 0))
+    if places:
+        runs = []
+        for span in (orbit.period, period):
+            system.reset(starts[0], time=shooting.origin)
+            runs.append(sampled(system, span, count)[1][:, places])
+        signals = np.array(runs)
+    away = shooting.space.difference(starts[0], orbit.state)
+    return _Numbers(away, period, run.monodromy, np.linalg.det(run.monodromy), signals)
+
+
+# Signals over the orbit
+
+
+class _Signals(NamedTuple):
+    """Derivatives of the start (p, size) and the period (p,), of signals, and errors of the latter (m, n, p).
+
+    The rows are those of neighbours at the same phases; at the same instants, if their ends have derivatives (p,).
+    """
+
+    state: np.ndarray
+    period: np.ndarray
+    found: Derivatives
+    errors: np.ndarray
+    ends: np.ndarray
+
+
+def _sampled(orbit: PeriodicOrbit, system: Dynamics, slopes: _Numbers, asked: tuple[list[int], int]) -> _Signals:
+    """Signals of maps and equations, from neighbouring orbits at the same instants."""
+    places, count = asked
+    state, period = slopes.state[:, 0], slopes.period[:, 0]
+    time, values, _ = sampled(system, orbit.period, count)
+    (still, by), (_, error) = slopes.signals.transpose(1, 2, 3, 0, 4)  # each (n, p, m)
+    none = np.zeros(by.shape[:2])
+    rows = [Rows(time, values[:, k], by[:, :, i], none, by[-1, :, i]) for i, k in enumerate(places)]
+    found = Derivatives(time, values[:, places], still, rows, tuple(system.units[k] for k in places), 0.0, "")
+    return _Signals(state, period, found, np.moveaxis(error, 2, 0), none[0])
+
+
+def _carried(
+    orbit: PeriodicOrbit, flow: MechanismFlow, held: ParameterModel, slopes: _Numbers, asked: tuple[list[str], int]
+) -> _Signals:
+    """Signals of a mechanism with derivatives that its steps carry, and the start that closes them (14.14)."""
+    (names, count), program, span, p = asked, flow.program, flow.period or 1.0, len(held.parameters)
+    state, period = np.array(slopes.state[:, 0]), np.array(slopes.period[:, 0])
+    if orbit.time and period.any():
+        raise InputError(f"{LABEL}: a parameter changes the period; find the orbit from t = 0.")
+    x, rate, n = flow.state(), flow.velocity(), program.n_q
+    here = Neighbour(program, Start(x[:n], x[n : 2 * n], x[-2 * n : -n], np.array(flow.run.flow.lam)))
+    places, end = places_of(LABEL, program, names), orbit.time + orbit.period
+    due, found = np.linspace(orbit.time, end, count + 1), directions(held, here, end)
+    for _ in range(2):
+        run = ParameterRun(program, flow.method, flow.step, span, span, kept=np.unique(places))
+        run.begin(here.start, x[2 * n : -2 * n], time=orbit.time)
+        run.record = run.record.replaced(save_times=due)
+        given = found._replace(q=state[:, :n], v=state[:, n : 2 * n], z=state[:, 2 * n : -2 * n])
+        result, T = carried(LABEL, Started(run, here, end, places, due), given, every=True)
+        synchronise(program, run.flow, T, run.stepper.second)
+        ends = np.zeros((len(x), len(T.q)))
+        pack_differences(program, T, ends)
+        for k in range(p):
+            away, later = _closing(orbit, ends[:, k] + period[k] * rate - state[k], rate)
+            state[k], period[k] = state[k] + away, period[k] + later
+    result.rows[0].time[0] = orbit.time  # of all signals
+    unknown = np.full((len(names), len(result.rows[0].time), p), np.nan)
+    return _Signals(state, period, result, unknown, period)
+
+
+def _closing(orbit: PeriodicOrbit, gap: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, float]:
+    """Changes (size,) of a start and of a free period that close a gap (size,) of derivatives."""
+    into = orbit.basis.T * orbit.shooting.space.weights
+    J, right, f = orbit.monodromy - np.eye(len(into)), -into @ gap, into @ rate
+    if orbit.shooting.autonomous:
+        J, right = np.block([[J, f[:, None]], [f[None] / np.linalg.norm(f), np.zeros((1, 1))]]), np.append(right, 0.0)
+    y = solved(J, right)
+    return orbit.basis @ y[: len(into)], float(y[-1]) if orbit.shooting.autonomous else 0.0
+
+
+# Tables of the derivatives
+
+
+def _tables(
+    orbit: PeriodicOrbit, held: ParameterModel, slopes: _Numbers, asked: tuple[Any, ...], signals: _Signals
+) -> OrbitSensitivity:
+    import xarray as xr  # noqa: PLC0415 - takes long to import
+
+    (wanted, measures, names), own, T, unit = asked, orbit.multipliers, orbit.period, orbit.units
+    by, later = _multipliers(orbit, slopes.monodromy), np.stack([signals.period, slopes.period[:, 1]], axis=1)
+    rows = [("period", unit, T, later), ("product of multipliers", "", np.linalg.det(orbit.monodromy), slopes.product)]
+    for k, one in enumerate(own):
+        if one.imag < 0.0:
+            continue  # the other one of a pair
+        size, grown = abs(one), (by[..., k] / one).real
+        rows.append((f"size of multiplier {k + 1}", "", size, size * grown))
+        rows.append((f"exponent {k + 1}", f"1/{unit}", np.log(size) / T, (grown - np.log(size) * later / T) / T))
+    for one in measures:
+        k = names.index(one.signal)
+        row, change = signals.found.rows[k], []
+        for slope, last in ((row.slope, row.last), (signals.errors[k], signals.errors[k][-1])):
+            amount, part = measured(one, row._replace(slope=slope, last=last))
+            change.append(part)
+        change[0] = change[0] + _of_the_end(one, amount, float(row.y[-1])) * signals.ends / T
+        rows.append((one.name, signals.found.units[k], amount, np.stack(change, axis=1)))
+    table = measures_of(held, [(*one[:3], one[3][:, 0]) for one in rows])
+    table["error"] = ("measure", "parameter"), np.abs([one[3][:, 1] for one in rows])
+    entries, both = orbit.system().state_names or {f"x{k}": k for k in range(len(orbit.state))}, "parameter"
+    data: dict[str, Any] = {"state": ((both, "entry"), signals.state[:, list(entries.values())])}
+    data |= {"period": (both, signals.period), "multiplier.real": ((both, "multiplier"), by[:, 0].real)}
+    data["multiplier.imag"] = (both, "multiplier"), by[:, 0].imag
+    for one in wanted:
+        if isinstance(one, str):
+            k = names.index(one)
+            units = f"{signals.found.units[k] or '1'} per unit of the parameter"
+            data[one] = (both, "time"), signals.found.slopes[:, :, k].T, {"units": units}
+    coordinates = {"entry": list(entries), "time": ("time", signals.found.times, {"units": unit}), **told(held)}
+    return OrbitSensitivity(xr.Dataset(data, coordinates), table, orbit, _status(orbit, slopes, signals, table))
+
+
+def _multipliers(orbit: PeriodicOrbit, change: np.ndarray) -> np.ndarray:
+    """Derivatives (..., k) of the multipliers by changes (..., d, d) of the monodromy matrix; equation (14.15)."""
+    from scipy.linalg import eig  # noqa: PLC0415 - takes long to import
+
+    found = np.full((*change.shape[:-2], len(orbit.multipliers)), np.nan, dtype=np.complex128)
+    values, left, right = eig(orbit.monodromy, left=True) if found.size else (np.zeros(0),) * 3
+    for k, own in enumerate(orbit.multipliers):
+        i = int(np.abs(values - own).argmin())
+        if (np.abs(np.delete(values, i) - own) > EQUAL * abs(own)).all():
+            row = left[:, i].conj()
+            found[..., k] = (row @ change @ right[:, i]) / (row @ right[:, i])
+    return found
+
+
+def _of_the_end(measure: Measure, amount: float, last: float) -> float:
+    """Derivative of a measure by the logarithm of the period, with a signal that stays."""
+    if measure.kind == "mean":
+        return last - amount
+    if (measure.norm is None and measure.kind != "rms") or amount == 0.0:
+        return 0.0
+    p = measure.norm or 2.0
+    return amount * (abs(last / amount) ** p - 1.0) / p
+
+
+def _status(orbit: PeriodicOrbit, slopes: _Numbers, signals: _Signals, table: xr.Dataset) -> str:
+    """Sentences on the error of the derivatives of the start, and on missing or doubtful derivatives."""
+    errors, length = signals.state - slopes.state[:, 0] + slopes.state[:, 1], orbit.shooting.space.length
+    worst = max(length(wrong) / (length(x) or 1.0) for wrong, x in zip(errors, signals.state, strict=True))
+    text = f"Two estimates of the derivatives of the start differ by {worst:.1e}."
+    slope, wrong, amount, value = (table[one].values for one in ("derivative", "error", "amount", "value"))
+    sizes = [np.abs(amount[table.unit.values == unit]).max() for unit in table.unit.values]
+    least = NOTHING * np.array(sizes)[:, None] / np.where(value == 0.0, 1.0, np.abs(value))
+    doubtful = wrong > np.maximum(DOUBTFUL * np.abs(slope), least)
+    names = table.measure.values
+    found = [f"{names[k]} by {table.parameter.values[j]}" for k, j in np.argwhere(doubtful)]
+    text += f" Doubtful, since neighbours at two distances differ: {display.listed(found)}." if found else ""
+    missing = [str(names[k]) for k in np.flatnonzero(np.isnan(slope).any(axis=1)) if names[k].startswith("size")]
+    return text + (f" Nearly equal, without derivatives of their own: {display.listed(missing)}." if missing else "")
