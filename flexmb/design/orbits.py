@@ -362,7 +362,7 @@ def _of_the_end(measure: Measure, amount: float, last: float) -> float:
     if (measure.norm is None and measure.kind != "rms") or amount == 0.0:
         return 0.0
     p = measure.norm or 2.0
-    return amount * (abs(last / amount) ** p - 1.0) / p
+    return float(amount * (abs(last / amount) ** p - 1.0) / p)
 
 
 def _status(orbit: PeriodicOrbit, slopes: _Numbers, signals: _Signals, table: xr.Dataset) -> str:

@@ -143,7 +143,7 @@ class Newmark(Method):
 
     @property
     def has_tangent(self) -> bool:
-        """Whether differences can be carried through the steps: those of this class, not of a class derived from it."""
+        """Whether the steps can carry differences, which steps of a derived class can not."""
         return type(self).stepper is Newmark.stepper
 
     @property
