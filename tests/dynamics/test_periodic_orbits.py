@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from flexmb.dynamics.orbits.periodic_orbit import periodic_orbit
-from flexmb.dynamics.systems.given import Map
+from flexmb.dynamics.sections.maps import SectionMap
+from flexmb.dynamics.systems.given import ODE, Map
 from flexmb.errors import InputError
 
 flows = runpy.run_path(str(Path(__file__).parent / "flows.py"))
@@ -288,3 +289,31 @@ def test_the_system_stays_as_it_is():
     periodic_orbit(system, times=2, settle=10)
     np.testing.assert_array_equal(system.state(), system.start)
     assert system.time == 0.0
+
+
+def test_orbits_of_sections_have_the_multipliers_of_the_flow():
+    # van der Pol: the multiplier is exp of the integral of the divergence mu (1 - x^2) over a period
+    def rates(t, x, mu):
+        return [x[1], mu * (1.0 - x[0] ** 2) * x[1] - x[0], 1.0 - x[0] ** 2]
+
+    flow = ODE(lambda t, x, mu: rates(t, x, mu)[:2], [2.0, 0.0], parameters={"mu": 1.0}, names=["x", "v"])
+    section = SectionMap(flow, "v", direction="down")
+    for guess in (None, [1.5, 0.0], [0.3, 0.7]):
+        orbit = periodic_orbit(section, guess=guess)
+        assert orbit.ok, orbit.status
+        assert orbit.residuals[-1] < 1e-3 * orbit.residuals[-2] < 1e-3 * orbit.residuals[0]
+        whole = ODE(rates, [*orbit.state, 0.0], parameters={"mu": 1.0})
+        whole.advance(6.663286859323)  # period at mu = 1
+        assert whole.state()[:2] == pytest.approx(orbit.state, abs=1e-6)
+        assert orbit.multipliers == pytest.approx([math.exp(whole.state()[2])], rel=1e-5)
+
+
+def test_crossings_of_a_driven_flow_come_back_after_a_period():
+    def f(t, x):
+        return [x[1], 0.3 * math.cos(t) - 0.3 * x[1] - x[0] ** 3]
+
+    flow = ODE(f, [1.0, 0.0], names=["x", "v"], period=2 * math.pi)
+    at_phases = periodic_orbit(flow, settle=30)
+    crossings = periodic_orbit(SectionMap(flow, "x", level=0.1), settle=10)
+    assert crossings.ok, crossings.status
+    assert crossings.multipliers == pytest.approx(at_phases.multipliers, abs=1e-6)

@@ -319,6 +319,8 @@ def periodic_orbit(
     )
     gaps = gap_signals(flow, grazing, LABEL)
     flow.reset(start, time=shooting.origin)
+    if starts is None and flow.go_to_section():
+        flow.reset(flow.state(), time=shooting.origin)
     for _ in range(checks.count(LABEL, "settle", settle, 0)):
         if not flow.advance(shooting.base if shooting.is_flow else 1):
             break

@@ -33,19 +33,19 @@ class StateSpace:
 
     def __init__(self, label: str, system: Dynamics, angles: tuple[str, ...] = ()) -> None:
         self.weights, size = system.weights.copy(), system.size
-        self.angle, self.free_rows = np.zeros(size, dtype=bool), np.zeros(size, dtype=bool)
+        self.cycle, self.free_rows = np.full(size, np.inf), np.zeros(size, dtype=bool)
         self.history_rows, free_rows = system.histories
-        self.angle[system.angles], self.free_rows[free_rows] = True, True
+        self.cycle[list(system.cycles)], self.free_rows[free_rows] = list(system.cycles.values()), True
         self.weights[self.history_rows] = 1.0
         for name in angles:
             if len(system.names) != size:
                 raise InputError(f"{label}: angles are named, but {system.name!r} has no names for its state.")
-            self.angle[system.names.index(checks.one_of(label, "angle", name, system.names))] = True
+            self.cycle[system.names.index(checks.one_of(label, "angle", name, system.names))] = TURN
 
     def difference(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
         """Differences one - other (size,) or (n, size) of states, without whole turns of angles."""
-        d = one - other
-        d[..., self.angle] -= TURN * np.round(d[..., self.angle] / TURN)
+        d, turns = one - other, np.isfinite(self.cycle)
+        d[..., turns] -= self.cycle[turns] * np.round(d[..., turns] / self.cycle[turns])
         return np.asarray(d)
 
     def length(self, d: np.ndarray) -> float:
@@ -61,7 +61,8 @@ class StateSpace:
             W = system.on_manifold(np.eye(d))
             orthonormalise(W, self.weights)
         else:
-            W = system.tangent_basis(d)
+            W = system.on_section(system.tangent_basis(d))
+            orthonormalise(W, self.weights)
         if len(self.history_rows) == 0:
             return W
         Z = np.zeros((system.size, len(self.history_rows)))

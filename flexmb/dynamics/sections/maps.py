@@ -190,6 +190,12 @@ class SectionMap(SectionOfFlow):
         return self.flow.dimension - (not self.flow.driven)
 
     @property
+    def cycles(self) -> Mapping[int, float]:
+        """Angles of the flow, and the time of crossing of a flow with a period."""
+        period = self.flow.period if self.flow.driven else None
+        return {**self.flow.cycles, **({} if period is None else {self.flow.size: period})}
+
+    @property
     def weights(self) -> np.ndarray:
         """Weights of the flow and, for a driven flow, of the time of crossing.
 
@@ -239,6 +245,17 @@ class SectionMap(SectionOfFlow):
         later = np.outer(self.flow.velocity(), T[n]) if self.flow.driven else 0.0
         T[:n] = self.flow.on_manifold(T[:n] - later) + later
         return T
+
+    def go_to_section(self) -> bool:
+        near = 1e-9 * max(abs(self.level), self.flow.pace * abs(self.flow.rate(self._signal)))
+        return abs(self._height()) <= near or self.advance(1)
+
+    def on_section(self, tangents: np.ndarray) -> np.ndarray:
+        n, found = self.flow.size, np.array(tangents)
+        if self.flow.rate(self._signal) != 0.0:
+            late = np.outer(self.flow.velocity(), found[n]) if self.flow.driven else 0.0
+            self._project(found[:n] - late, found)
+        return found
 
     def _height(self) -> float:
         return float(self.flow.observe()[self._signal]) - self.level

@@ -113,6 +113,11 @@ class Dynamics(ABC):
         return np.zeros(0, dtype=np.int64)
 
     @property
+    def cycles(self) -> Mapping[int, float]:
+        """Rows of the state that count modulo a length, with this length."""
+        return dict.fromkeys(self.angles.tolist(), 2.0 * np.pi)
+
+    @property
     def histories(self) -> tuple[np.ndarray, np.ndarray]:
         """Rows without weight that must return on a periodic orbit, and rows that need not."""
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
@@ -242,6 +247,14 @@ class Dynamics(ABC):
     def on_manifold(self, tangents: np.ndarray) -> np.ndarray:
         """Projection of differences `tangents` (size, k) onto the differences that satisfy the constraints."""
         return np.ascontiguousarray(tangents, dtype=np.float64)
+
+    def go_to_section(self) -> bool:
+        """Advance a section's flow to its first point, if it is not at one; returns whether there is one."""
+        return self.ok
+
+    def on_section(self, tangents: np.ndarray) -> np.ndarray:
+        """Differences `tangents` (size, k), of a section moved along the motion onto it."""
+        return tangents
 
     @abstractmethod
     def copy(self) -> Self:
