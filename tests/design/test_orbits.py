@@ -120,10 +120,10 @@ def test_period_of_van_der_pol_for_small_damping():
 def test_strong_van_der_pol_agrees_with_differences_of_orbits():
     def numbers(mu):
         orbit = periodic_orbit(van_der_pol(mu), period=6.6, autonomous=True)
-        x = orbit.samples(800)["x"].values[:-1]  # periodic: means of round-off accuracy
+        x = orbit.samples(400)["x"].values[:-1]  # periodic: means of round-off accuracy
         return orbit.period, orbit.multipliers[0].real, np.sqrt(np.mean(x**2))
 
-    found = orbit_sensitivity(periodic_orbit(van_der_pol(1.0), period=6.6, autonomous=True), ["mu"], of=["x"], save=400)
+    found = orbit_sensitivity(periodic_orbit(van_der_pol(1.0), period=6.6, autonomous=True), ["mu"], of=["x"], save=200)
     expected = by(numbers, {"mu": 1.0}, "mu", h=4e-3)
     names = ["period", "product of multipliers", "rms of x"]  # the other multiplier is 1
     np.testing.assert_allclose(found.measures.derivative.sel(measure=names).values[:, 0], expected, atol=1e-7)
@@ -252,7 +252,7 @@ def test_worn_mechanism_agrees_with_differences_of_orbits():
     T = TURN / W
 
     def orbit(guess=None, **numbers):
-        flow = MechanismFlow(worn().with_(numbers) if numbers else worn(), step=fm.Adaptive(rtol=1e-9), period=T)
+        flow = MechanismFlow(worn().with_(numbers) if numbers else worn(), step=fm.Adaptive(rtol=1e-8), period=T)
         found = periodic_orbit(flow, period=T, guess=guess, settle=0 if guess is not None else 5, tolerance=1e-9)
         assert found.ok, found.status
         return found
