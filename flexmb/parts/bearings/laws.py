@@ -1,0 +1,109 @@
+"""Films of oil: short and long bearings, by their viscosity and width."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import KW_ONLY
+from typing import ClassVar
+
+from flexmb.display import Shown
+from flexmb.fields import Input, field, one_of, positive, record
+from flexmb.parts.bearings import film
+from flexmb.parts.bearings.kernels import CLEARANCE, DRAG, EXTENT, FLOW, FORCE, KIND, PRESSURE
+
+EXTENTS = {"positive": film.POSITIVE, "half": film.HALF, "none": film.WHOLE}
+"""Kinds of cavitation, with the extents that they leave of a film."""
+
+
+@record
+class Film(Input, Shown, ABC):
+    """Base of films of oil of constant viscosity between a journal and its bearing."""
+
+    _: KW_ONLY
+    viscosity: float = field(
+        "dynamic viscosity mu of the oil", "Pa s", positive, hint="Oils have 0.005 to 0.5 Pa s; 1 cP is 0.001 Pa s."
+    )
+    width: float = field("axial width L of the bearing", "m", positive)
+    density: float = field("density of the oil, for the Reynolds number", "kg/m^3", positive, default=870.0)
+    cavitation: str = field(
+        '"positive": the film is where its pressure is positive; "half": from the widest to the narrowest gap, also '
+        'with squeeze, as often published; "none": all round',
+        rule=one_of(*EXTENTS),
+        default="positive",
+    )
+
+    kind: ClassVar[float]
+
+    @abstractmethod
+    def scales(self, radius: float, clearance: float) -> dict[int, float]:
+        """Scales of force, pressure and flow, by the places of parameters, for a bearing of these measures [m]."""
+
+    def numbers(self, radius: float, clearance: float) -> dict[int, float]:
+        """Parameters of the kernels without those of the joint, for a bearing of these measures [m]."""
+        drag = 2.0 * math.pi * self.viscosity * radius**3 * self.width / clearance
+        own = {KIND: self.kind, EXTENT: EXTENTS[self.cavitation], CLEARANCE: clearance, DRAG: drag}
+        return own | self.scales(radius, clearance)
+
+    def table(self, radius: float) -> tuple[float, ...]:  # noqa: ARG002 - asked by some
+        """Further parameters, of a film whose force is a table, for a bearing of this radius [m]."""
+        return ()
+
+
+@record
+class ShortBearing(Film):
+    """Film of a bearing that is short beside its diameter (Ocvirk): the oil flows to the sides alone.
+
+    Squeeze and spin may have any size and sign.
+
+    Equation (15.3) of docs/theory/films.md.
+
+    Raises
+    ------
+    InputError : values out of range.
+
+    Notes
+    -----
+    For widths up to half the diameter, and eccentricities up to 0.8 of the clearance: beyond, it is too stiff.
+    The shear stress acts all round the bearing, in the cavitated part as well.
+    Source: G. B. DuBois, F. W. Ocvirk, Analytical derivation and experimental evaluation of short-bearing approximation
+    for full journal bearings, NACA Report 1157, 1953.
+    """
+
+    kind = film.SHORT
+
+    def scales(self, radius: float, clearance: float) -> dict[int, float]:
+        """Scales of force, pressure and flow."""
+        mu, L, c = self.viscosity, self.width, clearance
+        return {FORCE: mu * radius * L**3 / c**2, PRESSURE: 1.5 * mu * (L / c) ** 2, FLOW: 2.0 * radius * L * c}
+
+
+@record
+class LongBearing(Film):
+    """Film of a bearing that is long beside its diameter (Sommerfeld): the oil flows around the journal alone.
+
+    Squeeze and spin may have any size and sign.
+
+    Equation (15.4) of docs/theory/films.md.
+
+    Raises
+    ------
+    InputError : values out of range.
+
+    Notes
+    -----
+    For widths of more than four times the diameter; at a width of one diameter its force is five times that of a finite
+    film.  Nothing flows out at the sides, so `flow` is 0.
+    The shear stress acts all round the bearing, in the cavitated part as well.
+    Source: O. Pinkus, B. Sternlicht, Theory of Hydrodynamic Lubrication, McGraw-Hill 1961, for the film without
+    squeeze; with squeeze the pressure is that of docs/theory/films.md, zero at both ends of half a turn.
+    """
+
+    kind = film.LONG
+
+    def scales(self, radius: float, clearance: float) -> dict[int, float]:
+        """Scales of force, pressure and flow."""
+        slender = (radius / clearance) ** 2
+        return {
+            FORCE: self.viscosity * radius * slender * self.width, PRESSURE: 6.0 * self.viscosity * slender, FLOW: 0.0,
+        }  # fmt: skip
