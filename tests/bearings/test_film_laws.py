@@ -125,15 +125,6 @@ def test_mirrored_spin_mirrors_the_force(kind, eps, a, b):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("eps", [0.0, 0.4, 0.95])
-def test_film_at_rest_has_no_force_and_mean_derivatives(kind, eps):
-    found = np.array(film_force(kind, POSITIVE, eps, 0.0, 0.0))
-    assert not found[:4].any()
-    sides = [np.array(film_force(kind, POSITIVE, eps, a, b)) for a, b in ((1.0, 0.0), (-1.0, 0.0))]
-    assert found[4:] == pytest.approx(0.5 * (sides[0] + sides[1])[4:], rel=1e-12, abs=1e-12 * np.abs(found).max())
-
-
-@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(("eps", "a", "b"), CASES)
 def test_largest_pressure(kind, eps, a, b):
     p, alpha = pressure(kind, eps, a, b)

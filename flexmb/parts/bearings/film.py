@@ -15,6 +15,8 @@ from flexmb.kernels import compiled
 SHORT, LONG, TABLE = 0.0, 1.0, 2.0
 """Kinds of films, as parameters of the kernels hold them."""
 
+TABLE_BEGIN = 12  # number of parameters before those of a table
+
 POSITIVE, HALF, WHOLE = 0.0, 1.0, 2.0
 """Extents of a film: where its pressure is positive; from the widest to the narrowest gap in the sense of the spin
 beside the line of centres, whatever the squeeze; all round."""
@@ -103,22 +105,18 @@ def long_weights(eps, alpha, whole):
 def film_force(kind, extent, eps, a, b):
     """Force over its scale, outwards and along +theta, and derivatives of both by eps, a and b: eight numbers.
 
-    The pressure is zero at the ends of a positive film, so their motion adds nothing to first order.  Without rates the
-    derivatives are half of those of a film all round, the mean of a film that presses on either side.
+    The pressure is zero at the ends of a positive film, so their motion adds nothing to first order.
     """
     k, k_e = 1.0, 0.0
     if kind == LONG:
         k = 2.0 / (2.0 + eps * eps)
         k_e = -eps * k * k
-    rest = b == 0.0 and (a == 0.0 or extent == HALF)
-    whole = rest or extent == WHOLE
+    whole = extent == WHOLE
     alpha = math.atan2(a if extent == POSITIVE else 0.0, k * b)
     if kind == LONG:
         cc, sc, ss, cc_e, sc_e, ss_e = long_weights(eps, alpha, whole)
     else:
         cc, sc, ss, cc_e, sc_e, ss_e = short_weights(eps, alpha, whole)
-    if rest and extent != WHOLE:
-        cc, sc, ss, cc_e, sc_e, ss_e = 0.5 * cc, 0.5 * sc, 0.5 * ss, 0.5 * cc_e, 0.5 * sc_e, 0.5 * ss_e
     Fr, Ft = k * b * sc - a * cc, k * b * ss - a * sc
     Fr_e, Ft_e = k * b * sc_e + k_e * b * sc - a * cc_e, k * b * ss_e + k_e * b * ss - a * sc_e
     return Fr, Ft, Fr_e, Ft_e, -cc, k * sc, -sc, k * ss

@@ -89,7 +89,8 @@ class JournalBearing(RevoluteClearance):
         own |= {kernels.HEIGHT: self.roughness}
         own |= {kernels.OFFSET1_X: first[0], kernels.OFFSET1_Y: first[1]}
         own |= {kernels.OFFSET2_X: second[0], kernels.OFFSET2_Y: second[1]}
-        return (*packed(own), *self.film.table(self.bearing_radius))
+        thinnest = kernels.KEPT * self.roughness / self.clearance
+        return (*packed(own), *self.film.table(self.label, self.bearing_radius, thinnest))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """Those of the dry joint, and the film with its signals."""

@@ -15,7 +15,8 @@ from flexmb.kernels import (
     signal_kernel,
     tangent_kernel,
 )
-from flexmb.parts.bearings.film import film_force, film_pressure
+from flexmb.parts.bearings.film import TABLE, film_force, film_pressure
+from flexmb.parts.bearings.reynolds import PEAK, SIDE, table_force, table_scalar
 
 (
     KIND,
@@ -74,9 +75,22 @@ def force(p, size, nx, ny, ux, uy):
     c = p[CLEARANCE]
     eps, eps_e = eccentricity(p, size)
     a, b = (nx * ux + ny * uy) / c, (ny * ux - nx * uy) / c
-    Fr, Ft, Fr_e, Ft_e, Fr_a, Fr_b, Ft_a, Ft_b = film_force(p[KIND], p[EXTENT], eps, a, b)
+    if p[KIND] == TABLE:
+        Fr, Ft, Fr_e, Ft_e, Fr_a, Fr_b, Ft_a, Ft_b = table_force(p, eps, a, b)
+    else:
+        Fr, Ft, Fr_e, Ft_e, Fr_a, Fr_b, Ft_a, Ft_b = film_force(p[KIND], p[EXTENT], eps, a, b)
     S = p[FORCE]
     return S * Fr, S * Ft, S * eps_e * Fr_e, S * eps_e * Ft_e, S * Fr_a, S * Fr_b, S * Ft_a, S * Ft_b, a, b
+
+
+@compiled
+def mean_force(p, size, nx, ny, x, y):
+    """Half of the force at the rates (x, y) less that at the opposite ones: what rates add to a journal at rest."""
+    Fx, Fy = 0.0, 0.0
+    for sign in (0.5, -0.5):
+        Fr, Ft, _, _, _, _, _, _, _, _ = force(p, size, nx, ny, 2.0 * sign * x, 2.0 * sign * y)
+        Fx, Fy = Fx + sign * (Fr * nx - Ft * ny), Fy + sign * (Fr * ny + Ft * nx)
+    return Fx, Fy
 
 
 @compiled
@@ -135,14 +149,17 @@ def put_tangent(p, q, v, kq, kv, r, A):
     gx, gy = (-1.0, 0.0, ay, 1.0, 0.0, -by), (0.0, -1.0, -ax, 0.0, 1.0, bx)  # de/dq
     mean, own = (0.0, 0.0, 0.5, 0.0, 0.0, 0.5), (0.0, 0.0, -1.0, 0.0, 0.0, 1.0)  # mean spin and w by v
     for k in range(6):
-        x, y = spin * gy[k], -spin * gx[k]  # du/dq, then what F is multiplied by
+        x, y = spin * gy[k], -spin * gx[k]  # du/dq, then rates u by both
         if k == 2:
             x, y = x + ax * v[2], y + ay * v[2]
         elif k == 5:
             x, y = x - bx * v[5], y - by * v[5]
         x, y = kq * x + kv * (gx[k] + ey * mean[k]), kq * y + kv * (gy[k] - ex * mean[k])
-        Fx_k = kq * (Exx * gx[k] + Exy * gy[k]) + Dxx * x + Dxy * y
-        Fy_k = kq * (Eyx * gx[k] + Eyy * gy[k]) + Dyx * x + Dyy * y
+        if ux == 0.0 and uy == 0.0:  # at rest, where a film presses on the side to which the journal goes
+            Fx_k, Fy_k = mean_force(p, size, nx, ny, x, y)
+        else:
+            Fx_k = kq * (Exx * gx[k] + Exy * gy[k]) + Dxx * x + Dxy * y
+            Fy_k = kq * (Eyx * gx[k] + Eyy * gy[k]) + Dyx * x + Dyy * y
         T_k = kq * viscous_e * w * (nx * gx[k] + ny * gy[k]) + kv * viscous * own[k]
         for j in range(6):
             A[j, k] -= (gx[j] + ey * mean[j]) * Fx_k + (gy[j] - ex * mean[j]) * Fy_k - own[j] * T_k
@@ -205,10 +222,13 @@ def film_signal(p, t, q, v, a):
     if which == THICKNESS:
         return c - size
     squeeze, wedge = (nx * ux + ny * uy) / c, (ny * ux - nx * uy) / c
+    eps, _ = eccentricity(p, size)
     if which == SIDE_FLOW:
-        return p[FLOW] * math.sqrt(squeeze * squeeze + wedge * wedge)
+        rate = math.sqrt(squeeze * squeeze + wedge * wedge)
+        return p[FLOW] * (table_scalar(p, SIDE, eps, squeeze, wedge) if p[KIND] == TABLE else rate)
     if which == PEAK_PRESSURE:
-        eps, _ = eccentricity(p, size)
+        if p[KIND] == TABLE:
+            return p[PRESSURE] * table_scalar(p, PEAK, eps, squeeze, wedge)
         return p[PRESSURE] * film_pressure(p[KIND], eps, squeeze, wedge)
     return of_force(p, which, ex, ey, ux, uy, size, nx, ny, v[5] - v[2])
 
