@@ -1,5 +1,6 @@
 """Closed forms of films beside published tables, and beside integration of the Reynolds equation in other ways."""
 
+import itertools
 import math
 
 import numpy as np
@@ -90,7 +91,7 @@ def test_force_is_the_integral_of_the_pressure(kind, extent, eps, a, b):
 
     def integral(f):
         pieces = [begin, *corners, end]
-        return sum(quad(lambda x: scale * p(x) * f(x), lo, hi, **options)[0] for lo, hi in zip(pieces, pieces[1:]))
+        return sum(quad(lambda x: scale * p(x) * f(x), lo, hi, **options)[0] for lo, hi in itertools.pairwise(pieces))
 
     expected = integral(math.cos), integral(math.sin)
     size = math.hypot(*expected)
