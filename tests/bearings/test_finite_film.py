@@ -96,7 +96,7 @@ def test_a_wide_bearing_is_a_long_one(eps):
     load, attitude = REYNOLDS[eps]
     found, angle, _ = steady(eps, 200.0, cells=192, layers=40)
     assert 2.0 * found == pytest.approx(load, rel=6e-3)
-    assert angle == pytest.approx(attitude, abs=0.02)
+    assert angle == pytest.approx(attitude, abs=0.05)
 
 
 @pytest.mark.parametrize("eps", [0.2, 0.6])

@@ -67,7 +67,10 @@ def equilibrium(label: str, p: tuple[float, ...], play: float, load: float, spee
     axes = np.array([F, math.copysign(1.0, speed) * np.array([-F[1], F[0]])])  # rows: load, and ahead of it in the spin
     K, B = axes @ K @ axes.T, axes @ B @ axes.T
     q, v = np.array([0.0, 0.0, 0.0, high, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 0.0, 0.0, speed])
-    told = [kernels.film_signal.dispatcher(np.array([*p, float(k)]), 0.0, q, v, v) for k in range(4)]
+    told = []
+    for k in range(4):
+        numbers[kernels.CHOSEN] = k
+        told.append(kernels.film_signal.dispatcher(numbers, 0.0, q, v, v))
     attitude = math.atan2(axes[1, 0], axes[0, 0])
     return FilmEquilibrium(high / numbers[kernels.CLEARANCE], attitude, K, B, *told, *_whirl(K, B, speed))
 
@@ -83,7 +86,7 @@ def _force(p: np.ndarray, e: float, speed: float) -> tuple[np.ndarray, np.ndarra
 def _whirl(K: np.ndarray, B: np.ndarray, speed: float) -> tuple[float, float, float]:
     """Equivalent stiffness, whirl ratio and critical mass: where a rigid mass vibrates without growing or dying out.
 
-    With m = k/(ratio speed)^2 the determinant of K - k + i ratio speed B vanishes in both its parts.
+    Equation (15.8) of docs/theory/films.md.
     """
     k = K[0, 0] * B[1, 1] + K[1, 1] * B[0, 0] - K[0, 1] * B[1, 0] - K[1, 0] * B[0, 1]
     k /= B[0, 0] + B[1, 1]

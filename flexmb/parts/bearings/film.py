@@ -5,7 +5,7 @@ the clearance c.  With the eccentricity e = c eps n, the mean spin W of both bod
 are a = u.n/c (squeeze) and b = -u.t/c (wedge).  The pressure of both films is f(theta) (k b sin - a cos) with a
 positive weight f, so the film is positive between alpha = atan2(a, k b) and alpha + pi, for any squeeze.
 
-Equations (15.1) to (15.5) of docs/theory/films.md.
+Equations (15.1) to (15.4) of docs/theory/films.md.
 """
 
 import math
@@ -15,7 +15,7 @@ from flexmb.kernels import compiled
 SHORT, LONG, TABLE = 0.0, 1.0, 2.0
 """Kinds of films, as parameters of the kernels hold them."""
 
-TABLE_BEGIN = 12  # number of parameters before those of a table
+TABLE_BEGIN = 13  # number of parameters before those of a table
 
 POSITIVE, HALF, WHOLE = 0.0, 1.0, 2.0
 """Extents of a film: where its pressure is positive; from the widest to the narrowest gap in the sense of the spin

@@ -9,7 +9,7 @@ from typing import ClassVar
 from flexmb.errors import InputError
 from flexmb.fields import field, instance, positive, record
 from flexmb.findings.finding import Finding, found
-from flexmb.model.contributions import Contribution, ElementContribution, signal_contributions
+from flexmb.model.contributions import Contribution, ElementContribution, SignalContribution
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import WatchedMotion
 from flexmb.parts.bearings import kernels
@@ -84,16 +84,16 @@ class JournalBearing(RevoluteClearance):
         return equilibrium(self.label, self.numbers((0.0, 0.0), (0.0, 0.0)), self.play, load, speed)
 
     def numbers(self, first: tuple[float, float], second: tuple[float, float]) -> tuple[float, ...]:
-        """Parameters of the kernels, with the offsets of both points [m]."""
+        """Parameters of the kernels; `first`, `second`: offsets of both points in the frames of their nodes [m]."""
         own = self.film.numbers(self.bearing_radius, self.clearance)
-        own |= {kernels.HEIGHT: self.roughness}
+        own |= {kernels.HEIGHT: self.roughness, kernels.CHOSEN: 0.0}
         own |= {kernels.OFFSET1_X: first[0], kernels.OFFSET1_Y: first[1]}
         own |= {kernels.OFFSET2_X: second[0], kernels.OFFSET2_Y: second[1]}
         thinnest = kernels.KEPT * self.roughness / self.clearance
         return (*packed(own), *self.film.table(self.label, self.bearing_radius, thinnest))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Those of the dry joint, and the film with its signals."""
+        """Contact, angle and start of the dry joint, and the film with its signals."""
         first, second = self.ends(mechanism)
         coordinates, p = (*first.coordinates, *second.coordinates), self.numbers(first.offset, second.offset)
         element = ElementContribution(
@@ -106,7 +106,11 @@ class JournalBearing(RevoluteClearance):
             tangent=kernels.film_tangent,
             account=kernels.film_account,
         )
-        signals = signal_contributions(self.name, kernels.film_signal, kernels.SIGNALS, coordinates, p)
+        before, behind = p[: kernels.CHOSEN], p[kernels.CHOSEN + 1 :]
+        signals = [
+            SignalContribution(self.name, name, unit, kernels.film_signal, coordinates, (*before, float(k), *behind))
+            for k, (name, unit) in enumerate(kernels.SIGNALS)
+        ]
         return [*super().contributions(mechanism), element, *signals]
 
     def findings_before(self, mechanism: Mechanism) -> Iterator[Finding]:  # noqa: ARG002

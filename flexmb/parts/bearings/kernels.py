@@ -2,6 +2,8 @@
 
 Forces follow from the power F.u - T w, with the rates u = B v of the journal's centre beside the mean spin, and w of
 the journal against the bearing: r = -B^T F + T dw/dv.  So action equals reaction, moments included.
+
+Equations (15.5) and (15.7) of docs/theory/films.md.
 """
 
 import math
@@ -31,9 +33,10 @@ from flexmb.parts.bearings.reynolds import PEAK, SIDE, table_force, table_scalar
     OFFSET1_Y,
     OFFSET2_X,
     OFFSET2_Y,
-) = range(12)
-"""Parameters p: kind and extent of the film, clearance, height of the roughness; scales of
-force [N s], moment [N m s], pressure [Pa s] and flow [m^3]; points in the frames of their nodes."""
+    CHOSEN,
+) = range(13)
+"""Parameters p: kind and extent of the film, clearance, height of the roughness; scales of force [N s], moment [N m s],
+pressure [Pa s] and flow [m^3]; points in the frames of their nodes; number of the signal."""
 
 KEPT = 0.5
 """Least film between surfaces pressed into each other, over the height of the roughness: oil left in its valleys."""
@@ -85,7 +88,7 @@ def force(p, size, nx, ny, ux, uy):
 
 @compiled
 def mean_force(p, size, nx, ny, x, y):
-    """Half of the force at the rates (x, y) less that at the opposite ones: what rates add to a journal at rest."""
+    """Mean of the force at the rates (x, y) and of minus that at the opposite ones, for a journal at rest."""
     Fx, Fy = 0.0, 0.0
     for sign in (0.5, -0.5):
         Fr, Ft, _, _, _, _, _, _, _, _ = force(p, size, nx, ny, 2.0 * sign * x, 2.0 * sign * y)
@@ -215,8 +218,8 @@ SIGNALS = (
 
 @signal_kernel
 def film_signal(p, t, q, v, a):
-    """Signal by its number, the last parameter; forces act on the second body."""
-    which = int(p[p.shape[0] - 1])
+    """`CHOSEN`: place in `SIGNALS`; forces act on the second body."""
+    which = int(p[CHOSEN])
     _, _, _, _, ex, ey, ux, uy, _, size, nx, ny = relative(p, q, v)
     c = p[CLEARANCE]
     if which == THICKNESS:

@@ -36,16 +36,16 @@ class Film(Input, Shown, ABC):
 
     @abstractmethod
     def scales(self, radius: float, clearance: float) -> dict[int, float]:
-        """Scales of force, pressure and flow, by the places of parameters, for a bearing of these measures [m]."""
+        """Scales of force, pressure and flow by their places, for `radius` and `clearance` of a bearing [m]."""
 
     def numbers(self, radius: float, clearance: float) -> dict[int, float]:
-        """Parameters of the kernels without those of the joint, for a bearing of these measures [m]."""
+        """Parameters of a film in a bearing of this `radius` and `clearance` [m], by their places."""
         drag = 2.0 * math.pi * self.viscosity * radius**3 * self.width / clearance
         own = {KIND: self.kind, EXTENT: self.extent, CLEARANCE: clearance, DRAG: drag}
         return own | self.scales(radius, clearance)
 
     def table(self, label: str, radius: float, thinnest: float) -> tuple[float, ...]:  # noqa: ARG002 - asked by some
-        """Further parameters, of a film whose force is a table, for a bearing of this radius [m].
+        """Further parameters, of a film whose force is a table, for a bearing of this `radius` [m].
 
         `label`: of the joint, for messages; `thinnest`: least film over the clearance.
         """
@@ -93,7 +93,7 @@ class ShortBearing(ClosedFilm):
     kind = film.SHORT
 
     def scales(self, radius: float, clearance: float) -> dict[int, float]:
-        """Scales of force, pressure and flow."""
+        """Scales of force, pressure and flow by their places, for `radius` and `clearance` of a bearing [m]."""
         mu, L, c = self.viscosity, self.width, clearance
         return {FORCE: mu * radius * L**3 / c**2, PRESSURE: 1.5 * mu * (L / c) ** 2, FLOW: 2.0 * radius * L * c}
 
@@ -122,7 +122,7 @@ class LongBearing(ClosedFilm):
     kind = film.LONG
 
     def scales(self, radius: float, clearance: float) -> dict[int, float]:
-        """Scales of force, pressure and flow."""
+        """Scales of force, pressure and flow by their places, for `radius` and `clearance` of a bearing [m]."""
         slender = (radius / clearance) ** 2
         return {
             FORCE: self.viscosity * radius * slender * self.width, PRESSURE: 6.0 * self.viscosity * slender, FLOW: 0.0,
@@ -139,7 +139,7 @@ class FiniteBearing(Film):
     Its forces stand in a table of eccentricity and direction of the motion, which is made once for each ratio of width
     to diameter, before the first run.  Squeeze and spin may have any size and sign.
 
-    Equations (15.5) and (15.6) of docs/theory/films.md.
+    Equations (15.1) and (15.6) of docs/theory/films.md.
 
     Raises
     ------
@@ -163,12 +163,12 @@ class FiniteBearing(Film):
     kind = film.TABLE
 
     def scales(self, radius: float, clearance: float) -> dict[int, float]:
-        """Scales of force, pressure and flow."""
+        """Scales of force, pressure and flow by their places, for `radius` and `clearance` of a bearing [m]."""
         pressure = self.viscosity * (radius / clearance) ** 2
         return {FORCE: pressure * radius * self.width, PRESSURE: pressure, FLOW: radius**2 * clearance / 6.0}
 
     def table(self, label: str, radius: float, thinnest: float) -> tuple[float, ...]:
-        """Numbers of the table of forces."""
+        """Numbers of the table of forces; `label`, `radius`, `thinnest` as of `Film.table`."""
         if thinnest < reynolds.THINNEST:
             raise InputError(
                 f"{label}: the film may become as thin as {thinnest:.3g} of the clearance, half of the roughness; the "

@@ -7,7 +7,7 @@ On half of the width, with P = p/(mu (R/c)^2) and Z = z/R,
 a linear complementarity problem.  Its forces are homogeneous in (a, b), so with s = sqrt(1 - eps^2) they are a size,
 hypot(a, s b), times a function of the eccentricity and of beta = atan2(a, s b): squeeze counts more in a narrow gap.
 
-Equations (15.5) and (15.6) of docs/theory/films.md.
+Equations (15.1) and (15.6) of docs/theory/films.md.
 """
 
 from __future__ import annotations
@@ -206,10 +206,13 @@ def table_field(p, field, i, j, x, y):
     value, by_x, by_y = 0.0, 0.0, 0.0
     for m in range(4):
         k = begin + m * columns
-        along = fy[0] * p[k] + fy[1] * p[k + 1] + fy[2] * p[k + 2] + fy[3] * p[k + 3]
+        along, across = 0.0, 0.0
+        for n in range(4):
+            along += fy[n] * p[k + n]
+            across += gy[n] * p[k + n]
         value += fx[m] * along
         by_x += gx[m] * along
-        by_y += fx[m] * (gy[0] * p[k] + gy[1] * p[k + 1] + gy[2] * p[k + 2] + gy[3] * p[k + 3])
+        by_y += fx[m] * across
     return value, by_x, by_y
 
 
