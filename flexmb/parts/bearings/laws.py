@@ -115,8 +115,8 @@ class LongBearing(ClosedFilm):
     For widths of more than four times the diameter; at a width of one diameter its force is five times that of a finite
     film.  Nothing flows out at the sides, so `flow` is 0.
     The shear stress acts all round the bearing, in the cavitated part as well.
-    Source: O. Pinkus, B. Sternlicht, Theory of Hydrodynamic Lubrication, McGraw-Hill 1961, for the film without
-    squeeze; with squeeze the pressure is that of docs/theory/films.md, zero at both ends of half a turn.
+    With squeeze the pressure is zero at both ends of half a turn, too.
+    Source: O. Pinkus, B. Sternlicht, Theory of Hydrodynamic Lubrication, McGraw-Hill 1961, for the film without it.
     """
 
     kind = film.LONG
