@@ -375,3 +375,36 @@ def test_findings_on_gap_and_reynolds_number():
 def test_bad_input(make, words):
     with pytest.raises(InputError, match=words):
         make()
+
+
+def driven_rotor(speed, mass, shaft=None):
+    """A rotor under gravity whose spin a motor prescribes; `shaft`: stiffness [N/m] between journal and disc."""
+    O, small = (0.0, 0.0), 1e-6 * mass
+    cross, rail = (fm.RigidBody(name, O, small, 1e-3) for name in ("cross", "rail"))
+    turning = fm.RigidBody("journal", O, small if shaft else mass, 1e-3)
+    angle = math.radians(53.68020 - 90.0)
+    start = 0.5 * C * math.cos(angle), 0.5 * C * math.sin(angle)
+    parts = [cross, rail, turning, bearing(second=turning, start=start)]
+    parts += [fm.Prismatic("along", fm.GROUND, cross, at=O, along=(1.0, 0.0))]
+    parts += [fm.Prismatic("across", cross, rail, at=O, along=(0.0, 1.0)), fm.Revolute("pin", rail, turning, at=O)]
+    parts += [fm.Drive("motor", "pin", fm.ConstantSpeed(speed))]
+    if shaft:
+        disc = fm.RigidBody("disc", O, mass, 1e-3)
+        parts += [disc, fm.Bushing("shaft", turning, disc, O, stiffness=shaft, torsion=1e3, torsion_damping=1.0)]
+    return fm.Mechanism("rotor", parts, gravity=(0.0, -G))
+
+
+@pytest.mark.parametrize("softness", [0.0, 0.7])
+def test_limit_of_whirl_by_continuation(softness):
+    """Orbits of a rotor lose stability at omega sqrt(c/g) = 2.541731/sqrt(1 + k/k_s), at the eccentricity 0.5.
+
+    k = 1.711065 W/c is the stiffness of the film, k_s = k/softness that of the shaft.
+    """
+    limit = 2.541731 / math.sqrt(1.0 + softness) * math.sqrt(G / C)
+    load = ocvirk(0.5) * S * limit
+    mech = driven_rotor(0.95 * limit, load / G, 1.711065 * load / C / softness if softness else None)
+    flow = fm.chaos.MechanismFlow(mech, step=2.0 * math.pi / limit / 200.0)
+    orbit = fm.chaos.periodic_orbit(flow, settle=20)
+    branch = fm.chaos.follow(orbit, "motor.motion.speed", (0.95 * limit, 1.05 * limit), step=0.2, largest=0.3)
+    found = [event.value for event in branch.events if event.kind == "neimark-sacker"]
+    assert found == [pytest.approx(limit, rel=1e-5)]
