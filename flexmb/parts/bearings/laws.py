@@ -148,7 +148,7 @@ class FiniteBearing(Film):
     Notes
     -----
     Finite volumes, 96 around and 12 on half of the width; errors of forces are below 0.1 % up to an eccentricity of
-    0.9 and 0.3 % up to 0.97 (docs/decisions/073-films-of-oil.md).
+    0.9 and a width of two diameters, 0.3 % up to 0.97 and ten diameters (docs/decisions/073-films-of-oil.md).
     Published tables of steady loads begin the film at the widest gap.  Under a load that turns or reverses, oil from
     everywhere is the better guess.  Grooves at fixed places, and mass of oil in cavities, are left out.
     The shear stress acts all round the bearing, in the cavitated part as well.
