@@ -72,7 +72,8 @@ def equilibrium(label: str, p: tuple[float, ...], play: float, load: float, spee
         numbers[kernels.CHOSEN] = k
         told.append(kernels.film_signal.dispatcher(numbers, 0.0, q, v, v))
     attitude = math.atan2(axes[1, 0], axes[0, 0])
-    return FilmEquilibrium(high / numbers[kernels.CLEARANCE], attitude, K, B, *told, *_whirl(K, B, speed))
+    eps, (thickness, pressure, power, flow) = float(high / numbers[kernels.CLEARANCE]), told
+    return FilmEquilibrium(eps, attitude, K, B, thickness, pressure, power, flow, *_whirl(K, B, speed))
 
 
 def _force(p: np.ndarray, e: float, speed: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

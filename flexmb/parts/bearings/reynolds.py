@@ -107,7 +107,8 @@ def _bands(around: np.ndarray, cubed: np.ndarray, dz: np.ndarray, gaps: np.ndarr
     bands[n, :, 1:] += along[:, :-1]
     bands[n - 1, :, 1:] = -along[:, :-1]
     bands[0, 1:] = -np.outer(around[1:-1], dz)
-    return bands.reshape(n + 1, m * n)
+    flat: np.ndarray = bands.reshape(n + 1, m * n)
+    return flat
 
 
 def _non_negative(bands: np.ndarray, f: np.ndarray, film: np.ndarray) -> np.ndarray:
@@ -118,7 +119,7 @@ def _non_negative(bands: np.ndarray, f: np.ndarray, film: np.ndarray) -> np.ndar
         for k in range(n):  # rows and columns without film are those of the identity
             own[k, n - k :] *= film[n - k :] & film[: -(n - k)]
         own[n][~film] = 1.0
-        P = solveh_banded(own, np.where(film, f, 0.0), check_finite=False)
+        P: np.ndarray = solveh_banded(own, np.where(film, f, 0.0), check_finite=False)
         slack = f - _times(bands, P)  # what would press where there is no film
         now = np.where(film, P > 0.0, slack > ROUND_OFF * np.abs(f).max())
         if np.array_equal(now, film):
@@ -130,7 +131,7 @@ def _non_negative(bands: np.ndarray, f: np.ndarray, film: np.ndarray) -> np.ndar
 def _times(bands: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Product of a symmetric matrix in upper bands with x."""
     n = len(bands) - 1
-    y = bands[n] * x
+    y: np.ndarray = bands[n] * x
     for k in range(n):
         d = n - k
         if bands[k].any():
@@ -166,15 +167,16 @@ def _open(values: np.ndarray) -> np.ndarray:
         A[i, i : i + 3] = 1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0
     A[n, :5] = A[n + 1, -5:] = 1.0, -4.0, 6.0, -4.0, 1.0
     right = np.concatenate([values, np.zeros_like(values[:, :2])], axis=1)
-    return np.einsum("ij,kjl->kil", np.linalg.inv(A), right)
+    found: np.ndarray = np.einsum("ij,kjl->kil", np.linalg.inv(A), right)
+    return found
 
 
 def _periodic(values: np.ndarray) -> np.ndarray:
     """Coefficients of periodic cubic splines along the last axis, the first three once more at its end."""
     n = values.shape[2]
     A = np.eye(n) * 4.0 + np.roll(np.eye(n), 1, axis=1) + np.roll(np.eye(n), -1, axis=1)
-    found = np.einsum("ij,klj->kli", np.linalg.inv(A / 6.0), values)
-    return found[:, :, np.arange(-1, n + 2) % n]
+    found: np.ndarray = np.einsum("ij,klj->kli", np.linalg.inv(A / 6.0), values)[:, :, np.arange(-1, n + 2) % n]
+    return found
 
 
 @compiled
