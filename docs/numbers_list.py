@@ -185,6 +185,18 @@ parts.contact.friction.lugre_kernel#1e-200 | N | nothing | normal force below wh
 parts.contact.cylinder_laws.END | 1 | force a length | end of use of the logarithmic laws
 parts.contact.cylinder_laws.END_DEPTH | 1 | sigma A | the same as a depth
 parts.contact.cylinder_laws.line_load#1e-15 | 1 | logarithm of the force | accuracy of the force of a logarithmic law
+parts.bearings.kernels.KEPT | 1 | height of the roughness | film between surfaces that are pressed into each other
+parts.bearings.film.SAMPLES | places | nothing | where the largest pressure of a film is looked for
+parts.bearings.film.REFINED | iterations | nothing | refinements of the best of them
+parts.bearings.coefficients.HALVINGS | iterations | nothing | halvings by which an eccentricity under a load is found
+parts.bearings.reynolds.CELLS | cells | nothing | finite film around the bearing
+parts.bearings.reynolds.LAYERS | cells | nothing | finite film on half of the width
+parts.bearings.reynolds.ECCENTRICITIES | values | nothing | eccentricities of a table of forces
+parts.bearings.reynolds.ANGLES | values | nothing | directions of motion of a table of forces
+parts.bearings.reynolds.THINNEST | 1 | clearance | least film of a table of forces
+parts.bearings.reynolds.COARSEST | cells | nothing | from which a finite film begins without a coarser one
+parts.bearings.reynolds.ROUND_OFF | 1 | largest source | source of a film that is none
+parts.bearings.reynolds.MOST_SETS | iterations | nothing | most iterations to the border of a finite film
 parts.contact.hysteresis.MISS | 1 | restitution | what a law may miss without a warning
 parts.contact.restitution.SMALL_CHI | 1 | chi | below it a series is summed
 parts.contact.restitution.TERMS | terms | nothing | terms of that series
@@ -514,11 +526,13 @@ def _left_out() -> dict[str, str]:
         dynamics.basins.UNDECIDED
         program.signals.CONTACT_PENETRATION program.program.CONTACT_COMMON elastic.beams.stress.SIZE
         elastic.beams.mass_damping.POINTS elastic.beams.mass_damping.MOST
+        parts.bearings.film.SHORT parts.bearings.film.LONG parts.bearings.film.TABLE parts.bearings.film.TABLE_BEGIN
+        parts.bearings.film.POSITIVE parts.bearings.film.HALF parts.bearings.film.WHOLE
         program.program.NO_FACTOR program.program.FIRST_OUTPUT engine.system.outputs.FRICTION_ALONE
     decides a remark or a refusal, and no number of a run: dynamics.report.FEWEST_PERIODS dynamics.report.FEWEST_SAMPLES
         dynamics.report.MORE_THAN dynamics.report.POINTS dynamics.jobs.files.NO_ROOM findings.watch.LEAST_STEPS findings.watch.SHARE
         model.elastic_body.STRAIN_AT_REST model.elastic_body.LARGE_STRAIN model.elastic_body.IMPOSSIBLE_STRAIN parts.couplings.one_way_clutch.LARGE_WIND_UP parts.couplings.one_way_clutch.COARSE_STEP
-        parts.cams.curve_on_curve.PULL parts.couplings.cable.LARGE_STRETCH
+        parts.bearings.journal.THIN parts.bearings.journal.TAYLOR parts.cams.curve_on_curve.PULL parts.couplings.cable.LARGE_STRETCH
         parts.couplings.belt.LARGE_STRETCH parts.couplings.gear.LARGE_PLAY parts.couplings.rack.PARTED elastic.planes.plane_body.TOO_STIFF results.stress.CAPTURED
         model.elastic_body.LEAST
         elastic.reduced.accuracy.AT_EDGE parts.loads.mesh_loads.LEFT_OUT elastic.reduced.accuracy.EDGE_SHARE elastic.reduced.accuracy.STEP_ERROR elastic.reduced.bases.LEAST_PIVOT elastic.reduced.bases.LEAST_SHARE

@@ -73,6 +73,13 @@ SPECIMENS = {
         "play", CRANK, ARM, at=A, clearance=1e-4, bearing_radius=5e-3, normal=LAW, friction=fm.ModifiedCoulomb(0.1),
         start=(3e-5, -4e-5),
     ),
+    "JournalBearing": fm.JournalBearing(
+        "play", CRANK, ARM, at=A, clearance=1e-4, bearing_radius=5e-3, normal=LAW, friction=fm.ModifiedCoulomb(0.1),
+        start=(3e-5, -4e-5), film=fm.ShortBearing(viscosity=0.02, width=0.01), roughness=1e-6,
+    ),
+    "ShortBearing": fm.ShortBearing(viscosity=0.02, width=0.01, density=870.0),
+    "LongBearing": fm.LongBearing(viscosity=0.02, width=0.01, density=870.0),
+    "FiniteBearing": fm.FiniteBearing(viscosity=0.02, width=0.01, density=870.0),
     **{kind.__name__: kind(stiffness=1e9, restitution=0.95, materials=(fm.STEEL, fm.STEEL)) for kind in HYSTERESIS},
     "Hertz": fm.contact.Hertz(stiffness=1e9, materials=(fm.STEEL, fm.STEEL)),
     "KelvinVoigt": fm.KelvinVoigt(1e6, 10.0, ramp=1e-6),

@@ -214,6 +214,17 @@ def worn(name="A", **numbers):
     return sound.with_part(fm.RevoluteClearance(name, joint.first, joint.second, at=joint.at, **numbers))
 
 
+def _wet():
+    """The slider-crank with oil in a joint with a clearance of a fiftieth of its radius."""
+    dry = worn()["A"]
+    oil = fm.ShortBearing(viscosity=0.02, width=0.01)
+    return slider_crank().with_part(
+        fm.JournalBearing(
+            "A", dry.first, dry.second, at=dry.at, clearance=2e-4, bearing_radius=0.01, normal=dry.normal, film=oil
+        )
+    )
+
+
 def pendulum(*more, body=None, gravity=(0.0, -9.81), **changes):
     """One link on a pin."""
     arm = body or link("arm", O, (0.3, -0.2), **changes)
@@ -483,6 +494,7 @@ CASES: dict[str, Case] = {
     "a clearance as large as the radius": (
         lambda: worn("A", clearance=5e-3, bearing_radius=0.01), {"large-clearance": {"A"}},
     ),
+    "a gap too wide for a film": (_wet, {"thick-film": {"A"}}),
     "stiffness in N/mm^1.5": (lambda: worn("A", normal=SOFT), {"soft-contact": {"A"}}),
     "stiffness of rubber under weight": (
         lambda: replace(worn("B", normal=fm.contact.Hertz(2e3)), gravity=(0.0, -9.81)), {"soft-contact": {"B"}},

@@ -10,7 +10,14 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 ROOMS = (
     *("dynamics/*.py", *(f"dynamics/{room}/*.py" for room in ("exponents", "orbits", "sections", "series", "systems"))),
-    *("elastic/beams/*.py", "engine/*.py", "parts/contact/*.py", "parts/controllers/*.py", "parts/joints/*.py"),
+    *(
+        "elastic/beams/*.py",
+        "engine/*.py",
+        "parts/bearings/*.py",
+        "parts/contact/*.py",
+        "parts/controllers/*.py",
+        "parts/joints/*.py",
+    ),
     *("program/*.py", "results/*.py", "run/*.py", "statics/*.py", "statics/start/*.py"),
     *(f"engine/{room}/*.py" for room in ("linalg", "newmark", "radau", "sensitivity", "state", "step", "system")),
 )

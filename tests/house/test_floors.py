@@ -14,7 +14,7 @@ FLOORS = {
     "model": 1, "engine.linalg": 1, "dynamics.jobs": 1,
     "elastic.beams": 2, "elastic.meshes": 2, "elastic.planes": 2, "elastic.reduced": 2,
     "parts.bodies": 2, "parts.joints": 2, "parts.contact": 2, "parts.drives": 2, "parts.loads": 2, "parts.couplings": 2,
-    "parts.sensors": 2, "parts.cams": 2, "parts.controllers": 2,
+    "parts.sensors": 2, "parts.cams": 2, "parts.bearings": 2, "parts.controllers": 2,
     "program": 3,
     "engine.system": 4,
     "statics.start": 5, "engine.state": 5, "testing": 5,
@@ -45,6 +45,7 @@ RECORD = ("finding",)
 """File of findings/ with the record itself, in which parts and laws speak."""
 
 SIDEWAYS = {
+    ("parts.bearings", "parts.joints"): "a journal bearing is a dry joint with clearance and a film",
     ("parts.bodies", "elastic.beams"): "a flexible link is made of beam elements",
     ("parts.cams", "parts.contact"): "a pair of curves holds a friction law",
     ("parts.cams", "parts.joints"): "a pair of curves writes the output of gap kernels as joints with clearance do",

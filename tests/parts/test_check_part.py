@@ -97,6 +97,15 @@ NORMAL_LAWS = (
 COULOMB = fm.ModifiedCoulomb(0.2, v0=1e-4, v1=1e-2)
 SOFT = fm.KelvinVoigt(2e7, 3e3, ramp=5e-5)
 JOINT, SLIDER = sliding()
+OIL = {"viscosity": 0.02, "width": 0.012}
+FILMS = {
+    "short": fm.ShortBearing(**OIL),
+    "short, half": fm.ShortBearing(**OIL, cavitation="half"),
+    "long": fm.LongBearing(**OIL),
+    "long, all round": fm.LongBearing(**OIL, cavitation="none"),
+    "finite": fm.FiniteBearing(**OIL),
+    "finite, supplied everywhere": fm.FiniteBearing(**OIL, supply="everywhere"),
+}
 RUBBER = {"stiffness": (1e4, 3e4), "damping": (3.0, 1.0), "torsion": 5.0, "torsion_damping": 0.1, "along": (1.0, 0.3)}
 SLOT = {"clearance": 2e-4, "pin_radius": 8e-3, "normal": LN, "friction": COULOMB}
 GUIDE = {"clearance": 2e-4, "half_length": 0.03, "half_height": 0.01, "normal": LN, "friction": COULOMB}
@@ -197,6 +206,18 @@ BUILT_IN = {
     "Clamp on ground": (two_links(fm.Clamp("A", fm.GROUND, arm(), at=A, y=WOBBLE)), "A"),
     "Prismatic": (two_links(JOINT, second=SLIDER), "slide"),
     "RevoluteClearance": (two_links(clearance(LN, fm.friction.Frictionless())), "pin"),
+    **{
+        f"JournalBearing, {name}": (
+            two_links(
+                fm.JournalBearing(
+                    "pin", crank(), arm(), at=A, clearance=2e-4, bearing_radius=8e-3, normal=LN, friction=COULOMB,
+                    film=film, roughness=3e-6,
+                )
+            ),
+            "pin",
+        )
+        for name, film in FILMS.items()
+    },
     "Bushing": (two_links(fm.Bushing("pin", crank(), arm(), at=A, **RUBBER)), "pin"),
     "Bushing, one stiff axis": (
         two_links(fm.Bushing("pin", crank(), arm(), at=A, **{**RUBBER, "stiffness": (0.0, 3e4)})), "pin",

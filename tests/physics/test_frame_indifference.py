@@ -85,6 +85,10 @@ JOINTS = {
         along=along(f),
     ),
     "RevoluteClearance": worn(),
+    "JournalBearing": lambda f, a, b: fm.JournalBearing(
+        "J", a, b, at=f.point(*AT), **ROUND, normal=NORMAL, friction=ROUGH, start=f.turn(2e-4, -3e-4), roughness=1e-5,
+        film=fm.ShortBearing(viscosity=0.02, width=0.02),
+    ),
     "PinSlotClearance": lambda f, a, b: fm.PinSlotClearance(
         "J", a, b, at=f.point(*AT), along=along(f), clearance=PLAY, pin_radius=0.02, length=2e-3, normal=NORMAL,
         friction=ROUGH,

@@ -152,11 +152,11 @@ class RevoluteClearance(Joint):
                 raise InputError(f"{text} {checks.did_you_mean(self.start, [CENTRED, SEATED])}")
             return
         e = checks.point(self.label, "start", self.start)
-        beyond = math.hypot(*e) - self.clearance
-        if beyond > (TOUCHING - 1.0) * self.clearance:
+        beyond = math.hypot(*e) - self.play
+        if beyond > (TOUCHING - 1.0) * self.play:
             raise InputError(
                 f"{self.label}: start is ({e[0]:g}, {e[1]:g}) m, {beyond:.3g} m outside the clearance of "
-                f"{self.clearance:g} m; the journal would begin inside the bearing's wall. Give a shorter (ex, ey), or "
+                f"{self.play:g} m; the journal would begin inside the bearing's wall. Give a shorter (ex, ey), or "
                 'start="seated" for a journal that touches where gravity pulls it.'
             )
         object.__setattr__(self, "start", e)
@@ -177,10 +177,15 @@ class RevoluteClearance(Joint):
         if isinstance(self.start, tuple):
             return self.start
         gx, gy = mechanism.gravity
-        factor = self.clearance / math.hypot(gx, gy)
+        factor = self.play / math.hypot(gx, gy)
         if self.second.name == GROUND.name:
             factor = -factor
         return factor * gx, factor * gy
+
+    @property
+    def play(self) -> float:
+        """Eccentricity at which the surfaces touch [m]."""
+        return self.clearance
 
     @property
     def journal_radius(self) -> float:
@@ -209,7 +214,7 @@ class RevoluteClearance(Joint):
         """One contact, the angle, and the constraint equations of the journal's place at the start."""
         first, second = ends = self.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
-        p = (self.clearance, self.bearing_radius, *first.offset, *second.offset)
+        p = (self.play, self.bearing_radius, *first.offset, *second.offset)
         normal = self.normal.for_radii(self.bearing_radius, self.journal_radius)
         return [
             ContactContribution(self.name, journal_gap_kernel, coordinates, p, normal, self.friction),

@@ -1,0 +1,98 @@
+"""Journal at rest in its film under a constant load: place, stiffness, damping, limit of stability."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.errors import InputError
+from flexmb.parts.bearings import kernels
+
+HALVINGS = 200  # number of halvings at most by which the eccentricity under a load is found
+
+
+@dataclass(frozen=True)
+class FilmEquilibrium:
+    """Journal that a film carries at a constant load and speed; axes along the load, and 90 degrees ahead in the spin.
+
+    Parameters
+    ----------
+    eccentricity : over the clearance.
+    attitude : angle from the load to the line of centres, in the direction of the spin [rad].
+    stiffness, damping : coefficients (2, 2) of the film [N/m, N s/m]: minus the derivatives of its force.
+    film_thickness, pressure, power, flow : as the signals of the joint [m, Pa, W, m3/s].
+    equivalent_stiffness : stiffness of the film against the whirl at the limit of stability [N/m].
+    whirl_ratio : whirl over spin there; 0: the journal is stable at every mass.
+    critical_mass : mass carried by the film above which a rigid rotor whirls at this speed [kg]; inf: none.
+    """
+
+    eccentricity: float
+    attitude: float
+    stiffness: np.ndarray
+    damping: np.ndarray
+    film_thickness: float
+    pressure: float
+    power: float
+    flow: float
+    equivalent_stiffness: float
+    whirl_ratio: float
+    critical_mass: float
+
+
+def equilibrium(label: str, p: tuple[float, ...], play: float, load: float, speed: float) -> FilmEquilibrium:
+    """Equilibrium of a film of parameters `p` under a `load` [N] at a `speed` [rad/s], at eccentricities up to `play`.
+
+    An `InputError` in the name of `label` tells a load that the film cannot carry.
+    """
+    load, speed = checks.positive(label, "load", load, "N"), checks.number(label, "speed", speed, "rad/s")
+    if speed == 0.0:
+        raise InputError(f"{label}: speed is 0 rad/s; a film carries a constant load at a speed alone.")
+    numbers, low, high = np.array(p), 0.0, play
+    if np.hypot(*_force(numbers, play, speed)[0]) < load:
+        most = float(np.hypot(*_force(numbers, play, speed)[0]))
+        raise InputError(
+            f"{label}: load is {load:g} N; at {speed:g} rad/s the film carries up to {most:.4g} N before the surfaces "
+            "touch. Lower the load, or give a higher speed, a thicker oil or less roughness."
+        )
+    for _ in range(HALVINGS):
+        e = 0.5 * (low + high)
+        if not low < e < high:
+            break
+        low, high = (low, e) if np.hypot(*_force(numbers, e, speed)[0]) > load else (e, high)
+    F, K, B = _force(numbers, high, speed)
+    F = -F / np.hypot(*F)
+    axes = np.array([F, math.copysign(1.0, speed) * np.array([-F[1], F[0]])])  # rows: load, and ahead of it in the spin
+    K, B = axes @ K @ axes.T, axes @ B @ axes.T
+    q, v = np.array([0.0, 0.0, 0.0, high, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 0.0, 0.0, speed])
+    told = []
+    for k in range(4):
+        numbers[kernels.CHOSEN] = k
+        told.append(kernels.film_signal.dispatcher(numbers, 0.0, q, v, v))
+    attitude = math.atan2(axes[1, 0], axes[0, 0])
+    eps, (thickness, pressure, power, flow) = float(high / numbers[kernels.CLEARANCE]), told
+    return FilmEquilibrium(eps, attitude, K, B, thickness, pressure, power, flow, *_whirl(K, B, speed))
+
+
+def _force(p: np.ndarray, e: float, speed: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Force (2,) on a journal at (e, 0), its stiffness and damping (2, 2)."""
+    q, v = np.array([0.0, 0.0, 0.0, e, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 0.0, 0.0, speed])
+    r, K, C, M, none = np.zeros(6), np.zeros((6, 6)), np.zeros((6, 6)), np.zeros((6, 6)), np.zeros(0)
+    kernels.film_kernel.dispatcher(p, 0.0, 0.0, q, v, np.zeros(6), none, r, K, C, M, none)
+    return -r[3:5], K[3:5, 3:5], C[3:5, 3:5]
+
+
+def _whirl(K: np.ndarray, B: np.ndarray, speed: float) -> tuple[float, float, float]:
+    """Equivalent stiffness, whirl ratio and critical mass: where a rigid mass vibrates without growing or dying out.
+
+    Equation (15.8) of docs/theory/films.md.
+    """
+    k = K[0, 0] * B[1, 1] + K[1, 1] * B[0, 0] - K[0, 1] * B[1, 0] - K[1, 0] * B[0, 1]
+    k /= B[0, 0] + B[1, 1]
+    square = (K[0, 0] - k) * (K[1, 1] - k) - K[0, 1] * K[1, 0]
+    square /= speed**2 * (B[0, 0] * B[1, 1] - B[0, 1] * B[1, 0])
+    if square <= 0.0:
+        return float(k), 0.0, math.inf
+    return float(k), math.sqrt(square), float(k / (square * speed**2))

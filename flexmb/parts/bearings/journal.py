@@ -1,0 +1,134 @@
+"""Journal bearing: a revolute joint with an oil film, and dry contact where its surfaces meet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import KW_ONLY
+from typing import ClassVar
+
+from flexmb.errors import InputError
+from flexmb.fields import field, instance, positive, record
+from flexmb.findings.finding import Finding, found
+from flexmb.model.contributions import Contribution, ElementContribution, SignalContribution
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import WatchedMotion
+from flexmb.parts.bearings import kernels
+from flexmb.parts.bearings.coefficients import FilmEquilibrium, equilibrium
+from flexmb.parts.bearings.laws import Film
+from flexmb.parts.joints.revolute_clearance import RevoluteClearance
+from flexmb.places import packed
+
+THIN = 0.01
+"""Clearance over radius up to which the gap counts as thin: the theory of thin films neglects terms of this size."""
+
+TAYLOR = 41.2
+"""Reynolds number of the film times sqrt(clearance/radius) from which vortices stand in it (G. I. Taylor 1923)."""
+
+
+@record
+class JournalBearing(RevoluteClearance):
+    """Revolute joint with an oil film: the first body carries the bearing, the second one the journal.
+
+    The film acts everywhere.  Where its least thickness falls below `roughness`, the surfaces touch through it, with
+    the given laws of normal force and friction: both act together, and either alone is the limit of the other.
+
+    Signals: those of `RevoluteClearance` for the dry contact, where penetration counts from the height of the roughness
+    and normal_force, friction_force, fx, fy, force are of the contact alone; film_thickness (clearance less
+    eccentricity) [m], pressure (largest of the film) [Pa], power (that the film turns into heat) [W], flow (of oil, out
+    at both sides) [m3/s], attitude (from the load on the film to the eccentricity, positive in the direction of
+    positive spin) [rad]; film_fx, film_fy [N], film_torque (on the second body, about the journal's centre) [N m].
+
+    Raises
+    ------
+    InputError : a value out of range, a roughness that is not small beside the clearance, further ones of
+        `RevoluteClearance`.
+
+    Notes
+    -----
+    Both bodies may turn: squeeze and wedge count beside the mean of both spins, so results are free of the frame.
+    Between surfaces that are pressed into each other the film stays as thick as half of the roughness.
+    What the film takes is dissipated_damping in the balance of energies.
+    Analyses that replace the joint by an ideal one (modes, inverse dynamics) have the film about the centred journal.
+    """
+
+    _: KW_ONLY
+    film: Film = field("film of oil", rule=instance(Film, "a film, e.g. ShortBearing(viscosity=0.02, width=0.012)"))
+    roughness: float = field(
+        "height of the roughness of both surfaces together, from which they touch", "m", positive, default=1e-6
+    )
+
+    lost_when: ClassVar[str] = "the journal passes through its bearing"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.roughness >= 0.5 * self.clearance:
+            raise InputError(
+                f"{self.label}: roughness is {self.roughness:g} m; it must be smaller than half of the clearance "
+                f"{self.clearance:g} m. Ground steel has 1e-7 to 1e-6 m."
+            )
+
+    @property
+    def play(self) -> float:
+        """Eccentricity at which the surfaces touch [m]."""
+        return self.clearance - self.roughness
+
+    def equilibrium(self, load: float, speed: float) -> FilmEquilibrium:
+        """Place of the journal, stiffness and damping of the film, under a constant `load` [N] at a `speed` [rad/s].
+
+        The bearing stands still and the dry contact is left out.
+
+        Raises
+        ------
+        InputError : a load that the film cannot carry before the surfaces touch, a speed of 0.
+        """
+        return equilibrium(self.label, self.numbers((0.0, 0.0), (0.0, 0.0)), self.play, load, speed)
+
+    def numbers(self, first: tuple[float, float], second: tuple[float, float]) -> tuple[float, ...]:
+        """Parameters of the kernels; `first`, `second`: offsets of both points in the frames of their nodes [m]."""
+        own = self.film.numbers(self.bearing_radius, self.clearance)
+        own |= {kernels.HEIGHT: self.roughness, kernels.CHOSEN: 0.0}
+        own |= {kernels.OFFSET1_X: first[0], kernels.OFFSET1_Y: first[1]}
+        own |= {kernels.OFFSET2_X: second[0], kernels.OFFSET2_Y: second[1]}
+        thinnest = kernels.KEPT * self.roughness / self.clearance
+        return (*packed(own), *self.film.table(self.label, self.bearing_radius, thinnest))
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """Contact, angle and start of the dry joint, and the film with its signals."""
+        first, second = self.ends(mechanism)
+        coordinates, p = (*first.coordinates, *second.coordinates), self.numbers(first.offset, second.offset)
+        element = ElementContribution(
+            self.name,
+            kernels.film_kernel,
+            coordinates,
+            p,
+            energy=kernels.film_energy,
+            force=kernels.film_force_kernel,
+            tangent=kernels.film_tangent,
+            account=kernels.film_account,
+        )
+        before, behind = p[: kernels.CHOSEN], p[kernels.CHOSEN + 1 :]
+        signals = [
+            SignalContribution(self.name, name, unit, kernels.film_signal, coordinates, (*before, float(k), *behind))
+            for k, (name, unit) in enumerate(kernels.SIGNALS)
+        ]
+        return [*super().contributions(mechanism), element, *signals]
+
+    def findings_before(self, mechanism: Mechanism) -> Iterator[Finding]:  # noqa: ARG002
+        """Finding on a gap that is not thin."""
+        ratio = self.clearance / self.bearing_radius
+        if ratio > THIN:
+            text = f"{self.label} has a clearance of {ratio:.3g} of its radius; films are thin up to {THIN:g}."
+            remedy = "Errors are of that size: take a smaller clearance, or take the result as an estimate."
+            yield found("thick-film", (self.name,), text, remedy, ratio=ratio, limit=THIN)
+
+    def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:  # noqa: ARG002
+        """Finding on a film that is not laminar."""
+        speed, when = motion.peak(f"{self.name}.omega")
+        oil, radius = self.film, self.bearing_radius
+        reynolds = oil.density * speed * radius * self.clearance / oil.viscosity
+        limit = TAYLOR * (radius / self.clearance) ** 0.5
+        if reynolds > limit:
+            text = f"At t = {when:.6g} s the Reynolds number of the film of {self.label} is {reynolds:.4g}; "
+            text += f"it is laminar up to {limit:.4g}."
+            remedy = "Forces and losses are larger than computed: take a smaller clearance or a thicker oil."
+            yield found("turbulent-film", (self.name,), text, remedy, time=when, reynolds=reynolds, limit=limit)

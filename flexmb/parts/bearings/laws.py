@@ -1,0 +1,177 @@
+"""Films of oil: short and long bearings, by their viscosity and width."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import KW_ONLY
+from typing import ClassVar
+
+from flexmb.display import Shown
+from flexmb.errors import InputError
+from flexmb.fields import Input, field, one_of, positive, record
+from flexmb.parts.bearings import film, reynolds
+from flexmb.parts.bearings.kernels import CLEARANCE, DRAG, EXTENT, FLOW, FORCE, KIND, PRESSURE
+
+EXTENTS = {"positive": film.POSITIVE, "half": film.HALF, "none": film.WHOLE}
+"""Kinds of cavitation, with the extents that they leave of a film."""
+
+
+@record
+class Film(Input, Shown, ABC):
+    """Base of films of oil of constant viscosity between a journal and its bearing."""
+
+    _: KW_ONLY
+    viscosity: float = field(
+        "dynamic viscosity mu of the oil", "Pa s", positive, hint="Oils have 0.005 to 0.5 Pa s; 1 cP is 0.001 Pa s."
+    )
+    width: float = field("axial width L of the bearing", "m", positive)
+    density: float = field("density of the oil, for the Reynolds number", "kg/m^3", positive, default=870.0)
+    kind: ClassVar[float]
+
+    @property
+    def extent(self) -> float:
+        """Extent of the film, as a parameter of the kernels."""
+        return film.POSITIVE
+
+    @abstractmethod
+    def scales(self, radius: float, clearance: float) -> dict[int, float]:
+        """Scales of force, pressure and flow by their places, for `radius` and `clearance` of a bearing [m]."""
+
+    def numbers(self, radius: float, clearance: float) -> dict[int, float]:
+        """Parameters of a film in a bearing of this `radius` and `clearance` [m], by their places."""
+        drag = 2.0 * math.pi * self.viscosity * radius**3 * self.width / clearance
+        own = {KIND: self.kind, EXTENT: self.extent, CLEARANCE: clearance, DRAG: drag}
+        return own | self.scales(radius, clearance)
+
+    def table(self, label: str, radius: float, thinnest: float) -> tuple[float, ...]:  # noqa: ARG002 - asked by some
+        """Further parameters, of a film whose force is a table, for a bearing of this `radius` [m].
+
+        `label`: of the joint, for messages; `thinnest`: least film over the clearance.
+        """
+        return ()
+
+
+@record
+class ClosedFilm(Film):
+    """Base of films whose forces are closed forms."""
+
+    _: KW_ONLY
+    cavitation: str = field(
+        '"positive": the film is where its pressure is positive; "half": from the widest to the narrowest gap, also '
+        'with squeeze, as often published; "none": all round',
+        rule=one_of(*EXTENTS),
+        default="positive",
+    )
+
+    @property
+    def extent(self) -> float:
+        """Extent of the film, as a parameter of the kernels."""
+        return EXTENTS[self.cavitation]
+
+
+@record
+class ShortBearing(ClosedFilm):
+    """Film of a bearing that is short beside its diameter (Ocvirk): the oil flows to the sides alone.
+
+    Squeeze and spin may have any size and sign.
+
+    Equation (15.3) of docs/theory/films.md.
+
+    Raises
+    ------
+    InputError : values out of range.
+
+    Notes
+    -----
+    For widths up to half the diameter, and eccentricities up to 0.8 of the clearance: beyond, it is too stiff.
+    The shear stress acts all round the bearing, in the cavitated part as well.
+    Source: G. B. DuBois, F. W. Ocvirk, Analytical derivation and experimental evaluation of short-bearing approximation
+    for full journal bearings, NACA Report 1157, 1953.
+    """
+
+    kind = film.SHORT
+
+    def scales(self, radius: float, clearance: float) -> dict[int, float]:
+        """Scales of force, pressure and flow by their places, for `radius` and `clearance` of a bearing [m]."""
+        mu, L, c = self.viscosity, self.width, clearance
+        return {FORCE: mu * radius * L**3 / c**2, PRESSURE: 1.5 * mu * (L / c) ** 2, FLOW: 2.0 * radius * L * c}
+
+
+@record
+class LongBearing(ClosedFilm):
+    """Film of a bearing that is long beside its diameter (Sommerfeld): the oil flows around the journal alone.
+
+    Squeeze and spin may have any size and sign.
+
+    Equation (15.4) of docs/theory/films.md.
+
+    Raises
+    ------
+    InputError : values out of range.
+
+    Notes
+    -----
+    For widths of more than four times the diameter; at a width of one diameter its force is five times that of a finite
+    film.  Nothing flows out at the sides, so `flow` is 0.
+    The shear stress acts all round the bearing, in the cavitated part as well.
+    With squeeze the pressure is zero at both ends of half a turn, too.
+    Source: O. Pinkus, B. Sternlicht, Theory of Hydrodynamic Lubrication, McGraw-Hill 1961, for the film without it.
+    """
+
+    kind = film.LONG
+
+    def scales(self, radius: float, clearance: float) -> dict[int, float]:
+        """Scales of force, pressure and flow by their places, for `radius` and `clearance` of a bearing [m]."""
+        slender = (radius / clearance) ** 2
+        return {
+            FORCE: self.viscosity * radius * slender * self.width, PRESSURE: 6.0 * self.viscosity * slender, FLOW: 0.0,
+        }  # fmt: skip
+
+
+WIDEST, EVERYWHERE = "widest", "everywhere"
+
+
+@record
+class FiniteBearing(Film):
+    """Film of a bearing of any width, by the Reynolds equation with p >= 0 and Reynolds' condition at its border.
+
+    Its forces stand in a table of eccentricity and direction of the motion, which is made once for each ratio of width
+    to diameter, before the first run.  Squeeze and spin may have any size and sign.
+
+    Equations (15.1) and (15.6) of docs/theory/films.md.
+
+    Raises
+    ------
+    InputError : values out of range; with the joint: a roughness below 0.002 of the clearance, where the table ends.
+
+    Notes
+    -----
+    Finite volumes, 96 around and 12 on half of the width; errors of forces are below 0.1 % up to an eccentricity of
+    0.9 and a width of two diameters, 0.3 % up to 0.97 and ten diameters (docs/decisions/074-films-of-oil.md).
+    Published tables of steady loads begin the film at the widest gap.  Under a load that turns or reverses, oil from
+    everywhere is the better guess.  Grooves at fixed places, and mass of oil in cavities, are left out.
+    The shear stress acts all round the bearing, in the cavitated part as well.
+    """
+
+    supply: str = field(
+        'where oil is supplied without pressure: "widest", along the widest gap; "everywhere" where the film is torn',
+        rule=one_of(WIDEST, EVERYWHERE),
+        default=WIDEST,
+    )
+
+    kind = film.TABLE
+
+    def scales(self, radius: float, clearance: float) -> dict[int, float]:
+        """Scales of force, pressure and flow by their places, for `radius` and `clearance` of a bearing [m]."""
+        pressure = self.viscosity * (radius / clearance) ** 2
+        return {FORCE: pressure * radius * self.width, PRESSURE: pressure, FLOW: radius**2 * clearance / 6.0}
+
+    def table(self, label: str, radius: float, thinnest: float) -> tuple[float, ...]:
+        """Numbers of the table of forces; `label`, `radius`, `thinnest` as of `Film.table`."""
+        if thinnest < reynolds.THINNEST:
+            raise InputError(
+                f"{label}: the film may become as thin as {thinnest:.3g} of the clearance, half of the roughness; the "
+                f"table of a FiniteBearing ends at {reynolds.THINNEST:g}. Give a roughness of 0.002 of the clearance."
+            )
+        return reynolds.film_table(self.width / (2.0 * radius), self.supply == WIDEST)

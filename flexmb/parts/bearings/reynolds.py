@@ -1,0 +1,253 @@
+"""Finite film: the Reynolds equation with Reynolds' condition p >= 0, and a table of its forces made before a run.
+
+On half of the width, with P = p/(mu (R/c)^2) and Z = z/R,
+
+    d/dtheta (H^3 dP/dtheta) + H^3 d2P/dZ2 = 12 (a cos(theta) - b sin(theta)) where P > 0,
+
+a linear complementarity problem.  Its forces are homogeneous in (a, b), so with s = sqrt(1 - eps^2) they are a size,
+hypot(a, s b), times a function of the eccentricity and of beta = atan2(a, s b): squeeze counts more in a narrow gap.
+
+Equations (15.1) and (15.6) of docs/theory/films.md.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import solveh_banded
+
+from flexmb.errors import SolveError
+from flexmb.kernels import compiled
+from flexmb.parts.bearings.film import TABLE_BEGIN
+
+CELLS, LAYERS = 96, 12
+"""Number of cells around the bearing and on half of its width."""
+
+ECCENTRICITIES, ANGLES = 26, 48
+"""Number of values of -log(1 - eps) and of beta in a table."""
+
+THINNEST = 1e-3
+"""Least film over the clearance in a table."""
+
+ROUND_OFF = 1e-13  # source over the largest one that is none
+
+COARSEST = 12  # number of cells around from which the part of the film with P > 0 is found by itself
+
+MOST_SETS = 60  # number of iterations at most by which the part of the film with P > 0 is found
+
+RADIAL, TANGENTIAL, PEAK, SIDE = range(4)
+"""Fields of a table: forces outwards and along +theta, largest pressure, flow at the sides."""
+
+ROWS, COLUMNS, STEP, FIRST = range(TABLE_BEGIN, TABLE_BEGIN + 4)
+"""Parameters behind those of any film: numbers of coefficients, step of -log(1 - eps), first coefficient."""
+
+
+class FilmResult(NamedTuple):
+    """Results of a finite film at the rates a and b, over their scales."""
+
+    radial: float  # over mu R^3 L/c^2
+    tangential: float
+    peak: float  # over mu (R/c)^2
+    side: float  # over R^2 c/6
+    pressure: np.ndarray  # (cells - 1, layers) P at the inner nodes
+
+
+def solve_film(
+    eps: float,
+    a: float,
+    b: float,
+    ratio: float,
+    *,
+    from_widest: bool = True,
+    cells: int = CELLS,
+    layers: int = LAYERS,
+) -> FilmResult:
+    """Film at the rates a and b of a bearing with width over diameter `ratio`.
+
+    `from_widest`: the oil is supplied at the widest gap, where p = 0; else it is supplied everywhere, and p = 0 where
+    the gap widens most.
+
+    Cells are even in Sommerfeld's angle, so they follow the narrow peak of the pressure, and finer towards the sides.
+    """
+    s = math.sqrt(1.0 - eps * eps)
+    start = 0.0 if from_widest else math.atan2(-b, a)
+    g = math.atan2(s * math.sin(start), math.cos(start) + eps) + np.linspace(0.0, 2.0 * math.pi, 2 * cells + 1)
+    q = 1.0 - eps * np.cos(g)
+    cos, sin = (np.cos(g) - eps) / q, s * np.sin(g) / q
+    turn = 0.5 * math.pi * np.arange(layers + 1) / layers
+    z = ratio * np.sin(turn)
+    dz = np.diff(np.concatenate([[0.0], 0.5 * (z[1:] + z[:-1])]))  # widths of the cells about the layers
+    resistance = ((1.0 + 0.5 * eps**2) * g - 2.0 * eps * np.sin(g) + 0.25 * eps**2 * np.sin(2.0 * g)) / s**5
+    around = 1.0 / np.diff(resistance[::2])
+    faces = a * sin[1::2] + b * cos[1::2]
+    cubed = s**7 * (q[1:-2:2] ** -4 + 4.0 * q[2:-1:2] ** -4 + q[3::2] ** -4) * math.pi / (3.0 * cells)  # Simpson
+    f = -12.0 * np.outer(np.diff(faces), dz)
+    bands = _bands(around, cubed, dz, np.diff(z))
+    film = f > 0.0
+    if cells >= 2 * COARSEST:  # the film of half of the cells, whose borders move one cell in an iteration
+        half = solve_film(eps, a, b, ratio, from_widest=from_widest, cells=cells // 2, layers=layers).pressure > 0.0
+        film = half[np.minimum(np.arange(1, cells) // 2, len(half)) - 1]
+    P = _non_negative(bands, f.ravel(), film.ravel()).reshape(f.shape)
+    weights = np.cos(turn[:-1]) * turn[1]  # of the trapezoidal rule in `turn` and in g, where P is smooth
+    weights[0] *= 0.5
+    mean = P @ weights * (s / q[2:-1:2] * 2.0 * math.pi / cells)
+    side = float((cubed * P[:, -1]).sum() / (z[-1] - z[-2]))
+    return FilmResult(float(mean @ cos[2:-1:2]), float(mean @ sin[2:-1:2]), float(P.max()), side, P)
+
+
+def _bands(around: np.ndarray, cubed: np.ndarray, dz: np.ndarray, gaps: np.ndarray) -> np.ndarray:
+    """Upper bands of the symmetric matrix of the pressures, node by node around and layer by layer."""
+    m, n = len(cubed), len(dz)
+    bands = np.zeros((n + 1, m, n))
+    along = cubed[:, None] / gaps
+    bands[n] = np.outer(around[1:] + around[:-1], dz) + along
+    bands[n, :, 1:] += along[:, :-1]
+    bands[n - 1, :, 1:] = -along[:, :-1]
+    bands[0, 1:] = -np.outer(around[1:-1], dz)
+    flat: np.ndarray = bands.reshape(n + 1, m * n)
+    return flat
+
+
+def _non_negative(bands: np.ndarray, f: np.ndarray, film: np.ndarray) -> np.ndarray:
+    """P >= 0 with A P >= f, equal where P > 0; that set by Newton's method on a function with kinks, from `film` on."""
+    n = len(bands) - 1
+    for _ in range(MOST_SETS):
+        own = bands.copy()
+        for k in range(n):  # rows and columns without film are those of the identity
+            own[k, n - k :] *= film[n - k :] & film[: -(n - k)]
+        own[n][~film] = 1.0
+        P: np.ndarray = solveh_banded(own, np.where(film, f, 0.0), check_finite=False)
+        slack = f - _times(bands, P)  # what would press where there is no film
+        now = np.where(film, P > 0.0, slack > ROUND_OFF * np.abs(f).max())
+        if np.array_equal(now, film):
+            return P
+        film = now
+    raise SolveError(f"The part of a finite film with pressure was not found in {MOST_SETS} iterations.")
+
+
+def _times(bands: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Product of a symmetric matrix in upper bands with x."""
+    n = len(bands) - 1
+    y: np.ndarray = bands[n] * x
+    for k in range(n):
+        d = n - k
+        if bands[k].any():
+            y[:-d] += bands[k, d:] * x[d:]
+            y[d:] += bands[k, d:] * x[:-d]
+    return y
+
+
+@lru_cache(maxsize=64)
+def film_table(ratio: float, from_widest: bool) -> tuple[float, ...]:
+    """Coefficients of cubic splines of the forces by -log(1 - eps) and beta, with their numbers before them."""
+    end = -math.log(THINNEST)
+    levels, quarter = np.linspace(0.0, end, ECCENTRICITIES), ANGLES // 4
+    values = np.zeros((4, ECCENTRICITIES, ANGLES))
+    for i, level in enumerate(levels):
+        eps = 1.0 - math.exp(-level)
+        s = math.sqrt(1.0 - eps * eps)
+        for j in range(-quarter, quarter + 1):
+            a, b = math.sin(2.0 * math.pi * j / ANGLES), math.cos(2.0 * math.pi * j / ANGLES) / s
+            found = solve_film(eps, a, b, ratio, from_widest=from_widest)
+            own = s**3 * found.radial, s**3 * found.tangential, s**4 * found.peak, s * found.side
+            values[:, i, j % ANGLES] = own
+            values[:, i, (2 * quarter - j) % ANGLES] = own[0], -own[1], own[2], own[3]  # mirrored spin
+    splines = _periodic(_open(values))
+    return (float(ECCENTRICITIES + 2), float(ANGLES + 3), end / (ECCENTRICITIES - 1), *splines.ravel().tolist())
+
+
+def _open(values: np.ndarray) -> np.ndarray:
+    """Coefficients of cubic splines along the second axis; at the ends the third derivative has no jump."""
+    n = values.shape[1]
+    A = np.zeros((n + 2, n + 2))
+    for i in range(n):
+        A[i, i : i + 3] = 1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0
+    A[n, :5] = A[n + 1, -5:] = 1.0, -4.0, 6.0, -4.0, 1.0
+    right = np.concatenate([values, np.zeros_like(values[:, :2])], axis=1)
+    found: np.ndarray = np.einsum("ij,kjl->kil", np.linalg.inv(A), right)
+    return found
+
+
+def _periodic(values: np.ndarray) -> np.ndarray:
+    """Coefficients of periodic cubic splines along the last axis, the first three once more at its end."""
+    n = values.shape[2]
+    A = np.eye(n) * 4.0 + np.roll(np.eye(n), 1, axis=1) + np.roll(np.eye(n), -1, axis=1)
+    found: np.ndarray = np.einsum("ij,klj->kli", np.linalg.inv(A / 6.0), values)[:, :, np.arange(-1, n + 2) % n]
+    return found
+
+
+@compiled
+def table_place(p, eps, beta):
+    """Cell of a table, by its first coefficient, and the place in it, 0 to 1 along both axes."""
+    x = -math.log(1.0 - eps) / p[STEP]
+    y = (beta / (2.0 * math.pi) + 1.0) * (p[COLUMNS] - 3.0)
+    i, j = min(int(x), int(p[ROWS]) - 4), int(y)
+    return i, j % (int(p[COLUMNS]) - 3), x - i, y - j
+
+
+@compiled
+def spline(u):
+    """Values of the four cubic splines of a cell, and their derivatives."""
+    w = 1.0 - u
+    return (
+        (w * w * w / 6.0, 0.5 * u * u * u - u * u + 2.0 / 3.0, 0.5 * w * w * w - w * w + 2.0 / 3.0, u * u * u / 6.0),
+        (-0.5 * w * w, 1.5 * u * u - 2.0 * u, 2.0 * w - 1.5 * w * w, 0.5 * u * u),
+    )
+
+
+@compiled
+def table_field(p, field, i, j, x, y):
+    """Value of a field, and its derivatives along both axes of the table in cells."""
+    columns = int(p[COLUMNS])
+    begin = FIRST + (field * int(p[ROWS]) + i) * columns + j
+    fx, gx = spline(x)
+    fy, gy = spline(y)
+    value, by_x, by_y = 0.0, 0.0, 0.0
+    for m in range(4):
+        k = begin + m * columns
+        along, across = 0.0, 0.0
+        for n in range(4):
+            along += fy[n] * p[k + n]
+            across += gy[n] * p[k + n]
+        value += fx[m] * along
+        by_x += gx[m] * along
+        by_y += fx[m] * across
+    return value, by_x, by_y
+
+
+@compiled
+def table_force(p, eps, a, b):
+    """Force over its scale and its derivatives, as `film_force` gives them."""
+    s2 = 1.0 - eps * eps
+    s = math.sqrt(s2)
+    B = s * b
+    size = math.sqrt(a * a + B * B)
+    if size == 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    i, j, x, y = table_place(p, eps, math.atan2(a, B))
+    R, R_x, R_y = table_field(p, RADIAL, i, j, x, y)
+    T, T_x, T_y = table_field(p, TANGENTIAL, i, j, x, y)
+    scale, by_beta = 1.0 / (s2 * s), (p[COLUMNS] - 3.0) / (2.0 * math.pi)
+    by_eps, rise = 1.0 / (p[STEP] * (1.0 - eps)), 3.0 * eps / s2
+    x, y = scale * a / size, scale * B / size
+    R_y, T_y = R_y * by_beta, T_y * by_beta
+    R_b, T_b, shrink = y * R - x * R_y, y * T - x * T_y, -eps * b / s  # by B, and dB/deps
+    scale *= size
+    return (
+        scale * R, scale * T,
+        scale * (R_x * by_eps + rise * R) + shrink * R_b, scale * (T_x * by_eps + rise * T) + shrink * T_b,
+        x * R + y * R_y, s * R_b, x * T + y * T_y, s * T_b,
+    )  # fmt: skip
+
+
+@compiled
+def table_scalar(p, field, eps, a, b):
+    """Largest pressure or flow at the sides over its scale."""
+    s2 = 1.0 - eps * eps
+    s = math.sqrt(s2)
+    i, j, x, y = table_place(p, eps, math.atan2(a, s * b))
+    value, _, _ = table_field(p, field, i, j, x, y)
+    return value * math.sqrt(a * a + s2 * b * b) / (s2 * s2 if field == PEAK else s)
