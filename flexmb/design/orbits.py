@@ -371,13 +371,12 @@ def _status(orbit: PeriodicOrbit, slopes: _Numbers, signals: _Signals, table: xr
     """Sentences on the error of the derivatives of the start, and on missing or doubtful derivatives."""
     errors, length = signals.state - slopes.state[:, 0] + slopes.state[:, 1], orbit.shooting.space.length
     slope, wrong, amount, value = (table[one].values for one in ("derivative", "error", "amount", "value"))
-    floors = NOTHING * length(orbit.state) / np.where(value == 0.0, 1.0, np.abs(value))
-    each = zip(errors, signals.state, floors.tolist(), strict=True)
+    least = NOTHING / np.where(value == 0.0, 1.0, np.abs(value))
+    each = zip(errors, signals.state, length(orbit.state) * least, strict=True)
     worst = max(length(error) / (max(length(x), floor) or 1.0) for error, x, floor in each)
     text = f"Two estimates of the derivatives of the start differ by {worst:.1e}."
     sizes = [np.abs(amount[table.unit.values == unit]).max() for unit in table.unit.values]
-    least = NOTHING * np.array(sizes)[:, None] / np.where(value == 0.0, 1.0, np.abs(value))
-    doubtful = wrong > np.maximum(DOUBTFUL * np.abs(slope), least)
+    doubtful = wrong > np.maximum(DOUBTFUL * np.abs(slope), np.array(sizes)[:, None] * least)
     names = table.measure.values
     found = [f"{names[k]} by {table.parameter.values[j]}" for k, j in np.argwhere(doubtful)]
     text += f" Doubtful, since neighbours at two distances differ: {display.listed(found)}." if found else ""
