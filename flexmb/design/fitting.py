@@ -506,11 +506,12 @@ def _result(search: _Search, found: Any, loss: str, *, known: bool) -> Fit:
     left, singular, right = np.linalg.svd(J, full_matrices=False)
     seen = singular > HARDLY_SEEN * singular[0]
     inverse = np.where(seen, 1.0 / np.where(seen, singular, 1.0), 0.0)
-    variance = 1.0 if known else float(residuals @ residuals) / max(own.count - len(found.x), 1)
-    covariance = (right.T * inverse**2) @ right * variance
+    more = own.count - len(found.x)
+    variance = 1.0 if known else float(residuals @ residuals) / more if more else math.inf
     blind = (np.abs(right[~seen]) > MEMBER).any(axis=0)
-    sizes = np.sqrt(np.diag(covariance))
     with np.errstate(all="ignore"):
+        covariance = (right.T * inverse**2) @ right * variance
+        sizes = np.sqrt(np.diag(covariance))
         correlation = np.where(blind[:, None] | blind, np.nan, covariance / np.outer(sizes, sizes))
     left_over, factors = _left_over(search, computed, math.sqrt(variance), known=known)
     grown = np.broadcast_to(factors, own.values.shape)[own.seen] * ((right.T * inverse) @ left.T)
@@ -592,6 +593,8 @@ def _sentences(search: _Search, found: Any, over_noise: float) -> Iterator[str]:
     yield "Converged." if found.success else f"Not converged ({found.message})."
     if over_noise > ABOVE_NOISE:
         yield f"The residuals are {over_noise:.3g} times the noise: another minimum, or something that the model lacks."
+    if own.count == search.unknowns:
+        yield "As many numbers as unknowns: they leave no scatter."
     if own.part < 1.0:
         yield f"Data later than {own.time[-1]:.4g} s are left out: small differences grow too far there."
     at = [name for name, x in zip(search.names, found.x, strict=False) if min(x, 1.0 - x) < SAME_POINT]

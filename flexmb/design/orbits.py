@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from keyword import iskeyword
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -174,7 +175,8 @@ def _described(orbit: Any, parameters: Any) -> tuple[Dynamics, ParameterModel]:
         """A function with the parameters of the system as its arguments."""
 
     kind = inspect.Parameter.KEYWORD_ONLY
-    own = [inspect.Parameter(name, kind, default=value) for name, value in system.parameters.items()]
+    named = {name: value for name, value in system.parameters.items() if name.isidentifier() and not iskeyword(name)}
+    own = [inspect.Parameter(name, kind, default=value) for name, value in named.items()]
     numbers.__signature__ = inspect.Signature(own)  # type: ignore[attr-defined]
     return system, ParameterModel(LABEL, numbers, parameters)
 
@@ -368,12 +370,13 @@ def _of_the_end(measure: Measure, amount: float, last: float) -> float:
 def _status(orbit: PeriodicOrbit, slopes: _Numbers, signals: _Signals, table: xr.Dataset) -> str:
     """Sentences on the error of the derivatives of the start, and on missing or doubtful derivatives."""
     errors, length = signals.state - slopes.state[:, 0] + slopes.state[:, 1], orbit.shooting.space.length
-    worst = max(length(wrong) / (length(x) or 1.0) for wrong, x in zip(errors, signals.state, strict=True))
-    text = f"Two estimates of the derivatives of the start differ by {worst:.1e}."
     slope, wrong, amount, value = (table[one].values for one in ("derivative", "error", "amount", "value"))
+    least = NOTHING / np.where(value == 0.0, 1.0, np.abs(value))
+    each = zip(errors, signals.state, length(orbit.state) * least, strict=True)
+    worst = max(length(error) / (max(length(x), floor) or 1.0) for error, x, floor in each)
+    text = f"Two estimates of the derivatives of the start differ by {worst:.1e}."
     sizes = [np.abs(amount[table.unit.values == unit]).max() for unit in table.unit.values]
-    least = NOTHING * np.array(sizes)[:, None] / np.where(value == 0.0, 1.0, np.abs(value))
-    doubtful = wrong > np.maximum(DOUBTFUL * np.abs(slope), least)
+    doubtful = wrong > np.maximum(DOUBTFUL * np.abs(slope), np.array(sizes)[:, None] * least)
     names = table.measure.values
     found = [f"{names[k]} by {table.parameter.values[j]}" for k, j in np.argwhere(doubtful)]
     text += f" Doubtful, since neighbours at two distances differ: {display.listed(found)}." if found else ""

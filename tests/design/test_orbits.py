@@ -73,6 +73,22 @@ def test_linear_oscillator_has_its_closed_form():
     np.testing.assert_allclose(found.dataset["period"], [0.0, 0.0, 0.0, -TURN], atol=1e-9)
 
 
+def test_a_start_that_stays_has_no_error_of_its_derivative():
+    # x' + k x = cos t starts with k/(1 + k^2), which is largest at k = 1
+    flow = ODE(lambda t, x, k: [np.cos(t) - k * x[0]], [0.5], parameters={"k": 1.0}, period=TURN)
+    found = orbit_sensitivity(periodic_orbit(flow), ["k"])
+    assert abs(float(found.dataset["state"][0, 0])) < 1e-7
+    assert float(found.status.split("differ by ")[1].split(".\n")[0].rstrip(".")) < 0.1
+
+
+def test_parameters_whose_names_are_no_identifiers_are_passed_by():
+    numbers = {"r": 2.5, "lambda": 1.0}
+    found = orbit_sensitivity(
+        periodic_orbit(Map(lambda x, r, **_: r * x * (1.0 - x), [0.6], parameters=numbers)), ["r"]
+    )
+    assert float(found.dataset["state"][0, 0]) == pytest.approx(0.16, abs=1e-8)
+
+
 def test_equal_multipliers_have_no_derivatives_but_their_product():
     numbers = LINEAR | {"c": 2.0, "k": 1.0}  # critical damping: exp(-2 pi) twice
     found = orbit_sensitivity(periodic_orbit(oscillator(numbers)), ["c"])

@@ -166,6 +166,19 @@ def test_picture_of_residuals(shared, swings):
     assert [line.get_xdata()[0] for line in above.get_lines()[2:]] == [1.01, 2.02]
 
 
+def test_as_many_numbers_as_unknowns_leave_no_scatter(tmp_path):
+    data = record(np.array([0.0, 0.1]), np.array([np.nan, moved(np.array(0.1), 90.0, 0.7, 0.1)]))
+    found = fm.design.fit(lambda rate: oscillator(rate, 0.7), {"rate": (60.0, 120.0)}, data, signals=["body.x"])
+    assert found.parameters["rate"] == pytest.approx(90.0, rel=1e-3)
+    assert found.errors == found.corrected == {"rate": np.inf}
+    assert "no scatter" in found.message
+    fm.plots.plot_residuals(found)
+    fm.report(found, tmp_path / "fit.html")
+
+
 def test_other_objects_have_no_residuals():
+    orbit = fm.chaos.periodic_orbit(fm.chaos.Map(lambda x, r: r * x * (1.0 - x), [0.6], parameters={"r": 2.5}))
+    with pytest.raises(InputError, match="plot_residuals: fit is PeriodicOrbit"):
+        fm.plots.plot_residuals(orbit)  # whose residuals are others
     with pytest.raises(InputError, match=r"plot_residuals: fit is float; it must be the result of fm\.design\.fit"):
         fm.plots.plot_residuals(3.0)

@@ -8,6 +8,7 @@ import scipy.linalg
 import scipy.optimize
 
 import flexmb as fm
+from flexmb.dynamics.systems.impact_ode import FromImpact
 
 C, E = 0.1, 0.8
 TURN = 2.0 * math.pi
@@ -134,6 +135,58 @@ def test_grazing_curve_over_amplitude_and_frequency(touching):
     np.testing.assert_allclose(curve["period"].values, TURN / w, rtol=1e-12)
 
 
+def test_a_fast_oscillator_whose_period_is_told_to_the_orbit_alone():
+    # a kilohertz: speeds are a thousand times the displacements
+    s = 1e-3
+    ode = fm.chaos.ODE(
+        lambda t, x, A: [x[1], (A * math.cos(t / s) - C * s * x[1] - x[0]) / s**2],
+        [0.0, 0.0],
+        jacobian=lambda t, x, A: [[0.0, 1.0], [-1.0 / s**2, -C / s]],
+        parameters={"A": 0.09},
+    )
+    flow = fm.chaos.ImpactODE(ode, gap=lambda t, x, A: 1.0 - x[0], jump=lambda t, x, A: [x[0], -E * x[1]])
+    orbit = fm.chaos.periodic_orbit(flow, settle=10, period=TURN * s)
+    branch = fm.chaos.follow(orbit, "A", (None, 0.105), largest=0.1)
+    assert branch.ok, branch.status
+    assert kinds(branch) == ["grazing", "fold"]
+    assert branch.events[0].value == pytest.approx(0.1, abs=1e-9)
+    assert branch.events[1].value == pytest.approx(Closed.fold(), abs=1e-9)
+    last = branch.points[-1]
+    assert last.value == pytest.approx(Closed(float(last.impact_speeds[0]) * s).A, abs=1e-8)
+
+
+def test_a_wall_moves_beyond_the_position_of_rest_where_the_flow_starts():
+    ode = fm.chaos.ODE(
+        lambda t, x, wall: [x[1], 0.4 * math.cos(2.0 * t) - C * x[1] - x[0]],
+        [0.0, 0.0],
+        parameters={"wall": 0.1},
+        period=math.pi,
+    )
+    flow = fm.chaos.ImpactODE(ode, gap=lambda t, x, wall: wall - x[0], jump=lambda t, x, wall: [x[0], -E * x[1]])
+    free, answer = scipy.linalg.expm(np.array([[0.0, 1.0], [-1.0, -C]]) * math.pi), 0.4 / (2j * C - 3.0)
+
+    def forced(wall, v):
+        """Forced motion, as a complex number, at the impact of the orbit with one impact a period, of the speed v."""
+        x, rate = np.linalg.solve(free - np.eye(2), free @ [wall, -E * v] - [wall, v])
+        return complex(x, -0.5 * rate)
+
+    v = scipy.optimize.brentq(lambda v: abs(forced(0.1, v)) - abs(answer), 0.5, 1.5)
+    hit = 0.5 * np.angle(forced(0.1, v) / answer) % math.pi
+    flow.reset([0.1, -E * v], time=hit)
+    flow.advance(math.pi - hit)
+    orbit = fm.chaos.periodic_orbit(flow, guess=flow.state())
+    branch = fm.chaos.follow(orbit, "wall", (None, -0.05), step=0.3, largest=0.5)
+    assert branch.ok, branch.status
+    for p in branch.points:
+        assert abs(forced(p.value, float(p.impact_speeds[0]))) == pytest.approx(abs(answer), abs=1e-8)
+
+
+def test_a_rebound_into_the_wall_ends_with_a_status():
+    system = FromImpact(oscillator(), np.array([1.1, -0.5]), 0.0, 1, 1.0)
+    assert not system.advance(1.0)
+    assert "Start in flight" in system.status
+
+
 def test_flip_curve_of_a_bouncing_ball():
     # once a period: the table rises with (1 - e)/(1 + e) g T/2 at the impact; the orbit flips where the derivative
     # of the table's speed is 2 g (1 + e^2)/(1 + e)^2 (P. J. Holmes, J. Sound Vib. 84 (1982) 173-189)
@@ -215,3 +268,8 @@ def test_what_a_curve_refuses(touching):
         touching.curve(0, "omega", (0.9, 1.1))
     with pytest.raises(fm.errors.InputError, match="event is 7"):
         touching.curve(7, "w", (0.9, 1.1))
+
+
+def test_an_unknown_gap_is_refused(touching):
+    with pytest.raises(fm.errors.InputError, match="grazing is 'distance'"):
+        fm.chaos.follow(touching.orbit(0), "A", (None, 0.09), grazing="distance")

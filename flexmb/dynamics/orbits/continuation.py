@@ -169,7 +169,7 @@ def follow(
         span=(begin, end),
         bounds=(step, largest, smallest),
         tolerance=tolerance_of(shooting.system, tolerance),
-        gaps={} if rigid else gap_signals(shooting.system, grazing, LABEL),
+        gaps=gap_signals(shooting.system, grazing, LABEL),
         extremes=checks.count(LABEL, "extremes", extremes, 0),
     )
     return continuation.run(orbit, checks.count(LABEL, "points", points, 2))

@@ -15,7 +15,7 @@ from flexmb.dynamics.orbits.orbit_newton import correct
 from flexmb.dynamics.orbits.periodic_orbit import FLIP, GRAZING, NEIMARK_SACKER, flip_test, multipliers_of, torus_test
 from flexmb.dynamics.orbits.shooting import SAMPLES, Shooting, ShootingRun, closest_approaches, sampled
 from flexmb.dynamics.systems.impact_ode import ImpactODE
-from flexmb.errors import InputError
+from flexmb.errors import FlexmbError, InputError
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,7 +47,7 @@ class Plane:
         shooting = self.shooting
         try:
             shooting.system.reset(parameters={self.other: float(other)})
-        except InputError:
+        except FlexmbError:
             return None
         if not shooting.set_value(float(value)):
             return None

@@ -11,7 +11,7 @@ from flexmb.dynamics.orbits.branch import BranchPoint, size_of
 from flexmb.dynamics.orbits.continuation import Continuation, ContinuationPoint
 from flexmb.dynamics.orbits.orbit_newton import Direction, NewtonResult, correct
 from flexmb.dynamics.orbits.periodic_orbit import FOLD, GRAZING
-from flexmb.dynamics.orbits.shooting import Shooting, ShootingRun
+from flexmb.dynamics.orbits.shooting import TURN, Shooting, ShootingRun
 from flexmb.dynamics.systems.impact_ode import Approach, FromImpact, ImpactODE, Spans, approaches
 from flexmb.errors import InputError
 
@@ -48,8 +48,14 @@ class ImpactContinuation(Continuation):
     """
 
     from_impact: Shooting | None = None
+    scale: float = 1.0  # of the states, in the weights of instants
     pending: list[BranchPoint] = field(default_factory=list)  # events of the last step
     touches: list[tuple[ShootingRun, float, Spans]] = field(default_factory=list)  # runs near grazing
+
+    def __post_init__(self) -> None:
+        given = self.shooting.declared
+        if given is not None:  # silent spans are fractions of the period of the system
+            self._listener().flow._given_period = (lambda **p: given(p)) if callable(given) else given
 
     @property
     def coordinates(self) -> Shooting:
@@ -59,9 +65,7 @@ class ImpactContinuation(Continuation):
         if result.last is None:
             return result.status
         run = result.last
-        flow = self._listener()
-        flow.reset(run.starts[0], time=self.shooting.origin)
-        motion = self._observed(flow, run.starts[0])
+        motion = self._from(self._listener(), run.starts[0])
         return self.shooting.status if motion is None else self._enter(motion, run.value)
 
     # Motions and coordinates
@@ -69,6 +73,15 @@ class ImpactContinuation(Continuation):
     def _listener(self) -> ImpactODE:
         """The system, as the shooting moves it."""
         return cast("ImpactODE", self.shooting.system)
+
+    def _from(self, flow: ImpactODE, start: np.ndarray) -> Motion | None:
+        """The motion of a flow over a period from a start at the origin; None: it fails."""
+        try:
+            flow.reset(start, time=self.shooting.origin)
+        except InputError as error:  # behind the wall
+            self.shooting.status = str(error)
+            return None
+        return self._observed(flow, start)
 
     def _observed(self, flow: ImpactODE, start: np.ndarray) -> Motion | None:
         """The motion of a flow over a period from its present state on; None: it fails."""
@@ -82,10 +95,8 @@ class ImpactContinuation(Continuation):
         """The motion of unknowns (1, n) of the present coordinates at a value of the parameter."""
         if not self.coordinates.set_value(value) or not self.shooting.set_value(value):
             return None
-        flow = self._listener()
         if self.from_impact is None:
-            flow.reset(starts[0], time=self.shooting.origin)
-            return self._observed(flow, starts[0])
+            return self._from(self._listener(), starts[0])
         system = self._impact_map()
         system.reset(starts[0])
         _, speed = system.rebound()
@@ -112,6 +123,9 @@ class ImpactContinuation(Continuation):
         impacts = [a for a in motion.impacts if a is not touch] + ([touch] if touch is not None and with_impact else [])
         start = touch if with_impact else min(impacts, key=lambda a: a.speed, default=None)
         turns = [a for a in motion.turns if a is not touch] + ([touch] if touch is not None and not with_impact else [])
+        inner, length, period = self._listener().flow, self.shooting.space.length, self.shooting.period
+        inner.reset(motion.start, time=self.shooting.origin)
+        self.scale = float(np.hypot(length(motion.start), length(inner.velocity()) * period / TURN)) or 1.0
         self._choose(start, impacts, turns, value)
         shooting, starts = self.coordinates, motion.start if start is None else np.append(start.state, start.time)
         if not shooting.set_value(value):
@@ -125,19 +139,22 @@ class ImpactContinuation(Continuation):
         ahead = self._direction(run, None)
         if ahead is None:
             return shooting.status
-        if touch is not None and self._opens(run, ahead, touch) < 0.0:
+        opens = 1.0 if touch is None else self._opens(run, ahead, None if with_impact else touch)
+        if np.isnan(opens):
+            return f"the motion beside it fails: {self.shooting.status}"
+        if opens < 0.0:
             ahead = backwards(ahead)
         return self._continuation_point(result, ahead)
 
-    def _opens(self, run: ShootingRun, ahead: Direction, touch: Approach) -> float:
-        """Change along a direction of the closing speed at a start that grazes, or of the gap at a turning point."""
+    def _opens(self, run: ShootingRun, ahead: Direction, touch: Approach | None) -> float:
+        """Change along a direction of the gap at a turning point, or of the closing speed at a start that grazes."""
         values = []
         for sign in (-PROBE, PROBE):
             starts, value = run.starts + sign * ahead.starts, run.value + sign * ahead.value
             motion = self._motion(starts, value)
-            if motion is None:
-                return 0.0
-            if self.from_impact is not None and abs(self._elapsed(touch, float(run.starts[0, -1]))) < 1e-9:
+            if motion is None or (touch is not None and not motion.turns):
+                return np.nan
+            if touch is None:
                 values.append(motion.first.speed)
             else:
                 values.append(min(motion.turns, key=lambda a: abs(self._elapsed(touch, a.time))).gap)
@@ -156,7 +173,7 @@ class ImpactContinuation(Continuation):
             return
         inner = self._listener().copy()
         inner.silent = spans
-        system = FromImpact(inner, start.state, start.time, self.shooting.times)
+        system = FromImpact(inner, start.state, start.time, self.shooting.times, self.scale)
         shooting = Shooting(self.shooting.label, system, period=None, angles=self.shooting.angles)
         shooting.parameter = self.shooting.parameter
         shooting.set_value(value)
@@ -195,7 +212,8 @@ class ImpactContinuation(Continuation):
             return point
         least = min((a.gap for a in motion.turns), default=np.inf)
         speeds = np.array([a.speed for a in motion.impacts])
-        orbit = replace(point.point, grazing={GAP: least if motion.turns else np.nan}, impact_speeds=speeds)
+        gaps = point.point.grazing | {GAP: least if motion.turns else np.nan}
+        orbit = replace(point.point, grazing=gaps, impact_speeds=speeds)
         return replace(point, run=run, tests=point.tests | {IMPACT: speed, TOUCH: least}, point=orbit)
 
     def grazing(self, event: BranchPoint) -> ShootingRun:
@@ -251,7 +269,7 @@ class ImpactContinuation(Continuation):
         if motion is None or len(motion.impacts) != len(last.point.impact_speeds):
             if size * QUARTER >= self.bounds[2]:
                 return self._step(last, size * QUARTER)
-            return None, size, f"Ended at {last.point.value:.6g}: the number of impacts changes, but not by grazing."
+            return None, size, f"Ended at {last.point.value:.6g}: the number of impacts changes, but not by one."
         self.pending = super()._events(last, following)
         following, reason = self._at_the_slowest(following, motion)
         return following, next_size, reason or status
@@ -259,7 +277,7 @@ class ImpactContinuation(Continuation):
     def _at_the_slowest(self, point: ContinuationPoint, motion: Motion) -> tuple[ContinuationPoint | None, str]:
         """A point in the coordinates of its slowest impact; None, and the reason, if the orbit is not found there."""
         slowest, value = min(motion.impacts, key=lambda a: a.speed, default=None), point.point.value
-        if slowest is None or abs(self._elapsed(slowest, float(point.run.starts[0, -1]))) < SAME * self.lengths[1]:
+        if slowest is None or abs(self._elapsed(slowest, float(point.run.starts[0, -1]))) < SAME * self.shooting.period:
             self._choose(slowest, motion.impacts, motion.turns, value)
             return point, ""
         other = self._enter(motion, value)
@@ -272,8 +290,7 @@ class ImpactContinuation(Continuation):
         self.shooting.set_value(point.value)
         flow = self._listener().copy()
         flow.silent = ()
-        flow.reset(point.state, time=self.shooting.origin)
-        return self._observed(flow, point.state)
+        return self._from(flow, point.state)
 
     def _towards(self, point: ContinuationPoint, sign: float) -> ContinuationPoint:
         """A point whose parameter goes on with the sign of a number."""

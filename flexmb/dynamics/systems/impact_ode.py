@@ -87,7 +87,10 @@ class ImpactODE(OfFlow, ContinuousFlow):
         self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
     ) -> None:
         self.flow.reset(state, time=time, parameters=parameters)
-        self._check_start()
+        if state is None and parameters:  # a start given later may be in flight
+            self._start()
+        else:
+            self._check_start()
 
     def advance(self, duration: float, tangents: np.ndarray | None = None) -> bool:
         limit = self.time + checks.positive(self._label, "duration", duration, "s")
@@ -145,6 +148,13 @@ class ImpactODE(OfFlow, ContinuousFlow):
             raise InputError(f"{text}; it must be > 0. Start in flight.")
         self.ok, self.status = self.flow.ok, self.flow.status
         self._last, self._before = float("-inf"), self.state()
+
+    def _start(self) -> None:
+        """Start, or a status behind the wall."""
+        try:
+            self._check_start()
+        except InputError as error:
+            self.ok, self.status = False, str(error)
 
     def _span(self) -> tuple[bool, float]:
         """Whether the present instant lies in a silent span, and the time [s] until which that holds."""
@@ -218,11 +228,11 @@ STEPS = 64  # least number of steps of a period in which turning points are soug
 
 def approaches(flow: ImpactODE, duration: float) -> list[Approach] | None:
     """Impacts and turning points of the gap over a time [s] from the present state on; None: the motion ends early."""
-    found, end = [], flow.time + duration
+    found, end, longest = [], flow.time + duration, min(duration, flow.period or duration) / STEPS
     rate = flow.rate_of_gap()
     while flow.ok and flow.time < end:
         before, last = flow.snapshot(), flow._last
-        if not flow.take_step(min(end, flow.time + duration / STEPS)):
+        if not flow.take_step(min(end, flow.time + longest)):
             return None
         old, rate = rate, flow.rate_of_gap()
         if flow._last != last:
@@ -265,8 +275,8 @@ class FromImpact(OfFlow):
     unit = "periods"
     flow: ImpactODE
 
-    def __init__(self, flow: ImpactODE, state: np.ndarray, instant: float, times: int) -> None:
-        self.flow, self.name, self._time, self.times = flow, flow.name, 0.0, times
+    def __init__(self, flow: ImpactODE, state: np.ndarray, instant: float, times: int, scale: float) -> None:
+        self.flow, self.name, self._time, self.times, self.scale = flow, flow.name, 0.0, times, scale
         self.names, self.units = (*flow.names, "instant"), (*flow.units, "s")
         self._state = np.append(state, instant)
         self.ok, self.status = True, "ready"
@@ -281,7 +291,7 @@ class FromImpact(OfFlow):
 
     @property
     def weights(self) -> np.ndarray:
-        return np.append(self.flow.weights, (2.0 * np.pi / self.length) ** 2)
+        return np.append(self.flow.weights, self.slowness**-2)
 
     @property
     def time(self) -> float:
@@ -299,12 +309,17 @@ class FromImpact(OfFlow):
         self._state = self._state if state is None else np.array(state, dtype=np.float64)
         self._time, self.ok, self.status = time, True, "ready"
         self.flow.flow.reset(self._state[:-1], time=self._state[-1], parameters=parameters)
-        self.flow._check_start()
+        self.flow._start()
 
     @property
     def length(self) -> float:
         """Duration of the map [s]."""
         return self.times * float(self.flow.period or 1.0)
+
+    @property
+    def slowness(self) -> float:
+        """Time [s] that counts as a unit of the state: 1/(2 pi) of the duration over the scale of the states."""
+        return self.length / (2.0 * np.pi * self.scale)
 
     def rebound(self, tangents: np.ndarray | None = None) -> tuple[float, float]:
         """Put the flow just after the impact, with differences (size + 1, k) carried along.
@@ -321,9 +336,9 @@ class FromImpact(OfFlow):
             gaps = n @ tangents[:-1] + by_time * tangents[-1]
             flow.flow.reset(after, time=t)
             tangents[:-1] = J @ tangents[:-1] + np.outer(j - flow.velocity(), tangents[-1])
-            tangents[-1] += gaps * self.length / (2.0 * np.pi)
+            tangents[-1] += gaps * self.slowness
         flow.flow.reset(after, time=t)
-        flow._check_start()
+        flow._start()
         return gap, speed
 
     def advance(self, duration: float, tangents: np.ndarray | None = None) -> bool:
@@ -336,6 +351,6 @@ class FromImpact(OfFlow):
                 return False
             if tangents is not None and carried is not None and instants is not None:
                 tangents[:-1] = carried + np.outer(self.flow.velocity(), instants)
-            self._state = np.append(self.flow.state(), self._state[-1] + gap * self.length / (2.0 * np.pi))
+            self._state = np.append(self.flow.state(), self._state[-1] + gap * self.slowness)
             self._time += 1.0
         return self.ok

@@ -286,7 +286,7 @@ def plot_residuals(fit: Any, *, title: str | None = None) -> Figure:
     ------
     InputError : another kind of object.
     """
-    if getattr(fit, "residuals", None) is None:
+    if getattr(getattr(fit, "residuals", None), "data_vars", None) is None:
         raise InputError(f"plot_residuals: fit is {type(fit).__name__}; it must be the result of fm.design.fit().")
     names = [str(name) for name in fit.residuals.data_vars]
     size, heights = (WIDTH, FRAME + 1.5 * PANEL * len(names)), [2.0, 1.0] * len(names)
