@@ -52,6 +52,7 @@ unless it is small beside that of the noise; spans between attempts to take all 
 ABOVE_NOISE = 1.5  # residuals over the given noise from which a fit says that something is left out
 CLEARLY = 3.0  # correlation of residuals from one instant to the next, over its scatter in white noise, that is told
 LAST_CHANGE = 1e-12  # relative change at which the last search ends
+PROMISING = 0.1  # part of the sum of squares that derivatives promise to take away, from which a search was stopped
 SAME_POINT = 1e-3  # distance of two points, relative to the bounds, within which they are one
 
 FAILURES, REFUSED = (AssemblyError, ModelError, SolveError), 1e4
@@ -507,6 +508,7 @@ def _result(search: _Search, found: Any, loss: str, *, known: bool) -> Fit:
     seen = singular > HARDLY_SEEN * singular[0]
     inverse = np.where(seen, 1.0 / np.where(seen, singular, 1.0), 0.0)
     more = own.count - len(found.x)
+    stuck = search.failed > 0 and _promise(J, residuals, found.x[:p]) > PROMISING
     variance = 1.0 if known else float(residuals @ residuals) / more if more else math.inf
     blind = (np.abs(right[~seen]) > MEMBER).any(axis=0)
     with np.errstate(all="ignore"):
@@ -522,7 +524,7 @@ def _result(search: _Search, found: Any, loss: str, *, known: bool) -> Fit:
     )
     labels = [*names, *(f"the offset of {' and '.join(own.signals[k] for k in places)}" for places in own.offset)]
     rms = math.sqrt(float(residuals @ residuals) / own.count)
-    told = [*_sentences(search, found, rms if known else 0.0), *_correlated(left_over, errors, corrected)]
+    told = [*_sentences(search, found, rms if known else 0.0, stuck=stuck), *_correlated(left_over, errors, corrected)]
     return Fit(
         dict(zip(names, search.values(found.x).tolist(), strict=True)),
         errors,
@@ -533,7 +535,7 @@ def _result(search: _Search, found: Any, loss: str, *, known: bool) -> Fit:
         left_over,
         rms,
         search.runs,
-        bool(found.success),
+        bool(found.success) and not stuck,
         " ".join(told),
         corrected,
         left_over.copy(data=dict(zip(own.signals, computed.T, strict=True))),
@@ -588,9 +590,19 @@ def _settings(search: _Search, x: np.ndarray, loss: str, *, known: bool) -> tupl
     }
 
 
-def _sentences(search: _Search, found: Any, over_noise: float) -> Iterator[str]:
+def _promise(J: np.ndarray, residuals: np.ndarray, x: np.ndarray) -> float:
+    """Part of the sum of squares that derivatives promise to take away, without leaving bounds."""
+    free = np.append(np.minimum(x, 1.0 - x) > SAME_POINT, np.ones(J.shape[1] - len(x), dtype=bool))
+    Q = np.linalg.qr(J[:, free])[0]
+    return float(((Q.T @ residuals) ** 2).sum() / max(float(residuals @ residuals), np.finfo(float).tiny))
+
+
+def _sentences(search: _Search, found: Any, over_noise: float, *, stuck: bool) -> Iterator[str]:
     own = search.measured
-    yield "Converged." if found.success else f"Not converged ({found.message})."
+    if stuck:
+        yield "Not converged: the search stopped beside values for which runs fail, and better ones may lie there."
+    else:
+        yield "Converged." if found.success else f"Not converged ({found.message})."
     if over_noise > ABOVE_NOISE:
         yield f"The residuals are {over_noise:.3g} times the noise: another minimum, or something that the model lacks."
     if own.count == search.unknowns:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
-from test_fit import moved, oscillator, record
+from test_fit import GOOD, moved, oscillator, record
 from test_pieces import BOUNDS, NOISE, STARTS, pendulum
 
 import flexmb as fm
@@ -182,3 +182,14 @@ def test_other_objects_have_no_residuals():
         fm.plots.plot_residuals(orbit)  # whose residuals are others
     with pytest.raises(InputError, match=r"plot_residuals: fit is float; it must be the result of fm\.design\.fit"):
         fm.plots.plot_residuals(3.0)
+
+
+def test_a_search_that_failing_runs_stop_has_not_converged():
+    def limited(rate):
+        if rate > 80.0:
+            raise fm.errors.ModelError("oscillator: no spring is as stiff")
+        return oscillator(rate, 0.7)
+
+    fit = fm.design.fit(limited, {"rate": (60.0, 120.0)}, GOOD, signals=["body.x"])
+    assert not fit.ok
+    assert "stopped beside values for which runs fail" in fit.message

@@ -129,7 +129,11 @@ def curve(
     """Points of the curve; see `Branch.curve`."""
     label = "Branch.curve"
     listed = ", ".join(f"{k}: {e.kind} at {e.value:.6g}" for k, e in enumerate(branch.events)) or "none"
-    if isinstance(event, int) and -len(branch.events) <= event < len(branch.events):
+    if (
+        isinstance(event, (int, np.integer))
+        and not isinstance(event, bool)
+        and -len(branch.events) <= event < len(branch.events)
+    ):
         event = branch.events[event]
     if not isinstance(event, BranchPoint) or event.kind not in KINDS:
         text = f"{label}: event is {event if not isinstance(event, BranchPoint) else event.kind!r}"
@@ -146,7 +150,7 @@ def curve(
         raise InputError(f"{label}: span is ({low:g}, {high:g}); it must hold {begin:g}, the value of {parameter!r}.")
     plane, run = _plane(branch, event, shooting, parameter, high - low)
     place = np.array([event.value, begin]) / plane.units
-    size, most = checks.positive(label, "step", step), checks.count(label, "points", points, 1)
+    size, most = checks.between(label, "step", step, 1e-6, 1.0), checks.count(label, "points", points, 1)
 
     def inside(at: np.ndarray) -> bool:
         return bool(low <= at[1] * plane.units[1] <= high)
