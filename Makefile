@@ -5,6 +5,8 @@ BIN    := $(VENV)/bin
 
 # One cache of compiled code a checkout.
 export NUMBA_CACHE_DIR := $(CURDIR)/.numba_cache
+# Bytecode is kept, or each of the many processes of the tests would compile all modules that it imports.
+unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:

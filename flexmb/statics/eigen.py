@@ -210,11 +210,14 @@ def undamped(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Lowest omega^2 and shapes of K x = omega^2 M x with G x = 0, x orthogonal in M to the shapes `rigid`.
 
+    Small matrices may be plain arrays, where there are no such shapes.
+
     order : order of elimination of the unknowns of [[K, G^T], [G, 0]].
     """
     held = sp.vstack([G, sp.csr_matrix((M @ rigid).T)]).tocsr() if rigid.shape[1] else G
-    K = ((K + K.T) / 2.0).tocsc()
+    K = (K + K.T) / 2.0
     if K.shape[0] > (FEW_MODES_COORDINATES if 4 * count < K.shape[0] else DENSE_COORDINATES):
+        K = K.tocsc()
 
         def below(square: float) -> int | None:
             """Number of eigenvalues below one that are no rigid motions."""
@@ -222,7 +225,7 @@ def undamped(
             return None if found is None else found - (rigid.shape[1] if square > 0.0 else 0)
 
         return _sparse(K, M, held, count, order, below)
-    Z = null_space(held.toarray())
+    Z = null_space(held.toarray() if sp.issparse(held) else held)
     if Z.shape[1] == 0:
         return np.zeros(0), np.zeros((K.shape[0], 0))
     k, m = (_symmetric(Z.T @ (X @ Z)) for X in (K, M))

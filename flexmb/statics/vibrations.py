@@ -99,9 +99,10 @@ def linear_modes(system: StateEvaluation, state: State, lam: np.ndarray) -> Line
     """Modes with a positive stiffness about a state; of large models the lowest ones."""
     program, n_b = system.program, system.program.tables.sizes.n_b
     n, count, rigid = (program.n_q, LOWEST, RIGID_OF_LARGE) if n_b > DENSE else (n_b, n_b, RIGID)
-    elastic = _at(system, state, weights=(1.0, 0.0, 0.0)).block()[:n, :n]  # without the stiffness of gravity
-    K, C, M = (_at(system, state, lam=lam, weights=w).block()[:n, :n] for w in np.eye(3))
-    squares, x = undamped(K, M, system.jacobian[:, :n], np.zeros((n, 0)), count, program.symbolic.order)
+    elastic = _at(system, state, weights=(1.0, 0.0, 0.0)).blocks[0][:n, :n]  # without the stiffness of gravity
+    (K, _), (C, _), (M, G) = (_at(system, state, lam=lam, weights=w).blocks for w in np.eye(3))
+    K, C, M = K[:n, :n], C[:n, :n], M[:n, :n]
+    squares, x = undamped(K, M, G[:, :n], np.zeros((n, 0)), count, program.symbolic.order)
     rising = np.argsort(squares)
     rising = rising[squares[rising] > rigid * np.abs(squares).max(initial=0.0)]  # the rest is round-off
     x, squares = x[:, rising], squares[rising]

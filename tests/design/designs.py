@@ -127,7 +127,7 @@ WITH_IMPACTS = {
         worn(friction="coulomb"),
         {"B.clearance": 1e-4, "B.friction.coefficient": 0.03},
         ("slider.x", "slider.vx"),
-        0.006,
+        0.004,
         fm.Adaptive(rtol=1e-11),
     ),
     "worn, flexible": Case(

@@ -392,6 +392,18 @@ LAWS = {
 """Name -> (normal law, friction law)."""
 
 
+@pytest.fixture(params=["fewer states", pytest.param("all states", marks=pytest.mark.slow)])
+def states(request, monkeypatch):
+    """Half of the random states of pieces, a third of those of laws and controls: small and large ones of each kind.
+
+    All of them in slow tests, and where the states themselves are tested.
+    """
+    if request.param == "fewer states":
+        monkeypatch.setattr("flexmb.testing.bench.MAGNITUDES", (1e-3, 0.3))
+        monkeypatch.setattr("flexmb.testing.contacts.ROUNDS", 4)
+        monkeypatch.setattr("flexmb.testing.elements.ROUNDS", 2)
+
+
 def keeps_its_contracts(mechanism, part):
     report = check_part(mechanism, part)
     assert max(check.error for check in report.checks) < 1e-6
@@ -399,11 +411,13 @@ def keeps_its_contracts(mechanism, part):
     return report
 
 
+@pytest.mark.usefixtures("states")
 @pytest.mark.parametrize("kind", BUILT_IN)
 def test_built_in_part_keeps_its_contracts(kind):
     keeps_its_contracts(*BUILT_IN[kind])
 
 
+@pytest.mark.usefixtures("states")
 @pytest.mark.parametrize("kind", LAWS)
 def test_built_in_law_keeps_its_contracts(kind, monkeypatch):
     """In one joint, whose gap the test of `RevoluteClearance` checks."""

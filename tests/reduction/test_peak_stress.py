@@ -22,7 +22,7 @@ def test_the_search_finds_the_largest_stress_of_all_nodes(state):
     reference = np.array([(node.x, node.y, node.theta) for node in small.nodes()])
     random, p, zero = np.random.default_rng(7), np.array(signal.p), np.zeros(reference.size)
     places = set()
-    for k in range(200):
+    for k in range(100):
         turn, (x, y) = random.uniform(-3.0, 3.0), random.uniform(-1.0, 1.0, 2)
         moved = reference + 10.0 ** random.uniform(-7.0, -3.0) * random.normal(size=reference.shape)
         if k < reference.size:

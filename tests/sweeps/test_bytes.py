@@ -44,20 +44,23 @@ def reference(tmp_path_factory):
     return path, diagram(path)
 
 
-@pytest.mark.parametrize("name", pools())
-def test_any_executor_writes_the_same_bytes(name, reference, tmp_path):
+@pytest.fixture(scope="module", params=pools())
+def pool(request):
+    """An executor; what its processes import serves both tests."""
+    with pools()[request.param]() as made:
+        yield made
+
+
+def test_any_executor_writes_the_same_bytes(pool, reference, tmp_path):
     path, dataset = reference
-    with pools()[name]() as pool:
-        found = diagram(tmp_path / "s.zarr", executor=pool, pending=3)
+    found = diagram(tmp_path / "s.zarr", executor=pool, pending=3)
     assert found.identical(dataset)
     assert content(tmp_path / "s.zarr") == content(path)
 
 
-@pytest.mark.parametrize("name", pools())
-def test_a_function_over_a_grid_does_too(name, tmp_path):
+def test_a_function_over_a_grid_does_too(pool, tmp_path):
     alone = fm.sweep(results, GRID, store=tmp_path / "alone.zarr")
-    with pools()[name]() as pool:
-        found = fm.sweep(results, GRID, store=tmp_path / "s.zarr", executor=pool)
+    found = fm.sweep(results, GRID, store=tmp_path / "s.zarr", executor=pool)
     assert found.identical(alone)
     assert content(tmp_path / "s.zarr") == content(tmp_path / "alone.zarr")
 
