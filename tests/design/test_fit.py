@@ -115,6 +115,19 @@ def test_clearance_and_mass_from_a_noisy_acceleration():
 GOOD = record(TIMES, moved(TIMES, 90.0, 0.7, 0.1))
 
 
+def test_standard_errors_are_those_of_the_closed_form():
+    noise, h = 1e-3, 1e-4
+    fit = fm.design.fit(
+        oscillator, {"rate": (60.0, 120.0), "damping": (0.1, 2.0)}, GOOD, signals=["body.x"], noise={"body.x": noise}
+    )
+    columns = [
+        (moved(TIMES, 90.0 + h * a, 0.7 + h * b, 0.1) - moved(TIMES, 90.0 - h * a, 0.7 - h * b, 0.1)) / (2.0 * h)
+        for a, b in ((1.0, 0.0), (0.0, 1.0))
+    ]
+    expected = noise * np.sqrt(np.diag(np.linalg.inv(np.array(columns) @ np.transpose(columns))))
+    assert list(fit.errors.values()) == pytest.approx(expected, rel=1e-2)
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
