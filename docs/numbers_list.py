@@ -188,7 +188,6 @@ parts.contact.cylinder_laws.line_load#1e-15 | 1 | logarithm of the force | accur
 parts.bearings.kernels.KEPT | 1 | height of the roughness | film between surfaces that are pressed into each other
 parts.bearings.film.SAMPLES | places | nothing | where the largest pressure of a film is looked for
 parts.bearings.film.REFINED | iterations | nothing | refinements of the best of them
-parts.bearings.coefficients.HALVINGS | iterations | nothing | halvings by which an eccentricity under a load is found
 parts.bearings.reynolds.CELLS | cells | nothing | finite film around the bearing
 parts.bearings.reynolds.LAYERS | cells | nothing | finite film on half of the width
 parts.bearings.reynolds.ECCENTRICITIES | values | nothing | eccentricities of a table of forces

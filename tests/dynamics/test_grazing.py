@@ -121,9 +121,22 @@ def test_the_same_way_back():
     assert branch.events[1].value == pytest.approx(0.1, abs=1e-9)
     assert len(branch.points[-1].impact_speeds) == 0
     assert branch.points[-1].extremes[0, 1] == pytest.approx(branch.points[-1].value / C, rel=2e-2)
-    again = branch.orbit(branch.points[3])
-    assert again.ok
-    assert again.multipliers == pytest.approx(branch.points[3].multipliers, abs=1e-6)
+    hitting = [p for p in branch.points if len(p.impact_speeds)]
+    for point in (hitting[3], hitting[-2], branch.points[-1], branch.events[1]):  # where the end of the branch has none
+        again = branch.orbit(point)
+        assert again.ok
+        assert again.multipliers == pytest.approx(point.multipliers, abs=1e-6)
+
+
+def test_the_doubled_orbit_of_a_branch_that_passes_grazing():
+    # at w = .35 two impacts a period; the flip lies before the grazing at which one of them is lost
+    orbit = fm.chaos.periodic_orbit(oscillator(1.04, w=0.35), settle=60)
+    branch = fm.chaos.follow(orbit, "A", (None, 0.94), largest=0.2)
+    assert kinds(branch) == ["flip", "grazing"]
+    doubled = branch.switch(0)
+    assert doubled.ok, doubled.status
+    assert doubled.times == 2
+    assert "already" not in doubled.status
 
 
 def test_grazing_curve_over_amplitude_and_frequency(touching):

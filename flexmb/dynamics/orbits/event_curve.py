@@ -129,11 +129,8 @@ def curve(
     """Points of the curve; see `Branch.curve`."""
     label = "Branch.curve"
     listed = ", ".join(f"{k}: {e.kind} at {e.value:.6g}" for k, e in enumerate(branch.events)) or "none"
-    if (
-        isinstance(event, (int, np.integer))
-        and not isinstance(event, bool)
-        and -len(branch.events) <= event < len(branch.events)
-    ):
+    places = range(-len(branch.events), len(branch.events))
+    if isinstance(event, (int, np.integer)) and not isinstance(event, bool) and event in places:
         event = branch.events[event]
     if not isinstance(event, BranchPoint) or event.kind not in KINDS:
         text = f"{label}: event is {event if not isinstance(event, BranchPoint) else event.kind!r}"
@@ -178,7 +175,7 @@ def _plane(
         samples = sampled(shooting.system, run.period, SAMPLES * shooting.times)
         return min((g for g, _, _ in closest_approaches(shooting.system, branch.gaps, samples).values()), key=abs)
 
-    if event.kind != GRAZING or not isinstance(shooting.system, ImpactODE):
+    if event.kind != GRAZING or not isinstance(shooting.system, ImpactODE) or shooting.autonomous:
         test = of_gap if event.kind == GRAZING else of_multipliers
         return Plane(shooting, parameter, units, branch.tolerance, test), event.shooting_run
     continuation = ImpactContinuation(

@@ -7,7 +7,7 @@ from typing import cast
 
 import numpy as np
 
-from flexmb.dynamics.orbits.branch import BranchPoint, size_of
+from flexmb.dynamics.orbits.branch import Branch, BranchPoint, size_of
 from flexmb.dynamics.orbits.continuation import Continuation, ContinuationPoint
 from flexmb.dynamics.orbits.orbit_newton import Direction, NewtonResult, correct
 from flexmb.dynamics.orbits.periodic_orbit import FOLD, GRAZING
@@ -326,6 +326,10 @@ class ImpactContinuation(Continuation):
         following, size, status = self._step(first, self.bounds[0])
         self.pending = [*pending, *self.pending]
         return following, size, status
+
+    def _branch(self, points: list[ContinuationPoint], events: list[BranchPoint], *, ok: bool, status: str) -> Branch:
+        self._listener().silent = ()  # orbits of the branch are those of the system itself
+        return super()._branch(points, events, ok=ok, status=status)
 
     def _events(self, old: ContinuationPoint, new: ContinuationPoint) -> list[BranchPoint]:  # noqa: ARG002
         return self.pending

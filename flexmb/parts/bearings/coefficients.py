@@ -6,12 +6,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.optimize
 
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.parts.bearings import kernels
-
-HALVINGS = 200  # number of halvings at most by which the eccentricity under a load is found
 
 
 @dataclass(frozen=True)
@@ -50,29 +49,29 @@ def equilibrium(label: str, p: tuple[float, ...], play: float, load: float, spee
     load, speed = checks.positive(label, "load", load, "N"), checks.number(label, "speed", speed, "rad/s")
     if speed == 0.0:
         raise InputError(f"{label}: speed is 0 rad/s; a film carries a constant load at a speed alone.")
-    numbers, low, high = np.array(p), 0.0, play
-    if np.hypot(*_force(numbers, play, speed)[0]) < load:
-        most = float(np.hypot(*_force(numbers, play, speed)[0]))
+    numbers = np.array(p)
+
+    def beyond(e: float) -> float:
+        return float(np.hypot(*_force(numbers, e, speed)[0])) - load
+
+    if beyond(play) < 0.0:
+        most = load + beyond(play)
         raise InputError(
             f"{label}: load is {load:g} N; at {speed:g} rad/s the film carries up to {most:.4g} N before the surfaces "
             "touch. Lower the load, or give a higher speed, a thicker oil or less roughness."
         )
-    for _ in range(HALVINGS):
-        e = 0.5 * (low + high)
-        if not low < e < high:
-            break
-        low, high = (low, e) if np.hypot(*_force(numbers, e, speed)[0]) > load else (e, high)
-    F, K, B = _force(numbers, high, speed)
+    e = scipy.optimize.brentq(beyond, 0.0, play, xtol=1e-16 * play, rtol=1e-15)
+    F, K, B = _force(numbers, e, speed)
     F = -F / np.hypot(*F)
     axes = np.array([F, math.copysign(1.0, speed) * np.array([-F[1], F[0]])])  # rows: load, and ahead of it in the spin
     K, B = axes @ K @ axes.T, axes @ B @ axes.T
-    q, v = np.array([0.0, 0.0, 0.0, high, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 0.0, 0.0, speed])
+    q, v = np.array([0.0, 0.0, 0.0, e, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 0.0, 0.0, speed])
     told = []
     for k in range(4):
         numbers[kernels.CHOSEN] = k
         told.append(kernels.film_signal.dispatcher(numbers, 0.0, q, v, v))
     attitude = math.atan2(axes[1, 0], axes[0, 0])
-    eps, (thickness, pressure, power, flow) = float(high / numbers[kernels.CLEARANCE]), told
+    eps, (thickness, pressure, power, flow) = float(e / numbers[kernels.CLEARANCE]), told
     return FilmEquilibrium(eps, attitude, K, B, thickness, pressure, power, flow, *_whirl(K, B, speed))
 
 
