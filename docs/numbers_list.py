@@ -192,6 +192,12 @@ parts.bearings.reynolds.CELLS | cells | nothing | finite film around the bearing
 parts.bearings.reynolds.LAYERS | cells | nothing | finite film on half of the width
 parts.bearings.reynolds.ECCENTRICITIES | values | nothing | eccentricities of a table of forces
 parts.bearings.reynolds.ANGLES | values | nothing | directions of motion of a table of forces
+parts.bearings.pads.TURNS | values | nothing | places of a pad between grooves in a table of forces
+parts.bearings.pads.DIRECTIONS | values | nothing | directions of the rates in the table of a pad
+parts.bearings.pads.PAD_CELLS | cells | nothing | finite film around a pad
+parts.bearings.pads.PAD_LAYERS | cells | nothing | finite film on half of the width of a pad
+parts.bearings.coefficients.TRIED | angles | nothing | between which the place of a journal in a bearing with grooves is found
+parts.bearings.laws.NARROWEST | rad | nothing | least film between two grooves
 parts.bearings.reynolds.THINNEST | 1 | clearance | least film of a table of forces
 parts.bearings.reynolds.COARSEST | cells | nothing | from which a finite film begins without a coarser one
 parts.bearings.reynolds.ROUND_OFF | 1 | largest source | source of a film that is none
@@ -525,7 +531,9 @@ def _left_out() -> dict[str, str]:
         dynamics.basins.UNDECIDED
         program.signals.CONTACT_PENETRATION program.program.CONTACT_COMMON elastic.beams.stress.SIZE
         elastic.beams.mass_damping.POINTS elastic.beams.mass_damping.MOST
-        parts.bearings.film.SHORT parts.bearings.film.LONG parts.bearings.film.TABLE parts.bearings.film.TABLE_BEGIN
+        parts.bearings.film.SHORT parts.bearings.film.LONG parts.bearings.film.TABLE parts.bearings.film.PADS
+        parts.bearings.film.TABLE_BEGIN parts.bearings.pads.LEVEL parts.bearings.pads.FIELD
+        parts.bearings.pads.ROWS parts.bearings.pads.LINES parts.bearings.pads.COLUMNS parts.bearings.pads.MIDDLE parts.bearings.pads.PLACE
         parts.bearings.film.POSITIVE parts.bearings.film.HALF parts.bearings.film.WHOLE
         program.program.NO_FACTOR program.program.FIRST_OUTPUT engine.system.outputs.FRICTION_ALONE
     decides a remark or a refusal, and no number of a run: dynamics.report.FEWEST_PERIODS dynamics.report.FEWEST_SAMPLES

@@ -9,8 +9,11 @@ import numpy as np
 import scipy.optimize
 
 from flexmb import checks
-from flexmb.errors import InputError
+from flexmb.errors import InputError, SolveError
 from flexmb.parts.bearings import kernels
+from flexmb.parts.bearings.film import PADS
+
+TRIED = 72  # number of angles of a bearing with grooves between which its place under a load is found
 
 
 @dataclass(frozen=True)
@@ -41,18 +44,22 @@ class FilmEquilibrium:
     critical_mass: float
 
 
-def equilibrium(label: str, p: tuple[float, ...], play: float, load: float, speed: float) -> FilmEquilibrium:
+def equilibrium(
+    label: str, p: tuple[float, ...], play: float, load: float, speed: float, direction: float
+) -> FilmEquilibrium:
     """Equilibrium of a film of parameters `p` under a `load` [N] at a `speed` [rad/s], at eccentricities up to `play`.
 
-    An `InputError` in the name of `label` tells a load that the film cannot carry.
+    `direction`: of the load in the bearing [rad].  An `InputError` in the name of `label` tells a load that the film
+    cannot carry.
     """
+    direction = checks.number(label, "direction", direction, "rad")
     load, speed = checks.positive(label, "load", load, "N"), checks.number(label, "speed", speed, "rad/s")
     if speed == 0.0:
         raise InputError(f"{label}: speed is 0 rad/s; a film carries a constant load at a speed alone.")
     numbers = np.array(p)
 
     def beyond(e: float) -> float:
-        return float(np.hypot(*_force(numbers, e, speed)[0])) - load
+        return float(np.hypot(*_force(numbers, e, speed, _turn(numbers, e, speed, direction))[0])) - load
 
     if beyond(play) < 0.0:
         most = load + beyond(play)
@@ -61,11 +68,12 @@ def equilibrium(label: str, p: tuple[float, ...], play: float, load: float, spee
             "touch. Lower the load, or give a higher speed, a thicker oil or less roughness."
         )
     e = scipy.optimize.brentq(beyond, 0.0, play, xtol=1e-16 * play, rtol=1e-15)
-    F, K, B = _force(numbers, e, speed)
+    turn = _turn(numbers, e, speed, direction)
+    F, K, B = _force(numbers, e, speed, turn)
     F = -F / np.hypot(*F)
     axes = np.array([F, math.copysign(1.0, speed) * np.array([-F[1], F[0]])])  # rows: load, and ahead of it in the spin
     K, B = axes @ K @ axes.T, axes @ B @ axes.T
-    q, v = np.array([0.0, 0.0, 0.0, e, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 0.0, 0.0, speed])
+    q, v = np.array([0.0, 0.0, turn, e, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 0.0, 0.0, speed])
     told = []
     for k in range(4):
         numbers[kernels.CHOSEN] = k
@@ -75,9 +83,31 @@ def equilibrium(label: str, p: tuple[float, ...], play: float, load: float, spee
     return FilmEquilibrium(eps, attitude, K, B, thickness, pressure, power, flow, *_whirl(K, B, speed))
 
 
-def _force(p: np.ndarray, e: float, speed: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Force (2,) on a journal at (e, 0), its stiffness and damping (2, 2)."""
-    q, v = np.array([0.0, 0.0, 0.0, e, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 0.0, 0.0, speed])
+def _turn(p: np.ndarray, e: float, speed: float, direction: float) -> float:
+    """Angle of a bearing with grooves for which the film carries a load of this `direction` with the journal at (e, 0).
+
+    The first of several is the one that the load's own direction is nearest to, ahead in the spin.
+    """
+    if p[kernels.KIND] != PADS:
+        return 0.0
+
+    def ahead(turn: float) -> float:
+        F = _force(p, e, speed, turn)[0]
+        return math.remainder(math.atan2(-F[1], -F[0]) - turn - direction, 2.0 * math.pi)
+
+    turns = -direction - math.copysign(1.0, speed) * np.linspace(0.0, 2.0 * math.pi, TRIED + 1)
+    found = [ahead(turn) for turn in turns]
+    for k in range(TRIED):
+        if found[k] * found[k + 1] <= 0.0 and abs(found[k] - found[k + 1]) < math.pi:
+            return float(scipy.optimize.brentq(ahead, turns[k], turns[k + 1], xtol=1e-13))
+    raise SolveError(
+        f"No place of a journal at {e:g} m was found where its film carries a load along {direction:g} rad."
+    )
+
+
+def _force(p: np.ndarray, e: float, speed: float, turn: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Force (2,) on a journal at (e, 0) in a bearing turned by `turn`, its stiffness and damping (2, 2)."""
+    q, v = np.array([0.0, 0.0, turn, e, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 0.0, 0.0, speed])
     r, K, C, M, none = np.zeros(6), np.zeros((6, 6)), np.zeros((6, 6)), np.zeros((6, 6)), np.zeros(0)
     kernels.film_kernel.dispatcher(p, 0.0, 0.0, q, v, np.zeros(6), none, r, K, C, M, none)
     return -r[3:5], K[3:5, 3:5], C[3:5, 3:5]

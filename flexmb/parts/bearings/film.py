@@ -12,7 +12,7 @@ import math
 
 from flexmb.kernels import compiled
 
-SHORT, LONG, TABLE = 0.0, 1.0, 2.0
+SHORT, LONG, TABLE, PADS = 0.0, 1.0, 2.0, 3.0
 """Kinds of films, as parameters of the kernels hold them."""
 
 TABLE_BEGIN = 13  # number of parameters before those of a table

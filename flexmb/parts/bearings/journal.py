@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY
 from typing import ClassVar
@@ -72,16 +73,17 @@ class JournalBearing(RevoluteClearance):
         """Eccentricity at which the surfaces touch [m]."""
         return self.clearance - self.roughness
 
-    def equilibrium(self, load: float, speed: float) -> FilmEquilibrium:
+    def equilibrium(self, load: float, speed: float, direction: float = -0.5 * math.pi) -> FilmEquilibrium:
         """Place of the journal, stiffness and damping of the film, under a constant `load` [N] at a `speed` [rad/s].
 
-        The bearing stands still and the dry contact is left out.
+        The bearing stands still and the dry contact is left out.  `direction`: of the load, in the frame of the
+        bearing's body [rad]; it counts where the oil comes from grooves.
 
         Raises
         ------
         InputError : a load that the film cannot carry before the surfaces touch, a speed of 0.
         """
-        return equilibrium(self.label, self.numbers((0.0, 0.0), (0.0, 0.0)), self.play, load, speed)
+        return equilibrium(self.label, self.numbers((0.0, 0.0), (0.0, 0.0)), self.play, load, speed, direction)
 
     def numbers(self, first: tuple[float, float], second: tuple[float, float]) -> tuple[float, ...]:
         """Parameters of the kernels; `first`, `second`: offsets of both points in the frames of their nodes [m]."""

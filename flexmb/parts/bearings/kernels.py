@@ -17,7 +17,8 @@ from flexmb.kernels import (
     signal_kernel,
     tangent_kernel,
 )
-from flexmb.parts.bearings.film import TABLE, film_force, film_pressure
+from flexmb.parts.bearings.film import PADS, TABLE, film_force, film_pressure
+from flexmb.parts.bearings.pads import pads_force, pads_scalar
 from flexmb.parts.bearings.reynolds import PEAK, SIDE, table_force, table_scalar
 
 (
@@ -73,25 +74,32 @@ def eccentricity(p, size):
 
 
 @compiled
-def force(p, size, nx, ny, ux, uy):
-    """Force on the journal along n and t, its derivatives by the eccentricity, a and b; a and b."""
-    c = p[CLEARANCE]
+def force(p, turn, size, nx, ny, ux, uy):
+    """Force on the journal along n and t, its derivatives by the eccentricity, a and b; a and b; derivatives by `turn`.
+
+    `turn`: angle of the bearing, which counts where the oil comes from grooves.
+    """
+    c, S = p[CLEARANCE], p[FORCE]
     eps, eps_e = eccentricity(p, size)
     a, b = (nx * ux + ny * uy) / c, (ny * ux - nx * uy) / c
-    if p[KIND] == TABLE:
+    Fr_w, Ft_w = 0.0, 0.0
+    if p[KIND] == PADS:
+        widest = math.atan2(-ny, -nx) - turn
+        Fr, Ft, Fr_e, Ft_e, Fr_a, Fr_b, Ft_a, Ft_b, Fr_w, Ft_w = pads_force(p, eps, a, b, widest)
+    elif p[KIND] == TABLE:
         Fr, Ft, Fr_e, Ft_e, Fr_a, Fr_b, Ft_a, Ft_b = table_force(p, eps, a, b)
     else:
         Fr, Ft, Fr_e, Ft_e, Fr_a, Fr_b, Ft_a, Ft_b = film_force(p[KIND], p[EXTENT], eps, a, b)
-    S = p[FORCE]
-    return S * Fr, S * Ft, S * eps_e * Fr_e, S * eps_e * Ft_e, S * Fr_a, S * Fr_b, S * Ft_a, S * Ft_b, a, b
+    Fr_e, Ft_e = eps_e * Fr_e, eps_e * Ft_e
+    return S * Fr, S * Ft, S * Fr_e, S * Ft_e, S * Fr_a, S * Fr_b, S * Ft_a, S * Ft_b, a, b, -S * Fr_w, -S * Ft_w
 
 
 @compiled
-def mean_force(p, size, nx, ny, x, y):
+def mean_force(p, turn, size, nx, ny, x, y):
     """Mean of the force at the rates (x, y) and of minus that at the opposite ones, for a journal at rest."""
     Fx, Fy = 0.0, 0.0
     for sign in (0.5, -0.5):
-        Fr, Ft, _, _, _, _, _, _, _, _ = force(p, size, nx, ny, 2.0 * sign * x, 2.0 * sign * y)
+        Fr, Ft, _, _, _, _, _, _, _, _, _, _ = force(p, turn, size, nx, ny, 2.0 * sign * x, 2.0 * sign * y)
         Fx, Fy = Fx + sign * (Fr * nx - Ft * ny), Fy + sign * (Fr * ny + Ft * nx)
     return Fx, Fy
 
@@ -127,7 +135,7 @@ def put_residual(ax, ay, bx, by, ex, ey, Fx, Fy, T, r):
 def put_force(p, q, v, r):
     """r (6,) alone; returns the power that the film takes."""
     ax, ay, bx, by, ex, ey, ux, uy, _, size, nx, ny = relative(p, q, v)
-    Fr, Ft, _, _, _, _, _, _, a, b = force(p, size, nx, ny, ux, uy)
+    Fr, Ft, _, _, _, _, _, _, a, b, _, _ = force(p, q[2], size, nx, ny, ux, uy)
     viscous, _ = drag(p, size)
     w = v[5] - v[2]
     put_residual(ax, ay, bx, by, ex, ey, Fr * nx - Ft * ny, Fr * ny + Ft * nx, viscous * w, r)
@@ -138,14 +146,14 @@ def put_force(p, q, v, r):
 def put_tangent(p, q, v, kq, kv, r, A):
     """r (6,), and A += kq dr/dq + kv dr/dv."""
     ax, ay, bx, by, ex, ey, ux, uy, spin, size, nx, ny = relative(p, q, v)
-    Fr, Ft, Fr_e, Ft_e, Fr_a, Fr_b, Ft_a, Ft_b, a, b = force(p, size, nx, ny, ux, uy)
+    Fr, Ft, Fr_e, Ft_e, Fr_a, Fr_b, Ft_a, Ft_b, a, b, Fr_w, Ft_w = force(p, q[2], size, nx, ny, ux, uy)
     Fx, Fy, c, w = Fr * nx - Ft * ny, Fr * ny + Ft * nx, p[CLEARANCE], v[5] - v[2]
     viscous, viscous_e = drag(p, size)
     put_residual(ax, ay, bx, by, ex, ey, Fx, Fy, viscous * w, r)
     if size > 0.0:
-        Fr_t, Ft_t = (a * Fr_b - b * Fr_a - Ft) / size, (a * Ft_b - b * Ft_a + Fr) / size
+        Fr_t, Ft_t = (a * Fr_b - b * Fr_a - Ft - Fr_w) / size, (a * Ft_b - b * Ft_a + Fr - Ft_w) / size
     else:  # the force is a linear function of the eccentricity there: its derivative along y, turned into n and t
-        _, _, Ft_t, Fr_t, _, _, _, _, _, _ = force(p, size, 0.0, 1.0, ux, uy)
+        _, _, Ft_t, Fr_t, _, _, _, _, _, _, _, _ = force(p, q[2], size, 0.0, 1.0, ux, uy)
         Fr_t = -Fr_t
     Exx, Exy, Eyx, Eyy = turned(nx, ny, Fr_e, Fr_t, Ft_e, Ft_t)
     Dxx, Dxy, Dyx, Dyy = turned(nx, ny, Fr_a / c, -Fr_b / c, Ft_a / c, -Ft_b / c)
@@ -159,10 +167,12 @@ def put_tangent(p, q, v, kq, kv, r, A):
             x, y = x - bx * v[5], y - by * v[5]
         x, y = kq * x + kv * (gx[k] + ey * mean[k]), kq * y + kv * (gy[k] - ex * mean[k])
         if ux == 0.0 and uy == 0.0:  # at rest, where a film presses on the side to which the journal goes
-            Fx_k, Fy_k = mean_force(p, size, nx, ny, x, y)
+            Fx_k, Fy_k = mean_force(p, q[2], size, nx, ny, x, y)
         else:
             Fx_k = kq * (Exx * gx[k] + Exy * gy[k]) + Dxx * x + Dxy * y
             Fy_k = kq * (Eyx * gx[k] + Eyy * gy[k]) + Dyx * x + Dyy * y
+        if k == 2:
+            Fx_k, Fy_k = Fx_k + kq * (Fr_w * nx - Ft_w * ny), Fy_k + kq * (Fr_w * ny + Ft_w * nx)
         T_k = kq * viscous_e * w * (nx * gx[k] + ny * gy[k]) + kv * viscous * own[k]
         for j in range(6):
             A[j, k] -= (gx[j] + ey * mean[j]) * Fx_k + (gy[j] - ex * mean[j]) * Fy_k - own[j] * T_k
@@ -196,7 +206,7 @@ def film_tangent(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
 def film_energy(p, t, q, v):
     """No strain energy, no weight, power that the film turns into heat."""
     _, _, _, _, _, _, ux, uy, _, size, nx, ny = relative(p, q, v)
-    Fr, Ft, _, _, _, _, _, _, a, b = force(p, size, nx, ny, ux, uy)
+    Fr, Ft, _, _, _, _, _, _, a, b, _, _ = force(p, q[2], size, nx, ny, ux, uy)
     viscous, _ = drag(p, size)
     w = v[5] - v[2]
     return 0.0, 0.0, viscous * w * w + p[CLEARANCE] * (Ft * b - Fr * a)
@@ -226,20 +236,22 @@ def film_signal(p, t, q, v, a):
         return c - size
     squeeze, wedge = (nx * ux + ny * uy) / c, (ny * ux - nx * uy) / c
     eps, _ = eccentricity(p, size)
-    if which == SIDE_FLOW:
-        rate = math.sqrt(squeeze * squeeze + wedge * wedge)
-        return p[FLOW] * (table_scalar(p, SIDE, eps, squeeze, wedge) if p[KIND] == TABLE else rate)
-    if which == PEAK_PRESSURE:
+    if which in (SIDE_FLOW, PEAK_PRESSURE):
+        field, scale = (SIDE, p[FLOW]) if which == SIDE_FLOW else (PEAK, p[PRESSURE])
+        if p[KIND] == PADS:
+            return scale * pads_scalar(p, field, eps, squeeze, wedge, math.atan2(-ny, -nx) - q[2])
         if p[KIND] == TABLE:
-            return p[PRESSURE] * table_scalar(p, PEAK, eps, squeeze, wedge)
-        return p[PRESSURE] * film_pressure(p[KIND], eps, squeeze, wedge)
-    return of_force(p, which, ex, ey, ux, uy, size, nx, ny, v[5] - v[2])
+            return scale * table_scalar(p, field, eps, squeeze, wedge)
+        if which == SIDE_FLOW:
+            return scale * math.sqrt(squeeze * squeeze + wedge * wedge)
+        return scale * film_pressure(p[KIND], eps, squeeze, wedge)
+    return of_force(p, which, q[2], ex, ey, ux, uy, size, nx, ny, v[5] - v[2])
 
 
 @compiled
-def of_force(p, which, ex, ey, ux, uy, size, nx, ny, w):
+def of_force(p, which, turn, ex, ey, ux, uy, size, nx, ny, w):
     """Signal that follows from the force of the film."""
-    Fr, Ft, _, _, _, _, _, _, a, b = force(p, size, nx, ny, ux, uy)
+    Fr, Ft, _, _, _, _, _, _, a, b, _, _ = force(p, turn, size, nx, ny, ux, uy)
     viscous, _ = drag(p, size)
     Fx, Fy = Fr * nx - Ft * ny, Fr * ny + Ft * nx
     if which == POWER:

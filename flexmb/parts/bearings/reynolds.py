@@ -62,38 +62,43 @@ def solve_film(
     ratio: float,
     *,
     from_widest: bool = True,
+    pad: tuple[float, float] | None = None,
     cells: int = CELLS,
     layers: int = LAYERS,
 ) -> FilmResult:
     """Film at the rates a and b of a bearing with width over diameter `ratio`.
 
     `from_widest`: the oil is supplied at the widest gap, where p = 0; else it is supplied everywhere, and p = 0 where
-    the gap widens most.
+    the gap widens most.  `pad`: theta at the begin of the part between two grooves, and its angle; p = 0 at both ends.
 
     Cells are even in Sommerfeld's angle, so they follow the narrow peak of the pressure, and finer towards the sides.
     """
     s = math.sqrt(1.0 - eps * eps)
-    start = 0.0 if from_widest else math.atan2(-b, a)
-    g = math.atan2(s * math.sin(start), math.cos(start) + eps) + np.linspace(0.0, 2.0 * math.pi, 2 * cells + 1)
+    start, span = pad or (0.0 if from_widest else math.atan2(-b, a), 2.0 * math.pi)
+    end, less = start + span, eps / (1.0 + s)
+    turn = span - 2.0 * math.atan2(less * math.sin(end), 1.0 + less * math.cos(end))
+    turn += 2.0 * math.atan2(less * math.sin(start), 1.0 + less * math.cos(start))
+    turn = turn if pad else span  # of g: to the last bit for whole turns
+    g = math.atan2(s * math.sin(start), math.cos(start) + eps) + np.linspace(0.0, turn, 2 * cells + 1)
     q = 1.0 - eps * np.cos(g)
     cos, sin = (np.cos(g) - eps) / q, s * np.sin(g) / q
-    turn = 0.5 * math.pi * np.arange(layers + 1) / layers
-    z = ratio * np.sin(turn)
+    slant = 0.5 * math.pi * np.arange(layers + 1) / layers
+    z = ratio * np.sin(slant)
     dz = np.diff(np.concatenate([[0.0], 0.5 * (z[1:] + z[:-1])]))  # widths of the cells about the layers
     resistance = ((1.0 + 0.5 * eps**2) * g - 2.0 * eps * np.sin(g) + 0.25 * eps**2 * np.sin(2.0 * g)) / s**5
     around = 1.0 / np.diff(resistance[::2])
     faces = a * sin[1::2] + b * cos[1::2]
-    cubed = s**7 * (q[1:-2:2] ** -4 + 4.0 * q[2:-1:2] ** -4 + q[3::2] ** -4) * math.pi / (3.0 * cells)  # Simpson
+    cubed = s**7 * (q[1:-2:2] ** -4 + 4.0 * q[2:-1:2] ** -4 + q[3::2] ** -4) * turn / (6.0 * cells)  # Simpson
     f = -12.0 * np.outer(np.diff(faces), dz)
     bands = _bands(around, cubed, dz, np.diff(z))
     film = f > 0.0
     if cells >= 2 * COARSEST:  # the film of half of the cells, whose borders move one cell in an iteration
-        half = solve_film(eps, a, b, ratio, from_widest=from_widest, cells=cells // 2, layers=layers).pressure > 0.0
-        film = half[np.minimum(np.arange(1, cells) // 2, len(half)) - 1]
+        half = solve_film(eps, a, b, ratio, from_widest=from_widest, pad=pad, cells=cells // 2, layers=layers)
+        film = half.pressure[np.minimum(np.arange(1, cells) // 2, len(half.pressure)) - 1] > 0.0
     P = _non_negative(bands, f.ravel(), film.ravel()).reshape(f.shape)
-    weights = np.cos(turn[:-1]) * turn[1]  # of the trapezoidal rule in `turn` and in g, where P is smooth
+    weights = np.cos(slant[:-1]) * slant[1]  # of the trapezoidal rule in `slant` and in g, where P is smooth
     weights[0] *= 0.5
-    mean = P @ weights * (s / q[2:-1:2] * 2.0 * math.pi / cells)
+    mean = P @ weights * (s / q[2:-1:2] * turn / cells)
     side = float((cubed * P[:, -1]).sum() / (z[-1] - z[-2]))
     return FilmResult(float(mean @ cos[2:-1:2]), float(mean @ sin[2:-1:2]), float(P.max()), side, P)
 
@@ -155,11 +160,11 @@ def film_table(ratio: float, from_widest: bool) -> tuple[float, ...]:
             own = s**3 * found.radial, s**3 * found.tangential, s**4 * found.peak, s * found.side
             values[:, i, j % ANGLES] = own
             values[:, i, (2 * quarter - j) % ANGLES] = own[0], -own[1], own[2], own[3]  # mirrored spin
-    splines = _periodic(_open(values))
+    splines = periodic_splines(open_splines(values))
     return (float(ECCENTRICITIES + 2), float(ANGLES + 3), end / (ECCENTRICITIES - 1), *splines.ravel().tolist())
 
 
-def _open(values: np.ndarray) -> np.ndarray:
+def open_splines(values: np.ndarray) -> np.ndarray:
     """Coefficients of cubic splines along the second axis; at the ends the third derivative has no jump."""
     n = values.shape[1]
     A = np.zeros((n + 2, n + 2))
@@ -171,7 +176,7 @@ def _open(values: np.ndarray) -> np.ndarray:
     return found
 
 
-def _periodic(values: np.ndarray) -> np.ndarray:
+def periodic_splines(values: np.ndarray) -> np.ndarray:
     """Coefficients of periodic cubic splines along the last axis, the first three once more at its end."""
     n = values.shape[2]
     A = np.eye(n) * 4.0 + np.roll(np.eye(n), 1, axis=1) + np.roll(np.eye(n), -1, axis=1)
@@ -219,21 +224,17 @@ def table_field(p, field, i, j, x, y):
 
 
 @compiled
-def table_force(p, eps, a, b):
-    """Force over its scale and its derivatives, as `film_force` gives them."""
+def scaled(eps, a, b, R, R_x, R_y, T, T_x, T_y):
+    """Force over its scale and its derivatives, as `film_force` gives them, from values of a table.
+
+    `R_x`, `R_y` and so on: their derivatives by -log(1 - eps) and beta.
+    """
     s2 = 1.0 - eps * eps
     s = math.sqrt(s2)
     B = s * b
     size = math.sqrt(a * a + B * B)
-    if size == 0.0:
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    i, j, x, y = table_place(p, eps, math.atan2(a, B))
-    R, R_x, R_y = table_field(p, RADIAL, i, j, x, y)
-    T, T_x, T_y = table_field(p, TANGENTIAL, i, j, x, y)
-    scale, by_beta = 1.0 / (s2 * s), (p[COLUMNS] - 3.0) / (2.0 * math.pi)
-    by_eps, rise = 1.0 / (p[STEP] * (1.0 - eps)), 3.0 * eps / s2
+    scale, by_eps, rise = 1.0 / (s2 * s), 1.0 / (1.0 - eps), 3.0 * eps / s2
     x, y = scale * a / size, scale * B / size
-    R_y, T_y = R_y * by_beta, T_y * by_beta
     R_b, T_b, shrink = y * R - x * R_y, y * T - x * T_y, -eps * b / s  # by B, and dB/deps
     scale *= size
     return (
@@ -244,10 +245,27 @@ def table_force(p, eps, a, b):
 
 
 @compiled
+def table_force(p, eps, a, b):
+    """Force over its scale and its derivatives, as `film_force` gives them."""
+    if a == 0.0 and b == 0.0:
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    i, j, x, y = table_place(p, eps, math.atan2(a, math.sqrt(1.0 - eps * eps) * b))
+    R, R_x, R_y = table_field(p, RADIAL, i, j, x, y)
+    T, T_x, T_y = table_field(p, TANGENTIAL, i, j, x, y)
+    by_level, by_beta = 1.0 / p[STEP], (p[COLUMNS] - 3.0) / (2.0 * math.pi)
+    return scaled(eps, a, b, R, R_x * by_level, R_y * by_beta, T, T_x * by_level, T_y * by_beta)
+
+
+@compiled
 def table_scalar(p, field, eps, a, b):
     """Largest pressure or flow at the sides over its scale."""
     s2 = 1.0 - eps * eps
-    s = math.sqrt(s2)
-    i, j, x, y = table_place(p, eps, math.atan2(a, s * b))
+    i, j, x, y = table_place(p, eps, math.atan2(a, math.sqrt(s2) * b))
     value, _, _ = table_field(p, field, i, j, x, y)
-    return value * math.sqrt(a * a + s2 * b * b) / (s2 * s2 if field == PEAK else s)
+    return scalar(field, s2, a, b, value)
+
+
+@compiled
+def scalar(field, s2, a, b, value):
+    """Largest pressure or flow at the sides over its scale, from the value of a table."""
+    return value * math.sqrt(a * a + s2 * b * b) / (s2 * s2 if field == PEAK else math.sqrt(s2))
