@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import KW_ONLY
-from typing import ClassVar
+from dataclasses import KW_ONLY, replace
+from typing import TYPE_CHECKING, ClassVar, Self
+
+import numpy as np
 
 from flexmb.errors import InputError
 from flexmb.fields import field, instance, positive, record
@@ -16,8 +18,12 @@ from flexmb.model.part import WatchedMotion
 from flexmb.parts.bearings import kernels
 from flexmb.parts.bearings.coefficients import FilmEquilibrium, equilibrium
 from flexmb.parts.bearings.laws import Film
+from flexmb.parts.bearings.oil import Oil
 from flexmb.parts.joints.revolute_clearance import RevoluteClearance
 from flexmb.places import packed
+
+if TYPE_CHECKING:
+    from flexmb.results.solution import Solution
 
 THIN = 0.01
 """Clearance over radius up to which the gap counts as thin: the theory of thin films neglects terms of this size."""
@@ -84,6 +90,40 @@ class JournalBearing(RevoluteClearance):
         InputError : a load that the film cannot carry before the surfaces touch, a speed of 0.
         """
         return equilibrium(self.label, self.numbers((0.0, 0.0), (0.0, 0.0)), self.play, load, speed, direction)
+
+    def warmed(self, oil: Oil, inlet: float, load: float, speed: float, direction: float = -0.5 * math.pi) -> Self:
+        """Same joint, with the viscosity of `oil` at the temperature to which a constant `load` and `speed` heat it.
+
+        `inlet`: temperature of the oil that is supplied [degC]; `load` [N], `speed` [rad/s] and `direction` [rad] as of
+        `equilibrium`.
+
+        Raises
+        ------
+        InputError : a load that the warm film cannot carry, a film from which no oil flows, a speed of 0.
+        """
+
+        def of_film(viscosity: float) -> tuple[float, float]:
+            found = self._thickened(viscosity).equilibrium(load, speed, direction)
+            return found.power, found.flow
+
+        return self._thickened(oil.viscosity(oil.balanced(inlet, of_film)))
+
+    def warmed_by(self, oil: Oil, inlet: float, solution: Solution) -> Self:
+        """Same joint, with the viscosity of `oil` at the temperature to which the mean of a run heats its film.
+
+        A few runs settle, each with the joint of the one before; the film is uniformly warm and stores no heat.
+        `inlet`: temperature of the oil that is supplied [degC]; `solution`: saved over whole periods.
+
+        Raises
+        ------
+        InputError : a film from which no oil flows.
+        """
+        power, flow = (float(np.mean(solution.array(f"{self.name}.{name}"))) for name in ("power", "flow"))
+        of_film = lambda viscosity: (power * viscosity / self.film.viscosity, flow)  # noqa: E731 - at the same motion
+        return self._thickened(oil.viscosity(oil.balanced(inlet, of_film)))
+
+    def _thickened(self, viscosity: float) -> Self:
+        return replace(self, film=replace(self.film, viscosity=viscosity))
 
     def numbers(self, first: tuple[float, float], second: tuple[float, float]) -> tuple[float, ...]:
         """Parameters of the kernels; `first`, `second`: offsets of both points in the frames of their nodes [m]."""

@@ -445,13 +445,14 @@ def plot_journal(
 ) -> Figure:
     """Orbit of a journal: its centre relative to that of the bearing, and the circle of the clearance.
 
-    Rows with contact are dots: beyond the circle by the penetration.
+    Rows with contact are dots: beyond the circle by the penetration; in a film of oil, from the height of the roughness
+    on.  The place of the thinnest film is marked.
 
     Parameters
     ----------
     sol : the solution.
     joint : a revolute joint with clearance, or its name.
-    clearance : radius of the circle [m]; None: from the rows with contact, eccentricity less penetration.
+    clearance : radius of the circle [m]; None: from the film, or the rows with contact, eccentricity less penetration.
     since : begin of the orbit [s]; None: the begin of the run.
     title : title of the figure; None: the name of the joint.
 
@@ -464,7 +465,10 @@ def plot_journal(
     ex, ey = (sol.array(f"{joint}.{axis}")[rows] for axis in ("ex", "ey"))
     depth = sol.array(f"{joint}.penetration")[rows]
     touching = depth > 0.0
-    if clearance is None:
+    film = sol.array(f"{joint}.film_thickness")[rows] if f"{joint}.film_thickness" in sol else None
+    if clearance is None and film is not None:
+        radius = float(np.median(np.hypot(ex, ey) + film))
+    elif clearance is None:
         if not touching.any():
             text = f"plot_journal: no saved row of {joint!r} has contact, so its clearance is unknown here."
             raise InputError(f"{text} Give clearance=..., in m.")
@@ -477,6 +481,10 @@ def plot_journal(
     ax.plot(radius * np.cos(turn), radius * np.sin(turn), color=CLEARANCE, linewidth=1.4, linestyle="--", label=label)
     ax.plot(ex, ey, color=COLOURS[0], linewidth=0.7, label="orbit")
     ax.plot(ex[touching], ey[touching], ".", color="black", markersize=2.5, linestyle="none", label="contact")
+    if film is not None:
+        k = int(film.argmin())
+        label = f"thinnest film {film[k]:.3g} m"
+        ax.plot(ex[k], ey[k], "o", color=COLOURS[1], markersize=6.0, linestyle="none", fillstyle="none", label=label)
     ax.set_aspect("equal", adjustable="datalim")
     label_axis(ax.xaxis, f"{joint}.ex", "m", equal=ax.yaxis)
     label_axis(ax.yaxis, f"{joint}.ey", "m", equal=ax.xaxis)
