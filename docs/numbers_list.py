@@ -197,8 +197,9 @@ parts.bearings.pads.DIRECTIONS | values | nothing | directions of the rates in t
 parts.bearings.pads.PAD_CELLS | cells | nothing | finite film around a pad
 parts.bearings.pads.PAD_LAYERS | cells | nothing | finite film on half of the width of a pad
 parts.bearings.coefficients.TRIED | angles | nothing | between which the place of a journal in a bearing with grooves is found
-parts.bearings.oil.COLDEST | degC | nothing | coldest oil of Walther's law
-parts.bearings.oil.HOTTEST | degC | nothing | hottest oil of Walther's law
+parts.bearings.slider.NODES | places | nothing | quadrature along a face of an oiled slider
+parts.bearings.laws.COLDEST | degC | nothing | coldest oil of Walther's law
+parts.bearings.laws.HOTTEST | degC | nothing | hottest oil of Walther's law
 parts.bearings.laws.NARROWEST | rad | nothing | least film between two grooves
 parts.bearings.reynolds.THINNEST | 1 | clearance | least film of a table of forces
 parts.bearings.reynolds.COARSEST | cells | nothing | from which a finite film begins without a coarser one
@@ -534,7 +535,7 @@ def _left_out() -> dict[str, str]:
         program.signals.CONTACT_PENETRATION program.program.CONTACT_COMMON elastic.beams.stress.SIZE
         elastic.beams.mass_damping.POINTS elastic.beams.mass_damping.MOST
         parts.bearings.film.SHORT parts.bearings.film.LONG parts.bearings.film.TABLE parts.bearings.film.PADS
-        parts.bearings.film.TABLE_BEGIN parts.bearings.pads.LEVEL parts.bearings.pads.FIELD
+        parts.bearings.film.TABLE_BEGIN parts.bearings.slider.PLACES parts.bearings.slider.SHARES parts.bearings.laws.ABSOLUTE parts.bearings.pads.LEVEL parts.bearings.pads.FIELD
         parts.bearings.pads.ROWS parts.bearings.pads.LINES parts.bearings.pads.COLUMNS parts.bearings.pads.MIDDLE parts.bearings.pads.PLACE
         parts.bearings.film.POSITIVE parts.bearings.film.HALF parts.bearings.film.WHOLE
         program.program.NO_FACTOR program.program.FIRST_OUTPUT engine.system.outputs.FRICTION_ALONE

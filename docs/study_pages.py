@@ -31,6 +31,7 @@ STEPS = {
     "table": ("docs/nine_bar_table.py",),
     "staggered": ("docs/staggered_table.py", *STAGGERED.split()),
     "chaos": ("docs/chaos_table.py",),
+    "bearings": ("docs/bearings_table.py", "--fresh"),
     "exponents": ("docs/exponents_table.py", "--fresh"),
     "bodies": ("docs/bodies_table.py",),
     "bodies-page": ("docs/bodies_table.py", "--page"),

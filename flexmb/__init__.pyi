@@ -57,8 +57,9 @@ from flexmb.model.part import Part as Part
 from flexmb.parts.bearings.journal import JournalBearing as JournalBearing
 from flexmb.parts.bearings.laws import FiniteBearing as FiniteBearing
 from flexmb.parts.bearings.laws import LongBearing as LongBearing
+from flexmb.parts.bearings.laws import Oil as Oil
 from flexmb.parts.bearings.laws import ShortBearing as ShortBearing
-from flexmb.parts.bearings.oil import Oil as Oil
+from flexmb.parts.bearings.slider import SliderBearing as SliderBearing
 from flexmb.parts.bodies.flexible_links import FlexibleFrame as FlexibleFrame
 from flexmb.parts.bodies.flexible_links import FlexibleLink as FlexibleLink
 from flexmb.parts.bodies.rigid import RigidBody as RigidBody

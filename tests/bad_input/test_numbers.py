@@ -77,9 +77,16 @@ SPECIMENS = {
         "play", CRANK, ARM, at=A, clearance=1e-4, bearing_radius=5e-3, normal=LAW, friction=fm.ModifiedCoulomb(0.1),
         start=(3e-5, -4e-5), film=fm.ShortBearing(viscosity=0.02, width=0.01), roughness=1e-6,
     ),
+    "SliderBearing": fm.SliderBearing(
+        "play", CRANK, ARM, at=A, along=(1.0, 0.5), clearance=1e-4, half_length=0.02, half_height=0.01, normal=LAW,
+        film=fm.ShortBearing(viscosity=0.02, width=0.01), roughness=1e-6, corner_radius=1e-3,
+    ),
+    "Oil": fm.Oil(viscosities=((40.0, 0.04), (100.0, 0.006)), density=870.0, heat_capacity=2000.0),
     "ShortBearing": fm.ShortBearing(viscosity=0.02, width=0.01, density=870.0),
     "LongBearing": fm.LongBearing(viscosity=0.02, width=0.01, density=870.0),
-    "FiniteBearing": fm.FiniteBearing(viscosity=0.02, width=0.01, density=870.0),
+    "FiniteBearing": fm.FiniteBearing(
+        viscosity=0.02, width=0.01, density=870.0, grooves=(0.0, 2.0), groove_width=0.3
+    ),
     **{kind.__name__: kind(stiffness=1e9, restitution=0.95, materials=(fm.STEEL, fm.STEEL)) for kind in HYSTERESIS},
     "Hertz": fm.contact.Hertz(stiffness=1e9, materials=(fm.STEEL, fm.STEEL)),
     "KelvinVoigt": fm.KelvinVoigt(1e6, 10.0, ramp=1e-6),

@@ -65,7 +65,7 @@ def test_runs_settle_at_the_balance():
         joint = bearing(now.film, second=journal, start=place)
         sol = fm.simulate(fm.Mechanism("rotor", (journal, joint, push)), t_end=0.6, save=50, save_from=0.5)
         assert sol.ok
-        now = now.warmed_by(OIL, inlet, sol)
+        now = now.warmed_by(OIL, inlet, sol.array("B.power").mean(), sol.array("B.flow").mean())
     assert now.film.viscosity == pytest.approx(expected.film.viscosity, rel=1e-3)
 
 

@@ -231,6 +231,14 @@ BUILT_IN = {
         two_links(fm.PrismaticClearance("pin", crank(), arm(), at=A, along=(1.0, 0.3), **GUIDE)),
         "pin",
     ),
+    "SliderBearing": (
+        two_links(
+            fm.SliderBearing(
+                "pin", crank(), arm(), at=A, along=(1.0, 0.3), **GUIDE, film=FILMS["short"], roughness=3e-6
+            )
+        ),
+        "pin",
+    ),
     "RevoluteClearance, friction": (two_links(clearance(LN, COULOMB)), "pin"),
     "SpringDamper": (
         two_links(fm.SpringDamper("spring", crank(), arm(), at=(0.05, 0.085), to=B, stiffness=300.0, damping=4.0)),

@@ -96,6 +96,10 @@ JOINTS = {
     "PrismaticClearance": lambda f, a, b: fm.PrismaticClearance(
         "J", a, b, at=f.point(*AT), along=along(f), clearance=PLAY, **GUIDE, normal=NORMAL, friction=ROUGH
     ),
+    "SliderBearing": lambda f, a, b: fm.SliderBearing(
+        "J", a, b, at=f.point(*AT), along=along(f), clearance=PLAY, **GUIDE, normal=NORMAL, friction=ROUGH,
+        film=fm.ShortBearing(viscosity=0.02, width=0.02), roughness=1e-5,
+    ),
     "SpringDamper": lambda f, a, b: fm.SpringDamper(
         "J", a, b, f.point(0.1, 0.0), f.point(0.4, 0.2), stiffness=1e4, damping=1.0, free_length=0.2
     ),

@@ -17,6 +17,7 @@ FILMS = {
     "short": fm.ShortBearing(**SHAPE),
     "long": fm.LongBearing(**SHAPE),
     "finite": fm.FiniteBearing(**SHAPE),
+    "grooves": fm.FiniteBearing(**SHAPE, grooves=(0.5 * math.pi, 1.5 * math.pi)),
 }
 
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY, replace
-from typing import TYPE_CHECKING, ClassVar, Self
-
-import numpy as np
+from typing import ClassVar, Self
 
 from flexmb.errors import InputError
 from flexmb.fields import field, instance, positive, record
@@ -17,13 +15,9 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import WatchedMotion
 from flexmb.parts.bearings import kernels
 from flexmb.parts.bearings.coefficients import FilmEquilibrium, equilibrium
-from flexmb.parts.bearings.laws import Film
-from flexmb.parts.bearings.oil import Oil
+from flexmb.parts.bearings.laws import Film, Oil
 from flexmb.parts.joints.revolute_clearance import RevoluteClearance
 from flexmb.places import packed
-
-if TYPE_CHECKING:
-    from flexmb.results.solution import Solution
 
 THIN = 0.01
 """Clearance over radius up to which the gap counts as thin: the theory of thin films neglects terms of this size."""
@@ -108,17 +102,17 @@ class JournalBearing(RevoluteClearance):
 
         return self._thickened(oil.viscosity(oil.balanced(inlet, of_film)))
 
-    def warmed_by(self, oil: Oil, inlet: float, solution: Solution) -> Self:
-        """Same joint, with the viscosity of `oil` at the temperature to which the mean of a run heats its film.
+    def warmed_by(self, oil: Oil, inlet: float, power: float, flow: float) -> Self:
+        """Same joint, with the viscosity of `oil` at the temperature to which the means of a run heat its film.
 
         A few runs settle, each with the joint of the one before; the film is uniformly warm and stores no heat.
-        `inlet`: temperature of the oil that is supplied [degC]; `solution`: saved over whole periods.
+        `inlet`: temperature of the oil that is supplied [degC]; `power` [W] and `flow` [m3/s]: means of these signals
+        over whole periods.
 
         Raises
         ------
         InputError : a film from which no oil flows.
         """
-        power, flow = (float(np.mean(solution.array(f"{self.name}.{name}"))) for name in ("power", "flow"))
         of_film = lambda viscosity: (power * viscosity / self.film.viscosity, flow)  # noqa: E731 - at the same motion
         return self._thickened(oil.viscosity(oil.balanced(inlet, of_film)))
 

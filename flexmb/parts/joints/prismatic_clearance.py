@@ -122,6 +122,11 @@ class PrismaticClearance(Guide):
                 "would turn in its guide. Did you mix up metres and millimetres?"
             )
 
+    @property
+    def play(self) -> float:
+        """Offset at which the faces touch [m]."""
+        return self.clearance
+
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """Four contacts, the signals, and the ideal guide at the start."""
         coordinates, p, angle = self.geometry(mechanism)
@@ -133,12 +138,12 @@ class PrismaticClearance(Guide):
         for name, along, across in CORNERS:
             x, y = along * self.half_length, across * self.half_height
             corner = (s2x + x * ux - y * uy, s2y + x * uy + y * ux)
-            numbers = (self.clearance, self.half_height, across, mx, my, s1x, s1y, *corner)
+            numbers = (self.play, self.half_height, across, mx, my, s1x, s1y, *corner)
             contribution = ContactContribution(
                 self.name, corner_gap_kernel, coordinates, numbers, normal, self.friction, name
             )
             found.append(contribution)
-        sizes = (self.clearance, self.half_length, self.half_height)
+        sizes = (self.play, self.half_length, self.half_height)
         for k, (name, unit) in enumerate(SIGNALS):
             values = (*p, angle, *sizes, float(k))
             found.append(
