@@ -10,7 +10,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo lint warm forget test test-all fuzz speed chaos numbers table paper paper-quick study-pages validation site gallery meshes wheel sdist review clean
+.PHONY: help demo lint warm forget test test-all fuzz speed chaos numbers table paper paper-quick study-pages validation site gallery meshes wheel try-wheel sdist hooks review clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-10s %s\n", $$1, $$2}' Makefile
@@ -88,8 +88,17 @@ wheel: $(VENV)/.installed-dev  ## a wheel in dist/ that carries compiled code: n
 	$(BIN)/python tests/ship.py build/shipment --wheel dist
 	@ls -1 dist
 
-sdist: $(VENV)/.installed-release  ## an archive of the sources in dist/, which builds the package
-	$(BIN)/python -m build --sdist --outdir dist
+try-wheel:  ## that wheel in a fresh environment: the first mechanism runs, and nothing is compiled
+	rm -rf out/try
+	$(PYTHON) -m venv out/try
+	out/try/bin/python -m pip install --quiet dist/flexmb-*-cp*.whl
+	cd out/try && env -u NUMBA_CACHE_DIR bin/python ../../tests/try_installed.py
+
+sdist: $(VENV)/.installed-release  ## an archive of the sources in dist/, and the pure wheel that is built from it
+	$(BIN)/python -m build --outdir dist
+
+hooks: $(VENV)/.installed-release  ## hooks of git that check a commit
+	$(BIN)/pre-commit install
 
 review: $(VENV)/.installed-release  ## rules of a scientific package, form of CITATION.cff
 	$(BIN)/sp-repo-review .
