@@ -10,7 +10,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo lint warm forget test test-all fuzz speed chaos numbers table paper paper-quick study-pages validation site gallery meshes wheel clean
+.PHONY: help demo lint warm forget test test-all fuzz speed chaos numbers table paper paper-quick study-pages validation site gallery meshes wheel try-wheel sdist hooks review clean
 
 help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "make %-10s %s\n", $$1, $$2}' Makefile
@@ -88,6 +88,22 @@ wheel: $(VENV)/.installed-dev  ## a wheel in dist/ that carries compiled code: n
 	$(BIN)/python tests/ship.py build/shipment --wheel dist
 	@ls -1 dist
 
+try-wheel:  ## that wheel in a fresh environment: the first mechanism runs, and nothing is compiled
+	rm -rf out/try
+	$(PYTHON) -m venv out/try
+	out/try/bin/python -m pip install --quiet dist/flexmb-*-cp*.whl
+	cd out/try && env -u NUMBA_CACHE_DIR bin/python ../../tests/try_installed.py
+
+sdist: $(VENV)/.installed-release  ## an archive of the sources in dist/, and the pure wheel that is built from it
+	$(BIN)/python -m build --outdir dist
+
+hooks: $(VENV)/.installed-release  ## hooks of git that check a commit
+	$(BIN)/pre-commit install
+
+review: $(VENV)/.installed-release  ## rules of a scientific package, form of CITATION.cff
+	$(BIN)/sp-repo-review .
+	$(BIN)/cffconvert --validate -i CITATION.cff
+
 clean:  ## remove what was made: environment, caches, results
 	rm -rf $(VENV) .numba_cache .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist *.egg-info out
 	find flexmb tests docs examples meshes -name __pycache__ -type d -prune -exec rm -rf {} +
@@ -100,19 +116,26 @@ $(VENV)/.created:
 	$(PYTHON) -m venv $(VENV)
 	touch $@
 
+# Groups of requirements (`--group`) are known to pip from 25.1 on, newer than that of many a Python.
+INSTALL = $(BIN)/python -m pip install --quiet "pip>=25.1" && $(BIN)/python -m pip install --quiet --no-compile --editable
+
 $(VENV)/.installed: pyproject.toml | $(VENV)/.created
-	$(BIN)/python -m pip install --quiet --no-compile --editable .
+	$(INSTALL) .
 	touch $@
 
-# With [sweep] and [docs], so that no test of the stores and of the site is left out.
+# With the extras that have tests, so that none is left out.
 $(VENV)/.installed-dev: pyproject.toml | $(VENV)/.created
-	$(BIN)/python -m pip install --quiet --no-compile --editable ".[dev,sweep,docs]"
+	$(INSTALL) ".[sweep,film,fatigue]" --group dev
 	touch $@ $(VENV)/.installed
 
 $(VENV)/.installed-docs: pyproject.toml | $(VENV)/.created
-	$(BIN)/python -m pip install --quiet --no-compile --editable ".[docs]"
+	$(INSTALL) . --group docs
 	touch $@ $(VENV)/.installed
 
+$(VENV)/.installed-release: $(VENV)/.installed-dev
+	$(INSTALL) . --group release
+	touch $@
+
 $(VENV)/.installed-bench: $(VENV)/.installed-dev
-	$(BIN)/python -m pip install --quiet --no-compile --editable ".[dev,sweep,docs,bench]"
+	$(INSTALL) . --group bench
 	touch $@

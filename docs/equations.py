@@ -28,7 +28,7 @@ def mathjax() -> Path:
     """File of MathJax in the package that carries it."""
     spec = importlib.util.find_spec("sphinx-mathjax-offline")
     if spec is None or spec.origin is None:
-        raise ExtensionError("MathJax is missing; install the requirements of the site with pip install '.[docs]'.")
+        raise ExtensionError("MathJax is missing; install the requirements of the site with pip install --group docs.")
     return Path(spec.origin).parent / "static" / "mathjax" / "tex-svg.js"
 
 

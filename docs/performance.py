@@ -35,7 +35,7 @@ def all_rows() -> dict:
     except ModuleNotFoundError as error:
         if error.name != "exudyn":
             raise
-        raise SystemExit("The peer is not installed: pip install '.[bench]'") from error
+        raise SystemExit("The peer is not installed: pip install --group bench") from error
     return ROWS
 
 

@@ -1,7 +1,5 @@
 """Arguments of public classes and functions: messages on unknown, missing and nameless ones, former names."""
 
-import sys
-import warnings
 from abc import ABCMeta
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import FrozenInstanceError
@@ -10,6 +8,7 @@ from inspect import Parameter, Signature, signature
 from typing import Any, ClassVar, ParamSpec, TypeVar
 
 from flexmb.checks import collecting, did_you_mean
+from flexmb.deprecation import warn_of_former
 from flexmb.docstrings import parameters
 from flexmb.errors import ArgumentError, InputError
 
@@ -27,8 +26,9 @@ class CheckedType(ABCMeta):
         """An object of the class; unpickling and copying do not pass here."""
         former = former_names(cls)
         for old in former.keys() & keywords.keys():
-            if former[old] in keywords:
-                raise InputError(f"{cls.__name__}: {old} and {former[old]} are the same; give {former[old]} alone.")
+            now, _ = former[old]
+            if now in keywords:
+                raise InputError(f"{cls.__name__}: {old} and {now} are the same; give {now} alone.")
             keywords[present_name(cls, old)] = keywords.pop(old)
         try:
             return super().__call__(*given, **keywords)
@@ -73,44 +73,35 @@ class _Former(cached_property[Any]):
 class Checked(metaclass=CheckedType):
     """Base of classes whose objects tell all errors of their arguments at once, when they are constructed.
 
-    `formerly` declares former names of fields, (("mu", "coefficient"),): as arguments, as attributes and in
-    `Mechanism.with_` they are taken with a `DeprecationWarning`, for one version.
+    `formerly` declares former names of fields and the version in which they go, (("mu", "coefficient", "0.3"),): as
+    arguments, as attributes and in `Mechanism.with_` they are taken with a `DeprecationWarning` until then.
     """
 
-    formerly: ClassVar[tuple[tuple[str, str], ...]] = ()
+    formerly: ClassVar[tuple[tuple[str, str, str], ...]] = ()
 
     def __init_subclass__(cls, **keywords: Any) -> None:
         super().__init_subclass__(**keywords)
         own = cls.__dict__.get("__post_init__")
         if own is not None:
             cls.__post_init__ = collecting(own)
-        for old, _ in cls.__dict__.get("formerly", ()):
+        for old, _, _ in cls.__dict__.get("formerly", ()):
             setattr(cls, old, _Former(old))
 
 
 @cache
-def former_names(kind: Any) -> dict[str, str]:
-    """Former names of the fields of a class and of its bases, with the present ones, for fields that it has."""
+def former_names(kind: Any) -> dict[str, tuple[str, str]]:
+    """Former names of the fields of a class and of its bases: the present name, and the version without the former."""
     known = signature(kind.__init__).parameters
-    declared = [pair for base in reversed(kind.__mro__) for pair in vars(base).get("formerly", ())]
-    return {old: now for old, now in declared if now in known and old not in known}
+    declared = [names for base in reversed(kind.__mro__) for names in vars(base).get("formerly", ())]
+    return {old: (now, goes) for old, now, goes in declared if now in known and old not in known}
 
 
 def present_name(kind: Any, name: str) -> str:
     """`name`, or the present name of the field of a class that was called so, with a `DeprecationWarning`."""
-    now = former_names(kind).get(name, name)
-    if now != name:
-        warn_of_former(kind.__name__, name, now)
+    now, goes = former_names(kind).get(name, (name, ""))
+    if goes:
+        warn_of_former(kind.__name__, name, now, goes)
     return now
-
-
-def warn_of_former(label: str, old: str, now: str) -> None:
-    """Warn the caller of flexmb that a name has changed, at the line outside of the package."""
-    frame, level = sys._getframe(), 1
-    while frame.f_back is not None and frame.f_globals.get("__name__", "").partition(".")[0] == "flexmb":
-        frame, level = frame.f_back, level + 1
-    text = f"{label}: {old} is called {now} now; the former name goes with the next version."
-    warnings.warn(text, DeprecationWarning, stacklevel=level)
 
 
 def checked(function: Callable[P, T]) -> Callable[P, T]:

@@ -8,7 +8,7 @@ files meanwhile, so their state is kept, too.
 import os
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -17,18 +17,26 @@ CLOSE = 0.7  # likeness of names from which they are suggested, 1 for equal ones
 _IMPORT = re.compile(r"^from (\S+) import (\w+) as \2$", re.MULTILINE)  # a line of a stub: module and name
 
 
-def lazy_names(module: str, file: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+def lazy_names(
+    module: str, file: str, former: Mapping[str, tuple[str, str]] | None = None
+) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """`__getattr__`, `__dir__` and `__all__` of a module whose public names stand in the stub beside it.
 
     They are a function that imports a name when it is first used, one that lists the names, and their list; `module`
     and `file` are the module's `__name__` and `__file__`.  Each line of the stub is `from package.module import name as
-    name`; `name` may be a module itself.
+    name`; `name` may be a module itself.  `former` has former names, with the present one and
+    the version in which the former goes.
     """
     stub = Path(file).with_suffix(".pyi").read_text(encoding="utf-8")
     homes = {name: home for home, name in _IMPORT.findall(stub)}
     names = sorted(homes)
 
     def get(name: str) -> Any:
+        if former is not None and name in former:
+            from flexmb.deprecation import warn_of_former  # noqa: PLC0415 - `import flexmb` stays fast
+
+            warn_of_former(module, name, *former[name])
+            return get(former[name][0])
         if name not in homes:
             text = f"module {module!r} has no attribute {name!r}"
             raise AttributeError(text if name.startswith("_") else f"{text}.{_near(name, module, names)}")

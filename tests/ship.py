@@ -19,6 +19,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from importlib import import_module
+from importlib.metadata import distribution
 from pathlib import Path
 from typing import Any
 
@@ -59,9 +60,8 @@ def main() -> int:
 
 
 def pack(folder: Path, target: Path) -> None:
-    """Build a wheel with the compiled code of `folder`, one for this platform and version of Python, in `target`."""
+    """Build a wheel with the compiled code of `folder`, one for this version of Python, in `target`."""
     number = f"cp{sys.version_info.major}{sys.version_info.minor}"
-    kind = sysconfig.get_platform().replace("-", "_").replace(".", "_")
     target.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as work:
         python("pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", work, str(ROOT))
@@ -70,8 +70,15 @@ def pack(folder: Path, target: Path) -> None:
         tree = next(path for path in Path(work).iterdir() if path.is_dir())
         shutil.copytree(folder, tree / "flexmb" / "engine" / "compiled" / "shipped", dirs_exist_ok=True)
         python("wheel", "pack", "--dest-dir", str(target), str(tree))
-    tags = ("--python-tag", number, "--abi-tag", number, "--platform-tag", kind)
+    tags = ("--python-tag", number, "--abi-tag", number, "--platform-tag", platforms())
     python("wheel", "tags", "--remove", *tags, str(target / pure.name))
+
+
+def platforms() -> str:
+    """Platforms of llvmlite's wheel, since the code needs what llvmlite needs; this one if it came otherwise."""
+    lines = (distribution("llvmlite").read_text("WHEEL") or "").splitlines()
+    known = sorted({line.rpartition("-")[2] for line in lines if line.startswith("Tag: ")})
+    return ".".join(known) or sysconfig.get_platform().replace("-", "_").replace(".", "_")
 
 
 def python(*arguments: str) -> None:

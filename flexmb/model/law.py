@@ -193,7 +193,7 @@ class FrictionLaw(Law):
     """Base of friction laws; the kernel returns the force T on the second body along the slip direction."""
 
     contract = kernels.FRICTION
-    formerly = (("mu", "coefficient"),)
+    formerly = (("mu", "coefficient", "0.3"),)
 
 
 FRICTION_LAW = instance(FrictionLaw, "a friction law, e.g. ModifiedCoulomb")  # rule of a field that holds one

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 import numpy as np
 
 from flexmb import checks, kernels
+from flexmb.deprecation import warn_of_former
 from flexmb.display import Shown
 from flexmb.errors import USER_ERRORS, FlexmbError, InputError, ModelError
 from flexmb.fields import Input, field, fields_of, point, record
@@ -165,10 +165,7 @@ class Part(Input, Shown, ABC):
         try:
             given: list[Any] = list(getattr(self, question)(*arguments))
             if callable(former):
-                text = (
-                    f"{type(self).__name__}.remarks is called findings_after now, and yields records fm.doctor.Finding"
-                )
-                warnings.warn(f"{text}; the former name goes with the next version.", DeprecationWarning, stacklevel=2)
+                warn_of_former(type(self).__name__, "remarks", "findings_after", "0.3")
                 given += [found("unreal-motion", (self.name,), str(one)) for one in former(*arguments)]
             if not given:
                 return []

@@ -8,11 +8,11 @@ from functools import cached_property
 from typing import Any
 
 from flexmb import checks
-from flexmb.arguments import warn_of_former
+from flexmb.deprecation import warn_of_former
 from flexmb.errors import InputError
 
 FORMER = {"rotation": "angle", "rotation_rate": "omega", "angle": "theta"}
-"""Former names of signals of bushings and markers, with the present ones; taken for one version."""
+"""Former names of signals of bushings and markers, with the present ones; they go with version 0.3."""
 
 MOST_COMPARED_NAMES = 2000  # number of names at most that are compared with an unknown one
 
@@ -109,7 +109,7 @@ def resolved(name: str, signals: Signals, aliases: Mapping[str, str]) -> str:
     owner, _, last = name.rpartition(".")
     now = f"{owner}.{FORMER.get(last)}"
     if now in signals.places:
-        warn_of_former("Signals", name, now)
+        warn_of_former("Signals", name, now, "0.3")
         return now
     return next(
         (old for old in (f"{owner}.{k}" for k, v in FORMER.items() if v == last) if old in signals.places), name

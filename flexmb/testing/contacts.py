@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -172,7 +173,7 @@ def check_friction(bench: Bench, law: FrictionLaw) -> None:
         z = np.array(law.history(), dtype=float)
         slip = log_uniform(bench, 1e-6, 1.0) * bench.random.choice([-1.0, 1.0])
         for _ in range(2):
-            state = {"h": h, "slip": slip, "N": log_uniform(bench, 1e-2, 1e4), "z": z}
+            state: dict[str, Any] = {"h": h, "slip": slip, "N": log_uniform(bench, 1e-2, 1e4), "z": z}
             out = tested.checked_call(state)
             bench.note(f"{tested.kernel.name}: compiled = Python, finite, repeatable")
             for output, name in (("dT_dslip", "slip"), ("dT_dN", "N")):

@@ -89,7 +89,7 @@ def test_a_circle_of_a_beam_is_no_curve():
     curve = fm.ClosedCurve(np.column_stack([0.05 * np.cos(angles), 0.05 * np.sin(angles)]))
     with pytest.raises(InputError, match=r"a Line, cams\.CircularCurve or .*fm\.Circle is the section of a beam"):
         fm.CurveOnCurve("pair", cam, curve, follower, fm.Circle(0.01))
-    with pytest.warns(DeprecationWarning, match=r"called cams\.CircularCurve"):
+    with pytest.warns(DeprecationWarning, match="Circle is called CircularCurve now"):
         assert fm.cams.Circle is fm.cams.CircularCurve
     assert "Circle" not in dir(fm.cams)
 

@@ -21,7 +21,7 @@ OF_USERS = {"press.py"}
 def places():
     """Files and folders of the repository, relative to its root."""
     found = {path for path in ROOT.iterdir() if path.is_file()}
-    for folder in ("flexmb", "docs", "tests", "examples", "meshes"):
+    for folder in ("flexmb", "docs", "tests", "examples", "meshes", ".github"):
         found |= {ROOT / folder, *(ROOT / folder).rglob("*")}
     return {path.relative_to(ROOT).as_posix() for path in found}
 
@@ -52,7 +52,11 @@ def docstrings(tree):
 
 
 def test_files_named_by_pages_exist(endings):
-    pages = [ROOT / "README.md", *(page for page in sorted(DOCS.rglob("*.md")) if DOCS / "api" not in page.parents)]
+    pages = [
+        ROOT / "README.md",
+        ROOT / "CONTRIBUTING.md",
+        *(page for page in sorted(DOCS.rglob("*.md")) if DOCS / "api" not in page.parents),
+    ]
     found = [
         f"{page.relative_to(ROOT)}:{line}: {name}"
         for page in pages

@@ -178,7 +178,7 @@ def broken_links(path):
             yield target
 
 
-@pytest.mark.parametrize("page", [*pages(), ROOT / "CHANGELOG.md"], ids=named)
+@pytest.mark.parametrize("page", [*pages(), ROOT / "CHANGELOG.md", ROOT / "CONTRIBUTING.md"], ids=named)
 def test_links_lead_somewhere(page):
     assert not list(broken_links(page))
 

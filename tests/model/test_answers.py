@@ -63,8 +63,9 @@ def test_former_remarks_are_heard_once_more():
         def remarks(self, mechanism, motion):
             yield f"{self.label} moved until {motion.times[-1]:g} s."
 
-    with pytest.warns(DeprecationWarning, match="remarks is called findings_after now"):
+    with pytest.warns(DeprecationWarning, match="remarks is called findings_after now") as told:
         assert run_of(kind=Former).notes == ("Former 'stone' moved until 0.01 s.",)
+    assert [warning.filename for warning in told] == [__file__]
 
 
 def test_a_part_may_have_fields_of_any_plain_name():

@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-pytest.importorskip("exudyn", reason="the peer is not installed: pip install '.[bench]'")
+pytest.importorskip("exudyn", reason="the peer is not installed: pip install --group bench")
 
 from duel import Verdict, lines, measured
 from rows import ROWS

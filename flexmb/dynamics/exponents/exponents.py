@@ -164,7 +164,7 @@ class Exponents(arguments.Checked):
     round-off.  They do not cover a transient that has not ended.  The second run shows errors of the time steps.
     """
 
-    formerly = (("unit", "units"),)
+    formerly = (("unit", "units", "0.3"),)
     name: str
     spectrum: np.ndarray
     errors: np.ndarray

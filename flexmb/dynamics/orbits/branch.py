@@ -74,7 +74,7 @@ class Branch(arguments.Checked):
     gaps : number and sign of the signals of gaps.
     """
 
-    formerly = (("unit", "period_units"),)
+    formerly = (("unit", "period_units", "0.3"),)
     _: KW_ONLY
     name: str
     parameter: str

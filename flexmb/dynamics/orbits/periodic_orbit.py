@@ -166,7 +166,7 @@ class PeriodicOrbit(arguments.Checked):
     shooting : shooting that found the orbit.
     """
 
-    formerly = (("unit", "units"),)
+    formerly = (("unit", "units", "0.3"),)
     _: KW_ONLY
     name: str
     ok: bool

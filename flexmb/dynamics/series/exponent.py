@@ -54,7 +54,7 @@ class SeriesExponent(arguments.Checked):
         running estimate [unit].
     """
 
-    formerly = (("unit", "units"),)
+    formerly = (("unit", "units", "0.3"),)
     value: float
     error: float
     units: str

@@ -119,7 +119,7 @@ class PowerSpectrum(arguments.Checked):
     units : "Hz" or "1/iteration".
     """
 
-    formerly = (("unit", "units"),)
+    formerly = (("unit", "units", "0.3"),)
     frequency: np.ndarray = field(repr=False)
     density: np.ndarray = field(repr=False)
     floor: np.ndarray = field(repr=False)

@@ -38,7 +38,7 @@ def checked_velocity(label: str, name: str, velocity: Any, *_: str) -> tuple[flo
 class Bar(Body):
     """Base of bodies between two points of the reference configuration."""
 
-    formerly = (("at", "start"), ("to", "end"))
+    formerly = (("at", "start", "0.3"), ("to", "end", "0.3"))
     start: Point = field("one end", "m", point)
     end: Point = field("the other end", "m", point)
 
@@ -75,7 +75,7 @@ class RigidBody(Body):
     InputError : mass or inertia not > 0, values that are not finite.
     """
 
-    formerly = (("angle", "theta"),)
+    formerly = (("angle", "theta", "0.3"),)
     at: Point = field("centre of mass", "m", point)
     mass: float = field("mass", "kg", positive)
     inertia: float = field("moment of inertia about the centre of mass", "kg m^2", positive)

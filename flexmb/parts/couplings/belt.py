@@ -170,7 +170,7 @@ class Belt(Wheels):
     Source: L. Euler, Remarques sur l'effet du frottement dans l'equilibre, 1762, for the limit; tanh is a smoothing.
     """
 
-    formerly = (("mu", "coefficient"),)
+    formerly = (("mu", "coefficient", "0.3"),)
     _: KW_ONLY
     radii: tuple[float, float] = field(
         "radii of the belt's middle line on both wheels", "m", two(positive, "numbers", "two numbers, e.g. (0.05, 0.1)")

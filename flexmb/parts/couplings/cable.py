@@ -86,7 +86,7 @@ class Distance(Part):
     ModelError : a rod from a body to itself.
     """
 
-    formerly = (("start", "at"), ("end", "to"))
+    formerly = (("start", "at", "0.3"), ("end", "to", "0.3"))
     first: Part = field("first body; `GROUND` is the frame")
     second: Part = field("second body")
     at: tuple[float, float] = field("point of the first body", "m", point)
@@ -152,7 +152,7 @@ class Cable(Part):
     and the strand may turn by less than half a turn from the direction in which it is drawn.
     """
 
-    formerly = (("length", "free_length"), ("start", "at"), ("end", "to"))
+    formerly = (("length", "free_length", "0.3"), ("start", "at", "0.3"), ("end", "to", "0.3"))
     first: Part = field("first body; `GROUND` is the frame")
     second: Part = field("second body")
     at: tuple[float, float] = field("point of the first body, or centre of its drum", "m", point)

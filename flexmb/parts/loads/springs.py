@@ -226,7 +226,7 @@ class SpringDamper(Part):
     its force as a load: the work of the load is the actuator's, less what the spring holds more than is counted.
     """
 
-    formerly = (("start", "at"), ("end", "to"))
+    formerly = (("start", "at", "0.3"), ("end", "to", "0.3"))
     first: Part = field("first body; `GROUND` is the frame")
     second: Part = field("second body")
     at: tuple[float, float] = field("point of the first body", "m", point)
@@ -367,7 +367,7 @@ class TorsionSpring(Part):
     counted.
     """
 
-    formerly = (("rest_angle", "free_angle"),)
+    formerly = (("rest_angle", "free_angle", "0.3"),)
     first: Part = field("first body; `GROUND` is the frame")
     second: Part = field("second body")
     _: KW_ONLY
