@@ -89,6 +89,8 @@ from flexmb.parts.loads.force import Torque as Torque
 from flexmb.parts.loads.springs import SpringDamper as SpringDamper
 from flexmb.parts.loads.springs import TorsionSpring as TorsionSpring
 from flexmb.parts.sensors import Marker as Marker
+from flexmb.parts.wear.laws import Archard as Archard
+from flexmb.parts.wear.laws import EnergyWear as EnergyWear
 from flexmb.program.compiler import compile as compile
 from flexmb.results.netcdf import load as load
 from flexmb.results.positions import momentum as momentum
