@@ -25,6 +25,7 @@ from flexmb.dynamics.exponents.lyapunov import lyapunov as lyapunov
 from flexmb.dynamics.sections.points import stroboscopic as stroboscopic
 from flexmb.dynamics.sweeps.bifurcation import bifurcation as bifurcation
 from flexmb.dynamics.sweeps.parameter_sweep import sweep as sweep
+from flexmb.dynamics.sweeps.wear import wear_out as wear_out
 from flexmb.elastic.beams.section import Circle as Circle
 from flexmb.elastic.beams.section import GeneralSection as GeneralSection
 from flexmb.elastic.beams.section import Rectangle as Rectangle

@@ -57,7 +57,7 @@ def arm(p, n, ex, ey, depth, nx, ny, inverse):
     for i in range(n):
         ux, uy = p[TABLES + i], p[TABLES + n + i]
         near, aside = ux * nx + uy * ny, ux * tx + uy * ty
-        d = ex * ux + ey * uy - p[TABLES + 2 * n + i] - p[TABLES + 5 * n + i]
+        d = ex * ux + ey * uy - p[TABLES + 5 * n + i]
         if d > 0.0:
             A, B, turn = A + d, B + d * near, turn + d * aside
             Ax, Ay, Bx, By = Ax + ux, Ay + uy, Bx + near * ux, By + near * uy

@@ -23,7 +23,7 @@ class Surface(NamedTuple):
     support: np.ndarray  # sigma [m]
     slope: np.ndarray  # sigma' [m]
     radius: np.ndarray  # rho >= 0 [m]
-    valley: np.ndarray  # depth below what a journal can reach, >= 0 [m]
+    wall: np.ndarray  # place of the surface, sigma or beyond in valleys [m]
 
 
 def surface(clearance: float, depths: Sequence[float]) -> Surface:
@@ -40,7 +40,7 @@ def surface(clearance: float, depths: Sequence[float]) -> Surface:
     sigma = clearance + np.fft.irfft(np.fft.rfft(reached) * factor, n)
     rest = sigma - rho
     slope = (np.roll(rho, -1) - rho) / step + (np.roll(rest, -1) - rest * cos) / sin
-    return Surface(x, y, sigma, slope, rho, h - reached)
+    return Surface(x, y, sigma, slope, rho, np.minimum(sigma, clearance + reached) + h - reached)
 
 
 def _reached(clearance: float, h: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
@@ -80,7 +80,7 @@ def shares(tables: Surface, x: np.ndarray, y: np.ndarray, angle: np.ndarray) -> 
 
     x, y : centre of the journal in the axes of the worn body (rows,) [m]; angle : of the normal there (rows,) [rad].
     """
-    depth = np.outer(x, tables.cos) + np.outer(y, tables.sin) - tables.support - tables.valley
+    depth = np.outer(x, tables.cos) + np.outer(y, tables.sin) - tables.wall
     np.maximum(depth, 0.0, out=depth)
     total, n = depth.sum(axis=1), len(tables.cos)
     narrow = np.flatnonzero(total <= 0.0)  # narrower than the distance of two angles

@@ -97,6 +97,12 @@ class WornClearance(RevoluteClearance):
         """Material that the surface has lost [m^3]."""
         return float(self.depths.sum()) * self.area
 
+    @property
+    def travel(self) -> float:
+        """Half of the widest way of the journal's centre across the bearing [m]; the clearance where nothing is worn."""
+        support = self.surface.support
+        return float(0.5 * (support + np.roll(support, len(support) // 2)).max())
+
     @cached_property
     def surface(self) -> Surface:
         """Tables of the worn surface."""
