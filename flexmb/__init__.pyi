@@ -102,6 +102,7 @@ from flexmb.run.steps import StepState as StepState
 from flexmb.run.steps import steps as steps
 from flexmb.run.stopping import when as when
 from flexmb.show.pictures.diagrams import plot_bifurcation as plot_bifurcation
+from flexmb.show.pictures.diagrams import plot_wear as plot_wear
 from flexmb.show.pictures.films import animate as animate
 from flexmb.show.pictures.scene import render as render
 from flexmb.show.pictures.signals import plot as plot

@@ -193,7 +193,13 @@ def _columns(joints: Mapping[str, WornClearance]) -> Iterator[Column]:
     for name, joint in joints.items():
         for surface in ("bearing", "journal"):
             yield Column(f"{name}.{surface}_profile", dims=("angle",), shape=(joint.wear.bins,), units="m")
-        for one, unit in (("volume", "m3"), ("wear_rate", "m3"), ("clearance", "m"), ("peak_force", "N"), ("error", "m")):
+        for one, unit in (
+            ("volume", "m3"),
+            ("wear_rate", "m3"),
+            ("clearance", "m"),
+            ("peak_force", "N"),
+            ("error", "m"),
+        ):
             yield Column(f"{name}.{one}", units=unit)
 
 

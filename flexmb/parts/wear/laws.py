@@ -29,7 +29,9 @@ class Wear(Input, Shown):
     bearing: float = field("coefficient of the bearing", "1/Pa", not_negative, default=0.0)
     journal: float = field("coefficient of the journal", "1/Pa", not_negative, default=0.0)
     bins: int = field("number of angles at which the depth of a surface is known", rule=count(FEWEST_BINS), default=360)
-    width: float | None = field("width of both surfaces; None: the diameter of the bearing", "m", positive, default=None)
+    width: float | None = field(
+        "width of both surfaces; None: the diameter of the bearing", "m", positive, default=None
+    )
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -99,4 +101,4 @@ class EnergyWear(Wear):
 
     def load(self, normal: np.ndarray, friction: np.ndarray) -> np.ndarray:  # noqa: ARG002 - of other laws
         """Friction force [N], positive."""
-        return np.abs(friction)
+        return np.asarray(np.abs(friction))

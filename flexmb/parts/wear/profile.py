@@ -10,6 +10,7 @@ Equations (16.1) to (16.3) of docs/theory/wear.md.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +27,7 @@ class Surface(NamedTuple):
     wall: np.ndarray  # place of the surface, sigma or beyond in valleys [m]
 
 
-def surface(clearance: float, depths: Sequence[float]) -> Surface:
+def surface(clearance: float, depths: Sequence[float] | np.ndarray) -> Surface:
     """Tables of a surface with the `depths` h (n,) [m]."""
     h = np.array(depths, dtype=float)
     n, step = len(h), 2.0 * np.pi / len(h)
@@ -58,7 +59,7 @@ def _reached(clearance: float, h: np.ndarray, x: np.ndarray, y: np.ndarray) -> n
             kept.pop()
         kept.append(i)
     reached = h.copy()
-    for a, b in zip(kept[:-1], kept[1:], strict=True):
+    for a, b in pairwise(kept):
         skipped = np.arange(a + 1, b if b > a else b + n) % n
         if len(skipped):
             across = x[a] * y[b] - y[a] * x[b]

@@ -99,7 +99,7 @@ class WornClearance(RevoluteClearance):
 
     @property
     def travel(self) -> float:
-        """Half of the widest way of the journal's centre across the bearing [m]; the clearance where nothing is worn."""
+        """Half of the widest way of the journal's centre [m]; the clearance where nothing is worn."""
         support = self.surface.support
         return float(0.5 * (support + np.roll(support, len(support) // 2)).max())
 
