@@ -120,7 +120,7 @@ def test_friction_of_a_half_bearing_that_fits_has_four_over_pi_of_the_arm():
 @pytest.mark.parametrize("surface_that_wears", ["bearing", "journal"])
 def test_tangents_of_worn_contacts(name, surface_that_wears):
     joint = DRY["B"].worn_by(fm.Archard(**{surface_that_wears: 1e-13})).with_depths(PROFILES[name])
-    fm.testing.check_part(DRY.with_part(joint), "B").require()
+    fm.testing.check_part(DRY.with_part(joint), "B")
 
 
 # Laws of wear
@@ -169,8 +169,8 @@ def test_worn_volume_goes_with_the_friction_work_of_the_balance(depths):
     law = fm.EnergyWear(bearing=1e-12, width=B)
     joint = replace(WORN.with_depths(depths), wear=law)
     errors = []
-    for step in (2e-5, 5e-6):
-        sol = rows(DRY.with_part(joint), periods=0.2, step=step)
+    for step in (5e-6, 1.25e-6):
+        sol = rows(DRY.with_part(joint), periods=0.05, step=step)
         work = float(sol["energy.dissipated_friction"][-1])
         errors.append(joint.worn_in(sol).volume / (1e-12 * work) - 1.0)
     assert abs(errors[1]) < 2e-3
@@ -213,7 +213,7 @@ def shaft():
     shell = fm.RigidBody("shell", at=(0.0, 0.0), mass=0.1, inertia=1e-4)
     joint = fm.RevoluteClearance(
         "J", shell, rotor, at=(0.0, 0.0), clearance=C, bearing_radius=R,
-        normal=fm.KelvinVoigt(1e9, 1e4), start=(0.999 * C, 0.0),
+        normal=fm.KelvinVoigt(3e8, 1e4), start=(0.999 * C, 0.0),
     ).worn_by(fm.Archard(bearing=1e-12, width=B))  # fmt: skip
     return fm.Mechanism(
         "shaft",
@@ -227,10 +227,10 @@ def shaft():
 
 
 def test_a_shaft_under_load_wears_its_bearing_by_the_rigid_law():
-    path = 2.0 * math.pi * R
-    life = fm.wear_out(shaft(), turns=100.0 / path, keep=2, tolerance=0.01)
+    turn = 2.0 * math.pi * (R - C)  # path of the shaft's surface
+    life = fm.wear_out(shaft(), turns=100.0 / turn, keep=2)
     assert life.attrs["joints"] == ["J"]
-    assert float(life["J.volume"][-1]) == pytest.approx(5.52004e-7 * B, rel=5e-3)
+    assert float(life["J.volume"][-1]) == pytest.approx(5.52004e-7 * B, rel=2e-3)
     assert float(life["J.bearing_profile"][-1].max()) == pytest.approx(4.22194e-5, rel=1e-2)
 
 
@@ -320,7 +320,7 @@ def test_runs_with_any_profile_reach_their_end(name):
 
 def test_the_picture_shows_surface_depth_and_volume(life, tmp_path):
     figure = fm.plot_wear(life, WORN)
-    polar, deepest, volume = figure.axes[:3]
+    polar, _, deepest, volume = figure.axes
     assert len(polar.lines) == 6  # five turns and the unworn circle
     radius = polar.lines[-2].get_ydata()
     assert np.argmax(radius[:-1]) == np.argmax(life["B.bearing_profile"].values[-1])
@@ -370,8 +370,8 @@ def test_a_bearing_with_a_film_does_not_wear():
 
 def test_a_width_that_is_not_given_is_told():
     told = fm.check(DRY.with_part(DRY["B"].worn_by(fm.Archard(bearing=1e-13))))
-    assert [one.numbers["width"] for one in told if one.code == "width-of-wear"] == [0.02]
-    assert not [one for one in fm.check(DRY.with_part(WORN)) if one.code == "width-of-wear"]
+    assert [one.numbers["width"] for one in told.findings if one.code == "width-of-wear"] == [0.02]
+    assert not [one for one in fm.check(DRY.with_part(WORN)).findings if one.code == "width-of-wear"]
 
 
 def test_arms_of_both_bodies_meet_at_one_point():
