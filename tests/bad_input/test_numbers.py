@@ -77,6 +77,8 @@ SPECIMENS = {
         "play", CRANK, ARM, at=A, clearance=1e-4, bearing_radius=5e-3, normal=LAW, friction=fm.ModifiedCoulomb(0.1),
         start=(3e-5, -4e-5), film=fm.ShortBearing(viscosity=0.02, width=0.01), roughness=1e-6,
     ),
+    "Archard": fm.Archard(bearing=1e-13, width=0.02),
+    "EnergyWear": fm.EnergyWear(journal=1e-12, width=0.02),
     "ShortBearing": fm.ShortBearing(viscosity=0.02, width=0.01, density=870.0),
     "LongBearing": fm.LongBearing(viscosity=0.02, width=0.01, density=870.0),
     "FiniteBearing": fm.FiniteBearing(viscosity=0.02, width=0.01, density=870.0),
