@@ -266,7 +266,9 @@ def wear_out(
     -----
     Every run begins in the reference configuration.  Chaotic turns differ from one another: `sample` takes the mean of
     several, and the increments, which are many, average them as well.  No increment deepens a surface by more than 0.05
-    of the clearance.  Theory: docs/theory/wear.md.
+    of the clearance.
+
+    Equation (16.6) of docs/theory/wear.md.
     """
     label = f"wear of {mechanism.name!r}" if isinstance(mechanism, Mechanism) else "wear_out"
     if not isinstance(mechanism, Mechanism):

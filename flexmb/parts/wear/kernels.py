@@ -32,7 +32,8 @@ def nearest(p, n, ex, ey):
     if ey * p[cos + k] - ex * p[sin + k] < p[slope + k]:
         k = k - 1 if k > 0 else n - 1
     step, ux, uy, rho = 2.0 * math.pi / n, p[cos + k], p[sin + k], p[radius + k]
-    r = (p[radius + (k + 1 if k < n - 1 else 0)] - rho) / step
+    following = k + 1 if k < n - 1 else 0
+    r = (p[radius + following] - rho) / step
     along, across = ex * ux + ey * uy - p[support + k] + rho, ey * ux - ex * uy - p[slope + k] + r
     size, x = math.sqrt(along * along + across * across), 0.0
     if size > 0.0:

@@ -56,7 +56,12 @@ class Wear(Input, Shown):
         return self.bearing + self.journal
 
     def load(self, normal: np.ndarray, friction: np.ndarray) -> np.ndarray:  # noqa: ARG002 - of other laws
-        """Force [N] whose work against the slip, times the coefficient, is the worn volume."""
+        """Force whose work against the slip, times the coefficient, is the worn volume [N].
+
+        Parameters
+        ----------
+        normal, friction : normal force, and friction force of either sign [N].
+        """
         return normal
 
 
