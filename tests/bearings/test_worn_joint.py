@@ -307,6 +307,23 @@ def test_the_journal_wears_as_well():
     assert not life["B.bearing_profile"].values.any()
 
 
+def test_two_joints_wear_at_once_and_one_that_does_not_wear_stays():
+    crank_pin = fm.RevoluteClearance(
+        "A", DRY["crank"], DRY["rod"], at=DRY["A"].at, clearance=C, bearing_radius=R, normal=DRY["B"].normal
+    )
+    both = DRY.with_part(crank_pin.worn_by(fm.Archard(bearing=1e-13, width=B))).with_part(WORN)
+    life = fm.wear_out(both, turns=200.0, keep=1)
+    assert list(life.attrs["joints"]) == ["A", "B"]
+    for name in "AB":
+        assert float(life[f"{name}.volume"][-1]) > 0.0
+    assert not np.array_equal(life["A.bearing_profile"], life["B.bearing_profile"])
+    alone = fm.wear_out(DRY.with_part(crank_pin).with_part(WORN), turns=200.0, keep=1)
+    assert alone.attrs["joints"] == ["B"]
+    coarse = both.with_part(DRY["B"].worn_by(fm.Archard(bearing=1e-13, bins=180)))
+    with pytest.raises(fm.errors.InputError, match=r"different numbers of bins \(A 360, B 180\)"):
+        fm.wear_out(coarse, turns=1.0)
+
+
 @pytest.mark.parametrize("name", PROFILES)
 def test_runs_with_any_profile_reach_their_end(name):
     sol = fm.simulate(DRY.with_part(WORN.with_depths(PROFILES[name])), periods=2)
