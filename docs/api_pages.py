@@ -21,7 +21,7 @@ HERE = Path(__file__).parent / "api"
 ROOMS = {
     "Mechanisms and parts": ("model.", "elastic.planes.", "elastic.reduced."),
     "Sections of beams": ("elastic.beams.",),
-    "Joints": ("parts.joints.", "parts.bearings."),
+    "Joints": ("parts.joints.", "parts.bearings.", "parts.wear."),
     "Loads and springs": ("parts.loads.",),
     "Sensors": ("parts.sensors",),
     "Statics, modes, inverse dynamics": ("statics.",),

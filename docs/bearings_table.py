@@ -15,17 +15,31 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import flexmb as fm
-from flexmb.mechanisms import nine_bar
+from flexmb.mechanisms import nine_bar, slider_crank
 
 HERE = Path(__file__).resolve().parent
 PAGE, ROWS, PICTURES = HERE / "bearings.md", HERE / "bearings.json", HERE / "pictures"
 SPEED, WIDTH, ROUGHNESS = 2.0 * math.pi, 0.02, 2e-6
 CLEARANCES, VISCOSITIES = (5e-5, 5e-4), (0.0, 5e-3, 2e-2, 1e-1)
 STEP = fm.Adaptive(max=2e-4)
+SPIN, TURNS, LEVELS = 2.0 * math.pi * 1000 / 60, 1e6, (0, 1, 2, 5, 10)
+WORN, LIFE = ("P1", "P4", "A"), 2e5
+LAW = fm.Archard(bearing=1e-13, bins=360)
+STORES = HERE.parent / "out" / "bearings"
 HEADS = {
     "oil": (
         *("clearance [mm]", "oil [mPa s]", "largest exponent [1/s]", "verdict", "peak acceleration [m/s²]"),
         *("peak force of P1 [N]", "thinnest film [µm]", "heat [W]"),
+    ),
+    "worn": (
+        *("turns", "deepest [µm]", "half of the play [µm]", "volume [mm³]", "peak force [N]", "largest exponent [1/s]"),
+        *("a turn", "verdict"),
+    ),
+    "three": (
+        "turns",
+        *(f"{name}: deepest [µm], peak force [N]" for name in WORN),
+        "largest exponent [1/s]",
+        "verdict",
     ),
 }
 
@@ -112,7 +126,98 @@ def oil(rows: dict[str, Any]) -> None:
     put_table("oil", [oil_line(row) for row in found])
 
 
-STUDIES = {"oil": oil}
+def worn_crank() -> fm.Mechanism:
+    """Slider-crank at 1000 rpm with 0.05 mm of play in the joint of its slider, whose bearing wears."""
+    dry = slider_crank(speed=SPIN, clearance=5e-5)
+    return dry.with_part(dry["B"].worn_by(LAW))
+
+
+def worn_bars() -> fm.Mechanism:
+    """Rigid nine-bar at 2 pi rad/s with 0.05 mm of play at three joints, whose bearings wear."""
+    mech = nine_bar(SPEED, clearance=5e-5, ramp=2.0)
+    given = {name: getattr(mech["P1"], name) for name in ("clearance", "bearing_radius", "normal", "friction")}
+    for name, first, second in (("P1", "crank1", "link2"), ("P4", "crank4", "link3"), ("A", "rocker6", "panel7")):
+        joint = fm.RevoluteClearance(name, mech[first], mech[second], at=mech[name].at, **given)
+        mech = mech.with_part(joint.worn_by(LAW))
+    return mech
+
+
+def at_turn(mech: fm.Mechanism, life: Any, row: int) -> fm.Mechanism:
+    """The mechanism with the surfaces of a row of its wear."""
+    for name in life.attrs["joints"]:
+        mech = mech.with_part(mech[name].with_depths(life[f"{name}.bearing_profile"].values[row]))
+    return mech
+
+
+def judged(mech: fm.Mechanism, period: float, skip: int) -> dict[str, Any]:
+    """Exponent and verdict over 100 periods."""
+    found = fm.lyapunov(mech, skip=skip, periods=100, step=STEP, period=period)
+    return {"exponent": found.value, "error": found.error, "verdict": str(found.verdict), "period": period}
+
+
+def worn(rows: dict[str, Any]) -> None:
+    """Slider-crank from new to worn, and how much half of the tolerance changes."""
+    mech = worn_crank()
+    whole, half = (
+        fm.wear_out(mech, turns=TURNS, keep=10, tolerance=0.02 * part, store=STORES / f"crank_{part:g}", resume=True)
+        for part in (1.0, 0.5)
+    )
+    depth = whole["B.bearing_profile"].values
+    rows["worn"] = [
+        {
+            "turns": float(whole["turns"][k]),
+            "deepest": float(depth[k].max()),
+            "clearance": float(whole["B.clearance"][k]),
+            "volume": float(whole["B.volume"][k]),
+            "force": float(whole["B.peak_force"][k]),
+            **judged(at_turn(mech, whole, k), 2.0 * math.pi / SPIN, 100),
+        }
+        for k in LEVELS
+    ]
+    ROWS.write_text(json.dumps(rows) + "\n", encoding="utf-8")
+    lines = [
+        f"| {row['turns']:,.0f} | {1e6 * row['deepest']:.2f} | {1e6 * row['clearance']:.2f} "
+        f"| {1e9 * row['volume']:.3g} | {row['force']:.0f} | {row['exponent']:.3g} ± {row['error']:.1g} | {row['exponent'] * row['period']:.3g} "
+        f"| {row['verdict']} |"
+        for row in rows["worn"]
+    ]
+    put_table("worn", lines)
+    change = np.abs(half["B.bearing_profile"].values - depth)[-1].max()
+    volume = abs(half["B.volume"][-1] / whole["B.volume"][-1] - 1.0)
+    print(
+        "\n".join(lines),
+        f"\n{whole['runs'][-1]:.0f} and {half['runs'][-1]:.0f} runs; half of the tolerance changes the profile by up "
+        f"to {1e6 * change:.3f} um and the volume by {100.0 * volume:.2g} %; stated {1e6 * whole['B.error'][-1]:.3f} um",
+    )
+    fm.plots.plot_wear(whole, "B").savefig(PICTURES / "bearings_worn.png", dpi=90)
+
+
+def three(rows: dict[str, Any]) -> None:
+    """Nine-bar whose joints wear at three places."""
+    mech = worn_bars()
+    life = fm.wear_out(mech, turns=LIFE, keep=4, settle=3, sample=4, tolerance=0.05, store=STORES / "bars", resume=True)
+    rows["three"] = [
+        {
+            "turns": float(life["turns"][k]),
+            "joints": [
+                [float(life[f"{name}.bearing_profile"][k].max()), float(life[f"{name}.peak_force"][k])] for name in WORN
+            ],
+            **judged(at_turn(mech, life, k), 1.0, 40),
+        }
+        for k in (0, 4)
+    ]
+    ROWS.write_text(json.dumps(rows) + "\n", encoding="utf-8")
+    lines = []
+    for row in rows["three"]:
+        joints = " | ".join(f"{1e6 * depth:.2f}, {force:.0f}" for depth, force in row["joints"])
+        lines.append(
+            f"| {row['turns']:,.0f} | {joints} | {row['exponent']:.3g} ± {row['error']:.1g} | {row['verdict']} |"
+        )
+    put_table("three", lines)
+    print("\n".join(lines))
+
+
+STUDIES = {"oil": oil, "worn": worn, "three": three}
 
 
 def main() -> None:

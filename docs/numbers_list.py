@@ -205,6 +205,11 @@ parts.bearings.reynolds.THINNEST | 1 | clearance | least film of a table of forc
 parts.bearings.reynolds.COARSEST | cells | nothing | from which a finite film begins without a coarser one
 parts.bearings.reynolds.ROUND_OFF | 1 | largest source | source of a film that is none
 parts.bearings.reynolds.MOST_SETS | iterations | nothing | most iterations to the border of a finite film
+dynamics.sweeps.wear.LARGEST_INCREMENT | 1 | clearance | largest depth that is carried on at once
+dynamics.sweeps.wear.SMALL_DEPTH | 1 | clearance | depth beside the largest one in the error of wear
+dynamics.sweeps.wear.SAFETY | 1 | increment | factor of the next increment of wear
+dynamics.sweeps.wear.LEAST_FACTOR | 1 | increment | its least change
+dynamics.sweeps.wear.MOST_FACTOR | 1 | increment | its largest change
 parts.contact.hysteresis.MISS | 1 | restitution | what a law may miss without a warning
 parts.contact.restitution.SMALL_CHI | 1 | chi | below it a series is summed
 parts.contact.restitution.TERMS | terms | nothing | terms of that series
@@ -537,12 +542,13 @@ def _left_out() -> dict[str, str]:
         parts.bearings.film.SHORT parts.bearings.film.LONG parts.bearings.film.TABLE parts.bearings.film.PADS
         parts.bearings.film.TABLE_BEGIN parts.bearings.slider.PLACES parts.bearings.slider.SHARES parts.bearings.laws.ABSOLUTE parts.bearings.pads.LEVEL parts.bearings.pads.FIELD
         parts.bearings.pads.ROWS parts.bearings.pads.LINES parts.bearings.pads.COLUMNS parts.bearings.pads.MIDDLE parts.bearings.pads.PLACE
+        parts.wear.kernels.TABLES
         parts.bearings.film.POSITIVE parts.bearings.film.HALF parts.bearings.film.WHOLE
         program.program.NO_FACTOR program.program.FIRST_OUTPUT engine.system.outputs.FRICTION_ALONE
     decides a remark or a refusal, and no number of a run: dynamics.report.FEWEST_PERIODS dynamics.report.FEWEST_SAMPLES
         dynamics.report.MORE_THAN dynamics.report.POINTS dynamics.jobs.files.NO_ROOM findings.watch.LEAST_STEPS findings.watch.SHARE
         model.elastic_body.STRAIN_AT_REST model.elastic_body.LARGE_STRAIN model.elastic_body.IMPOSSIBLE_STRAIN parts.couplings.one_way_clutch.LARGE_WIND_UP parts.couplings.one_way_clutch.COARSE_STEP
-        parts.bearings.journal.THIN parts.bearings.journal.TAYLOR parts.cams.curve_on_curve.PULL parts.couplings.cable.LARGE_STRETCH
+        parts.bearings.journal.THIN parts.bearings.journal.TAYLOR parts.wear.laws.LARGEST_COEFFICIENT parts.wear.laws.FEWEST_BINS parts.cams.curve_on_curve.PULL parts.couplings.cable.LARGE_STRETCH
         parts.couplings.belt.LARGE_STRETCH parts.couplings.gear.LARGE_PLAY parts.couplings.rack.PARTED elastic.planes.plane_body.TOO_STIFF results.stress.CAPTURED
         model.elastic_body.LEAST
         elastic.reduced.accuracy.AT_EDGE parts.loads.mesh_loads.LEFT_OUT elastic.reduced.accuracy.EDGE_SHARE elastic.reduced.accuracy.STEP_ERROR elastic.reduced.bases.LEAST_PIVOT elastic.reduced.bases.LEAST_SHARE

@@ -25,6 +25,7 @@ from flexmb.dynamics.exponents.lyapunov import lyapunov as lyapunov
 from flexmb.dynamics.sections.points import stroboscopic as stroboscopic
 from flexmb.dynamics.sweeps.bifurcation import bifurcation as bifurcation
 from flexmb.dynamics.sweeps.parameter_sweep import sweep as sweep
+from flexmb.dynamics.sweeps.wear import wear_out as wear_out
 from flexmb.elastic.beams.section import Circle as Circle
 from flexmb.elastic.beams.section import GeneralSection as GeneralSection
 from flexmb.elastic.beams.section import Rectangle as Rectangle
@@ -91,6 +92,8 @@ from flexmb.parts.loads.force import Torque as Torque
 from flexmb.parts.loads.springs import SpringDamper as SpringDamper
 from flexmb.parts.loads.springs import TorsionSpring as TorsionSpring
 from flexmb.parts.sensors import Marker as Marker
+from flexmb.parts.wear.laws import Archard as Archard
+from flexmb.parts.wear.laws import EnergyWear as EnergyWear
 from flexmb.program.compiler import compile as compile
 from flexmb.results.netcdf import load as load
 from flexmb.results.positions import momentum as momentum
@@ -101,6 +104,7 @@ from flexmb.run.steps import StepState as StepState
 from flexmb.run.steps import steps as steps
 from flexmb.run.stopping import when as when
 from flexmb.show.pictures.diagrams import plot_bifurcation as plot_bifurcation
+from flexmb.show.pictures.diagrams import plot_wear as plot_wear
 from flexmb.show.pictures.films import animate as animate
 from flexmb.show.pictures.scene import render as render
 from flexmb.show.pictures.signals import plot as plot

@@ -8,6 +8,7 @@ from flexmb.show.pictures.diagrams import plot_phase as plot_phase
 from flexmb.show.pictures.diagrams import plot_report as plot_report
 from flexmb.show.pictures.diagrams import plot_section as plot_section
 from flexmb.show.pictures.diagrams import plot_tornado as plot_tornado
+from flexmb.show.pictures.diagrams import plot_wear as plot_wear
 from flexmb.show.pictures.films import animate as animate
 from flexmb.show.pictures.gltf import export_gltf as export_gltf
 from flexmb.show.pictures.scene import render as render

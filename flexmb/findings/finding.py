@@ -52,6 +52,7 @@ CODES: dict[str, tuple[str, str]] = {
     "stiffness-ratio": (WARNING, "a stiffness is so large that its round-off is felt beside loads or slow vibrations"),
     "coarse-step": (WARNING, "a fixed step is too long for a contact, a vibration or a motion"),
     "thick-film": (NOTE, "a gap is too thick for the theory of thin films"),
+    "width-of-wear": (NOTE, "a joint wears whose width is not given"),
     "upward-gravity": (NOTE, "gravity points upwards"),
     "nothing-moves": (NOTE, "no gravity, load, drive or velocity sets the mechanism in motion"),
     "free-motion": (NOTE, "motions that no drive prescribes"),

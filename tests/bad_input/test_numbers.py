@@ -82,6 +82,8 @@ SPECIMENS = {
         film=fm.ShortBearing(viscosity=0.02, width=0.01), roughness=1e-6, corner_radius=1e-3,
     ),
     "Oil": fm.Oil(viscosities=((40.0, 0.04), (100.0, 0.006)), density=870.0, heat_capacity=2000.0),
+    "Archard": fm.Archard(bearing=1e-13, width=0.02),
+    "EnergyWear": fm.EnergyWear(journal=1e-12, width=0.02),
     "ShortBearing": fm.ShortBearing(viscosity=0.02, width=0.01, density=870.0),
     "LongBearing": fm.LongBearing(viscosity=0.02, width=0.01, density=870.0),
     "FiniteBearing": fm.FiniteBearing(

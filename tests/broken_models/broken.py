@@ -225,6 +225,11 @@ def _wet():
     )
 
 
+def _unsized():
+    """The slider-crank with a joint that wears and has no width."""
+    return slider_crank().with_part(worn()["A"].worn_by(fm.Archard(bearing=1e-13)))
+
+
 def pendulum(*more, body=None, gravity=(0.0, -9.81), **changes):
     """One link on a pin."""
     arm = body or link("arm", O, (0.3, -0.2), **changes)
@@ -495,6 +500,7 @@ CASES: dict[str, Case] = {
         lambda: worn("A", clearance=5e-3, bearing_radius=0.01), {"large-clearance": {"A"}},
     ),
     "a gap too wide for a film": (_wet, {"thick-film": {"A"}}),
+    "wear without a width": (_unsized, {"width-of-wear": {"A"}}),
     "stiffness in N/mm^1.5": (lambda: worn("A", normal=SOFT), {"soft-contact": {"A"}}),
     "stiffness of rubber under weight": (
         lambda: replace(worn("B", normal=fm.contact.Hertz(2e3)), gravity=(0.0, -9.81)), {"soft-contact": {"B"}},

@@ -15,6 +15,7 @@ FLOORS = {
     "elastic.beams": 2, "elastic.meshes": 2, "elastic.planes": 2, "elastic.reduced": 2,
     "parts.bodies": 2, "parts.joints": 2, "parts.contact": 2, "parts.drives": 2, "parts.loads": 2, "parts.couplings": 2,
     "parts.sensors": 2, "parts.cams": 2, "parts.bearings": 2, "parts.controllers": 2,
+    "parts.wear": 2,
     "program": 3,
     "engine.system": 4,
     "statics.start": 5, "engine.state": 5, "testing": 5,
@@ -46,6 +47,8 @@ RECORD = ("finding",)
 
 SIDEWAYS = {
     ("parts.bearings", "parts.joints"): "a journal bearing is a dry joint with clearance and a film",
+    ("parts.joints", "parts.wear"): "a joint with clearance gives the same joint with a surface that wears",
+    ("parts.wear", "parts.joints"): "a worn joint is a joint with clearance",
     ("parts.bodies", "elastic.beams"): "a flexible link is made of beam elements",
     ("parts.cams", "parts.contact"): "a pair of curves holds a friction law",
     ("parts.cams", "parts.joints"): "a pair of curves writes the output of gap kernels as joints with clearance do",

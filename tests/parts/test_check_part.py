@@ -106,6 +106,8 @@ FILMS = {
     "finite": fm.FiniteBearing(**OIL),
     "finite, supplied everywhere": fm.FiniteBearing(**OIL, supply="everywhere"),
 }
+WEAR = {"bearing": fm.Archard(bearing=1e-13, width=0.02), "journal": fm.EnergyWear(journal=1e-12, width=0.02)}
+WAVES = 2.0 * np.pi * np.arange(360) / 180.0
 RUBBER = {"stiffness": (1e4, 3e4), "damping": (3.0, 1.0), "torsion": 5.0, "torsion_damping": 0.1, "along": (1.0, 0.3)}
 SLOT = {"clearance": 2e-4, "pin_radius": 8e-3, "normal": LN, "friction": COULOMB}
 GUIDE = {"clearance": 2e-4, "half_length": 0.03, "half_height": 0.01, "normal": LN, "friction": COULOMB}
@@ -217,6 +219,12 @@ BUILT_IN = {
             "pin",
         )
         for name, film in FILMS.items()
+    },
+    **{
+        f"WornClearance, {name}": (
+            two_links(clearance(LN, COULOMB).worn_by(law).with_depths(1e-4 * (1.0 - np.cos(WAVES)))), "pin",
+        )
+        for name, law in WEAR.items()
     },
     "Bushing": (two_links(fm.Bushing("pin", crank(), arm(), at=A, **RUBBER)), "pin"),
     "Bushing, one stiff axis": (

@@ -16,6 +16,7 @@ NORMAL = fm.contact.ExactRestitution(stiffness=1e7, restitution=0.6)
 ROUGH = fm.friction.SmoothCoulomb(0.3, v0=1e-2)
 PLAY, AT = 1e-3, (0.3, 0.1)
 ROUND = {"clearance": PLAY, "bearing_radius": 0.02}
+DEPTHS = 0.3 * PLAY * (1.0 + np.sin(2.0 * math.pi * np.arange(360) / 180.0)) * np.linspace(0.0, 1.0, 360)
 
 SPECIMENS = runpy.run_path(str(Path(__file__).parents[1] / "bad_input" / "test_numbers.py"))["SPECIMENS"]
 
@@ -89,6 +90,12 @@ JOINTS = {
         "J", a, b, at=f.point(*AT), **ROUND, normal=NORMAL, friction=ROUGH, start=f.turn(2e-4, -3e-4), roughness=1e-5,
         film=fm.ShortBearing(viscosity=0.02, width=0.02),
     ),
+    "RevoluteClearance, worn bearing": lambda f, a, b: worn()(f, a, b).worn_by(
+        fm.Archard(bearing=1e-13, width=0.02)
+    ).with_depths(DEPTHS),
+    "RevoluteClearance, worn journal": lambda f, a, b: worn()(f, a, b).worn_by(
+        fm.Archard(journal=1e-13, width=0.02)
+    ).with_depths(DEPTHS),
     "PinSlotClearance": lambda f, a, b: fm.PinSlotClearance(
         "J", a, b, at=f.point(*AT), along=along(f), clearance=PLAY, pin_radius=0.02, length=2e-3, normal=NORMAL,
         friction=ROUGH,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import KW_ONLY
-from typing import ClassVar
+from dataclasses import KW_ONLY, fields
+from typing import TYPE_CHECKING, ClassVar
 
 from flexmb import checks
 from flexmb.errors import InputError
@@ -26,6 +26,10 @@ from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import journal_friction, put_arms, put_column, put_eccentricity
 from flexmb.parts.joints.revolute import Revolute, angle_contribution, coincide
 from flexmb.places import GAP, GAP_RATE, SLIP
+
+if TYPE_CHECKING:
+    from flexmb.parts.wear.laws import Wear
+    from flexmb.parts.wear.worn_clearance import WornClearance
 
 
 @gap_kernel
@@ -191,6 +195,20 @@ class RevoluteClearance(Joint):
     def journal_radius(self) -> float:
         """Radius of the journal [m]."""
         return self.bearing_radius - self.clearance
+
+    def worn_by(self, wear: Wear) -> WornClearance:
+        """The joint with a surface that wears, unworn so far.
+
+        Parameters
+        ----------
+        wear : law of wear, e.g. Archard(bearing=1e-13).
+        """
+        from flexmb.parts.wear.worn_clearance import WornClearance  # noqa: PLC0415 - it is a joint with clearance itself
+
+        if type(self) is not RevoluteClearance:
+            text = f"{self.label} is a {type(self).__name__}; only the dry joint RevoluteClearance wears."
+            raise InputError(f"{text} Give wear to the joint without a film.")
+        return WornClearance(**{one.name: getattr(self, one.name) for one in fields(self)}, wear=wear)
 
     def idealised(self) -> Revolute:
         """The joint without clearance."""

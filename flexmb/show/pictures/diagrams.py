@@ -14,9 +14,20 @@ from flexmb.dynamics.orbits.branch import Branch, BranchPoint
 from flexmb.dynamics.orbits.periodic_orbit import BRANCH, FLIP, FOLD, GRAZING, NEIMARK_SACKER
 from flexmb.dynamics.report import ChaosReport, Motion, wrapped
 from flexmb.errors import InputError
+from flexmb.model.part import Part, name_of
 from flexmb.results.solution import Solution
 from flexmb.show.pictures.signals import plot_spectrum
-from flexmb.show.pictures.style import COLOURS, label_axis, legend_beside, panel_of, panels_of
+from flexmb.show.pictures.style import (
+    COLOURS,
+    SEQUENTIAL,
+    grid,
+    label_axis,
+    legend_beside,
+    new_figure,
+    panel_of,
+    panels_of,
+    prefixed,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -554,3 +565,77 @@ def _columns(motion: Motion, values: np.ndarray, axis: str, along: np.ndarray) -
             values_shown[1:][np.abs(np.diff(values_shown)) > np.pi] = np.nan
         data[name] = (axis, values_shown, {"units": unit})
     return xr.Dataset(data, {axis: (axis, along)})
+
+
+# Profiles of worn surfaces
+
+WEAR_SIZE = (9.6, 5.0)  # [inch]
+DEEPEST = 0.45  # depth of the deepest place in a picture of wear, over the radius of the unworn surface
+
+
+@arguments.checked
+def plot_wear(life: xr.Dataset, joint: Part | str, *, title: str | None = None) -> Figure:
+    """Profile of a worn surface over the turns, magnified, and its deepest place and lost volume.
+
+    The dashed circle is the unworn surface; material is lost outwards from a bearing, inwards from a journal.  Angles
+    count in the axes of the worn body.
+
+    Parameters
+    ----------
+    life : result of `wear_out`.
+    joint : a joint that wears, or its name.
+    title : title of the figure; None: names of mechanism and joint.
+
+    Raises
+    ------
+    InputError : a dataset of another kind, an unknown joint.
+    """
+    import xarray
+
+    attributes = life.attrs if isinstance(life, xarray.Dataset) else {}
+    if attributes.get("kind") != "wear":
+        text = f"plot_wear: the dataset is of kind {attributes.get('kind')!r}"
+        raise InputError(f"{text}; give the result of fm.wear_out.")
+    name = checks.one_of("plot_wear", "joint", name_of(joint), list(np.atleast_1d(attributes["joints"])))
+    rows = life.isel(turns=np.flatnonzero(life["ok"].values))
+    on_journal = bool(rows[f"{name}.journal_profile"].values.any())
+    depths = rows[f"{name}.{'journal' if on_journal else 'bearing'}_profile"].values
+    turns, deepest = rows["turns"].values, depths.max(axis=1)
+    figure = new_figure(WEAR_SIZE)
+    figure.suptitle(
+        f"{attributes['name']}, {'journal' if on_journal else 'bearing'} of {name}" if title is None else title
+    )
+    _profiles(figure, figure.add_subplot(1, 2, 1, projection="polar"), turns, depths, inwards=on_journal)
+    for place, column, label, unit in (
+        (2, deepest, "deepest place", "m"),
+        (4, rows[f"{name}.volume"].values, "volume", "m3"),
+    ):
+        ax = figure.add_subplot(2, 2, place)
+        grid(ax)
+        ax.plot(turns, column, color=COLOURS[0])
+        label_axis(ax.xaxis, "turns", "")
+        label_axis(ax.yaxis, label, unit)
+    return figure
+
+
+def _profiles(figure: Figure, ax: Any, turns: np.ndarray, depths: np.ndarray, *, inwards: bool) -> None:
+    """Profiles (turns, bins) [m] around the unworn circle of the radius 1, coloured by turns."""
+    import matplotlib as mpl
+
+    largest = float(depths.max()) if depths.size and depths.max() > 0.0 else 1.0
+    scale = (-DEEPEST if inwards else DEEPEST) / largest
+    angle = 2.0 * np.pi * np.arange(depths.shape[1] + 1) / depths.shape[1]
+    colours = mpl.colormaps[SEQUENTIAL]
+    shades = mpl.colors.Normalize(0.0, float(turns[-1]) if len(turns) and turns[-1] > 0.0 else 1.0)
+    for turn, row in zip(turns, depths, strict=True):
+        ax.plot(angle, 1.0 + scale * np.append(row, row[0]), color=colours(shades(turn)), linewidth=1.0)
+    ax.plot(angle, np.ones_like(angle), color="black", linestyle="--", linewidth=0.8)
+    power, unit = prefixed("m", largest)
+    ticks = np.linspace(0.0, largest, 3)[1:]
+    ax.set_rticks(1.0 + scale * ticks, [f"{tick * 10.0**-power:.3g} {unit}" for tick in ticks])
+    free = min(range(8), key=lambda k: depths[:, int((k + 0.5) / 8 * depths.shape[1])].max(initial=0.0))
+    ax.set_rlabel_position(45.0 * free + 22.5)
+    ax.set_rlim(0.0, 1.0 + (0.1 if inwards else DEEPEST + 0.05))
+    ax.tick_params(labelsize="small")
+    bar = figure.colorbar(mpl.cm.ScalarMappable(shades, colours), ax=ax, location="bottom", shrink=0.7, pad=0.09)
+    bar.set_label("turns")

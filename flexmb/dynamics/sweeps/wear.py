@@ -1,0 +1,322 @@
+"""Wear over many turns: a few of them simulated, the depths carried on between them with control of the error."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.arguments import checked
+from flexmb.dynamics.jobs.progress import ProgressBar
+from flexmb.dynamics.sweeps.parameter_sweep import dataset_of
+from flexmb.dynamics.sweeps.store import STATUS, Column, Record, opened
+from flexmb.engine.compiled.digest import digest
+from flexmb.errors import InputError
+from flexmb.model.mechanism import Mechanism
+from flexmb.parts.wear.profile import smoothed
+from flexmb.parts.wear.worn_clearance import WornClearance
+from flexmb.run.simulate import simulate
+from flexmb.version import installed_version
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from flexmb.engine.step.method import Method
+    from flexmb.run.simulate import Step
+
+KIND = "wear"
+"""Kind of the dataset."""
+
+LARGEST_INCREMENT = 0.05
+"""Largest depth that is carried on at once, over the clearance [1]; beyond it ridges grow between the angles."""
+
+SMALL_DEPTH = 0.05
+"""Depth over the clearance [1] that counts beside the largest one in the error of an increment."""
+
+SAFETY, LEAST_FACTOR, MOST_FACTOR = 0.8, 0.3, 2.0
+"""Factor of a new increment beside the one that would just do, and its least and largest change."""
+
+SIGNALS = ("x", "y", "contact_angle", "slip", "normal_force", "friction_force")
+"""Signals of a joint that its wear needs."""
+
+Depths = Mapping[str, np.ndarray]
+"""Depths by joint, (bins,) each [m]."""
+
+
+class Rate(NamedTuple):
+    """Wear of a turn by joint: depths [m], volume [m^3]; largest normal force of the turns [N]."""
+
+    depths: Depths
+    volume: dict[str, float]
+    force: dict[str, float]
+
+
+class StoppedError(Exception):
+    """A run that did not reach its end; its status."""
+
+
+@dataclass(frozen=True)
+class Turns:
+    """The runs of a wear study: mechanism, turns before and of each measurement, step and method.
+
+    Parameters
+    ----------
+    mechanism : with its worn joints.
+    joints : the worn joints by name.
+    settle, sample : turns that are left out, and turns whose wear is taken.
+    options : step and method of `simulate`.
+    """
+
+    mechanism: Mechanism
+    joints: Mapping[str, WornClearance]
+    settle: int
+    sample: int
+    options: Mapping[str, Any]
+
+    def rate(self, depths: Depths) -> Rate:
+        """Wear of a turn with the present depths."""
+        worn = {name: joint.with_depths(depths[name]) for name, joint in self.joints.items()}
+        mechanism = self.mechanism
+        for joint in worn.values():
+            mechanism = mechanism.with_part(joint)
+        sol = simulate(
+            mechanism,
+            periods=self.settle + self.sample,
+            save_from_period=self.settle,
+            save="steps",
+            signals=[f"{name}.{signal}" for name in worn for signal in SIGNALS],
+            **self.options,
+        )
+        if not sol.ok:
+            raise StoppedError(sol.status)
+        found = {name: joint.worn_in(sol) for name, joint in worn.items()}
+        period = float(sol.time[-1]) / (self.settle + self.sample)
+        return Rate(
+            {name: smoothed(wear.depths) * period / wear.time for name, wear in found.items()},
+            {name: wear.volume * period / wear.time for name, wear in found.items()},
+            {name: sol.peak(f"{name}.normal_force").value for name in worn},
+        )
+
+
+class Life:
+    """Depths over turns.
+
+    Parameters
+    ----------
+    turns : the runs.
+    tolerance : error of an increment over the largest depth [1].
+    depths, stride : present depths, and turns of the next increment.
+
+    Attributes
+    ----------
+    error : sum of the errors of all increments by joint [m].
+    runs : number of runs.
+    """
+
+    def __init__(self, turns: Turns, tolerance: float) -> None:
+        self.turns, self.tolerance = turns, tolerance
+        self.depths: Depths = {name: joint.depths for name, joint in turns.joints.items()}
+        self.error = dict.fromkeys(turns.joints, 0.0)
+        self.stride, self.runs = np.inf, 0
+
+    def rate(self, depths: Depths) -> Rate:
+        """Wear of a turn, counted."""
+        self.runs += 1
+        return self.turns.rate(depths)
+
+    def bound(self, rate: Rate) -> float:
+        """Turns in which no depth grows by more than `LARGEST_INCREMENT`."""
+        joints = self.turns.joints.items()
+        fastest = max(float(rate.depths[name].max()) / joint.clearance for name, joint in joints)
+        return LARGEST_INCREMENT / fastest if fastest > 0.0 else np.inf
+
+    def advance(self, turns: float, rate: Rate) -> Rate:
+        """Carry the depths on by `turns`; the wear of a turn before and after it."""
+        left = turns
+        while left > 0.0:
+            stride = min(self.stride, self.bound(rate), left)
+            if stride < left < 2.0 * stride:  # no small rest
+                stride = 0.5 * left
+            half = {name: h + 0.5 * stride * rate.depths[name] for name, h in self.depths.items()}
+            middle = self.rate(half)
+            ends = {name: h + 0.5 * stride * middle.depths[name] for name, h in half.items()}
+            errors = {
+                name: 0.5 * stride * float(np.abs(middle.depths[name] - rate.depths[name]).max()) for name in ends
+            }
+            ratio = max(errors[name] / self._allowed(name, ends[name]) for name in ends)
+            factor = SAFETY / ratio**0.5 if ratio > 0.0 else MOST_FACTOR
+            self.stride = stride * min(max(factor, LEAST_FACTOR), MOST_FACTOR)
+            if ratio > 1.0 and stride > 1.0:
+                continue
+            self.depths, left = ends, left - stride
+            self.error = {name: self.error[name] + errors[name] for name in ends}
+            rate = self.rate(self.depths)
+        return rate
+
+    def _allowed(self, name: str, depths: np.ndarray) -> float:
+        """Error that an increment of a joint may have [m]."""
+        return self.tolerance * (float(depths.max()) + SMALL_DEPTH * self.turns.joints[name].clearance)
+
+    def results(self, rate: Rate) -> dict[str, Any]:
+        """Results of the present turn by column."""
+        found: dict[str, Any] = {"stride": self.stride, "runs": float(self.runs)}
+        for name, joint in self.turns.joints.items():
+            now = joint.with_depths(self.depths[name])
+            still = np.zeros(joint.wear.bins)
+            found |= {
+                f"{name}.bearing_profile": still if joint.on_journal else now.depths,
+                f"{name}.journal_profile": now.depths if joint.on_journal else still,
+                f"{name}.volume": now.volume,
+                f"{name}.wear_rate": rate.volume[name],
+                f"{name}.clearance": now.travel,
+                f"{name}.peak_force": rate.force[name],
+                f"{name}.error": self.error[name],
+            }
+        return found
+
+    def go_on(self, record: Record, k: int) -> None:
+        """Take the state of a recorded turn."""
+        for name, joint in self.turns.joints.items():
+            surface = "journal" if joint.on_journal else "bearing"
+            self.depths = {**self.depths, name: np.array(record.at((k,), f"{name}.{surface}_profile"))}
+            self.error[name] = float(record.at((k,), f"{name}.error"))
+        self.stride, self.runs = float(record.at((k,), "stride")), int(record.at((k,), "runs"))
+
+
+def _columns(joints: Mapping[str, WornClearance]) -> Iterator[Column]:
+    """Columns of the results."""
+    yield Column("stride", units="1")
+    yield Column("runs", units="1")
+    for name, joint in joints.items():
+        for surface in ("bearing", "journal"):
+            yield Column(f"{name}.{surface}_profile", dims=("angle",), shape=(joint.wear.bins,), units="m")
+        for one, unit in (
+            ("volume", "m3"),
+            ("wear_rate", "m3"),
+            ("clearance", "m"),
+            ("peak_force", "N"),
+            ("error", "m"),
+        ):
+            yield Column(f"{name}.{one}", units=unit)
+
+
+def _worn_joints(label: str, mechanism: Mechanism) -> dict[str, WornClearance]:
+    """Joints that wear, all with the same number of angles."""
+    joints = {part.name: part for part in mechanism.parts if isinstance(part, WornClearance)}
+    if not joints:
+        text = f"{label}: no joint of it wears. Give wear to one, e.g."
+        raise InputError(f"{text} mech.with_part(mech['B'].worn_by(fm.Archard(bearing=1e-13))).")
+    bins = {name: joint.wear.bins for name, joint in joints.items()}
+    if len(set(bins.values())) > 1:
+        listed = ", ".join(f"{name} {count}" for name, count in bins.items())
+        raise InputError(f"{label}: the joints have different numbers of bins ({listed}). Give all the same.")
+    return joints
+
+
+@checked
+def wear_out(
+    mechanism: Mechanism,
+    *,
+    turns: float,
+    keep: int = 20,
+    settle: int = 1,
+    sample: int = 1,
+    tolerance: float = 0.02,
+    step: Step | None = None,
+    method: Method | None = None,
+    store: Any = None,
+    resume: bool = False,
+    progress: bool = False,
+) -> xr.Dataset:
+    """Wear of the joints of a mechanism over many turns.
+
+    A turn is a common period of the drives.  A run gives the wear of a turn with the present surfaces; the depths are
+    carried on with it by many turns, in an increment of two halves.  The difference of the whole increment from both
+    halves is its error, which chooses the increment.  Depths of a turn are smoothed over three angles.
+
+    Parameters
+    ----------
+    mechanism : mechanism with joints that wear, see `RevoluteClearance.worn_by`.
+    turns : number of turns.
+    keep : number of equal parts of the turns after which the surfaces are kept.
+    settle, sample : turns of each run that are left out, and those behind them whose wear is taken.
+    tolerance : largest error of an increment over the largest depth, to which 0.05 of the clearance is added [1].
+    step, method : of the runs, see `simulate`.
+    store : folder that keeps every finished part (zarr); None: no store.
+    resume : whether an existing store is continued, to the same bits; otherwise it is refused.
+    progress : whether a progress bar with the remaining time is shown.
+
+    Returns
+    -------
+    xarray.Dataset : over `turns`, for each joint `B`: `B.bearing_profile`, `B.journal_profile` (depth by "angle") [m],
+        `B.volume` (lost since new) [m3], `B.wear_rate` (volume of a turn) [m3], `B.clearance` (half of the widest way
+        of the journal) [m], `B.peak_force` (largest normal force of the run) [N], `B.error` (sum of the errors of all
+        increments) [m]; `stride` (turns of the next increment), `runs`.  `status` says why a study ended early; its
+        later rows are NaN.
+
+    Raises
+    ------
+    InputError : no joint that wears, joints of different numbers of bins, numbers out of range; an existing store
+        without `resume`, or a store of another study.
+
+    Notes
+    -----
+    Every run begins in the reference configuration.  Chaotic turns differ from one another: `sample` takes the mean of
+    several, and the increments, which are many, average them as well.  No increment deepens a surface by more than 0.05
+    of the clearance.
+
+    Equation (16.6) of docs/theory/wear.md.
+    """
+    label = f"wear of {mechanism.name!r}" if isinstance(mechanism, Mechanism) else "wear_out"
+    if not isinstance(mechanism, Mechanism):
+        raise InputError(f"{label}: mechanism is {type(mechanism).__name__}; it must be Mechanism(name, parts).")
+    number = checks.positive(label, "turns", turns)
+    checks.count(label, "keep", keep)
+    checks.count(label, "settle", settle, least=0)
+    checks.count(label, "sample", sample)
+    bound = checks.between(label, "tolerance", checks.positive(label, "tolerance", tolerance), 0.0, 1.0)
+    joints = _worn_joints(label, mechanism)
+    runs = Turns(mechanism, joints, settle, sample, {"step": step, "method": method})
+    marks = number * np.arange(keep + 1) / keep
+    settings = {"turns": number, "keep": keep, "settle": settle, "sample": sample, "tolerance": bound}
+    fingerprint = {
+        "flexmb": installed_version(),
+        "mechanism": digest(mechanism),
+        "runs": digest([step, method]),
+        **{name: repr(value) for name, value in settings.items()},
+    }
+    kept = None if store is None else opened(store, fingerprint, KIND, resume=resume)
+    record = Record(("turns",), (keep + 1,), kept)
+    record.add(_columns(joints))
+    record.coordinate("turns", ("turns",), marks, "1")
+    bins = next(iter(joints.values())).wear.bins
+    record.coordinate("angle", ("angle",), 2.0 * np.pi * np.arange(bins) / bins, "rad")
+    radii = {f"{name}.{one}": getattr(joints[name], one) for name in joints for one in ("clearance", "bearing_radius")}
+    record.describe(name=mechanism.name, kind=KIND, flexmb=installed_version(), axes=["angle", "turns"],
+                    joints=list(joints), **radii)  # fmt: skip
+    _study(label, Life(runs, bound), record, marks, progress=progress)
+    return dataset_of(record.tables, record.attributes)
+
+
+def _study(label: str, life: Life, record: Record, marks: np.ndarray, *, progress: bool) -> None:
+    """Compute the rows of a record that are not yet there, up to the first one that fails."""
+    done = record.done & record.tables["ok"][1]
+    first = int(np.argmin(done)) if not done.all() else len(marks)
+    if first > 0:
+        life.go_on(record, first - 1)
+    rate: Rate | None = None
+    with ProgressBar(label, len(marks), done=first, shown=progress, of="parts") as bar:
+        for k in range(first, len(marks)):
+            try:
+                if rate is None:
+                    rate = life.turns.rate(life.depths) if k > 0 else life.rate(life.depths)
+                if k > 0:
+                    rate = life.advance(marks[k] - marks[k - 1], rate)
+            except StoppedError as stopped:
+                record.keep((k,), {"ok": False, STATUS: str(stopped)})
+                return
+            record.keep((k,), {**life.results(rate), "ok": True, STATUS: "done"})
+            bar.one_more(ok=True)
