@@ -177,7 +177,8 @@ def worn(rows: dict[str, Any]) -> None:
     ROWS.write_text(json.dumps(rows) + "\n", encoding="utf-8")
     lines = [
         f"| {row['turns']:,.0f} | {1e6 * row['deepest']:.2f} | {1e6 * row['clearance']:.2f} "
-        f"| {1e9 * row['volume']:.3g} | {row['force']:.0f} | {row['exponent']:.3g} ± {row['error']:.1g} | {row['exponent'] * row['period']:.3g} "
+        f"| {1e9 * row['volume']:.3g} | {row['force']:.0f} | {row['exponent']:.3g} ± {row['error']:.1g} "
+        f"| {row['exponent'] * row['period']:.3g} "
         f"| {row['verdict']} |"
         for row in rows["worn"]
     ]
@@ -187,7 +188,8 @@ def worn(rows: dict[str, Any]) -> None:
     print(
         "\n".join(lines),
         f"\n{whole['runs'][-1]:.0f} and {half['runs'][-1]:.0f} runs; half of the tolerance changes the profile by up "
-        f"to {1e6 * change:.3f} um and the volume by {100.0 * volume:.2g} %; stated {1e6 * whole['B.error'][-1]:.3f} um",
+        f"to {1e6 * change:.3f} um and the volume by {100.0 * volume:.2g} %; "
+        f"stated {1e6 * whole['B.error'][-1]:.3f} um",
     )
     fm.plots.plot_wear(whole, "B").savefig(PICTURES / "bearings_worn.png", dpi=90)
 

@@ -63,6 +63,8 @@ def write(path: Path, data: dict, order: list[str]) -> None:
         parts += start(others["start"])
     if "statics" in others:
         parts += statics(others["statics"])
+    if "bearings" in others:
+        parts += bearings(others["bearings"])
     path.write_text("\n\n".join(wrapped(p) for p in parts if p) + "\n", encoding="utf-8")
 
 
@@ -273,3 +275,17 @@ def statics(record: dict) -> list[str]:
             f"{number(reduced)} s, {number(memory)} MB at the most."
         )
     return parts
+
+
+def bearings(record: dict) -> list[str]:
+    """Oil films and worn contacts beside the dry joint, by tests/speed/bearings.py."""
+    lines = ["| joint B of the slider-crank | a step [us] | over that with the dry joint |", "|---|---:|---:|"]
+    lines += [f"| {name} | {number(step)} | {number(ratio)} |" for name, step, ratio in record["rows"]]
+    lives = ["| tolerance | processor time [s] | runs | deepest [um] | volume [mm^3] |", "|---:|---:|---:|---:|---:|"]
+    lives += [f"| {' | '.join(f'{value:.4g}' for value in row)} |" for row in record["lives"]]
+    where = record["where"]
+    text = f"""\
+    Steps of 10 us over two turns at 1000 rpm, in pairs with the dry joint (medians of seven), then a million turns of
+    wear (`python tests/speed/bearings.py`, then `python docs/performance.py --collect`). {where["date"]}, load average
+    {where["load"]}."""
+    return ["## Oil and wear", text, "\n".join(lines), "\n".join(lives)]
