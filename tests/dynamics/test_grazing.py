@@ -286,3 +286,15 @@ def test_what_a_curve_refuses(touching):
 def test_an_unknown_gap_is_refused(touching):
     with pytest.raises(fm.errors.InputError, match="grazing is 'distance'"):
         fm.chaos.follow(touching.orbit(0), "A", (None, 0.09), grazing="distance")
+
+
+def test_a_free_oscillation_that_meets_a_wall_says_why_its_branch_ends():
+    ode = fm.chaos.ODE(
+        lambda t, x, wall: [x[1], 0.5 * (1.0 - x[0] ** 2) * x[1] - x[0]], [2.0, 0.0], parameters={"wall": 2.2}
+    )
+    flow = fm.chaos.ImpactODE(ode, gap=lambda t, x, wall: wall - x[0], jump=lambda t, x, wall: [x[0], -E * x[1]])
+    orbit = fm.chaos.periodic_orbit(flow, period=6.4, autonomous=True, settle=5)
+    branch = fm.chaos.follow(orbit, "wall", (None, 1.9))
+    assert not branch.ok
+    assert "()" not in branch.status
+    assert branch.points[-1].value == pytest.approx(2.0, abs=0.02)

@@ -228,7 +228,11 @@ class Continuation:
     def _first(self, result: NewtonResult) -> ContinuationPoint | str:
         """The first point of the branch, or the reason why there is none."""
         ahead = None if result.last is None else self._direction(result.last, None)
-        return self.shooting.status if ahead is None else self._continuation_point(result, ahead)
+        return self._no_direction() if ahead is None else self._continuation_point(result, ahead)
+
+    def _no_direction(self) -> str:
+        """The reason why the branch has no direction."""
+        return self.coordinates.status or "the motion has no derivative there, as where rigid surfaces graze"
 
     def _step(self, last: ContinuationPoint, size: float) -> tuple[ContinuationPoint | None, float, str]:
         """The next orbit, the size of the step after it, and the reason if there is no orbit."""
@@ -269,7 +273,7 @@ class Continuation:
         if not result.ok or result.last is None:
             return result.status.rstrip(".")
         ahead = self._direction(result.last, last.ahead)
-        return shooting.status if ahead is None else self._continuation_point(result, ahead)
+        return self._no_direction() if ahead is None else self._continuation_point(result, ahead)
 
     def _direction(self, run: ShootingRun, before: Direction | None) -> Direction | None:
         """Unit direction of the branch, onwards from `before`; None: from the begin of the range to its end."""
