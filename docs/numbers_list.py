@@ -335,6 +335,11 @@ statics.start.projection.CLOSED_GAP | 1 | size of the mechanism | gap of a proje
 statics.start.projection.MOST_PROJECTIONS | iterations | nothing | most rounds of a projection
 parts.bodies.rigid.MASSLESS | 1 | smallest mass of other bodies | mass of a massless link
 elastic.planes.plane_body.PIN_SHARE | 1 | mass of the body | mass of an averaged pin, taken from its nodes
+engine.newmark.jacobian_reuse.ROUND_OFF_SPREAD | 1 | correction that was round-off | another one that may be
+statics.start.consistent.NO_ENERGY | 1 | largest inertia | inertia of bodies without any, for start velocities
+statics.start.consistent.YIELD | 1 | 1 / largest inertia | compliance of velocity rows at the start of a large model | 0.01 0.1 10 100
+statics.start.consistent.MOST_ROUNDS | rounds | nothing | most rounds in which these rows become rigid | 0.1 10
+statics.start.consistent.SETTLED_VELOCITY | 1 | largest start velocity | change of a round that may be round-off
 statics.start.consistent.ROUND_OFF_OF_RATES | 1 | largest rate of the drives | start velocity that is round-off
 statics.start.consistent.RATES | intervals | period of a drive | instants at which its rate is looked at
 statics.start.assemble.NO_INERTIA | 1 | largest inertia | motion of massless links alone

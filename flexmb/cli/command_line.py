@@ -11,7 +11,7 @@ from typing import Any
 from flexmb.checks import did_you_mean
 from flexmb.cli.arguments.index import COMMANDS, SOURCE
 from flexmb.cli.arguments.options import keywords_of
-from flexmb.cli.arguments.parser import parser_of, source_of
+from flexmb.cli.arguments.parser import EXAMPLES, parser_of, source_of
 from flexmb.errors import USER_ERRORS, FlexmbError
 
 OK, NOT_FINISHED, REFUSED, FAULT, INTERRUPTED = 0, 1, 2, 3, 130  # exit statuses; `flexmb --help` tells their meaning
@@ -83,6 +83,10 @@ def _dispatch(given: list[str]) -> int:
     source = source_of(given)
     parser, maker_options = parser_of(source, given[0] if given else "")
     commands = {command.name: command for command in COMMANDS}
+    if not given:
+        parser.error(
+            f"say what to do.\n{EXAMPLES}\n`flexmb list` names the ready mechanisms, `flexmb --help` all commands."
+        )
     if given and not given[0].startswith("-") and given[0] not in commands:
         parser.error(f"there is no command {given[0]!r}. {did_you_mean(given[0], commands)}")
     options, unknown = parser.parse_known_args(given)

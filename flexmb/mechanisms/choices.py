@@ -14,10 +14,9 @@ from flexmb.parts.joints.revolute import Revolute
 from flexmb.parts.joints.revolute_clearance import RevoluteClearance
 
 Point = tuple[float, float]
-Friction = str | FrictionLaw | None
 
 
-def friction_law(owner: str, friction: Friction, coulomb: ModifiedCoulomb) -> FrictionLaw:
+def friction_law(owner: str, friction: str | FrictionLaw | None, coulomb: ModifiedCoulomb) -> FrictionLaw:
     """The friction law for an argument `friction`.
 
     Parameters

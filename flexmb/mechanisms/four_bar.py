@@ -11,9 +11,9 @@ from flexmb import arguments, checks
 from flexmb.elastic.beams.section import Rectangle
 from flexmb.errors import InputError
 from flexmb.fields import Input, field, not_negative, positive, record
-from flexmb.mechanisms.choices import Friction, check_flag, crank_motion, friction_law, pin
+from flexmb.mechanisms.choices import check_flag, crank_motion, friction_law, pin
 from flexmb.mechanisms.geometry import LEFT, Point, at_angle, corner
-from flexmb.model.law import Material
+from flexmb.model.law import FrictionLaw, Material
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Body
 from flexmb.parts.bodies.flexible_links import FlexibleLink
@@ -81,7 +81,7 @@ def four_bar(
     *,
     clearance: Annotated[float | None, "m"] = None,
     flexible: bool = False,
-    friction: Friction = None,
+    friction: str | FrictionLaw | None = None,
     elements: int = 4,
     start: Annotated[float, "rad"] = 0.0,
     ramp: Annotated[float | None, "s"] = None,

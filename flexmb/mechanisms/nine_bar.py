@@ -10,9 +10,10 @@ from typing import Annotated, Any
 
 from flexmb import arguments, checks, planar
 from flexmb.errors import InputError
-from flexmb.mechanisms.choices import Friction, angles, check_flag, crank_motion, friction_law, pin
+from flexmb.mechanisms.choices import angles, check_flag, crank_motion, friction_law, pin
 from flexmb.mechanisms.geometry import Point, box
 from flexmb.mechanisms.nine_bar_data import NineBarData, NineBarPose
+from flexmb.model.law import FrictionLaw
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Body, Joint
 from flexmb.parts.bodies.flexible_links import FlexibleFrame, FlexibleLink
@@ -34,7 +35,7 @@ def nine_bar(
     *,
     clearance: Annotated[float | None, "m"] = None,
     flexible: bool = False,
-    friction: Friction = "coulomb",
+    friction: str | FrictionLaw | None = "coulomb",
     elements: int = 4,
     start: Annotated[tuple[float, float], "rad"] = (0.0, 0.0),
     ramp: Annotated[float | None, "s"] = None,

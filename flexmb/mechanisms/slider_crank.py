@@ -10,9 +10,9 @@ from flexmb import arguments, checks
 from flexmb.elastic.beams.section import Rectangle
 from flexmb.errors import InputError
 from flexmb.fields import Input, field, not_negative, positive, record
-from flexmb.mechanisms.choices import Friction, check_flag, crank_motion, friction_law, pin
+from flexmb.mechanisms.choices import check_flag, crank_motion, friction_law, pin
 from flexmb.mechanisms.geometry import at_angle, box, on_line
-from flexmb.model.law import Material
+from flexmb.model.law import FrictionLaw, Material
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Body
 from flexmb.parts.bodies.flexible_links import FlexibleLink
@@ -86,7 +86,7 @@ def slider_crank(
     *,
     clearance: Annotated[float | None, "m"] = None,
     flexible: bool = False,
-    friction: Friction = None,
+    friction: str | FrictionLaw | None = None,
     elements: int = 8,
     start: Annotated[float, "rad"] = 0.0,
     ramp: Annotated[float | None, "s"] = None,

@@ -17,7 +17,7 @@ from dataclasses import asdict
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +25,8 @@ from flexmb import checks
 from flexmb.arguments import checked
 from flexmb.dynamics.jobs.files import (
     READ_ERRORS,
+    Group,
+    Variable,
     is_stored_within,
     netcdf_image,
     read_sealed,
@@ -38,9 +40,6 @@ from flexmb.model.signal import Signal, Signals
 from flexmb.results.contact_intervals import COLUMNS, MODES, ContactLog
 from flexmb.results.solution import Peaks, Solution, Stats
 from flexmb.version import installed_version
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # Long names, units and global attributes by the CF conventions (https://cfconventions.org, CF-1.11)
 
@@ -198,18 +197,16 @@ def save(sol: Solution, path: str | Path) -> Path:
     run leaves either the old file or the new one.  Errors: a path that cannot be written; a `model` that cannot be
     written as JSON.
     """
-    import xarray as xr
-
-    dataset = _dataset(sol)
-    groups = {"": dataset}
-    encodings: dict[str, dict[str, Any]] = {"": {str(name): {"_FillValue": None} for name in dataset.variables}}
+    groups: dict[str, Group] = {"": _contents(sol)}
     if sol.restart:
         comment = "state at the end of the run, from which flexmb.simulate(..., restart=...) goes on"
-        arrays = {name: ([f"{name}_{i}" for i in range(a.ndim)], a) for name, a in sol.restart.items()}
-        groups[RESTART] = xr.Dataset(arrays, attrs={"comment": comment})
+        arrays: dict[str, Variable] = {
+            name: (tuple(f"{name}_{i}" for i in range(a.ndim)), a, {}) for name, a in sol.restart.items()
+        }
+        groups[RESTART] = arrays, {"comment": comment}
     if sol.contacts.names:
-        groups[EPISODES], encodings[EPISODES] = _episodes(sol), {name: {"_FillValue": None} for name, _ in COLUMNS}
-    return write_sealed(checks.path("Solution", path), netcdf_image(groups, encodings), "Solution")
+        groups[EPISODES] = _episodes(sol), {}
+    return write_sealed(checks.path("Solution", path), netcdf_image(groups), "Solution")
 
 
 @checked
@@ -253,10 +250,8 @@ def load(path: str | Path) -> Solution:
         raise FileFormatError(f"{text} Write it again with sol.to_netcdf(...).") from error
 
 
-def _dataset(sol: Solution) -> xr.Dataset:
-    """Signals, record and global attributes."""
-    import xarray as xr
-
+def _contents(sol: Solution) -> Group:
+    """Signals and record as variables, and global attributes."""
     record = {
         "signals": [[s.name, s.units] for s in sol.signals],
         "aliases": dict(sol.aliases),
@@ -275,9 +270,6 @@ def _dataset(sol: Solution) -> xr.Dataset:
     except (TypeError, ValueError) as error:
         message = f"Solution of {sol.name!r}: model cannot be written as JSON ({error})."
         raise InputError(f"{message} Put plain numbers and texts in it.") from error
-    time = xr.Variable(TIME, sol.time, {"units": "s", "long_name": TIME})
-    kept = xr.Variable((), text, {"long_name": "record of the run as JSON, which flexmb.load reads"})
-    values = xr.Variable((TIME, SIGNAL), sol.values, {"long_name": "values of the signals, each in its unit"})
     of_signals: dict[str, tuple[Any, dict[str, str]]] = {
         SIGNAL: (sol.names, {"long_name": "names of the signals"}),
         "units": ([udunits(unit) for unit in sol.signals.units], {"long_name": "units of the signals"}),
@@ -285,26 +277,30 @@ def _dataset(sol: Solution) -> xr.Dataset:
         PEAK: (sol.peaks.values, {"long_name": "largest absolute values of all accepted steps, each in its unit"}),
         PEAK_TIME: (sol.peaks.times, {"units": "s", "long_name": "times of the largest absolute values"}),
     }
-    coordinates = {
-        name: xr.Variable(SIGNAL, np.array(own, dtype=float if name in (PEAK, PEAK_TIME) else str), attrs)
+    of_values = {"long_name": "values of the signals, each in its unit"}
+    of_values["coordinates"] = " ".join(sorted(set(of_signals) - {SIGNAL}))
+    variables: dict[str, Variable] = {
+        RECORD: ((), text, {"long_name": "record of the run as JSON, which flexmb.load reads"}),
+        VALUES: ((TIME, SIGNAL), sol.values, of_values),
+        TIME: ((TIME,), sol.time, {"units": "s", "long_name": TIME}),
+    }
+    variables |= {
+        name: ((SIGNAL,), np.array(own, dtype=float if name in (PEAK, PEAK_TIME) else str), attrs)
         for name, (own, attrs) in of_signals.items()
     }
     attrs = {"mechanism": sol.name, "status": sol.status, "ok": int(sol.ok), VERSION: FORMAT}
-    attrs |= global_attributes(sol.model)
-    return xr.Dataset({RECORD: kept, VALUES: values}, {TIME: time, **coordinates}, attrs)
+    return variables, attrs | global_attributes(sol.model)
 
 
-def _episodes(sol: Solution) -> xr.Dataset:
+def _episodes(sol: Solution) -> dict[str, Variable]:
     """All episodes in the order in which they ended; the contact as its number, named by `flag_meanings`."""
-    import xarray as xr
-
     names, rows = sol.contacts
     attrs: dict[str, dict[str, Any]] = {
         name: {"units": udunits(units), "long_name": long_name(name)} for name, units in COLUMNS
     }
     attrs["contact"] |= {"flag_values": np.arange(float(len(names))), "flag_meanings": flag_meanings(names)}
     attrs["mode"] |= {"flag_values": [float(mode) for mode in MODES], "flag_meanings": " ".join(MODES.values())}
-    return xr.Dataset({name: xr.Variable("episode", rows[:, k], attrs[name]) for k, (name, _) in enumerate(COLUMNS)})
+    return {name: (("episode",), rows[:, k], attrs[name]) for k, (name, _) in enumerate(COLUMNS)}
 
 
 def _columns(file: NetcdfContent, names: tuple[str, ...], n: int, tables: list[str]) -> tuple[np.ndarray, Peaks]:

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from flexmb.cli import run as run_module
+from flexmb.cli.arguments import options
+from flexmb.cli.arguments.source import ready
 from flexmb.cli.command_line import main, with_negative_numbers
 from flexmb.results.netcdf import load
 
@@ -220,7 +222,7 @@ def test_no_periodic_drive(model, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ([], "required: COMMAND"),
+        ([], "say what to do.\nexamples:\n  flexmb new press"),
         (["walk"], "there is no command 'walk'. Known: new, list"),
         (["rn", "nine-bar"], "there is no command 'rn'. Did you mean 'run'?"),
         (["run"], "required: NAME"),
@@ -420,11 +422,28 @@ def test_help_and_version_do_not_wait_for_numba(root):
     code = (
         "import sys; from flexmb.cli import main\ntry: main(sys.argv[1:])\nfinally: assert 'numba' not in sys.modules"
     )
-    for option, word in (("--version", "flexmb "), ("--help", "check")):
+    for option, word in (("--version", "flexmb "), ("--help", "check"), ("list", "nine-bar: ")):
         command = [sys.executable, "-c", code, option]
         done = subprocess.run(command, capture_output=True, text=True, cwd=root, check=False)
         assert done.returncode == 0, done.stderr
         assert word in done.stdout
+
+
+def test_ready_mechanisms_are_listed_as_they_are_run():
+    """Their signatures are read from the sources for the list, and from the functions for a run."""
+    listed, usable = options.declared(), ready()
+    assert list(listed) == list(usable)
+    for name, make in usable.items():
+        assert options.options_of(listed[name]) == options.options_of(make)
+        assert listed[name].__doc__.splitlines()[0] == make.__doc__.splitlines()[0]
+
+
+def test_a_run_without_pages_of_diagrams_does_not_wait_for_xarray(root, tmp_path):
+    code = "import sys; from flexmb.cli import main\nmain(sys.argv[1:])\nassert 'xarray' not in sys.modules"
+    command = [sys.executable, "-c", code, "run", "slider-crank", "--quiet", "--out", str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=root, check=False)
+    assert done.returncode == 0, done.stderr
+    assert {one.suffix for one in tmp_path.iterdir()} == {".nc", ".pvd", ".png", ".html", ""}
 
 
 def test_as_a_module(root):

@@ -4,6 +4,7 @@ import gc
 import pickle
 import sys
 import time
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -14,10 +15,11 @@ from flexmb.elastic.beams import fem
 from flexmb.elastic.beams.fem import BeamData, assembled, beam_matrices
 from flexmb.engine.linalg.rank import row_rank
 from flexmb.engine.system import state_evaluation
+from flexmb.errors import AssemblyError
 from flexmb.parts.bodies import flexible
 from flexmb.program.compiler import compile_with_start
 from flexmb.statics.start.assemble import least_shift
-from flexmb.statics.start.consistent import consistent_start
+from flexmb.statics.start.consistent import consistent_start, least_energy
 
 STEEL = fm.Material(young=2.1e11, density=7800.0)
 ALUMINIUM = fm.Material(young=7e10, density=2700.0)
@@ -184,3 +186,72 @@ def test_a_large_chain_held_twice_names_the_joint():
     held = mechanism.with_part(again).with_part(twice)
     with pytest.raises(fm.errors.ModelError, match=r"over-constrained by 2 row.*'(again|twice)'"):
         fm.simulate(held, t_end=1e-4, step=1e-4, save=1)
+
+
+def thrown_chain(links):
+    """Rigid links along +x, all with declared velocities; and the rates of their angles."""
+    parts, last, end, rates = [], fm.GROUND, 0.0, 0.5 * np.cos(np.arange(links))
+    for k, rate in enumerate(rates):
+        ends = (0.01 * k, 0.0), (0.01 * (k + 1), 0.0)
+        velocity = (0.0, float(end + 0.005 * rate), float(rate))
+        link = fm.RigidLink(f"L{k}", *ends, mass=0.01, inertia=1e-7, velocity=velocity)
+        parts += [link, fm.Revolute(f"J{k}", last, link, ends[0])]
+        last, end = link, end + 0.01 * rate
+    return fm.Mechanism("thrown", tuple(parts)), rates
+
+
+def test_declared_velocities_of_a_large_chain_take_no_time():
+    """1,000 links took 14 s by dense matrices."""
+    mechanism, rates = thrown_chain(1000)
+    program, closed = compile_with_start(mechanism)
+    consistent_start(mechanism, program, closed=closed)  # modules are imported
+    began = time.process_time()
+    found = consistent_start(mechanism, program, closed=closed)
+    assert time.process_time() - began < 1.0
+    np.testing.assert_allclose(found.v[2::3], rates, atol=1e-12)
+
+
+def cells(count, thrown, fast=None):
+    """Parallel cranks in a row, coupled from each to the next; those in `thrown` turn at 2 rad/s, `fast` at 2.1."""
+    parts, heads = [], []
+    for k in range(count):
+        foot, head = (float(k), 0.0), (k - 0.1, 0.5)
+        rate = 2.1 if k == fast else 2.0
+        velocity = (-0.25 * rate, -0.05 * rate, rate) if k in thrown else None
+        crank = fm.RigidLink(f"C{k}", foot, head, mass=1.0 + k % 3, inertia=0.02, velocity=velocity)
+        parts += [crank, fm.Revolute(f"O{k}", fm.GROUND, crank, foot)]
+        heads.append((crank, head))
+    for k, ((left, start), (right, end)) in enumerate(pairwise(heads)):
+        rod = fm.RigidLink(f"R{k}", start, end, mass=0.5, inertia=0.05)
+        parts += [rod, fm.Revolute(f"A{k}", left, rod, start), fm.Revolute(f"B{k}", rod, right, end)]
+    return fm.Mechanism("cells", tuple(parts))
+
+
+@pytest.mark.parametrize("thrown", [range(60), [7], [3, 40]], ids=["all", "one", "two"])
+def test_declared_velocities_in_many_closed_loops(thrown):
+    mechanism = cells(60, thrown)
+    program, closed = compile_with_start(mechanism)
+    v = consistent_start(mechanism, program, closed=closed).v.reshape(-1, 3)
+    np.testing.assert_allclose(v[:60, 2], 2.0, rtol=1e-9)
+    np.testing.assert_allclose(v[60:], np.tile([-1.0, -0.2, 0.0], (59, 1)), atol=2e-9)
+
+
+def test_declared_velocities_that_many_loops_forbid():
+    mechanism = cells(60, range(60), fast=20)
+    program, closed = compile_with_start(mechanism)
+    with pytest.raises(AssemblyError, match=r"no start velocities.*'(O|A|B)(19|20)'.*Correct the declared velocities"):
+        consistent_start(mechanism, program, closed=closed)
+
+
+@pytest.mark.parametrize("contradiction", [0.0, 0.1])
+def test_least_energy_with_dependent_rows_by_sparse_factors_is_that_of_eigenvectors(contradiction):
+    rng = np.random.default_rng(5)
+    rows = rng.normal(size=(12, 30)) * (rng.random((12, 30)) < 0.3)
+    A = np.concatenate([rows, rng.normal(size=(25, 12)) @ rows])  # rank 12 of 37 rows
+    b = A @ rng.normal(size=30) + contradiction * rng.normal(size=37)
+    inertia = np.diag(rng.uniform(0.1, 1.0, 30))
+    if contradiction == 0.0:
+        inertia[:2, :2] = 0.0  # motions without inertia
+    wanted = least_energy(inertia, A, b)
+    found = least_energy(sp.csr_matrix(inertia), sp.csr_matrix(A), b)
+    np.testing.assert_allclose(found, wanted, atol=1e-10 if contradiction == 0.0 else 1e-7)

@@ -1,11 +1,16 @@
 """Options of the command line from the signature and docstring of a function that returns a mechanism."""
 
+from __future__ import annotations
+
 import argparse
+import ast
 import inspect
+import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from pathlib import Path
+from typing import Annotated, Any
 
 from flexmb.cli.arguments.units import known_unit, quantity
 from flexmb.docstrings import parameters
@@ -114,3 +119,39 @@ def _kind(parameter: inspect.Parameter) -> str:
         return "numbers" if "float" in words else ""
     usual = KINDS.get(type(parameter.default).__name__, "")
     return next((kind for word, kind in KINDS.items() if word in words), usual)
+
+
+# Ready mechanisms, listed without import of numba
+
+FOLDER = Path(__file__).parents[2] / "mechanisms"
+
+
+def declared() -> dict[str, Maker]:
+    """Functions of the ready mechanisms by the name on the command line: signatures and docstrings, without bodies."""
+    found: dict[str, Maker] = {}
+    for line in (one for one in _statements("__init__") if isinstance(one, ast.ImportFrom)):
+        for node in _statements((line.module or "").rpartition(".")[2]):
+            if isinstance(node, ast.FunctionDef) and node.name in (alias.name for alias in line.names):
+                node.decorator_list, node.body = [], node.body[:1]
+                names: dict[str, Any] = {"__name__": __name__, "math": math, "Annotated": Annotated}
+                exec(compile(ast.Module([node], []), FOLDER, "exec"), names)  # annotations stay texts, as in this file
+                found[node.name.replace("_", "-")] = names[node.name]
+    return found
+
+
+def _statements(module: str) -> list[ast.stmt]:
+    """Statements of a module of ready mechanisms; none of others."""
+    path = FOLDER / f"{module}.py"
+    return ast.parse(path.read_text(encoding="utf-8")).body if path.is_file() else []
+
+
+def list_mechanisms(options: argparse.Namespace) -> int:
+    """`flexmb list`: print every ready mechanism with its `options`."""
+    for name, make in declared().items():
+        print(f"{name}: {(inspect.getdoc(make) or '').splitlines()[0]}")
+        for option in options_of(make):
+            print(f"    {option.flag:<18s}{option.help}{shown_default(option)}")
+        print()
+    print("Run one of them:      flexmb run NAME [options]")
+    print("or a mechanism of your own:  flexmb new NAME, flexmb run NAME.py")
+    return 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import importlib.util
 import inspect
 import sys
@@ -14,7 +13,7 @@ from types import ModuleType
 from typing import Any
 
 from flexmb import checks, mechanisms
-from flexmb.cli.arguments.options import Option, options_of, shown_default
+from flexmb.cli.arguments.options import Option, options_of
 from flexmb.errors import USER_ERRORS, FlexmbError, InputError
 from flexmb.model.mechanism import Mechanism, require_field
 from flexmb.model.part import Part
@@ -203,15 +202,3 @@ def _line_in(path: Path, error: BaseException) -> int:
     """Last line of a file in the traceback of an error."""
     frames = traceback.extract_tb(error.__traceback__)
     return next((frame.lineno or 0 for frame in reversed(frames) if Path(frame.filename) == path.resolve()), 0)
-
-
-def list_mechanisms(options: argparse.Namespace) -> int:
-    """`flexmb list`: print every ready mechanism with its `options`."""
-    for name, make in ready().items():
-        print(f"{name}: {(inspect.getdoc(make) or '').splitlines()[0]}")
-        for option in options_of(make):
-            print(f"    {option.flag:<18s}{option.help}{shown_default(option)}")
-        print()
-    print("Run one of them:      flexmb run NAME [options]")
-    print("or a mechanism of your own:  flexmb new NAME, flexmb run NAME.py")
-    return 0

@@ -30,6 +30,7 @@ from flexmb.engine.newmark.jacobian_reuse import (
     HOLD_WITHIN_STEP,
     MEASURING_INTERVAL,
     MOST_REUSE_ITERATIONS,
+    REGULAR_PIVOT,
     allowed_gap,
     convergence_limits,
     convergence_test,
@@ -393,6 +394,7 @@ def factor_matrix(tables, lu, h, kv, ka, options, flow, trial, work, record):
         newton.hold = HOLD_WITHIN_STEP  # though corrections may lead away from the singular position
     elif newton.held != ROWS_HELD and newton.hold == HELD_PIVOT:
         pivot = smallest_pivot(lu, work.lu, trial.pivot_scale, n) if tables.sizes.n_c > 0 else 1.0
+        pivot *= max(1.0, REGULAR_PIVOT * tables.sizes.n_c)  # of a straight chain of n links it is some 2/n
         register_factors(kv, ka, pivot, trial, work)
     newton.factorisations += 1
     newton.reused = 0
@@ -435,7 +437,10 @@ def after_reused_factors(tables, h, ratio, size, with_energies, scheme, flow, tr
     newton, reuse = trial.newton, trial.reuse
     noise = ROUND_OFF_FRACTION * record.report.round_off
     negligible, remaining = convergence_limits(noise, work)
-    converged, evaluated, contracting = convergence_test(size, newton.last_size, negligible, remaining, noise, reuse)
+    own = newton.factorisations > 0 and not has_contact_or_friction(work.slopes)
+    converged, evaluated, contracting = convergence_test(
+        size, newton.last_size, negligible, remaining, noise, own, reuse
+    )
     if newton.factorisations == 0 and newton.reused == 0:
         reuse.first_correction = size
     if converged:

@@ -149,6 +149,7 @@ FAIR_CONTRACTION = 0.3  # contraction rate up to which an iteration with reused 
 SLOPE_CHANGE = 0.5
 """Relative change of a slope of a contact or friction law, above which the iteration needs a new matrix."""
 
+ROUND_OFF_SPREAD = 5.0  # correction that may be round-off over one that was seen to be
 CORRECTION_GROWTH = 3.0
 """First correction over that of the step before, above which a single correction does not end the iteration."""
 
@@ -281,21 +282,28 @@ def convergence_limits(noise, work):
 
 
 @compiled
-def convergence_test(size, last_size, negligible, remaining, noise, reuse):
+def convergence_test(size, last_size, negligible, remaining, noise, own, reuse):
     """Test a correction with reused factors: converged, correction negligible, iteration contracting.
 
     size, last_size : this correction and the one before with the same factors, over the tolerance; inf: none before.
+    own : whether the factors are of this step and no law has a slope.  Corrections within the tolerance that get no
+    smaller are round-off then; their size tells that of factors of earlier steps.
     """
     small = size <= negligible
     if last_size == math.inf:
         enough = small and first_correction_suffices(size, reuse) and size * reuse.contraction <= remaining
         return enough, small, size < math.inf
+    level = max(noise, negligible if reuse.contraction <= GOOD_CONTRACTION else 0.0)
     theta = measure_contraction(size, last_size, reuse)
-    if theta > FAIR_CONTRACTION and size <= noise:  # round-off: corrections get no smaller
-        return True, small, True
+    if own and size <= 1.0:
+        reuse.round_off = size if theta > FAIR_CONTRACTION else min(size, reuse.round_off)
+    level = max(level, min(1.0, ROUND_OFF_SPREAD * reuse.round_off))
+    if theta > FAIR_CONTRACTION and size <= level:  # round-off: corrections get no smaller
+        reuse.contraction = min(theta, GOOD_CONTRACTION)
+        return True, True, True
     if size <= remaining or (theta <= FAIR_CONTRACTION and size * theta <= remaining * (1.0 - theta)):
         return True, small, True
-    return False, small, theta <= FAIR_CONTRACTION and size * theta**3 <= remaining
+    return False, small, theta <= FAIR_CONTRACTION and (size * theta**3 <= remaining or size <= level)
 
 
 @compiled

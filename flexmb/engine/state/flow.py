@@ -105,6 +105,7 @@ class JacobianReuse(Record):
     suspended_steps : number of coming steps without reuse
     last_suspension : number of steps without reuse after the last failure
     refactored : 1 if the trial step factored its matrix
+    round_off : size of the last correction that was round-off, over its tolerance
     """
 
     age: float
@@ -121,6 +122,7 @@ class JacobianReuse(Record):
     suspended_steps: float
     last_suspension: float
     refactored: float
+    round_off: float
 
 
 class Flow(Record):

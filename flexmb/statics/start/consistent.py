@@ -21,6 +21,12 @@ LISTED_PARTS = 12  # number of parts in a list at most
 ROUND_OFF_OF_RATES = 1e-12  # start velocity over the drives' largest rate that is round-off of a start at rest
 RATES = 32  # number of intervals of a motion at whose ends its rate is looked at
 SETTLED = 1e-12  # last correction of the states of controls that begin at rest, relative to the states
+NO_ENERGY = 1e-14  # inertia of a motion relative to the largest, that of bodies without inertia in start velocities
+YIELD = 1e-8  # compliance of velocity rows over the inverse of the largest inertia: start velocities of large models
+MOST_ROUNDS = 100  # number of rounds at most in which these rows become rigid
+SETTLED_VELOCITY = (
+    1e-7  # change of a start velocity in a round relative to the largest, below which it may be round-off
+)
 MOST_FRICTION_ITERATIONS = 30  # number of Newton iterations at most on multipliers that friction depends on
 
 
@@ -206,18 +212,46 @@ def declared_rows(closed: Program, rigid: RigidMotion, B: Any) -> tuple[np.ndarr
 
 
 def least_energy(inertia: Any, A: Any, b: np.ndarray) -> np.ndarray:
-    """The w of least w^T inertia w that minimises |A w - b|, dense where rows of A depend on one another."""
+    """The w of least w^T inertia w that minimises |A w - b|; rows of A may depend on one another."""
     n, m = A.shape[1], A.shape[0]
+    scale = max(float(inertia.max()), 1e-300)
     if m <= n:
-        scale = max(float(inertia.max()), 1e-300)
         found = bordered_solution(inertia / scale, A, np.concatenate([np.zeros(n), b]))
         if found is not None and np.abs(A @ found[:n] - b).max(initial=0.0) <= 1e-10 * np.abs(b).max(initial=1e-30):
             return found[:n]
+    if not isinstance(A, np.ndarray):
+        w = yielding_rows(inertia / scale, A, b)
+        if w is not None:
+            return w
     values, vectors = np.linalg.eigh(plain(inertia))
-    values = np.maximum(values, 1e-14 * values.max())  # bodies without inertia move as the joints want
+    values = np.maximum(values, NO_ENERGY * values.max())  # bodies without inertia move as the joints want
     root = vectors / np.sqrt(values)
-    w: np.ndarray = root @ np.linalg.lstsq(A @ root, b, rcond=1e-11)[0]
-    return w
+    return np.asarray(root @ np.linalg.lstsq(A @ root, b, rcond=1e-11)[0])
+
+
+def yielding_rows(inertia: Any, A: Any, b: np.ndarray) -> np.ndarray | None:
+    """The w of `least_energy` for sparse matrices, largest entry of the inertia 1; None where it is not found.
+
+    Rows yield to the change of their multipliers s, A w - YIELD (s - s_before) = b, so that dependent ones leave the
+    matrix regular; s is iterated until w is settled (method of multipliers).  Of rows that contradict one another some
+    1e-8 of the contradiction is left.
+    """
+    import scipy.sparse as sp
+    from scipy.sparse.linalg import splu
+
+    m, n = A.shape
+    whole = sp.block_array([[inertia + NO_ENERGY * sp.eye_array(n), A.T], [A, -YIELD * sp.eye_array(m)]])
+    factors = splu(whole.tocsc())
+    w, s, before = np.zeros(n), np.zeros(m), np.inf
+    for _ in range(MOST_ROUNDS):
+        found: np.ndarray = factors.solve(np.concatenate([np.zeros(n), b - YIELD * s]))
+        change, w = float(np.abs(found[:n] - w).max(initial=0.0)), found[:n]
+        s = found[n:]
+        size = float(np.abs(w).max(initial=0.0))
+        if change <= 1e-14 * size or (change <= SETTLED_VELOCITY * size and change > 0.5 * before):
+            return w
+        before = change
+    return None
 
 
 def accelerations(
