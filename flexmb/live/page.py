@@ -21,7 +21,7 @@ from flexmb.errors import FlexmbError, InputError
 from flexmb.findings.check import Report
 from flexmb.live import messages
 from flexmb.live.knobs import LABEL, Knobs
-from flexmb.live.runs import DEFAULT_PERIODS, DEFAULT_SECONDS, PERIODS, SECONDS, Runner, View
+from flexmb.live.runs import DEFAULT_PERIODS, DEFAULT_SECONDS, PERIODS, SECONDS, Request, Runner, View
 from flexmb.live.studies import Studies
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
@@ -162,9 +162,11 @@ class Page:
 
     def command(self) -> str:
         """Command that opens the page with the present values; "" for a model that the command line does not find."""
+        return self._command(self._runner.request)
+
+    def _command(self, request: Request | View) -> str:
         if not self._source:
             return ""
-        request = self._runner.request
         words = ["flexmb", "explore", self._source]
         changed = self._knobs.fixed | {n: self._knobs.known[n].argument(x) for n, x in request.values.items()}
         for name, value in changed.items():
@@ -206,7 +208,10 @@ class Page:
     # From the thread of the runs
 
     def _publish(self, view: View) -> None:
-        self._server.tell(messages.RESULT, messages.told(view, self._wanted, self.code(), self.command()))
+        self._server.tell(messages.RESULT, self._told(view))
+
+    def _told(self, view: View) -> str:
+        return messages.told(view, self._wanted, self._knobs.code(view.values), self._command(view))
 
     def _publish_examination(self, number: int, found: Report | str) -> None:
         self._examination = messages.examination(number, found)
@@ -218,8 +223,7 @@ class Page:
     # From the thread of the server
 
     def _greeting(self) -> dict[str, str]:
-        now = messages.told(self._runner.latest, self._wanted, self.code(), self.command())
-        return {messages.RESULT: now, **({"findings": self._examination} if self._examination else {})}
+        return {messages.RESULT: self._told(self._runner.latest), **({"findings": self._examination} if self._examination else {})}
 
     def _hear(self, given: Any) -> str | None:
         """Do what a browser asks for; wrong wishes raise `InputError`."""

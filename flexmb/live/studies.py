@@ -97,7 +97,7 @@ class Studies:
         knobs, model = self.knobs, self.knobs.model
         others = {key: knobs.known[key].argument(one) for key, one in values.items() if key != name}
         if isinstance(model, Mechanism):
-            family = Family(knobs.mechanism({**values, name: knobs.known[name].value}), name)
+            family = Family(knobs.mechanism({**values, name: knobs.known[name].value}), name, {})
         else:
             family = Family(model, name, {**knobs.fixed, **others})
         for number, value in enumerate(along, 1):
