@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import inspect
 import math
-import re
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass, replace
 from numbers import Real
-from typing import Any, Literal, get_args, get_origin
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 from flexmb import checks
 from flexmb.design.parameters import Model, arguments_of, called, of_function, of_part
 from flexmb.docstrings import parameters
-from flexmb.errors import InputError
+from flexmb.errors import FlexmbError, InputError, RestitutionWarning
 from flexmb.fields import fields_of
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, Part
@@ -24,6 +25,7 @@ WIDER = 5.0
 """Factor by which a guessed range reaches below and above the value of its parameter."""
 
 LOGARITHMIC = 20.0  # ratio of the ends of a positive range from which its slider has a logarithmic scale
+NEARER = (0.5, 0.25, 0.125, 0.06, 0.03, 0.01)  # shares of a guessed range that are tried where a part refuses it
 MOST_KNOBS = 200  # largest number of numbers and choices of a page
 DEPTH = 2  # records within one another, in a part, whose numbers are found: "B.normal.restitution"
 DIGITS = 3  # significant digits of a start value in the middle of a range
@@ -100,18 +102,21 @@ class Knobs:
     vary : ranges (low, high), lists of choices, choices by label, or None for a guessed range, by name; a list of names
         with guessed ranges; None: all that can be guessed.
     fixed : arguments of the function that do not vary, or start values of those that do.
+    ranges : ranges beside those of `vary`.
 
     Raises
     ------
     InputError : another kind of model, unknown names, a range that cannot be guessed or that is empty.
     """
 
-    def __init__(self, model: Model, vary: Any, fixed: Mapping[str, Any]) -> None:
+    def __init__(
+        self, model: Model, vary: Any, fixed: Mapping[str, Any], ranges: Mapping[str, Any] | None = None
+    ) -> None:
         if not isinstance(model, Mechanism) and not callable(model):
             text = f"{LABEL}: model is {_short(model)}"
             raise InputError(f"{text}; it must be a Mechanism, or a function that returns one.")
         self.model, self.fixed = model, dict(fixed)
-        wanted = self._wanted(vary)
+        wanted = self._wanted(vary, ranges or {})
         self.known = {name: self._knob(name, given) for name, given in wanted.items()}
         self.hidden = () if vary is not None else tuple(self.known)[MOST_SHOWN:]
         self.fixed = {name: value for name, value in self.fixed.items() if name not in self.known}
@@ -141,17 +146,18 @@ class Knobs:
         """Python text that makes the mechanism of checked values."""
         given = {name: self.known[name].argument(value) for name, value in values.items()}
         if isinstance(self.model, Mechanism):
-            return f"mech.with_({({k: x for k, x in given.items() if values[k] != self.known[k].value})!r})"
+            return f"mech.with_({ ({k: x for k, x in given.items() if values[k] != self.known[k].value})!r})"
         pairs = ", ".join(f"{name}={value!r}" for name, value in {**self.fixed, **given}.items())
         return f"{getattr(self.model, '__name__', 'mechanism')}({pairs})"
 
-    def _wanted(self, vary: Any) -> dict[str, Any]:
+    def _wanted(self, vary: Any, ranges: Mapping[str, Any]) -> dict[str, Any]:
         if isinstance(vary, Mapping):
             wanted: dict[str, Any] = {str(name): given for name, given in vary.items()}
         elif vary is not None:
             wanted = {str(name): None for name in checks.sequence(LABEL, "vary", vary, "names such as 'speed'")}
         else:
             wanted = dict.fromkeys(self._all())
+        wanted |= ranges
         if not wanted:
             raise InputError(f"{LABEL}: nothing can vary. Give names with ranges: vary={{'speed': (50.0, 500.0)}}.")
         if len(wanted) > MOST_KNOBS:
@@ -172,7 +178,7 @@ class Knobs:
         if isinstance(self.model, Mechanism):
             return *of_part(LABEL, self.model, name), None
         value, unit, kind = of_function(LABEL, self.model, name)
-        annotation = arguments_of(LABEL, self.model)[name].annotation
+        annotation = _evaluated(self.model, arguments_of(LABEL, self.model)[name].annotation)
         return self.fixed.get(name, value), unit, kind, annotation
 
     def _meaning(self, name: str) -> str:
@@ -182,22 +188,36 @@ class Knobs:
         owner: Any = self.model.find(path[0])
         for piece in path[1:]:
             owner = getattr(owner, piece)
-        return next((field.meaning for field in fields_of(type(owner)) if field.name == last), "")
+        kind: Any = type(owner)
+        return next((field.meaning for field in fields_of(kind) if field.name == last), "")
 
     def _guessed(self, name: str) -> Any:
         """Range or choices of a name, guessed from its value; None where there is no guess."""
         value, _, _, annotation = self._found(name)
-        if choices := _literal(annotation, self.model):
-            return choices
+        if get_origin(annotation) is Literal:
+            return list(get_args(annotation))
         if isinstance(value, bool):
             return [False, True]
         if isinstance(value, str):
-            return [value, None] if "None" in str(annotation) else None
+            return [value, None] if type(None) in get_args(annotation) else None
         if isinstance(value, int):
             return (1, max(4 * value, 2)) if value > 0 else None
         if isinstance(value, Real) and math.isfinite(value) and value != 0.0:
-            return tuple(sorted((float(value) / WIDER, float(value) * WIDER)))
+            ends = (self._allowed(name, float(value), wide) for wide in (1.0 / WIDER, WIDER))
+            low, high = sorted(float(f"{end:.{DIGITS}g}") for end in ends)
+            return (low, high) if low < high else None
         return None
+
+    def _allowed(self, name: str, value: float, wide: float) -> float:
+        """End of a guessed range: the value times a factor, or nearer to the value where the part refuses that."""
+        if not isinstance(self.model, Mechanism):
+            return value * wide
+        for end in (value * wide, *(value * (1.0 + share * (wide - 1.0)) for share in NEARER)):
+            with suppress(FlexmbError), warnings.catch_warnings():
+                warnings.simplefilter("ignore", RestitutionWarning)
+                self.model.with_({name: end})
+                return end
+        return value
 
     def _knob(self, name: str, given: Any) -> Knob:
         value, unit, kind, annotation = self._found(name)
@@ -215,7 +235,7 @@ class Knobs:
         if not low < high:
             raise InputError(f"{LABEL}: the range of {name} is {low:g} to {high:g}; the first must be the lower end.")
         whole = kind == "int" or (type(value) is int and "float" not in kind.split(" | "))
-        optional = "None" in kind.split(" | ") or "None" in str(annotation)
+        optional = "None" in kind.split(" | ") or type(None) in get_args(annotation)
         made = replace(knob, kind="count" if whole else "number", low=low, high=high, optional=optional)
         return replace(made, value=_within(value, low, high, whole=whole))
 
@@ -227,7 +247,8 @@ MOST_SHOWN = 8
 def _within(value: Any, low: float, high: float, *, whole: bool) -> float | int:
     """Start value in a range: the present one, its nearest end, or for no number the middle."""
     if isinstance(value, Real) and math.isfinite(value):
-        return int(value) if whole else min(max(float(value), low), high)
+        near = min(max(float(value), low), high)
+        return round(near) if whole else near
     middle = math.sqrt(low * high) if low > 0.0 else 0.5 * (low + high)
     return round(middle) if whole else min(max(float(f"{middle:.{DIGITS}g}"), low), high)
 
@@ -245,19 +266,20 @@ def _label(value: Any) -> str:
     return {True: "yes", False: "no"}[value] if isinstance(value, bool) else "none" if value is None else str(value)
 
 
-def _literal(annotation: Any, model: Any) -> list[Any]:
-    """Choices of an argument annotated `Literal[...]`."""
-    if isinstance(annotation, str) and re.search(r"\bLiteral\[", annotation):  # of a module with lazy annotations
+def _evaluated(function: Any, annotation: Any) -> Any:
+    """Annotation of an argument without its unit; texts of modules with lazy annotations are evaluated."""
+    if isinstance(annotation, str):
         try:
-            annotation = eval(annotation, getattr(inspect.unwrap(model), "__globals__", {}))
-        except (NameError, SyntaxError, TypeError, AttributeError):
-            return []
-    return list(get_args(annotation)) if get_origin(annotation) is Literal else []
+            annotation = eval(annotation, getattr(inspect.unwrap(function), "__globals__", {}))
+        except (NameError, SyntaxError, TypeError, AttributeError):  # imported for type checking only
+            return None
+    return get_args(annotation)[0] if get_origin(annotation) is Annotated else annotation
 
 
 def _numbers_of(owner: Part | Any, depth: int) -> Iterator[str]:
     """Paths of the numbers with a declared meaning in a part, and in its records."""
-    said = {field.name for field in fields_of(type(owner)) if field.meaning}
+    kind: Any = type(owner)
+    said = {field.name for field in fields_of(kind) if field.meaning}
     for field in fields(owner):
         value = getattr(owner, field.name)
         if not field.init or field.name == "name" or isinstance(value, Part):

@@ -71,7 +71,7 @@ def examination(number: int, report: Report | str) -> str:
         rows = [["error", "", report, ""]]
     else:
         rows = [[f.severity, f.code, f.text, f.remedy] for f in report.findings]
-        freedom = f"{report.freedom} degrees of freedom (rigid, clearances closed), {report.free} not driven"
+        freedom = f"Degrees of freedom: {report.freedom} (rigid, clearances closed), {report.free} not driven."
     return embedded({"type": "findings", "number": number, "rows": rows, "freedom": freedom})
 
 

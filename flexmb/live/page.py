@@ -27,7 +27,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.results.solution import Solution
 from flexmb.run.simulate import period_or_none
-from flexmb.show.reports.document import Markup, asset, document
+from flexmb.show.reports.document import Markup, asset, document, embedded
 from flexmb.show.reports.report import report
 from flexmb.show.reports.scene import COLOURED, choices
 
@@ -50,7 +50,7 @@ def explore(
     fixed: Mapping[str, Any] | None = None,
     periods: float | None = None,
     t_end: float | None = None,
-    open: bool = True,  # noqa: A002 - the word of the field
+    open: bool = True,
     block: bool = True,
 ) -> Page:
     """A page in the browser on which a mechanism moves and is run anew whenever a slider moves.
@@ -66,7 +66,7 @@ def explore(
         ({"Coulomb": law, "none": None}); a list of names: ranges from a fifth of their values to five times these;
         None: all numbers for which that is possible.
     fixed : other arguments of a function, or start values of its varied ones.
-    periods, t_end : length of a run in periods of the drives, or [s]; None: two periods, or 1 s without periodic drives.
+    periods, t_end : length of a run in periods of the drives, or [s]; None: two periods, or 1 s without such drives.
     open : whether the page is opened in the browser.
     block : whether the call waits until Ctrl-C; otherwise the page lives until its `close`, or the end of the program.
 
@@ -88,15 +88,19 @@ def explore(
         raise InputError(f"{LABEL}: periods is {periods!r} and t_end is {t_end!r}; give one of them.")
     checks.flag(LABEL, "open", open)
     given = {} if fixed is None else checks.mapping(LABEL, "fixed", fixed)
-    page = Page(Knobs(model, vary, given), _length(periods, t_end))
-    if open:
+    return shown(Page(Knobs(model, vary, given), length_of(periods, t_end)), opened=open, block=block)
+
+
+def shown(page: Page, *, opened: bool, block: bool) -> Page:
+    """A page, opened in the browser or not, after its end or at once."""
+    if opened:
         webbrowser.open(page.url)
     if block:
         page.wait()
     return page
 
 
-def _length(periods: float | None, t_end: float | None) -> tuple[str, float] | None:
+def length_of(periods: float | None, t_end: float | None) -> tuple[str, float] | None:
     """Unit and length of the first run; None: by the drives."""
     if t_end is not None:
         return SECONDS, checks.positive(LABEL, "t_end", t_end, "s")
@@ -110,23 +114,25 @@ class Page:
     ----------
     knobs : numbers and choices that vary.
     length : unit and length of the first run; None: by the drives.
-    source : words by which the command line finds the mechanism; "" for none.
+    source : words by which the command line finds the mechanism; none for one of a script.
     """
 
-    def __init__(self, knobs: Knobs, length: tuple[str, float] | None = None, source: str = "") -> None:
+    def __init__(self, knobs: Knobs, length: tuple[str, float] | None = None, source: Sequence[str] = ()) -> None:
         for package, purpose in PACKAGES.items():
             checks.package(package, "live", purpose)
         from flexmb.live.server import Server  # noqa: PLC0415 - in an extra
 
-        self._knobs, self._source = knobs, source or _ready(knobs.model)
+        self._knobs, self._source = knobs, tuple(source) or _ready(knobs.model)
         unit, first = length or _by_drives(knobs)
         self._wanted: tuple[str, ...] = ()
         self._examination = ""
         self._runner = Runner(knobs, unit, first, self._publish, self._publish_examination)
         self._studies = Studies(knobs, self._publish_study)
         made = {"report.html": self._report, "run.nc": self._netcdf}
-        self._server: Server = Server(self._text, self._hear, self._greeting, made, secrets.token_urlsafe(TOKEN_BYTES))
-        self._runner.begin()
+        self._runner.first()  # before the page opens: code is compiled here
+        token = secrets.token_urlsafe(TOKEN_BYTES)
+        self._server: Server = Server(self._text, self._hear, self._greeting, made, token)
+        self._runner.start()
         self._server.start()
 
     @property
@@ -167,10 +173,11 @@ class Page:
     def _command(self, request: Request | View) -> str:
         if not self._source:
             return ""
-        words = ["flexmb", "explore", self._source]
-        changed = self._knobs.fixed | {n: self._knobs.known[n].argument(x) for n, x in request.values.items()}
-        for name, value in changed.items():
-            words += _typed(name, value, of_part=isinstance(self._knobs.model, Mechanism))
+        words, known = ["flexmb", "explore", *self._source], self._knobs.known
+        of_part, values = isinstance(self._knobs.model, Mechanism), request.values
+        changed = {n: known[n].argument(x) for n, x in values.items() if not of_part or x != known[n].value}
+        for name, value in (self._knobs.fixed | changed).items():
+            words += _typed(name, value, of_part=of_part)
         flag = "--periods" if self._runner.unit == PERIODS else "--t-end"
         return shlex.join([*words, f"{flag}={request.length:g}"])
 
@@ -202,8 +209,8 @@ class Page:
         return f"Page of {self._name()!r} on port {self._server.port}: {state}"
 
     def _name(self) -> str:
-        model = self._knobs.model
-        return model.name if isinstance(model, Mechanism) else getattr(model, "__name__", "mechanism")
+        made = self._runner.latest.mechanism
+        return made.name if made is not None else str(getattr(self._knobs.model, "__name__", "mechanism"))
 
     # From the thread of the runs
 
@@ -218,12 +225,13 @@ class Page:
         self._server.tell("findings", self._examination)
 
     def _publish_study(self, said: Mapping[str, Any]) -> None:
-        self._server.tell(f"study {said.get('number', said['done'])}", messages.embedded(dict(said)))
+        self._server.tell(f"study {said.get('number', said['done'])}", embedded(dict(said)))
 
     # From the thread of the server
 
     def _greeting(self) -> dict[str, str]:
-        return {messages.RESULT: self._told(self._runner.latest), **({"findings": self._examination} if self._examination else {})}
+        examined = {"findings": self._examination} if self._examination else {}
+        return {messages.RESULT: self._told(self._runner.latest), **examined}
 
     def _hear(self, given: Any) -> str | None:
         """Do what a browser asks for; wrong wishes raise `InputError`."""
@@ -291,10 +299,10 @@ def _by_drives(knobs: Knobs) -> tuple[str, float]:
     return (SECONDS, DEFAULT_SECONDS) if period is None else (PERIODS, DEFAULT_PERIODS)
 
 
-def _ready(model: Model) -> str:
+def _ready(model: Model) -> tuple[str, ...]:
     """Word of the command line for a ready mechanism."""
-    name = getattr(model, "__name__", "")
-    return name.replace("_", "-") if str(getattr(model, "__module__", "")).startswith("flexmb.mechanisms.") else ""
+    ready = str(getattr(model, "__module__", "")).startswith("flexmb.mechanisms.")
+    return (str(getattr(model, "__name__", "")).replace("_", "-"),) if ready else ()
 
 
 def _typed(name: str, value: Any, *, of_part: bool) -> list[str]:

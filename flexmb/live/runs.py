@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable, Mapping
 from contextvars import copy_context
 from dataclasses import dataclass, field, replace
@@ -20,13 +19,13 @@ from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.results.drawing import nearest_to_each
 from flexmb.results.solution import Solution
 from flexmb.run.run import AFTER_BLOCK, Run
-from flexmb.run.simulate import period_or_none, simulate
+from flexmb.run.simulate import clock, period_or_none, simulate
 
 PERIODS, SECONDS = "periods", "t_end"
 """Keywords of `simulate` for the length of a run."""
 
 DEFAULT_PERIODS, DEFAULT_SECONDS = 2.0, 1.0  # lengths of a run where none is given: periods; time [s]
-LONGEST = 1000.0  # longest run over the first length
+SHORTEST, LONGEST = 0.05, 250.0  # shortest and longest run over the first length
 ROWS, ROWS_OF_A_PERIOD, FEWEST_OF_A_PERIOD = 2000, 400, 40
 """Saved instants of a run, about; of a period at most and at least."""
 
@@ -69,8 +68,8 @@ class View:
 def view_of(request: Request, mechanism: Mechanism, sol: Solution, **more: Any) -> View:
     """View of a solution."""
     largest = dict(zip(sol.names, sol.peaks.values.tolist(), strict=True))
-    common = {"solution": sol, "largest": largest, "mechanism": mechanism, "number": request.number}
-    return View(request.values, request.length, sol.status, sol.ok, **common, **more)
+    more |= {"mechanism": mechanism, "number": request.number}
+    return View(request.values, request.length, sol.status, sol.ok, sol, largest, **more)
 
 
 @dataclass(frozen=True)
@@ -98,7 +97,7 @@ class Runner:
     """
 
     def __init__(self, knobs: Knobs, unit: str, length: float, published: Published, examined: Examined) -> None:
-        self.knobs, self.unit, self.shortest, self.longest = knobs, unit, 1e-3 * length, LONGEST * length
+        self.knobs, self.unit, self.shortest, self.longest = knobs, unit, SHORTEST * length, LONGEST * length
         self.published, self.examined = published, examined
         self.request = Request(0, knobs.start, length)
         self.latest = View(knobs.start, length, "not run yet", number=-1)
@@ -107,9 +106,12 @@ class Runner:
         self.changed = threading.Condition()
         self.thread = threading.Thread(target=self._work, name="flexmb live page", daemon=True)
 
-    def begin(self) -> None:
-        """Run once in the calling thread, which compiles what is needed, and start the thread."""
-        self._serve(self.request)
+    def first(self) -> None:
+        """Run once in the calling thread, which compiles what is needed."""
+        self._keep(self._view(self.request, None))
+
+    def start(self) -> None:
+        """Start the thread."""
         self.thread.start()
 
     def close(self) -> None:
@@ -171,18 +173,24 @@ class Runner:
                 self._examine()
 
     def _serve(self, request: Request, before: View | None = None) -> None:
-        """Run a request, or go on from a view."""
+        """Run a request, or go on from a view, and publish the result."""
+        view = self._view(request, before)
+        if not view.status.startswith(REPLACED):
+            self._keep(view)
+            self.published(view)
+
+    def _keep(self, view: View) -> None:
+        with self.changed:
+            self.latest, self.finished = view, view.number
+            self.changed.notify_all()
+
+    def _view(self, request: Request, before: View | None) -> View:
+        """View of a run, or of the error that it ended with."""
         try:
-            view = self._run(request, before)
+            return self._run(request, before)
         except USER_ERRORS as error:
             said = str(error) if isinstance(error, FlexmbError) else f"{type(error).__name__}: {error}"
-            view = View(request.values, request.length, said or type(error).__name__, number=request.number)
-        if view.status.startswith(REPLACED):
-            return
-        with self.changed:
-            self.latest, self.finished = view, request.number
-            self.changed.notify_all()
-        self.published(view)
+            return View(request.values, request.length, said, number=request.number)
 
     def _run(self, request: Request, before: View | None) -> View:
         mechanism = self.knobs.mechanism(request.values) if before is None else before.mechanism
@@ -224,12 +232,12 @@ class _Watch:
 
     def __init__(self, runner: Runner, request: Request, mechanism: Mechanism) -> None:
         self.runner, self.request, self.mechanism = runner, request, mechanism
-        self.begun = self.told = time.monotonic()
+        self.begun = self.told = clock()
 
     def __call__(self, run: Run) -> None:
         if self.runner._stale(self.request):
             raise KeyboardInterrupt(REPLACED)
-        now = time.monotonic()
+        now = clock()
         if now - self.begun > MOST_SECONDS:
             raise KeyboardInterrupt(TOO_LONG)
         if now - self.told > EVERY and run.saved.count > 1:

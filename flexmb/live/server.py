@@ -162,7 +162,8 @@ class Server:
         routes += [Route(f"/{name}", self._file) for name in files]
         self.app = Guard(Starlette(routes=routes), self.port, token)
         config = uvicorn.Config(
-            self.app, log_level="critical", access_log=False, lifespan="off", ws="websockets-sansio", server_header=False,
+            self.app, log_level="critical", access_log=False, lifespan="off", server_header=False,
+            ws="websockets-sansio",
             ws_max_size=MOST_BYTES, limit_concurrency=4 * MOST_CLIENTS, timeout_graceful_shutdown=1,
         )  # fmt: skip
         self.server = uvicorn.Server(config)

@@ -71,7 +71,8 @@ class Studies:
             verdict = found.verdict
             told = {"verdict": str(verdict), "reason": verdict.reason} if verdict is not None else {}
             history = {"time": found.time.tolist(), "history": found.history[:, 0].tolist()}
-            yield {**said, **told, **history, "status": found.status, "ok": found.ok, "periods": periods, "of": STAGES[-1]}
+            done = {"status": found.status, "ok": found.ok, "periods": periods, "of": STAGES[-1]}
+            yield {**said, **told, **history, **done}
 
     def _diagram(self, values: Mapping[str, Value], asked: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
         """Checked wishes of a diagram, and its points one after the other, spread evenly from the first on."""

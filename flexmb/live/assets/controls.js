@@ -106,12 +106,17 @@ class Knob {
     }
     [this.text, this.slider].forEach((input) => { input.disabled = value === null; });
     this.refuse("");
-    this.text.value = String(this.number);
+    this.text.value = fieldText(this.number);
     if (!this.held) {
       this.slider.value = String(Math.round(this._place(this.number) * this.steps));
     }
     this.slider.setAttribute("aria-valuetext", value === null ? "none" : `${shown(this.number, 6)} ${this.raw.unit}`);
   }
+}
+
+// A number as it is typed, short.
+function fieldText(number) {
+  return Math.abs(number) < 1e-3 && number !== 0 ? number.toExponential() : String(number);
 }
 
 // All knobs, their order of changes for Undo, and the values that wait to be sent.

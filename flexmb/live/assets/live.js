@@ -1,5 +1,6 @@
 // The live page: values go to the server, runs come back.
 const PATIENCE = 400; // longest time for which newer values wait for the answer to older ones [ms]
+const LONGER = "Still computing. Code for parts that have not run on this machine yet is compiled once, which takes up to a minute.";
 const AGAIN = 1000; // time between two attempts to connect [ms]
 
 const PANELS = {
@@ -138,6 +139,10 @@ class Board {
     const badge = document.getElementById("state");
     badge.className = `badge ${kind}`;
     badge.textContent = text;
+    clearTimeout(this.wondering);
+    if (kind === "busy") {
+      this.wondering = setTimeout(() => { document.getElementById("told").textContent = LONGER; }, PATIENCE * 4);
+    }
   }
 
   fault(text) {
@@ -161,13 +166,17 @@ class Board {
     const bad = said.done && !said.ok;
     this.state(bad ? "error" : said.done ? "good" : "busy", bad ? "not finished" : said.done ? "finished" : "running");
     this.fault(bad ? said.status : "");
-    const seconds = said.seconds ? `, ${shown(said.seconds, 2)} s of computing` : "";
+    const seconds = said.seconds ? ` Computed in ${shown(said.seconds, 2)} s.` : "";
     document.getElementById("told").textContent = bad ? "" : said.status + seconds;
     ["save-report", "save-netcdf"].forEach((id) => document.getElementById(id).setAttribute("aria-disabled", String(!said.signals)));
     if (said.signals) {
       this.run = await LiveRun.of(said);
+      const first = !this.clock;
       this._move();
       this.panels.forEach(({ panel }) => panel.update());
+      if (first && this.clock && !matchMedia("(prefers-reduced-motion: reduce)").matches) {
+        this.clock.play(true);
+      }
       this.remember();
     }
     this.shownNumber = said.number;
@@ -189,9 +198,6 @@ class Board {
       this.controls = new Controls(this.clock, this.picture);
       this.clock.onChange(() => this.panels.forEach(({ panel }) => panel.move()));
       this._flexible(run);
-      if (!matchMedia("(prefers-reduced-motion: reduce)").matches) {
-        this.clock.play(true);
-      }
       return;
     }
     const { clock, picture } = this;
@@ -210,7 +216,7 @@ class Board {
     clock.time = clock.times[clock.frame];
     this.controls.slider.max = String(clock.last);
     this.controls.show();
-    this.controls.redraw();
+    this.controls._legend();
   }
 
   // Choices of flexible parts, where there are some.

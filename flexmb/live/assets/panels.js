@@ -205,7 +205,7 @@ class SpectrumPanel extends PlotPanel {
       const y = one.curve(this.names[0]);
       return y && { ...amplitudes(one.times, y), style: () => colour(dash ? "muted" : "series-0"), width: dash ? 0.9 : 1.3, dash };
     }).filter(Boolean);
-    this.plot.show([], lines, ["frequency", `log10 of the amplitude of ${this.names[0]}`], ["Hz", run.unit(this.names[0])]);
+    this.plot.show([], lines, ["frequency", `log10 |${this.names[0]}|`], ["Hz", run.unit(this.names[0])]);
   }
 }
 
