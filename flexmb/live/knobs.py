@@ -156,7 +156,7 @@ class Knobs:
         elif vary is not None:
             wanted = {str(name): None for name in checks.sequence(LABEL, "vary", vary, "names such as 'speed'")}
         else:
-            wanted = dict.fromkeys(self._all())
+            wanted = self._all()
         wanted |= ranges
         if not wanted:
             raise InputError(f"{LABEL}: nothing can vary. Give names with ranges: vary={{'speed': (50.0, 500.0)}}.")
@@ -164,14 +164,15 @@ class Knobs:
             raise InputError(f"{LABEL}: vary holds {len(wanted)} names; a page holds {MOST_KNOBS} at most.")
         return wanted
 
-    def _all(self) -> list[str]:
-        """Names with guessed ranges: arguments of the function, or numbers of parts, bodies last."""
+    def _all(self) -> dict[str, Any]:
+        """Guessed ranges by name: of arguments of the function, or of numbers of parts, bodies last."""
         if isinstance(self.model, Mechanism):
             parts = sorted(self.model.parts, key=lambda part: isinstance(part, Body))
             names = [f"{part.name}.{path}" for part in parts for path in _numbers_of(part, DEPTH)]
         else:
             names = list(arguments_of(LABEL, self.model))
-        return [name for name in names if self._guessed(name) is not None][:MOST_KNOBS]
+        guesses = {name: self._guessed(name) for name in names[:MOST_KNOBS]}
+        return {name: guess for name, guess in guesses.items() if guess is not None}
 
     def _found(self, name: str) -> tuple[Any, str, str, Any]:
         """Present value, unit, declared kind and annotation."""

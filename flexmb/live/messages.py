@@ -1,4 +1,4 @@
-"""Messages of a live page to its browsers: views, examinations, studies; and what browsers may ask for."""
+"""Messages of a live page to its browsers: views, examinations; wishes of browsers, checked."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ RESULT = "run"  # kind of the messages of views
 
 
 def told(view: View, wanted: tuple[str, ...], code: str, command: str) -> str:
-    """Message of a view, with the signals of a report and wanted ones, and texts that make the mechanism."""
+    """Message of a view, with the signals of a report and other wanted ones; `code`, `command`: texts of the mechanism."""
     said: dict[str, Any] = {
         "type": "run", "number": view.number, "values": dict(view.values), "length": view.length,
         "status": view.status, "ok": view.ok, "done": view.done, "code": code, "command": command,
@@ -100,6 +100,6 @@ def asked(given: Any) -> tuple[str, dict[str, Any]]:
 
 
 def wanted_signals(message: dict[str, Any]) -> tuple[str, ...]:
-    """Names of signals that a browser asks for, the last `MOST_WANTED`."""
+    """Names of the signals in a wish of a browser, the last `MOST_WANTED`."""
     names = require(message.get("signals"), list, "the list `signals`")
     return tuple(dict.fromkeys(str(name)[:200] for name in names[-MOST_WANTED:]))

@@ -1,4 +1,4 @@
-"""Live page of a mechanism: what a script does with it, and its HTML."""
+"""Live page of a mechanism: its use from scripts, and its HTML."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def explore(
     open: bool = True,
     block: bool = True,
 ) -> Page:
-    """A page in the browser on which a mechanism moves and is run anew whenever a slider moves.
+    """Live page in the browser: a moving mechanism with sliders, run anew at each change.
 
     The page listens on this machine alone (127.0.0.1), and its address holds a token.  It shows signals, orbits of
     journals, sections, spectra, largest values and findings, compares with pinned runs, and writes reports and files.
@@ -234,7 +234,7 @@ class Page:
         return {messages.RESULT: self._told(self._runner.latest), **examined}
 
     def _hear(self, given: Any) -> str | None:
-        """Do what a browser asks for; wrong wishes raise `InputError`."""
+        """Answer to a message of a browser; wrong wishes raise `InputError`."""
         kind, message = messages.asked(given)
         if kind == "set":
             values = messages.require(message.get("values", {}), dict, "the object `values`")

@@ -107,7 +107,7 @@ class Runner:
         self.thread = threading.Thread(target=self._work, name="flexmb live page", daemon=True)
 
     def first(self) -> None:
-        """Run once in the calling thread, which compiles what is needed."""
+        """First run, with compilations, in the calling thread."""
         self._keep(self._view(self.request, None))
 
     def start(self) -> None:
@@ -247,7 +247,7 @@ class _Watch:
 
 
 def _section(earlier: np.ndarray, sol: Solution, period: float | None) -> np.ndarray:
-    """Signals (n, n_s) once a period: those of earlier runs, and of the saved instants of this one."""
+    """Signals (n, n_s) once a period: rows of earlier runs, and saved instants of this one."""
     if period is None or len(sol.time) < 2:
         return earlier
     first, last = np.floor(sol.time[0] / period + 1e-6), np.floor(sol.time[-1] / period + 1e-6)

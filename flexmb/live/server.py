@@ -1,4 +1,4 @@
-"""Server of a live page: on this machine alone, for those who know its token; messages are counted and small."""
+"""Server of a live page on this machine alone: hosts, origins, token, rates and sizes of messages."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ class Client:
         return self.credit >= 0.0
 
     async def send_all(self) -> None:
-        """Send what waits, for ever."""
+        """Send all waiting messages, for ever."""
         while True:
             await self.filled.wait()
             self.filled.clear()
@@ -247,7 +247,7 @@ class Server:
 
 
 def _read(text: str) -> Any:
-    """Plain values of a message, or None for what is no message."""
+    """Plain values of a message, or None where there are none."""
     try:
         return json.loads(text) if len(text) <= MOST_BYTES else None
     except (ValueError, RecursionError):
