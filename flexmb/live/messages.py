@@ -25,8 +25,8 @@ RESULT = "run"  # kind of the messages of views
 # From the page
 
 
-def told(view: View, wanted: tuple[str, ...], code: str, command: str) -> str:
-    """Message of a view, with the signals of a report and other wanted ones; `code`, `command`: texts of the mechanism."""
+def run_message(view: View, wanted: tuple[str, ...], code: str, command: str) -> str:
+    """Message of a view with the signals of a report and some others, and with texts that make the mechanism."""
     said: dict[str, Any] = {
         "type": "run", "number": view.number, "values": dict(view.values), "length": view.length,
         "status": view.status, "ok": view.ok, "done": view.done, "code": code, "command": command,

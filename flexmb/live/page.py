@@ -53,7 +53,7 @@ def explore(
     open: bool = True,
     block: bool = True,
 ) -> Page:
-    """Live page in the browser: a moving mechanism with sliders, run anew at each change.
+    """Live page in the browser: a moving mechanism with sliders, and a run at each change.
 
     The page listens on this machine alone (127.0.0.1), and its address holds a token.  It shows signals, orbits of
     journals, sections, spectra, largest values and findings, compares with pinned runs, and writes reports and files.
@@ -218,7 +218,7 @@ class Page:
         self._server.tell(messages.RESULT, self._told(view))
 
     def _told(self, view: View) -> str:
-        return messages.told(view, self._wanted, self._knobs.code(view.values), self._command(view))
+        return messages.run_message(view, self._wanted, self._knobs.code(view.values), self._command(view))
 
     def _publish_examination(self, number: int, found: Report | str) -> None:
         self._examination = messages.examination(number, found)
