@@ -61,7 +61,7 @@ class LiveRun {
 
 class Board {
   constructor() {
-    Object.assign(this, { run: null, pins: [], panels: [], clock: null, picture: null, findings: null, waiting: null, sent: 0, shownNumber: -1, frames: 0 });
+    Object.assign(this, { run: null, pins: [], panels: [], clock: null, picture: null, findings: null, waiting: null, sent: 0, sentAfter: -1, shownNumber: -1, frames: 0 });
     this.stats = { ticks: 0 };
     this.values = new Values((values, length) => this.change(values, length));
     this._panels();
@@ -115,6 +115,7 @@ class Board {
     const { values, length } = this.waiting;
     this.waiting = null;
     this.sent = performance.now();
+    this.sentAfter = this.shownNumber;
     this.send({ type: "set", values, ...(length === null ? {} : { length }) });
     this.remember();
   }
@@ -154,10 +155,10 @@ class Board {
   // Runs
 
   async _show(said) {
-    if (said.done) {
+    if (said.done && said.number > this.sentAfter) {
       this.sent = 0;
     }
-    if (!this.waiting) {
+    if (!this.waiting && !this.sent) {
       this.values.show(said.values, said.length);
     }
     document.getElementById("code").textContent = said.code;

@@ -118,8 +118,8 @@ class DiagramPanel {
   }
 
   hear(said) {
-    if (said.kind !== "diagram") {
-      return;
+    if (said.kind !== "diagram" || !this.x) {
+      return; // painted on another page
     }
     if (said.points) {
       said.points.forEach((value) => { this.x.push(said.at); this.y.push(value); });
