@@ -326,8 +326,8 @@ class OrbitPanel {
     this.board.pins.forEach((run, k) => {
       const one = run.journals.find((entry) => entry.raw.joint === this.joint);
       if (one) {
-        context.strokeStyle = colour("text");
-        context.lineWidth = 0.8;
+        context.strokeStyle = colour("muted");
+        context.lineWidth = 0.7;
         context.setLineDash(DASHES[k % DASHES.length]);
         context.beginPath();
         one.path[0].forEach((ex, i) => context.lineTo(width / 2 + ex * unit, height / 2 - one.path[1][i] * unit));
