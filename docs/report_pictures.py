@@ -1,4 +1,4 @@
-"""Pictures of reports and of the live page in docs/pictures, taken in a browser; with --measure: sizes, times and frame rates of pages."""
+"""Pictures of reports and of the live page in docs/pictures, from a browser; with --measure: sizes, frame rates."""
 
 import argparse
 import math

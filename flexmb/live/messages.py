@@ -15,18 +15,18 @@ from flexmb.results.drawing import nearest_instants
 from flexmb.results.solution import Solution
 from flexmb.results.status import main_signals
 from flexmb.show.reports.document import embedded, floats
-from flexmb.show.reports.run_page import chosen_names, clearance_data, curves
+from flexmb.show.reports.run_page import clearance_data, curves
 from flexmb.show.reports.scene import fields_of, scene
 
 FRAMES = 300  # largest number of frames of a message
-MOST_WANTED = 40  # largest number of signals of a message besides those of a report
+MAIN, MOST_WANTED = 2, 40  # numbers of main signals, and of other ones at most, in a message
 RESULT = "run"  # kind of the messages of views
 
 # From the page
 
 
 def run_message(view: View, wanted: tuple[str, ...], code: str, command: str) -> str:
-    """Message of a view with the signals of a report and some others, and with texts that make the mechanism."""
+    """Message of a view with the main signals and other ones, and with texts that make the mechanism."""
     said: dict[str, Any] = {
         "type": "run", "number": view.number, "values": dict(view.values), "length": view.length,
         "status": view.status, "ok": view.ok, "done": view.done, "code": code, "command": command,
@@ -44,18 +44,18 @@ def _result(view: View, sol: Solution, wanted: tuple[str, ...]) -> dict[str, Any
     frames = frames[np.isfinite(sol.values[frames]).all(axis=1)]
     if len(frames) == 0:
         return {}
-    names = list(dict.fromkeys([*chosen_names(sol, None), *(name for name in wanted if name in sol)]))
+    main = [name for name in main_signals(sol) if name in sol]
+    names = list(dict.fromkeys([*main[:MAIN], *(name for name in wanted if name in sol)])) or list(sol.names[:1])
     try:
         drawn, missing = scene(sol, view.mechanism, frames), ""
     except FlexmbError as error:
         drawn, missing = None, str(error)
-    main = [name for name in main_signals(sol) if name in sol]
     peaks = [[name, *sol.peak(name)[:2], sol.units(name)] for name in dict.fromkeys([*main, *wanted]) if name in sol]
     found: dict[str, Any] = {
         "scene": drawn, "missing": missing, "fields": fields_of(drawn) if drawn else [],
         "signals": curves(sol, names, frames), "journals": clearance_data(sol, frames),
         "known": list(sol.names), "peaks": peaks, "notes": list(sol.notes), "seconds": sol.stats.wall_time,
-        "main": main[:2],
+        "main": main[:MAIN] or names,
     }  # fmt: skip
     if view.period is not None and view.section.shape[1:] == (len(sol.names),):
         places = [sol.names.index(name) for name in names if name in sol.names]

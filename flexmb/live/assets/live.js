@@ -61,7 +61,7 @@ class LiveRun {
 
 class Board {
   constructor() {
-    Object.assign(this, { run: null, pins: [], panels: [], clock: null, picture: null, findings: null, waiting: null, sent: 0, sentAfter: -1, shownNumber: -1, frames: 0 });
+    Object.assign(this, { run: null, pins: [], panels: [], clock: null, picture: null, findings: null, waiting: null, sent: 0, sentAfter: -1, shownNumber: -1, frames: 0, asked: [] });
     this.stats = { ticks: 0 };
     this.values = new Values((values, length) => this.change(values, length));
     this._panels();
@@ -175,6 +175,7 @@ class Board {
       const first = !this.clock;
       this._move();
       this.panels.forEach(({ panel }) => panel.update());
+      this._complete();
       if (first && this.clock && !matchMedia("(prefers-reduced-motion: reduce)").matches) {
         this.clock.play(true);
       }
@@ -267,14 +268,24 @@ class Board {
     });
     if (this.run) {
       panel.update();
+      this._complete();
     }
     return panel;
   }
 
   // Ask for the signals of all panels.
   want() {
-    this.send({ type: "want", signals: [...new Set(this.panels.flatMap(({ panel }) => panel.wanted).filter(Boolean))] });
+    this.asked = [...new Set(this.panels.flatMap(({ panel }) => panel.wanted).filter(Boolean))];
+    this.send({ type: "want", signals: this.asked });
     this.remember();
+  }
+
+  // Ask for signals that a panel has chosen by itself.
+  _complete() {
+    const missing = (name) => this.run.known.includes(name) && !this.run.raw.signals.names.includes(name) && !this.asked.includes(name);
+    if (this.panels.some(({ panel }) => panel.wanted.some(missing))) {
+      this.want();
+    }
   }
 
   // Pins, texts, link
