@@ -50,7 +50,7 @@ class LiveRun {
   }
 
   unit(name) {
-    return this.raw.signals.units[this.raw.signals.names.indexOf(name)] || "";
+    return this.raw.units[this.known.indexOf(name)] || "";
   }
 
   peak(name) {
