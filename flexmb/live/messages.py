@@ -54,7 +54,8 @@ def _result(view: View, sol: Solution, wanted: tuple[str, ...]) -> dict[str, Any
     found: dict[str, Any] = {
         "scene": drawn, "missing": missing, "fields": fields_of(drawn) if drawn else [],
         "signals": curves(sol, names, frames), "journals": clearance_data(sol, frames),
-        "known": list(sol.names), "units": list(sol.signals.units), "peaks": peaks, "notes": list(sol.notes), "seconds": sol.stats.wall_time,
+        "known": list(sol.names), "units": list(sol.signals.units),
+        "peaks": peaks, "notes": list(sol.notes), "seconds": sol.stats.wall_time,
         "main": main[:MAIN] or names,
     }  # fmt: skip
     if view.period is not None and view.section.shape[1:] == (len(sol.names),):
