@@ -125,7 +125,7 @@ $(VENV)/.installed: pyproject.toml | $(VENV)/.created
 
 # With the extras that have tests, so that none is left out.
 $(VENV)/.installed-dev: pyproject.toml | $(VENV)/.created
-	$(INSTALL) ".[sweep,film,fatigue]" --group dev
+	$(INSTALL) ".[sweep,film,fatigue,live]" --group dev
 	touch $@ $(VENV)/.installed
 
 $(VENV)/.installed-docs: pyproject.toml | $(VENV)/.created

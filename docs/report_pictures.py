@@ -1,4 +1,4 @@
-"""Pictures of reports in docs/pictures, taken in a browser; with --measure: sizes, times and frame rates of pages."""
+"""Pictures of reports and of the live page in docs/pictures, from a browser; with --measure: sizes, frame rates."""
 
 import argparse
 import math
@@ -73,6 +73,24 @@ def pictures(browser, folder: Path) -> None:
     page.select_option("#magnification", "auto")
     page.evaluate("flexmbReport.clock.goTo(0.00144)")
     saved(page, "report_phone.png")
+    live(browser)
+
+
+def live(browser) -> None:
+    """Live page of a worn slider-crank, with a pinned run."""
+    vary = {"speed": (50.0, 500.0), "clearance": (1e-5, 5e-4), "flexible": [False, True]}
+    with fm.explore(fm.mechanisms.slider_crank, vary=vary, open=False, block=False) as served:
+        served.set(speed=200.0, clearance=5e-4)
+        page = browser.new_page(viewport={"width": 1280, "height": 1000}, reduced_motion="reduce")
+        page.goto(served.url)
+        page.wait_for_selector(READY, state="attached")
+        page.get_by_role("button", name="Pin this run").click()
+        served.set(speed=300.0, clearance=2e-4)
+        page.wait_for_timeout(1500)
+        page.evaluate("flexmbLive.clock.goToFrame(100)")
+        page.evaluate("scrollTo({ top: 0, behavior: 'instant' })")
+        saved(page, "live_page.png")
+        page.close()
 
 
 def saved(page: Page, name: str) -> None:

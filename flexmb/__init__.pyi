@@ -46,6 +46,7 @@ from flexmb.kernels import drive_kernel as drive_kernel
 from flexmb.kernels import element_kernel as element_kernel
 from flexmb.kernels import friction_law as friction_law
 from flexmb.kernels import normal_law as normal_law
+from flexmb.live.page import explore as explore
 from flexmb.model.law import STEEL as STEEL
 from flexmb.model.law import FrictionLaw as FrictionLaw
 from flexmb.model.law import Material as Material

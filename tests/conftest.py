@@ -3,6 +3,7 @@
 import ast
 import gc
 import os
+import shutil
 import sys
 from pathlib import Path
 from typing import NamedTuple
@@ -66,3 +67,34 @@ def _sources(folder: str) -> list[Source]:
     files = sorted((ROOT / folder).rglob("*.py"))
     texts = [(file.relative_to(ROOT).as_posix(), file.read_text(encoding="utf-8")) for file in files]
     return [Source(path, text, ast.parse(text, path)) for path, text in texts]
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """A browser without a window; tests that need one are skipped where there is none."""
+    playwright = pytest.importorskip(
+        "playwright.sync_api", reason="playwright is not installed: pip install playwright"
+    )
+    from pages import BROWSERS
+
+    found = next((path for name in BROWSERS if (path := shutil.which(name))), None)
+    if found is None:
+        pytest.skip(f"none of these browsers is on the PATH: {', '.join(BROWSERS)}")
+    alone = ["--no-sandbox"] if os.geteuid() == 0 else []
+    with playwright.sync_playwright() as running:
+        started = running.chromium.launch(executable_path=found, args=alone)
+        yield started
+        started.close()
+
+
+@pytest.fixture(scope="session")
+def layout_faults():
+    """Function that lists elements of an open page that cover one another, are cut, or make it scroll sideways."""
+    from pages import CUT, OVERLAPS
+
+    def faults(page):
+        wide = page.evaluate("document.documentElement.scrollWidth - innerWidth")
+        sideways = [f"the page scrolls sideways by {wide} px"] if wide else []
+        return [*sideways, *page.evaluate(OVERLAPS), *page.evaluate(CUT)]
+
+    return faults

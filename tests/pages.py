@@ -10,6 +10,38 @@ import numpy as np
 
 import flexmb as fm
 
+OVERLAPS = """() => {
+  const chosen = 'h1, h2, h3, button, select, input, output, canvas, p, label, table, dl > div, nav a, .area, .keys';
+  const visible = (e) => e.checkVisibility() && !e.closest('.visually-hidden');
+  const all = [...document.querySelectorAll(chosen)].filter(visible);
+  const box = (e) => e.getBoundingClientRect();
+  const clipped = (e) => { const s = e.closest('.scroll, .signals'); return s ? box(s) : null; };
+  const found = [];
+  all.forEach((a, i) => all.slice(i + 1).forEach((b) => {
+    if (a.contains(b) || b.contains(a) || a.closest('label') === b || b.closest('label') === a) return;
+    const [p, q] = [box(a), box(b)];
+    const limits = [clipped(a), clipped(b)].filter(Boolean);
+    const left = Math.max(p.left, q.left, ...limits.map((l) => l.left));
+    const right = Math.min(p.right, q.right, ...limits.map((l) => l.right));
+    const top = Math.max(p.top, q.top, ...limits.map((l) => l.top));
+    const bottom = Math.min(p.bottom, q.bottom, ...limits.map((l) => l.bottom));
+    if (right - left > 1.5 && bottom - top > 1.5) {
+      found.push([a, b].map((e) => `${e.tagName}#${e.id}.${e.className} ${e.textContent.slice(0, 30)}`).join(' over '));
+    }
+  }));
+  return found;
+}"""
+"""Pairs of elements with text or controls that cover one another."""
+
+CUT = """() => [...document.querySelectorAll('h1, h2, h3, button, p, label, output, dd, dt, caption, nav a')]
+  .filter((e) => e.checkVisibility() && !e.closest('.visually-hidden, .scroll'))
+  .filter((e) => { const b = e.getBoundingClientRect();
+    return b.left < -1 || b.right > innerWidth + 1 || e.scrollWidth > e.clientWidth + 2 && e.clientWidth > 0; })
+  .map((e) => `${e.tagName}#${e.id} ${e.textContent.slice(0, 40)}`)"""
+"""Elements that leave the page, or whose text leaves them."""
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
+
 STEEL = fm.Material(young=2e11, density=7850.0, poisson=0.3)
 
 

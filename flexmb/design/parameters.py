@@ -97,7 +97,7 @@ class ParameterModel:
     def _parameter(self, name: Any, value: Any) -> Parameter:
         if not isinstance(name, str):
             raise InputError(f"{self.label}: parameters holds {name!r}; it must hold names such as 'B.clearance'.")
-        found = _of_part if isinstance(self.model, Mechanism) else _of_function
+        found = of_part if isinstance(self.model, Mechanism) else of_function
         present, unit, wanted = found(self.label, self.model, name)
         value = present if value is None else value
         number = isinstance(value, Real) and not isinstance(value, bool)
@@ -157,7 +157,7 @@ def box_points(count: int, dimensions: int) -> np.ndarray:
     return np.asarray(qmc.Sobol(dimensions, rng=np.random.default_rng(1)).random(count))
 
 
-def _of_part(label: str, mechanism: Any, name: str) -> tuple[Any, str, str]:
+def of_part(label: str, mechanism: Any, name: str) -> tuple[Any, str, str]:
     """Value, unit and declared kind of a number of a part."""
     part, _, path = name.partition(".")
     if not path:
@@ -174,7 +174,7 @@ def _of_part(label: str, mechanism: Any, name: str) -> tuple[Any, str, str]:
     return value, unit, kind
 
 
-def _of_function(label: str, function: Any, name: str) -> tuple[Any, str, str]:
+def of_function(label: str, function: Any, name: str) -> tuple[Any, str, str]:
     """Default, unit and declared kind of an argument of a function."""
     known = arguments_of(label, function)
     checks.one_of(label, "parameter", name, list(known))

@@ -7,6 +7,7 @@ import signal
 import time
 from bisect import bisect
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextvars import ContextVar
 from itertools import pairwise
 from types import FrameType, TracebackType
 from typing import Any, Self
@@ -195,6 +196,9 @@ NOT_SAVING = -1.0  # value of `Clock.save_start` before saving has begun [s]
 
 STOPPED_AFTER = "Stopped after"
 
+AFTER_BLOCK: ContextVar[Callable[[Run], None] | None] = ContextVar("function after each block of a run", default=None)
+"""Observer of the runs of this context after each block of steps; its `KeyboardInterrupt(text)` ends the run."""
+
 
 class Run:
     """One run of a program; see `simulate` for the arguments."""
@@ -223,7 +227,7 @@ class Run:
         self.saved = SavedRows(self.record.values.shape[1], kept)
         self.episodes: list[np.ndarray] = []
         self.saving = self.interrupted = False
-        self.after_block: Callable[[Run], None] = lambda _: None
+        self.after_block: Callable[[Run], None] = AFTER_BLOCK.get() or (lambda _: None)
         self.interruption = Interruption([KEYBOARD])
         self.code, self.note, self.redundant = RUNNING, "", 0
         self.stopping: StopConditions | None = None

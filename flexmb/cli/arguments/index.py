@@ -130,6 +130,15 @@ CHAOS = (
     "files",
     *_files("results and pictures", "chaos.html"),
 )
+EXPLORE = (
+    "explore: Every number and switch of the mechanism gets a slider. A value given here is where it starts; "
+    "--speed 50:500 is a range.",
+    ("--vary PART.FIELD[=RANGE]", "number of a part, e.g. B.clearance=10um:0.5mm; may be given several times",
+     {"action": "append"}),
+    [("--periods X", "length of a run in periods of the drives (default 2)"),
+     ("--t-end TIME", "length of a run, e.g. 0.5s")],
+    ("--no-open", "print the address alone, and do not open the browser"),
+)  # fmt: skip
 CHECK = (
     ("--step TIME", "fixed step that a run is to take: is it short enough?"),
     ("--json", "print the report as JSON"),
@@ -181,6 +190,11 @@ COMMANDS = (
              "flexmb run slider-crank --set slider.mass=200g --set gravity=0,-9.81 --t-end 20ms --no-vtk",
              "flexmb run nine-bar --clearance 0.5mm --quiet --resume"),
             MECHANISM, "A model file, FILE.py, is code that is executed: run only files that you trust."),
+    Command("explore", "a page in the browser with sliders: change it and see it", EXPLORE,
+            ("flexmb explore nine-bar --clearance 0.5mm",
+             "flexmb explore slider-crank --speed 50:500 --clearance 10um:0.5mm --periods 4",
+             "flexmb explore slider-crank --clearance 0.1mm --vary slider.mass=0.1:0.5 --no-open"), SOURCE,
+            "The page listens on this machine alone; Ctrl-C ends it. It needs pip install 'flexmb[live]'."),
     Command("vtk", "write VTK files of a saved run", VTK,
             ("flexmb vtk out/slider-crank/slider-crank.nc",
              "flexmb vtk out/slider-crank/slider-crank.nc --out frames --frames 50"), call="saved.vtk"),

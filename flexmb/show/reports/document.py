@@ -139,8 +139,11 @@ def _compressed(whole: np.ndarray, size: int) -> str:
     return _text(columns[:, :size].T.tobytes())
 
 
+LEVEL = 6  # of zlib's compression: 9 takes four times as long for 1 % less
+
+
 def _text(content: bytes) -> str:
-    return base64.b64encode(zlib.compress(content, 9)).decode("ascii")
+    return base64.b64encode(zlib.compress(content, LEVEL)).decode("ascii")
 
 
 def _short(numbers: np.ndarray) -> list[float]:
@@ -192,17 +195,30 @@ def palette() -> str:
 {keys}"""
 
 
-def document(title: str, body: Markup, scripts: tuple[str, ...], data: dict[str, Any]) -> str:
-    """Text of a page, with scripts after the common ones, and plain values for them."""
-    style = "\n".join([*(asset(name) for name in STYLES), palette()])
-    program = "\n".join(['"use strict";(function () {', *(asset(name) for name in (*COMMON, *scripts)), "})();"])
+def document(
+    title: str,
+    body: Markup,
+    scripts: tuple[str, ...],
+    data: dict[str, Any],
+    *,
+    own: tuple[str, str] = ("", ""),
+    network: str = "",
+) -> str:
+    """Text of a page, with scripts after the common ones, and plain values for them.
+
+    `own` are the texts of a style and of a script of this page alone; `network` is the one address that scripts may
+    reach.
+    """
+    style = "\n".join([*(asset(name) for name in STYLES), own[0], palette()])
+    texts = [*(asset(name) for name in (*COMMON, *scripts)), own[1]]
+    program = "\n".join(['"use strict";(function () {', *texts, "})();"])
     codes = [asset(LIBRARY), program] if "plots.js" in scripts else [program]
     content = tag(
         "html",
         tag(
             "head",
             tag("meta", charset="utf-8"),
-            tag("meta", http_equiv="Content-Security-Policy", content=policy(style, codes)),
+            tag("meta", http_equiv="Content-Security-Policy", content=policy(style, codes, network)),
             tag("meta", name_="viewport", content="width=device-width, initial-scale=1"),
             tag("meta", name_="color-scheme", content="light dark"),
             tag("title", title),
@@ -219,11 +235,12 @@ def document(title: str, body: Markup, scripts: tuple[str, ...], data: dict[str,
     return f"<!DOCTYPE html>\n{content}\n"
 
 
-def policy(style: str, codes: list[str]) -> str:
-    """Content security policy: the styles and scripts of the page alone, no network, no forms."""
+def policy(style: str, codes: list[str], network: str = "") -> str:
+    """Content security policy: the styles and scripts of the page alone, one address or no network, no forms."""
     scripts = " ".join(map(_hash, codes))
     rules = ("default-src 'none'", f"style-src {_hash(style)}", f"script-src {scripts}", "img-src data:")
-    return "; ".join((*rules, "base-uri 'none'", "form-action 'none'"))
+    reached = (f"connect-src {network}",) if network else ()
+    return "; ".join((*rules, *reached, "base-uri 'none'", "form-action 'none'"))
 
 
 def _hash(text: str) -> str:

@@ -242,15 +242,17 @@ def player(sol: Solution, heading: str, *, fields: Sequence[str]) -> Markup:
     names = parts(sol)
     listed = ", ".join(names[:30]) + (", ..." if len(names) > 30 else "")
     text = f"Moving picture of {heading}: {listed}. Plots and tables hold the same in numbers."
-    factors = {"auto": "auto", **{x: f"{x} \u00d7" for x in MAGNIFICATIONS}}
-    colours = {"part": "parts", **{field: COLOURED[field] for field in fields}}
-    choices = [
-        _choice("magnification", "Deformation", factors, "1"),
-        _choice("colour", "Colour", colours, list(colours)[min(1, len(fields))]),
-    ]
     flexible = any(isinstance(shape, BeamShape | MeshShape) for shape in sol.shapes)
     page = Template(asset("player.html"))
-    return Markup(page.substitute(text=html.escape(text), flexible=joined(choices) if flexible else ""))
+    return Markup(page.substitute(text=html.escape(text), flexible=choices(fields) if flexible else ""))
+
+
+def choices(fields: Sequence[str]) -> Markup:
+    """Choices of magnification and colour of flexible parts; fields as of `reports.scene.fields_of`."""
+    factors = {"auto": "auto", **{x: f"{x} \u00d7" for x in MAGNIFICATIONS}}
+    colours = {"part": "parts", **{field: COLOURED[field] for field in fields}}
+    chosen = list(colours)[min(1, len(fields))]
+    return joined([_choice("magnification", "Deformation", factors, "1"), _choice("colour", "Colour", colours, chosen)])
 
 
 def _choice(name: str, label: str, options: dict[str, str], chosen: str) -> Markup:

@@ -1,0 +1,225 @@
+// Sliders, fields and switches of the values that may vary.
+const STEPS_OF_A_SLIDER = 1000;
+
+class Knob {
+  constructor(raw, changed) {
+    Object.assign(this, { raw, changed, value: null, held: false });
+    this.box = element("div", { class: "knob" });
+    const id = `knob-${raw.name}`;
+    this.refused = element("p", { class: "refused", role: "alert" });
+    this.refused.hidden = true;
+    const field = element("span", { class: "knob-field" });
+    this.box.append(element("div", { class: "knob-head" }, element("label", { htmlFor: id }, raw.name), field));
+    if (raw.kind === "choice") {
+      this._choice(id, field);
+      if (raw.meaning) {
+        this.box.append(element("div", { class: "knob-ends" }, element("span", { class: "meaning" }, raw.meaning)));
+      }
+    } else {
+      this._number(id, field);
+    }
+    this.box.append(this.refused);
+  }
+
+  _choice(id, field) {
+    this.select = element("select", { id }, ...this.raw.choices.map((label) => element("option", { value: label }, label)));
+    this.select.addEventListener("change", () => this._give(this.select.value));
+    field.append(this.select);
+  }
+
+  _number(id, field) {
+    const { raw } = this;
+    this.text = element("input", { type: "text", id, inputMode: "decimal", autocomplete: "off", spellcheck: false });
+    this.text.addEventListener("change", () => this._typed());
+    field.append(this.text, element("span", { class: "unit" }, prettyUnit(raw.unit)));
+    if (raw.optional) {
+      this.none = element("input", { type: "checkbox" });
+      this.none.addEventListener("change", () => this._give(this.none.checked ? null : this.number));
+      field.append(element("label", {}, this.none, "none"));
+    }
+    const steps = raw.kind === "count" ? raw.high - raw.low : STEPS_OF_A_SLIDER;
+    this.slider = element("input", { type: "range", min: "0", max: String(steps), step: "1", "aria-label": `Slider of ${raw.name}` });
+    this.slider.addEventListener("input", () => {
+      this.held = true;
+      this._give(this._atPlace(Number(this.slider.value) / steps));
+    });
+    this.slider.addEventListener("change", () => { this.held = false; });
+    const ends = element("div", { class: "knob-ends" }, element("span", {}, shown(raw.low, 4)));
+    ends.append(element("span", { class: "meaning" }, raw.meaning), element("span", {}, shown(raw.high, 4)));
+    this.box.append(this.slider, ends);
+    this.steps = steps;
+  }
+
+  // Value at a place of the slider from 0 to 1, with four digits.
+  _atPlace(place) {
+    const { low, high, scale, kind } = this.raw;
+    if (kind === "count") {
+      return Math.round(low + place * (high - low));
+    }
+    const value = scale === "log" ? low * (high / low) ** place : low + place * (high - low);
+    return place <= 0 ? low : place >= 1 ? high : Math.min(high, Math.max(low, Number(value.toPrecision(4))));
+  }
+
+  _place(value) {
+    const { low, high, scale } = this.raw;
+    return scale === "log" ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
+  }
+
+  _typed() {
+    const value = Number(this.text.value.trim().replace(",", "."));
+    const { low, high, kind } = this.raw;
+    const fault = this.text.value.trim() === "" || !Number.isFinite(value) ? "is no number"
+      : value < low || value > high ? `lies outside ${shown(low, 6)} to ${shown(high, 6)}`
+        : kind === "count" && !Number.isInteger(value) ? "is no whole number" : "";
+    this.refuse(fault ? `${this.text.value.trim() || "Nothing"} ${fault}.` : "");
+    if (!fault) {
+      this._give(value);
+    }
+  }
+
+  refuse(text) {
+    this.refused.textContent = text;
+    this.refused.hidden = !text;
+    if (this.text) {
+      this.text.classList.toggle("wrong", Boolean(text));
+      this.text.setAttribute("aria-invalid", String(Boolean(text)));
+    }
+  }
+
+  _give(value) {
+    const before = this.value;
+    this.show(value);
+    this.changed(this.raw.name, value, before);
+  }
+
+  show(value) {
+    this.value = value;
+    if (this.select) {
+      this.select.value = value;
+      return;
+    }
+    if (value !== null) {
+      this.number = value;
+    }
+    if (this.none) {
+      this.none.checked = value === null;
+    }
+    [this.text, this.slider].forEach((input) => { input.disabled = value === null; });
+    this.refuse("");
+    this.text.value = fieldText(this.number);
+    if (!this.held) {
+      this.slider.value = String(Math.round(this._place(this.number) * this.steps));
+    }
+    this.slider.setAttribute("aria-valuetext", value === null ? "none" : `${shown(this.number, 6)} ${this.raw.unit}`);
+  }
+}
+
+// A number as it is typed, short.
+function fieldText(number) {
+  return Math.abs(number) < 1e-3 && number !== 0 ? number.toExponential() : String(number);
+}
+
+// All knobs, their order of changes for Undo, and the values that wait to be sent.
+class Values {
+  constructor(send) {
+    Object.assign(this, { send, knobs: new Map(), past: [], last: { name: "", at: 0 } });
+    this.host = document.getElementById("knobs");
+    const lengths = { [DATA.unit]: DATA.unit === "periods" ? "length of the run in periods of the drives" : "length of the run" };
+    const length = { name: DATA.unit, kind: "number", unit: DATA.unit === "periods" ? "" : "s", optional: false, scale: "log" };
+    this.length = new Knob({ ...length, meaning: lengths[DATA.unit], low: DATA.shortest, high: DATA.longest }, (_, value, before) => this._changed("", value, before));
+    DATA.knobs.forEach((raw) => {
+      const knob = new Knob(raw, (name, value, before) => this._changed(name, value, before));
+      this.knobs.set(raw.name, knob);
+      if (!DATA.hidden.includes(raw.name)) {
+        this.host.append(knob.box);
+      }
+    });
+    this.host.append(this.length.box);
+    this.show(DATA.start, DATA.length);
+    this._more();
+    document.getElementById("undo").addEventListener("click", () => this.undo());
+    document.getElementById("reset").addEventListener("click", () => this.all(DATA.start, DATA.length));
+    document.getElementById("knobs-card").addEventListener("keydown", (event) => {
+      if (!(event.ctrlKey || event.metaKey)) {
+        event.stopPropagation(); // keys of sliders and fields do not move the time
+      }
+    });
+    document.addEventListener("keydown", (event) => {
+      if ((event.ctrlKey || event.metaKey) && event.key === "z" && event.target.type !== "text") {
+        this.undo();
+        event.preventDefault();
+      }
+    });
+  }
+
+  _more() {
+    const more = document.getElementById("more-knobs");
+    document.getElementById("more-row").hidden = !DATA.hidden.length;
+    DATA.hidden.forEach((name) => more.append(element("option", { value: name }, name)));
+    more.addEventListener("change", () => {
+      if (more.value) {
+        this.reveal(more.value);
+        more.value = "";
+      }
+    });
+  }
+
+  reveal(name) {
+    const { box } = this.knobs.get(name);
+    this.host.insertBefore(box, this.length.box);
+    [...document.querySelectorAll("#more-knobs option")].filter((one) => one.value === name).forEach((one) => one.remove());
+    document.getElementById("more-row").hidden = document.querySelectorAll("#more-knobs option").length < 2;
+  }
+
+  get now() {
+    return Object.fromEntries([...this.knobs].map(([name, knob]) => [name, knob.value]));
+  }
+
+  _changed(name, value, before) {
+    const now = performance.now();
+    if (name !== this.last.name || now - this.last.at > 1000) {
+      this.past.push([name, before]);
+      this.past.splice(0, this.past.length - 100);
+      document.getElementById("undo").disabled = false;
+    }
+    this.last = { name, at: now };
+    this.send(name ? { [name]: value } : {}, name ? null : value);
+  }
+
+  undo() {
+    const step = this.past.pop();
+    document.getElementById("undo").disabled = !this.past.length;
+    this.last = { name: "", at: 0 };
+    if (step) {
+      const [name, value] = step;
+      if (name === "*") {
+        this.show(value.values, value.length);
+        this.send(value.values, value.length);
+      } else {
+        (name ? this.knobs.get(name) : this.length).show(value);
+        this.send(name ? { [name]: value } : {}, name ? null : value);
+      }
+    }
+  }
+
+  // Set everything at once, as one step for Undo.
+  all(values, length) {
+    this.past.push(["*", { values: this.now, length: this.length.value }]);
+    document.getElementById("undo").disabled = false;
+    const known = Object.fromEntries(Object.entries(values).filter(([name]) => this.knobs.has(name)));
+    this.show(known, length);
+    this.send(known, length);
+  }
+
+  show(values, length) {
+    Object.entries(values).forEach(([name, value]) => {
+      const knob = this.knobs.get(name);
+      if (knob && !knob.held) {
+        knob.show(value);
+      }
+    });
+    if (length !== null && !this.length.held) {
+      this.length.show(length);
+    }
+  }
+}

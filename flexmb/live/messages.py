@@ -1,0 +1,106 @@
+"""Messages of a live page to its browsers: views, examinations; wishes of browsers, checked."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from flexmb import checks
+from flexmb.errors import FlexmbError, InputError
+from flexmb.findings.check import Report
+from flexmb.live.knobs import LABEL
+from flexmb.live.runs import View
+from flexmb.results.drawing import nearest_instants
+from flexmb.results.solution import Solution
+from flexmb.results.status import main_signals
+from flexmb.show.reports.document import embedded, floats
+from flexmb.show.reports.run_page import clearance_data, curves
+from flexmb.show.reports.scene import fields_of, scene
+
+FRAMES = 300  # largest number of frames of a message
+MAIN, MOST_WANTED = 2, 40  # numbers of main signals, and of other ones at most, in a message
+RESULT = "run"  # kind of the messages of views
+
+# From the page
+
+
+def run_message(view: View, wanted: tuple[str, ...], code: str, command: str) -> str:
+    """Message of a view with the main signals and other ones, and with texts that make the mechanism."""
+    said: dict[str, Any] = {
+        "type": "run", "number": view.number, "values": dict(view.values), "length": view.length,
+        "status": view.status, "ok": view.ok, "done": view.done, "code": code, "command": command,
+    }  # fmt: skip
+    if view.solution is not None:
+        said |= _result(view, view.solution, wanted)
+    return embedded(said)
+
+
+def _result(view: View, sol: Solution, wanted: tuple[str, ...]) -> dict[str, Any]:
+    """Scene, signals, journals, section points and largest values of a run; nothing where no row is finite."""
+    frames = np.arange(len(sol.time))
+    if len(frames) > FRAMES:
+        frames = nearest_instants(sol, np.linspace(sol.time[0], sol.time[-1], FRAMES))
+    frames = frames[np.isfinite(sol.values[frames]).all(axis=1)]
+    if len(frames) == 0:
+        return {}
+    main = [name for name in main_signals(sol) if name in sol]
+    names = list(dict.fromkeys([*main[:MAIN], *(name for name in wanted if name in sol)])) or list(sol.names[:1])
+    try:
+        drawn, missing = scene(sol, view.mechanism, frames), ""
+    except FlexmbError as error:
+        drawn, missing = None, str(error)
+    peaks = [[name, *sol.peak(name)[:2], sol.units(name)] for name in dict.fromkeys([*main, *wanted]) if name in sol]
+    found: dict[str, Any] = {
+        "scene": drawn, "missing": missing, "fields": fields_of(drawn) if drawn else [],
+        "signals": curves(sol, names, frames), "journals": clearance_data(sol, frames),
+        "known": list(sol.names), "units": list(sol.signals.units),
+        "peaks": peaks, "notes": list(sol.notes), "seconds": sol.stats.wall_time,
+        "main": main[:MAIN] or names,
+    }  # fmt: skip
+    if view.period is not None and view.section.shape[1:] == (len(sol.names),):
+        places = [sol.names.index(name) for name in names if name in sol.names]
+        points = floats(np.ascontiguousarray(view.section[:, places]))
+        found["section"] = {"names": [sol.names[k] for k in places], "points": points, "period": view.period}
+    return found
+
+
+def examination(number: int, report: Report | str) -> str:
+    """Message of an examination."""
+    rows, freedom = [], ""
+    if isinstance(report, str):
+        rows = [["error", "", report, ""]]
+    else:
+        rows = [[f.severity, f.code, f.text, f.remedy] for f in report.findings]
+        freedom = f"Degrees of freedom: {report.freedom} (rigid, clearances closed), {report.free} not driven."
+    return embedded({"type": "findings", "number": number, "rows": rows, "freedom": freedom})
+
+
+def refusal(text: str) -> str:
+    """Message on something refused."""
+    return embedded({"type": "refused", "text": text})
+
+
+# From browsers
+
+KINDS = ("set", "want", "go", "study", "stop")  # kinds of messages from browsers
+
+
+def require(given: Any, kind: type, what: str) -> Any:
+    """`given` if it is of a kind, else `InputError`."""
+    if not isinstance(given, kind) or (kind is not bool and isinstance(given, bool)):
+        raise InputError(f"{LABEL}: {what} is missing or of a wrong kind.")
+    return given
+
+
+def asked(given: Any) -> tuple[str, dict[str, Any]]:
+    """Kind and content of a message from a browser, checked as far as this needs no model."""
+    message = require(given, dict, "a message")
+    kind = checks.one_of(LABEL, "type", message.get("type"), KINDS)
+    return kind, message
+
+
+def wanted_signals(message: dict[str, Any]) -> tuple[str, ...]:
+    """Names of the signals in a wish of a browser, the last `MOST_WANTED`."""
+    names = require(message.get("signals"), list, "the list `signals`")
+    return tuple(dict.fromkeys(str(name)[:200] for name in names[-MOST_WANTED:]))

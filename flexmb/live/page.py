@@ -1,0 +1,316 @@
+"""Live page of a mechanism: its use from scripts, and its HTML."""
+
+from __future__ import annotations
+
+import html
+import secrets
+import shlex
+import time
+import webbrowser
+from collections.abc import Mapping, Sequence
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from string import Template
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+
+from flexmb import arguments, checks
+from flexmb.design.parameters import Model
+from flexmb.errors import FlexmbError, InputError
+from flexmb.findings.check import Report
+from flexmb.live import messages
+from flexmb.live.knobs import LABEL, Knobs
+from flexmb.live.runs import DEFAULT_PERIODS, DEFAULT_SECONDS, PERIODS, SECONDS, Request, Runner, View
+from flexmb.live.studies import Studies
+from flexmb.model.mechanism import Mechanism
+from flexmb.program.compiler import compile as compile_mechanism
+from flexmb.results.solution import Solution
+from flexmb.run.simulate import period_or_none
+from flexmb.show.reports.document import Markup, asset, document, embedded
+from flexmb.show.reports.report import report
+from flexmb.show.reports.scene import COLOURED, choices
+
+if TYPE_CHECKING:
+    from flexmb.live.server import Server
+
+SCRIPTS = ("mesh.js", "scene.js", "drawing.js", "player.js", "journals.js", "diagram.js")
+OWN = ("controls.js", "panels.js", "studies.js", "live.js")
+"""Scripts of a report, and those of the live page alone."""
+
+TOKEN_BYTES = 24  # length of the token [bytes]
+PACKAGES = {"starlette": "a live page", "uvicorn": "a live page", "websockets": "a live page"}
+
+
+@arguments.checked
+def explore(
+    model: Model,
+    *,
+    vary: Mapping[str, Any] | Sequence[str] | None = None,
+    fixed: Mapping[str, Any] | None = None,
+    periods: float | None = None,
+    t_end: float | None = None,
+    open: bool = True,
+    block: bool = True,
+) -> Page:
+    """Live page in the browser: a moving mechanism with sliders, and a run at each change.
+
+    The page listens on this machine alone (127.0.0.1), and its address holds a token.  It shows signals, orbits of
+    journals, sections, spectra, largest values and findings, compares with pinned runs, and writes reports and files.
+
+    Parameters
+    ----------
+    model : a mechanism, whose numbers of parts vary ("B.clearance"); or a function that returns one, whose arguments
+        vary.
+    vary : ranges (low, high) by name in SI units, or lists of choices ([False, True]), or choices by label
+        ({"Coulomb": law, "none": None}); a list of names: ranges from a fifth of their values to five times these;
+        None: all numbers for which that is possible.
+    fixed : other arguments of a function, or start values of its varied ones.
+    periods, t_end : length of a run in periods of the drives, or [s]; None: two periods, or 1 s without such drives.
+    open : whether the page is opened in the browser.
+    block : whether the call waits until Ctrl-C; otherwise the page lives until its `close`, or the end of the program.
+
+    Returns
+    -------
+    Page : with its address `url`, `set`, `code` and `close`; a context manager.
+
+    Raises
+    ------
+    InputError : another kind of model; unknown names; empty ranges, or ranges that cannot be guessed.
+    MissingPackageError : starlette, uvicorn or websockets are not installed (`pip install 'flexmb[live]'`).
+
+    Notes
+    -----
+    All browsers that know the token share one set of values, also with `set`.  A model that fails, and a run that does
+    not reach its end, are told on the page.
+    """
+    if periods is not None and t_end is not None:
+        raise InputError(f"{LABEL}: periods is {periods!r} and t_end is {t_end!r}; give one of them.")
+    checks.flag(LABEL, "open", open)
+    given = {} if fixed is None else checks.mapping(LABEL, "fixed", fixed)
+    return shown(Page(Knobs(model, vary, given), length_of(periods, t_end)), opened=open, block=block)
+
+
+def shown(page: Page, *, opened: bool, block: bool) -> Page:
+    """A page, opened in the browser or not, after its end or at once."""
+    if opened:
+        webbrowser.open(page.url)
+    if block:
+        page.wait()
+    return page
+
+
+def length_of(periods: float | None, t_end: float | None) -> tuple[str, float] | None:
+    """Unit and length of the first run; None: by the drives."""
+    if t_end is not None:
+        return SECONDS, checks.positive(LABEL, "t_end", t_end, "s")
+    return None if periods is None else (PERIODS, checks.positive(LABEL, "periods", periods))
+
+
+class Page:
+    """A live page; made by `explore`.
+
+    Parameters
+    ----------
+    knobs : numbers and choices that vary.
+    length : unit and length of the first run; None: by the drives.
+    source : words by which the command line finds the mechanism; none for one of a script.
+    """
+
+    def __init__(self, knobs: Knobs, length: tuple[str, float] | None = None, source: Sequence[str] = ()) -> None:
+        for package, purpose in PACKAGES.items():
+            checks.package(package, "live", purpose)
+        from flexmb.live.server import Server  # noqa: PLC0415 - in an extra
+
+        self._knobs, self._source = knobs, tuple(source) or _ready(knobs.model)
+        unit, first = length or _by_drives(knobs)
+        self._wanted: tuple[str, ...] = ()
+        self._examination = ""
+        self._runner = Runner(knobs, unit, first, self._publish, self._publish_examination)
+        self._studies = Studies(knobs, self._publish_study)
+        made = {"report.html": self._report, "run.nc": self._netcdf}
+        self._runner.first()  # before the page opens: code is compiled here
+        token = secrets.token_urlsafe(TOKEN_BYTES)
+        self._server: Server = Server(self._text, self._hear, self._greeting, made, token)
+        self._runner.start()
+        self._server.start()
+
+    @property
+    def url(self) -> str:
+        """Address with the token, for the browser."""
+        return f"http://127.0.0.1:{self._server.port}/?token={self._server.token}"
+
+    @property
+    def view(self) -> View:
+        """The newest result."""
+        return self._runner.latest
+
+    def set(self, **values: Any) -> View:
+        """Move sliders, and wait for the run.
+
+        Parameters
+        ----------
+        values : values by name; of names with dots as `set(**{"B.clearance": 2e-4})`.
+
+        Returns
+        -------
+        View : status, largest values and solution of the run.
+
+        Raises
+        ------
+        InputError : a name that does not vary, a value out of its range, a page that is closed.
+        """
+        return self._runner.wait(self._runner.submit(values))
+
+    def code(self) -> str:
+        """Python text that makes the mechanism with the present values."""
+        return self._knobs.code(self._runner.request.values)
+
+    def command(self) -> str:
+        """Command that opens the page with the present values; "" for a model that the command line does not find."""
+        return self._command(self._runner.request)
+
+    def _command(self, request: Request | View) -> str:
+        if not self._source:
+            return ""
+        words, known = ["flexmb", "explore", *self._source], self._knobs.known
+        of_part, values = isinstance(self._knobs.model, Mechanism), request.values
+        changed = {n: known[n].argument(x) for n, x in values.items() if not of_part or x != known[n].value}
+        for name, value in (self._knobs.fixed | changed).items():
+            words += _typed(name, value, of_part=of_part)
+        flag = "--periods" if self._runner.unit == PERIODS else "--t-end"
+        return shlex.join([*words, f"{flag}={request.length:g}"])
+
+    def wait(self) -> None:
+        """Wait until Ctrl-C or `close`; the page is closed then."""
+        print(f"{self._name()}: {self.url}\nCtrl-C ends the page.", flush=True)
+        try:
+            while not self._runner.closed:
+                time.sleep(0.2)
+        except KeyboardInterrupt:
+            print()
+        finally:
+            self.close()
+
+    def close(self) -> None:
+        """End the page: its run, its study and its server; the port is free then."""
+        self._studies.stop()
+        self._runner.close()
+        self._server.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        state = "closed" if self._runner.closed else self._runner.latest.status
+        return f"Page of {self._name()!r} on port {self._server.port}: {state}"
+
+    def _name(self) -> str:
+        made = self._runner.latest.mechanism
+        return made.name if made is not None else str(getattr(self._knobs.model, "__name__", "mechanism"))
+
+    # From the thread of the runs
+
+    def _publish(self, view: View) -> None:
+        self._server.tell(messages.RESULT, self._told(view))
+
+    def _told(self, view: View) -> str:
+        return messages.run_message(view, self._wanted, self._knobs.code(view.values), self._command(view))
+
+    def _publish_examination(self, number: int, found: Report | str) -> None:
+        self._examination = messages.examination(number, found)
+        self._server.tell("findings", self._examination)
+
+    def _publish_study(self, said: Mapping[str, Any]) -> None:
+        self._server.tell(f"study {said.get('number', said['done'])}", embedded(dict(said)))
+
+    # From the thread of the server
+
+    def _greeting(self) -> dict[str, str]:
+        examined = {"findings": self._examination} if self._examination else {}
+        return {messages.RESULT: self._told(self._runner.latest), **examined}
+
+    def _hear(self, given: Any) -> str | None:
+        """Answer to a message of a browser; wrong wishes raise `InputError`."""
+        kind, message = messages.asked(given)
+        if kind == "set":
+            values = messages.require(message.get("values", {}), dict, "the object `values`")
+            self._runner.submit({str(name): value for name, value in values.items()}, message.get("length"))
+        elif kind == "want":
+            self._wanted = messages.wanted_signals(message)
+            self._publish(self._runner.latest)
+        elif kind == "go":
+            self._runner.go_on(messages.require(message.get("on"), bool, "`on`"))
+        elif kind == "study":
+            self._studies.begin(self._runner.request.values, message)
+        else:
+            self._studies.stop()
+        return None
+
+    def _solved(self) -> tuple[View, Solution]:
+        view = self._runner.latest
+        if view.solution is None:
+            raise InputError(f"{LABEL}: there is no run to save: {view.status}")
+        return view, view.solution
+
+    def _report(self, folder: Path) -> Path:
+        view, solution = self._solved()
+        return report(solution, folder / f"{self._file()}.html", mechanism=view.mechanism)
+
+    def _netcdf(self, folder: Path) -> Path:
+        _, solution = self._solved()
+        return Path(solution.to_netcdf(folder / f"{self._file()}.nc"))
+
+    def _file(self) -> str:
+        return "".join(sign if sign.isalnum() or sign in "-_" else "-" for sign in self._name())[:80] or "run"
+
+    def _text(self, port: int, token: str) -> str:
+        """Text of the page."""
+        knobs, runner = self._knobs, self._runner
+        data = {
+            "token": token, "title": self._name(), "knobs": [knob.described() for knob in knobs.known.values()],
+            "start": dict(runner.request.values), "hidden": list(knobs.hidden), "unit": runner.unit,
+            "length": runner.request.length, "longest": runner.longest, "shortest": runner.shortest,
+        }  # fmt: skip
+        text = f"Moving picture of {self._name()}. Panels hold the same in numbers."
+        player = Template(asset("player.html")).substitute(text=html.escape(text), flexible=choices(tuple(COLOURED)))
+        body = Template(own("live.html")).substitute(title=html.escape(self._name()), player=player)
+        scripts = "\n".join(map(own, OWN))
+        network = f"ws://127.0.0.1:{port} ws://localhost:{port}"
+        style = (own("live.css"), scripts)
+        return document(f"{self._name()} - flexmb", Markup(body), SCRIPTS, data, own=style, network=network)
+
+
+@cache
+def own(name: str) -> str:
+    """Text of a file of the live page."""
+    return files("flexmb.live").joinpath("assets", name).read_text(encoding="utf-8")
+
+
+def _by_drives(knobs: Knobs) -> tuple[str, float]:
+    """Unit and length of the first run, by the drives of the mechanism at the start values."""
+    try:
+        period = period_or_none(compile_mechanism(knobs.mechanism(knobs.start)))
+    except FlexmbError:
+        return PERIODS, DEFAULT_PERIODS  # told on the page
+    return (SECONDS, DEFAULT_SECONDS) if period is None else (PERIODS, DEFAULT_PERIODS)
+
+
+def _ready(model: Model) -> tuple[str, ...]:
+    """Word of the command line for a ready mechanism."""
+    ready = str(getattr(model, "__module__", "")).startswith("flexmb.mechanisms.")
+    return (str(getattr(model, "__name__", "")).replace("_", "-"),) if ready else ()
+
+
+def _typed(name: str, value: Any, *, of_part: bool) -> list[str]:
+    """Words of the command line for a number, switch or text; none for other values."""
+    flag = f"--{name.replace('_', '-')}"
+    if isinstance(value, bool) and not of_part:
+        return [flag if value else f"--no-{flag[2:]}"]
+    if not (value is None or isinstance(value, bool | int | float | str)):
+        return []
+    text = "none" if value is None else str(value)
+    return [f"--set={name}={text}" if of_part else f"{flag}={text}"]

@@ -1,0 +1,250 @@
+"""The live page in a browser: sliders, keys, panels, pins, link, layouts; silent console, no network."""
+
+import json
+import math
+import time
+
+import pytest
+
+import flexmb as fm
+from flexmb.mechanisms import nine_bar, slider_crank
+
+SIZES = [(1280, 800), (390, 844)]
+
+
+def until(tab, condition):
+    """Wait for a condition of the page, which forbids the evaluation of texts to its own scripts."""
+    end = time.monotonic() + 60.0
+    while not tab.evaluate(condition):
+        assert time.monotonic() < end, condition
+        tab.wait_for_timeout(20)
+
+
+@pytest.fixture
+def tab_of(browser):
+    """Function that opens a live page, and fails on messages on the console and on requests to other places."""
+    contexts, faults = [], []
+
+    def opening(page, fragment="", width=1280, height=800, **options):
+        context = browser.new_context(viewport={"width": width, "height": height}, **options)
+        contexts.append(context)
+        tab = context.new_page()
+        home = page.url.partition("?")[0]
+        tab.on("console", lambda said: faults.append(said.text) if said.type in ("error", "warning") else None)
+        tab.on("pageerror", lambda error: faults.append(str(error)))
+        tab.on("request", lambda asked: faults.append(asked.url) if not asked.url.startswith(home) else None)
+        tab.goto(page.url + fragment)
+        tab.wait_for_selector("html[data-ready]", state="attached", timeout=60_000)
+        until(tab, "flexmbLive.run")
+        return tab
+
+    yield opening
+    for context in contexts:
+        context.close()
+    assert not faults
+
+
+def settled(tab):
+    until(tab, "!flexmbLive.waiting && !flexmbLive.sent")
+    tab.wait_for_timeout(50)
+
+
+def values(tab):
+    return tab.evaluate("flexmbLive.run.values")
+
+
+def test_a_slider_runs_the_mechanism_and_undo_goes_back(tab_of, crank_page):
+    crank_page.set(speed=300.0, clearance=1e-4)
+    tab = tab_of(crank_page)
+    slider = tab.get_by_label("Slider of speed")
+    slider.focus()
+    frame = tab.evaluate("flexmbLive.clock.frame")
+    for _ in range(3):
+        tab.keyboard.press("ArrowRight")
+    settled(tab)
+    assert values(tab)["speed"] == pytest.approx(300.0, abs=2.5)
+    assert values(tab)["speed"] > 300.0
+    assert crank_page.view.values["speed"] == values(tab)["speed"]
+    largest = tab.evaluate("flexmbLive.run.peak('B.normal_force')")
+    assert largest == pytest.approx(crank_page.view.largest["B.normal_force"])
+    while tab.get_by_role("button", name="Undo").is_enabled():  # changes within a second are one step
+        tab.get_by_role("button", name="Undo").click()
+        settled(tab)
+    assert values(tab)["speed"] == 300.0
+    assert frame is not None
+
+
+def test_fields_take_numbers_and_refuse_others(tab_of, crank_page):
+    crank_page.set(speed=300.0, clearance=1e-4)
+    tab = tab_of(crank_page)
+    field = tab.locator("#knob-speed")
+    for text, words in (("abc", "is no number"), ("1e9", "lies outside"), ("", "is no number")):
+        field.fill(text)
+        field.press("Enter")
+        assert words in tab.locator(".knob .refused").first.inner_text()
+    assert values(tab)["speed"] == 300.0
+    field.fill("2,5e2")
+    field.press("Enter")
+    settled(tab)
+    assert values(tab)["speed"] == 250.0
+    tab.get_by_label("none").check()
+    settled(tab)
+    assert values(tab)["clearance"] is None
+    assert tab.get_by_text("no joint with clearance").is_visible()
+    assert "clearance=None" in tab.locator("#code").inner_text()
+    tab.get_by_label("none").uncheck()
+    settled(tab)
+    assert values(tab)["clearance"] == 1e-4
+
+
+def test_a_page_follows_its_script(tab_of, crank_page):
+    tab = tab_of(crank_page)
+    crank_page.set(speed=333.0)
+    until(tab, "flexmbLive.run.values.speed === 333")
+    assert tab.locator("#knob-speed").input_value() == "333"
+
+
+def test_every_panel_shows_the_run(tab_of, crank_page):
+    crank_page.set(speed=300.0, clearance=1e-4)
+    tab = tab_of(crank_page, height=4000)
+    for kind in ("phase", "poincare", "spectrum", "verdict", "diagram"):
+        tab.select_option("#add-panel", kind)
+    tab.get_by_role("button", name="Pin this run").click()
+    crank_page.set(speed=200.0)
+    until(tab, "flexmbLive.run.values.speed === 200")
+    settled(tab)
+    lines = tab.evaluate(
+        "flexmbLive.panels.filter((p) => p.panel.plot).map((p) => [p.kind, p.panel.plot.lines.length])"
+    )
+    assert dict(lines)["signals"] == dict(lines)["phase"] == dict(lines)["spectrum"] == 2  # the run and the pinned one
+    assert tab.get_by_role("columnheader", name="pin 1").is_visible()
+    assert tab.locator("canvas.journal").is_visible()
+
+
+def test_the_spectrum_has_its_line_at_the_frequency_of_a_cosine(tab_of, crank_page):
+    tab = tab_of(crank_page)
+    frequency, amplitude = 40.0, 3.0
+    found = tab.evaluate(
+        """([f, a]) => {
+          const panel = { panel: flexmbLive.addPanel('spectrum', []) };
+          const times = Float64Array.from({ length: 4096 }, (_, k) => k / 4096);
+          const run = flexmbLive.run;
+          const kept = [run.times, run.curve];
+          run.times = times;
+          run.curve = () => times.map((t) => 7 + a * Math.cos(2 * Math.PI * f * t));
+          panel.panel.update();
+          const [line] = panel.panel.plot.lines;
+          [run.times, run.curve] = kept;
+          const k = line.y.indexOf(Math.max(...line.y));
+          return [line.x[k], 10 ** line.y[k]];
+        }""",
+        [frequency, amplitude],
+    )
+    assert found == pytest.approx([frequency, amplitude], rel=2e-3)
+
+
+def test_the_link_holds_all_settings_and_no_token(tab_of, crank_page):
+    crank_page.set(speed=300.0, clearance=1e-4)
+    tab = tab_of(crank_page)
+    tab.select_option("#add-panel", "phase")
+    tab.wait_for_timeout(400)
+    address = tab.url
+    assert "token" not in address
+    crank_page.set(speed=200.0)
+    again = tab_of(crank_page, "#" + address.partition("#")[2])
+    until(again, "flexmbLive.run.values.speed === 300")
+    assert again.evaluate("flexmbLive.panels.map((p) => p.kind)")[-1] == "phase"
+    tab.goto("about:blank")
+    tab.goto(address)  # without the token: the browser has its cookie
+    until(tab, "window.flexmbLive && flexmbLive.run")
+
+
+def test_a_lost_server_is_told_and_the_page_stays(browser):
+    page = fm.explore(slider_crank, vary={"speed": (50.0, 500.0)}, periods=1, open=False, block=False)
+    tab = browser.new_page()
+    tab.goto(page.url)
+    until(tab, "window.flexmbLive && flexmbLive.run")
+    page.close()
+    tab.wait_for_selector("#fault:not([hidden])")
+    assert "connection" in tab.locator("#fault").inner_text()
+    before = tab.evaluate("flexmbLive.clock.frame")
+    tab.wait_for_timeout(500)
+    assert tab.evaluate("flexmbLive.clock.frame") != before  # it still moves
+    tab.close()
+
+
+def test_a_failing_model_is_told_as_text(tab_of):
+    def sometimes(speed: float = 100.0) -> fm.Mechanism:
+        if speed > 300.0:
+            raise ValueError("<b>too fast</b>")
+        return slider_crank(speed=speed)
+
+    with fm.explore(sometimes, vary={"speed": (50.0, 500.0)}, periods=1, open=False, block=False) as page:
+        tab = tab_of(page)
+        tab.locator("#knob-speed").fill("400")
+        tab.locator("#knob-speed").press("Enter")
+        tab.wait_for_selector("#fault:not([hidden])")
+        assert "<b>too fast</b>" in tab.locator("#fault").inner_text()
+        tab.locator("#knob-speed").fill("200")
+        tab.locator("#knob-speed").press("Enter")
+        tab.wait_for_selector("#fault", state="hidden")
+        assert values(tab)["speed"] == 200.0
+        tab.context.close()
+
+
+def test_a_diagram_paints_and_a_click_opens_its_run(tab_of, crank_page):
+    crank_page.set(speed=300.0, clearance=1e-4)
+    tab = tab_of(crank_page, height=2400)
+    tab.select_option("#add-panel", "diagram")
+    panel = tab.locator("section", has=tab.get_by_role("heading", name="Bifurcation diagram"))
+    for label, text in (("from", "200"), ("to", "300"), ("values", "3"), ("skip", "1"), ("keep", "2")):
+        panel.get_by_label(label, exact=True).fill(text)
+    panel.get_by_role("button", name="Paint").click()
+    panel.get_by_text("opens its run").wait_for(timeout=60_000)
+    spot = tab.evaluate(
+        "(() => { const p = flexmbLive.panels.find((one) => one.kind === 'diagram').panel;"
+        " return p.plot.screen(p.x[p.x.length - 1], p.y[p.y.length - 1]); })()"
+    )
+    panel.locator("canvas").click(position={"x": spot[0], "y": spot[1]})
+    until(tab, "flexmbLive.run.values.speed === 250")
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize(("width", "height"), SIZES)
+def test_nothing_is_cut_or_covered(tab_of, layout_faults, width, height, theme):
+    with fm.explore(nine_bar, fixed={"clearance": 5e-4}, periods=0.5, open=False, block=False) as page:
+        tab = tab_of(page, "", width, height, color_scheme=theme)
+        for kind in ("phase", "poincare", "spectrum", "verdict", "diagram"):
+            tab.select_option("#add-panel", kind)
+        tab.get_by_role("button", name="Pin this run").click()
+        tab.wait_for_timeout(500)
+        tab.evaluate("flexmbLive.clock.play(false)")
+        assert layout_faults(tab) == []
+        tab.context.close()
+
+
+def test_keys_alone_reach_everything(tab_of, crank_page):
+    tab = tab_of(crank_page)
+    reached = set()
+    for _ in range(60):
+        tab.keyboard.press("Tab")
+        reached.add(tab.evaluate("(document.activeElement.id || document.activeElement.textContent).slice(0, 30)"))
+    wanted = {"theme", "picture", "play", "time", "reset", "knob-speed", "knob-clearance", "pin", "go-on"}
+    assert wanted <= reached
+    assert {"copy-code", "copy-link", "save-report", "save-netcdf", "add-panel"} <= reached
+
+
+def test_many_random_changes_leave_no_element_behind(tab_of, crank_page):
+    tab = tab_of(crank_page)
+    counts = []
+    for k in range(60):
+        place = int(1000 * math.fmod(0.618 * k, 1.0))
+        tab.evaluate(
+            "(place) => { const k = flexmbLive.values.knobs.get('speed'); k.slider.value = place;"
+            " k.slider.dispatchEvent(new Event('input')); k.slider.dispatchEvent(new Event('change')); }",
+            place,
+        )
+        settled(tab)
+        counts.append(tab.evaluate("document.querySelectorAll('*').length"))
+    assert max(counts[5:]) - min(counts[5:]) <= 40  # findings and contacts differ
+    assert json.loads(json.dumps(values(tab)))["speed"] == crank_page.view.values["speed"]

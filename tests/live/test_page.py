@@ -1,0 +1,176 @@
+"""A live page driven by a script: results are those of `simulate`; failures stay on the page; stale runs end."""
+
+import math
+import threading
+import time
+from dataclasses import dataclass
+from urllib.parse import urlsplit
+
+import numpy as np
+import pytest
+
+import flexmb as fm
+from flexmb.live import runs
+from flexmb.mechanisms import slider_crank
+
+
+def test_the_walk_through_of_a_script():
+    vary = {"speed": (50.0, 500.0), "clearance": (1e-5, 5e-4)}
+    page = fm.explore(slider_crank, vary=vary, open=False, block=False)
+    address = urlsplit(page.url)
+    assert (address.scheme, address.hostname, address.path) == ("http", "127.0.0.1", "/")
+    assert len(address.query.removeprefix("token=")) >= 32
+    view = page.set(speed=300.0, clearance=2e-4)
+    sol = fm.simulate(slider_crank(speed=300.0, clearance=2e-4), periods=2)
+    assert view.ok
+    assert view.status == sol.status
+    assert view.largest["B.normal_force"] == sol.peak("B.normal_force").value
+    assert page.code() == "slider_crank(speed=300.0, clearance=0.0002)"
+    assert page.command() == "flexmb explore slider-crank --speed=300.0 --clearance=0.0002 --periods=2"
+    page.close()
+    with pytest.raises(fm.errors.InputError, match="closed"):
+        page.set(speed=200.0)
+
+
+def test_a_value_that_the_page_refuses_changes_nothing(crank_page):
+    before = crank_page.code()
+    with pytest.raises(fm.errors.InputError, match="speed is 1000"):
+        crank_page.set(speed=1000.0)
+    assert crank_page.code() == before
+
+
+def broken(speed: float = 1.0) -> fm.Mechanism:
+    """A model that raises above 2."""
+    if speed > 2.0:
+        raise ZeroDivisionError("<b>division</b>")
+    return slider_crank(speed=100.0 * speed)
+
+
+def test_a_model_that_fails_leaves_the_page_usable():
+    with fm.explore(broken, vary={"speed": (1.0, 5.0)}, open=False, block=False) as page:
+        view = page.set(speed=2.5)
+        assert not view.ok
+        assert "ZeroDivisionError" in view.status
+        assert view.solution is None
+        assert view.largest == {}
+        assert page.set(speed=1.5).ok
+
+
+def test_a_model_that_fails_at_once_opens_its_page():
+    def never(speed: float = 1.0) -> fm.Mechanism:
+        raise RuntimeError("no model today")
+
+    with fm.explore(never, vary={"speed": (1.0, 5.0)}, open=False, block=False) as page:
+        assert "no model today" in page.view.status
+        assert "no model today" in page.set(speed=2.0).status
+
+
+@dataclass(frozen=True)
+class Ending(fm.Motion):
+    """A motion that is no number from an instant on."""
+
+    end: float
+
+    @fm.drive_kernel
+    def kernel(p, t):
+        return (t if t < p[0] else math.nan), 1.0, 0.0
+
+
+def ending(end: float = 10.0) -> fm.Mechanism:
+    """A slider-crank whose drive is no number from `end` [s] on."""
+    return slider_crank().with_({"motor.motion": Ending(end)})
+
+
+def test_a_run_of_nan_is_a_status_and_no_success():
+    with fm.explore(ending, vary={"end": (0.01, 10.0)}, t_end=0.5, open=False, block=False) as page:
+        view = page.set(end=0.3)
+        assert not view.ok
+        assert "not finite" in view.status
+        assert view.solution.time[-1] < 0.31
+        assert page.set(end=1.0).ok
+
+
+def test_newer_values_end_a_run_that_is_out_of_date():
+    def make(speed: float = 100.0) -> fm.Mechanism:
+        return slider_crank(speed=speed, clearance=1e-4)
+
+    with fm.explore(make, vary={"speed": (50.0, 500.0)}, periods=2, open=False, block=False) as page:
+        runner = page._runner
+        long = runner.submit({"speed": 400.0}, 400.0)  # several seconds
+        time.sleep(0.3)
+        began = time.perf_counter()
+        newest = runner.submit({"speed": 101.0}, 1.0)
+        view = runner.wait(newest)
+        assert time.perf_counter() - began < 3.0
+        assert view.values == {"speed": 101.0}
+        assert runner.finished == newest.number > long.number
+        assert view.solution.time[-1] == pytest.approx(2.0 * np.pi / 101.0)
+
+
+def test_long_runs_show_their_rows_so_far(monkeypatch):
+    monkeypatch.setattr(runs, "EVERY", 0.0)
+    seen = []
+    page = fm.explore(slider_crank, vary={"clearance": (1e-4, 5e-4)}, periods=1, open=False, block=False)
+    with page:
+        publish = page._runner.published
+        page._runner.published = lambda view: (seen.append(view), publish(view))
+        page._runner.wait(page._runner.submit({"clearance": 2e-4}, 20.0))
+    assert [view.done for view in seen].count(True) == 1
+    ends = [view.solution.time[-1] for view in seen]
+    assert len(ends) > 2
+    assert ends == sorted(ends)
+
+
+def test_runs_that_go_on_are_those_of_one_long_run():
+    with fm.explore(slider_crank, vary={"speed": (100.0, 500.0)}, periods=1, open=False, block=False) as page:
+        page.set(speed=300.0)
+        page._runner.go_on(True)
+        while len(page.view.section) < 4:
+            time.sleep(0.02)
+        page._runner.go_on(False)
+        time.sleep(0.5)
+        view = page.view
+    period, count = 2.0 * np.pi / 300.0, len(view.section)
+    whole = fm.simulate(slider_crank(speed=300.0), periods=count, save=400)
+    assert view.solution.time[0] == pytest.approx((count - 1 + 1 / 400) * period)  # one row after the earlier run
+    assert view.solution.time[-1] == pytest.approx(count * period)
+    names = ["crank.theta", "slider.x", "slider.vx", "motor.torque"]  # after whole turns of an ideal mechanism
+    rows = [np.argmin(np.abs(whole.time - k * period)) for k in range(1, count + 1)]
+    for name in names:
+        k, scale = whole.names.index(name), whole.peak(name).value
+        np.testing.assert_allclose(view.section[:, k], whole.array(name)[rows], atol=1e-5 * scale)
+
+
+def test_a_run_without_period_has_a_length_in_seconds():
+    arm = fm.RigidLink("arm", (0.0, 0.0), (0.5, 0.0), mass=1.0, inertia=0.02)
+    mech = fm.Mechanism("arm", [arm, fm.Revolute("O", fm.GROUND, arm, at=(0.0, 0.0))], gravity=(0.0, -9.81))
+    with fm.explore(mech, vary=["arm.mass"], open=False, block=False) as page:
+        view = page.set(**{"arm.mass": 2.0})
+        assert view.solution.time[-1] == pytest.approx(1.0)
+        assert page.code() == "mech.with_({'arm.mass': 2.0})"
+        assert page.command() == ""
+
+
+def test_many_random_changes_leave_one_thread_and_one_run():
+    before = threading.active_count()
+    with fm.explore(slider_crank, vary={"speed": (300.0, 500.0)}, periods=0.1, open=False, block=False) as page:
+        draw = np.random.default_rng(1).uniform(300.0, 500.0, 200)
+        for speed in draw:
+            page._runner.submit({"speed": float(speed)})
+        last = page.set(speed=float(draw[-1]))
+        assert last.values["speed"] == draw[-1]
+        assert threading.active_count() <= before + 3
+    assert threading.active_count() <= before + 1
+
+
+def test_periods_and_seconds_exclude_each_other():
+    with pytest.raises(fm.errors.InputError, match="give one of them"):
+        fm.explore(slider_crank, periods=1, t_end=1.0, open=False, block=False)
+
+
+def test_a_missing_package_is_named_with_its_extra(monkeypatch):
+    import sys
+
+    monkeypatch.setitem(sys.modules, "uvicorn", None)
+    with pytest.raises(fm.errors.MissingPackageError, match=r"flexmb\[live\]"):
+        fm.explore(slider_crank, vary={"speed": (50.0, 500.0)}, open=False, block=False)
