@@ -120,7 +120,7 @@ $(VENV)/.created:
 INSTALL = $(BIN)/python -m pip install --quiet "pip>=25.1" && $(BIN)/python -m pip install --quiet --no-compile --editable
 
 $(VENV)/.installed: pyproject.toml | $(VENV)/.created
-	$(INSTALL) .
+	$(BIN)/python -m pip install --quiet --no-compile --editable .
 	touch $@
 
 # With the extras that have tests, so that none is left out.
