@@ -408,3 +408,30 @@ def test_limit_of_whirl_by_continuation(softness):
     branch = fm.chaos.follow(orbit, "motor.motion.speed", (0.95 * limit, 1.05 * limit), step=0.2, largest=0.3)
     found = [event.value for event in branch.events if event.kind == "neimark-sacker"]
     assert found == [pytest.approx(limit, rel=1e-5)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["short", "long", "finite"])
+def test_random_journals_over_a_thousand_turns(name):
+    """Steady, turning and reversing loads from none to beyond the film's: each run ends, or says why it does not."""
+    rng = np.random.default_rng(11)
+    for _ in range(20):
+        gap, spin = 10.0 ** rng.uniform(-5.0, -4.0), rng.choice([-1.0, 1.0]) * 10.0 ** rng.uniform(1.0, 3.0)
+        shaft = journal(10.0 ** rng.uniform(-1.0, 1.0), spin)
+        film = replace(FILMS[name], viscosity=10.0 ** rng.uniform(-3.0, 0.0))
+        part = bearing(film, second=shaft, clearance=gap, roughness=0.02 * gap, friction=fm.ModifiedCoulomb(0.1))
+        scale = film.scales(R, gap)[kernels.FORCE] * abs(spin)
+        size = scale * rng.uniform(0.0, 20.0)
+        rate = rng.choice([0.01, 0.5, 1.0, 2.0]) * abs(spin) / (2.0 * math.pi)
+        loads = [
+            fm.Force("x", shaft, (0.0, 0.0), (size, 0.0), history=fm.drives.Harmonic(1.0, rate)),
+            fm.Force("y", shaft, (0.0, 0.0), (0.0, size), history=fm.drives.Harmonic(1.0, rate, phase=0.5 * math.pi)),
+            fm.Force("weight", shaft, (0.0, 0.0), (0.0, -rng.uniform(0.0, 2.0) * size)),
+        ]
+        mech = fm.Mechanism("rotor", (shaft, part, *loads))
+        sol = fm.simulate(mech, t_end=2000.0 * math.pi / abs(spin), save=2000)
+        assert sol.ok or sol.status, (gap, spin)
+        for signal in ("film_thickness", "pressure", "power", "ex", "normal_force"):
+            assert np.isfinite(sol.array(f"B.{signal}")).all()
+        assert (sol.array("B.power") >= 0.0).all()
+        assert sol.ok, sol.status
