@@ -1,13 +1,15 @@
 """Compute the numbers and pictures of docs/bearings.md anew: joints with oil, and joints that wear.
 
-    python docs/bearings_table.py [--only oil]
+    python docs/bearings_table.py [--only oil worn three] [--fresh]
 
-The tables stand between marks in the page; rows are kept in docs/bearings.json.
+The tables stand between marks in the page; rows are kept in docs/bearings.json, surfaces in out/bearings, so that a
+stopped call goes on.  All of it takes half an hour of one core.
 """
 
 import argparse
 import json
 import math
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -225,8 +227,10 @@ STUDIES = {"oil": oil, "worn": worn, "three": three}
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", nargs="+", choices=STUDIES, default=list(STUDIES))
-    parser.add_argument("--fresh", action="store_true", help="compute all rows again")
+    parser.add_argument("--fresh", action="store_true", help="forget what was computed")
     chosen = parser.parse_args()
+    if chosen.fresh:
+        shutil.rmtree(STORES, ignore_errors=True)
     rows = json.loads(ROWS.read_text(encoding="utf-8")) if ROWS.exists() and not chosen.fresh else {}
     for name in chosen.only:
         STUDIES[name](rows)
