@@ -43,7 +43,16 @@ STEPS = {
 }
 """Arguments of Python by step, in their order."""
 
-MINUTES = {"study": 300, "table": 4, "staggered": 15, "chaos": 30, "bearings": 30, "exponents": 25, "bodies": 20, "numbers": 90}
+MINUTES = {
+    "study": 300,
+    "table": 4,
+    "staggered": 15,
+    "chaos": 30,
+    "bearings": 30,
+    "exponents": 25,
+    "bodies": 20,
+    "numbers": 90,
+}
 """Approximate processor time [min]; other steps take one or two."""
 
 
