@@ -101,7 +101,8 @@ def test_wrong_words_are_refused(line, words, shown, capsys):
 
 def test_the_address_is_printed_and_ctrl_c_ends_the_page():
     typed = [sys.executable, "-m", "flexmb", "explore", "slider-crank", "--periods", "0.1", "--no-open"]
-    with subprocess.Popen(typed, stdout=subprocess.PIPE, text=True) as process:
+    heard = lambda: signal.signal(signal.SIGINT, signal.default_int_handler)  # noqa: E731 - background jobs ignore it
+    with subprocess.Popen(typed, stdout=subprocess.PIPE, text=True, preexec_fn=heard) as process:  # noqa: PLW1509
         line = process.stdout.readline()
         url = line.rpartition(" ")[2].strip()
         assert line.startswith("slider-crank: http://127.0.0.1:")

@@ -293,11 +293,10 @@ def convergence_test(size, last_size, negligible, remaining, noise, own, reuse):
     if last_size == math.inf:
         enough = small and first_correction_suffices(size, reuse) and size * reuse.contraction <= remaining
         return enough, small, size < math.inf
-    level = max(noise, negligible if reuse.contraction <= GOOD_CONTRACTION else 0.0)
     theta = measure_contraction(size, last_size, reuse)
     if own and size <= 1.0:
         reuse.round_off = size if theta > FAIR_CONTRACTION else min(size, reuse.round_off)
-    level = max(level, min(1.0, ROUND_OFF_SPREAD * reuse.round_off))
+    level = max(noise, min(1.0, ROUND_OFF_SPREAD * reuse.round_off))
     if theta > FAIR_CONTRACTION and size <= level:  # round-off: corrections get no smaller
         reuse.contraction = min(theta, GOOD_CONTRACTION)
         return True, True, True
