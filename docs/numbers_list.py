@@ -197,9 +197,11 @@ parts.bearings.pads.DIRECTIONS | values | nothing | directions of the rates in t
 parts.bearings.pads.PAD_CELLS | cells | nothing | finite film around a pad
 parts.bearings.pads.PAD_LAYERS | cells | nothing | finite film on half of the width of a pad
 parts.bearings.coefficients.TRIED | angles | nothing | between which the place of a journal in a bearing with grooves is found
+parts.bearings.coefficients.MOST | iterations | nothing | by which the eccentricity under a load is found
 parts.bearings.slider.NODES | places | nothing | quadrature along a face of an oiled slider
 parts.bearings.laws.COLDEST | degC | nothing | coldest oil of Walther's law
 parts.bearings.laws.HOTTEST | degC | nothing | hottest oil of Walther's law
+parts.bearings.laws.THINNEST_OIL | mm²/s | nothing | thinnest oil of Walther's law
 parts.bearings.laws.NARROWEST | rad | nothing | least film between two grooves
 parts.bearings.reynolds.THINNEST | 1 | clearance | least film of a table of forces
 parts.bearings.reynolds.COARSEST | cells | nothing | from which a finite film begins without a coarser one

@@ -156,9 +156,8 @@ def test_the_film_carries_the_load_in_every_direction(spin):
             angle = direction + math.copysign(found.attitude, spin)
             e = found.eccentricity * C
             q = np.array([0.0, 0.0, 0.0, e * math.cos(angle), e * math.sin(angle), 0.0])
-            kernels.film_force_kernel.dispatcher(
-                numbers, 0.0, 0.0, q, np.array([0.0, 0.0, 0.0, 0.0, 0.0, spin]), np.zeros(6), np.zeros(0), r, np.zeros(0)
-            )
+            v, a, none = np.array([0.0, 0.0, 0.0, 0.0, 0.0, spin]), np.zeros(6), np.zeros(0)
+            kernels.film_force_kernel.dispatcher(numbers, 0.0, 0.0, q, v, a, none, r, none)
             assert r[3:5] == pytest.approx([load * math.cos(direction), load * math.sin(direction)], abs=1e-7 * load)
             carried += 1
     assert carried > 80

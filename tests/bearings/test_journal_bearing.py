@@ -408,3 +408,11 @@ def test_limit_of_whirl_by_continuation(softness):
     branch = fm.chaos.follow(orbit, "motor.motion.speed", (0.95 * limit, 1.05 * limit), step=0.2, largest=0.3)
     found = [event.value for event in branch.events if event.kind == "neimark-sacker"]
     assert found == [pytest.approx(limit, rel=1e-5)]
+
+
+def test_a_load_of_next_to_nothing_has_a_place():
+    """The film is linear there: eccentricity goes with the load, coefficients stay."""
+    small, tiny = (bearing().equilibrium(load, 100.0) for load in (1e-6, 1e-30))
+    assert tiny.eccentricity == pytest.approx(1e-24 * small.eccentricity, rel=1e-6)
+    assert tiny.stiffness == pytest.approx(small.stiffness, rel=1e-6, abs=1e-6 * np.abs(small.stiffness).max())
+    assert tiny.attitude == pytest.approx(0.5 * math.pi, abs=1e-9)

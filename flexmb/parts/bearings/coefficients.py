@@ -16,7 +16,7 @@ from flexmb.parts.bearings import kernels
 from flexmb.parts.bearings.film import PADS
 
 TRIED = 72  # number of angles of a bearing with grooves between which its place under a load is found
-SMALLEST, MOST = sys.float_info.min, 2000  # smallest eccentricity [m]; number of steps in which one is found
+MOST = 2000  # number of iterations in which an eccentricity is found
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,9 @@ def equilibrium(
         """Eccentricity at which the film carries the load, or `play`."""
         if beyond(play, turn) < 0.0:
             return play
-        return float(scipy.optimize.brentq(beyond, 0.0, play, args=(turn,), xtol=SMALLEST, rtol=1e-15, maxiter=MOST))
+        return float(
+            scipy.optimize.brentq(beyond, 0.0, play, args=(turn,), xtol=sys.float_info.min, rtol=1e-15, maxiter=MOST)
+        )
 
     places = {turn: under(turn) for turn in _turns(numbers, under, speed, direction)}
     short = {turn: beyond(e, turn) for turn, e in places.items() if e == play and beyond(e, turn) < 0.0}
@@ -94,9 +96,9 @@ def equilibrium(
 
 
 def _turns(p: np.ndarray, under: Callable[[float], float], speed: float, direction: float) -> list[float]:
-    """Angles of a bearing with grooves for which the film carries a load of this `direction` along (1, 0) of its frame.
+    """Angles of a bearing with grooves for which the film carries a load along `direction` with the journal at (e, 0).
 
-    `under`: eccentricity by angle.  The angle to which the load's own direction is nearest, ahead in the spin, is first.
+    `under`: eccentricity e by angle.  First is the angle to which the load's own direction is nearest, ahead in spin.
     """
     if p[kernels.KIND] != PADS:
         return [0.0]
