@@ -197,9 +197,11 @@ parts.bearings.pads.DIRECTIONS | values | nothing | directions of the rates in t
 parts.bearings.pads.PAD_CELLS | cells | nothing | finite film around a pad
 parts.bearings.pads.PAD_LAYERS | cells | nothing | finite film on half of the width of a pad
 parts.bearings.coefficients.TRIED | angles | nothing | between which the place of a journal in a bearing with grooves is found
+parts.bearings.coefficients.MOST | iterations | nothing | by which the eccentricity under a load is found
 parts.bearings.slider.NODES | places | nothing | quadrature along a face of an oiled slider
 parts.bearings.laws.COLDEST | degC | nothing | coldest oil of Walther's law
 parts.bearings.laws.HOTTEST | degC | nothing | hottest oil of Walther's law
+parts.bearings.laws.THINNEST_OIL | mm²/s | nothing | thinnest oil of Walther's law
 parts.bearings.laws.NARROWEST | rad | nothing | least film between two grooves
 parts.bearings.reynolds.THINNEST | 1 | clearance | least film of a table of forces
 parts.bearings.reynolds.COARSEST | cells | nothing | from which a finite film begins without a coarser one
@@ -553,7 +555,7 @@ def _left_out() -> dict[str, str]:
     decides a remark or a refusal, and no number of a run: dynamics.report.FEWEST_PERIODS dynamics.report.FEWEST_SAMPLES
         dynamics.report.MORE_THAN dynamics.report.POINTS dynamics.jobs.files.NO_ROOM findings.watch.LEAST_STEPS findings.watch.SHARE
         model.elastic_body.STRAIN_AT_REST model.elastic_body.LARGE_STRAIN model.elastic_body.IMPOSSIBLE_STRAIN parts.couplings.one_way_clutch.LARGE_WIND_UP parts.couplings.one_way_clutch.COARSE_STEP
-        parts.bearings.journal.THIN parts.bearings.journal.TAYLOR parts.wear.laws.LARGEST_COEFFICIENT parts.wear.laws.FEWEST_BINS parts.cams.curve_on_curve.PULL parts.couplings.cable.LARGE_STRETCH
+        parts.bearings.journal.THIN parts.bearings.journal.TAYLOR parts.wear.laws.LARGEST_COEFFICIENT parts.wear.laws.FEWEST_BINS parts.wear.laws.MOST_BINS parts.cams.curve_on_curve.PULL parts.couplings.cable.LARGE_STRETCH
         parts.couplings.belt.LARGE_STRETCH parts.couplings.gear.LARGE_PLAY parts.couplings.rack.PARTED elastic.planes.plane_body.TOO_STIFF results.stress.CAPTURED
         model.elastic_body.LEAST
         elastic.reduced.accuracy.AT_EDGE parts.loads.mesh_loads.LEFT_OUT elastic.reduced.accuracy.EDGE_SHARE elastic.reduced.accuracy.STEP_ERROR elastic.reduced.bases.LEAST_PIVOT elastic.reduced.bases.LEAST_SHARE

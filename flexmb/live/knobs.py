@@ -116,6 +116,11 @@ class Knobs:
             text = f"{LABEL}: model is {_short(model)}"
             raise InputError(f"{text}; it must be a Mechanism, or a function that returns one.")
         self.model, self.fixed = model, dict(fixed)
+        if callable(model):
+            taken = inspect.signature(model).parameters
+            if not any(one.kind is inspect.Parameter.VAR_KEYWORD for one in taken.values()):
+                for name in fixed:
+                    checks.one_of(LABEL, "name in fixed", name, list(taken))
         wanted = self._wanted(vary, ranges or {})
         self.known = {name: self._knob(name, given) for name, given in wanted.items()}
         self.hidden = () if vary is not None else tuple(self.known)[MOST_SHOWN:]

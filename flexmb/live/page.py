@@ -87,6 +87,7 @@ def explore(
     if periods is not None and t_end is not None:
         raise InputError(f"{LABEL}: periods is {periods!r} and t_end is {t_end!r}; give one of them.")
     checks.flag(LABEL, "open", open)
+    checks.flag(LABEL, "block", block)
     given = {} if fixed is None else checks.mapping(LABEL, "fixed", fixed)
     return shown(Page(Knobs(model, vary, given), length_of(periods, t_end)), opened=open, block=block)
 

@@ -188,7 +188,7 @@ class Runner:
         """View of a run, or of the error that it ended with."""
         try:
             return self._run(request, before)
-        except USER_ERRORS as error:
+        except (*USER_ERRORS, SystemExit) as error:  # also of a function that ends its program: the page stays
             said = str(error) if isinstance(error, FlexmbError) else f"{type(error).__name__}: {error}"
             return View(request.values, request.length, said, number=request.number)
 

@@ -139,6 +139,30 @@ def test_a_journal_settles_at_the_equilibrium():
     assert sol.array("B.pressure")[-1] == pytest.approx(found.pressure, rel=1e-3)
 
 
+@pytest.mark.parametrize("spin", [SPIN, -SPIN])
+def test_the_film_carries_the_load_in_every_direction(spin):
+    """Where the attitude has a fold over the eccentricity, about the grooves, as well; a load above them is refused."""
+    part = bearing()
+    numbers, r = np.array(part.numbers((0.0, 0.0), (0.0, 0.0))), np.zeros(6)
+    carried = 0
+    for load in (10.0, 100.0, 200.0, 400.0):
+        for direction in np.linspace(-3.0, 3.0, 25):
+            try:
+                found = part.equilibrium(load, spin, direction)
+            except InputError as error:
+                most = float(str(error).split("up to ")[1].split(" N")[0])
+                assert part.equilibrium(0.999 * most, spin, direction).film_thickness < 1.1e-6
+                continue
+            angle = direction + math.copysign(found.attitude, spin)
+            e = found.eccentricity * C
+            q = np.array([0.0, 0.0, 0.0, e * math.cos(angle), e * math.sin(angle), 0.0])
+            v, a, none = np.array([0.0, 0.0, 0.0, 0.0, 0.0, spin]), np.zeros(6), np.zeros(0)
+            kernels.film_force_kernel.dispatcher(numbers, 0.0, 0.0, q, v, a, none, r, none)
+            assert r[3:5] == pytest.approx([load * math.cos(direction), load * math.sin(direction)], abs=1e-7 * load)
+            carried += 1
+    assert carried > 80
+
+
 @pytest.mark.parametrize(
     ("given", "message"),
     [

@@ -435,3 +435,11 @@ def test_random_journals_over_a_thousand_turns(name):
             assert np.isfinite(sol.array(f"B.{signal}")).all()
         assert (sol.array("B.power") >= 0.0).all()
         assert sol.ok, sol.status
+
+
+def test_a_load_of_next_to_nothing_has_a_place():
+    """The film is linear there: eccentricity goes with the load, coefficients stay."""
+    small, tiny = (bearing().equilibrium(load, 100.0) for load in (1e-6, 1e-30))
+    assert tiny.eccentricity == pytest.approx(1e-24 * small.eccentricity, rel=1e-6)
+    assert tiny.stiffness == pytest.approx(small.stiffness, rel=1e-6, abs=1e-6 * np.abs(small.stiffness).max())
+    assert tiny.attitude == pytest.approx(0.5 * math.pi, abs=1e-9)

@@ -77,6 +77,7 @@ def test_runs_settle_at_the_balance():
         ({"viscosities": ((40.0, 0.01), (100.0, 0.04))}, "must fall"),
         ({"viscosities": ((40.0, -0.04), (100.0, 0.004))}, "viscosity"),
         ({"viscosities": ((313.0, 0.04), (373.0, 0.004))}, "degC"),
+        ({"viscosities": ((40.0, 0.04), (100.0, 1e-4))}, "above 0.3"),
         ({"viscosities": ((40.0, 0.04), (100.0, 0.004)), "heat_capacity": 0.0}, "heat_capacity"),
         ({"viscosities": 0.04}, "viscosities"),
     ],
@@ -93,3 +94,17 @@ def test_loads_and_films_that_do_not_warm_up():
         bearing(fm.LongBearing(viscosity=0.04, width=0.02)).warmed(OIL, 45.0, 400.0, 300.0)
     with pytest.raises(InputError, match="degC"):
         bearing().warmed(OIL, 400.0, 400.0, 300.0)
+
+
+def test_films_that_are_hotter_than_the_law_and_heat_that_is_none():
+    short = bearing(fm.ShortBearing(viscosity=0.03, width=0.02))
+    with pytest.raises(InputError, match="warmer than 250"):
+        short.warmed(OIL, 45.0, 30.0, 1e6)
+    with pytest.raises(InputError, match="warmer than 250"):
+        short.warmed_by(OIL, 45.0, 1e9, 1e-7)
+    with pytest.raises(InputError, match="power is -1 W"):
+        short.warmed_by(OIL, 45.0, -1.0, 1e-7)
+    with pytest.raises(InputError, match="power is nan"):
+        short.warmed_by(OIL, 45.0, math.nan, 1e-7)
+    with pytest.raises(InputError, match="must be an oil"):
+        short.warmed(0.03, 45.0, 30.0, 100.0)

@@ -10,6 +10,7 @@ import flexmb as fm
 from flexmb.dynamics.sweeps import wear as study
 from flexmb.kernels import GAP_SIZE
 from flexmb.mechanisms import slider_crank
+from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.revolute_clearance import journal_gap_kernel
 from flexmb.parts.wear.kernels import worn_gap_kernel
 from flexmb.parts.wear.profile import shares, surface
@@ -357,11 +358,17 @@ def test_the_picture_shows_surface_depth_and_volume(life, tmp_path):
         (lambda: fm.Archard(bearing=1e-13, width=0.0), "width is 0 m"),
         (lambda: replace(WORN, profile=(0.0,) * 10), "profile has 10 depths"),
         (lambda: DRY["B"].worn_by(0.1), "law of wear"),
+        (lambda: WORN.worn_by(0.1), "law of wear"),
+        (lambda: WORN.with_depths([1e-6] * 360).worn_by(fm.Archard(journal=1e-13)), "bearing is worn"),
+        (lambda: replace(WORN, friction=Frictionless()).worn_by(fm.EnergyWear(bearing=1e-13)), "the joint has none"),
         (lambda: fm.wear_out(DRY, turns=10.0), "no joint of it wears"),
         (lambda: fm.wear_out(DRY.with_part(WORN), turns=-1.0), "turns is -1"),
         (lambda: fm.wear_out(DRY.with_part(WORN), turns=10.0, keep=0), "keep is 0"),
         (lambda: fm.wear_out("B", turns=10.0), "mechanism is str"),
         (lambda: WORN.worn_in(fm.simulate(DRY.with_part(WORN), periods=0.01, save=[1e-4])), "save='steps'"),
+        (lambda: fm.wear_out(DRY.with_part(WORN), turns=10.0, resume=True), "resume is True without a store"),
+        (lambda: WORN.with_depths(np.full(360, 1.0)), "below the bearing radius"),
+        (lambda: fm.Archard(bearing=1e-13, bins=10**7), "at most 7200"),
     ],
 )
 def test_bad_input_is_refused_with_what_to_do(make, words):

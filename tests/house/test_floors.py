@@ -50,6 +50,7 @@ SIDEWAYS = {
     ("parts.bearings", "parts.joints"): "a journal bearing is a dry joint with clearance and a film",
     ("parts.joints", "parts.wear"): "a joint with clearance gives the same joint with a surface that wears",
     ("parts.wear", "parts.joints"): "a worn joint is a joint with clearance",
+    ("parts.wear", "parts.contact"): "wear by the work of friction needs friction",
     ("parts.bodies", "elastic.beams"): "a flexible link is made of beam elements",
     ("parts.cams", "parts.contact"): "a pair of curves holds a friction law",
     ("parts.cams", "parts.joints"): "a pair of curves writes the output of gap kernels as joints with clearance do",

@@ -136,3 +136,8 @@ def test_a_text_with_none_is_a_choice():
     friction = Knobs(nine_bar, None, {}).known["friction"]
     assert (friction.labels, friction.value) == (("coulomb", "none"), "coulomb")
     assert friction.argument("none") is None
+
+
+def test_fixed_arguments_that_are_unknown_are_refused_at_once():
+    with pytest.raises(fm.errors.InputError, match="name in fixed is 'zz'"):
+        Knobs(slider_crank, {"speed": (50.0, 500.0)}, {"zz": 3})

@@ -56,6 +56,17 @@ def test_a_model_that_fails_leaves_the_page_usable():
         assert page.set(speed=1.5).ok
 
 
+def test_a_model_that_ends_its_program_leaves_the_page_usable():
+    def leaving(speed: float = 1.0):
+        if speed > 2.0:
+            raise SystemExit(3)
+        return slider_crank(speed=speed)
+
+    with fm.explore(leaving, vary={"speed": (0.5, 4.0)}, open=False, block=False) as page:
+        assert "SystemExit" in page.set(speed=3.0).status
+        assert page.set(speed=1.0).ok
+
+
 def test_a_model_that_fails_at_once_opens_its_page():
     def never(speed: float = 1.0) -> fm.Mechanism:
         raise RuntimeError("no model today")

@@ -288,6 +288,10 @@ def wear_out(
         "runs": digest([step, method]),
         **{name: repr(value) for name, value in settings.items()},
     }
+    if resume and store is None:
+        raise InputError(
+            f"{label}: resume is True without a store. Give store='out/wear.zarr', which keeps what is done."
+        )
     kept = None if store is None else opened(store, fingerprint, KIND, resume=resume)
     record = Record(("turns",), (keep + 1,), kept)
     record.add(_columns(joints))

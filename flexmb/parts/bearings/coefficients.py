@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
+import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.optimize
 
 from flexmb import checks
-from flexmb.errors import InputError, SolveError
+from flexmb.errors import InputError
 from flexmb.parts.bearings import kernels
 from flexmb.parts.bearings.film import PADS
 
 TRIED = 72  # number of angles of a bearing with grooves between which its place under a load is found
+MOST = 2000  # number of iterations in which an eccentricity is found
 
 
 @dataclass(frozen=True)
@@ -58,17 +61,26 @@ def equilibrium(
         raise InputError(f"{label}: speed is 0 rad/s; a film carries a constant load at a speed alone.")
     numbers = np.array(p)
 
-    def beyond(e: float) -> float:
-        return float(np.hypot(*_force(numbers, e, speed, _turn(numbers, e, speed, direction))[0])) - load
+    def beyond(e: float, turn: float) -> float:
+        return float(np.hypot(*_force(numbers, e, speed, turn)[0])) - load
 
-    if beyond(play) < 0.0:
-        most = load + beyond(play)
+    def under(turn: float) -> float:
+        """Eccentricity at which the film carries the load, or `play`."""
+        if beyond(play, turn) < 0.0:
+            return play
+        return float(
+            scipy.optimize.brentq(beyond, 0.0, play, args=(turn,), xtol=sys.float_info.min, rtol=1e-15, maxiter=MOST)
+        )
+
+    places = {turn: under(turn) for turn in _turns(numbers, under, speed, direction)}
+    short = {turn: beyond(e, turn) for turn, e in places.items() if e == play and beyond(e, turn) < 0.0}
+    if len(short) == len(places):
+        most = load + max(short.values(), default=-load)
         raise InputError(
             f"{label}: load is {load:g} N; at {speed:g} rad/s the film carries up to {most:.4g} N before the surfaces "
             "touch. Lower the load, or give a higher speed, a thicker oil or less roughness."
         )
-    e = scipy.optimize.brentq(beyond, 0.0, play, xtol=1e-16 * play, rtol=1e-15)
-    turn = _turn(numbers, e, speed, direction)
+    turn, e = next((turn, e) for turn, e in places.items() if turn not in short)
     F, K, B = _force(numbers, e, speed, turn)
     F = -F / np.hypot(*F)
     axes = np.array([F, math.copysign(1.0, speed) * np.array([-F[1], F[0]])])  # rows: load, and ahead of it in the spin
@@ -83,26 +95,22 @@ def equilibrium(
     return FilmEquilibrium(eps, attitude, K, B, thickness, pressure, power, flow, *_whirl(K, B, speed))
 
 
-def _turn(p: np.ndarray, e: float, speed: float, direction: float) -> float:
-    """Angle of a bearing with grooves for which the film carries a load of this `direction` with the journal at (e, 0).
+def _turns(p: np.ndarray, under: Callable[[float], float], speed: float, direction: float) -> list[float]:
+    """Angles of a bearing with grooves for which the film carries a load along `direction` with the journal at (e, 0).
 
-    The first of several is the one that the load's own direction is nearest to, ahead in the spin.
+    `under`: eccentricity e by angle.  First is the angle to which the load's own direction is nearest, ahead in spin.
     """
     if p[kernels.KIND] != PADS:
-        return 0.0
+        return [0.0]
 
     def ahead(turn: float) -> float:
-        F = _force(p, e, speed, turn)[0]
+        F = _force(p, under(turn), speed, turn)[0]
         return math.remainder(math.atan2(-F[1], -F[0]) - turn - direction, 2.0 * math.pi)
 
     turns = -direction - math.copysign(1.0, speed) * np.linspace(0.0, 2.0 * math.pi, TRIED + 1)
     found = [ahead(turn) for turn in turns]
-    for k in range(TRIED):
-        if found[k] * found[k + 1] <= 0.0 and abs(found[k] - found[k + 1]) < math.pi:
-            return float(scipy.optimize.brentq(ahead, turns[k], turns[k + 1], xtol=1e-13))
-    raise SolveError(
-        f"No place of a journal at {e:g} m was found where its film carries a load along {direction:g} rad."
-    )
+    crossed = [k for k in range(TRIED) if found[k] * found[k + 1] <= 0.0 and abs(found[k] - found[k + 1]) < math.pi]
+    return [float(scipy.optimize.brentq(ahead, turns[k], turns[k + 1], xtol=1e-13)) for k in crossed]
 
 
 def _force(p: np.ndarray, e: float, speed: float, turn: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

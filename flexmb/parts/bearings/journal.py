@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import KW_ONLY, replace
 from typing import ClassVar, Self
 
+from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.fields import field, instance, positive, record
 from flexmb.findings.finding import Finding, found
@@ -93,14 +94,15 @@ class JournalBearing(RevoluteClearance):
 
         Raises
         ------
-        InputError : a load that the warm film cannot carry, a film from which no oil flows, a speed of 0.
+        InputError : a load that the warm film cannot carry, a film from which no oil flows or that gets warmer than 250
+            degC, a speed of 0.
         """
 
         def of_film(viscosity: float) -> tuple[float, float]:
             found = self._thickened(viscosity).equilibrium(load, speed, direction)
             return found.power, found.flow
 
-        return self._thickened(oil.viscosity(oil.balanced(inlet, of_film)))
+        return self._thickened(self._warm(oil, inlet, of_film))
 
     def warmed_by(self, oil: Oil, inlet: float, power: float, flow: float) -> Self:
         """Same joint, with the viscosity of `oil` at the temperature to which the means of a run heat its film.
@@ -111,10 +113,18 @@ class JournalBearing(RevoluteClearance):
 
         Raises
         ------
-        InputError : a film from which no oil flows.
+        InputError : a film from which no oil flows or that gets warmer than 250 degC, a power below 0.
         """
+        power = checks.not_negative(self.label, "power", power, "W")
         of_film = lambda viscosity: (power * viscosity / self.film.viscosity, flow)  # noqa: E731 - at the same motion
-        return self._thickened(oil.viscosity(oil.balanced(inlet, of_film)))
+        return self._thickened(self._warm(oil, inlet, of_film))
+
+    def _warm(self, oil: Oil, inlet: float, of_film: Callable[[float], tuple[float, float]]) -> float:
+        """Viscosity of `oil` where its heat keeps it."""
+        if not isinstance(oil, Oil):
+            text = f"{self.label}: oil is {type(oil).__name__}; it must be an oil"
+            raise InputError(f"{text}, e.g. Oil(viscosities=((40.0, 0.04), (100.0, 0.006))).")
+        return oil.viscosity(oil.balanced(inlet, of_film))
 
     def _thickened(self, viscosity: float) -> Self:
         return replace(self, film=replace(self.film, viscosity=viscosity))

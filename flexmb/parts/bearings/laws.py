@@ -225,6 +225,9 @@ class FiniteBearing(Film):
 COLDEST, HOTTEST = -60.0, 250.0
 """Temperatures between which Walther's law is asked [degC]."""
 
+THINNEST_OIL = 0.3
+"""Kinematic viscosity [mm^2/s] from which Walther's double logarithm exists."""
+
 ABSOLUTE = 273.15  # temperature of 0 degC [K]
 
 
@@ -264,6 +267,11 @@ class Oil(Input, Shown):
             checks.positive("Oil", "viscosity", viscosity, "Pa s", "Oils have 0.005 to 0.5 Pa s; 1 cP is 0.001 Pa s.")
         if pairs[0][0] == pairs[1][0] or not thick > thin:
             raise InputError("Oil: the viscosity must fall from the lower to the higher of two temperatures.")
+        if thin <= 1e-6 * THINNEST_OIL * self.density:
+            raise InputError(
+                f"Oil: a viscosity is {thin:g} Pa s; Walther's law holds above {THINNEST_OIL:g} mm^2/s, here "
+                f"{1e-6 * THINNEST_OIL * self.density:.3g} Pa s. Oils have 0.005 to 0.5 Pa s; 1 cP is 0.001 Pa s."
+            )
 
     def viscosity(self, temperature: float) -> float:
         """Dynamic viscosity [Pa s] at a `temperature` [degC].
@@ -289,7 +297,8 @@ class Oil(Input, Shown):
 
         Equation (15.12) of docs/theory/films.md.
         """
-        if flow <= 0.0:
+        checks.not_negative("Oil", "power", power, "W")
+        if checks.number("Oil", "flow", flow, "m^3/s") <= 0.0:
             raise InputError("Oil: no oil flows out of the film, which carries no heat away; take a FiniteBearing.")
         return inlet + 0.5 * power / (self.density * self.heat_capacity * flow)
 
@@ -310,6 +319,11 @@ class Oil(Input, Shown):
                 return -1.0
 
         end = min(inlet + missing(inlet), HOTTEST)  # thinner oil turns less power into heat, and more of it flows
+        if end == HOTTEST and missing(end) > 0.0:
+            raise InputError(
+                f"Oil: the film gets warmer than {HOTTEST:g} degC, where Walther's law ends. Lower the speed, take a "
+                "thinner oil, or a larger clearance, through which more oil flows."
+            )
         found = scipy.optimize.brentq(missing, inlet, end, xtol=1e-9)
         of_film(self.viscosity(found))
         return float(found)

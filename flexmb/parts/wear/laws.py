@@ -13,7 +13,8 @@ from flexmb.fields import Input, count, field, not_negative, positive, record
 LARGEST_COEFFICIENT = 1e-9
 """Coefficient of wear [1/Pa] above which a number cannot be one: dry steel has 1e-15 to 1e-11."""
 
-FEWEST_BINS = 60
+FEWEST_BINS, MOST_BINS = 60, 7200
+"""Least and largest number of angles: below, a bin is wider than a contact; each step passes all of them."""
 
 
 @record
@@ -43,6 +44,8 @@ class Wear(Input, Shown):
                     f"{name}: {surface} is {k:g} 1/Pa; such coefficients are below {LARGEST_COEFFICIENT:g}. Divide a "
                     "coefficient without unit by the hardness: 1e-3/2e9 Pa = 5e-13; multiply one in mm^3/(N m) by 1e-9."
                 )
+        if self.bins > MOST_BINS:
+            raise InputError(f"{name}: bins is {self.bins}; give at most {MOST_BINS}, 360 to 720 are usual.")
         if (self.bearing > 0.0) == (self.journal > 0.0):
             both = self.bearing > 0.0
             raise InputError(

@@ -14,6 +14,7 @@ from flexmb.fields import field, instance, not_negative, record, several
 from flexmb.findings.finding import Finding, found
 from flexmb.model.contributions import ContactContribution, Contribution, SignalContribution
 from flexmb.model.mechanism import Mechanism
+from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.revolute import angle_contribution
 from flexmb.parts.joints.revolute_clearance import RevoluteClearance
 from flexmb.parts.wear import kernels
@@ -50,7 +51,8 @@ class WornClearance(RevoluteClearance):
 
     Raises
     ------
-    InputError : a profile of another length than `wear.bins`, further ones of `RevoluteClearance`.
+    InputError : a profile of another length than `wear.bins` or deeper than the bearing's radius, `EnergyWear` without
+        friction, further ones of `RevoluteClearance`.
 
     Notes
     -----
@@ -69,6 +71,18 @@ class WornClearance(RevoluteClearance):
             raise InputError(
                 f"{self.label}: profile has {len(self.profile)} depths, and the law of wear {self.wear.bins} bins. "
                 "Give both the same number, or no profile for an unworn surface."
+            )
+        if isinstance(self.friction, Frictionless) and not self.wear.load(np.ones(1), np.zeros(1)).any():
+            law = type(self.wear).__name__
+            raise InputError(
+                f"{self.label}: {law} wears by the work of friction, and the joint has none. Give it a friction law, "
+                "or take Archard, which wears by pressure and slip."
+            )
+
+        if max(self.profile, default=0.0) >= self.bearing_radius:
+            raise InputError(
+                f"{self.label}: profile is up to {max(self.profile):g} m deep; it must stay below the bearing radius "
+                f"{self.bearing_radius:g} m. Depths are in metres."
             )
 
     @property
@@ -131,7 +145,18 @@ class WornClearance(RevoluteClearance):
         return Worn(lost[rows] @ spread / self.area, float(lost.sum()), float(t[-1] - t[0]))
 
     def worn_by(self, wear: Wear) -> WornClearance:
-        """The joint with another law of wear; its profile stays, and must have as many angles."""
+        """The joint with another law of wear; its profile stays, and must have as many angles.
+
+        Raises
+        ------
+        InputError : a law by which the other surface wears, where this one has lost material; another number of angles.
+        """
+        if isinstance(wear, Wear) and self.on_journal != (wear.journal > 0.0) and any(self.profile):
+            worn, other = ("journal", "bearing") if self.on_journal else ("bearing", "journal")
+            raise InputError(
+                f"{self.label}: its {worn} is worn, and the law of wear is one of the {other}. Give wear to the joint "
+                f"without a profile, or {type(wear).__name__}({worn}=...)."
+            )
         return replace(self, wear=wear)
 
     def numbers(self, first: tuple[float, float], second: tuple[float, float]) -> tuple[float, ...]:
