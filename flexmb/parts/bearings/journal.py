@@ -16,7 +16,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import WatchedMotion
 from flexmb.parts.bearings import kernels
 from flexmb.parts.bearings.coefficients import FilmEquilibrium, equilibrium
-from flexmb.parts.bearings.laws import Film, Oil
+from flexmb.parts.bearings.laws import Film, Oil, check_roughness
 from flexmb.parts.joints.revolute_clearance import RevoluteClearance
 from flexmb.places import packed
 
@@ -63,11 +63,7 @@ class JournalBearing(RevoluteClearance):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.roughness >= 0.5 * self.clearance:
-            raise InputError(
-                f"{self.label}: roughness is {self.roughness:g} m; it must be smaller than half of the clearance "
-                f"{self.clearance:g} m. Ground steel has 1e-7 to 1e-6 m."
-            )
+        check_roughness(self.label, self.roughness, self.clearance)
 
     @property
     def play(self) -> float:

@@ -62,15 +62,21 @@ def relative(p, q, v):
 
 
 @compiled
-def eccentricity(p, size):
-    """Eccentricity over the clearance and its derivative; a film thinner than the roughness nears `KEPT` of it."""
-    c, height = p[CLEARANCE], p[HEIGHT]
-    h = c - size
+def thickness(h, height):
+    """Thickness of the film at a gap h and its derivative; below the roughness `height` it nears `KEPT` of it."""
     if h >= height:
-        return size / c, 1.0 / c
+        return h, 1.0
     least = KEPT * height
     fall = math.exp((h - height) / (height - least))
-    return 1.0 - (least + (height - least) * fall) / c, fall / c
+    return least + (height - least) * fall, fall
+
+
+@compiled
+def eccentricity(p, size):
+    """Eccentricity over the clearance and its derivative; a film thinner than the roughness nears `KEPT` of it."""
+    c = p[CLEARANCE]
+    h, fall = thickness(c - size, p[HEIGHT])
+    return size / c if c - size >= p[HEIGHT] else 1.0 - h / c, fall / c
 
 
 @compiled

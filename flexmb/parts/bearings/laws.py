@@ -220,6 +220,15 @@ class FiniteBearing(Film):
         return reynolds.film_table(ratio, self.supply == WIDEST)
 
 
+def check_roughness(label: str, roughness: float, clearance: float) -> None:
+    """Refuse a roughness that is not small beside the clearance [m], in the name of `label`."""
+    if roughness >= 0.5 * clearance:
+        raise InputError(
+            f"{label}: roughness is {roughness:g} m; it must be smaller than half of the clearance {clearance:g} m. "
+            "Ground steel has 1e-7 to 1e-6 m."
+        )
+
+
 # Oil by temperature
 
 COLDEST, HOTTEST = -60.0, 250.0
@@ -306,8 +315,7 @@ class Oil(Input, Shown):
         """Temperature [degC] at which a film is as warm as its heat makes it.
 
         `inlet`: temperature of the oil that is supplied [degC]; `of_film`: power [W] and flow [m3/s] of the film at a
-        viscosity [Pa s]; an `InputError` of it says that oil as
-        thin carries no load.
+        viscosity [Pa s]; an `InputError` of it says that oil as thin carries no load.
         """
 
         def missing(temperature: float) -> float:

@@ -49,8 +49,8 @@ MIDDLE, PLACE = 0, 1
 def pads_table(ratio: float, grooves: tuple[float, ...], width: float) -> tuple[float, ...]:
     """Number of pads, their middles and places, and a table for each angle of a pad.
 
-    `ratio`: width over diameter of the bearing; `grooves`: directions of their middles, in turn, the
-    first once more; `width`: angle of one.
+    `ratio`: width over diameter of the bearing; `grooves`: directions of their middles, in turn, the first once more;
+    `width`: angle of one.
     """
     spans = [round(second - first - width, 12) for first, second in pairwise(grooves)]
     tables = {span: pad_table(ratio, span) for span in spans}

@@ -28,8 +28,8 @@ from flexmb.kernels import (
 )
 from flexmb.model.contributions import Contribution, ElementContribution, SignalContribution
 from flexmb.model.mechanism import Mechanism
-from flexmb.parts.bearings.kernels import KEPT
-from flexmb.parts.bearings.laws import ShortBearing
+from flexmb.parts.bearings.kernels import thickness
+from flexmb.parts.bearings.laws import ShortBearing, check_roughness
 from flexmb.parts.joints.prismatic_clearance import PrismaticClearance
 from flexmb.places import packed
 
@@ -72,17 +72,6 @@ def rates(travel, offset, v):
 
 
 @compiled
-def gap(p, h):
-    """Thickness of the film at a gap h and its derivative: below the roughness it nears `KEPT` of it."""
-    height = p[HEIGHT]
-    if h >= height:
-        return h, 1.0
-    least = KEPT * height
-    fall = math.exp((h - height) / (height - least))
-    return least + (height - least) * fall, fall
-
-
-@compiled
 def pressed(p, y, tau, U, rate, turning):
     """Integrals of the pressure along the slider, and the largest |f|, f = g/H^3.
 
@@ -95,7 +84,7 @@ def pressed(p, y, tau, U, rate, turning):
         s, weight = half * PLACES[k], half * SHARES[k]
         g = g0 + turning * s
         side = 1.0 if g > 0.0 else -1.0
-        H, H_h = gap(p, p[GAP] - side * (y + s * tau))
+        H, H_h = thickness(p[GAP] - side * (y + s * tau), p[HEIGHT])
         inverse = 1.0 / (H * H * H)
         now = g * inverse
         largest = max(largest, abs(now))
@@ -114,7 +103,7 @@ def sheared(p, y, tau):
     for k in range(NODES):
         s, weight = p[HALF] * PLACES[k], p[HALF] * SHARES[k]
         for side in (-1.0, 1.0):
-            H, H_h = gap(p, p[GAP] - side * (y + s * tau))
+            H, H_h = thickness(p[GAP] - side * (y + s * tau), p[HEIGHT])
             slope = side * H_h / (H * H) * weight
             whole, by_y, by_tau = whole + weight / H, by_y + slope, by_tau + slope * s
     return whole, by_y, by_tau
@@ -300,11 +289,7 @@ class SliderBearing(PrismaticClearance):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.roughness >= 0.5 * self.clearance:
-            raise InputError(
-                f"{self.label}: roughness is {self.roughness:g} m; it must be smaller than half of the clearance "
-                f"{self.clearance:g} m. Ground steel has 1e-7 to 1e-6 m."
-            )
+        check_roughness(self.label, self.roughness, self.clearance)
         if self.film.cavitation != "positive":
             raise InputError(
                 f'{self.label}: the film of a guide has cavitation="positive"; it is "{self.film.cavitation}".'
