@@ -253,6 +253,12 @@ def test_a_client_instead_of_its_executor_is_refused():
         fm.sweep(results, {"a": [1]}, executor=object())
 
 
+@pytest.mark.parametrize("executor", [0, -1, 2.5, True, "2"])
+def test_a_number_of_threads_is_a_count(executor):
+    with pytest.raises(fm.errors.InputError, match="number of threads"):
+        fm.sweep(results, {"a": [1]}, executor=executor)
+
+
 class Counting(Executor):
     """Runs jobs when they are waited for; remembers how many it had at the same time."""
 
