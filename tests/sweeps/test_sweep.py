@@ -216,7 +216,7 @@ def test_ctrl_c_is_no_result():
         ({"parameter": "q"}, "'q'"),
         ({"parameter": "period"}, "'period'"),
         ({"fixed": {"q": 1.0}}, "'q'"),
-        ({"executor": 4}, "ProcessPoolExecutor"),
+        ({"executor": "four"}, "ProcessPoolExecutor"),
         ({"pending": 0}, "pending"),
         ({"exponent": -3}, "exponent"),
         ({"exponent": "later"}, "Known: points"),

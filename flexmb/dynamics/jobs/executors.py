@@ -113,9 +113,8 @@ def threads(count: int) -> Iterator[ThreadPoolExecutor]:
     with ThreadPoolExecutor(count, "flexmb", _ENDED.set, (ended,)) as pool:
         try:
             yield pool
-        except BaseException:
+        finally:
             ended.set()
-            raise
 
 
 # Jobs on any executor: so many at a time, chains of jobs that wait for one another, and workers that die
@@ -174,7 +173,7 @@ def drive(chains: Iterable[Chain], executor: Executor | int | None, owner: str, 
 
 
 def require_executor(owner: str, executor: Any) -> None:
-    """Refuse what is no number of threads and no executor of concurrent.futures."""
+    """Refuse an object of another kind than a number of threads or an executor of concurrent.futures."""
     if executor is None or isinstance(executor, Executor):
         return
     if isinstance(executor, int) and not isinstance(executor, bool):
