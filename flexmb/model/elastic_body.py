@@ -26,7 +26,11 @@ LEAST = 1e-6  # stress over yield stress up to which nothing is said: round-off 
 
 
 class ElasticBody(Body):
-    """Base of bodies that bend, by beams or by meshes."""
+    """Base of bodies that bend, by beams or by meshes.
+
+    A new one: its class, a stub, `elastic/reduced/models.py` if it can be reduced, `results/stress.py` and, by its
+    `theory`, `results/positions.py` (docs/decisions/067-deformable-bodies.md).
+    """
 
     is_elastic: ClassVar[bool] = True
     stress_name: ClassVar[str] = "von Mises stress"

@@ -358,7 +358,12 @@ class Element(Part):
 
 @record
 class Joint(Part):
-    """Base of joints between two bodies at a point of the reference configuration."""
+    """Base of joints between two bodies at a point of the reference configuration.
+
+    A new joint answers, besides `contributions`: `kind` (its mark in pictures: `MARKERS` of `show/pictures/pose.py` and
+    `assets/drawing.js` of reports), `is_guide`, `holds_point`, `shapes`; with a drive `drive_contribution`; with
+    clearance `idealised` and `contact_size`.
+    """
 
     first: Part = field("first body; `GROUND` is the frame")
     second: Part = field("second body, on which reported forces act")
@@ -367,6 +372,8 @@ class Joint(Part):
     kind: ClassVar[str] = "joint"
     is_guide: ClassVar[bool] = False
     """Whether the second body slides along the first one without clearance."""
+    holds_point: ClassVar[bool] = True
+    """Whether the bodies turn about the joint's point, which moves with both, but for clearance."""
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -402,6 +402,7 @@ LAWS = {
     "BengisuAkay": (LN, fm.friction.BengisuAkay(0.3, 0.2)),
     "Stribeck": (LN, fm.friction.Stribeck(0.3, 0.2, viscous=0.1)),
     "Stribeck, exponential": (LN, fm.friction.Stribeck(0.3, 0.2, exponent=1.0)),
+    "ModifiedCoulomb": (LN, fm.friction.ModifiedCoulomb(0.2)),
     "BrownMcPhee": (LN, fm.friction.BrownMcPhee(0.3, 0.2, viscous=3.0)),
     "LuGre": (LN, fm.friction.LuGre(0.3, 0.2, damping=50.0, viscous=0.1)),
 }
@@ -462,6 +463,12 @@ def test_normal_laws_are_complete():
     """A law added to the public names must be added to the tuple above."""
     laws = {x for x in PUBLIC.values() if isinstance(x, type) and issubclass(x, fm.NormalLaw)}
     assert laws - {fm.NormalLaw, fm.contact.HysteresisLaw} == {type(law) for law in (LN, *NORMAL_LAWS)}
+
+
+def test_friction_laws_are_complete():
+    """So must a friction law."""
+    laws = {x for x in PUBLIC.values() if isinstance(x, type) and issubclass(x, fm.FrictionLaw)}
+    assert laws - {fm.FrictionLaw} == {type(law) for _, law in LAWS.values()}
 
 
 def test_report_reads_as_a_table():

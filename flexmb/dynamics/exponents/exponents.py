@@ -144,7 +144,7 @@ class Exponents(arguments.Checked):
     name : name of the system.
     spectrum : exponents (k,) [unit].
     errors : standard deviations (k,) [unit], with the difference of a second run, if there was one
-        (`exponent_error.combined`); NaN after an early failure.
+        (`confirmed` of `lyapunov.py`); NaN after an early failure.
     time : times (n,) of the history [s], or iterations of a map.
     history : exponents (n, k) of the run up to each time [unit].
     units : "1/s", "1/iteration" or "1/period".
@@ -154,7 +154,7 @@ class Exponents(arguments.Checked):
     signals : names, units and resolution of the signals of the points.
     period : mean time from one point to the next [s]; NaN for a map.
     verdict : verdict on the points with the largest exponent; None for points that are no section.
-    statistical : errors (k,) of the record alone (`exponent_error.error_of`) [unit]; by default `errors`.
+    statistical : errors (k,) of the record alone [unit]; by default `errors`.
     confirmed : exponents of the second run; None: no second run.
     unconfirmed : reason why a requested second run failed; "" otherwise.
 

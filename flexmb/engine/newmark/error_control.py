@@ -143,7 +143,7 @@ def accept_or_reject(h, error, growth, options, flow, trial, record):
 
     Reasons of a rejection, and their counters: an event of a contact (`step_to_events`; `rejected_at_contacts`); no
     convergence, a singular matrix, numbers that are not finite (codes of `implicit_step`; `not_converged`); else the
-    error.  `Stats.rejections` says them in words.
+    error.  `Stats.rejections` (`results/solution.py`) says them in words.
     """
     if 0.0 <= error <= 1.0:
         copy(trial.speeds, flow.largest_speeds)

@@ -123,7 +123,11 @@ def kept_poses(poses: Poses, t: float, signals: np.ndarray, z: np.ndarray) -> tu
 RUNNING, DONE, BUFFER_FULL, NEWTON_FAILED, SINGULAR, NOT_FINITE, STEP_TOO_SMALL = range(7)
 ENERGY_MISSING, ENERGY_MADE, ENERGY_LOST = 20, 21, 22
 (CONDITION_MET,) = range(30, 31)
-"""Codes with which a compiled loop returns (`results/status.py` has a sentence for each)."""
+"""Codes with which a compiled loop returns (`results/status.py` has a sentence for each).
+
+Not converged, singular, not finite: a step of a method (`engine/newmark/implicit_step.py`, Radau, Runge-Kutta); with
+error control only when the step cannot be shorter.  Energies: `check_balance` of `engine/energy.py`.
+"""
 
 NOT_EVALUATED, EVALUATED, JOINTS_EVALUATED = range(3)
 """Codes of `Counters.evaluated`: nothing of the trial state is evaluated, all of it, or its constraints alone."""

@@ -28,8 +28,6 @@ from flexmb.model.shape import CircleShape, Shapes
 from flexmb.parts.couplings.cable import FIRST_ANGLE, SECOND_ANGLE, add_bending, line_between
 from flexmb.parts.couplings.coupling import angle_of, angles_contribution
 from flexmb.parts.joints.contact_point import add_curvature, direction, dot, put_column, put_eccentricity, put_point
-from flexmb.parts.joints.pin_slot import PinSlot
-from flexmb.parts.joints.prismatic import Guide
 from flexmb.places import GAP_RATE, LOAD, LOAD_BY_LAM, SLIDING
 
 # Contact of involute teeth with backlash: one flank of a gear pair along its line of action
@@ -315,8 +313,8 @@ def _reactions(radii: Point, place: int) -> tuple[Reaction, ...]:
 
 def _pins(mechanism: Mechanism, body: Part) -> list[Joint]:
     """Joints of a body at a point about which it may turn."""
-    joints = (part for part in mechanism.parts if isinstance(part, Joint) and not isinstance(part, Guide | PinSlot))
-    return [joint for joint in joints if joint.kind != "fixed" and body.name in _names(joint)]
+    joints = (part for part in mechanism.parts if isinstance(part, Joint) and part.holds_point)
+    return [joint for joint in joints if body.name in _names(joint)]
 
 
 def _names(joint: Joint) -> tuple[str, str]:

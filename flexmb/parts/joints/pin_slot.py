@@ -115,6 +115,7 @@ class PinSlot(Joint):
     along: tuple[float, float] = field("direction of the slot", rule=directed, default=(1.0, 0.0))
 
     kind = "slot"
+    holds_point = False
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One constraint equation, travel and speed."""

@@ -112,6 +112,8 @@ class Guide(Joint):
     at: Any = field("the joint's point; None: the main node of the second body", "m", point, default=None)
     along: tuple[float, float] = field("direction of the guide", rule=directed, default=(1.0, 0.0))
 
+    holds_point = False
+
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """The slider's point, and the guide in the first body."""
         guide, slider = self.ends(mechanism)
@@ -234,6 +236,7 @@ class Clamp(Joint):
     y: Motion | None = field("motion of the point along y of the first body; None: constant", "m", MOTION, default=None)
 
     kind = "fixed"
+    holds_point = False
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -152,6 +152,7 @@ class Fixed(Joint):
     """
 
     kind = "fixed"
+    holds_point = False
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """Three constraint equations."""
