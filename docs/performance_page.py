@@ -65,6 +65,8 @@ def write(path: Path, data: dict, order: list[str]) -> None:
         parts += statics(others["statics"])
     if "bearings" in others:
         parts += bearings(others["bearings"])
+    if "diagram" in others:
+        parts += diagram(others["diagram"])
     path.write_text("\n\n".join(wrapped(p) for p in parts if p) + "\n", encoding="utf-8")
 
 
@@ -289,3 +291,16 @@ def bearings(record: dict) -> list[str]:
     wear (`python tests/speed/bearings.py`, then `python docs/performance.py --collect`). {where["date"]}, load average
     {where["load"]}."""
     return ["## Oil and wear", text, "\n".join(lines), "\n".join(lives)]
+
+
+def diagram(record: dict) -> list[str]:
+    """A large bifurcation diagram in threads, by tests/speed/diagram.py."""
+    where, turns = record["where"], record["points"] * record["turns"]
+    a_turn, hours = 1e3 * record["processors"] / turns, 200 / record["turns"] * record["clock"] / 3600
+    text = f"""\
+    A bifurcation diagram of {record["points"]:,} speeds of the slider-crank with .1 mm of play, {record["turns"]} turns
+    each, in {record["threads"]} threads of one process: {record["clock"] / 60:.0f} min on the clock, {a_turn:.2g} ms of
+    the processors a turn, {record["memory"]:.0f} MiB more at the end than after the first points, {record["failed"]}
+    points failed; {hours:.1f} h with 200 turns each at this rate (`python tests/speed/diagram.py`, then
+    `python docs/performance.py --collect`). {where["date"]}, load average {where["load"]}."""
+    return ["## A large diagram", text]
