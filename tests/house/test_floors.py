@@ -84,7 +84,10 @@ TYPING_ONLY = {
 }
 """The only imports that go up, each with its reason; nothing is called through them."""
 
-LATE = {("model", "show.pictures"): "Mechanism.plot draws the mechanism"}
+LATE = {
+    ("model", "show.pictures"): "Mechanism.plot draws the mechanism",
+    ("results", "show.reports"): "a notebook shows a solution as it moves",
+}
 """The only imports that go up inside functions, each with its reason: methods for convenience."""
 
 TOP = "flexmb/__init__.py"
