@@ -83,7 +83,7 @@ def refusal(text: str) -> str:
 
 # From browsers
 
-KINDS = ("set", "want", "go", "study", "stop")  # kinds of messages from browsers
+KINDS = ("set", "want", "go", "study", "stop", "open")  # kinds of messages from browsers
 
 
 def require(given: Any, kind: type, what: str) -> Any:

@@ -108,7 +108,8 @@ class Runner:
 
     def first(self) -> None:
         """First run, with compilations, in the calling thread."""
-        self._keep(self._view(self.request, None))
+        self.latest = self._view(self.request, None)
+        self.finished = self.latest.number
 
     def start(self) -> None:
         """Start the thread."""
@@ -176,13 +177,12 @@ class Runner:
         """Run a request, or go on from a view, and publish the result."""
         view = self._view(request, before)
         if not view.status.startswith(REPLACED):
-            self._keep(view)
+            with self.changed:
+                self.latest = view
             self.published(view)
-
-    def _keep(self, view: View) -> None:
-        with self.changed:
-            self.latest, self.finished = view, view.number
-            self.changed.notify_all()
+            with self.changed:  # after its message, so that a script goes on beside a page that knows the run
+                self.finished = view.number
+                self.changed.notify_all()
 
     def _view(self, request: Request, before: View | None) -> View:
         """View of a run, or of the error that it ended with."""

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from functools import partial
+from hashlib import sha256
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from flexmb import checks
+from flexmb.design.parameters import Model
 from flexmb.dynamics.exponents.lyapunov import lyapunov
-from flexmb.dynamics.jobs.executors import attempted
-from flexmb.dynamics.sweeps.bifurcation import Family, SectionSettings, section_point
+from flexmb.dynamics.jobs.executors import Outcome
+from flexmb.dynamics.sweeps.bifurcation import bifurcation
+from flexmb.dynamics.sweeps.parameter_sweep import load_sweep
 from flexmb.errors import USER_ERRORS, InputError
 from flexmb.live.knobs import LABEL, Knobs, Value
-from flexmb.model.mechanism import Mechanism
 
 EXPONENT, DIAGRAM = "exponent", "diagram"
 STAGES, SKIP = (50, 200), 50  # periods of an exponent, first few and then many; periods before it
@@ -30,40 +35,40 @@ class Studies:
     ----------
     knobs : numbers and choices that may vary.
     told : called in the thread of the study with its results so far.
+    store : folder of stores, one for each diagram; None: diagrams are not kept.
     """
 
-    def __init__(self, knobs: Knobs, told: Told) -> None:
-        self.knobs, self.told = knobs, told
+    def __init__(self, knobs: Knobs, told: Told, store: Path | None = None) -> None:
+        self.knobs, self.told, self.store = knobs, told, store
         self.stopping = threading.Event()
         self.thread: threading.Thread | None = None
 
     def begin(self, values: Mapping[str, Value], asked: Mapping[str, Any]) -> None:
         """Begin a study of these values; wrong wishes raise `InputError`, and so does a study that runs."""
         kind = checks.one_of(LABEL, "kind", asked.get("kind"), (EXPONENT, DIAGRAM))
-        steps = self._exponent(values) if kind == EXPONENT else self._diagram(values, asked)
+        study = partial(self._exponent, values) if kind == EXPONENT else self._diagram(values, asked)
         if self.thread is not None and self.thread.is_alive():
             self.stopping.set()
             raise InputError(f"{LABEL}: an earlier study is about to end. Try again in a moment.")
         self.stopping.clear()
-        self.thread = threading.Thread(target=self._work, args=(kind, steps), name="flexmb study", daemon=True)
+        self.thread = threading.Thread(target=self._work, args=(kind, study), name="flexmb study", daemon=True)
         self.thread.start()
 
     def stop(self) -> None:
         """End the study after the point that it computes."""
         self.stopping.set()
 
-    def _work(self, kind: str, steps: Iterator[dict[str, Any]]) -> None:
-        common = {"type": "study", "kind": kind}
+    def _work(self, kind: str, study: Callable[[Told], None]) -> None:
+        common, fault = {"type": "study", "kind": kind}, {}
         try:
-            for said in steps:
-                self.told({**common, **said, "done": False})
-                if self.stopping.is_set():
-                    break
-            self.told({**common, "done": True, "stopped": self.stopping.is_set()})
+            study(lambda said: self.told({**common, **said, "done": False}))
+        except KeyboardInterrupt:  # stopped
+            pass
         except USER_ERRORS as error:
-            self.told({**common, "done": True, "fault": str(error)})
+            fault = {"fault": str(error)}
+        self.told({**common, "done": True, "stopped": self.stopping.is_set(), **fault})
 
-    def _exponent(self, values: Mapping[str, Value]) -> Iterator[dict[str, Any]]:
+    def _exponent(self, values: Mapping[str, Value], tell: Told) -> None:
         """Largest exponent over few and over many periods, with its error and the verdict."""
         for periods in STAGES:
             found = lyapunov(self.knobs.mechanism(values), skip=SKIP, periods=periods, confirm=False)
@@ -72,10 +77,12 @@ class Studies:
             told = {"verdict": str(verdict), "reason": verdict.reason} if verdict is not None else {}
             history = {"time": found.time.tolist(), "history": found.history[:, 0].tolist()}
             done = {"status": found.status, "ok": found.ok, "periods": periods, "of": STAGES[-1]}
-            yield {**said, **told, **history, **done}
+            tell({**said, **told, **history, **done})
+            if self.stopping.is_set():
+                return
 
-    def _diagram(self, values: Mapping[str, Value], asked: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-        """Checked wishes of a diagram, and its points one after the other, spread evenly from the first on."""
+    def _diagram(self, values: Mapping[str, Value], asked: Mapping[str, Any]) -> Callable[[Told], None]:
+        """Study of a diagram, whose points come one after the other, those of its store first."""
         name = checks.one_of(LABEL, "parameter", asked.get("parameter"), self.knobs.known)
         knob = self.knobs.known[name]
         if knob.kind != "number":
@@ -88,28 +95,53 @@ class Studies:
         signal = asked.get("signal")
         if not isinstance(signal, str) or not low < high:
             raise InputError(f"{LABEL}: a diagram needs a signal, and a range whose first end is the lower one.")
-        along = np.linspace(low, high, count)[_spread(count)].tolist()
-        return self._points(values, name, along, SectionSettings(skip, keep, (signal,)))
+        make, fixed = self.knobs.family(values, name)
+        along = np.linspace(low, high, count)
+        settings = {"fixed": fixed, "skip": skip, "keep": keep, "signals": [signal]}
+        place = None
+        if self.store is not None:
+            others = {key: one for key, one in values.items() if key != name}
+            text = repr((name, low, high, count, skip, keep, signal, sorted(others.items())))
+            place = self.store / f"{name}-{sha256(text.encode()).hexdigest()[:12]}.zarr"
+        return partial(self._paint, make, name, along, settings, place)
 
-    def _points(
-        self, values: Mapping[str, Value], name: str, along: list[float], section: SectionSettings
-    ) -> Iterator[dict[str, Any]]:
-        """Section points at values of a parameter."""
-        knobs, model = self.knobs, self.knobs.model
-        others = {key: knobs.known[key].argument(one) for key, one in values.items() if key != name}
-        if isinstance(model, Mechanism):
-            family = Family(knobs.mechanism({**values, name: knobs.known[name].value}), name, {})
-        else:
-            family = Family(model, name, {**knobs.fixed, **others})
-        for number, value in enumerate(along, 1):
-            found = attempted(section_point, family, section, value, None)
-            said = {"at": value, "number": number, "of": len(along), "fault": "" if found.ok else found.status}
-            points = np.ravel(found.values.get("points", ()))
-            yield {**said, "points": points.tolist(), "verdict": found.values.get("verdict", "")}
+    def _paint(
+        self, make: Model, name: str, along: np.ndarray, settings: dict[str, Any], place: Path | None, tell: Told
+    ) -> None:
+        """Tell the points of a diagram, those of its store first."""
+        painter = _Painter(tell, self.stopping, len(along))
+        if place is not None and place.exists():
+            kept = load_sweep(place)
+            points = kept[settings["signals"][0]].values
+            for k in np.flatnonzero(kept["status"].values != ""):
+                values = {"points": points[k], "verdict": str(kept["verdict"].values[k])}
+                ok = bool(kept["ok"].values[k])
+                painter.tell(
+                    float(kept[name].values[k]), Outcome(values if ok else {}, str(kept["status"].values[k]), ok)
+                )
+        with painter:
+            bifurcation(make, name, along, **settings, executor=painter, pending=1, store=place, resume=True)
 
 
-def _spread(count: int) -> np.ndarray:
-    """Numbers (count,) of points in an order that fills their range evenly: by their reversed bits."""
-    bits = max(count - 1, 1).bit_length()
-    order = sorted(range(count), key=lambda k: int(f"{k:0{bits}b}"[::-1], 2))
-    return np.array(order)
+class _Painter(ThreadPoolExecutor):
+    """Executor of one thread that tells each point of a diagram once it is found."""
+
+    def __init__(self, told: Told, stopping: threading.Event, count: int) -> None:
+        super().__init__(1, "flexmb point")
+        self.told, self.stopping, self.count, self.number = told, stopping, count, 0
+
+    def submit(self, function: Any, /, *arguments: Any, **keywords: Any) -> Future[Any]:
+        """See `Executor`."""
+        if self.stopping.is_set():
+            raise KeyboardInterrupt
+        future = super().submit(function, *arguments, **keywords)
+        _, _, _, value, _ = arguments  # of `section_point`, see `bifurcation`
+        self.tell(value, future.result())
+        return future
+
+    def tell(self, value: float, found: Outcome) -> None:
+        """Tell a point."""
+        self.number += 1
+        said = {"at": value, "number": self.number, "of": self.count, "fault": "" if found.ok else found.status}
+        points = np.ravel(found.values.get("points", ()))
+        self.told({**said, "points": points.tolist(), "verdict": found.values.get("verdict", "")})

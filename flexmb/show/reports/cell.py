@@ -1,4 +1,4 @@
-"""Small player of a run for a cell of a notebook: a frame with a page of its own, which needs neither kernel nor network."""
+"""Small player of a run for a cell of a notebook: a frame with a page of its own, without kernel and network."""
 
 from __future__ import annotations
 
@@ -61,4 +61,6 @@ def _page(sol: Solution, frames: np.ndarray) -> str:
     """Text of the page of a player."""
     drawn = scene(sol, sol.mechanism, frames)
     body: Content = player(sol, sol.name, fields=fields_of(drawn))
-    return document(sol.name, Markup(body), SCRIPTS, {"time": instants(sol.time[frames]), "scene": drawn}, own=(STYLE, ""))
+    return document(
+        sol.name, Markup(body), SCRIPTS, {"time": instants(sol.time[frames]), "scene": drawn}, own=(STYLE, "")
+    )
