@@ -240,7 +240,7 @@ class _Watch:
         now = clock()
         if now - self.begun > MOST_SECONDS:
             raise KeyboardInterrupt(TOO_LONG)
-        if now - self.told > EVERY and run.saved.count > 1:
+        if now - self.told > EVERY and run.saved.count > 1 and self.runner.thread.is_alive():  # there is a page
             self.told = now
             sol = replace(run.solution({"name": self.mechanism.name}), status=f"Running: t = {run.flow.clock.t:.4g} s.")
             self.runner.published(view_of(self.request, self.mechanism, sol, done=False, period=run.period))

@@ -132,6 +132,13 @@ def test_long_runs_show_their_rows_so_far(monkeypatch):
     assert ends == sorted(ends)
 
 
+def test_a_first_run_that_lasts_opens_its_page(monkeypatch):
+    """There is no browser yet to which its rows so far could be told."""
+    monkeypatch.setattr(runs, "EVERY", 0.0)
+    with fm.explore(slider_crank, vary=["speed"], periods=100, open=False, block=False) as page:
+        assert page.view.ok, page.view.status
+
+
 def test_runs_that_go_on_are_those_of_one_long_run():
     with fm.explore(slider_crank, vary={"speed": (100.0, 500.0)}, periods=1, open=False, block=False) as page:
         page.set(speed=300.0)
