@@ -37,7 +37,7 @@ def explore(source: Source, makers: list[Option], options: argparse.Namespace) -
         words[1:1] = [option.flag for option in makers if option.kind == "flag" and fixed.get(option.name)]
     else:
         knobs = Knobs(source.make, None, fixed, ranges)
-    page = Page(knobs, _length(options), words, options.store)
+    page = Page(knobs, _length(options), words, options.store, options.port)
     shown(page, opened=not options.no_open, block=True)
     return 0
 

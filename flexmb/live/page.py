@@ -57,6 +57,7 @@ def explore(
     periods: float | None = None,
     t_end: float | None = None,
     store: str | Path | None = None,
+    port: int | None = None,
     open: bool | None = None,
     block: bool | None = None,
 ) -> Page:
@@ -76,6 +77,7 @@ def explore(
     fixed : other arguments of a function, or start values of its varied ones.
     periods, t_end : length of a run in periods of the drives, or [s]; None: two periods, or 1 s without such drives.
     store : folder that keeps the points of bifurcation diagrams, from which the same diagram goes on; None: none.
+    port : port of the page, so that links to it stay the same; None: a free one.
     open : whether the page is opened in the browser; None: outside of notebooks.
     block : whether the call waits until Ctrl-C; otherwise the page lives until its `close`, or the end of the program;
         None: outside of notebooks.
@@ -86,7 +88,7 @@ def explore(
 
     Raises
     ------
-    InputError : another kind of model; unknown names; empty ranges, or ranges that cannot be guessed.
+    InputError : another kind of model; unknown names; empty ranges, or ranges that cannot be guessed; a port in use.
     MissingPackageError : starlette, uvicorn or websockets are not installed (`pip install 'flexmb[live]'`).
 
     Notes
@@ -101,7 +103,7 @@ def explore(
         for name, flag in (("open", open), ("block", block))
     )
     given = {} if fixed is None else checks.mapping(LABEL, "fixed", fixed)
-    page = Page(Knobs(model, vary, given), length_of(periods, t_end), store=store)
+    page = Page(Knobs(model, vary, given), length_of(periods, t_end), store=store, port=port)
     return shown(page, opened=opened, block=waits)
 
 
@@ -138,6 +140,7 @@ class Page:
     length : unit and length of the first run; None: by the drives.
     source : words by which the command line finds the mechanism; none for one of a script.
     store : folder of the points of diagrams; None: none.
+    port : number of the port; None: a free one.
     """
 
     def __init__(
@@ -146,7 +149,9 @@ class Page:
         length: tuple[str, float] | None = None,
         source: Sequence[str] = (),
         store: str | Path | None = None,
+        port: int | None = None,
     ) -> None:
+        number = None if port is None else checks.count(LABEL, "port", checks.between(LABEL, "port", port, 1024, 65535))
         for package, purpose in PACKAGES.items():
             checks.package(package, "live", purpose)
         from flexmb.live.server import Server  # noqa: PLC0415 - in an extra
@@ -162,7 +167,7 @@ class Page:
         made = {"report.html": self._report, "film": self._film, "run.nc": self._netcdf}
         self._runner.first()  # before the page opens: code is compiled here
         token = secrets.token_urlsafe(TOKEN_BYTES)
-        self._server: Server = Server(self._text, self._hear, self._greeting, made, token)
+        self._server: Server = Server(self._text, self._hear, self._greeting, made, token, number)
         self._runner.start()
         self._server.start()
 
@@ -202,12 +207,12 @@ class Page:
         self._widgets = [*self._widgets, made][-MOST_WIDGETS:]
         return made
 
-    def _repr_mimebundle_(self, **_: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
         """The widget, and for places without widgets the player of the present run."""
-        data, metadata = self.widget()._repr_mimebundle_()
+        shown = (self.widget()._repr_mimebundle_() or ({},))[0]
         solution = self.view.solution
         still = solution._repr_html_() if solution else html.escape(self.view.status)
-        return {**data, "text/plain": repr(self), "text/html": still}, metadata
+        return {**shown, "text/plain": repr(self), "text/html": still}
 
     def _display_(self) -> Widget:  # of marimo
         return self.widget()

@@ -29,14 +29,7 @@ Told = Callable[[dict[str, Any]], None]
 
 
 class Studies:
-    """One study at a time of the mechanism of a live page.
-
-    Parameters
-    ----------
-    knobs : numbers and choices that may vary.
-    told : called in the thread of the study with its results so far.
-    store : folder of stores, one for each diagram; None: diagrams are not kept.
-    """
+    """One study at a time, which tells its results so far; `store`: folder with a store for each diagram, or None."""
 
     def __init__(self, knobs: Knobs, told: Told, store: Path | None = None) -> None:
         self.knobs, self.told, self.store = knobs, told, store
@@ -120,7 +113,7 @@ class Studies:
                     float(kept[name].values[k]), Outcome(values if ok else {}, str(kept["status"].values[k]), ok)
                 )
         with painter:
-            bifurcation(make, name, along, **settings, executor=painter, pending=1, store=place, resume=True)
+            bifurcation(make, name, along.tolist(), **settings, executor=painter, pending=1, store=place, resume=True)
 
 
 class _Painter(ThreadPoolExecutor):

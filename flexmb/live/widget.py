@@ -17,15 +17,10 @@ KEPT = ("run", "findings")
 MOST_KEPT = 2_000_000  # length of a message at most that is kept, in signs
 
 
-class Widget(anywidget.AnyWidget):  # type: ignore[misc] # anywidget declares no types of its bases
+class Widget(anywidget.AnyWidget):
     """Live page in a cell of a notebook; made by `Page.widget`.
 
-    Parameters
-    ----------
-    script : module of the frame around the page.
-    page : text of the page.
-    heard : called with each message of the page, as plain values; returns a refusal or None.
-    greeting : newest messages by kind.
+    In: script of the frame, text of the page, what hears its messages as of `Server`, newest messages by kind.
     """
 
     page = traitlets.Unicode().tag(sync=True)

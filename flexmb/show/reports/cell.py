@@ -7,7 +7,7 @@ import numpy as np
 from flexmb.errors import FlexmbError
 from flexmb.results.drawing import nearest_instants
 from flexmb.results.solution import Solution
-from flexmb.show.reports.document import Content, Markup, document, instants, tag
+from flexmb.show.reports.document import Markup, document, instants, tag
 from flexmb.show.reports.scene import fields_of, player, scene
 
 SCRIPTS = ("mesh.js", "scene.js", "drawing.js", "player.js", "cell.js")
@@ -29,38 +29,25 @@ body { background: none; }
 
 def cell(sol: Solution) -> Markup:
     """Frame with the player of a run; empty for a run that cannot be drawn, or whose motion is too long a text."""
-    if not sol.shapes or not len(sol.time):
-        return Markup()
     finite = np.flatnonzero(np.isfinite(sol.values).all(axis=1))
-    for most in FRAMES:
+    for most in FRAMES if sol.shapes and len(finite) else ():
+        frames = finite
+        if len(finite) > most:
+            along = np.linspace(sol.time[finite[0]], sol.time[finite[-1]], most)
+            frames = np.intersect1d(nearest_instants(sol, along), finite)
         try:
-            frames = _frames(sol, finite, most)
-            made = framed(_page(sol, frames), f"Motion of {sol.name}", HEIGHT) if len(frames) else Markup()
+            made = _framed(sol, frames)
         except FlexmbError:  # poses that were not saved
-            return Markup()
+            break
         if len(made) <= MOST_SIGNS:
             return made
     return Markup()
 
 
-def framed(text: str, title: str, height: int) -> Markup:
-    """Frame that holds the text of a page, whose scripts reach nothing outside of it."""
-    style = f"width: 100%; height: {height}px; border: 0"
-    return tag("iframe", srcdoc=text, sandbox="allow-scripts", title=title, style=style)
-
-
-def _frames(sol: Solution, finite: np.ndarray, most: int) -> np.ndarray:
-    """Numbers of saved instants with finite values, `most` of them about, evenly over the time."""
-    if len(finite) <= most:
-        return finite
-    chosen = nearest_instants(sol, np.linspace(sol.time[finite[0]], sol.time[finite[-1]], most))
-    return chosen[np.isin(chosen, finite)]
-
-
-def _page(sol: Solution, frames: np.ndarray) -> str:
-    """Text of the page of a player."""
+def _framed(sol: Solution, frames: np.ndarray) -> Markup:
+    """Frame that holds the page of a player, whose scripts reach nothing outside of it."""
     drawn = scene(sol, sol.mechanism, frames)
-    body: Content = player(sol, sol.name, fields=fields_of(drawn))
-    return document(
-        sol.name, Markup(body), SCRIPTS, {"time": instants(sol.time[frames]), "scene": drawn}, own=(STYLE, "")
-    )
+    data = {"time": instants(sol.time[frames]), "scene": drawn}
+    text = document(sol.name, player(sol, sol.name, fields=fields_of(drawn)), SCRIPTS, data, own=(STYLE, ""))
+    style = f"width: 100%; height: {HEIGHT}px; border: 0"
+    return tag("iframe", srcdoc=text, sandbox="allow-scripts", title=f"Motion of {sol.name}", style=style)
