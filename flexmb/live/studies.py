@@ -75,7 +75,7 @@ class Studies:
                 return
 
     def _diagram(self, values: Mapping[str, Value], asked: Mapping[str, Any]) -> Callable[[Told], None]:
-        """Study of a diagram, whose points come one after the other, those of its store first."""
+        """Study of a diagram by checked wishes."""
         name = checks.one_of(LABEL, "parameter", asked.get("parameter"), self.knobs.known)
         knob = self.knobs.known[name]
         if knob.kind != "number":
@@ -101,7 +101,7 @@ class Studies:
     def _paint(
         self, make: Model, name: str, along: np.ndarray, settings: dict[str, Any], place: Path | None, tell: Told
     ) -> None:
-        """Tell the points of a diagram, those of its store first."""
+        """Points of a diagram, one by one; those of its store first."""
         painter = _Painter(tell, self.stopping, len(along))
         if place is not None and place.exists():
             kept = load_sweep(place)

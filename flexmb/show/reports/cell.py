@@ -1,4 +1,4 @@
-"""Small player of a run for a cell of a notebook: a frame with a page of its own, without kernel and network."""
+"""Small player of a run in a notebook: a page within a frame, without kernel and network."""
 
 from __future__ import annotations
 
