@@ -17,8 +17,8 @@ from nine_bar_study.times import note_call, times
 
 from flexmb import checks
 from flexmb.cli.run import require_folder, require_packages
-from flexmb.dynamics.jobs.executors import cores
 from flexmb.dynamics.jobs.files import write_text
+from flexmb.engine.compiled.ahead import cores
 from flexmb.errors import FlexmbError
 
 NINE_BAR = "nine-bar"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
-from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,10 +11,9 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.cli.arguments.options import Option, keywords_of
-from flexmb.cli.arguments.source import Source, field_option, find
+from flexmb.cli.arguments.source import Source, field_option
 from flexmb.cli.arguments.units import quantity
 from flexmb.cli.run import flow_options, require_folder, require_those_of, tell
-from flexmb.dynamics.jobs.executors import worker_pool
 from flexmb.dynamics.jobs.files import write_netcdf
 from flexmb.dynamics.sweeps.bifurcation import Family, bifurcation, first_of
 from flexmb.errors import InputError
@@ -45,10 +43,10 @@ def sweep(source: Source, makers: list[Option], options: argparse.Namespace) -> 
     known = signals or (first_of(Family(make, parameter, fixed, **solver), values).names if pictures else ())
     for name in pictures:  # before the long run
         checks.one_of("--plot", "signal", name, known)
-    with worker_pool(workers, find, options.source) if workers > 1 else nullcontext() as pool:
-        shared = {name: vars(options)[name] for name in SHARED}
-        given = {"fixed": fixed, "signals": signals, "executor": pool, "progress": not options.quiet, **solver}
-        diagram = bifurcation(make, parameter, values, **shared, **given)
+    shared = {name: vars(options)[name] for name in SHARED}
+    threads = workers if workers > 1 else None
+    given = {"fixed": fixed, "signals": signals, "executor": threads, "progress": not options.quiet, **solver}
+    diagram = bifurcation(make, parameter, values, **shared, **given)
     written = [Path(options.store)] if options.store else [write_netcdf(folder / f"{STEM}.nc", {"": diagram})]
     if not options.no_plots:
         from flexmb.show.pictures.diagrams import default_signal, plot_bifurcation  # noqa: PLC0415 - when asked for

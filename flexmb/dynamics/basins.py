@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.dynamics.jobs.executors import Chain, Job, Outcome, drive
+from flexmb.dynamics.jobs.executors import Chain, Job, Outcome, drive, require_executor
 from flexmb.dynamics.orbits.shooting import Shooting, StateSpace
 from flexmb.dynamics.systems.dynamics import Dynamics, Period, as_dynamics
 from flexmb.errors import AssemblyError, InputError, SolveError
@@ -234,7 +234,7 @@ def basin(
     tolerance: float = 1e-4,
     bound: float = 1e3,
     angles: Sequence[str] = (),
-    executor: Executor | None = None,
+    executor: Executor | int | None = None,
     workers: int = 1,
 ) -> Basin:
     """Basins of attraction over two entries of the state; the other entries keep their present values.
@@ -254,8 +254,9 @@ def basin(
     tolerance : tolerance of repetitions and of equal attractors, over the size of the grid.
     bound : distance, in sizes of the grid, beyond which a motion is lost.
     angles : names of state entries that count modulo 2 pi; the angles of a mechanism are known.
-    executor : an executor of `concurrent.futures` for chunks of the grid; the system must then be picklable.
-    workers : number of chunks that run at once.
+    executor : a number of threads of this process, or an executor of `concurrent.futures`, for chunks of the grid; the
+        system must be picklable for other executors than threads.
+    workers : number of chunks that run at once on an executor; threads are counted.
 
     Raises
     ------
@@ -279,6 +280,7 @@ def basin(
     ([[1, 1, 2, 2], [1, 1, 2, 2]], [[[-1.0, 0.0]], [[1.0, 0.0]]])
     """
     moved = as_dynamics(LABEL, system, wanted="a flow or map (Map, MechanismFlow) or a Mechanism")
+    require_executor(LABEL, executor)
     places = [_place(moved, axis, which) for axis, which in ((x, "x"), (y, "y"))]
     (a, ax, ua, xs), (b, by, ub, ys) = places
     if a == b:
@@ -290,7 +292,8 @@ def basin(
     if executor is None:
         found: list[list[Track]] = [tracks_of(moved.copy(), starts, rules).values["tracks"]]
     else:
-        chunks = np.array_split(starts, min(CHUNKS * workers, len(starts)))
+        at_once = executor if isinstance(executor, int) else workers
+        chunks = np.array_split(starts, min(CHUNKS * at_once, len(starts)))
         found = [[] for _ in chunks]
 
         def chain(chunk: np.ndarray, part: list[Track]) -> Chain:

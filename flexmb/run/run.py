@@ -14,7 +14,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from flexmb.dynamics.jobs.executors import is_in_job
+from flexmb.dynamics.jobs.executors import is_ended, is_in_job
 from flexmb.dynamics.jobs.progress import ProgressBar
 from flexmb.engine.compiled.notice import notice
 from flexmb.engine.compiled.records import fitting
@@ -91,7 +91,12 @@ class Interruption:
         self.asked = number
 
     def act(self) -> None:
-        """Raise `KeyboardInterrupt` if a signal came, with a text on a signal that is not of the keyboard."""
+        """Raise `KeyboardInterrupt` if a signal came, with a text on a signal that is not of the keyboard.
+
+        The end of the jobs of a thread does the same.
+        """
+        if is_ended():
+            raise KeyboardInterrupt
         number, self.asked = self.asked, None
         if number is not None:
             raise KeyboardInterrupt("" if number == KEYBOARD else f"Ended by {signal.Signals(number).name}")

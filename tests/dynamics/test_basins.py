@@ -103,6 +103,7 @@ def test_workers_change_nothing(roots, pool):
     np.testing.assert_array_equal(shared.taken, alone.taken)
     for a, b in zip(shared.attractors, alone.attractors, strict=True):
         np.testing.assert_array_equal(a, b)
+    np.testing.assert_array_equal(basin(system, *axes, bound=1e9, executor=3).number, alone.number)
 
 
 def test_dataset_of_a_basin(roots):

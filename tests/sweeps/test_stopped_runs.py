@@ -4,7 +4,7 @@ import os
 import signal
 import subprocess
 import sys
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 
 import numpy as np
@@ -17,7 +17,8 @@ import flexmb as fm
 def pools():
     return {
         "alone": lambda: None,
-        "threads": lambda: ThreadPoolExecutor(2),
+        "threads": lambda: 2,
+        "pool of threads": lambda: ThreadPoolExecutor(2),
         "processes": lambda: ProcessPoolExecutor(2, mp_context=get_context("spawn")),
     }
 
@@ -27,7 +28,7 @@ def test_a_run_that_stops_early_fails_its_point(name, tmp_path):
     """The function returns what it read from two runs; the second of them stops early at 40 steps."""
     pool = pools()[name]()
     found = fm.sweep(careless, {"most": CARELESS}, executor=pool, store=tmp_path / "s")
-    if pool is not None:
+    if isinstance(pool, Executor):
         pool.shutdown()
     assert found["ok"].values.tolist() == [True, False, True, False]
     assert found["status"].values[0] == "done"
@@ -129,27 +130,27 @@ def test_ctrl_c_in_a_point_leaves_its_checkpoint(tmp_path):
 
 SCRIPT = """
 import sys
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import nullcontext
 import flexmb as fm
 from sweep_models import long_run
 
 if __name__ == "__main__":
-    store, workers = sys.argv[1], int(sys.argv[2])
-    with ProcessPoolExecutor(workers) if workers else nullcontext() as pool:
+    store, kind = sys.argv[1:]
+    with ProcessPoolExecutor(2) if kind == "processes" else nullcontext(2 if kind == "threads" else None) as pool:
         fm.sweep(long_run, {"k": list(range(400))}, store=store, executor=pool, resume=True)
 """
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("workers", [0, 2])
-def test_a_signal_from_the_keyboard_ends_a_sweep(workers, tmp_path):
+@pytest.mark.parametrize("kind", ["alone", "threads", "processes"])
+def test_a_signal_from_the_keyboard_ends_a_sweep(kind, tmp_path):
     """SIGINT to the whole group, as a terminal sends it: every stored point is a whole one."""
     import time
 
     script, store = tmp_path / "run.py", tmp_path / "s"
     script.write_text(SCRIPT)
-    process = subprocess.Popen([sys.executable, str(script), str(store), str(workers)], start_new_session=True)
+    process = subprocess.Popen([sys.executable, str(script), str(store), kind], start_new_session=True)
     status, deadline = store / "status" / "c", time.monotonic() + 120.0
     while process.poll() is None and len(list(status.glob("*"))) < 4 and time.monotonic() < deadline:
         time.sleep(0.01)

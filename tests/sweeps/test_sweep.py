@@ -216,7 +216,7 @@ def test_ctrl_c_is_no_result():
         ({"parameter": "q"}, "'q'"),
         ({"parameter": "period"}, "'period'"),
         ({"fixed": {"q": 1.0}}, "'q'"),
-        ({"executor": 4}, "ProcessPoolExecutor"),
+        ({"executor": "four"}, "ProcessPoolExecutor"),
         ({"pending": 0}, "pending"),
         ({"exponent": -3}, "exponent"),
         ({"exponent": "later"}, "Known: points"),
@@ -251,6 +251,12 @@ def test_what_cannot_be_sent_is_refused_before_anything_starts(tmp_path):
 def test_a_client_instead_of_its_executor_is_refused():
     with pytest.raises(fm.errors.InputError, match=r"client\.get_executor\(\)"):
         fm.sweep(results, {"a": [1]}, executor=object())
+
+
+@pytest.mark.parametrize("executor", [0, -1, 2.5, True, "2"])
+def test_a_number_of_threads_is_a_count(executor):
+    with pytest.raises(fm.errors.InputError, match="number of threads"):
+        fm.sweep(results, {"a": [1]}, executor=executor)
 
 
 class Counting(Executor):

@@ -107,7 +107,7 @@ SWEEP = (
     ("--period TIME", "time between two points (default the period of the drives)"),
     ("--exponent", "also the largest Lyapunov exponent at each value"),
     *_method("methods of `flexmb run` except runge-kutta"),
-    ("--workers N", "number of worker processes", 1),
+    ("--workers N", "number of points at a time, in threads", 1),
     "files",
     ("--store DIR.zarr", "store of all finished points (zarr)"),
     ("--resume", "continue an existing store"),

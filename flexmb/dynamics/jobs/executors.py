@@ -1,21 +1,19 @@
-"""Jobs on any executor: calls that may fail, chains that wait for one another, the one pool of workers."""
+"""Jobs on any executor: calls that may fail, chains that wait for one another, threads and worker processes."""
 
 from __future__ import annotations
 
-import multiprocessing
-import os
 import pickle
 import re
-import signal
 import threading
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 from types import TracebackType
 from typing import Any, NamedTuple, Self
 
+from flexmb import checks
 from flexmb.errors import InputError, WorkerError
 
 # Calls that may fail: results or error of a point, in a form that can be sent and stored
@@ -26,6 +24,7 @@ ADDRESS = re.compile(r" at 0x[0-9a-fA-F]+")
 DONE = "done"  # status of a point that succeeded
 
 _STOPPED: ContextVar[list[str] | None] = ContextVar("stopped runs of the present job", default=None)
+_ENDED: ContextVar[threading.Event | None] = ContextVar("event that ends the jobs of this thread", default=None)
 
 
 @dataclass(frozen=True)
@@ -62,6 +61,12 @@ def is_in_job() -> bool:
     return _STOPPED.get() is not None
 
 
+def is_ended() -> bool:
+    """End of the jobs of this thread: its results are no longer waited for."""
+    ended = _ENDED.get()
+    return ended is not None and ended.is_set()
+
+
 def tell_stopped(run: str, status: str) -> None:
     """Note the name and status of a run that did not reach its end, for the job around it."""
     if (runs := _STOPPED.get()) is not None:
@@ -95,58 +100,21 @@ def failure(error: BaseException | None) -> Outcome:
     return Outcome({}, f"{type(error).__name__}: {text}" if text else type(error).__name__, ok=False)
 
 
-# The one pool of worker processes of this machine
-
-ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
-"""Variables that keep the linear algebra of a worker from taking the cores of the others."""
+# Threads of this process
 
 
 @contextmanager
-def worker_pool(count: int, prepare: Callable[..., Any], *arguments: Any) -> Iterator[ProcessPoolExecutor]:
-    """`count` fresh processes, each with one thread of linear algebra.
+def threads(count: int) -> Iterator[ThreadPoolExecutor]:
+    """`count` threads: compiled steps hold no lock of Python, so runs are side by side.
 
-    Ctrl-C ends the workers at once, and so does the end of the process that started them.  They are started anew, not
-    forked: a fork takes over locks of threads that it does not have.  A process costs some two seconds, for imports and
-    for compiled code from the cache, and all of them start side by side.  `prepare` can be sent to other processes;
-    each calls it with the arguments before its first job.
+    Ctrl-C, as any error, ends the runs of all threads after their present block of steps.
     """
-    before = {name: os.environ.get(name) for name in ONE_THREAD}
-    os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
-    fresh = multiprocessing.get_context("spawn")
-    try:
-        with ProcessPoolExecutor(count, mp_context=fresh, initializer=_begin, initargs=(prepare, arguments)) as pool:
-            try:
-                yield pool
-            except KeyboardInterrupt:
-                for child in multiprocessing.active_children():
-                    child.terminate()  # or the end of the pool would wait for their jobs
-                raise
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
-
-
-def cores() -> int:
-    """Number of processor cores that this process may use."""
-    allowed = getattr(os, "sched_getaffinity", None)  # not on every system
-    return len(allowed(0)) if allowed is not None else os.cpu_count() or 1
-
-
-def _begin(prepare: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
-    signal.signal(signal.SIGINT, lambda number, frame: os._exit(130))
-    threading.Thread(target=_leave_with_parent, daemon=True).start()
-    prepare(*arguments)
-
-
-def _leave_with_parent() -> None:
-    """End this process with its parent: a worker of a killed parent would wait for its next job for ever."""
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
+    ended = threading.Event()
+    with ThreadPoolExecutor(count, "flexmb", _ENDED.set, (ended,)) as pool:
+        try:
+            yield pool
+        finally:
+            ended.set()
 
 
 # Jobs on any executor: so many at a time, chains of jobs that wait for one another, and workers that die
@@ -166,13 +134,17 @@ Chain = Generator[Job, Outcome, None]
 """Jobs one after the other: each is yielded when the outcome of the one before has been sent."""
 
 
-def drive(chains: Iterable[Chain], executor: Executor | None, owner: str, pending: int = PENDING) -> None:
+def drive(chains: Iterable[Chain], executor: Executor | int | None, owner: str, pending: int = PENDING) -> None:
     """Run all chains to their ends; chains keep their results themselves.
 
-    Chains are taken as there is room for them, with at most `pending` jobs with the executor at the same time; without
-    an executor they run in this process, one after the other.  A `WorkerError` tells workers that died or cannot be
-    reached.
+    Chains are taken as there is room for them, with at most `pending` jobs with the executor at the same time; a number
+    is one of threads; without an executor they run in this process, one after the other.  A `WorkerError` tells workers
+    that died or cannot be reached.
     """
+    if isinstance(executor, int):
+        with threads(executor) as pool:
+            drive(chains, pool, owner, pending)
+        return
     if executor is None:
         for chain in chains:
             job = next(chain, None)
@@ -201,19 +173,23 @@ def drive(chains: Iterable[Chain], executor: Executor | None, owner: str, pendin
 
 
 def require_executor(owner: str, executor: Any) -> None:
-    """Refuse an object of another kind than an executor of concurrent.futures."""
+    """Refuse an object of another kind than a number of threads or an executor of concurrent.futures."""
     if executor is None or isinstance(executor, Executor):
         return
-    text = f"{owner}: executor is {type(executor).__name__}; it must be None or an executor of concurrent.futures"
-    raise InputError(f"{text}, e.g. ProcessPoolExecutor(2). A Dask client gives one by client.get_executor().")
+    if isinstance(executor, int) and not isinstance(executor, bool):
+        checks.count(owner, "executor (a number of threads)", executor)
+        return
+    text = f"{owner}: executor is {type(executor).__name__}; it must be None, a number of threads or an executor of "
+    text += "concurrent.futures, e.g. ProcessPoolExecutor(2)"
+    raise InputError(f"{text}. A Dask client gives one by client.get_executor().")
 
 
-def require_picklable(owner: str, executor: Executor | None, what: Any, name: str) -> None:
+def require_picklable(owner: str, executor: Executor | int | None, what: Any, name: str) -> None:
     """Refuse objects that cannot be sent to the processes of the executor, before anything starts.
 
     Threads need nothing; Dask sends functions by value.
     """
-    if executor is None or isinstance(executor, ThreadPoolExecutor):
+    if executor is None or isinstance(executor, (int, ThreadPoolExecutor)):
         return
     if type(executor).__module__.partition(".")[0] == "distributed":
         return

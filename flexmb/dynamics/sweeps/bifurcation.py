@@ -223,7 +223,7 @@ def bifurcation(
     step: Step | None = None,
     method: Newmark | None = None,
     exponent: bool | int | str = False,
-    executor: Executor | None = None,
+    executor: Executor | int | None = None,
     pending: int = PENDING,
     store: Any = None,
     resume: bool = False,
@@ -252,8 +252,8 @@ def bifurcation(
         periods that end with the points, at half the cost and with skip >= 1.  The error of the exponent is the error
         of one run, without a second run with finer steps as in `lyapunov`.  A diagram with another `step` shows the
         influence of the steps.
-    executor : any executor of concurrent.futures: processes, a Dask client (client.get_executor()), MPI; None: this
-        process.
+    executor : a number of threads of this process, or any executor of concurrent.futures: processes, a Dask client
+        (client.get_executor()), MPI; None: one point after the other.
     pending : largest number of points in the executor at a time.
     store : folder that keeps every finished point (zarr); None: no store.
     resume : whether an existing store is continued; otherwise it is refused.

@@ -273,7 +273,7 @@ class Work:
 
     label: str
     sent: tuple[Any, str]
-    executor: Executor | None
+    executor: Executor | int | None
     pending: int
     store: Any
     resume: bool
@@ -318,7 +318,7 @@ def sweep(
     *,
     fixed: Mapping[str, Any] | None = None,
     dims: Mapping[str, Sequence[str]] | None = None,
-    executor: Executor | None = None,
+    executor: Executor | int | None = None,
     pending: int = PENDING,
     store: Any = None,
     resume: bool = False,
@@ -334,8 +334,8 @@ def sweep(
     over : {"a": values, "b": values} for all combinations, or a list of {"a": value, "b": value}.
     fixed : fixed values of other parameters.
     dims : names of the dimensions of returned arrays, by the name of the result; None: "name_0", "name_1", ...
-    executor : any executor of concurrent.futures: processes, a Dask client (client.get_executor()), MPI; None: this
-        process.
+    executor : a number of threads of this process, or any executor of concurrent.futures: processes, a Dask client
+        (client.get_executor()), MPI; None: one point after the other.
     pending : largest number of points in the executor at a time.
     store : folder that keeps every finished point (zarr); None: no store.
     resume : whether an existing store is continued; otherwise it is refused.

@@ -314,13 +314,13 @@ class Whole(CPUDispatcher):
 
 
 def whole(**options: Any) -> Callable[[Callable[..., Any]], Any]:
-    """A decorator like `numba.njit(cache=True, **options)`, whose functions are pieces of one another."""
+    """A decorator like `numba.njit(cache=True, nogil=True, **options)`, whose functions are pieces of one another."""
     if config.DISABLE_JIT or not compiles_fast(numba.__version__):
         notice.times = UNPIECED_FACTOR
-        return numba.njit(cache=True, **options)  # type: ignore[no-any-return]
+        return numba.njit(cache=True, nogil=True, **options)  # type: ignore[no-any-return]
 
     def decorate(function: Callable[..., Any]) -> Any:
-        given = {"nopython": True, "boundscheck": None, **options}
+        given = {"nopython": True, "nogil": True, "boundscheck": None, **options}
         outer = Whole(function, locals={}, targetoptions=given, pipeline_class=WholeCompiler)
         outer._compiler._customize_flags = _quick
         outer.enable_caching()
