@@ -101,7 +101,7 @@ class Studies:
     def _paint(
         self, make: Model, name: str, along: np.ndarray, settings: dict[str, Any], place: Path | None, tell: Told
     ) -> None:
-        """Points of a diagram, one by one; those of its store first."""
+        """Points of a diagram, first from its store, then by runs."""
         painter = _Painter(tell, self.stopping, len(along))
         if place is not None and place.exists():
             kept = load_sweep(place)
