@@ -28,7 +28,7 @@ FLOORS = {
     "dynamics.sweeps": 12, "show.pictures": 12,
     "mechanisms": 13, "design": 13,
     "show.reports": 14,
-    "live": 15,
+    "show.live": 15,
     "cli": 16,
     "parts": 2, "elastic": 2, "engine": 7, "show": 12,  # their docstrings alone
     "__main__": 17, "chaos": 17, "plots": 17, "meshes": 17,

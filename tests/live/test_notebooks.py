@@ -198,7 +198,7 @@ def test_long_runs_have_fewer_frames_and_odd_ones_no_player(monkeypatch):
 
 
 def test_outside_of_a_notebook_the_page_opens_and_waits(monkeypatch):
-    from flexmb.live import page
+    from flexmb.show.live import page
 
     assert not page.in_notebook()
     done = []

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.live import runs
 from flexmb.mechanisms import slider_crank
+from flexmb.show.live import runs
 
 
 def test_the_walk_through_of_a_script():

@@ -14,9 +14,9 @@ from websockets.sync.client import connect
 
 import flexmb as fm
 from flexmb.dynamics.sweeps import bifurcation as diagrams
-from flexmb.live import page as live_page
-from flexmb.live import server as live_server
 from flexmb.mechanisms import slider_crank
+from flexmb.show.live import page as live_page
+from flexmb.show.live import server as live_server
 
 UPGRADE = {
     "Connection": "Upgrade",

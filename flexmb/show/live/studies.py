@@ -19,7 +19,7 @@ from flexmb.dynamics.jobs.executors import Outcome
 from flexmb.dynamics.sweeps.bifurcation import bifurcation
 from flexmb.dynamics.sweeps.parameter_sweep import load_sweep
 from flexmb.errors import USER_ERRORS, InputError
-from flexmb.live.knobs import LABEL, Knobs, Value
+from flexmb.show.live.knobs import LABEL, Knobs, Value
 
 EXPONENT, DIAGRAM = "exponent", "diagram"
 STAGES, SKIP = (50, 200), 50  # periods of an exponent, first few and then many; periods before it

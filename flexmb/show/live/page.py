@@ -5,7 +5,6 @@ from __future__ import annotations
 import html
 import secrets
 import shlex
-import sys
 import threading
 import time
 import webbrowser
@@ -20,24 +19,25 @@ from typing import TYPE_CHECKING, Any, Self
 
 from flexmb import arguments, checks
 from flexmb.design.parameters import Model
+from flexmb.display import in_notebook
 from flexmb.errors import FlexmbError, InputError
 from flexmb.findings.check import Report
-from flexmb.live import messages
-from flexmb.live.knobs import LABEL, Knobs
-from flexmb.live.runs import DEFAULT_PERIODS, DEFAULT_SECONDS, PERIODS, SECONDS, Request, Runner, View
-from flexmb.live.studies import Studies
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.results.solution import Solution
 from flexmb.run.simulate import period_or_none
+from flexmb.show.live import messages
+from flexmb.show.live.knobs import LABEL, Knobs
+from flexmb.show.live.runs import DEFAULT_PERIODS, DEFAULT_SECONDS, PERIODS, SECONDS, Request, Runner, View
+from flexmb.show.live.studies import Studies
 from flexmb.show.pictures.films import animate
 from flexmb.show.reports.document import Markup, asset, document, embedded
 from flexmb.show.reports.report import report
 from flexmb.show.reports.scene import COLOURED, choices
 
 if TYPE_CHECKING:
-    from flexmb.live.server import Server
-    from flexmb.live.widget import Widget
+    from flexmb.show.live.server import Server
+    from flexmb.show.live.widget import Widget
 
 SCRIPTS = ("mesh.js", "scene.js", "drawing.js", "player.js", "journals.js", "diagram.js")
 OWN = ("controls.js", "panels.js", "studies.js", "live.js")
@@ -107,14 +107,6 @@ def explore(
     return shown(page, opened=opened, block=waits)
 
 
-def in_notebook() -> bool:
-    """Whether this program is the kernel of a notebook."""
-    ipython, marimo = sys.modules.get("IPython"), sys.modules.get("marimo")
-    if ipython is not None and "ipykernel" in sys.modules and ipython.get_ipython() is not None:
-        return True
-    return marimo is not None and bool(marimo.running_in_notebook())
-
-
 def shown(page: Page, *, opened: bool, block: bool) -> Page:
     """A page, opened in the browser or not, after its end or at once."""
     if opened:
@@ -154,7 +146,7 @@ class Page:
         number = None if port is None else checks.count(LABEL, "port", checks.between(LABEL, "port", port, 1024, 65535))
         for package, purpose in PACKAGES.items():
             checks.package(package, "live", purpose)
-        from flexmb.live.server import Server  # noqa: PLC0415 - in an extra
+        from flexmb.show.live.server import Server
 
         self._knobs, self._source = knobs, tuple(source) or _ready(knobs.model)
         unit, first = length or _by_drives(knobs)
@@ -201,7 +193,7 @@ class Page:
     def widget(self) -> Widget:
         """Widget that shows the page in a cell of a notebook; it needs anywidget (`pip install 'flexmb[live]'`)."""
         checks.package("anywidget", "live", "a live page in a notebook")
-        from flexmb.live.widget import Widget  # noqa: PLC0415 - in an extra
+        from flexmb.show.live.widget import Widget
 
         made = Widget(own("widget.js"), self._text(None, ""), self._hear, self._greeting())
         self._widgets = [*self._widgets, made][-MOST_WIDGETS:]
@@ -354,7 +346,7 @@ class Page:
 @cache
 def own(name: str) -> str:
     """Text of a file of the live page."""
-    return files("flexmb.live").joinpath("assets", name).read_text(encoding="utf-8")
+    return files("flexmb.show.live").joinpath("assets", name).read_text(encoding="utf-8")
 
 
 def _by_drives(knobs: Knobs) -> tuple[str, float]:

@@ -13,13 +13,13 @@ import numpy as np
 from flexmb import checks
 from flexmb.errors import USER_ERRORS, FlexmbError, InputError
 from flexmb.findings.check import Report, check
-from flexmb.live.knobs import LABEL, Knobs, Value
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.results.drawing import nearest_to_each
 from flexmb.results.solution import Solution
 from flexmb.run.run import AFTER_BLOCK, Run
 from flexmb.run.simulate import clock, period_or_none, simulate
+from flexmb.show.live.knobs import LABEL, Knobs, Value
 
 PERIODS, SECONDS = "periods", "t_end"
 """Keywords of `simulate` for the length of a run."""

@@ -9,7 +9,7 @@ import anywidget
 import traitlets
 
 from flexmb.errors import FlexmbError
-from flexmb.live.messages import refusal
+from flexmb.show.live.messages import refusal
 
 KEPT = ("run", "findings")
 """Kinds of messages whose newest one the widget keeps, also in a saved notebook; others are sent and forgotten."""

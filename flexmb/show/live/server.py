@@ -25,8 +25,8 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from flexmb.errors import USER_ERRORS, FlexmbError, InputError
-from flexmb.live.knobs import LABEL
-from flexmb.live.messages import refusal
+from flexmb.show.live.knobs import LABEL
+from flexmb.show.live.messages import refusal
 
 LOOPBACK = "127.0.0.1"
 HOSTS = (LOOPBACK, "localhost")
