@@ -202,8 +202,26 @@ def test_outside_of_a_notebook_the_page_opens_and_waits(monkeypatch):
 
     assert not page.in_notebook()
     done = []
+    monkeypatch.setattr(page, "_SHOWN", [])
     monkeypatch.setattr(page, "shown", lambda made, *, opened, block: done.append((opened, block)) or made)
     for kernel, wanted in ((False, True), (True, False)):
         monkeypatch.setattr(page, "in_notebook", lambda kernel=kernel: kernel)
         fm.explore(slider_crank, vary=["speed"], periods=0.1).close()
         assert done[-1] == (wanted, wanted)
+
+
+def test_a_notebook_keeps_its_newest_pages(monkeypatch):
+    from flexmb.show.live import page
+
+    monkeypatch.setattr(page, "in_notebook", lambda: True)
+    monkeypatch.setattr(page, "MOST_PAGES", 2)
+    monkeypatch.setattr(page, "_SHOWN", [])
+    made = [fm.explore(slider_crank, vary=["speed"], periods=0.1) for _ in range(3)]
+    first, *others = made
+    said, widget = [], first.widget()
+    widget.send = said.append
+    widget._hear(widget, {"type": "set", "values": {"speed": 300.0}}, [])
+    assert "the page is closed" in said[0]["text"]
+    assert all(one.set(speed=300.0).ok for one in others)
+    for one in others:
+        one.close()

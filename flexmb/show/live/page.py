@@ -43,6 +43,7 @@ SCRIPTS = ("mesh.js", "scene.js", "drawing.js", "player.js", "journals.js", "dia
 OWN = ("controls.js", "panels.js", "studies.js", "live.js")
 """Scripts of a report, and those of the live page alone."""
 
+MOST_PAGES = 8  # pages of a notebook at a time; the oldest one is closed then
 MOST_WIDGETS = 16  # widgets of a page at a time; the oldest ones are still then
 TOKEN_BYTES = 24  # length of the token [bytes]
 PACKAGES = {"starlette": "a live page", "uvicorn": "a live page", "websockets": "a live page"}
@@ -104,6 +105,10 @@ def explore(
     )
     given = {} if fixed is None else checks.mapping(LABEL, "fixed", fixed)
     page = Page(Knobs(model, vary, given), length_of(periods, t_end), store=store, port=port)
+    if in_notebook():  # where a cell that is run again makes another page
+        _SHOWN.append(page)
+        if len(_SHOWN) > MOST_PAGES:
+            _SHOWN.pop(0).close()
     return shown(page, opened=opened, block=waits)
 
 
@@ -121,6 +126,10 @@ def length_of(periods: float | None, t_end: float | None) -> tuple[str, float] |
     if t_end is not None:
         return SECONDS, checks.positive(LABEL, "t_end", t_end, "s")
     return None if periods is None else (PERIODS, checks.positive(LABEL, "periods", periods))
+
+
+_SHOWN: list[Page] = []
+"""Pages of a notebook, the oldest one first."""
 
 
 class Page:

@@ -35,6 +35,7 @@ QUIET = 0.2  # time without other values after which a mechanism is examined [s 
 MOST_POINTS, MOST_NUMBERS = 5000, 1_000_000  # points of a section at most; numbers of these points in all
 JOIN = 5.0  # longest time for which a closing page waits for its thread [s on the clock]
 
+CLOSED = f"{LABEL}: the page is closed. Open another one, in a notebook by its cell."
 REPLACED, TOO_LONG = "Ended for newer values", f"Stopped after {MOST_SECONDS:g} s on the clock"
 
 
@@ -126,6 +127,8 @@ class Runner:
     def submit(self, values: Mapping[str, Any], length: Any = None) -> Request:
         """Ask for a run with other values and another length; the others stay.  Wrong ones raise `InputError`."""
         given = self.knobs.checked(values)
+        if self.closed:
+            raise InputError(CLOSED)
         with self.changed:
             longer = self.request.length if length is None else self._length(length)
             self.request = Request(self.request.number + 1, {**self.request.values, **given}, longer)
@@ -137,7 +140,7 @@ class Runner:
         with self.changed:
             self.changed.wait_for(lambda: self.finished >= request.number or self.closed)
             if self.finished < request.number:
-                raise InputError(f"{LABEL}: the page is closed. Open another one.")
+                raise InputError(CLOSED)
             return self.latest
 
     def go_on(self, wanted: bool) -> None:
