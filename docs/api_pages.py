@@ -26,7 +26,7 @@ ROOMS = {
     "Sensors": ("parts.sensors",),
     "Statics, modes, inverse dynamics": ("statics.",),
     "Runs and their methods": ("run.", "engine.", "program.", "statics.start.", "findings."),
-    "Results": ("results.", "show.", "live."),
+    "Results": ("results.", "show."),
 }
 """Sections of the page of `fm`, with the rooms of their names; of two rooms that fit, the inner one counts."""
 

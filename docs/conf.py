@@ -12,8 +12,13 @@ from flexmb.version import installed_version
 project = "flexmb"
 author = "flexmb developers"
 release = installed_version()
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "sphinx.ext.mathjax", "equations"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "sphinx.ext.viewcode", "sphinx.ext.mathjax", "equations"]
 exclude_patterns = ["_build"]
+
+nb_execution_timeout = 600
+nb_execution_raise_on_error = True
+nb_mime_priority_overrides = [("html", "application/vnd.jupyter.widget-view+json", None)]  # players instead
+nb_ipywidgets_js = {}  # without a network
 
 html_theme = "furo"
 html_title = f"flexmb {release}"

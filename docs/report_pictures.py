@@ -88,7 +88,7 @@ def live(browser) -> None:
         served.set(speed=300.0, clearance=2e-4)
         page.wait_for_timeout(1500)
         page.evaluate("flexmbLive.clock.goToFrame(100)")
-        page.evaluate("scrollTo({ top: 0, behavior: 'instant' })")
+        page.evaluate("document.querySelector('.left').scrollTop = 0; scrollTo({ top: 0, behavior: 'instant' })")
         saved(page, "live_page.png")
         page.close()
 

@@ -46,7 +46,6 @@ from flexmb.kernels import drive_kernel as drive_kernel
 from flexmb.kernels import element_kernel as element_kernel
 from flexmb.kernels import friction_law as friction_law
 from flexmb.kernels import normal_law as normal_law
-from flexmb.live.page import explore as explore
 from flexmb.model.law import STEEL as STEEL
 from flexmb.model.law import FrictionLaw as FrictionLaw
 from flexmb.model.law import Material as Material
@@ -104,6 +103,7 @@ from flexmb.run.simulate import simulate as simulate
 from flexmb.run.steps import StepState as StepState
 from flexmb.run.steps import steps as steps
 from flexmb.run.stopping import when as when
+from flexmb.show.live.page import explore as explore
 from flexmb.show.pictures.diagrams import plot_bifurcation as plot_bifurcation
 from flexmb.show.pictures.diagrams import plot_wear as plot_wear
 from flexmb.show.pictures.films import animate as animate

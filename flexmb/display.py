@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import MISSING, Field, fields, is_dataclass
@@ -141,7 +142,16 @@ def pretty(unit: str) -> str:
     return unit.replace("^2", "²").replace("s2", "s²").replace("m2", "m²").replace("m^3", "m³")
 
 
-# HTML of objects for notebooks: small tables, escaped, without colours of their own
+# Notebooks: HTML of objects, as small tables, escaped, without colours of their own
+
+
+def in_notebook() -> bool:
+    """Whether this program is the kernel of a notebook."""
+    ipython, marimo = sys.modules.get("IPython"), sys.modules.get("marimo")
+    if ipython is not None and "ipykernel" in sys.modules and ipython.get_ipython() is not None:
+        return True
+    return marimo is not None and bool(marimo.running_in_notebook())
+
 
 CELL = "text-align: left; padding: 0.1em 0.8em 0.1em 0"
 SHORT = f"{CELL}; white-space: nowrap"

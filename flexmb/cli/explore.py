@@ -8,9 +8,9 @@ from flexmb.cli.arguments.options import Option, keywords_of
 from flexmb.cli.arguments.source import Source, field_option
 from flexmb.cli.arguments.units import quantity
 from flexmb.errors import InputError
-from flexmb.live.knobs import Knobs
-from flexmb.live.page import Page, length_of, shown
 from flexmb.model.mechanism import Mechanism
+from flexmb.show.live.knobs import Knobs
+from flexmb.show.live.page import Page, length_of, shown
 
 RANGE = "LOW:HIGH, e.g. 10um:0.5mm"
 
@@ -37,7 +37,7 @@ def explore(source: Source, makers: list[Option], options: argparse.Namespace) -
         words[1:1] = [option.flag for option in makers if option.kind == "flag" and fixed.get(option.name)]
     else:
         knobs = Knobs(source.make, None, fixed, ranges)
-    page = Page(knobs, _length(options), words)
+    page = Page(knobs, _length(options), words, options.store, options.port)
     shown(page, opened=not options.no_open, block=True)
     return 0
 

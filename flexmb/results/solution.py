@@ -528,12 +528,14 @@ class Solution:
         last += [counted(len(self.notes), "note") + " in sol.notes"] if self.notes else []
         return "\n".join([*lines, *([cut(f"  {'; '.join(last)}")] if last else [])])
 
-    def _repr_html_(self) -> str:
+    def _repr_html_(self) -> str:  # a small player, below it the table
+        from flexmb.show.reports.cell import cell
+
         peaks = [(name, *self.peak(name)) for name in largest_signals(self)[:IN_TABLE]]
         rows = [(name, f"{value:.6g}", self.units(name), f"{time:.6g}") for name, value, time in peaks]
         parts = _by_part(self)
         signals = display.table([(owner, ", ".join(names)) for owner, names in parts.items()])
-        return display.page(
+        return cell(self) + display.page(
             f"Solution of {self.name!r}",
             self.status,
             display.table((fact.label, fact.text) for fact in facts(self)),

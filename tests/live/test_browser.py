@@ -97,6 +97,21 @@ def test_fields_take_numbers_and_refuse_others(tab_of, crank_page):
     assert values(tab)["clearance"] == 1e-4
 
 
+def test_what_is_typed_stays_while_runs_go_on(tab_of, crank_page):
+    crank_page.set(speed=300.0, clearance=1e-4)
+    tab = tab_of(crank_page)
+    tab.get_by_label("Go on after the end").check()
+    begun = tab.evaluate("flexmbLive.frames")
+    tab.locator("#knob-speed").fill("")
+    tab.locator("#knob-speed").press_sequentially("123.5", delay=300)
+    assert tab.evaluate("flexmbLive.frames") > begun + 2  # runs have arrived meanwhile
+    tab.locator("#knob-speed").press("Enter")
+    until(tab, "flexmbLive.run.values.speed === 123.5")
+    tab.get_by_label("Go on after the end").uncheck()
+    tab.wait_for_timeout(500)
+    assert tab.locator("#knob-speed").input_value() == "123.5"
+
+
 def test_a_page_follows_its_script(tab_of, crank_page):
     tab = tab_of(crank_page)
     crank_page.set(speed=333.0)

@@ -5,8 +5,8 @@ from typing import Annotated, Literal
 import pytest
 
 import flexmb as fm
-from flexmb.live.knobs import Knobs
 from flexmb.mechanisms import nine_bar, slider_crank
+from flexmb.show.live.knobs import Knobs
 
 
 def pendulum(

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.live import runs
 from flexmb.mechanisms import slider_crank
+from flexmb.show.live import runs
 
 
 def test_the_walk_through_of_a_script():
@@ -130,6 +130,13 @@ def test_long_runs_show_their_rows_so_far(monkeypatch):
     ends = [view.solution.time[-1] for view in seen]
     assert len(ends) > 2
     assert ends == sorted(ends)
+
+
+def test_a_first_run_that_lasts_opens_its_page(monkeypatch):
+    """There is no browser yet to which its rows so far could be told."""
+    monkeypatch.setattr(runs, "EVERY", 0.0)
+    with fm.explore(slider_crank, vary=["speed"], periods=100, open=False, block=False) as page:
+        assert page.view.ok, page.view.status
 
 
 def test_runs_that_go_on_are_those_of_one_long_run():

@@ -13,8 +13,10 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 import flexmb as fm
-from flexmb.live import server as live_server
+from flexmb.dynamics.sweeps import bifurcation as diagrams
 from flexmb.mechanisms import slider_crank
+from flexmb.show.live import page as live_page
+from flexmb.show.live import server as live_server
 
 UPGRADE = {
     "Connection": "Upgrade",
@@ -135,6 +137,21 @@ def test_the_newest_run_is_saved(crank_page, tmp_path):
     assert saved.status == view.status
     assert saved.peak("B.normal_force").value == view.largest["B.normal_force"]
     assert "slider-crank" in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("packages", [{"imageio_ffmpeg"}, set()])
+def test_a_film_of_the_newest_run_is_saved(crank_page, monkeypatch, packages):
+    """As .mp4 where the package for it is there, else as .gif; both begin as their formats say."""
+    if packages:
+        pytest.importorskip("imageio_ffmpeg")
+    else:
+        monkeypatch.setattr(live_page, "find_spec", lambda _: None)
+    url = urlsplit(crank_page.url)
+    answer = httpx.get(f"http://{url.netloc}/film?{url.query}", timeout=120)
+    assert answer.status_code == 200
+    ending = ".mp4" if packages else ".gif"
+    assert f'filename="slider-crank{ending}"' in answer.headers["content-disposition"]
+    assert answer.content[4:8] == b"ftyp" if packages else answer.content[:6] == b"GIF89a"
 
 
 def test_a_browser_sets_values_and_sees_the_run(crank_page):
@@ -287,3 +304,37 @@ def test_an_unknown_signal_of_a_diagram_is_told(crank_page):
     with socket_of(crank_page) as connection:
         connection.send(json.dumps({**wish, "signal": "slider.xx", "skip": 0, "keep": 1}))
         assert "Did you mean 'slider.x'" in heard(connection, "study")["fault"]
+
+
+def painted(store, wish, *, stop_after=None):
+    """Messages of a diagram on a page of its own with a store, stopped after some points."""
+    vary = {"speed": (50.0, 500.0)}
+    with fm.explore(slider_crank, vary=vary, periods=0.1, store=store, open=False, block=False) as page:
+        with socket_of(page) as connection:
+            connection.send(json.dumps(wish))
+            found = []
+            while not found or not found[-1]["done"]:
+                found.append(heard(connection, "study"))
+                if len(found) == stop_after:
+                    connection.send(json.dumps({"type": "stop"}))
+        return found
+
+
+def test_a_stopped_diagram_goes_on_from_its_store(tmp_path, monkeypatch):
+    wish = {"type": "study", "kind": "diagram", "parameter": "speed", "low": 100, "high": 300, "count": 9}
+    wish |= {"signal": "slider.x", "skip": 2, "keep": 2}
+    first = painted(tmp_path, wish, stop_after=2)
+    assert first[-1]["stopped"]
+    assert 2 <= len(first[:-1]) < 9
+    computed, real = [], diagrams.section_point
+    monkeypatch.setattr(diagrams, "section_point", lambda *given: computed.append(given[2]) or real(*given))
+    second = painted(tmp_path, wish)
+    told = {one["at"]: one["points"] for one in second[:-1]}
+    assert not second[-1]["stopped"]
+    assert sorted(told) == [100.0 + 25.0 * k for k in range(9)]
+    known = {one["at"]: one["points"] for one in first[:-1]}
+    assert {at: told[at] for at in known} == known
+    assert sorted([*computed, *known]) == sorted(told)  # what was known is not computed again
+    assert len(list(tmp_path.glob("speed-*.zarr"))) == 1
+    painted(tmp_path, {**wish, "keep": 1})
+    assert len(list(tmp_path.glob("speed-*.zarr"))) == 2  # another diagram has a store of its own

@@ -137,6 +137,8 @@ EXPLORE = (
      {"action": "append"}),
     [("--periods X", "length of a run in periods of the drives (default 2)"),
      ("--t-end TIME", "length of a run, e.g. 0.5s")],
+    ("--store FOLDER", "keep the points of diagrams; the same diagram goes on from there", Path),
+    ("--port N", "port of the page, so that links to it stay the same (default: a free one)", int),
     ("--no-open", "print the address alone, and do not open the browser"),
 )  # fmt: skip
 CHECK = (

@@ -32,7 +32,7 @@ function themeChanged() {
 (function () {
   const button = document.getElementById("theme");
   let chosen = 0;
-  button.addEventListener("click", () => {
+  button?.addEventListener("click", () => {
     chosen = (chosen + 1) % THEMES.length;
     document.documentElement.dataset.theme = THEMES[chosen];
     button.textContent = `Theme: ${THEMES[chosen]}`;

@@ -30,7 +30,9 @@ class Knob {
   _number(id, field) {
     const { raw } = this;
     this.text = element("input", { type: "text", id, inputMode: "decimal", autocomplete: "off", spellcheck: false });
+    this.text.addEventListener("input", () => { this.held = true; }); // what is being typed stays while runs arrive
     this.text.addEventListener("change", () => this._typed());
+    this.text.addEventListener("blur", () => { this.held = false; });
     field.append(this.text, element("span", { class: "unit" }, prettyUnit(raw.unit)));
     if (raw.optional) {
       this.none = element("input", { type: "checkbox" });
@@ -66,6 +68,7 @@ class Knob {
   }
 
   _typed() {
+    this.held = false;
     const value = Number(this.text.value.trim().replace(",", "."));
     const { low, high, kind } = this.raw;
     const fault = this.text.value.trim() === "" || !Number.isFinite(value) ? "is no number"

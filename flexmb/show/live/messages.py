@@ -9,11 +9,11 @@ import numpy as np
 from flexmb import checks
 from flexmb.errors import FlexmbError, InputError
 from flexmb.findings.check import Report
-from flexmb.live.knobs import LABEL
-from flexmb.live.runs import View
 from flexmb.results.drawing import nearest_instants
 from flexmb.results.solution import Solution
 from flexmb.results.status import main_signals
+from flexmb.show.live.knobs import LABEL
+from flexmb.show.live.runs import View
 from flexmb.show.reports.document import embedded, floats
 from flexmb.show.reports.run_page import clearance_data, curves
 from flexmb.show.reports.scene import fields_of, scene
@@ -83,7 +83,7 @@ def refusal(text: str) -> str:
 
 # From browsers
 
-KINDS = ("set", "want", "go", "study", "stop")  # kinds of messages from browsers
+KINDS = ("set", "want", "go", "study", "stop", "open")  # kinds of messages from browsers
 
 
 def require(given: Any, kind: type, what: str) -> Any:

@@ -1,6 +1,7 @@
 // The live page: values go to the server, runs come back.
 const PATIENCE = 400; // longest time for which newer values wait for the answer to older ones [ms]
 const LONGER = "Still computing. Code for parts that have not run on this machine yet is compiled once, which takes up to a minute.";
+const ALONE = "No answer yet. A notebook that was opened again shows its last state: run its cells, and this page answers.";
 const AGAIN = 1000; // time between two attempts to connect [ms]
 
 const PANELS = {
@@ -77,6 +78,13 @@ class Board {
   // Connection
 
   _connect() {
+    if (DATA.held) { // in a notebook: through the frame around this page
+      document.documentElement.dataset.held = "";
+      window.addEventListener("message", (event) => event.source === parent && this._hear(JSON.parse(event.data)));
+      this.send({ type: "open" });
+      this.want();
+      return;
+    }
     this.socket = new WebSocket(`ws://${location.host}/ws?token=${encodeURIComponent(DATA.token)}`);
     this.socket.addEventListener("open", () => {
       this.state("busy", "running");
@@ -93,7 +101,9 @@ class Board {
   }
 
   send(message) {
-    if (this.socket.readyState === WebSocket.OPEN) {
+    if (DATA.held) {
+      parent.postMessage(message, "*");
+    } else if (this.socket.readyState === WebSocket.OPEN) {
       this.socket.send(JSON.stringify(message));
     }
   }
@@ -142,7 +152,7 @@ class Board {
     badge.textContent = text;
     clearTimeout(this.wondering);
     if (kind === "busy") {
-      this.wondering = setTimeout(() => { document.getElementById("told").textContent = LONGER; }, PATIENCE * 4);
+      this.wondering = setTimeout(() => { document.getElementById("told").textContent = DATA.held ? ALONE : LONGER; }, PATIENCE * 4);
     }
   }
 
@@ -169,7 +179,7 @@ class Board {
     this.fault(bad ? said.status : "");
     const seconds = said.seconds ? ` Computed in ${shown(said.seconds, 2)} s.` : "";
     document.getElementById("told").textContent = bad ? "" : said.status + seconds;
-    ["save-report", "save-netcdf"].forEach((id) => document.getElementById(id).setAttribute("aria-disabled", String(!said.signals)));
+    ["save-report", "save-film", "save-netcdf"].forEach((id) => document.getElementById(id).setAttribute("aria-disabled", String(!said.signals)));
     if (said.signals) {
       this.run = await LiveRun.of(said);
       const first = !this.clock;
@@ -302,8 +312,9 @@ class Board {
     document.getElementById("copy-command").addEventListener("click", () => this._copy(this.texts.command, "command"));
     document.getElementById("copy-link").addEventListener("click", () => this._copy(location.href, "link without the token"));
     const query = `?token=${encodeURIComponent(DATA.token)}`;
-    document.getElementById("save-report").href = `/report.html${query}`;
-    document.getElementById("save-netcdf").href = `/run.nc${query}`;
+    const saves = { "save-report": "report.html", "save-film": "film", "save-netcdf": "run.nc" };
+    Object.entries(saves).forEach(([id, name]) => { document.getElementById(id).href = `/${name}${query}`; });
+    document.querySelectorAll("[data-served]").forEach((one) => { one.hidden = Boolean(DATA.held); });
   }
 
   async _copy(text, what) {
@@ -341,6 +352,9 @@ class Board {
     settings.set("_length", JSON.stringify(this.values.length.value));
     settings.set("_panels", this.panels.map(({ kind, panel }) => (panel.state() ? `${kind}:${panel.state()}` : kind)).join(";"));
     clearTimeout(this.remembering);
+    if (DATA.held) {
+      return; // a frame has no address
+    }
     this.remembering = setTimeout(() => history.replaceState(null, "", `/#${settings}`), 150);
   }
 

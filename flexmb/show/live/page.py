@@ -5,11 +5,13 @@ from __future__ import annotations
 import html
 import secrets
 import shlex
+import threading
 import time
 import webbrowser
 from collections.abc import Mapping, Sequence
 from functools import cache
 from importlib.resources import files
+from importlib.util import find_spec
 from pathlib import Path
 from string import Template
 from types import TracebackType
@@ -17,27 +19,32 @@ from typing import TYPE_CHECKING, Any, Self
 
 from flexmb import arguments, checks
 from flexmb.design.parameters import Model
+from flexmb.display import in_notebook
 from flexmb.errors import FlexmbError, InputError
 from flexmb.findings.check import Report
-from flexmb.live import messages
-from flexmb.live.knobs import LABEL, Knobs
-from flexmb.live.runs import DEFAULT_PERIODS, DEFAULT_SECONDS, PERIODS, SECONDS, Request, Runner, View
-from flexmb.live.studies import Studies
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.results.solution import Solution
 from flexmb.run.simulate import period_or_none
+from flexmb.show.live import messages
+from flexmb.show.live.knobs import LABEL, Knobs
+from flexmb.show.live.runs import DEFAULT_PERIODS, DEFAULT_SECONDS, PERIODS, SECONDS, Request, Runner, View
+from flexmb.show.live.studies import Studies
+from flexmb.show.pictures.films import animate
 from flexmb.show.reports.document import Markup, asset, document, embedded
 from flexmb.show.reports.report import report
 from flexmb.show.reports.scene import COLOURED, choices
 
 if TYPE_CHECKING:
-    from flexmb.live.server import Server
+    from flexmb.show.live.server import Server
+    from flexmb.show.live.widget import Widget
 
 SCRIPTS = ("mesh.js", "scene.js", "drawing.js", "player.js", "journals.js", "diagram.js")
 OWN = ("controls.js", "panels.js", "studies.js", "live.js")
 """Scripts of a report, and those of the live page alone."""
 
+MOST_PAGES = 8  # pages of a notebook at a time; the oldest one is closed then
+MOST_WIDGETS = 16  # widgets of a page at a time; the oldest ones are still then
 TOKEN_BYTES = 24  # length of the token [bytes]
 PACKAGES = {"starlette": "a live page", "uvicorn": "a live page", "websockets": "a live page"}
 
@@ -50,13 +57,16 @@ def explore(
     fixed: Mapping[str, Any] | None = None,
     periods: float | None = None,
     t_end: float | None = None,
-    open: bool = True,
-    block: bool = True,
+    store: str | Path | None = None,
+    port: int | None = None,
+    open: bool | None = None,
+    block: bool | None = None,
 ) -> Page:
-    """Live page in the browser: a moving mechanism with sliders, and a run at each change.
+    """Live page in the browser or in a notebook: a moving mechanism with sliders, and a run at each change.
 
     The page listens on this machine alone (127.0.0.1), and its address holds a token.  It shows signals, orbits of
     journals, sections, spectra, largest values and findings, compares with pinned runs, and writes reports and files.
+    As the last value of a cell of a notebook it is shown there, and its runs are made in the kernel.
 
     Parameters
     ----------
@@ -67,16 +77,19 @@ def explore(
         None: all numbers for which that is possible.
     fixed : other arguments of a function, or start values of its varied ones.
     periods, t_end : length of a run in periods of the drives, or [s]; None: two periods, or 1 s without such drives.
-    open : whether the page is opened in the browser.
-    block : whether the call waits until Ctrl-C; otherwise the page lives until its `close`, or the end of the program.
+    store : folder that keeps the points of bifurcation diagrams, from which the same diagram goes on; None: none.
+    port : port of the page, so that links to it stay the same; None: a free one.
+    open : whether the page is opened in the browser; None: outside of notebooks.
+    block : whether the call waits until Ctrl-C; otherwise the page lives until its `close`, or the end of the program;
+        None: outside of notebooks.
 
     Returns
     -------
-    Page : with its address `url`, `set`, `code` and `close`; a context manager.
+    Page : with its address `url`, `set`, `code`, `widget` and `close`; a context manager.
 
     Raises
     ------
-    InputError : another kind of model; unknown names; empty ranges, or ranges that cannot be guessed.
+    InputError : another kind of model; unknown names; empty ranges, or ranges that cannot be guessed; a port in use.
     MissingPackageError : starlette, uvicorn or websockets are not installed (`pip install 'flexmb[live]'`).
 
     Notes
@@ -86,10 +99,17 @@ def explore(
     """
     if periods is not None and t_end is not None:
         raise InputError(f"{LABEL}: periods is {periods!r} and t_end is {t_end!r}; give one of them.")
-    checks.flag(LABEL, "open", open)
-    checks.flag(LABEL, "block", block)
+    opened, waits = (
+        not in_notebook() if flag is None else checks.flag(LABEL, name, flag)
+        for name, flag in (("open", open), ("block", block))
+    )
     given = {} if fixed is None else checks.mapping(LABEL, "fixed", fixed)
-    return shown(Page(Knobs(model, vary, given), length_of(periods, t_end)), opened=open, block=block)
+    page = Page(Knobs(model, vary, given), length_of(periods, t_end), store=store, port=port)
+    if in_notebook():  # where a cell that is run again makes another page
+        _SHOWN.append(page)
+        if len(_SHOWN) > MOST_PAGES:
+            _SHOWN.pop(0).close()
+    return shown(page, opened=opened, block=waits)
 
 
 def shown(page: Page, *, opened: bool, block: bool) -> Page:
@@ -108,6 +128,10 @@ def length_of(periods: float | None, t_end: float | None) -> tuple[str, float] |
     return None if periods is None else (PERIODS, checks.positive(LABEL, "periods", periods))
 
 
+_SHOWN: list[Page] = []
+"""Pages of a notebook, the oldest one first."""
+
+
 class Page:
     """A live page; made by `explore`.
 
@@ -116,23 +140,35 @@ class Page:
     knobs : numbers and choices that vary.
     length : unit and length of the first run; None: by the drives.
     source : words by which the command line finds the mechanism; none for one of a script.
+    store : folder of the points of diagrams; None: none.
+    port : number of the port; None: a free one.
     """
 
-    def __init__(self, knobs: Knobs, length: tuple[str, float] | None = None, source: Sequence[str] = ()) -> None:
+    def __init__(
+        self,
+        knobs: Knobs,
+        length: tuple[str, float] | None = None,
+        source: Sequence[str] = (),
+        store: str | Path | None = None,
+        port: int | None = None,
+    ) -> None:
+        number = None if port is None else checks.count(LABEL, "port", checks.between(LABEL, "port", port, 1024, 65535))
         for package, purpose in PACKAGES.items():
             checks.package(package, "live", purpose)
-        from flexmb.live.server import Server  # noqa: PLC0415 - in an extra
+        from flexmb.show.live.server import Server
 
         self._knobs, self._source = knobs, tuple(source) or _ready(knobs.model)
         unit, first = length or _by_drives(knobs)
         self._wanted: tuple[str, ...] = ()
         self._examination = ""
         self._runner = Runner(knobs, unit, first, self._publish, self._publish_examination)
-        self._studies = Studies(knobs, self._publish_study)
-        made = {"report.html": self._report, "run.nc": self._netcdf}
+        self._studies = Studies(knobs, self._publish_study, None if store is None else checks.path(LABEL, store))
+        self._widgets: list[Widget] = []
+        self._filming = threading.Lock()
+        made = {"report.html": self._report, "film": self._film, "run.nc": self._netcdf}
         self._runner.first()  # before the page opens: code is compiled here
         token = secrets.token_urlsafe(TOKEN_BYTES)
-        self._server: Server = Server(self._text, self._hear, self._greeting, made, token)
+        self._server: Server = Server(self._text, self._hear, self._greeting, made, token, number)
         self._runner.start()
         self._server.start()
 
@@ -162,6 +198,25 @@ class Page:
         InputError : a name that does not vary, a value out of its range, a page that is closed.
         """
         return self._runner.wait(self._runner.submit(values))
+
+    def widget(self) -> Widget:
+        """Widget that shows the page in a cell of a notebook; it needs anywidget (`pip install 'flexmb[live]'`)."""
+        checks.package("anywidget", "live", "a live page in a notebook")
+        from flexmb.show.live.widget import Widget
+
+        made = Widget(own("widget.js"), self._text(None, ""), self._hear, self._greeting())
+        self._widgets = [*self._widgets, made][-MOST_WIDGETS:]
+        return made
+
+    def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
+        """The widget, and for places without widgets the player of the present run."""
+        shown = (self.widget()._repr_mimebundle_() or ({},))[0]
+        solution = self.view.solution
+        still = solution._repr_html_() if solution else html.escape(self.view.status)
+        return {**shown, "text/plain": repr(self), "text/html": still}
+
+    def _display_(self) -> Widget:  # of marimo
+        return self.widget()
 
     def code(self) -> str:
         """Python text that makes the mechanism with the present values."""
@@ -216,17 +271,22 @@ class Page:
     # From the thread of the runs
 
     def _publish(self, view: View) -> None:
-        self._server.tell(messages.RESULT, self._told(view))
+        self._tell(messages.RESULT, self._told(view))
+
+    def _tell(self, kind: str, text: str) -> None:
+        self._server.tell(kind, text)
+        for widget in self._widgets:
+            widget.tell(kind, text)
 
     def _told(self, view: View) -> str:
         return messages.run_message(view, self._wanted, self._knobs.code(view.values), self._command(view))
 
     def _publish_examination(self, number: int, found: Report | str) -> None:
         self._examination = messages.examination(number, found)
-        self._server.tell("findings", self._examination)
+        self._tell("findings", self._examination)
 
     def _publish_study(self, said: Mapping[str, Any]) -> None:
-        self._server.tell(f"study {said.get('number', said['done'])}", embedded(dict(said)))
+        self._tell(f"study {said.get('number', said['done'])}", embedded(dict(said)))
 
     # From the thread of the server
 
@@ -261,6 +321,12 @@ class Page:
         view, solution = self._solved()
         return report(solution, folder / f"{self._file()}.html", mechanism=view.mechanism)
 
+    def _film(self, folder: Path) -> Path:
+        _, solution = self._solved()
+        kind = "gif" if find_spec("imageio_ffmpeg") is None else "mp4"
+        with self._filming:  # one at a time: each takes a processor for seconds
+            return animate(solution, folder / f"{self._file()}.{kind}")
+
     def _netcdf(self, folder: Path) -> Path:
         _, solution = self._solved()
         return Path(solution.to_netcdf(folder / f"{self._file()}.nc"))
@@ -268,19 +334,20 @@ class Page:
     def _file(self) -> str:
         return "".join(sign if sign.isalnum() or sign in "-_" else "-" for sign in self._name())[:80] or "run"
 
-    def _text(self, port: int, token: str) -> str:
-        """Text of the page."""
+    def _text(self, port: int | None, token: str) -> str:
+        """Text of the page; port None: within a frame of a notebook, without a network."""
         knobs, runner = self._knobs, self._runner
         data = {
             "token": token, "title": self._name(), "knobs": [knob.described() for knob in knobs.known.values()],
             "start": dict(runner.request.values), "hidden": list(knobs.hidden), "unit": runner.unit,
             "length": runner.request.length, "longest": runner.longest, "shortest": runner.shortest,
+            "held": port is None,
         }  # fmt: skip
         text = f"Moving picture of {self._name()}. Panels hold the same in numbers."
         player = Template(asset("player.html")).substitute(text=html.escape(text), flexible=choices(tuple(COLOURED)))
         body = Template(own("live.html")).substitute(title=html.escape(self._name()), player=player)
         scripts = "\n".join(map(own, OWN))
-        network = f"ws://127.0.0.1:{port} ws://localhost:{port}"
+        network = "" if port is None else f"ws://127.0.0.1:{port} ws://localhost:{port}"
         style = (own("live.css"), scripts)
         return document(f"{self._name()} - flexmb", Markup(body), SCRIPTS, data, own=style, network=network)
 
@@ -288,7 +355,7 @@ class Page:
 @cache
 def own(name: str) -> str:
     """Text of a file of the live page."""
-    return files("flexmb.live").joinpath("assets", name).read_text(encoding="utf-8")
+    return files("flexmb.show.live").joinpath("assets", name).read_text(encoding="utf-8")
 
 
 def _by_drives(knobs: Knobs) -> tuple[str, float]:

@@ -13,13 +13,13 @@ import numpy as np
 from flexmb import checks
 from flexmb.errors import USER_ERRORS, FlexmbError, InputError
 from flexmb.findings.check import Report, check
-from flexmb.live.knobs import LABEL, Knobs, Value
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.results.drawing import nearest_to_each
 from flexmb.results.solution import Solution
 from flexmb.run.run import AFTER_BLOCK, Run
 from flexmb.run.simulate import clock, period_or_none, simulate
+from flexmb.show.live.knobs import LABEL, Knobs, Value
 
 PERIODS, SECONDS = "periods", "t_end"
 """Keywords of `simulate` for the length of a run."""
@@ -35,6 +35,7 @@ QUIET = 0.2  # time without other values after which a mechanism is examined [s 
 MOST_POINTS, MOST_NUMBERS = 5000, 1_000_000  # points of a section at most; numbers of these points in all
 JOIN = 5.0  # longest time for which a closing page waits for its thread [s on the clock]
 
+CLOSED = f"{LABEL}: the page is closed. Open another one, in a notebook by its cell."
 REPLACED, TOO_LONG = "Ended for newer values", f"Stopped after {MOST_SECONDS:g} s on the clock"
 
 
@@ -108,7 +109,8 @@ class Runner:
 
     def first(self) -> None:
         """First run, with compilations, in the calling thread."""
-        self._keep(self._view(self.request, None))
+        self.latest = self._view(self.request, None)
+        self.finished = self.latest.number
 
     def start(self) -> None:
         """Start the thread."""
@@ -125,6 +127,8 @@ class Runner:
     def submit(self, values: Mapping[str, Any], length: Any = None) -> Request:
         """Ask for a run with other values and another length; the others stay.  Wrong ones raise `InputError`."""
         given = self.knobs.checked(values)
+        if self.closed:
+            raise InputError(CLOSED)
         with self.changed:
             longer = self.request.length if length is None else self._length(length)
             self.request = Request(self.request.number + 1, {**self.request.values, **given}, longer)
@@ -136,7 +140,7 @@ class Runner:
         with self.changed:
             self.changed.wait_for(lambda: self.finished >= request.number or self.closed)
             if self.finished < request.number:
-                raise InputError(f"{LABEL}: the page is closed. Open another one.")
+                raise InputError(CLOSED)
             return self.latest
 
     def go_on(self, wanted: bool) -> None:
@@ -149,7 +153,8 @@ class Runner:
         unit = "s" if self.unit == SECONDS else ""
         return checks.between(LABEL, self.unit, length, self.shortest, self.longest, unit)
 
-    def _stale(self, request: Request) -> bool:
+    def outdated(self, request: Request) -> bool:
+        """Whether newer values were asked for, or the page is closed; a run asks after each block of steps."""
         return self.closed or self.request.number != request.number
 
     def _work(self) -> None:
@@ -158,7 +163,7 @@ class Runner:
         while True:
             with self.changed:
                 going = self.goes_on and self.latest.ok and len(self.latest.section) < MOST_POINTS
-                if not going and not self._stale(request):
+                if not going and not self.outdated(request):
                     self.changed.wait(QUIET if not examined else None)
                 if self.closed:
                     return
@@ -176,13 +181,12 @@ class Runner:
         """Run a request, or go on from a view, and publish the result."""
         view = self._view(request, before)
         if not view.status.startswith(REPLACED):
-            self._keep(view)
+            with self.changed:
+                self.latest = view
             self.published(view)
-
-    def _keep(self, view: View) -> None:
-        with self.changed:
-            self.latest, self.finished = view, view.number
-            self.changed.notify_all()
+            with self.changed:  # after its message, so that a script goes on beside a page that knows the run
+                self.finished = view.number
+                self.changed.notify_all()
 
     def _view(self, request: Request, before: View | None) -> View:
         """View of a run, or of the error that it ended with."""
@@ -235,12 +239,12 @@ class _Watch:
         self.begun = self.told = clock()
 
     def __call__(self, run: Run) -> None:
-        if self.runner._stale(self.request):
+        if self.runner.outdated(self.request):
             raise KeyboardInterrupt(REPLACED)
         now = clock()
         if now - self.begun > MOST_SECONDS:
             raise KeyboardInterrupt(TOO_LONG)
-        if now - self.told > EVERY and run.saved.count > 1:
+        if now - self.told > EVERY and run.saved.count > 1 and self.runner.thread.is_alive():  # there is a page
             self.told = now
             sol = replace(run.solution({"name": self.mechanism.name}), status=f"Running: t = {run.flow.clock.t:.4g} s.")
             self.runner.published(view_of(self.request, self.mechanism, sol, done=False, period=run.period))

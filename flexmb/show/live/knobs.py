@@ -147,6 +147,13 @@ class Knobs:
             raise InputError(f"{LABEL}: the function returned {type(made).__name__}; it must return a Mechanism.")
         return made
 
+    def family(self, values: Mapping[str, Value], name: str) -> tuple[Model, dict[str, Any]]:
+        """Model over the values of one number, and the fixed arguments of a function."""
+        if isinstance(self.model, Mechanism):
+            return self.mechanism({**values, name: self.known[name].value}), {}
+        given = {key: self.known[key].argument(one) for key, one in values.items() if key != name}
+        return self.model, {**self.fixed, **given}
+
     def code(self, values: Mapping[str, Value]) -> str:
         """Python text that makes the mechanism of checked values."""
         given = {name: self.known[name].argument(value) for name, value in values.items()}

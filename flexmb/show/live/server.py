@@ -24,8 +24,9 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from flexmb.errors import USER_ERRORS, FlexmbError
-from flexmb.live.messages import refusal
+from flexmb.errors import USER_ERRORS, FlexmbError, InputError
+from flexmb.show.live.knobs import LABEL
+from flexmb.show.live.messages import refusal
 
 LOOPBACK = "127.0.0.1"
 HOSTS = (LOOPBACK, "localhost")
@@ -51,14 +52,7 @@ Made = Callable[[Path], Path]
 
 
 class Guard:
-    """Layer around the application that refuses requests of others: foreign hosts and origins, no token.
-
-    Parameters
-    ----------
-    app : the application.
-    port : port of the server.
-    token : text that a request must carry in its address or its cookie.
-    """
+    """Layer around the application that refuses requests of others: foreign hosts and origins, no token."""
 
     def __init__(self, app: ASGIApp, port: int, token: str) -> None:
         self.app, self.token, self.cookie = app, token, f"flexmb_{port}"
@@ -142,6 +136,7 @@ class Server:
     greeting : messages by kind for a browser that has just connected.
     files : functions that write a file into a folder, by the path of the request.
     token : text that requests must carry.
+    port : number of the port; None: a free one.
     """
 
     def __init__(
@@ -151,11 +146,15 @@ class Server:
         greeting: Callable[[], Mapping[str, str]],
         files: Mapping[str, Made],
         token: str,
+        port: int | None = None,
     ) -> None:
         self.heard, self.greeting, self.files, self.token = heard, greeting, files, token
         self.clients: set[Client] = set()
         self.loop: asyncio.AbstractEventLoop | None = None
-        self.socket = socket.create_server((LOOPBACK, 0))
+        try:
+            self.socket = socket.create_server((LOOPBACK, port or 0))
+        except OSError as error:
+            raise InputError(f"{LABEL}: port {port} is not free ({error.strerror}). Give another one.") from error
         self.port = int(self.socket.getsockname()[1])
         self.text = page(self.port, token)
         routes = [Route("/", self._page), WebSocketRoute("/ws", self._talk)]
