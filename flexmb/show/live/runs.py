@@ -154,7 +154,7 @@ class Runner:
         return checks.between(LABEL, self.unit, length, self.shortest, self.longest, unit)
 
     def outdated(self, request: Request) -> bool:
-        """Whether newer values were asked for, or the page is closed; a run asks after each block of steps."""
+        """Whether newer values were asked for, or the page is closed."""
         return self.closed or self.request.number != request.number
 
     def _work(self) -> None:
