@@ -19,9 +19,10 @@ import numpy as np
 
 from flexmb.engine.compiled.arrays import part_of
 from flexmb.engine.compiled.records import Integers, IntegerTable, Record, Vector
-from flexmb.engine.linalg.lu import LOST_PIVOT, LU, factor, solve, solve_two, tables
+from flexmb.engine.linalg.lu import LU, tables
 from flexmb.engine.linalg.ordering import elimination_order
 from flexmb.engine.linalg.symbolic import symbolic
+from flexmb.engine.linalg.symmetric import factor_symmetric, solve_symmetric, solve_symmetric_two
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.engine.system.work import new_from_template
 from flexmb.errors import KernelError
@@ -32,7 +33,7 @@ FIRST_G, FIRST_COLUMNS, FIRST_ROWS, SECOND_G, SECOND_COLUMNS, SECOND_ROWS, SHARE
 """Columns of `Complement.pairs`: where both constraints have their G, its columns and rows; where the coordinates that
 they share and the positions of their block begin."""
 
-FIRST_COLUMN, SECOND_COLUMN, COORDINATE = range(3)  # columns of `Complement.shared`
+FIRST_COLUMN, SECOND_COLUMN, COORDINATE = range(3)  # places in threes of `Complement.common`
 
 OTHER_POSE = 0.1  # movement to a second pose over the size of each coordinate, at which M must be the same
 
@@ -42,8 +43,8 @@ class Complement(Record):
 
     usable : 1 if M is diagonal and constant, else 0
     lu : pattern of the factors;  values : (size,) S, or its factors
-    pairs : (pairs, 9) pairs of constraints that share coordinates;  shared : (k, 3) these coordinates
-    positions : of the entries of each pair, row by row, then the mirrored ones
+    pairs : (pairs, 9) pairs of constraints that share coordinates;  common : (3 k,) these coordinates
+    positions : of the entries of each pair, row by row, in the upper half of S
     flexibility : (n_q + 3,) diagonal of M^-1 [1/kg, 1/(kg m^2)], 0 for the ground
     rhs, x, y, scratch, seen : (n_c,);  pair : (2 n_c,)
     """
@@ -52,7 +53,7 @@ class Complement(Record):
     lu: LU
     values: Vector
     pairs: IntegerTable
-    shared: IntegerTable
+    common: Integers
     positions: Integers
     flexibility: Vector
     rhs: Vector
@@ -103,19 +104,20 @@ def _of_pattern(program: Program, *, usable: bool) -> Complement:
     blocks = [np.meshgrid(rows[c], rows[d], indexing="ij") for c, d, _ in pairs]
     entries = [np.concatenate([b[k].ravel() for b in blocks] or [np.zeros(0, int)]) for k in range(2)]
     pattern = symbolic(m, *entries, order)
-    table, shared, positions = [], [], []
+    table, shared, positions, place = [], [], [], np.argsort(order)
     for (c, d, common), (i, j) in zip(pairs, blocks, strict=True):
         ends = [(C.pos_g[k], C.dof[k + 1] - C.dof[k], C.row[k + 1] - C.row[k]) for k in (c, d)]
         table.append((*ends[0], *ends[1], len(shared), len(shared) + len(common), sum(map(len, positions))))
         shared += common
-        mirrored = np.full(i.size, pattern.dummy) if c == d else pattern.positions(j.ravel(), i.ravel())
-        positions.append(np.concatenate([pattern.positions(i.ravel(), j.ravel()), mirrored]))
+        low, high = np.where(place[i] <= place[j], (i, j), (j, i))
+        at = pattern.positions(low, high)
+        positions.append(np.where((c == d) & (place[i] > place[j]), pattern.dummy, at).ravel())
     return Complement(
         usable=int(usable),
         lu=tables(pattern),
         values=pattern.size,
         pairs=np.array(table, dtype=np.int64).reshape(-1, POSITION + 1),
-        shared=np.array(shared, dtype=np.int64).reshape(-1, COORDINATE + 1),
+        common=np.array(shared, dtype=np.int64).ravel(),
         positions=np.concatenate([*positions, np.zeros(0, int)]).astype(np.int64),
         flexibility=n + 3,
         **dict.fromkeys(("rhs", "x", "y", "scratch", "seen"), m),
@@ -144,24 +146,30 @@ def _pairs(C: Constraints, n: int) -> Iterator[tuple[int, int, list[tuple[int, i
 
 @compiled
 def factor_complement(S, G, hold):
-    """Factor S with the rows G of an evaluation; -1 if no row is held and no pivot lost, see `linalg.lu.factor`."""
-    values, inverse, positions = S.values, S.flexibility, S.positions
+    """Factor S with the rows G of an evaluation; whether no pivot is lost or that of a row to be held."""
+    values = S.values
     values[:] = 0.0
     for k in range(S.pairs.shape[0]):
-        a, p, rows = S.pairs[k, FIRST_G], S.pairs[k, FIRST_COLUMNS], S.pairs[k, FIRST_ROWS]
-        b, q, columns = S.pairs[k, SECOND_G], S.pairs[k, SECOND_COLUMNS], S.pairs[k, SECOND_ROWS]
-        begin, end, at = S.pairs[k, SHARED], S.pairs[k, SHARED_END], S.pairs[k, POSITION]
-        here = part_of(positions, at, at + rows * columns)
-        there = part_of(positions, at + rows * columns, at + 2 * rows * columns)
+        rows, columns, at = S.pairs[k, FIRST_ROWS], S.pairs[k, SECOND_ROWS], S.pairs[k, POSITION]
+        if rows == 2 and columns == 2:  # two pins: numbers that are known let the compiler unroll
+            add_pair(S, G, k, 2, 2, part_of(S.positions, at, at + 4))
+        else:
+            add_pair(S, G, k, rows, columns, part_of(S.positions, at, at + rows * columns))
+    return factor_symmetric(S.lu, values, S.seen, hold)
+
+
+@compiled
+def add_pair(S, G, k, rows, columns, positions):
+    """Add the block of pair k to S."""
+    a, p = S.pairs[k, FIRST_G], S.pairs[k, FIRST_COLUMNS]
+    b, q = S.pairs[k, SECOND_G], S.pairs[k, SECOND_COLUMNS]
+    for s in range(S.pairs[k, SHARED], S.pairs[k, SHARED_END]):
+        own = part_of(S.common, 3 * s, 3 * s + 3)
+        x, y, inverse = a + own[FIRST_COLUMN], b + own[SECOND_COLUMN], S.flexibility[own[COORDINATE]]
         for i in range(rows):
+            left = G[x + i * p] * inverse
             for j in range(columns):
-                total = 0.0
-                for s in range(begin, end):
-                    x, y = S.shared[s, FIRST_COLUMN], S.shared[s, SECOND_COLUMN]
-                    total += G[a + i * p + x] * inverse[S.shared[s, COORDINATE]] * G[b + j * q + y]
-                values[here[i * columns + j]] += total
-                values[there[i * columns + j]] += total
-    return factor(S.lu, values, S.seen, LOST_PIVOT, 0, hold)
+                S.values[positions[i * columns + j]] += left * G[y + j * q]
 
 
 @compiled
@@ -171,14 +179,12 @@ def accelerate_by_complement(tables, trial, work, S):
     for i in range(tables.sizes.n_q):
         a[i] = -inverse[i] * work.r[i]
     for c in range(C.kernel.shape[0]):
-        n, first = C.dof[c + 1] - C.dof[c], C.pos_g[c]
-        dofs = part_of(C.dofs, C.dof[c], C.dof[c + 1])
-        for row in range(C.row[c], C.row[c + 1]):
-            rate, at = -work.gamma[row], first + (row - C.row[c]) * n
-            for j in range(n):
-                rate += work.G[at + j] * a[dofs[j]]
-            S.rhs[row] = rate
-    solve(S.lu, S.values, S.rhs, trial.lam, S.scratch)
+        n, m = C.dof[c + 1] - C.dof[c], C.row[c + 1] - C.row[c]
+        if n == 6 and m == 2:
+            find_rates(C, c, 6, 2, work, a, S.rhs)
+        else:
+            find_rates(C, c, n, m, work, a, S.rhs)
+    solve_symmetric(S.lu, S.values, S.rhs, trial.lam, S.scratch)
     take_forces(C, inverse, work.G, trial.lam, a)
     for i in range(tables.sizes.n_q):
         total += a[i]
@@ -186,23 +192,43 @@ def accelerate_by_complement(tables, trial, work, S):
 
 
 @compiled
+def find_rates(C, c, n, m, work, a, rates):
+    """Set the rows of constraint c in `rates` to G a - gamma."""
+    dofs, G = part_of(C.dofs, C.dof[c], C.dof[c + 1]), part_of(work.G, C.pos_g[c], C.pos_g[c + 1])
+    for i in range(m):
+        rate = -work.gamma[C.row[c] + i]
+        for j in range(n):
+            rate += G[i * n + j] * a[dofs[j]]
+        rates[C.row[c] + i] = rate
+
+
+@compiled
 def take_forces(C, inverse, G, lam, a):
     """Subtract M^-1 G^T lam from a (n_q + 3,)."""
     for c in range(C.kernel.shape[0]):
-        n, first, begin = C.dof[c + 1] - C.dof[c], C.pos_g[c], C.row[c]
-        dofs = part_of(C.dofs, C.dof[c], C.dof[c + 1])
-        for j in range(n):
-            force = 0.0
-            for row in range(begin, C.row[c + 1]):
-                force += G[first + (row - begin) * n + j] * lam[row]
-            a[dofs[j]] -= inverse[dofs[j]] * force
+        n, m = C.dof[c + 1] - C.dof[c], C.row[c + 1] - C.row[c]
+        if n == 6 and m == 2:
+            _take_force(C, c, 6, 2, inverse, G, lam, a)
+        else:
+            _take_force(C, c, n, m, inverse, G, lam, a)
+
+
+@compiled
+def _take_force(C, c, n, m, inverse, G, lam, a):
+    """`take_forces` of constraint c."""
+    dofs, own = part_of(C.dofs, C.dof[c], C.dof[c + 1]), part_of(G, C.pos_g[c], C.pos_g[c + 1])
+    for j in range(n):
+        force = 0.0
+        for i in range(m):
+            force += own[i * n + j] * lam[C.row[c] + i]
+        a[dofs[j]] -= inverse[dofs[j]] * force
 
 
 @compiled
 def project_by_complement(tables, trial, work, S, dq):
     """Shift trial.q and trial.v onto the constraints of the last evaluation; the largest shift; dq : (n_q + 3,)."""
     C, largest = tables.constraints, 0.0
-    solve_two(S.lu, S.values, work.g, work.gv, S.x, S.y, S.pair)
+    solve_symmetric_two(S.lu, S.values, work.g, work.gv, S.x, S.y, S.pair)
     dq[:] = 0.0
     take_forces(C, S.flexibility, work.G, S.x, dq)
     take_forces(C, S.flexibility, work.G, S.y, trial.v)

@@ -36,7 +36,7 @@ def find_accelerations(tables, address, lu, t, fraction, h, options, flow, trial
         evaluate(tables, address, t, fraction * h, q, v, still, trial.lam, flow.z, 0.0, 0.0, 0.0, False, work)
         record.count.evaluations += 1
         record.count.factorisations += 1
-        if factor_complement(R.complement, work.G, initial_hold(flow)) == -1:
+        if factor_complement(R.complement, work.G, initial_hold(flow)):
             record.count.held_code = 0
             return RUNNING if accelerate_by_complement(tables, trial, work, R.complement) else NOT_FINITE
     return accelerate(tables, address, lu, t, fraction, h, R.zero, options, flow, trial, work, record, R)
@@ -55,7 +55,7 @@ def project(tables, address, lu, t, h, options, flow, trial, work, record, R):
         record.count.evaluations += 1
         if iteration == 0:
             record.count.factorisations += 1
-            if factor_complement(R.complement, work.G, initial_hold(flow)) != -1:
+            if not factor_complement(R.complement, work.G, initial_hold(flow)):
                 break
         largest = project_by_complement(tables, trial, work, R.complement, R.error_q)
         if largest <= CLOSED_SHIFT * options.length:
