@@ -36,6 +36,7 @@ from flexmb.engine.state.record import (
 )
 from flexmb.engine.state.trial import Trial
 from flexmb.engine.step.acceptance import adopt_trial, condition_met, finished, next_step_size, update_peaks, watch_step
+from flexmb.engine.step.contact_events import planned_step
 from flexmb.engine.step.method import Method, Stepper
 from flexmb.engine.step.saved_instants import END_OF_STEP, count_row, is_due, next_due, save_step, store_signals
 from flexmb.engine.system.constraints import report_forces
@@ -179,7 +180,7 @@ def advance_dormand_prince(
     for _ in range(steps):
         if finished(options, flow):
             return DONE
-        h = min(flow.clock.step_size, options.h_max) if options.adaptive else flow.clock.step_size
+        h = planned_step(tables, address, options, flow, trial, work) if options.adaptive else flow.clock.step_size
         h = next_step_size(h, options.t_end - flow.clock.t)
         code, error = try_step(tables, address, lu, h, options, flow, trial, work, record, R)
         growth = 1.0
