@@ -9,7 +9,8 @@ import pytest
 from andrews import andrews, andrews_angles
 
 import flexmb as fm
-from flexmb.engine.dormand_prince.complement import complement
+from flexmb.engine.dormand_prince.complement import complement, factor_complement
+from flexmb.engine.linalg.symmetric import solve_symmetric
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
 
@@ -125,8 +126,8 @@ def test_mechanisms_with_drives_as_radau_has_them(mech):
     assert all(sol.ok for sol in sols), [sol.status for sol in sols]
     own, other = (sol.values for sol in sols)
     names = [k for k, name in enumerate(sols[0].signals) if not name.name.startswith("energy.")]
-    scale = 1e-3 + np.abs(other[:, names]).max(axis=0)
-    assert (np.abs(own - other)[:, names] / scale).max() < 2e-6
+    scale = 1e-2 + np.abs(other[:, names]).max(axis=0)
+    assert (np.abs(own - other)[:, names] / scale).max() < 5e-7
 
 
 # Linear algebra
@@ -153,9 +154,6 @@ def test_the_complement_of_the_masses_is_that_of_the_whole_system(mech):
     assert np.array_equal(S.flexibility[: program.n_q], 1.0 / np.diag(M))
     exact = J @ np.linalg.inv(M) @ J.T
     b, x, scratch = np.cos(np.arange(program.n_c)), np.zeros(program.n_c), np.zeros(program.n_c)
-    from flexmb.engine.dormand_prince.complement import factor_complement  # noqa: PLC0415 - compiled here
-    from flexmb.engine.linalg.symmetric import solve_symmetric  # noqa: PLC0415
-
     assert factor_complement(S, at.work.G, 1e-13)
     solve_symmetric(S.lu, S.values, b, x, scratch)
     assert np.abs(exact @ x - b).max() < 1e-9 * np.abs(exact).max() * np.abs(x).max()
@@ -238,7 +236,7 @@ def test_laws_with_a_history_are_refused_by_name():
     block = fm.RigidBody("block", at=(0.0, 0.0), mass=1.0, inertia=0.1, velocity=(1.0, 0.0, 0.0))
     guide = fm.Prismatic("guide", fm.GROUND, block, friction=law, length=0.1)
     mech = fm.Mechanism("block", (block, guide), gravity=(0.0, -G))
-    with pytest.raises(InputError, match="'guide.*has a law with a history"):
+    with pytest.raises(InputError, match=r"'guide.*has a law with a history"):
         fm.simulate(mech, t_end=1e-3, method=METHOD)
 
 

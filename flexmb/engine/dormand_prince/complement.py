@@ -102,13 +102,16 @@ def _of_pattern(program: Program, *, usable: bool) -> Complement:
     rows = [np.arange(C.row[c], C.row[c + 1]) for c in range(len(C.kernel))] if usable else []
     order = elimination_order([list(r) for r in rows], [(c, d) for c, d, _ in pairs], [False] * len(rows))
     blocks = [np.meshgrid(rows[c], rows[d], indexing="ij") for c, d, _ in pairs]
-    entries = [np.concatenate([b[k].ravel() for b in blocks] or [np.zeros(0, int)]) for k in range(2)]
-    pattern = symbolic(m, *entries, order)
-    table, shared, positions, place = [], [], [], np.argsort(order)
+    first, second = (np.concatenate([b[k].ravel() for b in blocks] or [np.zeros(0, int)]) for k in range(2))
+    pattern = symbolic(m, first, second, order)
+    table: list[tuple[int, ...]] = []
+    shared: list[tuple[int, int, int]] = []
+    positions, place, number = [np.zeros(0, dtype=np.int64)], np.argsort(order), 0
     for (c, d, common), (i, j) in zip(pairs, blocks, strict=True):
         ends = [(C.pos_g[k], C.dof[k + 1] - C.dof[k], C.row[k + 1] - C.row[k]) for k in (c, d)]
-        table.append((*ends[0], *ends[1], len(shared), len(shared) + len(common), sum(map(len, positions))))
+        table.append((*ends[0], *ends[1], len(shared), len(shared) + len(common), number))
         shared += common
+        number += i.size
         low, high = np.where(place[i] <= place[j], (i, j), (j, i))
         at = pattern.positions(low, high)
         positions.append(np.where((c == d) & (place[i] > place[j]), pattern.dummy, at).ravel())
@@ -118,7 +121,7 @@ def _of_pattern(program: Program, *, usable: bool) -> Complement:
         values=pattern.size,
         pairs=np.array(table, dtype=np.int64).reshape(-1, POSITION + 1),
         common=np.array(shared, dtype=np.int64).ravel(),
-        positions=np.concatenate([*positions, np.zeros(0, int)]).astype(np.int64),
+        positions=np.concatenate(positions),
         flexibility=n + 3,
         **dict.fromkeys(("rhs", "x", "y", "scratch", "seen"), m),
         pair=2 * m,
@@ -174,7 +177,7 @@ def add_pair(S, G, k, rows, columns, positions):
 
 @compiled
 def accelerate_by_complement(tables, trial, work, S):
-    """Set trial.a and trial.lam with the factors of S and the last evaluation, made at a = 0; whether they are finite."""
+    """Set trial.a and trial.lam by the factors of S and an evaluation at a = 0; whether they are finite."""
     C, inverse, a, total = tables.constraints, S.flexibility, trial.a, 0.0
     for i in range(tables.sizes.n_q):
         a[i] = -inverse[i] * work.r[i]

@@ -85,7 +85,7 @@ class DormandPrince(Method):
     Redundant joints and singular positions are held as by `RungeKutta4`.  `energy.dissipated_algorithm` is 0; what the
     method takes shows in `energy.residual`.
 
-    Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I (Springer, 1993), II.5, II.10.
+    Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I (Springer, 1993), II.5, II.6.
 
     Examples
     --------

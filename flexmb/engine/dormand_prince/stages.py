@@ -14,7 +14,7 @@ DENSE = 7  # number of coefficients of the dense output
 
 
 class Span(Record):
-    """Start and size of the last step [s]; whether its dense output is known; whether the state is of another method."""
+    """Start and size of the last step [s]; 1 with its dense output, 1 where the state is of another method."""
 
     start: float
     size: float

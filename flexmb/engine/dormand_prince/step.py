@@ -1,7 +1,7 @@
 """Step of the method of Dormand and Prince: stages, error estimate, projection, works, states within the step.
 
-The accelerations of (1.11) make an ordinary differential equation of positions and velocities without constraints, and
-the works of drives, dampers and loads are sums over its stages, of the same order.  At the end of the step positions and
+The accelerations of (1.11) make an ordinary differential equation of positions and velocities without constraints.
+Works of drives, dampers and loads are sums over its stages, of the same order.  At the end of the step positions and
 velocities are projected onto the constraints.
 """
 

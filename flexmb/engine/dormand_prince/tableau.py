@@ -13,7 +13,7 @@ STEP_STAGES, ALL_STAGES = 12, 16
 
 END = STEP_STAGES  # number of the stage that is the end of the step, the first stage of the next one
 
-_ROWS = (
+_ROWS: tuple[dict[int, float], ...] = (
     {},
     {0: 0.05260015195876773},
     {0: 0.0197250569845379, 1: 0.0591751709536137},
