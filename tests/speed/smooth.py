@@ -286,6 +286,7 @@ def measured(names: list[str]) -> dict:
             curves[name][code] = points
             print(name, code, *(f"{1e3 * t:.3g} ms {e:.1e};" for t, e in points), flush=True)
     record = {"name": "smooth", "curves": curves, "mujoco": getattr(mujoco, "__version__", "not installed")}
+    record["table"] = table(record)
     keep("smooth", record)
     return record
 

@@ -5,7 +5,7 @@ With a constant diagonal M the equations M a + G^T lam = -r, G a = gamma become
     S lam = -(G M^-1 r + gamma),   a = -M^-1 (r + G^T lam).
 
 S has the rows of the constraints as unknowns.  Two joints are coupled where a body carries both, so S of a chain is
-block tridiagonal.  Equation (1.11) of docs/theory/equations_of_motion.md.
+block tridiagonal.  Equation (4.21) of docs/theory/integrators.md.
 """
 
 from __future__ import annotations

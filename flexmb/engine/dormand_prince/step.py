@@ -2,7 +2,7 @@
 
 The accelerations of (1.11) make an ordinary differential equation of positions and velocities without constraints.
 Works of drives, dampers and loads are sums over its stages, of the same order.  At the end of the step positions and
-velocities are projected onto the constraints.
+velocities are projected onto the constraints.  Equation (4.19) of docs/theory/integrators.md.
 """
 
 import math
@@ -155,6 +155,8 @@ def step_error(tables, h, options, flow, trial, R):
     """Estimated error of positions and velocities over the accepted error.
 
     Errors e5 and e3 of formulas of order 5 and 3 give e5^2 / (e5^2 + 0.01 e3^2)^(1/2), which falls with h^8.
+
+    Equation (4.20) of docs/theory/integrators.md.
     """
     find_speeds(tables.sizes.n_b, options, flow, trial)
     fifth = error_size(tables, R.errors[0], h, options, flow, trial, R)
