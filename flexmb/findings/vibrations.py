@@ -12,8 +12,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from flexmb.engine.dormand_prince.method import DormandPrince
-from flexmb.engine.dormand_prince.tableau import END, STEP_STAGES, A
 from flexmb.engine.newmark.method import Newmark
 from flexmb.engine.radau.method import RadauIIA
 from flexmb.engine.step.method import Method
@@ -61,9 +59,6 @@ def amplification(method: Method, angle: float, *, first_order: bool = False) ->
     z = 1j * angle
     if isinstance(method, RungeKutta4):
         return 1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0)))
-    if isinstance(method, DormandPrince):
-        stages = np.eye(STEP_STAGES) - z * A[:STEP_STAGES, :STEP_STAGES]
-        return complex(1.0 + z * (A[END, :STEP_STAGES] @ np.linalg.solve(stages, np.ones(STEP_STAGES))))
     if isinstance(method, RadauIIA):
         return (1.0 + 0.4 * z + z**2 / 20.0) / (1.0 - 0.6 * z + 0.15 * z**2 - z**3 / 60.0)
     if not isinstance(method, Newmark):
