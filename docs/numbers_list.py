@@ -608,8 +608,7 @@ def _left_out() -> dict[str, str]:
         engine.radau.collocation.STAGES engine.radau.collocation.TO_IM engine.radau.collocation.TO_RE
         engine.radau.collocation.TO_REAL engine.radau.collocation.TWICE engine.radau.collocation.WEIGHTS
         engine.radau.collocation._ROOT
-    coefficients of the method of Dormand and Prince and its published estimate: engine.dormand_prince.tableau.C
-        engine.dormand_prince.step.THIRD_ORDER_SHARE engine.dormand_prince.step.FIRST_WEIGHTED
+    the published estimate of the method of Dormand and Prince: engine.dormand_prince.step.THIRD_ORDER_SHARE
     exact for what it integrates, or arbitrary instants: elastic.beams.fem.QUADRATURE_ORDER dynamics.systems.given.INSTANTS
     """
     found, reason = {}, ""

@@ -19,10 +19,10 @@ import numpy as np
 
 from flexmb.engine.compiled.arrays import part_of
 from flexmb.engine.compiled.records import Integers, IntegerTable, Record, Vector
+from flexmb.engine.dormand_prince.symmetric import factor_symmetric, solve_symmetric, solve_symmetric_two
 from flexmb.engine.linalg.lu import LU, tables
 from flexmb.engine.linalg.ordering import elimination_order
 from flexmb.engine.linalg.symbolic import symbolic
-from flexmb.engine.linalg.symmetric import factor_symmetric, solve_symmetric, solve_symmetric_two
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.engine.system.work import new_from_template
 from flexmb.errors import KernelError

@@ -146,11 +146,11 @@ class DormandPrinceStepper(Stepper):
         save_between(*run.arguments(options), self.stages)
 
     def saved(self) -> dict[str, np.ndarray]:
-        """A mark that the accelerations of the state are those of this method."""
+        """Mark of accelerations of this method."""
         return {"dormand_prince.span": self.stages.span.numbers()}
 
     def restore(self, restart: Mapping[str, Any]) -> None:
-        """Restore the mark; without it (restart of another method) accelerations are computed anew."""
+        """Restore the mark; a restart of another method has none."""
         span = self.stages.span
         span.foreign = int("dormand_prince.span" not in restart)
         if not span.foreign:
@@ -167,14 +167,14 @@ def advance_dormand_prince(
     trial: Trial,
     work: Work,
     record: RunRecord,
-    R: Stages,
+    D: Stages,
     steps: int,
 ):
     """Take at most `steps` steps; RUNNING, or the code of the ending."""
     discard_factors(flow.reuse)
     record.count.evaluated = NOT_EVALUATED
-    if R.span.foreign == 1:
-        code = adopt_state(tables, address, lu, options, flow, trial, work, record, R)
+    if D.span.foreign == 1:
+        code = adopt_state(tables, address, lu, options, flow, trial, work, record, D)
         if code != RUNNING:
             return code
     for _ in range(steps):
@@ -182,7 +182,7 @@ def advance_dormand_prince(
             return DONE
         h = planned_step(tables, address, options, flow, trial, work) if options.adaptive else flow.clock.step_size
         h = next_step_size(h, options.t_end - flow.clock.t)
-        code, error = try_step(tables, address, lu, h, options, flow, trial, work, record, R)
+        code, error = try_step(tables, address, lu, h, options, flow, trial, work, record, D)
         growth = 1.0
         if options.adaptive:
             if code != RUNNING:
@@ -199,7 +199,7 @@ def advance_dormand_prince(
             update_held_multipliers(tables, lu, flow.clock.t + h, flow, trial, work, record)
         if options.adaptive:
             update_step_sizes(h, growth, options, flow)
-        code = accept_stages(tables, address, lu, h, options, flow, trial, work, record, R)
+        code = accept_stages(tables, address, lu, h, options, flow, trial, work, record, D)
         flow.clock.last_step = h
         if code != RUNNING:
             return code
@@ -207,32 +207,32 @@ def advance_dormand_prince(
 
 
 @compiled
-def adopt_state(tables, address, lu, options, flow, trial, work, record, R):
-    """Accelerations and multipliers of the state of another method, which are those of its tolerance."""
+def adopt_state(tables, address, lu, options, flow, trial, work, record, D):
+    """Compute accelerations and multipliers of the state of another method."""
     copy(flow.q, trial.q)
     copy(flow.v, trial.v)
     copy(flow.lam, trial.lam)
     t, h = flow.clock.t, options.h_min
-    code = find_accelerations(tables, address, lu, t, 0.0, h, options, flow, trial, work, record, R)
+    code = find_accelerations(tables, address, lu, t, 0.0, h, options, flow, trial, work, record, D)
     copy(trial.a, flow.a)
     copy(trial.lam, flow.lam)
-    R.span.foreign = 0
+    D.span.foreign = 0
     return code
 
 
 @compiled
-def accept_stages(tables, address, lu, h, options, flow, trial, work, record, R):
+def accept_stages(tables, address, lu, h, options, flow, trial, work, record, D):
     """Make the trial state the accepted one: `acceptance.accept`, with works and instants from the stages."""
     t0 = flow.clock.t
-    add_works(tables, address, h, flow, trial, work, record, R)
-    turned = abs(R.works.damping) + R.works.joints_size + R.works.supplied
-    update_ledger(tables, address, t0 + h, turned, flow, trial, work, R)
+    add_works(tables, address, h, flow, trial, work, record, D)
+    turned = abs(D.works.damping) + D.works.joints_size + D.works.supplied
+    update_ledger(tables, address, t0 + h, turned, flow, trial, work, D)
     adopt_trial(h, flow, trial, work, record)
     t, peak, signals = flow.clock.t, record.peak, record.signals
     write_outputs(tables, address, t, flow.q, flow.v, flow.a, work, flow.ledger, peak, True, signals)
     update_peaks(flow.clock.t, record.signals, record)
     watch_step(tables.sizes.energy + STRAIN, flow, record)
-    full = save_between(tables, address, lu, options, flow, trial, work, record, R) != RUNNING
+    full = save_between(tables, address, lu, options, flow, trial, work, record, D) != RUNNING
     if condition_met(record):
         return CONDITION_MET
     if full:
@@ -241,7 +241,7 @@ def accept_stages(tables, address, lu, h, options, flow, trial, work, record, R)
 
 
 @compiled
-def save_between(tables, address, lu, options, flow, trial, work, record, R):
+def save_between(tables, address, lu, options, flow, trial, work, record, D):
     """Save the end of the last step, or the instants of the save grid within it; BUFFER_FULL when the buffer is full.
 
     The buffer must then be emptied, and `save_between` called again before the next step.
@@ -251,13 +251,13 @@ def save_between(tables, address, lu, options, flow, trial, work, record, R):
         return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
     while is_due(options, flow, record):
         due, row = next_due(options, flow, record), record.count.rows
-        s = (due - R.span.start) / R.span.size
+        s = (due - D.span.start) / D.span.size
         if s < END_OF_STEP:
-            if R.span.dense == 0:
-                find_dense_output(tables, address, lu, options, flow, trial, work, record, R)
-            signals_at(tables, address, lu, s, options, flow, trial, work, record, R, R.signals)
-            update_peaks(due, R.signals, record)
-            store_signals(R.signals, record, row)
+            if D.span.dense == 0:
+                find_dense_output(tables, address, lu, options, flow, trial, work, record, D)
+            signals_at(tables, address, lu, s, options, flow, trial, work, record, D, D.signals)
+            update_peaks(due, D.signals, record)
+            store_signals(D.signals, record, row)
         else:
             store_signals(record.signals, record, row)
         count_row(due, flow, record)
@@ -265,12 +265,12 @@ def save_between(tables, address, lu, options, flow, trial, work, record, R):
 
 
 @compiled
-def signals_at(tables, address, lu, s, options, flow, trial, work, record, R, target):
+def signals_at(tables, address, lu, s, options, flow, trial, work, record, D, target):
     """All signals at fraction s of the last step."""
-    h, ledger = R.span.size, R.between.ledger
-    t, q, v, a, lam = R.span.start + s * h, trial.q, trial.v, trial.a, trial.lam
-    find_between(tables, address, lu, s, options, flow, trial, work, record, R)
-    evaluate_accepted(tables, address, t, s * h, q, v, a, lam, flow.z, R.zero, R.zero, work)
+    h, ledger = D.span.size, D.between.ledger
+    t, q, v, a, lam = D.span.start + s * h, trial.q, trial.v, trial.a, trial.lam
+    find_between(tables, address, lu, s, options, flow, trial, work, record, D)
+    evaluate_accepted(tables, address, t, s * h, q, v, a, lam, flow.z, D.zero, D.zero, work)
     report_forces(tables, lam, work)
     complete_ledger(flow, work, ledger)
     write_outputs(tables, address, t, q, v, a, work, ledger, record.peak, True, target)

@@ -11,7 +11,11 @@ import numpy as np
 STEP_STAGES, ALL_STAGES = 12, 16
 """Number of stages of a step, and with the end of the step and the three stages of the dense output."""
 
-END = STEP_STAGES  # number of the stage that is the end of the step, the first stage of the next one
+START, END = 0, STEP_STAGES
+"""Numbers of the stages that are the start and the end of the step."""
+
+FIFTH, THIRD = range(2)
+"""Rows of `ERRORS`."""
 
 _ROWS: tuple[dict[int, float], ...] = (
     {},
@@ -75,7 +79,7 @@ C = np.minimum(A.sum(axis=1), 1.0)
 """Weights (16, 16) of the stages f_i = f(t + C_i h, y0 + h sum_j A_ij f_j)."""
 
 ERRORS = _array((_FIFTH, _THIRD), STEP_STAGES)
-ERRORS[1] = A[END, :STEP_STAGES] - ERRORS[1]
+ERRORS[THIRD] = A[END, :STEP_STAGES] - ERRORS[THIRD]
 """Weights (2, 12) of the error estimates of order 5 and 3."""
 
 DENSE_WEIGHTS = _array(_DENSE, ALL_STAGES)
