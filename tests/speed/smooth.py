@@ -39,7 +39,7 @@ CELLS += (("Andrews", 1e-5), ("Andrews", 1e-8))
 SPANS = {"chain of 10": 1.0, "chain of 100": 1.0, "chain of 1000": 0.25, "Andrews": 0.03}  # s
 RTOL = (3e-1, 1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
 FEWEST = 20  # steps in a run at least
-STEPS = (100, 200, 400, 800, 1600, 3200, 6400, 12800)  # in a run
+STEPS = (200, 400, 800, 1600, 3200, 6400, 12800)  # in a run
 
 Timed = tuple[float, np.ndarray]
 
@@ -256,7 +256,7 @@ def runs(name: str) -> tuple[np.ndarray, dict[str, list[Callable[[], Timed]]]]:
         "flexmb, RungeKutta4": [
             by_flexmb(mechanism, t_end, signal, method=fm.RungeKutta4(), step=t_end / n) for n in STEPS
         ],
-        "DOP853, hand-written": [by_scipy(rates, y0, t_end, value, r) for r in RTOL],
+        "DOP853, hand-written": [by_scipy(rates, y0, t_end, value, r) for r in RTOL if r <= 1e-2],
     }
     if name != "Andrews":
         found["hand-written RK4"] = [by_hand(y0, t_end, n) for n in STEPS]
