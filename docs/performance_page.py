@@ -242,7 +242,8 @@ def smooth(record: dict) -> list[str]:
     all, fall from the horizontal for 1 s, that of 1000 links for 0.25 s; the error is that of the place of the tip.
     Andrews' mechanism moves 0.03 s; the error is that of its angles. Hand-written equations are those of the one
     mechanism, through numba: the chain by recursion over its links. flexmb's times contain its account of energies,
-    the making of the solution and, of RungeKutta4, its examination of vibrations; not start values. MuJoCo {record["mujoco"]}; {where["date"]}, load average
+    the making of the solution and, of RungeKutta4, its examination of vibrations; not start values.
+    MuJoCo {record["mujoco"]}; {where["date"]}, load average
     {where["load"]}."""
     return ["## Smooth rigid motion", text, "\n".join(record["table"])]
 
