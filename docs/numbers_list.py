@@ -244,6 +244,13 @@ engine.radau.step.STALLED_RATE | 1 | a correction | ratio of corrections that ar
 engine.radau.step.ACCELERATION_MISMATCH | 1 | accelerations | difference to interpolated ones that shows stiff forces
 engine.radau.step.INSENSITIVE | 1 | that difference | change by other interpolated positions that shows a kink
 engine.radau.step.LEAST_RATE | 1 | a correction | rate that a first iteration is trusted with
+engine.dormand_prince.method.LARGEST_GROWTH | 1 | a step | most that a step of Dormand and Prince grows at once
+engine.dormand_prince.method.LEAST_GROWTH | 1 | a step | most that it is shortened at once
+engine.dormand_prince.method.SAFETY | 1 | a step | safety factor of the next step
+engine.dormand_prince.method.FAILED_GROWTH | 1 | a step | next trial after one whose stages could not be computed
+engine.dormand_prince.method.LEAST_STEPS | steps | a period or a run | fewest steps of Dormand and Prince
+engine.dormand_prince.step.PROJECTIONS | iterations | nothing | projections with the same factors at most
+engine.dormand_prince.complement.OTHER_POSE | 1 | size of the mechanism | distance of a pose in which the masses must be the same
 engine.energy.RESIDUAL_LIMIT_RUNGE_KUTTA | 1 | energy turned over | largest residual of a Runge-Kutta run
 engine.newmark.jacobian_reuse.EFFECT_LIMIT | 1 | largest entry | joints that share a force that is not unique, in the status
 results.status.WARNING_FRACTION | 1 | limits of the ledger | from here on the status warns
@@ -601,6 +608,7 @@ def _left_out() -> dict[str, str]:
         engine.radau.collocation.STAGES engine.radau.collocation.TO_IM engine.radau.collocation.TO_RE
         engine.radau.collocation.TO_REAL engine.radau.collocation.TWICE engine.radau.collocation.WEIGHTS
         engine.radau.collocation._ROOT
+    the published estimate of the method of Dormand and Prince: engine.dormand_prince.step.THIRD_ORDER_SHARE
     exact for what it integrates, or arbitrary instants: elastic.beams.fem.QUADRATURE_ORDER dynamics.systems.given.INSTANTS
     """
     found, reason = {}, ""

@@ -57,6 +57,8 @@ def write(path: Path, data: dict, order: list[str]) -> None:
         parts += compiling(others["compile"])
     if "work-precision" in others:
         parts += work_precision(others["work-precision"], path.parent / "pictures")
+    if "smooth" in others:
+        parts += smooth(others["smooth"])
     if "limits" in others:
         parts += limits(others["limits"])
     if "start" in others:
@@ -231,6 +233,21 @@ def limits(record: dict) -> list[str]:
     processes by the clock. {where["date"]},
     load average {where["load"]}."""
     return ["## Costs and their growth", text, "\n".join(lines)]
+
+
+def smooth(record: dict) -> list[str]:
+    """Smooth rigid motion at equal error, by tests/speed/smooth.py."""
+    where = record["where"]
+    text = f"""\
+    Least processor times [ms] at no larger an error than the given one [m, rad], of all tolerances or steps that were
+    tried (`python tests/speed/smooth.py`, then `python docs/performance.py --collect`). Chains of rigid links, 1 m in
+    all, fall from the horizontal for 1 s, that of 1000 links for 0.25 s; the error is that of the place of the tip.
+    Andrews' mechanism moves 0.03 s; the error is that of its angles. Hand-written equations are those of the one
+    mechanism, through numba: the chain by recursion over its links. flexmb's times contain its account of energies,
+    the making of the solution and, of RungeKutta4, its examination of vibrations; not start values.
+    MuJoCo {record["mujoco"]}; {where["date"]}, load average
+    {where["load"]}."""
+    return ["## Smooth rigid motion", text, "\n".join(record["table"])]
 
 
 def start(record: dict) -> list[str]:

@@ -34,6 +34,7 @@ from flexmb.elastic.beams.section import Tapered as Tapered
 from flexmb.elastic.beams.section import Tube as Tube
 from flexmb.elastic.planes.plane_body import PlaneBody as PlaneBody
 from flexmb.elastic.reduced.reduced import Reduced as Reduced
+from flexmb.engine.dormand_prince.method import DormandPrince as DormandPrince
 from flexmb.engine.newmark.method import Newmark as Newmark
 from flexmb.engine.radau.method import RadauIIA as RadauIIA
 from flexmb.engine.step.method import Method as Method

@@ -104,10 +104,11 @@ def compile_all() -> None:
 def compile_here() -> None:
     """Compile all for this machine: kernels and two of the loops in processes of their own, which share the cache."""
     from flexmb.engine.compiled import ahead
+    from flexmb.engine.dormand_prince.method import advance_dormand_prince
     from flexmb.engine.radau.method import advance_radau
     from flexmb.engine.step.runge_kutta import advance_explicit
 
-    ahead.start(advance_radau, advance_explicit)
+    ahead.start(advance_radau, advance_dormand_prince, advance_explicit)
     with subprocess.Popen([sys.executable, __file__, "--kernels"]) as second:
         for run in runs():
             run()
@@ -147,6 +148,7 @@ def runs() -> list[Callable[[], Any]]:
         lambda: fm.simulate(crank, t_end=1e-4),
         lambda: fm.simulate(ideal, **short, method=fm.RungeKutta4()),
         lambda: fm.simulate(crank, t_end=1e-4, method=fm.RadauIIA()),
+        lambda: fm.simulate(ideal, t_end=1e-4, method=fm.DormandPrince()),
         lambda: fm.static_equilibrium(rod),
         lambda: fm.modes(rod),
         *(lambda mechanism=mechanism: fm.compile(mechanism) for mechanism, _ in parts.values()),

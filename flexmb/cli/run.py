@@ -14,6 +14,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.cli.arguments.units import quantity
 from flexmb.dynamics.jobs.files import unwritable
+from flexmb.engine.dormand_prince.method import DormandPrince
 from flexmb.engine.newmark.method import Newmark
 from flexmb.engine.step.runge_kutta import RungeKutta4
 from flexmb.engine.step.step_size import Adaptive, FixedStep
@@ -106,9 +107,9 @@ FLAGS = ("--resume", "--no-vtk", "--no-plots", "--no-report", "--quiet", "--debu
 
 PERIODS = 2.0  # default length of a run, in periods
 
-METHODS: dict[str, Callable[..., Newmark | RungeKutta4]] = {
+METHODS: dict[str, Callable[..., Newmark | RungeKutta4 | DormandPrince]] = {
     name: getattr(Newmark, name.replace("-", "_")) for name in ("generalised-alpha", "hht", "wbz", "trapezoidal")
-} | {"runge-kutta": RungeKutta4}
+} | {"runge-kutta": RungeKutta4, "dormand-prince": DormandPrince}
 WITH_NUMBER = ("generalised-alpha", "hht", "wbz")  # methods that take a number
 
 
@@ -155,7 +156,7 @@ def periods_of(mechanism: Mechanism) -> list[float]:
     return [period for period in compile_mechanism(mechanism).periods if period is not None]
 
 
-def method_of(text: str) -> Newmark | RungeKutta4:
+def method_of(text: str) -> Newmark | RungeKutta4 | DormandPrince:
     """Integration method from its name: "hht", or "hht:0.05" with a number."""
     name, colon, number = text.partition(":")
     make = METHODS[checks.one_of("--method", "method", name, METHODS)]

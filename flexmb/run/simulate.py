@@ -88,7 +88,8 @@ def simulate(
         list or array: increasing times [s], which are saved and no others; "steps": every accepted step.  Instants
         within steps are interpolated, so the steps do not depend on them.
     step : `Adaptive(...)`, the default, or `FixedStep(size)`, for which the bare size [s] will do.
-    method : `Newmark...` (default: generalised-alpha with spectral radius 0.8); `RadauIIA()` for smooth motion to many
+    method : `Newmark...` (default: generalised-alpha with spectral radius 0.8); `DormandPrince()` for
+        smooth motion without contacts, the fastest for rigid bodies; `RadauIIA()` for smooth and stiff motion to many
         digits; `RungeKutta4()`, which needs `FixedStep`.
     start : `static_equilibrium(mechanism)`, in which the run begins at rest but for drives and declared velocities,
         "equilibrium" for the same, or one with `spin`, which turns; None: the reference configuration.
@@ -227,7 +228,8 @@ def prepared(
     """Method and step of the arguments of a run, checked, and the program of the mechanism, with that of its start."""
     method = Newmark.generalised_alpha() if method is None else method
     if not isinstance(method, Method):
-        known = "Newmark(...), RadauIIA(), RungeKutta4() or a method of your own (flexmb/engine/step/method.py)"
+        known = "Newmark(...), RadauIIA(), DormandPrince(), RungeKutta4() or a method of your own"
+        known += " (flexmb/engine/step/method.py)"
         raise InputError(f"{label}: method is {method!r}; it must be {known}.")
     ahead.start(*method.loops)
     programs = compile_with_start(mechanism)

@@ -127,7 +127,7 @@ SPECIMENS = {
 }  # fmt: skip
 """One sound record of each kind; NaN is put into each of its numbers in turn."""
 
-WITHOUT_NUMBERS = {"Drive", "Frictionless", "RungeKutta4"}
+WITHOUT_NUMBERS = {"DormandPrince", "Drive", "Frictionless", "RungeKutta4"}
 """Public records that hold no number of their own."""
 
 MADE_BY_THE_LIBRARY = {"Solution", "Element", "Part", "NormalLaw", "FrictionLaw", "Motion", "HysteresisLaw"}

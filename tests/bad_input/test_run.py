@@ -37,7 +37,7 @@ REFUSED = [
     ({"t_end": 1.0, "step": 0.0}, "FixedStep: size is 0 s; it must be > 0."),
     (
         {"t_end": 1.0, "method": "rk4"},
-        "method is 'rk4'; it must be Newmark(...), RadauIIA(), RungeKutta4() or a method of your own "
+        "method is 'rk4'; it must be Newmark(...), RadauIIA(), DormandPrince(), RungeKutta4() or a method of your own "
         "(flexmb/engine/step/method.py).",
     ),
     ({"t_end": 1.0, "method": fm.RungeKutta4()}, "RungeKutta4 has no error estimate; give step=FixedStep(size)."),

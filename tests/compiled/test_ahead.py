@@ -9,6 +9,7 @@ import pytest
 
 import flexmb as fm
 from flexmb.engine.compiled import ahead
+from flexmb.engine.dormand_prince.method import advance_dormand_prince
 from flexmb.engine.newmark.method import advance
 from flexmb.engine.radau.method import advance_radau
 from flexmb.engine.step.runge_kutta import advance_explicit
@@ -16,6 +17,7 @@ from flexmb.engine.step.runge_kutta import advance_explicit
 LOOPS = {
     advance: {},
     advance_radau: {"method": fm.RadauIIA()},
+    advance_dormand_prince: {"method": fm.DormandPrince()},
     advance_explicit: {"method": fm.RungeKutta4(), "step": 1e-6},
 }
 
@@ -27,7 +29,7 @@ def test_annotations_are_the_types_that_a_run_calls_with(loop):
     assert ahead.argument_types(loop.py_func) == loop.signatures[0]
 
 
-@pytest.mark.parametrize("method", [fm.Newmark(), fm.RadauIIA(), fm.RungeKutta4()], ids=repr)
+@pytest.mark.parametrize("method", [fm.Newmark(), fm.RadauIIA(), fm.RungeKutta4(), fm.DormandPrince()], ids=repr)
 def test_methods_name_their_loops(method):
     assert set(method.loops) <= set(LOOPS)
     assert len(method.loops) == 1

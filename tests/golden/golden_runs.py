@@ -150,6 +150,9 @@ RUNS: dict[str, Callable[[], Found]] = {
     "Runge-Kutta": lambda: simulated(models.ideal(), t_end=models.TURN, step=2e-5, method=fm.RungeKutta4()),
     "staggered": lambda: simulated(nine(clearance=0.5e-3, flexible=True), t_end=2e-3, step=4e-5, method=Staggered()),
     "Radau": lambda: simulated(models.worn(), t_end=2e-3, method=fm.RadauIIA()),
+    "Dormand-Prince": lambda: simulated(
+        models.ideal(), t_end=models.TURN, step=fm.Adaptive(rtol=1e-8), method=fm.DormandPrince()
+    ),
     "carried differences": carried,
     "sweep": swept,
     "restart": restarted,

@@ -20,7 +20,8 @@ FLOORS = {
     "engine.system": 4,
     "statics.start": 5, "engine.state": 5, "testing": 5,
     "statics": 6, "engine.energy": 6,
-    "engine.step": 7, "engine.newmark": 7, "engine.radau": 7, "findings.mechanism": 7,
+    "engine.step": 7, "engine.newmark": 7, "engine.radau": 7, "engine.dormand_prince": 7,
+    "findings.mechanism": 7,
     "results": 8,
     "run": 9, "findings.run": 9,
     "engine.sensitivity": 10, "dynamics.series": 10,
@@ -74,13 +75,17 @@ SIDEWAYS = {
     ("engine.newmark", "engine.step"): "methods share contact events and the acceptance of steps",
     ("engine.radau", "engine.step"): "methods share contact events and the acceptance of steps",
     ("engine.radau", "engine.newmark"): "methods share step control and Newton's corrections",
+    ("engine.dormand_prince", "engine.step"): "methods share the acceptance of steps and the whole linear system",
+    ("engine.dormand_prince", "engine.newmark"): "methods share step control",
+    ("engine.dormand_prince", "engine.radau"): "methods of stages share works, ledgers and projections",
     ("findings.run", "run"): "remarks on a run read its peaks and rows",
     ("run", "findings.run"): "a run is watched while it lasts, and explained when it fails",
 }
 """The only imports between two units of one floor, each with its reason. Those of floor 0 share one folder."""
 
 TYPING_ONLY = {
-    (f"engine.{room}", "run"): "a stepper is handed the run that it belongs to" for room in ("step", "newmark", "radau")
+    (f"engine.{room}", "run"): "a stepper is handed the run that it belongs to"
+    for room in ("step", "newmark", "radau", "dormand_prince")
 }
 """The only imports that go up, each with its reason; nothing is called through them."""
 

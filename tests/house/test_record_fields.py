@@ -8,6 +8,7 @@ import pytest
 from nine_bar_study.nine_bar.staggered.elastic import Elastic
 
 from flexmb.engine.compiled.records import Record
+from flexmb.engine.dormand_prince.stages import Stages as DormandPrinceStages
 from flexmb.engine.radau.collocation import Collocation
 from flexmb.engine.sensitivity.linearise import Tangents
 from flexmb.engine.state.flow import Flow
@@ -19,7 +20,8 @@ from flexmb.program.program import Addresses, Tables
 
 ARGUMENTS = {
     "tables": Tables, "address": Addresses, "options": Options, "flow": Flow, "trial": Trial, "work": Work,
-    "record": RunRecord, "R": Collocation, "T": Tangents, "stages": Stages, "el": Elastic,
+    "record": RunRecord, "R": Collocation, "D": DormandPrinceStages,
+    "T": Tangents, "stages": Stages, "el": Elastic,
 }  # fmt: skip
 """Records that compiled functions take, by the names of their arguments."""
 

@@ -90,8 +90,8 @@ RUN = (
     "interruptions",
     ("--checkpoint TIME", "time between checkpoints, from which --resume goes on", "30s"),
     ("--resume", "go on with a run that was ended from outside, bit for bit"),
-    *_method("generalised-alpha[:RADIUS] (default), hht[:ALPHA], wbz[:ALPHA], trapezoidal, runge-kutta; "
-             "runge-kutta needs --step"),
+    *_method("generalised-alpha[:RADIUS] (default), hht[:ALPHA], wbz[:ALPHA], trapezoidal, runge-kutta, "
+             "dormand-prince; runge-kutta needs --step, dormand-prince a mechanism without contacts"),
     "files",
     *_files("the results", "report.html", ("--frames N", "number of VTK frames", 100), ("--no-vtk", "no VTK files")),
 )  # fmt: skip
@@ -106,7 +106,7 @@ SWEEP = (
     ("--signals A,B", "signals to keep (default all)"),
     ("--period TIME", "time between two points (default the period of the drives)"),
     ("--exponent", "also the largest Lyapunov exponent at each value"),
-    *_method("methods of `flexmb run` except runge-kutta"),
+    *_method("methods of `flexmb run` except runge-kutta and dormand-prince"),
     ("--workers N", "number of points at a time, in threads", 1),
     "files",
     ("--store DIR.zarr", "store of all finished points (zarr)"),
@@ -126,7 +126,7 @@ CHAOS = (
     ("--dimension", "also the correlation dimension of each signal; it needs some 300 periods"),
     ("--recurrence", "also the recurrence quantification of each signal"),
     ("--no-confirm", "no second run with finer steps, a fifth as long, which confirms errors and verdict"),
-    *_method("methods of `flexmb run` except runge-kutta"),
+    *_method("methods of `flexmb run` except runge-kutta and dormand-prince"),
     "files",
     *_files("results and pictures", "chaos.html"),
 )

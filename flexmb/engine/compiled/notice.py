@@ -46,6 +46,10 @@ STAGES: dict[str, dict[str, float]] = {
     "the time loop": {"flexmb.engine.newmark.method.advance": 26.5},
     "the explicit time loop": {"flexmb.engine.step.runge_kutta.advance_explicit": 10.9},
     "the time loop of Radau's method": {"flexmb.engine.radau.method.advance_radau": 30.0},
+    "the time loop of Dormand and Prince": {
+        "flexmb.engine.dormand_prince.method.advance_dormand_prince": 22.0,
+        "flexmb.engine.dormand_prince.method.save_between": 11.0,
+    },
     "the loop of exponents": {
         "flexmb.engine.sensitivity.linearise.linearise": 4.4,
         "flexmb.engine.sensitivity.linearise.advance_histories": 4.0,

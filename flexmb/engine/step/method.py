@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Method(Input):
-    """Base of `Newmark`, `RungeKutta4`, `RadauIIA`, and of methods of users as in examples/nine_bar_study.
+    """Base of `Newmark`, `RungeKutta4`, `RadauIIA`, `DormandPrince`, and of methods as in examples/nine_bar_study.
 
     A further method derives from this class and returns its `Stepper` in `stepper`.  Class variables:
     `estimates_error`, whether the method estimates the error of a step; `independent`, whether it needs independent

@@ -1,0 +1,276 @@
+"""Method of Dormand and Prince of order 8 with error control, for smooth motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from flexmb.engine.compiled.records import fitting
+from flexmb.engine.dormand_prince.stages import Stages, new_stages
+from flexmb.engine.dormand_prince.step import (
+    add_works,
+    complete_ledger,
+    find_accelerations,
+    find_between,
+    find_dense_output,
+    try_step,
+)
+from flexmb.engine.energy import STEPS_BEFORE_CHECK, STRAIN, check_balance
+from flexmb.engine.linalg.lu import LU
+from flexmb.engine.newmark.error_control import accept_or_reject, shorten_step, update_step_sizes
+from flexmb.engine.newmark.jacobian_reuse import discard_factors, update_held_multipliers
+from flexmb.engine.radau.step import update_ledger
+from flexmb.engine.state.flow import Flow
+from flexmb.engine.state.record import (
+    BUFFER_FULL,
+    CONDITION_MET,
+    DONE,
+    NOT_EVALUATED,
+    RUNNING,
+    STEP_TOO_SMALL,
+    Options,
+    RunRecord,
+)
+from flexmb.engine.state.trial import Trial
+from flexmb.engine.step.acceptance import adopt_trial, condition_met, finished, next_step_size, update_peaks, watch_step
+from flexmb.engine.step.contact_events import planned_step
+from flexmb.engine.step.method import Method, Stepper
+from flexmb.engine.step.saved_instants import END_OF_STEP, count_row, is_due, next_due, save_step, store_signals
+from flexmb.engine.system.constraints import report_forces
+from flexmb.engine.system.evaluate import evaluate_accepted
+from flexmb.engine.system.outputs import write_outputs
+from flexmb.engine.system.work import Work
+from flexmb.errors import InputError
+from flexmb.kernels import compiled, copy
+from flexmb.program.program import BEGIN, END, Addresses, Program, Tables
+
+if TYPE_CHECKING:
+    from flexmb.model.mechanism import Mechanism
+    from flexmb.run.run import Run
+
+LARGEST_GROWTH, LEAST_GROWTH, SAFETY = 6.0, 1.0 / 3.0, 0.9
+"""Next step over the present one at most and at least; safety factor of the next step."""
+
+FAILED_GROWTH = 0.25  # next trial over one whose stages could not be computed
+
+LEAST_STEPS = 50.0  # number of largest steps in a period or a run
+
+
+@dataclass(frozen=True)
+class DormandPrince(Method):
+    """Explicit method of Dormand and Prince of order 8(5,3), for smooth motion of mechanisms without contacts.
+
+    Twelve stages compute accelerations from the equations of motion and the joints in accelerations,
+
+        M a + G^T lam = f(q, v, t),   G a = gamma(q, v, t);
+
+    at the end of the step positions and velocities are projected onto the joints.  Errors of a run are proportional to
+    rtol.  Saved instants within a step come from the dense output of order 7, projected as well, with forces and
+    accelerations of the equations of motion there; stop conditions are located as by all methods.  Works of drives,
+    dampers and loads are integrated with the stages.
+
+    It is the fastest method for rigid mechanisms with ideal joints, drives, springs and smooth loads.  Beams are
+    stable, too, but their fastest wave bounds the step (6 over its angular frequency), which the error control finds:
+    use `Newmark` for them, and `RadauIIA` for stiff springs.
+
+    Raises
+    ------
+    InputError : contacts (joints with clearance, stops, cables); laws with a history (bristles, clutches).
+
+    Notes
+    -----
+    Redundant joints and singular positions are held as by `RungeKutta4`.  `energy.dissipated_algorithm` is 0; what the
+    method takes shows in `energy.residual`.
+
+    Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I (Springer, 1993), II.5, II.6.
+
+    Examples
+    --------
+    >>> import flexmb as fm
+    >>> mech = fm.mechanisms.slider_crank()
+    >>> sol = fm.simulate(mech, t_end=0.01, method=fm.DormandPrince(), step=fm.Adaptive(rtol=1e-9))
+    >>> sol.ok
+    True
+    """
+
+    estimates_error: ClassVar[bool] = True
+
+    def fewest_steps(self, *, contacts: bool) -> float:  # noqa: ARG002 - without contacts
+        """Steps in a period or a run that error control takes at least."""
+        return LEAST_STEPS
+
+    @property
+    def loops(self) -> tuple[Any, ...]:
+        """The compiled loop."""
+        return (advance_dormand_prince,)
+
+    def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - methods of users may
+        """Stepper of the compiled mechanism."""
+        refuse_jumps(program)
+        return DormandPrinceStepper(program)
+
+
+def refuse_jumps(program: Program) -> None:
+    """Refuse contacts, whose forces begin and end, and histories, which are of the order of their laws."""
+    label = f"simulate {program.name!r}: DormandPrince is for smooth motion, but"
+    if program.names.contacts:
+        text = f"{program.names.contacts[0]!r} is a contact, whose force begins and ends"
+        raise InputError(f"{label} {text}. Use Newmark.generalised_alpha() (the default) or RadauIIA().")
+    E, C = program.tables.elements, program.tables.constraints
+    for name, z in (*zip(program.names.elements, E.z, strict=True), *_joints_with_history(program, C)):
+        if z[END] > z[BEGIN]:
+            text = f"{name!r} has a law with a history, which is integrated with its own low order"
+            raise InputError(f"{label} {text}. Use Newmark.generalised_alpha() (the default) or RadauIIA().")
+
+
+def _joints_with_history(program: Program, C: Any) -> list[tuple[str, np.ndarray]]:
+    return [(program.names.rows[C.row[c]], C.joint_friction_z[c]) for c in range(len(C.kernel))]
+
+
+class DormandPrinceStepper(Stepper):
+    """Steps of the method of Dormand and Prince."""
+
+    def __init__(self, program: Program) -> None:
+        super().__init__(program)
+        self.stages = new_stages(program)
+
+    def advance(self, run: Run, options: Options, steps: int) -> int:
+        """Take at most `steps` steps; RUNNING, or the code of the ending."""
+        return int(advance_dormand_prince(*run.arguments(options), self.stages, steps))
+
+    def save(self, run: Run, options: Options) -> None:
+        """Save the remaining instants within the last step."""
+        save_between(*run.arguments(options), self.stages)
+
+    def saved(self) -> dict[str, np.ndarray]:
+        """Mark of accelerations of this method."""
+        return {"dormand_prince.span": self.stages.span.numbers()}
+
+    def restore(self, restart: Mapping[str, Any]) -> None:
+        """Restore the mark; a restart of another method has none."""
+        span = self.stages.span
+        span.foreign = int("dormand_prince.span" not in restart)
+        if not span.foreign:
+            span.set_numbers(fitting(restart, "dormand_prince.span", span.numbers()))
+
+
+@compiled
+def advance_dormand_prince(
+    tables: Tables,
+    address: Addresses,
+    lu: LU,
+    options: Options,
+    flow: Flow,
+    trial: Trial,
+    work: Work,
+    record: RunRecord,
+    D: Stages,
+    steps: int,
+):
+    """Take at most `steps` steps; RUNNING, or the code of the ending."""
+    discard_factors(flow.reuse)
+    record.count.evaluated = NOT_EVALUATED
+    if D.span.foreign == 1:
+        code = adopt_state(tables, address, lu, options, flow, trial, work, record, D)
+        if code != RUNNING:
+            return code
+    for _ in range(steps):
+        if finished(options, flow):
+            return DONE
+        h = planned_step(tables, address, options, flow, trial, work) if options.adaptive else flow.clock.step_size
+        h = next_step_size(h, options.t_end - flow.clock.t)
+        code, error = try_step(tables, address, lu, h, options, flow, trial, work, record, D)
+        growth = 1.0
+        if options.adaptive:
+            if code != RUNNING:
+                error = -1.0
+                shorten_step(h, FAILED_GROWTH, flow, record)
+            growth = min(max(SAFETY * max(error, 1e-12) ** -0.125, LEAST_GROWTH), LARGEST_GROWTH)
+            growth = accept_or_reject(h, error, growth, options, flow, trial, record)
+            code = STEP_TOO_SMALL if code == RUNNING and growth == 0.0 else code
+        if code != RUNNING:
+            if h <= 1.001 * options.h_min:
+                return code
+            continue
+        if record.count.held_code != 0 or flow.clock.held_steps > 0.0:
+            update_held_multipliers(tables, lu, flow.clock.t + h, flow, trial, work, record)
+        if options.adaptive:
+            update_step_sizes(h, growth, options, flow)
+        code = accept_stages(tables, address, lu, h, options, flow, trial, work, record, D)
+        flow.clock.last_step = h
+        if code != RUNNING:
+            return code
+    return RUNNING
+
+
+@compiled
+def adopt_state(tables, address, lu, options, flow, trial, work, record, D):
+    """Compute accelerations and multipliers of the state of another method."""
+    copy(flow.q, trial.q)
+    copy(flow.v, trial.v)
+    copy(flow.lam, trial.lam)
+    t, h = flow.clock.t, options.h_min
+    code = find_accelerations(tables, address, lu, t, 0.0, h, options, flow, trial, work, record, D)
+    copy(trial.a, flow.a)
+    copy(trial.lam, flow.lam)
+    D.span.foreign = 0
+    return code
+
+
+@compiled
+def accept_stages(tables, address, lu, h, options, flow, trial, work, record, D):
+    """Make the trial state the accepted one: `acceptance.accept`, with works and instants from the stages."""
+    t0 = flow.clock.t
+    add_works(tables, address, h, flow, trial, work, record, D)
+    turned = abs(D.works.damping) + D.works.joints_size + D.works.supplied
+    update_ledger(tables, address, t0 + h, turned, flow, trial, work, D)
+    adopt_trial(h, flow, trial, work, record)
+    t, peak, signals = flow.clock.t, record.peak, record.signals
+    write_outputs(tables, address, t, flow.q, flow.v, flow.a, work, flow.ledger, peak, True, signals)
+    update_peaks(flow.clock.t, record.signals, record)
+    watch_step(tables.sizes.energy + STRAIN, flow, record)
+    full = save_between(tables, address, lu, options, flow, trial, work, record, D) != RUNNING
+    if condition_met(record):
+        return CONDITION_MET
+    if full:
+        return BUFFER_FULL
+    return check_balance(flow.ledger, flow.balance) if flow.balance.steps >= STEPS_BEFORE_CHECK else RUNNING
+
+
+@compiled
+def save_between(tables, address, lu, options, flow, trial, work, record, D):
+    """Save the end of the last step, or the instants of the save grid within it; BUFFER_FULL when the buffer is full.
+
+    The buffer must then be emptied, and `save_between` called again before the next step.
+    """
+    if options.save_interval == 0.0:
+        save_step(flow, record)
+        return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
+    while is_due(options, flow, record):
+        due, row = next_due(options, flow, record), record.count.rows
+        s = (due - D.span.start) / D.span.size
+        if s < END_OF_STEP:
+            if D.span.dense == 0:
+                find_dense_output(tables, address, lu, options, flow, trial, work, record, D)
+            signals_at(tables, address, lu, s, options, flow, trial, work, record, D, D.signals)
+            update_peaks(due, D.signals, record)
+            store_signals(D.signals, record, row)
+        else:
+            store_signals(record.signals, record, row)
+        count_row(due, flow, record)
+    return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
+
+
+@compiled
+def signals_at(tables, address, lu, s, options, flow, trial, work, record, D, target):
+    """All signals at fraction s of the last step."""
+    h, ledger = D.span.size, D.between.ledger
+    t, q, v, a, lam = D.span.start + s * h, trial.q, trial.v, trial.a, trial.lam
+    find_between(tables, address, lu, s, options, flow, trial, work, record, D)
+    evaluate_accepted(tables, address, t, s * h, q, v, a, lam, flow.z, D.zero, D.zero, work)
+    report_forces(tables, lam, work)
+    complete_ledger(flow, work, ledger)
+    write_outputs(tables, address, t, q, v, a, work, ledger, record.peak, True, target)

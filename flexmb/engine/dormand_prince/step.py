@@ -1,0 +1,285 @@
+"""Step of the method of Dormand and Prince: stages, error estimate, projection, works, states within the step.
+
+The accelerations of (1.11) make an ordinary differential equation of positions and velocities without constraints.
+Works of drives, dampers and loads are sums over its stages, of the same order.  At the end of the step positions and
+velocities are projected onto the constraints.  Equation (4.19) of docs/theory/integrators.md.
+"""
+
+import math
+
+from flexmb.engine.dormand_prince.complement import accelerate_by_complement, factor_complement, project_by_complement
+from flexmb.engine.dormand_prince.tableau import ALL_STAGES, END, FIFTH, START, STEP_STAGES, THIRD
+from flexmb.engine.energy import GRAVITY, KINETIC, STRAIN, update_residual
+from flexmb.engine.newmark.error_control import find_speeds, state_scale
+from flexmb.engine.newmark.jacobian_reuse import initial_hold, record_held_rows
+from flexmb.engine.radau.step import CLOSED_SHIFT, LARGE_SHIFT, add_powers, close_joints, has_work
+from flexmb.engine.state.record import NOT_FINITE, RUNNING
+from flexmb.engine.step.runge_kutta import accelerate, project_state
+from flexmb.engine.system.evaluate import evaluate
+from flexmb.kernels import compiled, copy
+
+PROJECTIONS = 3  # number of projections with the same factors at most
+
+THIRD_ORDER_SHARE = 0.01
+"""Weight of the square of the error estimate of order 3 beside that of order 5 (Hairer, II.10)."""
+
+FIRST_WEIGHTED = 5  # number of the first stage after the start of a step that has a weight
+
+# Accelerations of a state, and its projection
+
+
+@compiled
+def find_accelerations(tables, address, lu, t, fraction, h, options, flow, trial, work, record, D):
+    """Solve for accelerations and multipliers at the trial positions and velocities; RUNNING, or a code."""
+    if D.complement.usable == 1:
+        q, v, still = trial.q, trial.v, D.zero
+        evaluate(tables, address, t, fraction * h, q, v, still, trial.lam, flow.z, 0.0, 0.0, 0.0, False, work)
+        record.count.evaluations += 1
+        record.count.factorisations += 1
+        if factor_complement(D.complement, work.G, initial_hold(flow)):
+            record.count.held_code = 0
+            return RUNNING if accelerate_by_complement(tables, trial, work, D.complement) else NOT_FINITE
+    return accelerate(tables, address, lu, t, fraction, h, D.zero, options, flow, trial, work, record, D)
+
+
+@compiled
+def project(tables, address, lu, t, h, options, flow, trial, work, record, D):
+    """Project the trial positions and velocities onto the constraints, with least kinetic energy."""
+    if tables.sizes.n_c == 0:
+        return RUNNING
+    if D.complement.usable == 0:
+        return close_joints(tables, address, lu, t, h, options, flow, trial, work, record, D)
+    for iteration in range(PROJECTIONS):
+        q, v, still = trial.q, trial.v, D.zero
+        evaluate(tables, address, t, h, q, v, still, trial.lam, flow.z, 0.0, 0.0, 0.0, False, work)
+        record.count.evaluations += 1
+        if iteration == 0:
+            record.count.factorisations += 1
+            if not factor_complement(D.complement, work.G, initial_hold(flow)):
+                break
+        largest = project_by_complement(tables, trial, work, D.complement, D.error_q)
+        if largest <= CLOSED_SHIFT * options.length:
+            return RUNNING
+        if not largest <= LARGE_SHIFT * options.length:
+            break
+    return project_state(tables, address, lu, t, h, options, flow, trial, work, record, D)
+
+
+# Stages and error estimate
+
+
+@compiled
+def start_step(h, flow, D):
+    """Store the start of a step, which is its first stage."""
+    old = D.old
+    D.span.start, D.span.size, D.span.dense = flow.clock.t, h, 0
+    copy(flow.q, old.q)
+    copy(flow.v, old.v)
+    copy(flow.a, old.a)
+    copy(flow.z, old.z)
+    copy(flow.lam, old.lam)
+    copy(flow.ledger, old.ledger)
+    copy(flow.q, D.Q[START])
+    copy(flow.v, D.V[START])
+    copy(flow.a, D.A[START])
+    copy(flow.lam, D.L[START])
+
+
+@compiled
+def sum_stages(n, weights, h, D, of_q, of_v):
+    """Set of_q and of_v to h times the weighted sums of velocities and accelerations of the stages."""
+    of_q[:] = 0.0
+    of_v[:] = 0.0
+    for stage in range(weights.shape[0]):
+        w = h * weights[stage]
+        if w != 0.0:
+            V, A = D.V[stage], D.A[stage]
+            for i in range(n):
+                of_q[i] += w * V[i]
+                of_v[i] += w * A[i]
+
+
+@compiled
+def place_stage(n, stage, h, D, q, v):
+    """Set q and v to positions and velocities of a stage."""
+    sum_stages(n, D.tableau[stage, :stage], h, D, q, v)
+    for i in range(n):
+        q[i] += D.old.q[i]
+        v[i] += D.old.v[i]
+
+
+@compiled
+def find_stages(tables, address, lu, first, end, options, flow, trial, work, record, D):
+    """Find the stages `first` to `end` - 1 of the step that D has begun; RUNNING, or a code."""
+    n, h = tables.sizes.n_q, D.span.size
+    for stage in range(first, end):
+        c = D.instants[stage]
+        place_stage(n, stage, h, D, trial.q, trial.v)
+        code = find_accelerations(
+            tables, address, lu, D.span.start + c * h, c, h, options, flow, trial, work, record, D
+        )
+        if code != RUNNING:
+            return code
+        copy(trial.q, D.Q[stage])
+        copy(trial.v, D.V[stage])
+        copy(trial.a, D.A[stage])
+        copy(trial.lam, D.L[stage])
+    return RUNNING
+
+
+@compiled
+def try_step(tables, address, lu, h, options, flow, trial, work, record, D):
+    """Try a step of size h; a code, and the error over the accepted one, which is finite if all stages are.
+
+    A step of too large an error is not projected.
+    """
+    start_step(h, flow, D)
+    copy(flow.lam, trial.lam)
+    code = find_stages(tables, address, lu, 1, STEP_STAGES, options, flow, trial, work, record, D)
+    if code != RUNNING:
+        return code, math.inf
+    place_stage(tables.sizes.n_q, END, h, D, trial.q, trial.v)
+    error = step_error(tables, h, options, flow, trial, D) if options.adaptive else 0.0
+    if not error <= 1.0:
+        return (RUNNING if error < math.inf else NOT_FINITE), error
+    t = flow.clock.t + h
+    code = project(tables, address, lu, t, h, options, flow, trial, work, record, D)
+    if code == RUNNING:
+        code = find_accelerations(tables, address, lu, t, 1.0, h, options, flow, trial, work, record, D)
+    copy(trial.a, trial.x)
+    return code, error
+
+
+@compiled
+def step_error(tables, h, options, flow, trial, D):
+    """Estimated error of positions and velocities over the accepted error.
+
+    Errors e5 and e3 of formulas of order 5 and 3 give e5^2 / (e5^2 + 0.01 e3^2)^(1/2), which falls with h^8.
+
+    Equation (4.20) of docs/theory/integrators.md.
+    """
+    find_speeds(tables.sizes.n_b, options, flow, trial)
+    fifth = error_size(tables, D.errors[FIFTH], h, options, flow, trial, D)
+    third = error_size(tables, D.errors[THIRD], h, options, flow, trial, D)
+    whole = math.sqrt(fifth * fifth + THIRD_ORDER_SHARE * third * third)
+    error = fifth * fifth / whole if whole > 0.0 else 0.0
+    return error if math.isfinite(whole) else math.inf
+
+
+@compiled
+def error_size(tables, weights, h, options, flow, trial, D):
+    """Largest error of all nodes, by weights of the stages, over the accepted error."""
+    n, n_b, x, y, worst, all_ = tables.sizes.n_q, tables.sizes.n_b, D.error_q, D.error_v, 0.0, 0.0
+    sum_stages(n, weights, h, D, x, y)
+    by_q, length = 1.0 / options.error, options.length
+    for k in range(0, n_b, 3):
+        by_v = 1.0 / (trial.control.rtol * trial.speeds[trial.groups[k]])
+        worst = max(worst, by_q * math.sqrt(x[k] ** 2 + x[k + 1] ** 2), length * by_q * abs(x[k + 2]))
+        worst = max(worst, by_v * math.sqrt(y[k] ** 2 + y[k + 1] ** 2), length * by_v * abs(y[k + 2]))
+    for i in range(n_b, n):
+        scale = state_scale(tables, i, trial.v[i], D.A[STEP_STAGES - 1, i], options, flow)
+        worst = max(worst, abs(y[i]) / (trial.control.rtol * scale))
+    for i in range(n):
+        all_ += x[i] + y[i]
+    return worst if math.isfinite(all_) else math.inf
+
+
+# Works of a step, and states within it
+
+
+@compiled
+def add_works(tables, address, h, flow, trial, work, record, D):
+    """Fill D.works and the rates of the ledger at the stages; the last evaluation is that of the trial state."""
+    W, t, rates = D.works, flow.clock.t, D.rates
+    W.drives = W.loads = W.joints = W.damping = W.supplied = W.joints_size = 0.0
+    rates[:, :] = 0.0
+    if has_work(tables, flow):
+        for stage in range(STEP_STAGES):
+            if stage == START or stage >= FIRST_WEIGHTED:
+                add_stage(tables, address, stage, h * D.tableau[END, stage], flow, work, D)
+                record.count.evaluations += 1
+    q, v, a, lam = trial.q, trial.v, trial.a, trial.lam
+    add_powers(tables, address, t + h, h, 0.0, 0.0, q, v, a, lam, flow, work, D, rates[END])
+    record.count.evaluations += 1
+
+
+@compiled
+def add_stage(tables, address, stage, weight, flow, work, D):
+    """Add the powers of a stage to its rates, and times a weight [s] to the works."""
+    elapsed, q, v, a, lam = D.instants[stage] * D.span.size, D.Q[stage], D.V[stage], D.A[stage], D.L[stage]
+    t = D.span.start + elapsed
+    add_powers(tables, address, t, elapsed, weight, weight, q, v, a, lam, flow, work, D, D.rates[stage])
+
+
+@compiled
+def find_dense_output(tables, address, lu, options, flow, trial, work, record, D):
+    """Find the stages and coefficients of the dense output of the last step, which is accepted."""
+    n, h, old = tables.sizes.n_q, D.span.size, D.old
+    copy(flow.q, D.Q[END])
+    copy(flow.v, D.V[END])
+    copy(flow.a, D.A[END])
+    copy(flow.lam, D.L[END])
+    code = find_stages(tables, address, lu, END + 1, ALL_STAGES, options, flow, trial, work, record, D)
+    if has_work(tables, flow):
+        for stage in range(END + 1, ALL_STAGES):
+            add_stage(tables, address, stage, 0.0, flow, work, D)
+    last = D.of_q.shape[0] - D.weights.shape[0]
+    for k in range(D.weights.shape[0]):
+        sum_stages(n, D.weights[k], h, D, D.of_q[last + k], D.of_v[last + k])
+        for i in range(old.ledger.shape[0]):
+            D.of_ledger[last + k, i] = 0.0
+            for stage in range(ALL_STAGES):
+                D.of_ledger[last + k, i] += h * D.weights[k, stage] * D.rates[stage, i]
+    for i in range(n):
+        first_coefficients(i, flow.q[i] - old.q[i], h * old.v[i], h * flow.v[i], D.of_q)
+        first_coefficients(i, flow.v[i] - old.v[i], h * old.a[i], h * flow.a[i], D.of_v)
+    for i in range(old.ledger.shape[0]):
+        rise = flow.ledger[i] - old.ledger[i]
+        first_coefficients(i, rise, h * D.rates[START, i], h * D.rates[END, i], D.of_ledger)
+    D.span.dense = 1
+    return code
+
+
+@compiled
+def first_coefficients(i, rise, begin, end, F):
+    """First three coefficients of number i, by its rise and its slopes at both ends."""
+    F[0, i], F[1, i], F[2, i] = rise, begin - rise, 2.0 * rise - begin - end
+
+
+@compiled
+def interpolate(n, s, start, F, target):
+    """Set target to the dense output at fraction s: start + s (F0 + (1 - s) (F1 + s (F2 + (1 - s) ...)))."""
+    last = F.shape[0] - 1
+    for i in range(n):
+        value = 0.0
+        for k in range(last, -1, -1):
+            value = (value + F[k, i]) * (s if k % 2 == 0 else 1.0 - s)
+        target[i] = start[i] + value
+
+
+@compiled
+def find_between(tables, address, lu, s, options, flow, trial, work, record, D):
+    """Set the trial state to that at fraction s of the last step: dense output, projected; and its ledger."""
+    n, h, now = tables.sizes.n_q, D.span.size, D.between
+    interpolate(n, s, D.old.q, D.of_q, trial.q)
+    interpolate(n, s, D.old.v, D.of_v, trial.v)
+    interpolate(now.ledger.shape[0], s, D.old.ledger, D.of_ledger, now.ledger)
+    t = D.span.start + s * h
+    code = project(tables, address, lu, t, s * h, options, flow, trial, work, record, D)
+    if code == RUNNING:
+        code = find_accelerations(tables, address, lu, t, s, h, options, flow, trial, work, record, D)
+    held = 0
+    if record.count.held_code % 2 == 1:
+        for place in range(trial.pivot_scale.shape[0]):
+            held += 1 if trial.pivot_scale[place] < 0.0 else 0
+    if 0 < held == trial.free_multipliers.shape[0]:  # redundant joints: their forces of least norm
+        record_held_rows(n, tables.sizes.n_c, lu, True, trial, work, record)
+    return code
+
+
+@compiled
+def complete_ledger(flow, work, ledger):
+    """Set the energies of the state that was evaluated last in a ledger, and the residual."""
+    power = work.power
+    ledger[KINETIC], ledger[STRAIN], ledger[GRAVITY] = power.kinetic, power.strain, power.gravity
+    update_residual(ledger, flow.balance)
