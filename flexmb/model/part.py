@@ -33,6 +33,7 @@ from flexmb.model.signal import Signals
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
+    from flexmb.model.wearing import Wearing
 
 # Bases of parts, the named items of a mechanism
 
@@ -136,6 +137,11 @@ class Part(Input, Shown, ABC):
     @property
     def declared_load(self) -> float | None:
         """Force that the part declares [N], 0 for a torque; None for a part that is neither."""
+        return None
+
+    @property
+    def wearing(self) -> Wearing | None:
+        """The part, if its surfaces wear; None for a part whose surfaces stay as they are."""
         return None
 
     def idealised(self) -> Part:

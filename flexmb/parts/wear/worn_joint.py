@@ -1,0 +1,156 @@
+"""Base of joints whose surfaces wear: law of wear, profile, and the wear of a run."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from dataclasses import KW_ONLY, replace
+from typing import Any, ClassVar, Self
+
+import numpy as np
+
+from flexmb.errors import InputError
+from flexmb.fields import field, instance, not_negative, record, several
+from flexmb.model.part import Joint
+from flexmb.model.wearing import Worn
+from flexmb.parts.contact.friction import Frictionless
+from flexmb.parts.wear.laws import Wear
+
+FORCES = ("slip", "normal_force", "friction_force")
+"""Signals of each contact whose integral is its wear."""
+
+
+@record
+class WornJoint(Joint):
+    """Base of joints with clearance whose surfaces wear."""
+
+    _: KW_ONLY
+    wear: Wear = field("law of wear", rule=instance(Wear, "a law of wear, e.g. Archard(bearing=1e-13)"))
+    profile: tuple[float, ...] = field(
+        "depth by place, of several surfaces one behind the other; empty: unworn",
+        "m",
+        several(not_negative, "numbers"),
+        default=(),
+    )
+
+    PLACES: ClassVar[str]
+    FACES: ClassVar[tuple[str, ...]]
+    friction: Any
+    clearance: float
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        count = self.bins * len(self.wearing_faces)
+        if self.profile and len(self.profile) != count:
+            raise InputError(
+                f"{self.label}: profile has {len(self.profile)} depths; the law of wear has {self.bins} bins, and "
+                f"{' and '.join(self.wearing_faces)} wear. Give {count} depths, or none for unworn surfaces."
+            )
+        if isinstance(self.friction, Frictionless) and not self.wear.load(np.ones(1), np.zeros(1)).any():
+            law = type(self.wear).__name__
+            raise InputError(
+                f"{self.label}: {law} wears by the work of friction, and the joint has none. Give it a friction law, "
+                "or take Archard, which wears by pressure and slip."
+            )
+        name, size = self.deepest
+        if max(self.profile, default=0.0) >= size:
+            raise InputError(
+                f"{self.label}: profile is up to {max(self.profile):g} m deep; it must stay below the {name} "
+                f"{size:g} m. Depths are in metres."
+            )
+
+    @property
+    @abstractmethod
+    def wearing_faces(self) -> tuple[str, ...]:
+        """Names of the surfaces that wear."""
+
+    @property
+    @abstractmethod
+    def deepest(self) -> tuple[str, float]:
+        """Length of the joint that no depth may reach, and its name [m]."""
+
+    @property
+    @abstractmethod
+    def areas(self) -> np.ndarray:
+        """Surface of each place of `depths` [m^2]."""
+
+    @property
+    @abstractmethod
+    def contacts(self) -> tuple[str, ...]:
+        """Prefixes of the signals of all contacts behind the name of the part: "" or "upper_front."."""
+
+    @property
+    @abstractmethod
+    def where(self) -> tuple[str, ...]:
+        """Signals of each contact that say where it rubs."""
+
+    @abstractmethod
+    def lost(self, sol: Any, contact: str, rows: np.ndarray, path: np.ndarray) -> np.ndarray:
+        """Volume by place [m^3] that a `contact` loses in some rows, by force times path (rows,) [N m]."""
+
+    @property
+    def wearing(self) -> Self:
+        """The joint itself."""
+        return self
+
+    @property
+    def bins(self) -> int:
+        """Number of places of a profile."""
+        return self.wear.bins
+
+    @property
+    def wear_signals(self) -> tuple[str, ...]:
+        """Names of the signals that `worn_in` reads, without that of the joint."""
+        return tuple(contact + name for contact in self.contacts for name in (*self.where, *FORCES))
+
+    @property
+    def depths(self) -> np.ndarray:
+        """Depth of the worn surfaces by place, one behind the other [m]."""
+        return np.array(self.profile or (0.0,) * (self.bins * len(self.wearing_faces)))
+
+    @property
+    def volume(self) -> float:
+        """Material that the surfaces have lost [m^3]."""
+        return float(self.depths @ self.areas)
+
+    def with_depths(self, depths: Sequence[float] | np.ndarray) -> Self:
+        """The joint with other depths by place, in the order of `depths` [m]."""
+        return replace(self, profile=tuple(np.asarray(depths, dtype=float).tolist()))
+
+    def worn_in(self, sol: Any) -> Worn:
+        """Wear in a run that saved all steps, `save="steps"`; its profile is that of this joint.
+
+        Raises
+        ------
+        InputError : a run that saved other instants than its steps, or fewer than two of them; a contact outside of
+            the places whose depths are known.
+        """
+        t = sol.time
+        if not sol.has_every_step or len(t) < 2:
+            text = f"{self.label}: wear needs every step of a run, and this one saved {len(t)} instants"
+            raise InputError(f"{text}, not all steps. Run it with save='steps'.")
+        weight = 0.5 * (np.diff(t, prepend=t[0]) + np.diff(t, append=t[-1]))
+        volume, work = np.zeros(len(self.depths)), 0.0
+        for contact in self.contacts:
+            slip, normal, friction = (sol.array(f"{self.name}.{contact}{name}") for name in FORCES)
+            path = weight * self.wear.load(normal, friction) * np.abs(slip)
+            rows = np.flatnonzero(path)
+            volume += self.lost(sol, contact, rows, path[rows])
+            work -= float(weight @ (friction * slip))
+        return Worn(volume / self.areas, float(volume.sum()), float(t[-1] - t[0]), work)
+
+    def worn_by(self, wear: Wear) -> Self:
+        """The joint with another law of wear; its depths stay, and must be as many.
+
+        Raises
+        ------
+        InputError : a law by which other surfaces wear, where these have lost material; another number of bins.
+        """
+        if isinstance(wear, Wear) and any(self.profile):
+            worn, others = self.wearing_faces, replace(self, wear=wear, profile=()).wearing_faces
+            if worn != others:
+                raise InputError(
+                    f"{self.label}: its {' and '.join(worn)} is worn, and the law of wear is one of "
+                    f"{' and '.join(others)}. Give wear to the joint without a profile, or a law of the same surfaces."
+                )
+        return replace(self, wear=wear)
