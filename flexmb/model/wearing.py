@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import numpy as np
 
@@ -42,14 +42,22 @@ class Wearing(Protocol):
     behind the other.
     """
 
-    PLACES: str
-    """Name of the coordinate of the profiles: "angle" [rad] round a bearing, "place" along a guide, -1/2 to 1/2."""
+    PLACES: ClassVar[str]
+    """Name of the coordinate of the profiles: "angle" round a bearing, "place" along a guide."""
 
-    FACES: tuple[str, ...]
+    PLACE_UNIT: ClassVar[str]
+    """Its unit."""
+
+    FACES: ClassVar[tuple[str, ...]]
     """Names of all its surfaces."""
 
-    name: str
-    clearance: float
+    @property
+    def name(self) -> str:
+        """Name of the part."""
+
+    @property
+    def clearance(self) -> float:
+        """Clearance of the unworn joint [m]."""
 
     @property
     def wearing_faces(self) -> tuple[str, ...]:
@@ -58,6 +66,10 @@ class Wearing(Protocol):
     @property
     def bins(self) -> int:
         """Number of places of a profile."""
+
+    @property
+    def places(self) -> np.ndarray:
+        """Coordinate of the profiles (bins,)."""
 
     @property
     def wear_signals(self) -> tuple[str, ...]:

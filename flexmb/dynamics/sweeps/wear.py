@@ -312,14 +312,10 @@ def wear_out(
     record.add(_columns(joints))
     record.coordinate("turns", ("turns",), marks, "1")
     for joint in joints.values():
-        along = np.arange(joint.bins) / joint.bins
-        if joint.PLACES == "angle":
-            record.coordinate("angle", ("angle",), 2.0 * np.pi * along, "rad")
-        else:
-            record.coordinate(joint.PLACES, (joint.PLACES,), along + 0.5 / joint.bins - 0.5, "1")
+        record.coordinate(joint.PLACES, (joint.PLACES,), joint.places, joint.PLACE_UNIT)
     radii = {f"{name}.{one}": size for name, joint in joints.items() for one, size in joint.sizes.items()}
-    record.describe(name=mechanism.name, kind=KIND, flexmb=installed_version(), axes=[*sorted({joint.PLACES for joint in joints.values()}), "turns"],
-                    joints=list(joints), **radii)  # fmt: skip
+    axes = [*sorted({joint.PLACES for joint in joints.values()}), "turns"]
+    record.describe(name=mechanism.name, kind=KIND, flexmb=installed_version(), axes=axes, joints=list(joints), **radii)
     _study(label, Life(runs, bound), record, marks, progress=progress)
     return dataset_of(record.tables, record.attributes)
 

@@ -50,6 +50,7 @@ class WornClearance(WornJoint, RevoluteClearance):
     """
 
     PLACES = "angle"
+    PLACE_UNIT = "rad"
     FACES = ("bearing", "journal")
     contacts = ("",)
     where = ("x", "y", "contact_angle")
@@ -79,6 +80,11 @@ class WornClearance(WornJoint, RevoluteClearance):
         """Surface between two angles [m^2]."""
         radius = self.journal_radius if self.on_journal else self.bearing_radius
         return np.full(self.bins, 2.0 * np.pi / self.bins * radius * self.width)
+
+    @property
+    def places(self) -> np.ndarray:
+        """Angles of the profile [rad]."""
+        return 2.0 * np.pi * np.arange(self.bins) / self.bins
 
     @property
     def sizes(self) -> dict[str, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, replace
+from dataclasses import KW_ONLY, fields, replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -34,6 +34,7 @@ class WornJoint(Joint):
     )
 
     PLACES: ClassVar[str]
+    PLACE_UNIT: ClassVar[str]
     FACES: ClassVar[tuple[str, ...]]
     friction: Any
     clearance: float
@@ -89,7 +90,7 @@ class WornJoint(Joint):
         """Volume by place [m^3] that a `contact` loses in some rows, by force times path (rows,) [N m]."""
 
     @property
-    def wearing(self) -> Self:
+    def wearing(self) -> Any:
         """The joint itself."""
         return self
 
@@ -154,3 +155,11 @@ class WornJoint(Joint):
                     f"{' and '.join(others)}. Give wear to the joint without a profile, or a law of the same surfaces."
                 )
         return replace(self, wear=wear)
+
+
+def worn(joint: Joint, dry: type[Joint], kind: type[WornJoint], **more: Any) -> Any:
+    """The joint as one of a `kind` that wears, with `more` fields; of `dry` only the class itself wears."""
+    if type(joint) is not dry:
+        text = f"{joint.label} is a {type(joint).__name__}; only the dry joint {dry.__name__} wears."
+        raise InputError(f"{text} Give wear to the joint without a film.")
+    return kind(**{one.name: getattr(joint, one.name) for one in fields(joint)}, **more)
