@@ -11,7 +11,7 @@ import numpy as np
 
 from flexmb.errors import InputError
 from flexmb.fields import field, instance, not_negative, record, several
-from flexmb.model.part import Joint
+from flexmb.model.part import Joint, Part
 from flexmb.model.wearing import Worn
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.wear.laws import Wear
@@ -21,7 +21,7 @@ FORCES = ("slip", "normal_force", "friction_force")
 
 
 @record
-class WornJoint(Joint):
+class WornJoint(Part):
     """Base of joints with clearance whose surfaces wear."""
 
     _: KW_ONLY
