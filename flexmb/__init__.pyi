@@ -95,6 +95,10 @@ from flexmb.parts.loads.springs import TorsionSpring as TorsionSpring
 from flexmb.parts.sensors import Marker as Marker
 from flexmb.parts.wear.laws import Archard as Archard
 from flexmb.parts.wear.laws import EnergyWear as EnergyWear
+from flexmb.parts.wear.worn_bearing import WornBearing as WornBearing
+from flexmb.parts.wear.worn_clearance import WornClearance as WornClearance
+from flexmb.parts.wear.worn_guide import WornGuide as WornGuide
+from flexmb.parts.wear.worn_guide import WornSlot as WornSlot
 from flexmb.program.compiler import compile as compile
 from flexmb.results.netcdf import load as load
 from flexmb.results.positions import momentum as momentum

@@ -49,6 +49,8 @@ RECORD = ("finding",)
 SIDEWAYS = {
     ("parts.bearings", "parts.joints"): "a journal bearing is a dry joint with clearance and a film",
     ("parts.joints", "parts.wear"): "a joint with clearance gives the same joint with a surface that wears",
+    ("parts.bearings", "parts.wear"): "a journal bearing gives the same joint with a surface that wears",
+    ("parts.wear", "parts.bearings"): "a worn journal bearing has the oil and signals of an unworn one",
     ("parts.wear", "parts.joints"): "a worn joint is a joint with clearance",
     ("parts.wear", "parts.contact"): "wear by the work of friction needs friction",
     ("parts.bodies", "elastic.beams"): "a flexible link is made of beam elements",

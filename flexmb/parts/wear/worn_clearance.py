@@ -95,12 +95,12 @@ class WornClearance(WornJoint, RevoluteClearance):
     def half_play(self) -> float:
         """Half of the widest way of the journal's centre [m]; the clearance where nothing is worn."""
         support = self.surface.support
-        return float(0.5 * (support + np.roll(support, len(support) // 2)).max())
+        return self.clearance - self.play + float(0.5 * (support + np.roll(support, len(support) // 2)).max())
 
     @cached_property
     def surface(self) -> Surface:
         """Tables of the worn surface."""
-        return surface(self.clearance, self.depths)
+        return surface(self.play, self.depths)
 
     def smoothed(self, depths: np.ndarray) -> np.ndarray:
         """Means of the depths of neighbours."""
@@ -113,7 +113,7 @@ class WornClearance(WornJoint, RevoluteClearance):
 
     def numbers(self, first: tuple[float, float], second: tuple[float, float]) -> tuple[float, ...]:
         """Parameters of the kernels; `first`, `second`: offsets of both points in the frames of their nodes [m]."""
-        own = (self.clearance, self.bearing_radius, *first, *second, float(self.on_journal), 0.0)
+        own = (self.play, self.bearing_radius, *first, *second, float(self.on_journal), 0.0)
         return (*own, *np.concatenate(self.surface).tolist())
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
