@@ -99,6 +99,7 @@ from flexmb.parts.wear.worn_bearing import WornBearing as WornBearing
 from flexmb.parts.wear.worn_clearance import WornClearance as WornClearance
 from flexmb.parts.wear.worn_guide import WornGuide as WornGuide
 from flexmb.parts.wear.worn_guide import WornSlot as WornSlot
+from flexmb.parts.wear.worn_joint import Worn as Worn
 from flexmb.program.compiler import compile as compile
 from flexmb.results.netcdf import load as load
 from flexmb.results.positions import momentum as momentum

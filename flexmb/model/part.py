@@ -33,7 +33,6 @@ from flexmb.model.signal import Signals
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
-    from flexmb.model.wearing import Wearing
 
 # Bases of parts, the named items of a mechanism
 
@@ -140,8 +139,8 @@ class Part(Input, Shown, ABC):
         return None
 
     @property
-    def wearing(self) -> Wearing | None:
-        """The part, if its surfaces wear; None for a part whose surfaces stay as they are."""
+    def wearing(self) -> Any:
+        """The part, if its surfaces wear: a `WornJoint` of `flexmb/parts/wear`; None for a part whose surfaces stay."""
         return None
 
     def idealised(self) -> Part:

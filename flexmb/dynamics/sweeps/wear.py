@@ -16,7 +16,6 @@ from flexmb.dynamics.sweeps.store import STATUS, Column, Record, opened
 from flexmb.engine.compiled.digest import digest
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
-from flexmb.model.wearing import Wearing
 from flexmb.run.simulate import simulate
 from flexmb.version import installed_version
 
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from flexmb.engine.step.method import Method
+    from flexmb.parts.wear.worn_joint import WornJoint
     from flexmb.run.simulate import Step
 
 KIND = "wear"
@@ -70,7 +70,7 @@ class Turns:
     """
 
     mechanism: Mechanism
-    joints: Mapping[str, Wearing]
+    joints: Mapping[str, WornJoint]
     settle: int
     sample: int
     options: Mapping[str, Any]
@@ -190,7 +190,7 @@ class Life:
         self.stride, self.runs = float(record.at((k,), "stride")), int(record.at((k,), "runs"))
 
 
-def _columns(joints: Mapping[str, Wearing]) -> Iterator[Column]:
+def _columns(joints: Mapping[str, WornJoint]) -> Iterator[Column]:
     """Columns of the results."""
     yield Column("stride", units="1")
     yield Column("runs", units="1")
@@ -207,19 +207,19 @@ def _columns(joints: Mapping[str, Wearing]) -> Iterator[Column]:
             yield Column(f"{name}.{one}", units=unit)
 
 
-def _wearing(mechanism: Mechanism) -> dict[str, Wearing]:
+def _wearing(mechanism: Mechanism) -> dict[str, WornJoint]:
     """Joints that wear."""
     return {part.name: part.wearing for part in mechanism.parts if part.wearing is not None}
 
 
-def _profiles(joint: Wearing) -> dict[str, np.ndarray]:
+def _profiles(joint: WornJoint) -> dict[str, np.ndarray]:
     """Profiles (bins,) of all surfaces of a joint, zeros of those that stay [m]."""
     faces = joint.wearing_faces
     known = dict(zip(faces, np.split(joint.depths, len(faces)), strict=True))
     return {face: known.get(face, np.zeros(joint.bins)) for face in joint.FACES}
 
 
-def _worn_joints(label: str, mechanism: Mechanism) -> dict[str, Wearing]:
+def _worn_joints(label: str, mechanism: Mechanism) -> dict[str, WornJoint]:
     """Joints that wear, all with the same number of places."""
     joints = _wearing(mechanism)
     if not joints:

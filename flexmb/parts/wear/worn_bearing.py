@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import fields
 
 import numpy as np
 
@@ -26,7 +27,7 @@ from flexmb.kernels import (
     signal_kernel,
     tangent_kernel,
 )
-from flexmb.model.contributions import Contribution, ElementContribution, SignalContribution
+from flexmb.model.contributions import Contribution, ElementContribution, signal_contributions
 from flexmb.model.mechanism import Mechanism
 from flexmb.parts.bearings.coefficients import FilmEquilibrium
 from flexmb.parts.bearings.journal import JournalBearing
@@ -34,11 +35,11 @@ from flexmb.parts.bearings.kernels import SIGNALS, thickness
 from flexmb.parts.bearings.laws import ShortBearing
 from flexmb.parts.wear.worn_clearance import WornClearance
 
-OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, ON_JOURNAL, HEIGHT, FORCE, DRAG, WIDTH, RADIUS, CHOSEN = range(11)
+OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, ON_JOURNAL, HEIGHT, FORCE, DRAG, WIDTH, RADIUS = range(10)
 """Parameters p: points in the frames of their nodes, whether the journal wears, roughness, scales of force and drag of
-an angle, width, radius, number of the signal."""
+an angle, width, radius; of a signal its number comes last."""
 
-TABLES = 11
+TABLES = 10
 """Place of the first number of the tables by angle: cosine, sine, thickness about the centred journal, its slope."""
 
 
@@ -188,15 +189,15 @@ def worn_film_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
 
 @signal_kernel
 def worn_film_signal(p, t, q, v, a):
-    """`CHOSEN`: place in `SIGNALS` of a film; forces act on the second body."""
+    """Signals of a film in the order of `SIGNALS`; forces act on the second body."""
     ex, ey, vx, vy, _, _, _, _, worn, _, _, w, C, S = place(p, q, v)
     m, _, _, drag, (power, least, peak, flow) = sums(p, ex, ey, vx, vy, w)
-    area = p[WIDTH] * p[RADIUS] * 8.0 * math.pi / (p.shape[0] - TABLES)
+    area = p[WIDTH] * p[RADIUS] * 8.0 * math.pi / (p.shape[0] - TABLES - 1)
     across, along, turning = ey * m[0] - ex * m[1], ex * m[0] + ey * m[1], drag[0] * w - 0.5 * m[2]
     attitude = math.atan2(across, along) if across != 0.0 or along != 0.0 else 0.0
     torque = -turning if worn == 2 else turning - across
     found = (least, 1.5 * peak / area, power, flow * area, attitude, S * m[1] - C * m[0], -S * m[0] - C * m[1], torque)
-    return found[int(p[CHOSEN])]
+    return found[int(p[p.shape[0] - 1])]
 
 
 @record
@@ -242,7 +243,7 @@ class WornBearing(WornClearance, JournalBearing):
         if any(self.profile):
             text = f"{self.label}: its equilibrium is not known in closed form, since it is worn"
             raise InputError(f"{text}. Let a run come to rest, or ask the unworn JournalBearing.")
-        own = {name: getattr(self, name) for name in JournalBearing.__dataclass_fields__}
+        own = {one.name: getattr(self, one.name) for one in fields(JournalBearing)}
         return JournalBearing(**own).equilibrium(load, speed, direction)
 
     def film_numbers(self, first: tuple[float, float], second: tuple[float, float]) -> tuple[float, ...]:
@@ -251,17 +252,7 @@ class WornBearing(WornClearance, JournalBearing):
         slope = (np.roll(depths, -1) - np.roll(depths, 1)) / (2.0 * step)
         force = oil.viscosity * oil.width**3 * self.bearing_radius * step
         drag = oil.viscosity * oil.width * self.bearing_radius**3 * step
-        own = (
-            *first,
-            *second,
-            float(self.on_journal),
-            self.roughness,
-            force,
-            drag,
-            oil.width,
-            self.bearing_radius,
-            0.0,
-        )
+        own = (*first, *second, float(self.on_journal), self.roughness, force, drag, oil.width, self.bearing_radius)
         tables = (np.cos(self.places), np.sin(self.places), self.clearance + depths, slope)
         return (*own, *np.concatenate(tables).tolist())
 
@@ -273,12 +264,7 @@ class WornBearing(WornClearance, JournalBearing):
             self.name, worn_film_kernel, coordinates, p, energy=worn_film_energy, force=worn_film_force,
             tangent=worn_film_tangent, account=worn_film_account,
         )  # fmt: skip
-        signals = [
-            SignalContribution(
-                self.name, name, unit, worn_film_signal, coordinates, (*p[:CHOSEN], float(k), *p[TABLES:])
-            )
-            for k, (name, unit) in enumerate(SIGNALS)
-        ]
+        signals = signal_contributions(self.name, worn_film_signal, SIGNALS, coordinates, p)
         return [*super().contributions(mechanism), film, *signals]
 
     def findings_before(self, mechanism: Mechanism) -> Iterator[Finding]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import KW_ONLY, fields, replace
+from dataclasses import KW_ONLY, dataclass, fields, replace
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -12,7 +12,6 @@ import numpy as np
 from flexmb.errors import InputError
 from flexmb.fields import field, instance, not_negative, record, several
 from flexmb.model.part import Joint, Part
-from flexmb.model.wearing import Worn
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.wear.laws import Wear
 
@@ -20,9 +19,35 @@ FORCES = ("slip", "normal_force", "friction_force")
 """Signals of each contact whose integral is its wear."""
 
 
+@dataclass(frozen=True)
+class Worn:
+    """Wear of a joint in a run, see `worn_in` of the joint.
+
+    Parameters
+    ----------
+    depths : depth that the surfaces lost (n,), in the order of `depths` of the joint [m].
+    volume : material that they lost [m^3].
+    time : length of the run [s].
+    work : work of the friction of the joint [J].
+
+    Notes
+    -----
+    This work is a part of `energy.dissipated_friction`, the same integral by the trapezoidal rule over the steps.  The
+    material that is lost takes neither energy nor mass out of the balance.
+    """
+
+    depths: np.ndarray
+    volume: float
+    time: float
+    work: float
+
+
 @record
 class WornJoint(Part):
-    """Base of joints with clearance whose surfaces wear."""
+    """Base of joints with clearance whose surfaces wear; studies and pictures ask it by `Part.wearing`.
+
+    A profile is the depth of one surface at `bins` places; `depths` holds those of all surfaces that wear.
+    """
 
     _: KW_ONLY
     wear: Wear = field("law of wear", rule=instance(Wear, "a law of wear, e.g. Archard(bearing=1e-13)"))
@@ -33,9 +58,9 @@ class WornJoint(Part):
         default=(),
     )
 
-    PLACES: ClassVar[str]
+    PLACES: ClassVar[str]  # name of the coordinate of the profiles, and its unit
     PLACE_UNIT: ClassVar[str]
-    FACES: ClassVar[tuple[str, ...]]
+    FACES: ClassVar[tuple[str, ...]]  # names of all surfaces
     friction: Any
     clearance: float
 
@@ -64,6 +89,25 @@ class WornJoint(Part):
     @abstractmethod
     def wearing_faces(self) -> tuple[str, ...]:
         """Names of the surfaces that wear."""
+
+    @property
+    @abstractmethod
+    def places(self) -> np.ndarray:
+        """Coordinate of the profiles (bins,)."""
+
+    @property
+    @abstractmethod
+    def half_play(self) -> float:
+        """Half of the widest way across [m]; the clearance where nothing is worn."""
+
+    @property
+    @abstractmethod
+    def sizes(self) -> dict[str, float]:
+        """Lengths that pictures show the profiles beside, by name [m]."""
+
+    @abstractmethod
+    def smoothed(self, depths: np.ndarray) -> np.ndarray:
+        """Depths without ridges between neighbours; their sum stays."""
 
     @property
     @abstractmethod
