@@ -21,6 +21,7 @@ from flexmb import plots as plots
 from flexmb import results as results
 from flexmb import sweeps as sweeps
 from flexmb import testing as testing
+from flexmb import wear as wear
 from flexmb.dynamics.exponents.lyapunov import lyapunov as lyapunov
 from flexmb.dynamics.sections.points import stroboscopic as stroboscopic
 from flexmb.dynamics.sweeps.bifurcation import bifurcation as bifurcation
@@ -95,11 +96,6 @@ from flexmb.parts.loads.springs import TorsionSpring as TorsionSpring
 from flexmb.parts.sensors import Marker as Marker
 from flexmb.parts.wear.laws import Archard as Archard
 from flexmb.parts.wear.laws import EnergyWear as EnergyWear
-from flexmb.parts.wear.worn_bearing import WornBearing as WornBearing
-from flexmb.parts.wear.worn_clearance import WornClearance as WornClearance
-from flexmb.parts.wear.worn_guide import WornGuide as WornGuide
-from flexmb.parts.wear.worn_guide import WornSlot as WornSlot
-from flexmb.parts.wear.worn_joint import Worn as Worn
 from flexmb.program.compiler import compile as compile
 from flexmb.results.netcdf import load as load
 from flexmb.results.positions import momentum as momentum

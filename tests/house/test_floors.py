@@ -34,6 +34,7 @@ FLOORS = {
     "__main__": 17, "chaos": 17, "plots": 17, "meshes": 17,
     "bodies": 17, "cams": 17, "contact": 17, "controllers": 17, "couplings": 17, "doctor": 17, "drives": 17,
     "equilibrium": 17, "friction": 17, "loads": 17, "sweeps": 17,
+    "wear": 17,
 }  # fmt: skip
 """Floor of each file and folder directly under flexmb/, or of the rooms of a folder."""
 

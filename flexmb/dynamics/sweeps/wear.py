@@ -213,7 +213,7 @@ def _wearing(mechanism: Mechanism) -> dict[str, WornJoint]:
 
 
 def _profiles(joint: WornJoint) -> dict[str, np.ndarray]:
-    """Profiles (bins,) of all surfaces of a joint, zeros of those that stay [m]."""
+    """Profiles (bins,) of all surfaces of a joint, 0 of unworn ones [m]."""
     faces = joint.wearing_faces
     known = dict(zip(faces, np.split(joint.depths, len(faces)), strict=True))
     return {face: known.get(face, np.zeros(joint.bins)) for face in joint.FACES}

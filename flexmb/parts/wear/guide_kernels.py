@@ -84,10 +84,9 @@ def touch(p, q):
         n = n // 2
         side = 1.0
         depth, mx, my, inverse, foot = nearest_border(p, DEPTHS, n, along, across - far)
-        other = nearest_border(p, DEPTHS + n, n, along, -across - far)
-        if other[0] > depth:
-            side = -1.0
-            depth, mx, my, inverse, foot = other
+        deeper, ox, oy, turns, place = nearest_border(p, DEPTHS + n, n, along, -across - far)
+        if deeper > depth:
+            side, depth, mx, my, inverse, foot = -1.0, deeper, ox, oy, turns, place
     else:
         depth, mx, my, inverse, foot = nearest_border(p, DEPTHS, n, along, side * across - far)
     nx, ny = mx * ux - side * my * uy, mx * uy + side * my * ux
@@ -138,10 +137,11 @@ def worn_side_signal(p, t, q, v, a):
 
 @signal_kernel
 def worn_guide_mode(p, t, q, v, a):
-    """0 free, 1 one corner, 2 two across, 3 face, 4 more; p: those of the four corners, the upper ones first."""
+    """Mode of a slider by its corners: 0 free, 1 one, 2 two across, 3 face, 4 more; p: of each, upper ones first."""
     size, upper, lower = p.shape[0] // 4, 0, 0
     for k in range(4):
-        touching = touch(p[k * size : (k + 1) * size], q)[9] >= 0.0
+        _, _, _, _, _, _, _, _, _, depth, _, _, _, _, _, _ = touch(p[k * size : (k + 1) * size], q)
+        touching = depth >= 0.0
         if k < 2:
             upper += touching
         else:

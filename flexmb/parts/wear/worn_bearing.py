@@ -53,13 +53,13 @@ def place(p, q, v):
     worn, other = (5, 2) if p[ON_JOURNAL] > 0.0 else (2, 5)
     C, S, spin = math.cos(q[worn]), math.sin(q[worn]), v[worn]
     ex, ey = C * X + S * Y, C * Y - S * X
-    A, B = (C * ax + S * ay, C * ay - S * ax), (C * bx + S * by, C * by - S * bx)
-    gx = (-C, -S, A[1], C, S, -B[1])
-    gy = (S, -C, -A[0], -S, C, B[0])
+    ax, ay, bx, by = C * ax + S * ay, C * ay - S * ax, C * bx + S * by, C * by - S * bx
+    gx = (-C, -S, ay, C, S, -by)
+    gy = (S, -C, -ax, -S, C, bx)
     vx, vy = ey * spin, -ex * spin
     for k in range(6):
         vx, vy = vx + gx[k] * v[k], vy + gy[k] * v[k]
-    return ex, ey, vx, vy, gx, gy, A, B, worn, other, spin, v[other] - spin, C, S
+    return ex, ey, vx, vy, gx, gy, ax, ay, bx, by, worn, other, v[other] - spin, C, S
 
 
 @compiled
@@ -93,25 +93,25 @@ def sums(p, ex, ey, vx, vy, w):
         w02, w12, w22 = w02 + W * x * slope, w12 + W * y * slope, w22 + W * slope * slope
         q00, q01, q11 = q00 + Q * x * x, q01 + Q * x * y, q11 + Q * y * y
         q02, q12 = q02 + Q * slope * x, q12 + Q * slope * y
-    rest = power + drag * w * w, least, peak, flow
-    return (m0, m1, m2), (w00, w01, w11, w02, w12, w22), (q00, q01, q11, q02, q12), (drag, by_x, by_y), rest
+    W, Q = (w00, w01, w11, w02, w12, w22), (q00, q01, q11, q02, q12)
+    return m0, m1, m2, W, Q, drag, by_x, by_y, power + drag * w * w, least, peak, flow
 
 
 @compiled
 def put_force(p, q, v, r):
     """r (6,) alone; returns the power that the film takes."""
-    ex, ey, vx, vy, gx, gy, _, _, worn, other, _, w, _, _ = place(p, q, v)
-    m, _, _, drag, rest = sums(p, ex, ey, vx, vy, w)
-    turning = drag[0] * w - 0.5 * m[2]
+    ex, ey, vx, vy, gx, gy, _, _, _, _, worn, other, w, _, _ = place(p, q, v)
+    m0, m1, m2, _, _, drag, _, _, power, _, _, _ = sums(p, ex, ey, vx, vy, w)
+    turning = drag * w - 0.5 * m2
     for k in range(6):
-        r[k] += gx[k] * m[0] + gy[k] * m[1]
-    r[worn] += ey * m[0] - ex * m[1] - turning
+        r[k] += gx[k] * m0 + gy[k] * m1
+    r[worn] += ey * m0 - ex * m1 - turning
     r[other] += turning
-    return rest[0]
+    return power
 
 
 @compiled
-def bend(k, l, worn, ex, ey, gx, gy, a, b):
+def bend(k, l, worn, ex, ey, gx, gy, ax, ay, bx, by):
     """Second derivatives of e by coordinates k and l; the axes turn with the worn body."""
     x, y = 0.0, 0.0
     if k == worn:
@@ -121,37 +121,40 @@ def bend(k, l, worn, ex, ey, gx, gy, a, b):
     if k == worn and l == worn:
         x, y = x - ex, y - ey
     if k == 2 and l == 2:
-        x, y = x + a[0], y + a[1]
+        x, y = x + ax, y + ay
     elif k == 5 and l == 5:
-        x, y = x - b[0], y - b[1]
+        x, y = x - bx, y - by
     return x, y
 
 
 @compiled
 def put_tangent(p, q, v, kq, kv, r, A):
     """r (6,), and A += kq dr/dq + kv dr/dv."""
-    ex, ey, vx, vy, gx, gy, a, b, worn, _, _, w, _, _ = place(p, q, v)
-    m, W, Q, drag, _ = sums(p, ex, ey, vx, vy, w)
-    on = 1.0 if worn == 2 else 0.0
-    off = 1.0 - on
-    fx = (gx[0], gx[1], gx[2] + on * ey, gx[3], gx[4], gx[5] + off * ey)  # de/dq
-    fy = (gy[0], gy[1], gy[2] - on * ex, gy[3], gy[4], gy[5] - off * ex)
-    fz = (0.0, 0.0, on - 0.5, 0.0, 0.0, off - 0.5)  # ds/dv = fx y0 + fy y1 + fz y2
+    ex, ey, vx, vy, gx, gy, ax, ay, bx, by, worn, other, w, _, _ = place(p, q, v)
+    m0, m1, m2, W, Q, drag, by_x, by_y, _, _, _, _ = sums(p, ex, ey, vx, vy, w)
+    w00, w01, w11, w02, w12, w22 = W
+    q00, q01, q11, q02, q12 = Q
     for l in range(6):
-        x, y = fx[l], fy[l]
+        x, y, z = gx[l], gy[l], 0.0  # de/dq, and ds/dv = x y0 + y y1 + z y2
+        if l == worn:
+            x, y, z = x + ey, y - ex, 0.5
+        elif l == other:
+            z = -0.5
         sx, sy = 0.5 * w * y, -0.5 * w * x  # derivative of s
         for k in range(6):
-            ax, ay = bend(k, l, worn, ex, ey, gx, gy, a, b)
-            sx, sy = sx + ax * v[k], sy + ay * v[k]
-        sx, sy, sz = kq * sx + kv * x, kq * sy + kv * y, kv * fz[l]
-        px = W[0] * sx + W[1] * sy + W[3] * sz - kq * (Q[0] * x + Q[1] * y)  # derivatives of P y
-        py = W[1] * sx + W[2] * sy + W[4] * sz - kq * (Q[1] * x + Q[2] * y)
-        pz = W[3] * sx + W[4] * sy + W[5] * sz - kq * (Q[3] * x + Q[4] * y + m[0] * y - m[1] * x)
-        turning = kq * (drag[1] * x + drag[2] * y) * w - 2.0 * kv * drag[0] * fz[l]
-        r[l] += x * m[0] + y * m[1] + fz[l] * (m[2] - 2.0 * drag[0] * w)
+            cx, cy = bend(k, l, worn, ex, ey, gx, gy, ax, ay, bx, by)
+            sx, sy = sx + cx * v[k], sy + cy * v[k]
+        sx, sy, sz = kq * sx + kv * x, kq * sy + kv * y, kv * z
+        px = w00 * sx + w01 * sy + w02 * sz - kq * (q00 * x + q01 * y)  # derivatives of the sums of P y
+        py = w01 * sx + w11 * sy + w12 * sz - kq * (q01 * x + q11 * y)
+        pz = w02 * sx + w12 * sy + w22 * sz - kq * (q02 * x + q12 * y + m0 * y - m1 * x)
+        pz -= 2.0 * kq * (by_x * x + by_y * y) * w - 4.0 * kv * drag * z
+        r[l] += x * m0 + y * m1 + z * (m2 - 2.0 * drag * w)
         for k in range(6):
-            ax, ay = bend(k, l, worn, ex, ey, gx, gy, a, b)
-            A[k, l] += fx[k] * px + fy[k] * py + fz[k] * (pz - 2.0 * turning) + kq * (m[0] * ax + m[1] * ay)
+            cx, cy = bend(k, l, worn, ex, ey, gx, gy, ax, ay, bx, by)
+            A[k, l] += gx[k] * px + gy[k] * py + kq * (m0 * cx + m1 * cy)
+        A[worn, l] += ey * px - ex * py + 0.5 * pz
+        A[other, l] -= 0.5 * pz
 
 
 @element_kernel
@@ -177,8 +180,9 @@ def worn_film_tangent(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
 @energy_kernel
 def worn_film_energy(p, t, q, v):
     """No strain energy, no weight, power that the film turns into heat."""
-    ex, ey, vx, vy, _, _, _, _, _, _, _, w, _, _ = place(p, q, v)
-    return 0.0, 0.0, sums(p, ex, ey, vx, vy, w)[4][0]
+    ex, ey, vx, vy, _, _, _, _, _, _, _, _, w, _, _ = place(p, q, v)
+    _, _, _, _, _, _, _, _, power, _, _, _ = sums(p, ex, ey, vx, vy, w)
+    return 0.0, 0.0, power
 
 
 @account_kernel
@@ -190,14 +194,15 @@ def worn_film_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
 @signal_kernel
 def worn_film_signal(p, t, q, v, a):
     """Signals of a film in the order of `SIGNALS`; forces act on the second body."""
-    ex, ey, vx, vy, _, _, _, _, worn, _, _, w, C, S = place(p, q, v)
-    m, _, _, drag, (power, least, peak, flow) = sums(p, ex, ey, vx, vy, w)
-    area = p[WIDTH] * p[RADIUS] * 8.0 * math.pi / (p.shape[0] - TABLES - 1)
-    across, along, turning = ey * m[0] - ex * m[1], ex * m[0] + ey * m[1], drag[0] * w - 0.5 * m[2]
+    ex, ey, vx, vy, _, _, _, _, _, _, worn, _, w, C, S = place(p, q, v)
+    m0, m1, m2, _, _, drag, _, _, power, least, peak, flow = sums(p, ex, ey, vx, vy, w)
+    last = p.shape[0] - 1
+    area = p[WIDTH] * p[RADIUS] * 8.0 * math.pi / (last - TABLES)
+    across, along, turning = ey * m0 - ex * m1, ex * m0 + ey * m1, drag * w - 0.5 * m2
     attitude = math.atan2(across, along) if across != 0.0 or along != 0.0 else 0.0
     torque = -turning if worn == 2 else turning - across
-    found = (least, 1.5 * peak / area, power, flow * area, attitude, S * m[1] - C * m[0], -S * m[0] - C * m[1], torque)
-    return found[int(p[p.shape[0] - 1])]
+    found = (least, 1.5 * peak / area, power, flow * area, attitude, S * m1 - C * m0, -S * m0 - C * m1, torque)
+    return found[int(p[last])]
 
 
 @record

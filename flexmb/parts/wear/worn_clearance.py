@@ -106,7 +106,7 @@ class WornClearance(WornJoint, RevoluteClearance):
         """Means of the depths of neighbours."""
         return smoothed(depths)
 
-    def lost(self, sol: Any, contact: str, rows: np.ndarray, path: np.ndarray) -> np.ndarray:
+    def _lost(self, sol: Any, contact: str, rows: np.ndarray, path: np.ndarray) -> np.ndarray:
         """Volume by angle, spread as the pressure is."""
         x, y, angle = (sol.array(f"{self.name}.{contact}{name}")[rows] for name in self.where)
         return np.asarray(self.wear.coefficient * path @ shares(self.surface, x, y, angle))

@@ -97,15 +97,15 @@ class WornSides(WornJoint):
         padded = np.pad(depths.reshape(2, self.bins), ((0, 0), (1, 1)), mode="edge")
         return np.asarray(0.5 * padded[:, 1:-1] + 0.25 * (padded[:, :-2] + padded[:, 2:])).ravel()
 
-    def lost(self, sol: Any, contact: str, rows: np.ndarray, path: np.ndarray) -> np.ndarray:
-        """Volume by place, spread over the way of each step."""
+    def _lost(self, sol: Any, contact: str, rows: np.ndarray, path: np.ndarray) -> np.ndarray:
+        """Volume by place, over the way of each step."""
         place = sol.array(f"{self.name}.{contact}{self.where[0]}")
         where = place[rows]
         limit = 0.5 * (self.worn_length - self.step)
         if len(where) and np.abs(where).max() > limit:
             text = f"{self.label}: it rubs from {where.min():.4g} to {where.max():.4g} m from the middle of its sides"
             raise InputError(f"{text}, whose depth is known up to {limit:.4g} m. Give worn_by(..., length=...) more.")
-        begin = np.where(self.on_upper(sol, contact, rows), 0, self.bins)
+        begin = np.where(self._on_upper(sol, contact, rows), 0, self.bins)
         before, behind = (place[np.clip(rows + k, 0, len(place) - 1)] - where for k in (-1, 1))
         found = np.zeros(2 * self.bins)
         for part in (np.arange(WAYS) + 0.5) / (2.0 * WAYS):
@@ -116,17 +116,17 @@ class WornSides(WornJoint):
                     found += np.bincount(begin + k, path * share, minlength=2 * self.bins)
         return np.asarray(self.wear.coefficient / (2.0 * WAYS) * found)
 
-    def on_upper(self, sol: Any, contact: str, rows: np.ndarray) -> np.ndarray:  # noqa: ARG002 - of pins
-        """Whether a contact is on the upper side in some rows of a run."""
+    def _on_upper(self, sol: Any, contact: str, rows: np.ndarray) -> np.ndarray:  # noqa: ARG002 - of pins
+        """Whether a contact is on the upper side in some rows."""
         return np.full(len(rows), contact.startswith(UPPER))
 
     def numbers(self, size: Sequence[float], tables: np.ndarray) -> tuple[float, ...]:
-        """Parameters of the kernels: `size` are those up to the offsets, `tables` the depths of the sides [m]."""
+        """Parameters of the kernels from those up to the offsets (`size`) and the depths of sides (`tables`) [m]."""
         steepest = float(np.abs(np.diff(np.pad(np.atleast_2d(tables), ((0, 0), (1, 1))))).max()) / self.step
         return (*size, self.step, steepest, float(tables.max()), 0.0, *tables.ravel().tolist())
 
-    def worn_contact(self, contact: ContactContribution, p: tuple[float, ...], signals: int) -> list[Contribution]:
-        """A contact of the dry joint on the worn sides, and its signals."""
+    def _worn_contact(self, contact: ContactContribution, p: tuple[float, ...], signals: int) -> list[Contribution]:
+        """A contact of the dry joint on the worn sides, and its first signals."""
         found: list[Contribution] = [replace(contact, gap=kernels.worn_side_gap_kernel, p=p)]
         for k, (name, unit) in enumerate(kernels.SIGNALS[:signals]):
             own = (*p[: kernels.CHOSEN], float(k), *p[kernels.DEPTHS :])
@@ -187,7 +187,7 @@ class WornGuide(WornSides, PrismaticClearance):
                 play, half, across, *geometry = one.p
                 p = self.numbers((play, half, 0.0, across, *geometry), self.sides[0 if across > 0.0 else 1])
                 corners += p
-                found += self.worn_contact(one, p, 2)
+                found += self._worn_contact(one, p, 2)
             elif isinstance(one, SignalContribution) and one.is_mode:
                 found.append(replace(one, kernel=kernels.worn_guide_mode, p=corners))
             else:
@@ -238,8 +238,8 @@ class WornSlot(WornSides, PinSlotClearance):
         """Radius of the pin."""
         return "pin_radius", self.pin_radius
 
-    def on_upper(self, sol: Any, contact: str, rows: np.ndarray) -> np.ndarray:
-        """Whether the pin is above the middle line of the slot in some rows of a run."""
+    def _on_upper(self, sol: Any, contact: str, rows: np.ndarray) -> np.ndarray:
+        """Whether the pin is above the middle line of the slot."""
         return np.asarray(sol.array(f"{self.name}.{contact}offset")[rows] >= 0.0)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
@@ -249,7 +249,7 @@ class WornSlot(WornSides, PinSlotClearance):
             if isinstance(one, ContactContribution):
                 play, _, radius, *geometry = one.p
                 p = self.numbers((play, 0.0, radius, 0.0, *geometry), self.sides)
-                found += self.worn_contact(one, p, 3)
+                found += self._worn_contact(one, p, 3)
             else:
                 found.append(one)
         return found

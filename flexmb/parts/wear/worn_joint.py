@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, fields, replace
-from typing import Any, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from flexmb.fields import field, instance, not_negative, record, several
 from flexmb.model.part import Joint, Part
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.wear.laws import Wear
+
+if TYPE_CHECKING:
+    from flexmb.model.law import FrictionLaw
 
 FORCES = ("slip", "normal_force", "friction_force")
 """Signals of each contact whose integral is its wear."""
@@ -61,8 +64,9 @@ class WornJoint(Part):
     PLACES: ClassVar[str]  # name of the coordinate of the profiles, and its unit
     PLACE_UNIT: ClassVar[str]
     FACES: ClassVar[tuple[str, ...]]  # names of all surfaces
-    friction: Any
-    clearance: float
+    if TYPE_CHECKING:  # fields of the dry joint
+        friction: FrictionLaw
+        clearance: float
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -127,11 +131,11 @@ class WornJoint(Part):
     @property
     @abstractmethod
     def where(self) -> tuple[str, ...]:
-        """Signals of each contact that say where it rubs."""
+        """Signals of the place of each contact."""
 
     @abstractmethod
-    def lost(self, sol: Any, contact: str, rows: np.ndarray, path: np.ndarray) -> np.ndarray:
-        """Volume by place [m^3] that a `contact` loses in some rows, by force times path (rows,) [N m]."""
+    def _lost(self, sol: Any, contact: str, rows: np.ndarray, path: np.ndarray) -> np.ndarray:
+        """Volume by place [m^3] that a `contact` loses in some rows of `sol`, by force times path (rows,) [N m]."""
 
     @property
     def wearing(self) -> Any:
@@ -163,7 +167,7 @@ class WornJoint(Part):
         return replace(self, profile=tuple(np.asarray(depths, dtype=float).tolist()))
 
     def worn_in(self, sol: Any) -> Worn:
-        """Wear in a run that saved all steps, `save="steps"`; its profile is that of this joint.
+        """Wear in a run `sol` that saved all steps, `save="steps"`; its profile is that of this joint.
 
         Raises
         ------
@@ -180,7 +184,7 @@ class WornJoint(Part):
             slip, normal, friction = (sol.array(f"{self.name}.{contact}{name}") for name in FORCES)
             path = weight * self.wear.load(normal, friction) * np.abs(slip)
             rows = np.flatnonzero(path)
-            volume += self.lost(sol, contact, rows, path[rows])
+            volume += self._lost(sol, contact, rows, path[rows])
             work -= float(weight @ (friction * slip))
         return Worn(volume / self.areas, float(volume.sum()), float(t[-1] - t[0]), work)
 
