@@ -254,7 +254,8 @@ def wear_out(
 
     Parameters
     ----------
-    mechanism : mechanism with joints that wear, see `RevoluteClearance.worn_by`.
+    mechanism : mechanism with joints that wear, see `worn_by` of `RevoluteClearance`, `JournalBearing`,
+        `PrismaticClearance` and `PinSlotClearance`.
     turns : number of turns.
     keep : number of equal parts of the turns after which the surfaces are kept.
     settle, sample : turns of each run that are left out, and those behind them whose wear is taken.
@@ -266,9 +267,10 @@ def wear_out(
 
     Returns
     -------
-    xarray.Dataset : over `turns`, for each joint `B`: `B.bearing_profile`, `B.journal_profile` (depth by "angle") [m],
+    xarray.Dataset : over `turns`, for each joint `B`: `B.bearing_profile`, `B.journal_profile` (depth by "angle"), of
+        guides and slots `B.upper_profile`, `B.lower_profile` (by "place", -1/2 to 1/2 of its `worn_length`) [m],
         `B.volume` (lost since new) [m3], `B.wear_rate` (volume of a turn) [m3], `B.clearance` (half of the widest way
-        of the journal) [m], `B.peak_force` (largest normal force of the run) [N], `B.error` (sum of the errors of all
+        across) [m], `B.peak_force` (largest normal force of the run) [N], `B.error` (sum of the errors of all
         increments) [m]; `stride` (turns of the next increment), `runs`.  `status` says why a study ended early; its
         later rows are NaN.
 

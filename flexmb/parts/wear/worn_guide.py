@@ -121,7 +121,7 @@ class WornSides(WornJoint):
         return np.full(len(rows), contact.startswith(UPPER))
 
     def numbers(self, size: Sequence[float], tables: np.ndarray) -> tuple[float, ...]:
-        """Parameters of the kernels from those up to the offsets (`size`) and the depths of sides (`tables`) [m]."""
+        """Numbers of the kernels: those up to the offsets (`size`), depths of the sides (`tables`) [m]."""
         steepest = float(np.abs(np.diff(np.pad(np.atleast_2d(tables), ((0, 0), (1, 1))))).max()) / self.step
         return (*size, self.step, steepest, float(tables.max()), 0.0, *tables.ravel().tolist())
 

@@ -64,6 +64,8 @@ class WornJoint(Part):
     PLACES: ClassVar[str]  # name of the coordinate of the profiles, and its unit
     PLACE_UNIT: ClassVar[str]
     FACES: ClassVar[tuple[str, ...]]  # names of all surfaces
+    contacts: ClassVar[tuple[str, ...]]  # prefixes of the signals of all contacts: "" or "upper_front."
+    where: ClassVar[tuple[str, ...]]  # signals of the place of each contact
     if TYPE_CHECKING:  # fields of the dry joint
         friction: FrictionLaw
         clearance: float
@@ -122,16 +124,6 @@ class WornJoint(Part):
     @abstractmethod
     def areas(self) -> np.ndarray:
         """Surface of each place of `depths` [m^2]."""
-
-    @property
-    @abstractmethod
-    def contacts(self) -> tuple[str, ...]:
-        """Prefixes of the signals of all contacts behind the name of the part: "" or "upper_front."."""
-
-    @property
-    @abstractmethod
-    def where(self) -> tuple[str, ...]:
-        """Signals of the place of each contact."""
 
     @abstractmethod
     def _lost(self, sol: Any, contact: str, rows: np.ndarray, path: np.ndarray) -> np.ndarray:
