@@ -208,7 +208,7 @@ parts.bearings.reynolds.COARSEST | cells | nothing | from which a finite film be
 parts.bearings.reynolds.ROUND_OFF | 1 | largest source | source of a film that is none
 parts.bearings.reynolds.MOST_SETS | iterations | nothing | most iterations to the border of a finite film
 parts.wear.guide_kernels.MOST_TRIALS | trials | nothing | by which the place nearest to a worn side is found
-parts.wear.guide_kernels.CLOSE | 1 | distance of two places | change of this place that ends the search
+parts.wear.guide_kernels.CLOSE | 1 | distance of two places | error of this place that ends the search
 parts.wear.worn_guide.WAYS | places | nothing | to which wear goes from each half of a step along a guide
 dynamics.sweeps.wear.LARGEST_INCREMENT | 1 | clearance | largest depth that is carried on at once
 dynamics.sweeps.wear.SMALL_DEPTH | 1 | clearance | depth beside the largest one in the error of wear

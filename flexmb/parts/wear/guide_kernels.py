@@ -21,7 +21,7 @@ MOST_TRIALS = 60
 """Number of trials at most for the foot; bisection alone has found it to round-off by then."""
 
 CLOSE = 1e-13
-"""Change of the foot over the distance of two places [1] that ends the search."""
+"""Error of the foot over the distance of two places [1] that ends the search."""
 
 
 @compiled
@@ -54,16 +54,15 @@ def nearest_border(p, first, n, x, y):
     for _ in range(MOST_TRIALS):
         f, f1, f2 = border(p, first, n, s)
         F, F_s = x - s + (y - f) * f1, -1.0 - f1 * f1 + (y - f) * f2
+        if F_s < 0.0 and abs(F) <= -CLOSE * p[STEP] * F_s:
+            break
         if F >= 0.0:
             low = s
         else:
             high = s
-        following = s - F / F_s if F_s < 0.0 else low
-        if not low < following < high:
-            following = 0.5 * (low + high)
-        if F == 0.0 or abs(following - s) <= CLOSE * p[STEP]:
-            break
-        s = following
+        s = s - F / F_s if F_s < 0.0 else low
+        if not low < s < high:
+            s = 0.5 * (low + high)
     size = math.sqrt(1.0 + f1 * f1)
     depth, bend = (y - f) * size, -f2 / (size * size * size)
     turns = 1.0 + bend * depth

@@ -63,45 +63,58 @@ def place(p, q, v):
 
 
 @compiled
-def sums(p, ex, ey, vx, vy, w):
-    """Sums over the angles with P = W s and Q = dP/dh: P y; W y y'; Q y u'; drag and its derivative by e; the rest.
+def angle(p, n, i, ex, ey, vx, vy, w):
+    """Direction u and slope h' at an angle, gap, 1/h, its derivative by the gap over it, s."""
+    x, y = p[TABLES + i], p[TABLES + n + i]
+    gap = p[TABLES + 2 * n + i] - ex * x - ey * y
+    slope = p[TABLES + 3 * n + i] + ex * y - ey * x
+    h, fall = (gap, 1.0) if gap >= p[HEIGHT] else thickness(gap, p[HEIGHT])
+    thin = 1.0 / h
+    return x, y, slope, gap, thin, fall * thin, x * vx + y * vy - 0.5 * w * slope
 
-    The rest is power, least gap, largest P, and the sum of all s > 0.
-    """
+
+@compiled
+def sums(p, ex, ey, vx, vy, w):
+    """Sums over the angles of P y, and the drag; power, least gap, largest P, sum of all s > 0."""
     n = (p.shape[0] - TABLES) // 4
-    m0, m1, m2, w00, w01, w11, w02, w12, w22 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    q00, q01, q11, q02, q12, drag, by_x, by_y = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    power, least, peak, flow = 0.0, math.inf, 0.0, 0.0
+    m0, m1, m2, drag, power, least, peak, flow = 0.0, 0.0, 0.0, 0.0, 0.0, math.inf, 0.0, 0.0
     for i in range(n):
-        x, y = p[TABLES + i], p[TABLES + n + i]
-        gap = p[TABLES + 2 * n + i] - ex * x - ey * y
-        slope = p[TABLES + 3 * n + i] + ex * y - ey * x
-        h, fall = thickness(gap, p[HEIGHT])
-        shear = p[DRAG] / h
-        least, drag = min(least, gap), drag + shear
-        by_x, by_y = by_x + shear * fall / h * x, by_y + shear * fall / h * y
-        s = x * vx + y * vy - 0.5 * w * slope
-        if s < 0.0:
-            continue
-        W = (
-            p[FORCE] / (h * h * h) * (1.0 if s > 0.0 else 0.5)
-        )  # at rest it presses on the side to which the journal goes
-        P, Q = W * s, -3.0 * W * s * fall / h
+        x, y, slope, gap, thin, _, s = angle(p, n, i, ex, ey, vx, vy, w)
+        least, drag, s = min(least, gap), drag + p[DRAG] * thin, max(s, 0.0)
+        P = p[FORCE] * thin * thin * thin * s
         power, flow, peak = power + P * s, flow + s, max(peak, P)
         m0, m1, m2 = m0 + P * x, m1 + P * y, m2 + P * slope
-        w00, w01, w11 = w00 + W * x * x, w01 + W * x * y, w11 + W * y * y
-        w02, w12, w22 = w02 + W * x * slope, w12 + W * y * slope, w22 + W * slope * slope
-        q00, q01, q11 = q00 + Q * x * x, q01 + Q * x * y, q11 + Q * y * y
-        q02, q12 = q02 + Q * slope * x, q12 + Q * slope * y
-    W, Q = (w00, w01, w11, w02, w12, w22), (q00, q01, q11, q02, q12)
-    return m0, m1, m2, W, Q, drag, by_x, by_y, power + drag * w * w, least, peak, flow
+    return m0, m1, m2, drag, power + drag * w * w, least, peak, flow
+
+
+@compiled
+def stiffness(p, ex, ey, vx, vy, w):
+    """Sums of W y y' with P = W s, of dP/dh y u', and derivatives of the drag by e.
+
+    A film at rest presses on the side to which the journal goes: of both sides the mean counts.
+    """
+    n = (p.shape[0] - TABLES) // 4
+    w00, w01, w11, w02, w12, w22 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    q00, q01, q11, q02, q12, by_x, by_y = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(n):
+        x, y, slope, _, thin, grows, s = angle(p, n, i, ex, ey, vx, vy, w)
+        shear = p[DRAG] * thin * grows
+        by_x, by_y = by_x + shear * x, by_y + shear * y
+        if s >= 0.0:
+            W = p[FORCE] * thin * thin * thin * (1.0 if s > 0.0 else 0.5)
+            Q = -3.0 * W * s * grows
+            w00, w01, w11 = w00 + W * x * x, w01 + W * x * y, w11 + W * y * y
+            w02, w12, w22 = w02 + W * x * slope, w12 + W * y * slope, w22 + W * slope * slope
+            q00, q01, q11 = q00 + Q * x * x, q01 + Q * x * y, q11 + Q * y * y
+            q02, q12 = q02 + Q * slope * x, q12 + Q * slope * y
+    return w00, w01, w11, w02, w12, w22, q00, q01, q11, q02, q12, by_x, by_y
 
 
 @compiled
 def put_force(p, q, v, r):
     """r (6,) alone; returns the power that the film takes."""
     ex, ey, vx, vy, gx, gy, _, _, _, _, worn, other, w, _, _ = place(p, q, v)
-    m0, m1, m2, _, _, drag, _, _, power, _, _, _ = sums(p, ex, ey, vx, vy, w)
+    m0, m1, m2, drag, power, _, _, _ = sums(p, ex, ey, vx, vy, w)
     turning = drag * w - 0.5 * m2
     for k in range(6):
         r[k] += gx[k] * m0 + gy[k] * m1
@@ -131,9 +144,8 @@ def bend(k, l, worn, ex, ey, gx, gy, ax, ay, bx, by):
 def put_tangent(p, q, v, kq, kv, r, A):
     """r (6,), and A += kq dr/dq + kv dr/dv."""
     ex, ey, vx, vy, gx, gy, ax, ay, bx, by, worn, other, w, _, _ = place(p, q, v)
-    m0, m1, m2, W, Q, drag, by_x, by_y, _, _, _, _ = sums(p, ex, ey, vx, vy, w)
-    w00, w01, w11, w02, w12, w22 = W
-    q00, q01, q11, q02, q12 = Q
+    m0, m1, m2, drag, _, _, _, _ = sums(p, ex, ey, vx, vy, w)
+    w00, w01, w11, w02, w12, w22, q00, q01, q11, q02, q12, by_x, by_y = stiffness(p, ex, ey, vx, vy, w)
     for l in range(6):
         x, y, z = gx[l], gy[l], 0.0  # de/dq, and ds/dv = x y0 + y y1 + z y2
         if l == worn:
@@ -181,7 +193,7 @@ def worn_film_tangent(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
 def worn_film_energy(p, t, q, v):
     """No strain energy, no weight, power that the film turns into heat."""
     ex, ey, vx, vy, _, _, _, _, _, _, _, _, w, _, _ = place(p, q, v)
-    _, _, _, _, _, _, _, _, power, _, _, _ = sums(p, ex, ey, vx, vy, w)
+    _, _, _, _, power, _, _, _ = sums(p, ex, ey, vx, vy, w)
     return 0.0, 0.0, power
 
 
@@ -195,7 +207,7 @@ def worn_film_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
 def worn_film_signal(p, t, q, v, a):
     """Signals of a film in the order of `SIGNALS`; forces act on the second body."""
     ex, ey, vx, vy, _, _, _, _, _, _, worn, _, w, C, S = place(p, q, v)
-    m0, m1, m2, _, _, drag, _, _, power, least, peak, flow = sums(p, ex, ey, vx, vy, w)
+    m0, m1, m2, drag, power, least, peak, flow = sums(p, ex, ey, vx, vy, w)
     last = p.shape[0] - 1
     area = p[WIDTH] * p[RADIUS] * 8.0 * math.pi / (last - TABLES)
     across, along, turning = ey * m0 - ex * m1, ex * m0 + ey * m1, drag * w - 0.5 * m2

@@ -120,8 +120,8 @@ class WornSides(WornJoint):
         """Whether a contact is on the upper side in some rows."""
         return np.full(len(rows), contact.startswith(UPPER))
 
-    def numbers(self, size: Sequence[float], tables: np.ndarray) -> tuple[float, ...]:
-        """Numbers of the kernels: those up to the offsets (`size`), depths of the sides (`tables`) [m]."""
+    def _numbers(self, size: Sequence[float], tables: np.ndarray) -> tuple[float, ...]:
+        """Numbers of the kernels, depths of the sides last."""
         steepest = float(np.abs(np.diff(np.pad(np.atleast_2d(tables), ((0, 0), (1, 1))))).max()) / self.step
         return (*size, self.step, steepest, float(tables.max()), 0.0, *tables.ravel().tolist())
 
@@ -185,7 +185,7 @@ class WornGuide(WornSides, PrismaticClearance):
         for one in super().contributions(mechanism):
             if isinstance(one, ContactContribution):
                 play, half, across, *geometry = one.p
-                p = self.numbers((play, half, 0.0, across, *geometry), self.sides[0 if across > 0.0 else 1])
+                p = self._numbers((play, half, 0.0, across, *geometry), self.sides[0 if across > 0.0 else 1])
                 corners += p
                 found += self._worn_contact(one, p, 2)
             elif isinstance(one, SignalContribution) and one.is_mode:
@@ -248,7 +248,7 @@ class WornSlot(WornSides, PinSlotClearance):
         for one in super().contributions(mechanism):
             if isinstance(one, ContactContribution):
                 play, _, radius, *geometry = one.p
-                p = self.numbers((play, 0.0, radius, 0.0, *geometry), self.sides)
+                p = self._numbers((play, 0.0, radius, 0.0, *geometry), self.sides)
                 found += self._worn_contact(one, p, 3)
             else:
                 found.append(one)
