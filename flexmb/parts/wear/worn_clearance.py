@@ -106,10 +106,10 @@ class WornClearance(WornJoint, RevoluteClearance):
         """Means of the depths of neighbours."""
         return smoothed(depths)
 
-    def _lost(self, sol: Any, contact: str, rows: np.ndarray, path: np.ndarray) -> np.ndarray:
+    def _spread(self, sol: Any, contact: str, rows: np.ndarray, lost: np.ndarray) -> np.ndarray:
         """Volume by angle, spread as the pressure is."""
         x, y, angle = (sol.array(f"{self.name}.{contact}{name}")[rows] for name in self.where)
-        return np.asarray(self.wear.coefficient * path @ shares(self.surface, x, y, angle))
+        return np.asarray(lost @ shares(self.surface, x, y, angle))
 
     def numbers(self, first: tuple[float, float], second: tuple[float, float]) -> tuple[float, ...]:
         """Parameters of the kernels; `first`, `second`: offsets of both points in the frames of their nodes [m]."""

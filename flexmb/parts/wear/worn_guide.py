@@ -97,7 +97,7 @@ class WornSides(WornJoint):
         padded = np.pad(depths.reshape(2, self.bins), ((0, 0), (1, 1)), mode="edge")
         return np.asarray(0.5 * padded[:, 1:-1] + 0.25 * (padded[:, :-2] + padded[:, 2:])).ravel()
 
-    def _lost(self, sol: Any, contact: str, rows: np.ndarray, path: np.ndarray) -> np.ndarray:
+    def _spread(self, sol: Any, contact: str, rows: np.ndarray, lost: np.ndarray) -> np.ndarray:
         """Volume by place, over the way of each step."""
         place = sol.array(f"{self.name}.{contact}{self.where[0]}")
         where = place[rows]
@@ -113,8 +113,8 @@ class WornSides(WornJoint):
                 u = (np.clip(where + part * way, -limit, limit) + limit) / self.step
                 left = np.minimum(u.astype(int), self.bins - 2)
                 for k, share in ((left, 1.0 - (u - left)), (left + 1, u - left)):
-                    found += np.bincount(begin + k, path * share, minlength=2 * self.bins)
-        return np.asarray(self.wear.coefficient / (2.0 * WAYS) * found)
+                    found += np.bincount(begin + k, lost * share, minlength=2 * self.bins)
+        return np.asarray(found / (2.0 * WAYS))
 
     def _on_upper(self, sol: Any, contact: str, rows: np.ndarray) -> np.ndarray:  # noqa: ARG002 - of pins
         """Whether a contact is on the upper side in some rows."""

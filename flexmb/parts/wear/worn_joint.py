@@ -126,8 +126,8 @@ class WornJoint(Part):
         """Surface of each place of `depths` [m^2]."""
 
     @abstractmethod
-    def _lost(self, sol: Any, contact: str, rows: np.ndarray, path: np.ndarray) -> np.ndarray:
-        """Volume by place [m^3] that a `contact` loses in some rows of `sol`, by force times path (rows,) [N m]."""
+    def _spread(self, sol: Any, contact: str, rows: np.ndarray, lost: np.ndarray) -> np.ndarray:
+        """Volume by place [m^3]; `lost` (rows,): volumes of a contact in some rows of a run [m^3]."""
 
     @property
     def wearing(self) -> Any:
@@ -174,9 +174,9 @@ class WornJoint(Part):
         volume, work = np.zeros(len(self.depths)), 0.0
         for contact in self.contacts:
             slip, normal, friction = (sol.array(f"{self.name}.{contact}{name}") for name in FORCES)
-            path = weight * self.wear.load(normal, friction) * np.abs(slip)
-            rows = np.flatnonzero(path)
-            volume += self._lost(sol, contact, rows, path[rows])
+            lost = self.wear.coefficient * weight * self.wear.load(normal, friction) * np.abs(slip)
+            rows = np.flatnonzero(lost)
+            volume += self._spread(sol, contact, rows, lost[rows])
             work -= float(weight @ (friction * slip))
         return Worn(volume / self.areas, float(volume.sum()), float(t[-1] - t[0]), work)
 
