@@ -242,12 +242,17 @@ def test_rows_and_picture_of_a_life(life, tmp_path):
     figure.savefig(tmp_path / "wear.png")
 
 
-def test_a_smaller_error_gives_the_same_life(life):
-    finer = fm.wear_out(DRY.with_part(WORN), turns=2000.0, keep=2, tolerance=0.0005)
+def test_half_the_error_gives_the_same_life():
+    """Up to a depth of half of the clearance."""
+    life, finer = (
+        fm.wear_out(DRY.with_part(WORN), turns=1e5, keep=1, tolerance=tolerance) for tolerance in (0.02, 0.01)
+    )
     assert int(finer["runs"][-1]) > int(life["runs"][-1])
+    assert float(life["guide.lower_profile"][-1].max()) > 0.5 * C
     assert float(finer["guide.volume"][-1]) == pytest.approx(float(life["guide.volume"][-1]), rel=0.02)
-    apart = float(abs(finer["guide.lower_profile"] - life["guide.lower_profile"]).max())
-    assert apart < float(life["guide.error"][-1] + finer["guide.error"][-1])
+    for side in ("upper", "lower"):
+        apart = float(abs(finer[f"guide.{side}_profile"] - life[f"guide.{side}_profile"]).max())
+        assert apart < float(life["guide.error"][-1] + finer["guide.error"][-1])
 
 
 def test_a_guide_and_a_bearing_wear_at_once_and_go_on_from_a_store(tmp_path):
