@@ -168,6 +168,7 @@ class WornGuide(WornSides, PrismaticClearance):
     `depths` holds the upper side, then the lower one.  The profile stays as it is within a run: `worn_in(sol)` gives
     the wear of a run, `with_depths(depths)` the joint with other depths, `wear_out` goes on over many turns.  Corners
     themselves do not wear, and a face between them does not touch, also where the guide is hollow.
+    Impacts that recur at one place make pits as narrow as two places of the profile: give places as wide as a contact.
     """
 
     contacts = tuple(f"{name}." for name, *_ in CORNERS)

@@ -605,17 +605,18 @@ def plot_wear(life: xr.Dataset, joint: Part | str, *, title: str | None = None) 
     worn = {face: depths for face, depths in profiles.items() if depths.any()} or dict(list(profiles.items())[:1])
     turns, deepest = rows["turns"].values, np.max([depths.max(axis=1) for depths in worn.values()], axis=0)
     figure = new_figure(WEAR_SIZE)
+    cells = figure.add_gridspec(2, 2)
     figure.suptitle(f"{attributes['name']}, {' and '.join(worn)} of {name}" if title is None else title)
     if f"{name}.worn_length" in attributes:
         along = rows["place"].values * attributes[f"{name}.worn_length"]
-        _sides(figure, figure.add_subplot(1, 2, 1), turns, along, profiles)
+        _sides(figure, figure.add_subplot(cells[:, 0]), turns, along, profiles)
     else:
-        _circles(figure, figure.add_subplot(1, 2, 1, projection="polar"), turns, worn)
+        _circles(figure, figure.add_subplot(cells[:, 0], projection="polar"), turns, worn)
     for place, column, label, unit in (
-        (2, deepest, "deepest place", "m"),
-        (4, rows[f"{name}.volume"].values, "volume", "m3"),
+        (0, deepest, "deepest place", "m"),
+        (1, rows[f"{name}.volume"].values, "volume", "m3"),
     ):
-        ax = figure.add_subplot(2, 2, place)
+        ax = figure.add_subplot(cells[place, 1])
         grid(ax)
         ax.plot(turns, column, color=COLOURS[0])
         label_axis(ax.xaxis, "turns", "")
