@@ -207,6 +207,9 @@ parts.bearings.reynolds.THINNEST | 1 | clearance | least film of a table of forc
 parts.bearings.reynolds.COARSEST | cells | nothing | from which a finite film begins without a coarser one
 parts.bearings.reynolds.ROUND_OFF | 1 | largest source | source of a film that is none
 parts.bearings.reynolds.MOST_SETS | iterations | nothing | most iterations to the border of a finite film
+parts.wear.guide_kernels.MOST_TRIALS | trials | nothing | by which the place nearest to a worn side is found
+parts.wear.guide_kernels.CLOSE | 1 | distance of two places | error of this place that ends the search
+parts.wear.worn_guide.WAYS | places | nothing | to which wear goes from each half of a step along a guide
 dynamics.sweeps.wear.LARGEST_INCREMENT | 1 | clearance | largest depth that is carried on at once
 dynamics.sweeps.wear.SMALL_DEPTH | 1 | clearance | depth beside the largest one in the error of wear
 dynamics.sweeps.wear.SAFETY | 1 | increment | factor of the next increment of wear
@@ -556,7 +559,7 @@ def _left_out() -> dict[str, str]:
         parts.bearings.film.SHORT parts.bearings.film.LONG parts.bearings.film.TABLE parts.bearings.film.PADS
         parts.bearings.film.TABLE_BEGIN parts.bearings.slider.PLACES parts.bearings.slider.SHARES parts.bearings.laws.ABSOLUTE parts.bearings.pads.LEVEL parts.bearings.pads.FIELD
         parts.bearings.pads.ROWS parts.bearings.pads.LINES parts.bearings.pads.COLUMNS parts.bearings.pads.MIDDLE parts.bearings.pads.PLACE
-        parts.wear.kernels.TABLES
+        parts.wear.kernels.TABLES parts.wear.guide_kernels.DEPTHS parts.wear.worn_bearing.TABLES
         parts.bearings.film.POSITIVE parts.bearings.film.HALF parts.bearings.film.WHOLE
         program.program.NO_FACTOR program.program.FIRST_OUTPUT engine.system.outputs.FRICTION_ALONE
     decides a remark or a refusal, and no number of a run: dynamics.report.FEWEST_PERIODS dynamics.report.FEWEST_SAMPLES

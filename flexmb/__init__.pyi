@@ -21,6 +21,7 @@ from flexmb import plots as plots
 from flexmb import results as results
 from flexmb import sweeps as sweeps
 from flexmb import testing as testing
+from flexmb import wear as wear
 from flexmb.dynamics.exponents.lyapunov import lyapunov as lyapunov
 from flexmb.dynamics.sections.points import stroboscopic as stroboscopic
 from flexmb.dynamics.sweeps.bifurcation import bifurcation as bifurcation

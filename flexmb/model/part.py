@@ -138,6 +138,11 @@ class Part(Input, Shown, ABC):
         """Force that the part declares [N], 0 for a torque; None for a part that is neither."""
         return None
 
+    @property
+    def wearing(self) -> Any:
+        """The part, if its surfaces wear: a `WornJoint` of `flexmb/parts/wear`; None for a part whose surfaces stay."""
+        return None
+
     def idealised(self) -> Part:
         """The part with an ideal joint in place of its clearance, if it has one."""
         return self

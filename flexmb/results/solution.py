@@ -229,6 +229,7 @@ def _by_part(sol: Solution) -> dict[str, list[str]]:
 # The record of a run: named signals over time, status, statistics, final state
 
 SAVED_KEY = "signals"  # key of `Solution.model` for the chosen signals, where not all were saved
+STEPS_KEY = "every_step"  # key of `Solution.model`: whether every accepted step was saved
 
 
 def matching(names: Sequence[str], pattern: str) -> list[str]:
@@ -310,6 +311,11 @@ class Solution:
         self._set("model", dict(self.model))
         if np.any(np.diff(time) < 0.0):
             raise InputError("Solution: time decreases; it must increase from one saved instant to the next.")
+
+    @property
+    def has_every_step(self) -> bool:
+        """Whether all accepted steps are among the saved instants, `save="steps"`."""
+        return bool(self.model.get(STEPS_KEY, False))
 
     @overload
     def __getitem__(self, name: str) -> xr.DataArray: ...  # type: ignore[overload-overlap] # a text is a sequence

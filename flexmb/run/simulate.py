@@ -27,7 +27,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.signal import hint, resolved
 from flexmb.program.compiler import common_period, compile_with_start
 from flexmb.program.program import COMMON_Z, FRICTION_Z, NORMAL_Z, PHASE, Program
-from flexmb.results.solution import SAVED_KEY, Solution, matching
+from flexmb.results.solution import SAVED_KEY, STEPS_KEY, Solution, matching
 from flexmb.run.checkpoint import EVERY, Checkpoints, digest, plain_values
 from flexmb.run.run import KEYBOARD, TERMINATION, Interruption, Run, passed_contacts
 from flexmb.run.sampling import lost_control
@@ -140,7 +140,8 @@ def simulate(
     stopping = StopConditions(label, program.names, stop, faults)
     more: dict[str, Any] = {"max_steps": max_steps, "progress": progress}
     run = Run(program, method, chosen, end, period, mechanism=mechanism, kept=kept, **more)
-    model = {"name": mechanism.name} if signals is None else {"name": mechanism.name, SAVED_KEY: list(signals)}
+    model = {"name": mechanism.name, STEPS_KEY: isinstance(save, str)}
+    model |= {} if signals is None else {SAVED_KEY: list(signals)}
     command = plain_values(begin=begin, end=end, save=shown_save(save), step=chosen, method=method, redundant=redundant)
     command |= {"signals": repr(model.get(SAVED_KEY)), "restart": digest(restart), "stop": repr(stop)}
     command |= of_start(label, start, restart, redundant)

@@ -356,7 +356,7 @@ def test_the_picture_shows_surface_depth_and_volume(life, tmp_path):
         (lambda: fm.Archard(bearing=-1e-13), "bearing is -1e-13"),
         (lambda: fm.Archard(bearing=1e-13, bins=12), "bins is 12; it must be at least 60"),
         (lambda: fm.Archard(bearing=1e-13, width=0.0), "width is 0 m"),
-        (lambda: replace(WORN, profile=(0.0,) * 10), "profile has 10 depths"),
+        (lambda: replace(WORN, profile=(0.0,) * 10), "profile has 10 depths.*Give 360"),
         (lambda: DRY["B"].worn_by(0.1), "law of wear"),
         (lambda: WORN.worn_by(0.1), "law of wear"),
         (lambda: WORN.with_depths([1e-6] * 360).worn_by(fm.Archard(journal=1e-13)), "bearing is worn"),
@@ -383,13 +383,24 @@ def test_pictures_of_other_things_are_refused(life):
         fm.plot_wear(life, "C")
 
 
-def test_a_bearing_with_a_film_does_not_wear():
-    oil = fm.ShortBearing(viscosity=0.02, width=0.01)
+def test_a_bearing_with_another_film_than_the_short_one_does_not_wear():
+    oil = fm.FiniteBearing(viscosity=0.02, width=0.01)
     wet = fm.JournalBearing(
         "B", DRY["rod"], DRY["slider"], at=(0.17, 0.0), clearance=C, bearing_radius=R, normal=DRY["B"].normal, film=oil
     )
-    with pytest.raises(fm.errors.InputError, match="only the dry joint RevoluteClearance wears"):
+    with pytest.raises(fm.errors.InputError, match="with a worn surface it must be ShortBearing"):
         wet.worn_by(ARCHARD)
+
+
+@pytest.mark.parametrize("save", [1e-5, 1000, [0.0, 1e-4, 2e-4]])
+def test_wear_of_a_run_that_saved_less_than_all_steps_is_refused(save, tmp_path):
+    sol = fm.simulate(DRY.with_part(WORN), periods=0.02, save=save)
+    assert not sol.has_every_step
+    with pytest.raises(fm.errors.InputError, match=r"needs every step.*save='steps'"):
+        WORN.worn_in(sol)
+    every = rows(DRY.with_part(WORN), periods=0.02)
+    again = fm.load(every.to_netcdf(tmp_path / "run.nc"))
+    assert WORN.worn_in(again).volume == WORN.worn_in(every).volume
 
 
 def test_a_width_that_is_not_given_is_told():

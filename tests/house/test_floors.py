@@ -35,6 +35,7 @@ FLOORS = {
     "__main__": 17, "chaos": 17, "plots": 17, "meshes": 17,
     "bodies": 17, "cams": 17, "contact": 17, "controllers": 17, "couplings": 17, "doctor": 17, "drives": 17,
     "equilibrium": 17, "friction": 17, "loads": 17, "sweeps": 17,
+    "wear": 17,
 }  # fmt: skip
 """Floor of each file and folder directly under flexmb/, or of the rooms of a folder."""
 
@@ -50,6 +51,8 @@ RECORD = ("finding",)
 SIDEWAYS = {
     ("parts.bearings", "parts.joints"): "a journal bearing is a dry joint with clearance and a film",
     ("parts.joints", "parts.wear"): "a joint with clearance gives the same joint with a surface that wears",
+    ("parts.bearings", "parts.wear"): "a journal bearing gives the same joint with a surface that wears",
+    ("parts.wear", "parts.bearings"): "a worn journal bearing has the oil and signals of an unworn one",
     ("parts.wear", "parts.joints"): "a worn joint is a joint with clearance",
     ("parts.wear", "parts.contact"): "wear by the work of friction needs friction",
     ("parts.bodies", "elastic.beams"): "a flexible link is made of beam elements",

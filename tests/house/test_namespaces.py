@@ -12,7 +12,7 @@ import flexmb as fm
 
 MOST_NAMES_AT_THE_TOP = 96
 
-PARTS = ("bodies", "cams", "contact", "controllers", "couplings", "drives", "loads")
+PARTS = ("bodies", "cams", "contact", "controllers", "couplings", "drives", "loads", "wear")
 
 FAR = {
     "": "flexmb",

@@ -226,6 +226,29 @@ BUILT_IN = {
         )
         for name, law in WEAR.items()
     },
+    "WornBearing": (
+        two_links(
+            fm.JournalBearing(
+                "pin", crank(), arm(), at=A, clearance=2e-4, bearing_radius=8e-3, normal=LN, friction=COULOMB,
+                film=FILMS["short"], roughness=3e-6,
+            ).worn_by(WEAR["bearing"]).with_depths(1e-4 * (1.0 - np.cos(WAVES)))
+        ),
+        "pin",
+    ),
+    "WornGuide": (
+        two_links(
+            fm.PrismaticClearance("pin", crank(), arm(), at=A, along=(1.0, 0.3), **GUIDE)
+            .worn_by(WEAR["bearing"], length=0.2).with_depths(1e-5 * (1.0 - np.cos(np.tile(WAVES, 2))))
+        ),
+        "pin",
+    ),
+    "WornSlot": (
+        two_links(
+            fm.PinSlotClearance("pin", crank(), arm(), at=A, along=(1.0, 0.3), **SLOT)
+            .worn_by(WEAR["bearing"], length=0.2).with_depths(1e-5 * (1.0 - np.cos(np.tile(WAVES, 2))))
+        ),
+        "pin",
+    ),
     "Bushing": (two_links(fm.Bushing("pin", crank(), arm(), at=A, **RUBBER)), "pin"),
     "Bushing, one stiff axis": (
         two_links(fm.Bushing("pin", crank(), arm(), at=A, **{**RUBBER, "stiffness": (0.0, 3e4)})), "pin",

@@ -16,8 +16,6 @@ from flexmb.dynamics.sweeps.store import STATUS, Column, Record, opened
 from flexmb.engine.compiled.digest import digest
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
-from flexmb.parts.wear.profile import smoothed
-from flexmb.parts.wear.worn_clearance import WornClearance
 from flexmb.run.simulate import simulate
 from flexmb.version import installed_version
 
@@ -25,6 +23,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from flexmb.engine.step.method import Method
+    from flexmb.parts.wear.worn_joint import WornJoint
     from flexmb.run.simulate import Step
 
 KIND = "wear"
@@ -39,11 +38,11 @@ SMALL_DEPTH = 0.05
 SAFETY, LEAST_FACTOR, MOST_FACTOR = 0.8, 0.3, 2.0
 """Factor of a new increment beside the one that would just do, and its least and largest change."""
 
-SIGNALS = ("x", "y", "contact_angle", "slip", "normal_force", "friction_force")
-"""Signals of a joint that its wear needs."""
+FORCE = "normal_force"
+"""Ending of the signals of normal forces."""
 
 Depths = Mapping[str, np.ndarray]
-"""Depths by joint, (bins,) each [m]."""
+"""Depths by joint [m]."""
 
 
 class Rate(NamedTuple):
@@ -71,23 +70,28 @@ class Turns:
     """
 
     mechanism: Mechanism
-    joints: Mapping[str, WornClearance]
+    joints: Mapping[str, WornJoint]
     settle: int
     sample: int
     options: Mapping[str, Any]
 
+    def worn(self, depths: Depths) -> Mechanism:
+        """The mechanism with some depths."""
+        mechanism = self.mechanism
+        for name, joint in self.joints.items():
+            mechanism = mechanism.with_part(joint.with_depths(depths[name]))
+        return mechanism
+
     def rate(self, depths: Depths) -> Rate:
         """Wear of a turn with the present depths."""
-        worn = {name: joint.with_depths(depths[name]) for name, joint in self.joints.items()}
-        mechanism = self.mechanism
-        for joint in worn.values():
-            mechanism = mechanism.with_part(joint)
+        mechanism = self.worn(depths)
+        worn = _wearing(mechanism)
         sol = simulate(
             mechanism,
             periods=self.settle + self.sample,
             save_from_period=self.settle,
             save="steps",
-            signals=[f"{name}.{signal}" for name in worn for signal in SIGNALS],
+            signals=[f"{name}.{signal}" for name, joint in worn.items() for signal in joint.wear_signals],
             **self.options,
         )
         if not sol.ok:
@@ -95,9 +99,12 @@ class Turns:
         found = {name: joint.worn_in(sol) for name, joint in worn.items()}
         period = float(sol.time[-1]) / (self.settle + self.sample)
         return Rate(
-            {name: smoothed(wear.depths) * period / wear.time for name, wear in found.items()},
+            {name: worn[name].smoothed(wear.depths) * period / wear.time for name, wear in found.items()},
             {name: wear.volume * period / wear.time for name, wear in found.items()},
-            {name: sol.peak(f"{name}.normal_force").value for name in worn},
+            {
+                name: max(sol.peak(f"{name}.{one}").value for one in joint.wear_signals if one.endswith(FORCE))
+                for name, joint in worn.items()
+            },
         )
 
 
@@ -163,15 +170,12 @@ class Life:
     def results(self, rate: Rate) -> dict[str, Any]:
         """Results of the present turn by column."""
         found: dict[str, Any] = {"stride": self.stride, "runs": float(self.runs)}
-        for name, joint in self.turns.joints.items():
-            now = joint.with_depths(self.depths[name])
-            still = np.zeros(joint.wear.bins)
+        for name, now in _wearing(self.turns.worn(self.depths)).items():
+            found |= {f"{name}.{face}_profile": h for face, h in _profiles(now).items()}
             found |= {
-                f"{name}.bearing_profile": still if joint.on_journal else now.depths,
-                f"{name}.journal_profile": now.depths if joint.on_journal else still,
                 f"{name}.volume": now.volume,
                 f"{name}.wear_rate": rate.volume[name],
-                f"{name}.clearance": now.travel,
+                f"{name}.clearance": now.half_play,
                 f"{name}.peak_force": rate.force[name],
                 f"{name}.error": self.error[name],
             }
@@ -180,19 +184,19 @@ class Life:
     def go_on(self, record: Record, k: int) -> None:
         """Take the state of a recorded turn."""
         for name, joint in self.turns.joints.items():
-            surface = "journal" if joint.on_journal else "bearing"
-            self.depths = {**self.depths, name: np.array(record.at((k,), f"{name}.{surface}_profile"))}
+            known = [record.at((k,), f"{name}.{face}_profile") for face in joint.wearing_faces]
+            self.depths = {**self.depths, name: np.concatenate(known)}
             self.error[name] = float(record.at((k,), f"{name}.error"))
         self.stride, self.runs = float(record.at((k,), "stride")), int(record.at((k,), "runs"))
 
 
-def _columns(joints: Mapping[str, WornClearance]) -> Iterator[Column]:
+def _columns(joints: Mapping[str, WornJoint]) -> Iterator[Column]:
     """Columns of the results."""
     yield Column("stride", units="1")
     yield Column("runs", units="1")
     for name, joint in joints.items():
-        for surface in ("bearing", "journal"):
-            yield Column(f"{name}.{surface}_profile", dims=("angle",), shape=(joint.wear.bins,), units="m")
+        for face in joint.FACES:
+            yield Column(f"{name}.{face}_profile", dims=(joint.PLACES,), shape=(joint.bins,), units="m")
         for one, unit in (
             ("volume", "m3"),
             ("wear_rate", "m3"),
@@ -203,15 +207,26 @@ def _columns(joints: Mapping[str, WornClearance]) -> Iterator[Column]:
             yield Column(f"{name}.{one}", units=unit)
 
 
-def _worn_joints(label: str, mechanism: Mechanism) -> dict[str, WornClearance]:
-    """Joints that wear, all with the same number of angles."""
-    joints = {part.name: part for part in mechanism.parts if isinstance(part, WornClearance)}
+def _wearing(mechanism: Mechanism) -> dict[str, WornJoint]:
+    """Joints that wear."""
+    return {part.name: part.wearing for part in mechanism.parts if part.wearing is not None}
+
+
+def _profiles(joint: WornJoint) -> dict[str, np.ndarray]:
+    """Profiles (bins,) of all surfaces of a joint, 0 of unworn ones [m]."""
+    faces = joint.wearing_faces
+    known = dict(zip(faces, np.split(joint.depths, len(faces)), strict=True))
+    return {face: known.get(face, np.zeros(joint.bins)) for face in joint.FACES}
+
+
+def _worn_joints(label: str, mechanism: Mechanism) -> dict[str, WornJoint]:
+    """Joints that wear, all with the same number of places."""
+    joints = _wearing(mechanism)
     if not joints:
         text = f"{label}: no joint of it wears. Give wear to one, e.g."
         raise InputError(f"{text} mech.with_part(mech['B'].worn_by(fm.Archard(bearing=1e-13))).")
-    bins = {name: joint.wear.bins for name, joint in joints.items()}
-    if len(set(bins.values())) > 1:
-        listed = ", ".join(f"{name} {count}" for name, count in bins.items())
+    if len({joint.bins for joint in joints.values()}) > 1:
+        listed = ", ".join(f"{name} {joint.bins}" for name, joint in joints.items())
         raise InputError(f"{label}: the joints have different numbers of bins ({listed}). Give all the same.")
     return joints
 
@@ -239,7 +254,8 @@ def wear_out(
 
     Parameters
     ----------
-    mechanism : mechanism with joints that wear, see `RevoluteClearance.worn_by`.
+    mechanism : mechanism with joints that wear, see `worn_by` of `RevoluteClearance`, `JournalBearing`,
+        `PrismaticClearance` and `PinSlotClearance`.
     turns : number of turns.
     keep : number of equal parts of the turns after which the surfaces are kept.
     settle, sample : turns of each run that are left out, and those behind them whose wear is taken.
@@ -251,9 +267,10 @@ def wear_out(
 
     Returns
     -------
-    xarray.Dataset : over `turns`, for each joint `B`: `B.bearing_profile`, `B.journal_profile` (depth by "angle") [m],
+    xarray.Dataset : over `turns`, for each joint `B`: `B.bearing_profile`, `B.journal_profile` (depth by "angle"), of
+        guides and slots `B.upper_profile`, `B.lower_profile` (by "place", -1/2 to 1/2 of its `worn_length`) [m],
         `B.volume` (lost since new) [m3], `B.wear_rate` (volume of a turn) [m3], `B.clearance` (half of the widest way
-        of the journal) [m], `B.peak_force` (largest normal force of the run) [N], `B.error` (sum of the errors of all
+        across) [m], `B.peak_force` (largest normal force of the run) [N], `B.error` (sum of the errors of all
         increments) [m]; `stride` (turns of the next increment), `runs`.  `status` says why a study ended early; its
         later rows are NaN.
 
@@ -296,11 +313,11 @@ def wear_out(
     record = Record(("turns",), (keep + 1,), kept)
     record.add(_columns(joints))
     record.coordinate("turns", ("turns",), marks, "1")
-    bins = next(iter(joints.values())).wear.bins
-    record.coordinate("angle", ("angle",), 2.0 * np.pi * np.arange(bins) / bins, "rad")
-    radii = {f"{name}.{one}": getattr(joints[name], one) for name in joints for one in ("clearance", "bearing_radius")}
-    record.describe(name=mechanism.name, kind=KIND, flexmb=installed_version(), axes=["angle", "turns"],
-                    joints=list(joints), **radii)  # fmt: skip
+    for joint in joints.values():
+        record.coordinate(joint.PLACES, (joint.PLACES,), joint.places, joint.PLACE_UNIT)
+    radii = {f"{name}.{one}": size for name, joint in joints.items() for one, size in joint.sizes.items()}
+    axes = [*sorted({joint.PLACES for joint in joints.values()}), "turns"]
+    record.describe(name=mechanism.name, kind=KIND, flexmb=installed_version(), axes=axes, joints=list(joints), **radii)
     _study(label, Life(runs, bound), record, marks, progress=progress)
     return dataset_of(record.tables, record.attributes)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import KW_ONLY, replace
-from typing import ClassVar, Self
+from typing import TYPE_CHECKING, ClassVar, Self
 
 from flexmb import checks
 from flexmb.errors import InputError
@@ -19,6 +19,10 @@ from flexmb.parts.bearings.coefficients import FilmEquilibrium, equilibrium
 from flexmb.parts.bearings.laws import Film, Oil, check_roughness
 from flexmb.parts.joints.revolute_clearance import RevoluteClearance
 from flexmb.places import packed
+
+if TYPE_CHECKING:
+    from flexmb.parts.wear.laws import Wear
+    from flexmb.parts.wear.worn_bearing import WornBearing
 
 THIN = 0.01
 """Clearance over radius up to which the gap counts as thin: the theory of thin films neglects terms of this size."""
@@ -69,6 +73,23 @@ class JournalBearing(RevoluteClearance):
     def play(self) -> float:
         """Eccentricity at which the surfaces touch [m]."""
         return self.clearance - self.roughness
+
+    def worn_by(self, wear: Wear) -> WornBearing:
+        """The joint with a surface that wears where the surfaces touch through the film, unworn so far.
+
+        Parameters
+        ----------
+        wear : law of wear, e.g. Archard(bearing=1e-13).
+
+        Raises
+        ------
+        InputError : a film that is not a `ShortBearing` with positive pressure.
+        """
+        from flexmb.parts.wear.worn_bearing import WornBearing  # noqa: PLC0415 - it is a journal bearing itself
+        from flexmb.parts.wear.worn_joint import worn  # noqa: PLC0415
+
+        made: WornBearing = worn(self, JournalBearing, WornBearing, wear=wear)
+        return made
 
     def equilibrium(self, load: float, speed: float, direction: float = -0.5 * math.pi) -> FilmEquilibrium:
         """Place of the journal, stiffness and damping of the film, under a constant `load` [N] at a `speed` [rad/s].

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, replace
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 from flexmb.fields import directed, field, not_negative, positive, record
 from flexmb.kernels import constraint_kernel, gap_kernel, joint_friction_kernel
@@ -19,6 +19,10 @@ from flexmb.parts.joints.contact_point import add_curvature, direction, put_colu
 from flexmb.parts.joints.prismatic import direction_row, travel_contributions
 from flexmb.parts.joints.revolute_clearance import rubbing
 from flexmb.places import LOAD, LOAD_BY_LAM, SLIDING
+
+if TYPE_CHECKING:
+    from flexmb.parts.wear.laws import Wear
+    from flexmb.parts.wear.worn_guide import WornSlot
 
 
 @constraint_kernel
@@ -164,6 +168,20 @@ class PinSlotClearance(PinSlot):
     friction: FrictionLaw = field("law of friction", rule=FRICTION_LAW, default_factory=Frictionless)
 
     kind = "clearance"
+
+    def worn_by(self, wear: Wear, length: float) -> WornSlot:
+        """The joint with sides of the slot that wear, unworn so far.
+
+        Parameters
+        ----------
+        wear : law of wear with the coefficient of the slot, e.g. Archard(bearing=1e-13, width=0.02).
+        length : length of the slot whose depth is known, its middle at the joint's point [m].
+        """
+        from flexmb.parts.wear.worn_guide import WornSlot  # noqa: PLC0415 - it is a joint with clearance itself
+        from flexmb.parts.wear.worn_joint import worn  # noqa: PLC0415
+
+        made: WornSlot = worn(self, PinSlotClearance, WornSlot, wear=wear, worn_length=length)
+        return made
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One contact, travel and speed, and the ideal slot at the start."""

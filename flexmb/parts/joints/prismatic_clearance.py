@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, replace
+from typing import TYPE_CHECKING
 
 from flexmb.errors import InputError
 from flexmb.fields import field, positive, record
@@ -16,6 +17,10 @@ from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import guide_friction, put_column, put_eccentricity, put_point
 from flexmb.parts.joints.prismatic import Guide, travel_contributions
 from flexmb.parts.joints.revolute_clearance import rubbing
+
+if TYPE_CHECKING:
+    from flexmb.parts.wear.laws import Wear
+    from flexmb.parts.wear.worn_guide import WornGuide
 
 CORNERS = (  # name, sign along the guide, sign across it (upper: to its left)
     ("upper_front", 1.0, 1.0),
@@ -126,6 +131,20 @@ class PrismaticClearance(Guide):
     def play(self) -> float:
         """Offset at which the faces touch [m]."""
         return self.clearance
+
+    def worn_by(self, wear: Wear, length: float) -> WornGuide:
+        """The joint with sides of the guide that wear, unworn so far.
+
+        Parameters
+        ----------
+        wear : law of wear with the coefficient of the guide, e.g. Archard(bearing=1e-13, width=0.02).
+        length : length of the guide whose depth is known, its middle at the joint's point [m].
+        """
+        from flexmb.parts.wear.worn_guide import WornGuide  # noqa: PLC0415 - it is a joint with clearance itself
+        from flexmb.parts.wear.worn_joint import worn  # noqa: PLC0415
+
+        made: WornGuide = worn(self, PrismaticClearance, WornGuide, wear=wear, worn_length=length)
+        return made
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """Four contacts, the signals, and the ideal guide at the start."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import KW_ONLY, fields
+from dataclasses import KW_ONLY
 from typing import TYPE_CHECKING, ClassVar
 
 from flexmb import checks
@@ -204,11 +204,10 @@ class RevoluteClearance(Joint):
         wear : law of wear, e.g. Archard(bearing=1e-13).
         """
         from flexmb.parts.wear.worn_clearance import WornClearance  # noqa: PLC0415 - it is a joint with clearance itself
+        from flexmb.parts.wear.worn_joint import worn  # noqa: PLC0415
 
-        if type(self) is not RevoluteClearance:
-            text = f"{self.label} is a {type(self).__name__}; only the dry joint RevoluteClearance wears."
-            raise InputError(f"{text} Give wear to the joint without a film.")
-        return WornClearance(**{one.name: getattr(self, one.name) for one in fields(self)}, wear=wear)
+        made: WornClearance = worn(self, RevoluteClearance, WornClearance, wear=wear)
+        return made
 
     def idealised(self) -> Revolute:
         """The joint without clearance."""

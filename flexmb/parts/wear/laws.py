@@ -19,7 +19,7 @@ FEWEST_BINS, MOST_BINS = 60, 7200
 
 @record
 class Wear(Input, Shown):
-    """Base of the laws of wear: coefficients of both surfaces, number of angles at which depths are known.
+    """Base of the laws of wear: coefficients of both surfaces, number of places at which depths are known.
 
     Raises
     ------
@@ -27,11 +27,13 @@ class Wear(Input, Shown):
     """
 
     _: KW_ONLY
-    bearing: float = field("coefficient of the bearing", "1/Pa", not_negative, default=0.0)
+    bearing: float = field("coefficient of the bearing, guide or slot", "1/Pa", not_negative, default=0.0)
     journal: float = field("coefficient of the journal", "1/Pa", not_negative, default=0.0)
-    bins: int = field("number of angles at which the depth of a surface is known", rule=count(FEWEST_BINS), default=360)
+    bins: int = field(
+        "number of angles or places at which the depth of a surface is known", rule=count(FEWEST_BINS), default=360
+    )
     width: float | None = field(
-        "width of both surfaces; None: the diameter of the bearing", "m", positive, default=None
+        "width of both surfaces; None: that of the film, or the diameter of the bearing", "m", positive, default=None
     )
 
     def __post_init__(self) -> None:

@@ -3,43 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
-from flexmb.errors import InputError
-from flexmb.fields import field, instance, not_negative, record, several
+from flexmb.fields import record
 from flexmb.findings.finding import Finding, found
 from flexmb.model.contributions import ContactContribution, Contribution, SignalContribution
 from flexmb.model.mechanism import Mechanism
-from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.revolute import angle_contribution
 from flexmb.parts.joints.revolute_clearance import RevoluteClearance
 from flexmb.parts.wear import kernels
-from flexmb.parts.wear.laws import Wear
-from flexmb.parts.wear.profile import Surface, shares, surface
-
-
-@dataclass(frozen=True)
-class Worn:
-    """Wear of a joint in a time.
-
-    Parameters
-    ----------
-    depths : depth that the surface lost by angle (n,) [m].
-    volume : material that it lost [m^3].
-    time : length of the time [s].
-    """
-
-    depths: np.ndarray
-    volume: float
-    time: float
+from flexmb.parts.wear.profile import Surface, shares, smoothed, surface
+from flexmb.parts.wear.worn_joint import WornJoint
 
 
 @record
-class WornClearance(RevoluteClearance):
+class WornClearance(WornJoint, RevoluteClearance):
     """Revolute joint with clearance and a worn surface, made by `RevoluteClearance.worn_by`.
 
     The surface has a depth for each of `wear.bins` angles, which are counted in the axes of the body that carries it:
@@ -56,34 +37,33 @@ class WornClearance(RevoluteClearance):
 
     Notes
     -----
-    The profile stays as it is within a run.  `worn_in` gives the wear of a run, `wear_out` goes on over many turns.
+    The profile stays as it is within a run: `worn_in(sol)` gives the wear of a run, `with_depths(depths)` the joint
+    with another profile, and `wear_out` goes on over many turns.  `depths`, `volume` and `half_play` say how far it is
+    worn.
+
+    Examples
+    --------
+    >>> new = slider_crank(clearance=5e-5)["B"].worn_by(fm.Archard(bearing=1e-13, width=0.02))
+    >>> worn = new.with_depths(new.depths + 1e-5)
+    >>> f"{1e9 * worn.volume:.1f} mm^3, {1e6 * worn.half_play:.0f} um"
+    '12.6 mm^3, 60 um'
     """
 
-    _: KW_ONLY
-    wear: Wear = field("law of wear", rule=instance(Wear, "a law of wear, e.g. Archard(bearing=1e-13)"))
-    profile: tuple[float, ...] = field(
-        "depth by angle; empty: unworn", "m", several(not_negative, "numbers"), default=()
-    )
+    PLACES = "angle"
+    PLACE_UNIT = "rad"
+    FACES = ("bearing", "journal")
+    contacts = ("",)
+    where = ("x", "y", "contact_angle")
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if self.profile and len(self.profile) != self.wear.bins:
-            raise InputError(
-                f"{self.label}: profile has {len(self.profile)} depths, and the law of wear {self.wear.bins} bins. "
-                "Give both the same number, or no profile for an unworn surface."
-            )
-        if isinstance(self.friction, Frictionless) and not self.wear.load(np.ones(1), np.zeros(1)).any():
-            law = type(self.wear).__name__
-            raise InputError(
-                f"{self.label}: {law} wears by the work of friction, and the joint has none. Give it a friction law, "
-                "or take Archard, which wears by pressure and slip."
-            )
+    @property
+    def wearing_faces(self) -> tuple[str, ...]:
+        """The bearing or the journal."""
+        return ("journal",) if self.on_journal else ("bearing",)
 
-        if max(self.profile, default=0.0) >= self.bearing_radius:
-            raise InputError(
-                f"{self.label}: profile is up to {max(self.profile):g} m deep; it must stay below the bearing radius "
-                f"{self.bearing_radius:g} m. Depths are in metres."
-            )
+    @property
+    def deepest(self) -> tuple[str, float]:
+        """Radius of the bearing."""
+        return "bearing radius", self.bearing_radius
 
     @property
     def on_journal(self) -> bool:
@@ -96,72 +76,44 @@ class WornClearance(RevoluteClearance):
         return 2.0 * self.bearing_radius if self.wear.width is None else self.wear.width
 
     @property
-    def depths(self) -> np.ndarray:
-        """Depth of the worn surface by angle (bins,) [m]."""
-        return np.array(self.profile or (0.0,) * self.wear.bins)
-
-    @property
-    def area(self) -> float:
+    def areas(self) -> np.ndarray:
         """Surface between two angles [m^2]."""
         radius = self.journal_radius if self.on_journal else self.bearing_radius
-        return 2.0 * np.pi / self.wear.bins * radius * self.width
+        return np.full(self.bins, 2.0 * np.pi / self.bins * radius * self.width)
 
     @property
-    def volume(self) -> float:
-        """Material that the surface has lost [m^3]."""
-        return float(self.depths.sum()) * self.area
+    def places(self) -> np.ndarray:
+        """Angles of the profile [rad]."""
+        return 2.0 * np.pi * np.arange(self.bins) / self.bins
 
     @property
-    def travel(self) -> float:
+    def sizes(self) -> dict[str, float]:
+        """Clearance and radius of the bearing [m]."""
+        return {"clearance": self.clearance, "bearing_radius": self.bearing_radius}
+
+    @property
+    def half_play(self) -> float:
         """Half of the widest way of the journal's centre [m]; the clearance where nothing is worn."""
         support = self.surface.support
-        return float(0.5 * (support + np.roll(support, len(support) // 2)).max())
+        return self.clearance - self.play + float(0.5 * (support + np.roll(support, len(support) // 2)).max())
 
     @cached_property
     def surface(self) -> Surface:
         """Tables of the worn surface."""
-        return surface(self.clearance, self.depths)
+        return surface(self.play, self.depths)
 
-    def with_depths(self, depths: Sequence[float] | np.ndarray) -> Self:
-        """The joint with another profile (bins,) [m]."""
-        return replace(self, profile=tuple(np.asarray(depths, dtype=float).tolist()))
+    def smoothed(self, depths: np.ndarray) -> np.ndarray:
+        """Means of the depths of neighbours."""
+        return smoothed(depths)
 
-    def worn_in(self, sol: Any) -> Worn:
-        """Wear in a run whose signals are saved at all steps (`save="steps"`); its profile is that of this joint.
-
-        Raises
-        ------
-        InputError : fewer than two saved instants.
-        """
-        t = sol.time
-        if len(t) < 2:
-            raise InputError(f"{self.label}: the run has {len(t)} saved instants. Save all steps: save='steps'.")
-        names = ("x", "y", "contact_angle", "slip", "normal_force", "friction_force")
-        x, y, angle, slip, normal, friction = (sol.array(f"{self.name}.{name}") for name in names)
-        weight = 0.5 * (np.diff(t, prepend=t[0]) + np.diff(t, append=t[-1]))
-        lost = self.wear.coefficient * weight * self.wear.load(normal, friction) * np.abs(slip)  # [m^3]
-        rows = np.flatnonzero(lost)
-        spread = shares(self.surface, x[rows], y[rows], angle[rows])
-        return Worn(lost[rows] @ spread / self.area, float(lost.sum()), float(t[-1] - t[0]))
-
-    def worn_by(self, wear: Wear) -> WornClearance:
-        """The joint with another law of wear; its profile stays, and must have as many angles.
-
-        Raises
-        ------
-        InputError : a law by which the other surface wears, where this one has lost material; another number of angles.
-        """
-        if isinstance(wear, Wear) and self.on_journal != (wear.journal > 0.0) and any(self.profile):
-            worn, other = ("journal", "bearing") if self.on_journal else ("bearing", "journal")
-            raise InputError(
-                f"{self.label}: its {worn} is worn, and the law of wear is one of the {other}. Give wear to the joint "
-                f"without a profile, or {type(wear).__name__}({worn}=...)."
-            )
-        return replace(self, wear=wear)
+    def _spread(self, sol: Any, contact: str, rows: np.ndarray, lost: np.ndarray) -> np.ndarray:
+        """Volume by angle, spread as the pressure is."""
+        x, y, angle = (sol.array(f"{self.name}.{contact}{name}")[rows] for name in self.where)
+        return np.asarray(lost @ shares(self.surface, x, y, angle))
 
     def numbers(self, first: tuple[float, float], second: tuple[float, float]) -> tuple[float, ...]:
         """Parameters of the kernels; `first`, `second`: offsets of both points in the frames of their nodes [m]."""
-        own = (self.clearance, self.bearing_radius, *first, *second, float(self.on_journal), 0.0)
+        own = (self.play, self.bearing_radius, *first, *second, float(self.on_journal), 0.0)
         return (*own, *np.concatenate(self.surface).tolist())
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -575,10 +575,10 @@ DEEPEST = 0.45  # depth of the deepest place in a picture of wear, over the radi
 
 @arguments.checked
 def plot_wear(life: xr.Dataset, joint: Part | str, *, title: str | None = None) -> Figure:
-    """Profile of a worn surface over the turns, magnified, and its deepest place and lost volume.
+    """Profiles of worn surfaces over the turns, magnified, and their deepest place and lost volume.
 
-    The dashed circle is the unworn surface; material is lost outwards from a bearing, inwards from a journal.  Angles
-    count in the axes of the worn body.
+    Of a bearing or journal the dashed circle is the unworn surface; material is lost outwards from a bearing, inwards
+    from a journal.  Angles count in the axes of the worn body.  Of a guide or slot both sides are drawn along it.
 
     Parameters
     ----------
@@ -598,19 +598,25 @@ def plot_wear(life: xr.Dataset, joint: Part | str, *, title: str | None = None) 
         raise InputError(f"{text}; give the result of fm.wear_out.")
     name = checks.one_of("plot_wear", "joint", name_of(joint), list(np.atleast_1d(attributes["joints"])))
     rows = life.isel(turns=np.flatnonzero(life["ok"].values))
-    on_journal = bool(rows[f"{name}.journal_profile"].values.any())
-    depths = rows[f"{name}.{'journal' if on_journal else 'bearing'}_profile"].values
-    turns, deepest = rows["turns"].values, depths.max(axis=1)
+    faces = [
+        str(one).split(".")[1] for one in rows if str(one).startswith(f"{name}.") and str(one).endswith("_profile")
+    ]
+    profiles = {face.removesuffix("_profile"): rows[f"{name}.{face}"].values for face in faces}
+    worn = {face: depths for face, depths in profiles.items() if depths.any()} or dict(list(profiles.items())[:1])
+    turns, deepest = rows["turns"].values, np.max([depths.max(axis=1) for depths in worn.values()], axis=0)
     figure = new_figure(WEAR_SIZE)
-    figure.suptitle(
-        f"{attributes['name']}, {'journal' if on_journal else 'bearing'} of {name}" if title is None else title
-    )
-    _profiles(figure, figure.add_subplot(1, 2, 1, projection="polar"), turns, depths, inwards=on_journal)
+    cells = figure.add_gridspec(2, 2)
+    figure.suptitle(f"{attributes['name']}, {' and '.join(worn)} of {name}" if title is None else title)
+    if f"{name}.worn_length" in attributes:
+        along = rows["place"].values * attributes[f"{name}.worn_length"]
+        _sides(figure, figure.add_subplot(cells[:, 0]), turns, along, profiles)
+    else:
+        _circles(figure, figure.add_subplot(cells[:, 0], projection="polar"), turns, worn)
     for place, column, label, unit in (
-        (2, deepest, "deepest place", "m"),
-        (4, rows[f"{name}.volume"].values, "volume", "m3"),
+        (0, deepest, "deepest place", "m"),
+        (1, rows[f"{name}.volume"].values, "volume", "m3"),
     ):
-        ax = figure.add_subplot(2, 2, place)
+        ax = figure.add_subplot(cells[place, 1])
         grid(ax)
         ax.plot(turns, column, color=COLOURS[0])
         label_axis(ax.xaxis, "turns", "")
@@ -618,24 +624,45 @@ def plot_wear(life: xr.Dataset, joint: Part | str, *, title: str | None = None) 
     return figure
 
 
-def _profiles(figure: Figure, ax: Any, turns: np.ndarray, depths: np.ndarray, *, inwards: bool) -> None:
-    """Profiles (turns, bins) [m] around the unworn circle of the radius 1, coloured by turns."""
+def _turns_bar(figure: Figure, ax: Any, turns: np.ndarray) -> np.ndarray:
+    """Colours of the turns (turns, 4), with their bar below."""
     import matplotlib as mpl
 
-    largest = float(depths.max()) if depths.size and depths.max() > 0.0 else 1.0
-    scale = (-DEEPEST if inwards else DEEPEST) / largest
-    angle = 2.0 * np.pi * np.arange(depths.shape[1] + 1) / depths.shape[1]
     colours = mpl.colormaps[SEQUENTIAL]
     shades = mpl.colors.Normalize(0.0, float(turns[-1]) if len(turns) and turns[-1] > 0.0 else 1.0)
-    for turn, row in zip(turns, depths, strict=True):
-        ax.plot(angle, 1.0 + scale * np.append(row, row[0]), color=colours(shades(turn)), linewidth=1.0)
-    ax.plot(angle, np.ones_like(angle), color="black", linestyle="--", linewidth=0.8)
-    power, unit = prefixed("m", largest)
-    ticks = np.linspace(0.0, largest, 3)[1:]
-    ax.set_rticks(1.0 + scale * ticks, [f"{tick * 10.0**-power:.3g} {unit}" for tick in ticks])
-    free = min(range(8), key=lambda k: depths[:, int((k + 0.5) / 8 * depths.shape[1])].max(initial=0.0))
-    ax.set_rlabel_position(45.0 * free + 22.5)
-    ax.set_rlim(0.0, 1.0 + (0.1 if inwards else DEEPEST + 0.05))
-    ax.tick_params(labelsize="small")
     bar = figure.colorbar(mpl.cm.ScalarMappable(shades, colours), ax=ax, location="bottom", shrink=0.7, pad=0.09)
     bar.set_label("turns")
+    return np.asarray(colours(shades(turns)))
+
+
+def _sides(figure: Figure, ax: Any, turns: np.ndarray, along: np.ndarray, profiles: Mapping[str, np.ndarray]) -> None:
+    """Profiles (turns, bins) [m] of the upper and the lower side along a guide, coloured by turns."""
+    grid(ax)
+    colours = _turns_bar(figure, ax, turns)
+    label_axis(ax.xaxis, "place along the guide", "m")
+    label_axis(ax.yaxis, "depth, of the lower side downwards", "m")
+    for sign, depths in zip((1.0, -1.0), profiles.values(), strict=True):
+        for colour, row in zip(colours, depths, strict=True):
+            ax.plot(along, sign * row, color=colour, linewidth=1.0)
+
+
+def _circles(figure: Figure, ax: Any, turns: np.ndarray, profiles: Mapping[str, np.ndarray]) -> None:
+    """Profiles (turns, bins) [m] around the unworn circle of the radius 1, of a journal inwards, coloured by turns."""
+    largest = max(float(depths.max(initial=0.0)) for depths in profiles.values()) or 1.0
+    bins, colours = next(iter(profiles.values())).shape[1], _turns_bar(figure, ax, turns)
+    angle = 2.0 * np.pi * np.arange(bins + 1) / bins
+    power, unit = prefixed("m", largest)
+    tick, texts, depth = [], [], np.zeros(bins)
+    for face, depths in profiles.items():
+        scale = (-DEEPEST if face == "journal" else DEEPEST) / largest
+        for colour, row in zip(colours, depths, strict=True):
+            ax.plot(angle, 1.0 + scale * np.append(row, row[0]), color=colour, linewidth=1.0)
+        depth = np.maximum(depth, depths.max(axis=0, initial=0.0))
+        tick += [1.0 + scale * part * largest for part in (0.5, 1.0)]
+        texts += [f"{part * largest * 10.0**-power:.3g} {unit}" for part in (0.5, 1.0)]
+    ax.plot(angle, np.ones_like(angle), color="black", linestyle="--", linewidth=0.8)
+    ax.set_rticks(tick, texts)
+    free = min(range(8), key=lambda k: depth[int((k + 0.5) / 8 * bins)])
+    ax.set_rlabel_position(45.0 * free + 22.5)
+    ax.set_rlim(0.0, 1.0 + (DEEPEST + 0.05 if "bearing" in profiles else 0.1))
+    ax.tick_params(labelsize="small")

@@ -1,0 +1,289 @@
+"""Journal bearing with a short film whose bearing or journal wears: the film has the worn thickness at each angle.
+
+In the axes of the worn body, at the angles of the profile: h = c + depth - e . u, its slope h', w the spin of the
+other body against it.  With y = (u, h') and the rates of thinning s = u . e_dot - w h'/2, the film presses with
+P = C s/h^3 where s > 0, and its power is the sum of P s, so r = sum of P ds/dv.
+
+Equations (16.10) and (16.11) of docs/theory/wear.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import fields
+
+import numpy as np
+
+from flexmb.errors import InputError
+from flexmb.fields import record
+from flexmb.findings.finding import Finding
+from flexmb.kernels import (
+    account_kernel,
+    compiled,
+    element_kernel,
+    energy_kernel,
+    force_kernel,
+    signal_kernel,
+    tangent_kernel,
+)
+from flexmb.model.contributions import Contribution, ElementContribution, signal_contributions
+from flexmb.model.mechanism import Mechanism
+from flexmb.parts.bearings.coefficients import FilmEquilibrium
+from flexmb.parts.bearings.journal import JournalBearing
+from flexmb.parts.bearings.kernels import SIGNALS, thickness
+from flexmb.parts.bearings.laws import ShortBearing
+from flexmb.parts.wear.worn_clearance import WornClearance
+
+OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, ON_JOURNAL, HEIGHT, FORCE, DRAG, WIDTH, RADIUS = range(10)
+"""Parameters p: points in the frames of their nodes, whether the journal wears, roughness, scales of force and drag of
+an angle, width, radius; of a signal its number comes last."""
+
+TABLES = 10
+"""Place of the first number of the tables by angle: cosine, sine, thickness about the centred journal, its slope."""
+
+
+@compiled
+def place(p, q, v):
+    """Eccentricity and its rate in the axes of the worn body; their derivatives by q; w, w by v, cosine and sine."""
+    c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
+    ax, ay = c1 * p[OFFSET1_X] - d1 * p[OFFSET1_Y], d1 * p[OFFSET1_X] + c1 * p[OFFSET1_Y]
+    bx, by = c2 * p[OFFSET2_X] - d2 * p[OFFSET2_Y], d2 * p[OFFSET2_X] + c2 * p[OFFSET2_Y]
+    X, Y = q[3] + bx - q[0] - ax, q[4] + by - q[1] - ay
+    worn, other = (5, 2) if p[ON_JOURNAL] > 0.0 else (2, 5)
+    C, S, spin = math.cos(q[worn]), math.sin(q[worn]), v[worn]
+    ex, ey = C * X + S * Y, C * Y - S * X
+    ax, ay, bx, by = C * ax + S * ay, C * ay - S * ax, C * bx + S * by, C * by - S * bx
+    gx = (-C, -S, ay, C, S, -by)
+    gy = (S, -C, -ax, -S, C, bx)
+    vx, vy = ey * spin, -ex * spin
+    for k in range(6):
+        vx, vy = vx + gx[k] * v[k], vy + gy[k] * v[k]
+    return ex, ey, vx, vy, gx, gy, ax, ay, bx, by, worn, other, v[other] - spin, C, S
+
+
+@compiled
+def angle(p, n, i, ex, ey, vx, vy, w):
+    """Direction u and slope h' at an angle, gap, 1/h, its derivative by the gap over it, s."""
+    x, y = p[TABLES + i], p[TABLES + n + i]
+    gap = p[TABLES + 2 * n + i] - ex * x - ey * y
+    slope = p[TABLES + 3 * n + i] + ex * y - ey * x
+    h, fall = (gap, 1.0) if gap >= p[HEIGHT] else thickness(gap, p[HEIGHT])
+    thin = 1.0 / h
+    return x, y, slope, gap, thin, fall * thin, x * vx + y * vy - 0.5 * w * slope
+
+
+@compiled
+def sums(p, ex, ey, vx, vy, w):
+    """Sums over the angles of P y, and the drag; power, least gap, largest P, sum of all s > 0."""
+    n = (p.shape[0] - TABLES) // 4
+    m0, m1, m2, drag, power, least, peak, flow = 0.0, 0.0, 0.0, 0.0, 0.0, math.inf, 0.0, 0.0
+    for i in range(n):
+        x, y, slope, gap, thin, _, s = angle(p, n, i, ex, ey, vx, vy, w)
+        least, drag, s = min(least, gap), drag + p[DRAG] * thin, max(s, 0.0)
+        P = p[FORCE] * thin * thin * thin * s
+        power, flow, peak = power + P * s, flow + s, max(peak, P)
+        m0, m1, m2 = m0 + P * x, m1 + P * y, m2 + P * slope
+    return m0, m1, m2, drag, power + drag * w * w, least, peak, flow
+
+
+@compiled
+def stiffness(p, ex, ey, vx, vy, w):
+    """Sums of W y y' with P = W s, of dP/dh y u', and derivatives of the drag by e.
+
+    A film at rest presses on the side to which the journal goes: of both sides the mean counts.
+    """
+    n = (p.shape[0] - TABLES) // 4
+    w00, w01, w11, w02, w12, w22 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    q00, q01, q11, q02, q12, by_x, by_y = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(n):
+        x, y, slope, _, thin, grows, s = angle(p, n, i, ex, ey, vx, vy, w)
+        shear = p[DRAG] * thin * grows
+        by_x, by_y = by_x + shear * x, by_y + shear * y
+        if s >= 0.0:
+            W = p[FORCE] * thin * thin * thin * (1.0 if s > 0.0 else 0.5)
+            Q = -3.0 * W * s * grows
+            w00, w01, w11 = w00 + W * x * x, w01 + W * x * y, w11 + W * y * y
+            w02, w12, w22 = w02 + W * x * slope, w12 + W * y * slope, w22 + W * slope * slope
+            q00, q01, q11 = q00 + Q * x * x, q01 + Q * x * y, q11 + Q * y * y
+            q02, q12 = q02 + Q * slope * x, q12 + Q * slope * y
+    return w00, w01, w11, w02, w12, w22, q00, q01, q11, q02, q12, by_x, by_y
+
+
+@compiled
+def put_force(p, q, v, r):
+    """r (6,) alone; returns the power that the film takes."""
+    ex, ey, vx, vy, gx, gy, _, _, _, _, worn, other, w, _, _ = place(p, q, v)
+    m0, m1, m2, drag, power, _, _, _ = sums(p, ex, ey, vx, vy, w)
+    turning = drag * w - 0.5 * m2
+    for k in range(6):
+        r[k] += gx[k] * m0 + gy[k] * m1
+    r[worn] += ey * m0 - ex * m1 - turning
+    r[other] += turning
+    return power
+
+
+@compiled
+def bend(k, l, worn, ex, ey, gx, gy, ax, ay, bx, by):
+    """Second derivatives of e by coordinates k and l; the axes turn with the worn body."""
+    x, y = 0.0, 0.0
+    if k == worn:
+        x, y = x + gy[l], y - gx[l]
+    if l == worn:
+        x, y = x + gy[k], y - gx[k]
+    if k == worn and l == worn:
+        x, y = x - ex, y - ey
+    if k == 2 and l == 2:
+        x, y = x + ax, y + ay
+    elif k == 5 and l == 5:
+        x, y = x - bx, y - by
+    return x, y
+
+
+@compiled
+def put_tangent(p, q, v, kq, kv, r, A):
+    """r (6,), and A += kq dr/dq + kv dr/dv."""
+    ex, ey, vx, vy, gx, gy, ax, ay, bx, by, worn, other, w, _, _ = place(p, q, v)
+    m0, m1, m2, drag, _, _, _, _ = sums(p, ex, ey, vx, vy, w)
+    w00, w01, w11, w02, w12, w22, q00, q01, q11, q02, q12, by_x, by_y = stiffness(p, ex, ey, vx, vy, w)
+    for l in range(6):
+        x, y, z = gx[l], gy[l], 0.0  # de/dq, and ds/dv = x y0 + y y1 + z y2
+        if l == worn:
+            x, y, z = x + ey, y - ex, 0.5
+        elif l == other:
+            z = -0.5
+        sx, sy = 0.5 * w * y, -0.5 * w * x  # derivative of s
+        for k in range(6):
+            cx, cy = bend(k, l, worn, ex, ey, gx, gy, ax, ay, bx, by)
+            sx, sy = sx + cx * v[k], sy + cy * v[k]
+        sx, sy, sz = kq * sx + kv * x, kq * sy + kv * y, kv * z
+        px = w00 * sx + w01 * sy + w02 * sz - kq * (q00 * x + q01 * y)  # derivatives of the sums of P y
+        py = w01 * sx + w11 * sy + w12 * sz - kq * (q01 * x + q11 * y)
+        pz = w02 * sx + w12 * sy + w22 * sz - kq * (q02 * x + q12 * y + m0 * y - m1 * x)
+        pz -= 2.0 * kq * (by_x * x + by_y * y) * w - 4.0 * kv * drag * z
+        r[l] += x * m0 + y * m1 + z * (m2 - 2.0 * drag * w)
+        for k in range(6):
+            cx, cy = bend(k, l, worn, ex, ey, gx, gy, ax, ay, bx, by)
+            A[k, l] += gx[k] * px + gy[k] * py + kq * (m0 * cx + m1 * cy)
+        A[worn, l] += ey * px - ex * py + 0.5 * pz
+        A[other, l] -= 0.5 * pz
+
+
+@element_kernel
+def worn_film_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
+    """Forces of the film on both bodies, and their tangents."""
+    put_tangent(p, q, v, 1.0, 0.0, r, K)
+    r[:] = 0.0
+    put_tangent(p, q, v, 0.0, 1.0, r, C)
+
+
+@force_kernel
+def worn_film_force(p, t, h, q, v, a, z, r, z_new):
+    """Residual r (6,) alone."""
+    put_force(p, q, v, r)
+
+
+@tangent_kernel
+def worn_film_tangent(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
+    """Residual r (6,), and A = kq K + kv C."""
+    put_tangent(p, q, v, kq, kv, r, A)
+
+
+@energy_kernel
+def worn_film_energy(p, t, q, v):
+    """No strain energy, no weight, power that the film turns into heat."""
+    ex, ey, vx, vy, _, _, _, _, _, _, _, _, w, _, _ = place(p, q, v)
+    _, _, _, _, power, _, _, _ = sums(p, ex, ey, vx, vy, w)
+    return 0.0, 0.0, power
+
+
+@account_kernel
+def worn_film_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
+    """Residual r (6,); no mass; energies as `worn_film_energy` gives them."""
+    return 0.0, 0.0, put_force(p, q, v, r)
+
+
+@signal_kernel
+def worn_film_signal(p, t, q, v, a):
+    """Signals of a film in the order of `SIGNALS`; forces act on the second body."""
+    ex, ey, vx, vy, _, _, _, _, _, _, worn, _, w, C, S = place(p, q, v)
+    m0, m1, m2, drag, power, least, peak, flow = sums(p, ex, ey, vx, vy, w)
+    last = p.shape[0] - 1
+    area = p[WIDTH] * p[RADIUS] * 8.0 * math.pi / (last - TABLES)
+    across, along, turning = ey * m0 - ex * m1, ex * m0 + ey * m1, drag * w - 0.5 * m2
+    attitude = math.atan2(across, along) if across != 0.0 or along != 0.0 else 0.0
+    torque = -turning if worn == 2 else turning - across
+    found = (least, 1.5 * peak / area, power, flow * area, attitude, S * m1 - C * m0, -S * m0 - C * m1, torque)
+    return found[int(p[last])]
+
+
+@record
+class WornBearing(WornClearance, JournalBearing):
+    """Journal bearing with a short film and a worn surface, made by `JournalBearing.worn_by`.
+
+    The film has the worn thickness at each angle.  Where it falls below the roughness the surfaces touch through it,
+    as those of `WornClearance` do, and this contact alone wears.
+
+    Signals: those of `JournalBearing` and of `WornClearance`; film_thickness is the least one, at the angles of the
+    profile.
+
+    Raises
+    ------
+    InputError : a film that is not a `ShortBearing` with positive pressure, further ones of `JournalBearing` and
+        `WornClearance`.
+
+    Notes
+    -----
+    The film is Ocvirk's with any thickness around, by the sum over the angles of the profile; 360 of them give its
+    force to 1e-3 up to an eccentricity of 0.95.  Equilibria and coefficients are those of the unworn bearing alone.
+    """
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        short = self.film if isinstance(self.film, ShortBearing) else None
+        if short is None or short.cavitation != "positive":
+            text = f"{self.label}: film is {self.film!r}; with a worn surface it must be"
+            raise InputError(f'{text} ShortBearing(..., cavitation="positive"), known for any thickness around.')
+
+    @property
+    def width(self) -> float:
+        """Width of the surfaces [m]; that of the film where the law of wear has none."""
+        return self.film.width if self.wear.width is None else self.wear.width
+
+    def equilibrium(self, load: float, speed: float, direction: float = -0.5 * math.pi) -> FilmEquilibrium:
+        """As of `JournalBearing`, of an unworn bearing.
+
+        Raises
+        ------
+        InputError : a worn surface, further ones of `JournalBearing.equilibrium`.
+        """
+        if any(self.profile):
+            text = f"{self.label}: its equilibrium is not known in closed form, since it is worn"
+            raise InputError(f"{text}. Let a run come to rest, or ask the unworn JournalBearing.")
+        own = {one.name: getattr(self, one.name) for one in fields(JournalBearing)}
+        return JournalBearing(**own).equilibrium(load, speed, direction)
+
+    def film_numbers(self, first: tuple[float, float], second: tuple[float, float]) -> tuple[float, ...]:
+        """Parameters of the kernels of the film; `first`, `second`: offsets of both points [m]."""
+        oil, depths, step = self.film, self.depths, 2.0 * math.pi / self.bins
+        slope = (np.roll(depths, -1) - np.roll(depths, 1)) / (2.0 * step)
+        force = oil.viscosity * oil.width**3 * self.bearing_radius * step
+        drag = oil.viscosity * oil.width * self.bearing_radius**3 * step
+        own = (*first, *second, float(self.on_journal), self.roughness, force, drag, oil.width, self.bearing_radius)
+        tables = (np.cos(self.places), np.sin(self.places), self.clearance + depths, slope)
+        return (*own, *np.concatenate(tables).tolist())
+
+    def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
+        """Contact, angle and start of the worn joint, and the film with its signals."""
+        first, second = self.ends(mechanism)
+        coordinates, p = (*first.coordinates, *second.coordinates), self.film_numbers(first.offset, second.offset)
+        film = ElementContribution(
+            self.name, worn_film_kernel, coordinates, p, energy=worn_film_energy, force=worn_film_force,
+            tangent=worn_film_tangent, account=worn_film_account,
+        )  # fmt: skip
+        signals = signal_contributions(self.name, worn_film_signal, SIGNALS, coordinates, p)
+        return [*super().contributions(mechanism), film, *signals]
+
+    def findings_before(self, mechanism: Mechanism) -> Iterator[Finding]:
+        """Finding on a gap that is not thin."""
+        return JournalBearing.findings_before(self, mechanism)
