@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,15 +20,13 @@ from flexmb.engine.state.record import DONE
 from flexmb.engine.step.method import Method
 from flexmb.engine.step.step_size import Adaptive
 from flexmb.errors import InputError, SolveError
+from flexmb.late import xr
 from flexmb.model.signal import hint, resolved
 from flexmb.program.compiler import common_period
 from flexmb.program.program import Program
 from flexmb.results.netcdf import long_name
 from flexmb.run.saving import save_grid
 from flexmb.run.simulate import Step, check_end, period_or_none, prepared
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 RTOL_OF_FIXED_STEPS = 1e-6  # accuracy of runs with fixed steps, for the horizon of their derivatives
 
@@ -304,8 +302,6 @@ def measure_of(label: str, one: Any) -> Measure | str:
 
 
 def _tables(held: ParameterModel, wanted: Sequence[Measure | str], found: Derivatives) -> Sensitivity:
-    import xarray as xr  # noqa: PLC0415 - takes long to import
-
     time = ("time", found.times, {"units": "s"})
     slopes, signals, measures = {}, {}, []
     for k, one in enumerate(wanted):
@@ -330,8 +326,6 @@ def told(held: ParameterModel) -> dict[str, Any]:
 
 def measures_of(held: ParameterModel, rows: Sequence[tuple[str, str, float, np.ndarray]]) -> xr.Dataset:
     """Amounts, derivatives and relative derivatives of rows of name, unit, amount and derivatives (p,)."""
-    import xarray as xr  # noqa: PLC0415 - takes long to import
-
     labels, units, amounts, changes = zip(*rows, strict=True)
     derivative, amount = np.array(changes).reshape(len(amounts), -1), np.array(amounts)
     with np.errstate(all="ignore"):

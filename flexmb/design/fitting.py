@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,12 +17,10 @@ from flexmb.engine.newmark.method import Newmark
 from flexmb.engine.step.method import Method
 from flexmb.engine.step.step_size import Adaptive
 from flexmb.errors import AssemblyError, FlexmbError, InputError, ModelError, SolveError
+from flexmb.late import scipy, xr
 from flexmb.run.saving import SAME_INSTANT
 from flexmb.run.simulate import Step
 from flexmb.version import installed_version
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 HARDLY_SEEN = 1e-7
 """Singular value of the scaled derivatives, over the largest, below which a combination of parameters is not seen."""
@@ -219,8 +217,6 @@ class _Measured:
     begins: tuple[float, ...] = (0.0,)
 
     def __init__(self, label: str, data: Any, signals: Any, noise: Any, offset: Any, begin: float) -> None:
-        import xarray as xr  # noqa: PLC0415 - takes long to import
-
         self.label, self.signals = label, checks.sequence(label, "signals", signals, "names of signals")
         self.begin = checks.number(label, "begin", begin, "s")
         if not self.signals or any(self.signals.count(name) > 1 for name in self.signals):
@@ -292,8 +288,6 @@ class _Measured:
 
 def read_csv(label: str, path: Path) -> xr.Dataset:
     """Signals of a CSV file whose first line names the columns, "time" first."""
-    import xarray as xr  # noqa: PLC0415 - takes long to import
-
     try:
         names = path.read_text(encoding="utf-8-sig").partition("\n")[0].strip().split(",")
         table = np.genfromtxt(path, delimiter=",", skip_header=1, ndmin=2)
@@ -474,15 +468,13 @@ class _Search:
 
     def _searched(self, x: np.ndarray, loss: str, most: int | None = None, *, integrates: bool = False) -> Any:
         """Result of scipy from a point; `most` runs of the last search, to its end."""
-        from scipy.optimize import least_squares  # noqa: PLC0415 - takes long to import
-
         self.integrates = integrates
         p, open_ends = len(self.low), len(self.measured.offset)
         limits = np.append(np.zeros(p), [-np.inf] * open_ends), np.append(np.ones(p), [np.inf] * open_ends)
         more = {} if most is None else dict.fromkeys(("ftol", "xtol", "gtol"), LAST_CHANGE)
         start = np.append(np.clip(x[:p], SAME_POINT, 1.0 - SAME_POINT), x[p:])
         how = {"jac": self.jacobian, "bounds": limits, "loss": loss, "max_nfev": most or TURNS, **more}
-        return least_squares(self.residuals, start, **how)
+        return scipy.optimize.least_squares(self.residuals, start, **how)
 
 
 def _distinct(found: Sequence[Any]) -> list[np.ndarray]:
@@ -561,8 +553,6 @@ def lag_correlations(residuals: np.ndarray, begins: Sequence[int] = ()) -> tuple
 
 def _left_over(search: _Search, computed: np.ndarray, scatter: float, *, known: bool) -> tuple[xr.Dataset, np.ndarray]:
     """Residuals by signal, and the factor of standard errors by the correlation of each."""
-    import xarray as xr  # noqa: PLC0415 - takes long to import
-
     own, noise = search.measured, scatter * search.measured.noise
     rows = np.where(own.seen, own.values - computed, np.nan)
     lag, factors = lag_correlations(rows, [own.piece(i).start for i in range(len(own.begins))])

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,10 +27,8 @@ from flexmb.dynamics.jobs.files import write_text
 from flexmb.dynamics.sweeps.parameter_sweep import settings_of
 from flexmb.engine.step.method import Method
 from flexmb.errors import FlexmbError, InputError, SolveError
+from flexmb.late import scipy, xr
 from flexmb.run.simulate import Step
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 OBJECTIVE = 0  # place of the objective in values and slopes of a design; limits follow
 FAILED = 10.0  # objective of a design whose run fails, over the largest one so far, so that the search turns back
@@ -292,8 +290,6 @@ class _Evaluation:
 
     def history(self) -> xr.Dataset:
         """All designs in their order."""
-        import xarray as xr  # noqa: PLC0415 - takes long to import
-
         designs = list(self.designs.values())
         table = np.array([list(self.values(one.x).values()) for one in designs])
         values = np.array([one.values if not one.status else [np.nan] * len(one.values) for one in designs])
@@ -332,8 +328,6 @@ class _Evaluation:
 
 def _looked_for(evaluation: _Evaluation) -> np.ndarray:
     """Start by differential evolution within all bounds, with a third of the designs."""
-    from scipy.optimize import differential_evolution  # noqa: PLC0415 - takes long to import
-
     most, evaluation.most = evaluation.most, max(evaluation.most // 3, 1)
 
     def cost(x: np.ndarray) -> float:
@@ -341,7 +335,7 @@ def _looked_for(evaluation: _Evaluation) -> np.ndarray:
         return LARGE if one.status else one.values[0] + 1e3 * sum(-min(0.0, room) for room in one.values[1:])
 
     with suppress(_EnoughError):
-        differential_evolution(cost, [(0.0, 1.0)] * len(evaluation.low), rng=1, polish=False, tol=1e-3)
+        scipy.optimize.differential_evolution(cost, [(0.0, 1.0)] * len(evaluation.low), rng=1, polish=False, tol=1e-3)
     evaluation.most = most
     found = evaluation.best()
     return np.full(len(evaluation.low), 0.5) if found is None else np.array(found.x)
@@ -349,8 +343,6 @@ def _looked_for(evaluation: _Evaluation) -> np.ndarray:
 
 def _minimum(evaluation: _Evaluation, x: np.ndarray, search: str) -> tuple[bool, str]:
     """Whether the search of scipy converged, and a sentence on its end."""
-    from scipy.optimize import minimize  # noqa: PLC0415 - takes long to import
-
     scale = abs(evaluation.at(x).values[0]) or 1.0
 
     def objective(z: np.ndarray) -> float:
@@ -372,7 +364,7 @@ def _minimum(evaluation: _Evaluation, x: np.ndarray, search: str) -> tuple[bool,
     ]
     more = {"ftol": 1e-10, "maxiter": 200} if search == "SLSQP" else {"gtol": 1e-8, "xtol": 1e-10}
     try:
-        found = minimize(
+        found = scipy.optimize.minimize(
             objective,
             x,
             jac=lambda z: np.array(evaluation.at(z).slopes[OBJECTIVE]) / scale,

@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from keyword import iskeyword
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -33,10 +33,8 @@ from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.engine.sensitivity.parameter_run import ParameterRun
 from flexmb.engine.sensitivity.tangent_step import pack_differences, synchronise
 from flexmb.errors import InputError, SolveError
+from flexmb.late import scipy, xr
 from flexmb.statics.start.consistent import Start
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 LABEL = "orbit_sensitivity"
 DISTANCE = 1e-3  # distance of neighbouring orbits, relative to the parameter
@@ -309,8 +307,6 @@ def _closing(orbit: PeriodicOrbit, gap: np.ndarray, rate: np.ndarray) -> tuple[n
 def _tables(
     orbit: PeriodicOrbit, held: ParameterModel, slopes: _Numbers, asked: tuple[Any, ...], signals: _Signals
 ) -> OrbitSensitivity:
-    import xarray as xr  # noqa: PLC0415 - takes long to import
-
     (wanted, measures, names), own, T, unit = asked, orbit.multipliers, orbit.period, orbit.units
     by, later = _multipliers(orbit, slopes.monodromy), np.stack([signals.period, slopes.period[:, 1]], axis=1)
     rows = [("period", unit, T, later), ("product of multipliers", "", np.linalg.det(orbit.monodromy), slopes.product)]
@@ -345,10 +341,8 @@ def _tables(
 
 def _multipliers(orbit: PeriodicOrbit, change: np.ndarray) -> np.ndarray:
     """Derivatives (..., k) of the multipliers by changes (..., d, d) of the monodromy matrix; equation (14.15)."""
-    from scipy.linalg import eig  # noqa: PLC0415 - takes long to import
-
     found = np.full((*change.shape[:-2], len(orbit.multipliers)), np.nan, dtype=np.complex128)
-    values, left, right = eig(orbit.monodromy, left=True) if found.size else (np.zeros(0),) * 3
+    values, left, right = scipy.linalg.eig(orbit.monodromy, left=True) if found.size else (np.zeros(0),) * 3
     for k, own in enumerate(orbit.multipliers):
         i = int(np.abs(values - own).argmin())
         if (np.abs(np.delete(values, i) - own) > EQUAL * abs(own)).all():

@@ -16,6 +16,7 @@ from flexmb.engine.sensitivity.controllers import Moved
 from flexmb.engine.sensitivity.parameter_run import Directions
 from flexmb.errors import USER_ERRORS, FlexmbError, InputError, ModelError, RestitutionWarning
 from flexmb.fields import unit_of
+from flexmb.late import scipy
 from flexmb.model.mechanism import Mechanism, require_field
 from flexmb.program.compiler import compile_with_start
 from flexmb.program.program import Program
@@ -152,9 +153,7 @@ def called(label: str, function: Callable[..., Any], numbers: Mapping[str, float
 
 def box_points(count: int, dimensions: int) -> np.ndarray:
     """Points (count, dimensions) of Sobol's sequence within 0 and 1, the same each time."""
-    from scipy.stats import qmc  # noqa: PLC0415 - takes long to import
-
-    return np.asarray(qmc.Sobol(dimensions, rng=np.random.default_rng(1)).random(count))
+    return np.asarray(scipy.stats.qmc.Sobol(dimensions, rng=np.random.default_rng(1)).random(count))
 
 
 def of_part(label: str, mechanism: Any, name: str) -> tuple[Any, str, str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,14 +19,12 @@ from flexmb.engine.sensitivity.signal_rows import signal_rows
 from flexmb.engine.step.step_size import FixedStep
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
+from flexmb.late import xr
 from flexmb.program.program import Program
 from flexmb.statics.equilibrium import static_equilibrium
 from flexmb.statics.found import Equilibrium
 from flexmb.statics.modes import Modes, modes
 from flexmb.statics.start.consistent import Start
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 EQUAL = 1e-6  # relative difference of the squares of two frequencies below which these are one, repeated
 SECOND = 1.0  # step of the run that evaluates signals at rest, which takes none [s]

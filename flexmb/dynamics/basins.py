@@ -14,10 +14,9 @@ from flexmb.dynamics.jobs.executors import Chain, Job, Outcome, drive
 from flexmb.dynamics.orbits.shooting import Shooting, StateSpace
 from flexmb.dynamics.systems.dynamics import Dynamics, Period, as_dynamics
 from flexmb.errors import AssemblyError, InputError, SolveError
+from flexmb.late import xr
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from flexmb.model.mechanism import Mechanism
 
 # Attractors of motions that are observed once a period: repetition, and comparison with known attractors
@@ -193,8 +192,6 @@ class Basin:
 
     def to_dataset(self) -> xr.Dataset:
         """Numbers and periods over both axes; points of the attractors over "attractor", "point" and "coordinate"."""
-        import xarray as xr
-
         longest = max((len(a) for a in self.attractors), default=0)
         size = self.attractors[0].shape[1] if self.attractors else 0
         points = np.full((len(self.attractors), longest, size), np.nan)

@@ -23,10 +23,9 @@ from flexmb.dynamics.series.zero_one import ZeroOne, zero_one_test
 from flexmb.dynamics.systems.dynamics import as_dynamics
 from flexmb.dynamics.verdict import MEANING, meaning_of
 from flexmb.errors import InputError
+from flexmb.late import xr
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from flexmb.engine.newmark.method import Newmark
     from flexmb.run.simulate import Step
 
@@ -143,8 +142,6 @@ class ChaosReport:
     @property
     def tree(self) -> xr.DataTree:
         """The groups as one tree."""
-        import xarray as xr
-
         return xr.DataTree.from_dict({name or "/": dataset for name, dataset in self.groups.items()})
 
     def to_netcdf(self, path: str | Path) -> Path:

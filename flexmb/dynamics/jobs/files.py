@@ -10,14 +10,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from hashlib import blake2b
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from flexmb.errors import FileFormatError, FlexmbError, InputError
-
-if TYPE_CHECKING:
-    import xarray as xr
+from flexmb.late import h5py, xr
 
 SEAL, DIGEST = b"flexmb-blake2b:", 16  # first bytes of the checksum behind a file, and number of its further bytes
 
@@ -89,7 +87,6 @@ Group = tuple[Mapping[str, Variable], Mapping[str, Any]]  # variables by name, a
 def netcdf_image(groups: Mapping[str, Group]) -> bytes:
     """The bytes of a netCDF file, of the variables and attributes of its groups; xarray would take 1 s to import."""
     import h5netcdf
-    import h5py
 
     image = io.BytesIO()
     with h5netcdf.File(image, "w") as file:
@@ -142,7 +139,6 @@ def _end_of_hdf5(content: bytes) -> int:
 
 def refuse_other_files(file: Any, datasets: bool = True) -> None:
     """Refuse an HDF5 file that leads to other files: whoever made it would read local files by the reader's hands."""
-    import h5py
 
     def foreign(name: bytes, link: Any) -> bytes | None:  # an error raised here would not come through HDF5
         if link.type != h5py.h5l.TYPE_HARD:
@@ -166,9 +162,6 @@ STORED_WITHIN = range(3)  # layouts of HDF5 whose data lie in the file: compact,
 
 def load_netcdf(path: Path, groups: Iterable[str] = ("",)) -> dict[str, xr.Dataset]:
     """Datasets of a file of `write_netcdf` by the name of their group; groups that it has not are left out."""
-    import h5py
-    import xarray as xr
-
     try:
         content = read_sealed(path)
         with h5py.File(io.BytesIO(content), "r") as file:

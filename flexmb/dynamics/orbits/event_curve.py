@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,9 +15,7 @@ from flexmb.dynamics.orbits.periodic_orbit import FLIP, GRAZING, NEIMARK_SACKER,
 from flexmb.dynamics.orbits.shooting import SAMPLES, Shooting, ShootingRun, closest_approaches, sampled
 from flexmb.dynamics.systems.impact_ode import ImpactODE
 from flexmb.errors import FlexmbError, InputError
-
-if TYPE_CHECKING:
-    import xarray as xr
+from flexmb.late import xr
 
 KINDS = (GRAZING, FLIP, NEIMARK_SACKER)
 DIFFERENCE = 1e-4  # difference of a parameter for the gradient of a test function, over its range
@@ -194,8 +191,6 @@ def _dataset(
     ends: str,
 ) -> xr.Dataset:
     """Table of the points: both parameters and the period."""
-    import xarray as xr
-
     places = np.array([place for place, _ in whole]) * units
     data = {
         branch.parameter: ("point", places[:, 0]),

@@ -21,10 +21,9 @@ from flexmb.dynamics.orbits.shooting import (
 from flexmb.dynamics.systems.dynamics import Dynamics, Period, as_dynamics
 from flexmb.dynamics.systems.given import state_of
 from flexmb.errors import InputError
+from flexmb.late import xr
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from flexmb.model.mechanism import Mechanism
 
 # Floquet multipliers of a periodic orbit: stability, and the nearest loss of stability
@@ -214,8 +213,6 @@ class PeriodicOrbit(arguments.Checked):
         -------
         Dataset with a variable for each signal over `time` [s] or `iteration`, both ends included.
         """
-        import xarray as xr
-
         system = self.system()
         times, values, _ = sampled(system, self.period, checks.count("PeriodicOrbit", "count", count))
         axis = "time" if self.units == "s" else "iteration"

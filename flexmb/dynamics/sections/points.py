@@ -15,10 +15,9 @@ from flexmb.dynamics.sections.maps import SectionMap, strobe_of
 from flexmb.dynamics.systems.dynamics import Dynamics, as_dynamics
 from flexmb.dynamics.verdict import Verdict, judge
 from flexmb.errors import InputError
+from flexmb.late import xr
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from flexmb.engine.newmark.method import Newmark
     from flexmb.run.simulate import Step
 
@@ -175,8 +174,6 @@ def _length(system: Dynamics) -> float:
 
 def _collected(system: Dynamics, about: dict[str, Any], skip: int, keep: int, progress: bool) -> xr.Dataset:
     """Table of `keep` points after `skip` points; the present state is the first stroboscopic point if skip is 0."""
-    import xarray as xr
-
     strobe, label = about["kind"] == "stroboscopic", f"{about['kind']} {system.name!r}"
     dimension = "period" if strobe else "crossing"
     skip, keep = checks.count(label, "skip", skip, 0), checks.count(label, "keep", keep)

@@ -10,6 +10,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.dynamics.series.samples import is_constant, mean_period, samples, standardised
 from flexmb.errors import InputError
+from flexmb.late import scipy
 
 # Neighbours in state space that are distant in time, and their distances
 
@@ -27,9 +28,7 @@ def nearest(points: np.ndarray, refs: np.ndarray, theiler: int, least: float = 0
     Returned are indices (r,) of the neighbours of points[refs], -1 without a neighbour, and their distances (r,),
     `least` at least.  Points are (n, m), `theiler` is the smallest distance in time of neighbours [samples].
     """
-    from scipy.spatial import cKDTree
-
-    tree = cKDTree(points)
+    tree = scipy.spatial.cKDTree(points)
     neighbour, distance = np.full(len(refs), -1), np.full(len(refs), np.nan)
     unfinished, k = np.arange(len(refs)), 4
     while len(unfinished):

@@ -20,6 +20,7 @@ from flexmb.dynamics.series.embedding import (
     typical_log_distance,
 )
 from flexmb.dynamics.series.samples import is_constant, mean_period, samples, spacing, standardised
+from flexmb.late import scipy
 
 # The largest exponent from one signal: record, and fit of the straight part of a divergence curve
 
@@ -285,11 +286,9 @@ def _kantz_curves(inside: bool, points: np.ndarray, theiler: int, steps: np.ndar
 
 def _neighbours(points: np.ndarray, refs: np.ndarray, theiler: int, shift: int) -> np.ndarray:
     """Nearest neighbours (r, NEIGHBOURS) of `points[refs]`, one of each passage of the orbit; -1: too few."""
-    from scipy.spatial import cKDTree
-
     neighbours = np.full((len(refs), NEIGHBOURS), -1)
     candidates = min(len(points), 2 * theiler + 1 + 2 * NEIGHBOURS * (2 * shift + 1))
-    _, nearby = cKDTree(points).query(points[refs], k=candidates)
+    _, nearby = scipy.spatial.cKDTree(points).query(points[refs], k=candidates)
     for row, i, js in zip(neighbours, refs, nearby, strict=True):
         count = 0
         for j in js[np.abs(js - i) > theiler]:
@@ -458,10 +457,8 @@ def _wolf_slope(points: np.ndarray, theiler: int, evolve: int) -> Slope:
 
 def _follow(points: np.ndarray, starts: np.ndarray, theiler: int, evolve: int) -> tuple[np.ndarray, np.ndarray]:
     """Distances (k,) of the pairs at the starts and `evolve` samples later; NaN without a pair."""
-    from scipy.spatial import cKDTree
-
     usable = len(points) - evolve
-    tree = cKDTree(points[:usable])
+    tree = scipy.spatial.cKDTree(points[:usable])
     distances, indices = tree.query(points[starts], k=min(usable, CANDIDATES + 2 * theiler))
     before, after = np.full(len(starts), np.nan), np.full(len(starts), np.nan)
     direction = None

@@ -9,6 +9,7 @@ import numpy as np
 
 from flexmb import arguments, checks
 from flexmb.errors import InputError
+from flexmb.late import scipy
 
 # Samples of a signal: checked, evenly spaced, standardised
 
@@ -160,18 +161,15 @@ def power_spectrum(signal: Any, interval: Any = None) -> PowerSpectrum:
     >>> found.kind, round(float(found.peaks[0]), 2), round(float(found.power[0]), 2)  # 2^2 / 2
     ('lines', 5.0, 2.0)
     """
-    from scipy.ndimage import maximum_filter, median_filter
-    from scipy.signal import periodogram
-
     x = samples("power_spectrum", signal, 64)
     step, rate = spacing("power_spectrum", interval, len(x))
     unit = "Hz" if rate == "1/s" else rate
-    f, density = periodogram(x - x.mean(), 1.0 / step, window="blackmanharris", detrend=False)
+    f, density = scipy.signal.periodogram(x - x.mean(), 1.0 / step, window="blackmanharris", detrend=False)
     if is_constant(x):
         empty = np.empty(0)
         return PowerSpectrum(f, np.zeros_like(f), np.zeros_like(f), empty, empty, 0.0, "constant", unit)
-    floor = np.asarray(median_filter(density, size=min(AROUND, len(density)), mode="mirror"))
-    highest = density == maximum_filter(density, size=2 * LOBE + 1, mode="mirror")
+    floor = np.asarray(scipy.ndimage.median_filter(density, size=min(AROUND, len(density)), mode="mirror"))
+    highest = density == scipy.ndimage.maximum_filter(density, size=2 * LOBE + 1, mode="mirror")
     peaks = np.flatnonzero(highest & (density > ABOVE_FLOOR * floor) & (density > 1e-20 * density.max()))
     in_line = np.zeros(len(f), dtype=bool)
     for k in peaks:

@@ -23,11 +23,10 @@ from flexmb.dynamics.systems.dynamics import Dynamics, as_dynamics, is_mechanism
 from flexmb.engine.compiled.digest import digest
 from flexmb.errors import AssemblyError, FlexmbError, InputError, SolveError
 from flexmb.fields import unit_of
+from flexmb.late import xr
 from flexmb.version import installed_version
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from flexmb.engine.newmark.method import Newmark
     from flexmb.model.mechanism import Mechanism
     from flexmb.run.simulate import Step

@@ -10,7 +10,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -47,10 +47,8 @@ from flexmb.dynamics.sweeps.store import (
 from flexmb.engine.compiled.digest import digest
 from flexmb.errors import InputError
 from flexmb.fields import unit_of
+from flexmb.late import xr
 from flexmb.version import installed_version
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 # Points of a sweep: all combinations of values, or a list of designs; units of their parameters
 
@@ -242,8 +240,6 @@ def load_sweep(path: str | Path) -> xr.Dataset:
 
 def dataset_of(tables: Tables, attributes: Mapping[str, Any]) -> xr.Dataset:
     """Dataset of the arrays and attributes of a record or store."""
-    import xarray as xr
-
     entries: dict[str, Any] = {}
     for name, (dims, values, attrs) in tables.items():  # texts of one width are supported by all file formats
         entries[name] = (dims, values.astype(str) if values.dtype == object else values, dict(attrs))

@@ -11,6 +11,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics
 from flexmb.errors import InputError, SolveError
+from flexmb.late import scipy
 
 # Base of systems defined by a function of the user, and checks of the arguments and results of such functions
 
@@ -403,8 +404,6 @@ class ODE(GivenSystem, ContinuousFlow):
 
     def _solver(self, limit: float, tangents: np.ndarray | None) -> Any:
         """A solver from the present state, whose first step has the size that the last solver proposed."""
-        import scipy.integrate
-
         kind = getattr(scipy.integrate, self.method)
         first = None if self._h is None else min(self._h, limit - self._time)
         if tangents is None:

@@ -13,6 +13,7 @@ from flexmb.dynamics.sections.crossing import UP, Height, carry, locate, stride
 from flexmb.dynamics.systems.dynamics import ContinuousFlow, OfFlow
 from flexmb.dynamics.systems.given import ODE, central_differences, state_of
 from flexmb.errors import InputError
+from flexmb.late import scipy
 
 Spans = tuple[tuple[float, float, int], ...]
 """Spans of time: begin and length, as fractions of so many periods."""
@@ -247,8 +248,6 @@ def approaches(flow: ImpactODE, duration: float) -> list[Approach] | None:
 
 def _turning_point(flow: ImpactODE, before: Any, end: float) -> Approach:
     """The turning point between a snapshot and an instant [s]; the flow stays where it is."""
-    import scipy.optimize
-
     after = flow.snapshot()
 
     def rate(duration: float) -> float:

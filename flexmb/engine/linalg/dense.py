@@ -12,6 +12,7 @@ from numpy.linalg import LinAlgError, solve
 
 from flexmb.engine.linalg.symbolic import Symbolic
 from flexmb.errors import SolveError
+from flexmb.late import sp
 
 # Solver with pivoting, for matrices whose factors without pivoting are not accurate enough
 
@@ -67,15 +68,12 @@ class PivotingSolver:
 
         Raises `SolveError` if a value is not finite or A is singular to the last digit.
         """
-        from scipy.sparse import csc_matrix  # noqa: PLC0415 - large models alone need it, and it takes long to import
-        from scipy.sparse.linalg import splu  # noqa: PLC0415
-
         data = self._finite(values)
         self._r, self._c = self._scales(np.abs(data))
         scaled = data * self._r[self._rows] * self._c[self._cols]
-        self._matrix = csc_matrix((scaled, self._rows, self._column_starts), shape=(self._n, self._n))
+        self._matrix = sp.csc_matrix((scaled, self._rows, self._column_starts), shape=(self._n, self._n))
         try:
-            self._factors = splu(self._matrix)
+            self._factors = sp.linalg.splu(self._matrix)
         except RuntimeError as error:
             raise SolveError(singular_text(self._n, str(error))) from error
         return self
@@ -183,8 +181,6 @@ def stacked(upper: Any, lower: Any) -> Any:
     """The rows of `upper` above the rows of `lower`; plain if both are plain."""
     if isinstance(upper, np.ndarray) and isinstance(lower, np.ndarray):
         return np.concatenate([upper, lower])
-    import scipy.sparse as sp  # noqa: PLC0415 - large models alone need it, and it takes long to import
-
     return sp.vstack([upper, lower]).tocsr()
 
 
@@ -206,11 +202,8 @@ def bordered_solution(S: Any, A: Any, b: np.ndarray) -> np.ndarray | None:
             return np.linalg.solve(whole, b)
         except np.linalg.LinAlgError:
             return None
-    import scipy.sparse as sp  # noqa: PLC0415 - see `stacked`
-    from scipy.sparse.linalg import splu  # noqa: PLC0415
-
     try:
-        solution: np.ndarray = splu(sp.block_array([[S, A.T], [A, None]]).tocsc()).solve(b)
+        solution: np.ndarray = sp.linalg.splu(sp.block_array([[S, A.T], [A, None]]).tocsc()).solve(b)
         return solution
     except RuntimeError:
         return None

@@ -8,6 +8,7 @@ from flexmb.engine.linalg.dense import PivotingSolver, is_fulfilled, singular_te
 from flexmb.engine.linalg.rank import norm_of_inverse
 from flexmb.engine.linalg.symbolic import Symbolic
 from flexmb.errors import SolveError
+from flexmb.late import sp
 
 DIAGONAL_SHARE = 0.1
 """Pivot on the diagonal relative to the largest entry of its column, down to which it is taken: less fill than with
@@ -59,10 +60,8 @@ class KeptFactors(PivotingSolver):
 
         Raises `SolveError` if a value is not finite.
         """
-        from scipy.sparse import csc_matrix  # noqa: PLC0415 - large models alone need it, and it takes long to import
-
         data = self._finite(values)
-        self._matrix = csc_matrix((data, self._rows, self._column_starts), shape=(self._n, self._n))
+        self._matrix = sp.csc_matrix((data, self._rows, self._column_starts), shape=(self._n, self._n))
         self._sizes = abs(self._matrix)
         self._is_own = False
         return self
@@ -98,31 +97,26 @@ class KeptFactors(PivotingSolver):
 
     def is_regular(self) -> bool:
         """Whether A maps no vector to round-off beyond doubt."""
-        from scipy.sparse.linalg import LinearOperator  # noqa: PLC0415 - see `factor`
-
         try:
             self._make_factors()
         except SolveError:
             return False
         lu = self._lu
-        transposed = LinearOperator(
+        transposed = sp.linalg.LinearOperator(
             lu.shape, matvec=lu.solve, rmatvec=lambda b: lu.solve(b, "T"), matmat=lu.solve, dtype=float
         )
         return norm_of_inverse(transposed) < REGULAR
 
     def _make_factors(self) -> None:
         """Factors of the matrix itself."""
-        from scipy.sparse import csc_matrix  # noqa: PLC0415 - see `factor`
-        from scipy.sparse.linalg import splu  # noqa: PLC0415
-
         if self._is_own:
             return
         self._r, self._c = self._scales(self._sizes.data)
         scaled = self._matrix.data * self._r[self._rows] * self._c[self._cols]
         self._lu, symmetric = None, {"SymmetricMode": True}
-        matrix = csc_matrix((scaled, self._rows, self._column_starts), shape=(self._n, self._n))
+        matrix = sp.csc_matrix((scaled, self._rows, self._column_starts), shape=(self._n, self._n))
         try:
-            self._lu = splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=DIAGONAL_SHARE, options=symmetric)
+            self._lu = sp.linalg.splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=DIAGONAL_SHARE, options=symmetric)
         except RuntimeError as error:
             raise SolveError(singular_text(self._n, str(error))) from error
         self._is_own, self.factored = True, self.factored + 1

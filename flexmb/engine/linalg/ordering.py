@@ -7,6 +7,7 @@ from itertools import chain
 import numpy as np
 
 from flexmb.errors import InputError
+from flexmb.late import sp
 
 _OWNER = "elimination_order"
 
@@ -81,19 +82,16 @@ def _multiple_minimum_degree(count: int, edges: Sequence[Sequence[int]], last: n
     SuperLU gives its order beside the factors of a matrix alone: here one with a dominant diagonal and a number for
     every block, whose factors take a twentieth of those of the unknowns.
     """
-    from scipy.sparse import csr_array, diags_array  # noqa: PLC0415 - large models alone need it, and it takes long
-    from scipy.sparse.linalg import splu  # noqa: PLC0415
-
     lengths = np.fromiter(map(len, edges), np.int64, len(edges))
     members = np.fromiter(chain.from_iterable(edges), np.int64, int(lengths.sum()))
     starts = np.concatenate([[0], np.cumsum(lengths)])
-    joined = csr_array((np.ones(len(members)), members, starts), shape=(len(edges), count))
+    joined = sp.csr_array((np.ones(len(members)), members, starts), shape=(len(edges), count))
     coordinates = np.flatnonzero(~last)
     own = joined[:, coordinates]
     graph = own.T @ own
-    dominant = (graph + diags_array(1.0 + graph.sum(axis=1))).tocsc()
+    dominant = (graph + sp.diags_array(1.0 + graph.sum(axis=1))).tocsc()
     place = np.full(count, -1, dtype=np.int64)
-    place[coordinates] = splu(
+    place[coordinates] = sp.linalg.splu(
         dominant, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
     ).perm_c
     latest = np.full(count, -1, dtype=np.int64)

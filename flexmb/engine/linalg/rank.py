@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.late import scipy, sp
+
 RANK_TOLERANCE = 1e-9  # diagonal entry of R of a pivoted QR relative to the largest, below which a row is redundant
 CERTAIN_EIGENVALUE = 1e-10  # eigenvalue of G G^T relative to its diagonal, above which it is no round-off
 
@@ -65,9 +67,7 @@ def _by_qr(columns: np.ndarray, m: int, tolerance: float) -> Rank:
     """Rank of m columns; one is too many whose diagonal in R is this part of the largest or less."""
     if columns.shape[0] == 0:
         return Rank(0, tuple(range(m)))
-    from scipy.linalg.lapack import dgeqp3  # noqa: PLC0415 - dependent joints alone need it, and it takes long to import
-
-    factored, order = dgeqp3(columns)[:2]  # R in the upper triangle; columns are counted from 1
+    factored, order = scipy.linalg.lapack.dgeqp3(columns)[:2]  # R in the upper triangle; columns are counted from 1
     diagonal = np.abs(np.diag(factored))
     rank = int((diagonal > tolerance * max(diagonal[0], 1e-300)).sum())
     return Rank(rank, tuple(sorted(int(k) - 1 for k in order[rank:])))
@@ -88,9 +88,6 @@ def _surely_independent(columns: np.ndarray) -> bool:
 
 def _of_sparse(G: Any) -> Rank:
     """Rank of a sparse matrix."""
-    import scipy.sparse as sp  # noqa: PLC0415 - large models alone need it, and it takes long to import
-    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
-
     m = G.shape[0]
     lengths = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel())
     unit = (sp.diags_array(1.0 / np.where(lengths > 0.0, lengths, 1.0)) @ G).tocsr()
@@ -100,7 +97,7 @@ def _of_sparse(G: Any) -> Rank:
     used = np.unique(unit.indices)
     if m * len(used) <= 400_000:
         return _by_qr(unit[:, used].toarray().T, m, RANK_TOLERANCE)
-    count, group = connected_components(gram, directed=False)
+    count, group = sp.csgraph.connected_components(gram, directed=False)
     redundant: list[int] = []
     for rows in np.split(np.argsort(group, kind="stable"), np.cumsum(np.bincount(group, minlength=count))[:-1]):
         found = _by_qr(gram[rows][:, rows].toarray(), len(rows), RANK_TOLERANCE**1.5)
@@ -110,13 +107,11 @@ def _of_sparse(G: Any) -> Rank:
 
 def _clearly_independent(gram: Any) -> bool:
     """Whether the inverse of G G^T, sparse, is so small that no row can be made of the others."""
-    from scipy.sparse.linalg import LinearOperator, splu  # noqa: PLC0415 - see `_of_sparse`
-
     try:
-        factors = splu(gram, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+        factors = sp.linalg.splu(gram, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
     except RuntimeError:  # exactly singular
         return False
-    inverse = LinearOperator(gram.shape, matvec=factors.solve, rmatvec=factors.solve, dtype=float)
+    inverse = sp.linalg.LinearOperator(gram.shape, matvec=factors.solve, rmatvec=factors.solve, dtype=float)
     return norm_of_inverse(inverse) < CERTAIN_INVERSE
 
 
@@ -125,8 +120,6 @@ def norm_of_inverse(inverse: Any) -> float:
 
     The vectors of `onenormest` are of 1 and -1: they may miss what two equal rows map to round-off.
     """
-    from scipy.sparse.linalg import onenormest  # noqa: PLC0415 - see `_of_sparse`
-
     b = np.cos(np.arange(inverse.shape[0]) ** 2.0)
     alone = np.abs(inverse.matvec(b)).sum() / np.abs(b).sum()
-    return float(max(alone, onenormest(inverse)))
+    return float(max(alone, sp.linalg.onenormest(inverse)))

@@ -11,6 +11,7 @@ from flexmb.engine.linalg.dense import bordered_solution, plain, scaled_rows, st
 from flexmb.engine.linalg.rank import row_rank
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import AssemblyError, ModelError, SolveError
+from flexmb.late import sp
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
@@ -236,12 +237,9 @@ def yielding_rows(inertia: Any, A: Any, b: np.ndarray) -> np.ndarray | None:
     matrix regular; s is iterated until w is settled (method of multipliers).  Of rows that contradict one another some
     1e-8 of the contradiction is left.
     """
-    import scipy.sparse as sp
-    from scipy.sparse.linalg import splu
-
     m, n = A.shape
     whole = sp.block_array([[inertia + NO_ENERGY * sp.eye_array(n), A.T], [A, -YIELD * sp.eye_array(m)]])
-    factors = splu(whole.tocsc())
+    factors = sp.linalg.splu(whole.tocsc())
     w, s, before = np.zeros(n), np.zeros(m), np.inf
     for _ in range(MOST_ROUNDS):
         found: np.ndarray = factors.solve(np.concatenate([np.zeros(n), b - YIELD * s]))

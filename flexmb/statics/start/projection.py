@@ -7,6 +7,7 @@ import numpy as np
 from flexmb.engine.linalg.dense import bordered_solution, plain
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import AssemblyError
+from flexmb.late import sp
 from flexmb.program.program import Program
 
 WHOLE_TURN = 2.0 * np.pi
@@ -48,8 +49,6 @@ def shortest_correction(metric: np.ndarray, G: Any, b: np.ndarray) -> np.ndarray
     if isinstance(G, np.ndarray):
         weight: Any = np.diag(metric)
     else:
-        import scipy.sparse as sp
-
         weight = sp.diags_array(metric).tocsc()
     found = bordered_solution(weight, G, np.concatenate([np.zeros(len(metric)), b]))
     size = np.abs(b).max()

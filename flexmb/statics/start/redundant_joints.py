@@ -10,6 +10,7 @@ from flexmb.engine.linalg.rank import RANK_TOLERANCE, dependent_rows, row_rank
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.engine.system.work import MOTION, Work
 from flexmb.errors import AssemblyError, KernelError, SolveError
+from flexmb.late import scipy
 from flexmb.program.program import Program
 from flexmb.statics.start.assemble import RigidMotion, close_loops, drive_rows
 
@@ -77,13 +78,11 @@ def redundant_rows(program: Program, closed: Program, q: np.ndarray, t: float) -
 
 def neighbouring_pose(closed: Program, q: np.ndarray, t: float) -> np.ndarray:
     """A closed pose near q, drives moved as well, in a direction without symmetry."""
-    from scipy.linalg import null_space
-
     rigid, rows = RigidMotion(closed), drive_rows(closed)
     system = StateEvaluation(closed).at(q, t=t)
     A = plain(system.blocks[1] @ rigid.plain_basis(q))
     held = np.setdiff1d(np.arange(closed.n_c), list(rows.values()))
-    ways = null_space(A[held], rcond=RANK_TOLERANCE)
+    ways = scipy.linalg.null_space(A[held], rcond=RANK_TOLERANCE)
     if ways.shape[1] == 0:
         return q
     w = ways @ np.cos(1.0 + 2.3 * np.arange(ways.shape[1]))
