@@ -537,11 +537,9 @@ def _result(search: _Search, found: Any, loss: str, *, known: bool) -> Fit:
 
 
 def lag_correlations(residuals: np.ndarray, begins: Sequence[int] = ()) -> tuple[np.ndarray, np.ndarray]:
-    """Correlations (m,) of residuals (n, m) from one instant to the next, and factors of standard errors by them.
-
-    Of n numbers with correlation r, n (1 - r)/(1 + r) count where derivatives vary slowly.  The factor is 1 where r is
-    not clear.  Missing residuals are NaN; rows at `begins` follow no others.
-    """
+    """Correlations (m,) of residuals (n, m) from one instant to the next, and factors of standard errors by them."""
+    # Of n numbers with correlation r, n (1 - r)/(1 + r) count where derivatives vary slowly. The factor is 1 where r is
+    # not clear. Missing residuals are NaN; rows at `begins` follow no others.
     apart = np.insert(residuals, [k for k in begins if k < len(residuals)], np.nan, axis=0)
     both = np.isfinite(apart[:-1]) & np.isfinite(apart[1:])
     a, b, count = np.where(both, apart[:-1], 0.0), np.where(both, apart[1:], 0.0), np.maximum(both.sum(axis=0), 1)

@@ -193,10 +193,8 @@ class _Numbers(NamedTuple):
 
 
 def _slopes(orbit: PeriodicOrbit, one: Parameter, limits: tuple[float, float], places: list[int], count: int) -> Any:
-    """Derivatives by a parameter, and their errors, by differences of fourth order.
-
-    The limits are the largest residual, and the relative distance of the neighbours.
-    """
+    """Derivatives by a parameter, and their errors, by differences of fourth order."""
+    # The limits are the largest residual, and the relative distance of the neighbours.
     h, slopes = limits[1] * (abs(one.value) or 1.0), []
     found = [_neighbour(orbit, (one.name, one.value + k * h), limits[0], places, count) for k in (-2.0, -1.0, 1.0, 2.0)]
     for least, less, more, most in zip(*found, strict=True):

@@ -62,11 +62,9 @@ def tracks_of(system: Dynamics, starts: np.ndarray, rules: Rules) -> Outcome:
 
 
 def _track(system: Dynamics, start: np.ndarray, rules: Rules) -> Track:
-    """Observe one motion until it repeats itself, ends, or reaches the largest number of periods.
-
-    It is judged every `settle` periods.  A repetition counts if it is still there at the next judgement, because
-    motions near an unstable orbit seem to repeat themselves for a while.
-    """
+    """Observe one motion until it repeats itself, ends, or reaches the largest number of periods."""
+    # It is judged every `settle` periods. A repetition counts if it is still there at the next judgement, because
+    # motions near an unstable orbit seem to repeat themselves for a while.
     nothing = start[None, :][:0]
     try:
         system.reset(start, time=rules.origin)
@@ -91,10 +89,8 @@ def _track(system: Dynamics, start: np.ndarray, rules: Rules) -> Track:
 
 
 def _repeats(points: list[np.ndarray], rules: Rules) -> int:
-    """Number of periods after which the points return; 0: no return, or points still far from their limit.
-
-    Rounds that differ by d1, and by d0 the time before, are d1 r/(1 - r), r = d1/d0, from their limit.
-    """
+    """Number of periods after which the points return; 0: no return, or points still far from their limit."""
+    # Rounds that differ by d1, and by d0 the time before, are d1 r/(1 - r), r = d1/d0, from their limit.
     last = np.array(points[-3 * rules.repeats :])
     back = rules.away(last[:-1][::-1], last[-1])
     for k in range(1, len(last) // 3 + 1):

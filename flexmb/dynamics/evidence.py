@@ -59,13 +59,11 @@ def columns_of(
     floor: float,
     sizes: np.ndarray | None,
 ) -> Columns:
-    """Columns of the signals with information, of finite points (n, m) with names, units and sizes (m,).
-
-    The unit "rad" is an angle, taken modulo 2 pi; without units a signal that grows by whole turns is an angle.
-    `driven` are signals that drives prescribe; `floor` is the round-off or integration error of a signal over its size.
-    Without sizes they are the largest magnitude of each signal, and at least 1e-3 of the largest magnitude of the same
-    unit.
-    """
+    """Columns of the signals with information, of finite points (n, m) with names, units and sizes (m,)."""
+    # The unit "rad" is an angle, taken modulo 2 pi; without units a signal that grows by whole turns is an angle.
+    # `driven` are signals that drives prescribe; `floor` is the round-off or integration error of a signal over its
+    # size. Without sizes they are the largest magnitude of each signal, and at least 1e-3 of the largest magnitude of
+    # the same unit.
     if sizes is None:
         sizes = _sizes(values, units)
     columns: list[tuple[str, np.ndarray, float]] = []
@@ -91,10 +89,8 @@ def columns_of(
 
 
 def _sizes(values: np.ndarray, units: Sequence[str] | None) -> np.ndarray:
-    """Sizes (m,) of signals from their points (n, m).
-
-    A velocity that is always 0 at the section does not have its own round-off as its size.
-    """
+    """Sizes (m,) of signals from their points (n, m)."""
+    # A velocity that is always 0 at the section does not have its own round-off as its size.
     own = np.asarray(np.abs(values).max(axis=0))
     if units is None:
         return own
@@ -119,11 +115,9 @@ LEAST_WAY = 1.5  # smallest logarithm of the ratio of the distances of arbitrary
 
 
 def band_count(z: np.ndarray, least: int = 20) -> int:
-    """Number of bands that points (n, m) visit in turn, each with `least` points at least; 1: no bands.
-
-    The smallest number at which the mean square about the means of the phases falls to half of the total, and lies
-    within a fifth of the minimum over all numbers up to 32.
-    """
+    """Number of bands that points (n, m) visit in turn, each with `least` points at least; 1: no bands."""
+    # The smallest number at which the mean square about the means of the phases falls to half of the total, and lies
+    # within a fifth of the minimum over all numbers up to 32.
     longest = min(32, len(z) // least)
     total = float(z.var(axis=0).sum())
     squares = [sum(float(((z[p::k] - z[p::k].mean(axis=0)) ** 2).sum()) for p in range(k)) / (total * len(z))
@@ -134,12 +128,10 @@ def band_count(z: np.ndarray, least: int = 20) -> int:
 
 
 def doublings(z: np.ndarray) -> int:
-    """Number of doublings of the bands of points (n, m), if they double as far as the record can show; else 0.
-
-    At each doubling the mean square about the means of the 2, 4, 8, ... phases falls to a fourth or less.  It falls to
-    about a tenth at an accumulation of period doublings, and soon stays constant on closed curves and in banded chaos.
-    The record shows bands of 12 points each.
-    """
+    """Number of doublings of the bands of points (n, m), if they double as far as the record can show; else 0."""
+    # At each doubling the mean square about the means of the 2, 4, 8, ... phases falls to a fourth or less. It falls to
+    # about a tenth at an accumulation of period doublings, and soon stays constant on closed curves and in banded
+    # chaos. The record shows bands of 12 points each.
     deepest = int(np.log2(max(len(z) // LEAST_IN_DOUBLED_BAND, 1)))
     squares = [float((without_bands(z, 2**m) ** 2).sum()) for m in range(deepest + 1)]
     always = all(after <= FINER * before for before, after in pairwise(squares)) and squares[0] > 0.0
@@ -155,17 +147,13 @@ def without_bands(z: np.ndarray, k: int) -> np.ndarray:
 
 
 def separation(z: np.ndarray, bands: int) -> float:
-    """Growth of the distance of neighbours: 0 if neighbours stay together, 1 if they become arbitrary points.
-
-    The mean logarithm of the distance of neighbours, from its start value to that of arbitrary points, after up to a
-    fifth of the record, at most 60 steps.  Neighbours are vectors of successive points, more than three steps apart.
-    Arbitrary points belong to one band, unless neighbours are then hardly nearer.  NaN: neighbours are hardly nearer
-    than arbitrary points, or part within one step (noise, or too few points for so many dimensions).
-
-    Equation (9.9) of docs/theory/exponents.md.
-
-    Points z (n, m) have unit spread and visit `bands` bands in turn.
-    """
+    """Growth of the distance of neighbours: 0 if neighbours stay together, 1 if they become arbitrary points."""
+    # The mean logarithm of the distance of neighbours, from its start value to that of arbitrary points, after up to a
+    # fifth of the record, at most 60 steps. Neighbours are vectors of successive points, more than three steps apart.
+    # Arbitrary points belong to one band, unless neighbours are then hardly nearer. NaN: neighbours are hardly nearer
+    # than arbitrary points, or part within one step (noise, or too few points for so many dimensions).
+    # Equation (9.9) of docs/theory/exponents.md.
+    # Points z (n, m) have unit spread and visit `bands` bands in turn.
     count = len(z) - SUCCESSORS + 1
     points = np.concatenate([z[s : s + count] for s in range(SUCCESSORS)], axis=1)
     reach = min(60, count // 5)
@@ -206,11 +194,9 @@ def longest_cycle(count: int) -> int:
 
 
 def find_cycle(scaled: np.ndarray) -> Cycle | None:
-    """The shortest cycle on which the last quarter of the points lies, else the last tenth; None: no cycle.
-
-    All points of one phase lie within one tolerance, from the first to the last.  Points that creep round a closed
-    curve in nearly k steps are therefore no cycle.  Points are (n, m), over their tolerances.
-    """
+    """The shortest cycle on which the last quarter of the points lies, else the last tenth; None: no cycle."""
+    # All points of one phase lie within one tolerance, from the first to the last. Points that creep round a closed
+    # curve in nearly k steps are therefore no cycle. Points are (n, m), over their tolerances.
     count = len(scaled)
     for divisor, returns in ((4, RETURNS), (10, TAIL)):
         for k in range(1, longest_cycle(count) + 1):
@@ -242,11 +228,9 @@ class Approach(NamedTuple):
 
 
 def find_approach(scaled: np.ndarray, spread: float) -> Approach | None:
-    """The shortest cycle that points approach; None: no cycle.
-
-    The steps over k shrink by at least a third from each third of the record to the next, and are below a fifth of the
-    spread of the points in the last third.  Points (n, m) and the extent `spread` are in tolerances.
-    """
+    """The shortest cycle that points approach; None: no cycle."""
+    # The steps over k shrink by at least a third from each third of the record to the next, and are below a fifth of
+    # the spread of the points in the last third. Points (n, m) and the extent `spread` are in tolerances.
     count = len(scaled)
     for k in range(1, longest_cycle(count) + 1):
         steps = np.abs(scaled[k:] - scaled[:-k]).max(axis=1)
@@ -283,12 +267,10 @@ class Drift(NamedTuple):
 
 
 def find_drift(values: np.ndarray, tolerances: np.ndarray) -> Drift | None:
-    """The drift of points (n, m) with tolerances (m,); None: no signal drifts.
-
-    Either a signal is straight within its tolerance over the second half of the record, with or without a cycle on top.
-    Or its means over parts of the record lie on a line, after the means of the bands are subtracted; then noise, closed
-    curves and chaos may be on top.
-    """
+    """The drift of points (n, m) with tolerances (m,); None: no signal drifts."""
+    # Either a signal is straight within its tolerance over the second half of the record, with or without a cycle on
+    # top. Or its means over parts of the record lie on a line, after the means of the bands are subtracted; then noise,
+    # closed curves and chaos may be on top.
     for column, tolerance in enumerate(tolerances):
         scaled = values[len(values) // 2 :, column] / tolerance
         for k in range(1, longest_cycle(2 * len(scaled)) + 1):

@@ -186,10 +186,8 @@ class Plan:
     confirm: bool
 
     def checked(self, label: str, option: str = "") -> Plan:
-        """The plan with the names of the signals; arguments without a possible result are refused.
-
-        `label` and `option` begin messages and the names of arguments in them.
-        """
+        """The plan with the names of the signals; arguments without a possible result are refused."""
+        # `label` and `option` begin messages and the names of arguments in them.
         flow, most = self.strobe.flow, self.strobe.dimension
         if 0 < checks.count(label, f"{option}series", self.series, 0) < FEWEST_PERIODS:
             text = f"{label}: {option}series is {self.series}; estimates from signals need {FEWEST_PERIODS} periods"

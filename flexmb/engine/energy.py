@@ -48,14 +48,11 @@ GAUSS_POINT = 0.5 / 3.0**0.5
 
 @compiled
 def contact_losses(tables, address, h, flow, q1, v1, work):
-    """Fill work.loss: normal and tangential loss by the laws, dissipation of the method beyond them [J]; memory.
-
-    The normal law is evaluated at two points of the cubic path between both states.  The method moves with the mean of
-    the forces at both ends; the difference is its dissipation.  Friction counts by the mean forces, since a sticking
-    contact is too steep to be evaluated between the states.
-
-    The memory of a contact is its normal force, and six generalised forces each of normal force and friction.
-    """
+    """Fill work.loss: normal and tangential loss by the laws, dissipation of the method beyond them [J]; memory."""
+    # The normal law is evaluated at two points of the cubic path between both states. The method moves with the mean of
+    # the forces at both ends; the difference is its dissipation. Friction counts by the mean forces, since a sticking
+    # contact is too steep to be evaluated between the states.
+    # The memory of a contact is its normal force, and six generalised forces each of normal force and friction.
     K = tables.contacts
     for c in range(K.kernel.shape[0]):
         loss, contact = work.loss[c], work.contact[c]
@@ -170,17 +167,12 @@ STEPS_BEFORE_CHECK = 1000  # number of steps before the first check: at first, a
 
 @compiled
 def complete_algorithm_work(n, flow, trial, work):
-    """Complete work.power.algorithm, the energy that the method dissipates in a step [J].
-
-    This is the work of inertia by the rule above less the change of kinetic energy:
-
-    M (a0 + a1)/2 . (q1 - q0) - M (v1 - v0) . (v0 + v1)/2 = mean_v M res + M (v1 - v0) . (mean_v - (v0 + v1)/2)
-
-    with the residual res of the Newmark relation (`find_newmark_residual`).  The evaluation has the first term.  The
-    second is small; M (v1 - v0) is taken as the change of M v.
-
-    Equation (7.2) of docs/theory/energy.md.
-    """
+    """Complete work.power.algorithm, the energy that the method dissipates in a step [J]."""
+    # This is the work of inertia by the rule above less the change of kinetic energy:
+    # M (a0 + a1)/2 . (q1 - q0) - M (v1 - v0) . (v0 + v1)/2 = mean_v M res + M (v1 - v0) . (mean_v - (v0 + v1)/2)
+    # with the residual res of the Newmark relation (`find_newmark_residual`). The evaluation has the first term. The
+    # second is small; M (v1 - v0) is taken as the change of M v.
+    # Equation (7.2) of docs/theory/energy.md.
     for i in range(n):
         bow = trial.mean_v[i] - 0.5 * (flow.v[i] + trial.v[i])
         work.power.algorithm += bow * (work.momentum[i] - flow.momentum[i])
@@ -220,10 +212,8 @@ def update_balance(tables, address, t, h, q0, v0, q1, v1, ledger, balance, memor
 
 @compiled
 def update_residual(ledger, balance):
-    """Residual: change of the stored energy, plus losses, less the works of drives and loads [J].
-
-    Equation (7.4) of docs/theory/energy.md.
-    """
+    """Residual: change of the stored energy, plus losses, less the works of drives and loads [J]."""
+    # Equation (7.4) of docs/theory/energy.md.
     stored = ledger[KINETIC] + ledger[STRAIN] + ledger[GRAVITY]
     lost = ledger[CONTACT] + ledger[FRICTION] + ledger[DAMPING] + ledger[ALGORITHM]
     ledger[RESIDUAL] = stored - balance.stored_at_start + lost - ledger[DRIVE] - ledger[LOAD]
@@ -274,10 +264,8 @@ def _drive_work(tables, h, k, ledger, memory, work):
 
 @compiled
 def _joint_friction_loss(tables, h, k, ledger, memory, work):
-    """Loss by friction in joints: mean force times mean slip [J].
-
-    A law with a history, as of a clutch, gives back no more energy than it took; what exceeds that is the method's.
-    """
+    """Loss by friction in joints: mean force times mean slip [J]."""
+    # A law with a history, as of a clutch, gives back no more energy than it took; what exceeds that is the method's.
     turned, z = 0.0, tables.constraints.joint_friction_z
     for c in range(work.joint_friction.shape[0]):
         if tables.constraints.joint_friction[c, LOAD_KERNEL] >= 0:
@@ -313,13 +301,11 @@ def _load_work(tables, h, k, q0, q1, ledger, memory, work):
 
 @compiled
 def _damping_loss(tables, address, t, h, q0, v0, q1, v1, balance, work):
-    """Energy that dampers dissipate in a step, and the excess of the rule above, a dissipation of the method [J].
-
-    With the damping D, the mean v of both velocities and w = (q1 - q0)/h, dampers dissipate h v.D v and the rule gives
-    h v.D w, where v.D w = (v.D v + w.D w - b.D b)/2 with b = w - v.  Where damping is faster than the steps,
-    accelerations change their directions in each step, and b is all of the motion by the method.  The mean of the
-    powers at both ends would count fast vibrations twice.
-    """
+    """Energy that dampers dissipate in a step, and the excess of the rule above, a dissipation of the method [J]."""
+    # With the damping D, the mean v of both velocities and w = (q1 - q0)/h, dampers dissipate h v.D v and the rule
+    # gives h v.D w, where v.D w = (v.D v + w.D w - b.D b)/2 with b = w - v. Where damping is faster than the steps,
+    # accelerations change their directions in each step, and b is all of the motion by the method. The mean of the
+    # powers at both ends would count fast vibrations twice.
     before, now = balance.damping_power, work.power.damping
     balance.damping_power = now
     if h == 0.0 or (before == 0.0 and now == 0.0):
@@ -374,10 +360,8 @@ def _round_off_work(tables, q, work):
 
 @compiled
 def energy_scale(ledger, balance):
-    """Scale of energies [J], to which residuals are relative: energy turned over, kinetic and strain energy.
-
-    The potential of gravity has an arbitrary level; it and forces at rest enter by their round-off alone.
-    """
+    """Scale of energies [J], to which residuals are relative: energy turned over, kinetic and strain energy."""
+    # The potential of gravity has an arbitrary level; it and forces at rest enter by their round-off alone.
     seen = ledger[TURNED_OVER] + abs(ledger[KINETIC]) + abs(ledger[STRAIN]) - (1.0 - UNCHANGED) * balance.idle
     return seen + 1e-6 * abs(ledger[GRAVITY]) + balance.round_off / RESIDUAL_LIMIT
 
@@ -406,10 +390,8 @@ def check_balance(ledger, balance):
 
 
 def idle_energy(program: Program, before: np.ndarray, after: np.ndarray) -> float:
-    """Kinetic energy [J] of groups of connected bodies that keep it, beside a group that does not; 0 without such.
-
-    Of each coordinate `before` and `after` are (n,) 1/2 v M v at the start and at the end.
-    """
+    """Kinetic energy [J] of groups of connected bodies that keep it, beside a group that does not; 0 without such."""
+    # Of each coordinate `before` and `after` are (n,) 1/2 v M v at the start and at the end.
     bodies = np.asarray(program.reference.body)[: len(before)]
     old, new = np.bincount(bodies, before), np.bincount(bodies, after)
     if old[np.abs(new - old) <= UNCHANGED * old].sum() <= LEAST_CONTACT_FRACTION * old.sum():

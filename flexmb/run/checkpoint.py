@@ -126,10 +126,8 @@ class Checkpoints:
             self.failure, self.last = "", time.monotonic()  # slow writes do not follow one another without a step
 
     def resume(self, run: Run, label: str, *, redundant: bool) -> None:
-        """Let a run go on from the file.
-
-        Refused: no such file, a damaged one, a checkpoint of another run or of another mechanism.
-        """
+        """Let a run go on from the file."""
+        # Refused: no such file, a damaged one, a checkpoint of another run or of another mechanism.
         try:
             sol = load(self.path)
         except FileFormatError as error:
@@ -171,10 +169,8 @@ class Checkpoints:
 
 @contextmanager
 def removed_after() -> Iterator[list[Checkpoints]]:
-    """A block that writes the results of its runs, whose checkpoints are removed at its end.
-
-    After an error they stay.  Where one cannot be removed, its `failure` says so.
-    """
+    """A block that writes the results of its runs, whose checkpoints are removed at its end."""
+    # After an error they stay. Where one cannot be removed, its `failure` says so.
     left: list[Checkpoints] = []
     token = _LEFT.set(left)
     try:

@@ -106,11 +106,9 @@ LEAST_SEEN, LEAST_CLEAR = 2.0, 8.0
 
 
 def step_limits(run: Run) -> tuple[float, float, float, tuple[float, ...]]:
-    """Largest and smallest step [s], accepted error of a step [m], and the numbers of `StepControl`.
-
-    The least speed crosses the mechanism in 100 runs or periods; with clearance, 100 clearances if these are less,
-    so that the steps resolve a contact that comes to rest.
-    """
+    """Largest and smallest step [s], accepted error of a step [m], and the numbers of `StepControl`."""
+    # The least speed crosses the mechanism in 100 runs or periods; with clearance, 100 clearances if these are less, so
+    # that the steps resolve a contact that comes to rest.
     if isinstance(run.step, FixedStep):
         return run.step.size, run.step.size, NEVER, (1.0, 1.0, 1.0, 1.0)
     span = run.t_end if run.period is None else min(run.period, run.t_end)
@@ -304,10 +302,8 @@ class Run:
             self.redundant, self.trial = redundant, new_trial(self.program, redundant, self.bounds)
 
     def run_to(self, end: float, saving: float | None) -> None:
-        """Run until `end` [s]; `saving`: time between saved instants [s], 0 for every step, None for no saving.
-
-        A step ends just before a jump of a drive or load, and the next one is a starting step just after the jump.
-        """
+        """Run until `end` [s]; `saving`: time between saved instants [s], 0 for every step, None for no saving."""
+        # A step ends just before a jump of a drive or load, and the next one is a starting step just after the jump.
         if self.note or self.code not in (RUNNING, DONE):
             return  # a run that was stopped before the instants to be saved stays stopped
         if saving is not None:
@@ -390,10 +386,8 @@ class Run:
             self.note = f"Stopped: {str(error).rstrip('.')}"
 
     def _cross_jump(self, instant: float, interval: float, *, first: bool = False) -> None:
-        """Cross a jump of loads: new accelerations, joint forces and powers; the next step is a starting step.
-
-        Positions, velocities and energies stay; histories of sampled controllers change (`first`: of all of them).
-        """
+        """Cross a jump of loads: new accelerations, joint forces and powers; the next step is a starting step."""
+        # Positions, velocities and energies stay; histories of sampled controllers change (`first`: of all of them).
         flow, n = self.flow, self.program.n_q
         flow.clock.t, flow.clock.last_step = instant, 0.0
         try:
@@ -489,10 +483,8 @@ class Run:
         )
 
     def restart(self) -> dict[str, np.ndarray]:
-        """Present state by name, from which a run of the same model continues bit for bit.
-
-        `Flow`, signals, fingerprint, arrays of the method (`Stepper.saved`); group `restart` of `results/netcdf.py`.
-        """
+        """Present state by name, from which a run of the same model continues bit for bit."""
+        # `Flow`, signals, fingerprint, arrays of the method (`Stepper.saved`); group `restart` of `results/netcdf.py`.
         own = {"signals": self.record.signals.copy(), MODEL: self.program.fingerprint}
         return {**self.flow.saved(), **own, **self.stepper.saved()}
 

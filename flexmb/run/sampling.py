@@ -54,13 +54,11 @@ MOST_ITERATIONS, DIFFERENCE, SETTLED = 30, 1e-6, 1e-12
 def act(
     samplers: Sequence[Sampler], instant: float, signals: np.ndarray, z: np.ndarray, *, every: bool = False
 ) -> None:
-    """Let the sampled controllers of a mechanism act at one of their instants.
-
-    All read the same signals, so that the order of several controllers does not matter.  A state x becomes x + sample
-    dx; outputs are held until the next instant.  Signals (n_y,) are those just before the instant [s]; histories z
-    (n_z,) are changed in place.  With `every` all controllers act, for the start of a run.  A law that raises, or gives
-    numbers that are not finite, is a `KernelError` with controller, time, inputs.
-    """
+    """Let the sampled controllers of a mechanism act at one of their instants."""
+    # All read the same signals, so that the order of several controllers does not matter. A state x becomes x + sample
+    # dx; outputs are held until the next instant. Signals (n_y,) are those just before the instant [s]; histories z
+    # (n_z,) are changed in place. With `every` all controllers act, for the start of a run. A law that raises, or gives
+    # numbers that are not finite, is a `KernelError` with controller, time, inputs.
     acting = [sampler for sampler in samplers if every or sampler.acts_at(instant)]
     if every:
         for sampler in acting:

@@ -187,10 +187,8 @@ def _solution(
     kept_file: Checkpoints | None,
     started: float,
 ) -> Solution:
-    """Solution of a run that has ended, with findings; its checkpoint is written or removed.
-
-    `begun_saved` holds the instants at which the run and its saving began [s].
-    """
+    """Solution of a run that has ended, with findings; its checkpoint is written or removed."""
+    # `begun_saved` holds the instants at which the run and its saving began [s].
     now, (begun, begin) = float(run.flow.clock.t), begun_saved
     span = run.period if run.period is not None else 0.5 * (now - begin)
     motion, contacts = watch.watched_motion(run), run.contact_log()
@@ -290,10 +288,8 @@ def _begin(label: str, end: float, save_from: float, save_from_period: float | N
 
 
 def _chosen_places(label: str, program: Program, wanted: object) -> np.ndarray | None:
-    """Places (n,) of the chosen signals, ascending, each once; None where that is all.
-
-    Integrals and rates of states of controls are chosen by their whole names alone.
-    """
+    """Places (n,) of the chosen signals, ascending, each once; None where that is all."""
+    # Integrals and rates of states of controls are chosen by their whole names alone.
     if wanted is None:
         return program.shown
     signals, aliases = program.names.signals, program.names.aliases
@@ -333,11 +329,9 @@ def of_start(label: str, start: Any, restart: Any, redundant: str) -> dict[str, 
 def start_at_rest(
     label: str, mechanism: Mechanism, program: Program, closed: Program, start: Any
 ) -> tuple[Start, np.ndarray]:
-    """Start values of a run in an equilibrium, and the histories (n_z,) of its contacts, which last already.
-
-    `start` is an equilibrium of this mechanism, or "equilibrium"; its steady rotation is one that the drives share.
-    `closed` is the program with ideal joints for contacts.
-    """
+    """Start values of a run in an equilibrium, and the histories (n_z,) of its contacts, which last already."""
+    # `start` is an equilibrium of this mechanism, or "equilibrium"; its steady rotation is one that the drives share.
+    # `closed` is the program with ideal joints for contacts.
     from flexmb.statics.equilibrium import carries, refuse_other_forces, refuse_other_names, static_equilibrium
     from flexmb.statics.steady_rotation import Spin
 

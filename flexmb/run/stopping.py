@@ -124,11 +124,9 @@ class StopConditions:
         self.levels = np.array([[one.level, float(sign)] for _, one, sign in rows]).reshape(-1, 2)
 
     def watch(self, run: Run, *, faults_alone: bool = False, fresh: bool = False) -> None:
-        """Let the compiled loop of a run watch the conditions from its present state on.
-
-        With `faults_alone` only faults are watched; `fresh`: the run begins anew, and does not go on from a stop.  A
-        condition that is met already is refused.
-        """
+        """Let the compiled loop of a run watch the conditions from its present state on."""
+        # With `faults_alone` only faults are watched; `fresh`: the run begins anew, and does not go on from a stop. A
+        # condition that is met already is refused.
         count = sum(one.is_fault for one in self.conditions) if faults_alone else len(self.conditions)
         for k, one in enumerate(self.conditions[:count]):
             place, (level, sign) = self.places[k], self.levels[k]
@@ -209,12 +207,10 @@ class Snapshot:
 
 
 def end_at_crossing(run: Run, watch: StopConditions, begun: Snapshot | None, end: float, interval: float) -> int:
-    """End a run at the instant at which a condition was met in its last step; DONE, or the code of another ending.
-
-    The last block is run again up to the step before, then steps of other sizes are tried from there.  `begun` is the
-    state at the start of that block, None where only faults are watched; `end` is the end of its steps [s], `interval`
-    the time between saved instants [s].
-    """
+    """End a run at the instant at which a condition was met in its last step; DONE, or the code of another ending."""
+    # The last block is run again up to the step before, then steps of other sizes are tried from there. `begun` is the
+    # state at the start of that block, None where only faults are watched; `end` is the end of its steps [s],
+    # `interval` the time between saved instants [s].
     number = int(run.record.count.condition) - 1
     if begun is None or watch.fault(number):
         if not watch.is_pushed(number, run.record.signals):
@@ -262,10 +258,8 @@ def take(run: Run, end: float, saving: float, steps: int) -> int:
 
 
 def crossing_time(excess: Callable[[float], float], low: float, high: float, below: float) -> float:
-    """Time [s] at which a function turns positive, by regula falsi (Illinois) within bisection, to round-off.
-
-    It is not positive at `low`, where its value is `below`, and positive at `high` [s]; nan is taken as positive.
-    """
+    """Time [s] at which a function turns positive, by regula falsi (Illinois) within bisection, to round-off."""
+    # It is not positive at `low`, where its value is `below`, and positive at `high` [s]; nan is taken as positive.
     least, above, side = FINEST * (high - low), excess(high), 0
     for _ in range(MOST_TRIALS):
         if high - low <= max(4.0 * np.spacing(high), least):

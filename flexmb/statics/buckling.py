@@ -63,11 +63,9 @@ PATH_STRIDE = 1e-3  # difference along the prestress path between two evaluation
 def geometric_stiffness(
     mechanism: Mechanism, system: StateEvaluation, q: np.ndarray, lam: np.ndarray, path: np.ndarray
 ) -> sp.csc_matrix:
-    """Stiffness (n_q, n_q) by the stresses and multipliers that grow along a path, at the rate of its parameter s.
-
-    `q` (n_q,) and `lam` (n_c,) belong to s = 0, `path` (n_q + n_c,) are rates of coordinates and multipliers.  A
-    contact that carries at s = 0 adds the stiffness of its growing force alone.
-    """
+    """Stiffness (n_q, n_q) by the stresses and multipliers that grow along a path, at the rate of its parameter s."""
+    # `q` (n_q,) and `lam` (n_c,) belong to s = 0, `path` (n_q + n_c,) are rates of coordinates and multipliers. A
+    # contact that carries at s = 0 adds the stiffness of its growing force alone.
     by_contacts = equilibrium.contact_stiffness(
         system.at(q, lam=lam, weights=(1.0, 0.0, 0.0)), path[: system.program.n_q]
     )
@@ -268,11 +266,9 @@ class LoadPath:
 
 
 def factor_from_half(path: LoadPath, factor: float, shape: np.ndarray) -> tuple[float, float]:
-    """The load factor f' of a shape (n_q,), and how far the structure moves, under half of the linear `factor`.
-
-    The factor is inf where the stiffness against the shape does not fall.  The movement is the largest rotation [rad]
-    or displacement over the size of the mechanism.  Both are nan without an equilibrium.
-    """
+    """The load factor f' of a shape (n_q,), and how far the structure moves, under half of the linear `factor`."""
+    # The factor is inf where the stiffness against the shape does not fall. The movement is the largest rotation [rad]
+    # or displacement over the size of the mechanism. Both are nan without an equilibrium.
     program, s = path.program, 0.5 * factor
     start = path.start[0]
     try:

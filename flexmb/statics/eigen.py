@@ -41,12 +41,10 @@ def null_space(G: np.ndarray, tolerance: float = DEPENDENT_ROW) -> np.ndarray:
 
 
 def free_motions(program: Program, q: np.ndarray, K: sp.csc_matrix, G: sp.csr_matrix) -> np.ndarray:
-    """Rigid motions (3 bodies, k) of the bodies that satisfy the constraints without a force of stiffness.
-
-    Flexible bodies resist every deformation, so that these are all motions without strain energy.  Each row of K B w is
-    compared with the sum of the absolute values of its own terms, its round-off: a spring of 1e-9 of the stiffness of a
-    beam counts, and a large stiffness elsewhere hides nothing.
-    """
+    """Rigid motions (3 bodies, k) of the bodies that satisfy the constraints without a force of stiffness."""
+    # Flexible bodies resist every deformation, so that these are all motions without strain energy. Each row of K B w
+    # is compared with the sum of the absolute values of its own terms, its round-off: a spring of 1e-9 of the stiffness
+    # of a beam counts, and a large stiffness elsewhere hides nothing.
     B = RigidMotion(program).basis(q)
     sizes = np.where(np.arange(B.shape[1]) % 3 == 2, 1.0, program.length)
     B = (B @ sp.diags_array(sizes)).tocsr()
@@ -82,10 +80,8 @@ def _dense_motions(program: Program, B: sp.csr_matrix, K: sp.csc_matrix, G: sp.c
 
 
 def _sparse_motions(program: Program, B: sp.csr_matrix, K: sp.csc_matrix, G: sp.csr_matrix) -> np.ndarray:
-    """Free motions (3 bodies, k) of many bodies, which keep all rows of G B and K B at 0.
-
-    Entries that are the round-off of their terms are none; the rest has rows of length 1.
-    """
+    """Free motions (3 bodies, k) of many bodies, which keep all rows of G B and K B at 0."""
+    # Entries that are the round-off of their terms are none; the rest has rows of length 1.
     blocks = []
     for A, share, floor in ((G, ROW_ROUND_OFF, None), (K, FREE_FORCE, STIFFNESS_ROUND_OFF * stiffest_at(K))):
         found = sp.coo_array(A @ B)
@@ -109,11 +105,9 @@ def _too_stiff(program: Program) -> str:
 
 
 def stiffest_at(K: sp.csc_matrix) -> np.ndarray:
-    """Largest stiffness (n_q,) of a node along x or y, at both of these coordinates; 0 at rotations.
-
-    Entries of a beam along x or y that should be 0 are the round-off of its axial stiffness, since the stiffness is
-    rotated from the axes of the beam.
-    """
+    """Largest stiffness (n_q,) of a node along x or y, at both of these coordinates; 0 at rotations."""
+    # Entries of a beam along x or y that should be 0 are the round-off of its axial stiffness, since the stiffness is
+    # rotated from the axes of the beam.
     largest = abs(K).tocsr().max(axis=1).toarray().ravel()
     along = np.maximum(largest[0::3], largest[1::3])
     return np.column_stack([along, along, np.zeros_like(along)]).ravel()
@@ -144,10 +138,8 @@ def simplified(Z: np.ndarray) -> np.ndarray:
 
 
 def shapes_of(program: Program, q: np.ndarray, motions: np.ndarray, M: sp.csc_matrix) -> np.ndarray:
-    """Motions of bodies as shapes (n_q, k) of the coordinates with x^T M x = 1, orthogonal in M, in their order.
-
-    Translations remain translations; the rotation of a free body becomes that about its centre of mass.
-    """
+    """Motions of bodies as shapes (n_q, k) of the coordinates with x^T M x = 1, orthogonal in M, in their order."""
+    # Translations remain translations; the rotation of a free body becomes that about its centre of mass.
     X: np.ndarray = RigidMotion(program).basis(q) @ motions
     for k in range(X.shape[1]):
         for _ in range(2):  # twice: round-off of the first pass
@@ -208,12 +200,9 @@ NO_MASS = "modes: a motion without mass; give every body and node some mass and 
 def undamped(
     K: sp.csc_matrix, M: sp.csc_matrix, G: sp.csr_matrix, rigid: np.ndarray, count: int, order: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest omega^2 and shapes of K x = omega^2 M x with G x = 0, x orthogonal in M to the shapes `rigid`.
-
-    Small matrices may be plain arrays, where there are no such shapes.
-
-    order : order of elimination of the unknowns of [[K, G^T], [G, 0]].
-    """
+    """Lowest omega^2 and shapes of K x = omega^2 M x with G x = 0, x orthogonal in M to the shapes `rigid`."""
+    # Small matrices may be plain arrays, where there are no such shapes.
+    # order : order of elimination of the unknowns of [[K, G^T], [G, 0]].
     held = sp.vstack([G, sp.csr_matrix((M @ rigid).T)]).tocsr() if rigid.shape[1] else G
     K = (K + K.T) / 2.0
     if K.shape[0] > (FEW_MODES_COORDINATES if 4 * count < K.shape[0] else DENSE_COORDINATES):
@@ -240,12 +229,10 @@ def undamped(
 def _refined(
     k: np.ndarray, m: np.ndarray, squares: np.ndarray, y: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The lowest modes, with slow modes refined by the inverse of k.
-
-    A dense eigensolver has an error of round-off times the largest omega^2 in all modes.  The inverse has the slow
-    modes as its largest eigenvalues, with an error relative to the lowest omega^2.  Each mode takes the better value.
-    If k is not positive definite (an unstable pose), no mode is refined.
-    """
+    """The lowest modes, with slow modes refined by the inverse of k."""
+    # A dense eigensolver has an error of round-off times the largest omega^2 in all modes. The inverse has the slow
+    # modes as its largest eigenvalues, with an error relative to the lowest omega^2. Each mode takes the better value.
+    # If k is not positive definite (an unstable pose), no mode is refined.
     largest = squares[-1]
     squares, y = squares[:count].copy(), y[:, :count].copy()
     slow = int((squares < 1e-6 * largest).sum())
@@ -300,11 +287,9 @@ def _sparse(
 def _with_copies(
     A: Any, B: Any, M: Any, order: np.ndarray, shift: float, wanted: int, below: Below
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The eigenvalues of A x = omega^2 B x next to a shift, with their multiplicity.
-
-    Lanczos' method finds one vector of a multiple eigenvalue (equal bodies, symmetric frames).  So the method is
-    repeated on the complement of all vectors found, until as many lie below the last one as Sylvester's law counts.
-    """
+    """The eigenvalues of A x = omega^2 B x next to a shift, with their multiplicity."""
+    # Lanczos' method finds one vector of a multiple eigenvalue (equal bodies, symmetric frames). So the method is
+    # repeated on the complement of all vectors found, until as many lie below the last one as Sylvester's law counts.
     n, size = M.shape[0], A.shape[0]
     solve = solver((A - shift * B).tocsc(), order)
     squares, X = np.zeros(0), np.zeros((n, 0))
@@ -343,10 +328,8 @@ def damped(
     *,
     kept: bool = False,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues s with Im s >= 0, lowest |s| first, and shapes of (s^2 M + s C + K) x = 0, G x = 0.
-
-    x is orthogonal in M to the shapes `rigid`; with `kept` the problem includes them, with exactly zero stiffness.
-    """
+    """Eigenvalues s with Im s >= 0, lowest |s| first, and shapes of (s^2 M + s C + K) x = 0, G x = 0."""
+    # x is orthogonal in M to the shapes `rigid`; with `kept` the problem includes them, with exactly zero stiffness.
     held = sp.vstack([G, sp.csr_matrix((M @ rigid).T)]).tocsr() if rigid.shape[1] else G
     if K.shape[0] > (DENSE_COORDINATES if kept else DENSE_QUADRATIC_COORDINATES):
         s, x = _sparse_quadratic(K, C, M, G if kept else held, count)
@@ -403,14 +386,11 @@ def _sparse_quadratic(K: Any, C: Any, M: Any, G: sp.csr_matrix, count: int) -> t
 def largest_of_pencil(
     A: Any, M: Any, solve: Solve, count: int, beyond: Callable[[float], int | None]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The largest eigenvalues > 0 and the largest < 0 of A x = w M x, with their multiplicity, and vectors.
-
-    A and M (n, n) are symmetric, M is positive on the space of the x, for which x^T M x = 1; `solve` is M^-1 on that
-    space.
-
-    `count` eigenvalues of each sign suffice; there are less if the others are clustered at 0.  `beyond` gives the
-    number of eigenvalues between a w and infinity, of the sign of w; None where it is not known.
-    """
+    """The largest eigenvalues > 0 and the largest < 0 of A x = w M x, with their multiplicity, and vectors."""
+    # A and M (n, n) are symmetric, M is positive on the space of the x, for which x^T M x = 1; `solve` is M^-1 on that
+    # space.
+    # `count` eigenvalues of each sign suffice; there are less if the others are clustered at 0. `beyond` gives the
+    # number of eigenvalues between a w and infinity, of the sign of w; None where it is not known.
     values, X = _outermost(A, M, solve, np.zeros((M.shape[0], 0)), count, "LM")
     for sign, end in ((1.0, "LA"), (-1.0, "SA")):
         if (sign * values > 0.0).sum() < count:
@@ -454,11 +434,9 @@ def _outermost(A: Any, M: Any, solve: Solve, X: np.ndarray, count: int, which: s
 
 
 def largest_of(operator: Solve, size: int, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """The eigenvalues of a real operator of largest modulus, with their multiplicity, and eigenvectors.
-
-    Arnoldi's method finds one vector of a multiple eigenvalue.  So the method is repeated on the complement of the
-    invariant subspace Q found so far, until no eigenvalue as large appears; Q^T A Q then has all of them.
-    """
+    """The eigenvalues of a real operator of largest modulus, with their multiplicity, and eigenvectors."""
+    # Arnoldi's method finds one vector of a multiple eigenvalue. So the method is repeated on the complement of the
+    # invariant subspace Q found so far, until no eigenvalue as large appears; Q^T A Q then has all of them.
     Q, found = np.zeros((size, 0)), np.zeros(0)
     while Q.shape[1] + 2 * count + 2 < size:
 
@@ -500,10 +478,8 @@ STIFFNESS_ASYMMETRY = 1e-9  # no potential: difference of stiffnesses off the di
 
 
 def is_stable(program: Program, K: sp.csc_matrix, G: sp.csr_matrix) -> bool | None:
-    """Whether x^T K x > 0 for all motions x with G x = 0; None for an asymmetric K or pivots near zero.
-
-    K (n_q, n_q) is the tangent stiffness, multipliers included, G (n_c, n_q) are the constraints.
-    """
+    """Whether x^T K x > 0 for all motions x with G x = 0; None for an asymmetric K or pivots near zero."""
+    # K (n_q, n_q) is the tangent stiffness, multipliers included, G (n_c, n_q) are the constraints.
     sizes = sp.diags_array(program.sizes / program.length)
     K = (sizes @ K @ sizes).tocsc()
     if abs(K - K.T).max() > STIFFNESS_ASYMMETRY * (abs(K).max() if K.nnz else 0.0):

@@ -259,10 +259,8 @@ def at_rest(
 def _grow_loads(
     mechanism: Mechanism, program: Program, system: StateEvaluation, q: np.ndarray, load_steps: int, full: Spin
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """Coordinates, multipliers and iterations under full loads, which grow in steps.
-
-    The first step tries all loads.  One longer than 1/load_steps counts where the answer follows its tangents.
-    """
+    """Coordinates, multipliers and iterations under full loads, which grow in steps."""
+    # The first step tries all loads. One longer than 1/load_steps counts where the answer follows its tangents.
     lam = np.zeros(program.n_c)
     grow = load_growth(mechanism, program)
     system.program = grow(0.0)
@@ -369,11 +367,9 @@ def _against_tangents(
     held: np.ndarray,
     spin: Spin,
 ) -> tuple[float, float, float]:
-    """Length of a load step over the shorter one by the tangents at its ends, difference from both, snap-through.
-
-    The system is evaluated at the start of the step.  Towards a limit point the distances by the tangents grow; only a
-    snap-through is longer than both.  Where a stop begins to carry, or ceases to, it is judged by the longer one.
-    """
+    """Length of a load step over the shorter one by the tangents at its ends, difference from both, snap-through."""
+    # The system is evaluated at the start of the step. Towards a limit point the distances by the tangents grow; only a
+    # snap-through is longer than both. Where a stop begins to carry, or ceases to, it is judged by the longer one.
     ahead, lam, _, tangent = found
 
     def length(move: np.ndarray) -> float:
@@ -456,10 +452,8 @@ def _failure(program: Program, system: StateEvaluation, done: float) -> str:
 
 
 def reactions(program: Program, system: StateEvaluation, lam: np.ndarray) -> dict[str, tuple[float, float, float]]:
-    """Reactions (fx, fy, moment) of every joint at the last evaluation, with multipliers lam (n_c,).
-
-    Constraints of a body of its own are left out: rotations of particles and of nodes of meshes, averaged pins.
-    """
+    """Reactions (fx, fy, moment) of every joint at the last evaluation, with multipliers lam (n_c,)."""
+    # Constraints of a body of its own are left out: rotations of particles and of nodes of meshes, averaged pins.
     report_forces(program.tables, lam, system.work)
     found: dict[str, tuple[float, float, float]] = {}
     own = set(program.names.bodies)

@@ -181,11 +181,9 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
 
 
 def _with_damping(K: Any, C: Any, M: Any, G: Any, rigid: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues and shapes beside the rigid motions.
-
-    Rigid motions that no damper acts on are left out of the problem.  Where one does, the problem keeps them: each has
-    s = 0 beside another s of its own, and the lowest |s| are those zeros with their round-off.
-    """
+    """Eigenvalues and shapes beside the rigid motions."""
+    # Rigid motions that no damper acts on are left out of the problem. Where one does, the problem keeps them: each has
+    # s = 0 beside another s of its own, and the lowest |s| are those zeros with their round-off.
     damped_ones = np.abs(C @ rigid) > 1e-12 * (abs(C) @ np.abs(rigid))
     kept = rigid.shape[1] if damped_ones.any() else 0
     s, x = damped_modes(K, C, M, G, rigid, count + kept, kept=kept > 0)

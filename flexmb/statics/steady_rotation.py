@@ -88,10 +88,8 @@ def check_spin(owner: str, mechanism: Mechanism, program: Program, system: State
 
 
 def turning_sense(mechanism: Mechanism) -> dict[str, int]:
-    """Sense of every driven coordinate by name: 1 body against ground, -1 ground against body, else 0.
-
-    The ground as it is drawn stands still, so only such a row may have the speed of the frame.
-    """
+    """Sense of every driven coordinate by name: 1 body against ground, -1 ground against body, else 0."""
+    # The ground as it is drawn stands still, so only such a row may have the speed of the frame.
     found = {}
     for contribution in mechanism.contributions().constraints:
         ends = (contribution.coordinates[0][0], contribution.coordinates[-1][0])

@@ -56,14 +56,11 @@ def error_of(logs: np.ndarray, times: np.ndarray) -> float:
 
 
 def block_error(logs: np.ndarray, times: np.ndarray) -> float:
-    """Standard deviation of sum(logs) / sum(times), both (n,), from blocks; NaN below 18 entries.
-
-    Twenty blocks of equal numbers of entries (fewer blocks, of two entries, in short records).  The deviations of their
-    sums from the mean rate are nearly independent.  A correlation r > 0 between neighbouring blocks increases the
-    variance by (1 + r) / (1 - r), the factor for correlations that decay as r^k.
-
-    Equation (9.5) of docs/theory/exponents.md.
-    """
+    """Standard deviation of sum(logs) / sum(times), both (n,), from blocks; NaN below 18 entries."""
+    # Twenty blocks of equal numbers of entries (fewer blocks, of two entries, in short records). The deviations of
+    # their sums from the mean rate are nearly independent. A correlation r > 0 between neighbouring blocks increases
+    # the variance by (1 + r) / (1 - r), the factor for correlations that decay as r^k.
+    # Equation (9.5) of docs/theory/exponents.md.
     count = min(BLOCKS, len(logs) // 2)
     if count < FEWEST_BLOCKS or not np.isfinite(logs).all():
         return float("nan")
@@ -78,13 +75,10 @@ def block_error(logs: np.ndarray, times: np.ndarray) -> float:
 
 
 def combined(values: np.ndarray, errors: np.ndarray, others: np.ndarray, other_errors: np.ndarray) -> np.ndarray:
-    """Errors (k,) of exponents l with errors s after a second run with exponents l' and errors s'.
-
-    sqrt(s^2 + e^2), with the error s of the record and the difference e = |l - l'| of both runs.  e counts only if it
-    exceeds twice the errors of both, sqrt(s^2 + s'^2): fluctuations of the second run are no error of the first one.
-
-    Equation (9.6) of docs/theory/exponents.md.  Entries of the second run that are not finite add nothing.
-    """
+    """Errors (k,) of exponents l with errors s after a second run with exponents l' and errors s'."""
+    # sqrt(s^2 + e^2), with the error s of the record and the difference e = |l - l'| of both runs. e counts only if it
+    # exceeds twice the errors of both, sqrt(s^2 + s'^2): fluctuations of the second run are no error of the first one.
+    # Equation (9.6) of docs/theory/exponents.md. Entries of the second run that are not finite add nothing.
     with np.errstate(invalid="ignore"):
         difference, both = np.abs(values - others), np.hypot(errors, np.nan_to_num(other_errors))
     counts = np.isfinite(difference) & (difference > WITHIN * both)
@@ -296,13 +290,10 @@ def check_enough(label: str, count: int, what: str) -> None:
 
 
 def with_verdict(exponents: Exponents) -> Exponents:
-    """Exponents of a section with the verdict on its points, if the run came to its end.
-
-    A flow that stays on a cycle, for longer than the exponent allows round-off to stay small, has another exponent:
-    the difference is added to the error of the largest exponent.
-
-    Equation (9.7) of docs/theory/exponents.md.
-    """
+    """Exponents of a section with the verdict on its points, if the run came to its end."""
+    # A flow that stays on a cycle, for longer than the exponent allows round-off to stay small, has another exponent:
+    # the difference is added to the error of the largest exponent.
+    # Equation (9.7) of docs/theory/exponents.md.
     if not exponents.ok:
         return exponents
     verdict = exponents.seen_through()

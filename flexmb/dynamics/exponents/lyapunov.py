@@ -37,12 +37,10 @@ SECOND_RUN_APART = (1e-3, 1e-9)
 
 
 def confirmed(first: Exponents, schedule: RenormalisationSchedule, seed: int, *, shown: bool) -> Exponents:
-    """Exponents of a first run, completed by a second run; the errors cover the difference of both runs.
-
-    The second run uses a copy of the system.  Its start is near the final state of the first run, after the transient.
-    If a contact was closed during the whole first run, the second run starts at the start state of the system and skips
-    the whole transient.  Otherwise both runs would have the approach speed of the same onset.
-    """
+    """Exponents of a first run, completed by a second run; the errors cover the difference of both runs."""
+    # The second run uses a copy of the system. Its start is near the final state of the first run, after the transient.
+    # If a contact was closed during the whole first run, the second run starts at the start state of the system and
+    # skips the whole transient. Otherwise both runs would have the approach speed of the same onset.
     reason, skip, settles = "", schedule.skip, schedule.count // SETTLES
     lasting = bool(schedule.system.remarks(float(first.time[0])))
     for distance in (0.0,) if lasting else SECOND_RUN_APART:

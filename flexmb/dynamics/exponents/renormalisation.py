@@ -126,10 +126,8 @@ class Perturbation(Protocol):
     """Fraction of the renormalisations with too much growth at which they become more frequent."""
 
     def growth(self, schedule: RenormalisationSchedule, number: int, begin: float, end: float) -> np.ndarray | None:
-        """Logarithms (k,) of the growth between two fractions of the interval before a point; None: it failed.
-
-        The differences are renormalised.  `schedule.trouble` is the reason of a failure, unless the system failed.
-        """
+        """Logarithms (k,) of the growth between two fractions of the interval before a point; None: it failed."""
+        # The differences are renormalised. `schedule.trouble` is the reason of a failure, unless the system failed.
 
     def is_strained(self, logs: np.ndarray) -> bool:
         """Whether logarithms (k,) of the growth between two renormalisations `logs` are too large."""
@@ -199,11 +197,9 @@ def _recorded(
 def growth_to_next_point(
     schedule: RenormalisationSchedule, perturbation: Perturbation | None, number: int
 ) -> np.ndarray | None:
-    """Logarithms (k,) of the growth of small differences up to the next point; None: the point was not reached.
-
-    The schedule's number of renormalisations between two points may increase.  Without a perturbation the system is
-    advanced alone.
-    """
+    """Logarithms (k,) of the growth of small differences up to the next point; None: the point was not reached."""
+    # The schedule's number of renormalisations between two points may increase. Without a perturbation the system is
+    # advanced alone.
     if perturbation is None:
         return np.zeros(0) if schedule.advance(schedule.system, number) else None
     total, strained, times = np.zeros(0), 0, schedule.renormalisations

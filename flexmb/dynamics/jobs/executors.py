@@ -76,10 +76,8 @@ def stopped_runs() -> str:
 
 
 def attempted(function: Callable[..., Outcome], *arguments: Any) -> Outcome:
-    """Outcome of a function, or of its failure; runs in the workers.
-
-    Runs that do not reach their ends are noted during the call, see `stopped_runs`.
-    """
+    """Outcome of a function, or of its failure; runs in the workers."""
+    # Runs that do not reach their ends are noted during the call, see `stopped_runs`.
     outcome, noted = None, _STOPPED.set([])
     try:
         with Attempt() as attempt:
@@ -103,13 +101,11 @@ ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VEC
 
 @contextmanager
 def worker_pool(count: int, prepare: Callable[..., Any], *arguments: Any) -> Iterator[ProcessPoolExecutor]:
-    """`count` fresh processes, each with one thread of linear algebra.
-
-    Ctrl-C ends the workers at once, and so does the end of the process that started them.  They are started anew, not
-    forked: a fork takes over locks of threads that it does not have.  A process costs some two seconds, for imports and
-    for compiled code from the cache, and all of them start side by side.  `prepare` can be sent to other processes;
-    each calls it with the arguments before its first job.
-    """
+    """`count` fresh processes, each with one thread of linear algebra."""
+    # Ctrl-C ends the workers at once, and so does the end of the process that started them. They are started anew, not
+    # forked: a fork takes over locks of threads that it does not have. A process costs some two seconds, for imports
+    # and for compiled code from the cache, and all of them start side by side. `prepare` can be sent to other
+    # processes; each calls it with the arguments before its first job.
     before = {name: os.environ.get(name) for name in ONE_THREAD}
     os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
     fresh = multiprocessing.get_context("spawn")
@@ -167,12 +163,10 @@ Chain = Generator[Job, Outcome, None]
 
 
 def drive(chains: Iterable[Chain], executor: Executor | None, owner: str, pending: int = PENDING) -> None:
-    """Run all chains to their ends; chains keep their results themselves.
-
-    Chains are taken as there is room for them, with at most `pending` jobs with the executor at the same time; without
-    an executor they run in this process, one after the other.  A `WorkerError` tells workers that died or cannot be
-    reached.
-    """
+    """Run all chains to their ends; chains keep their results themselves."""
+    # Chains are taken as there is room for them, with at most `pending` jobs with the executor at the same time;
+    # without an executor they run in this process, one after the other. A `WorkerError` tells workers that died or
+    # cannot be reached.
     if executor is None:
         for chain in chains:
             job = next(chain, None)
@@ -209,10 +203,8 @@ def require_executor(owner: str, executor: Any) -> None:
 
 
 def require_picklable(owner: str, executor: Executor | None, what: Any, name: str) -> None:
-    """Refuse objects that cannot be sent to the processes of the executor, before anything starts.
-
-    Threads need nothing; Dask sends functions by value.
-    """
+    """Refuse objects that cannot be sent to the processes of the executor, before anything starts."""
+    # Threads need nothing; Dask sends functions by value.
     if executor is None or isinstance(executor, ThreadPoolExecutor):
         return
     if type(executor).__module__.partition(".")[0] == "distributed":

@@ -41,12 +41,10 @@ def unwritable(path: Path, error: Exception, label: str = "") -> InputError:
 
 @contextmanager
 def whole_file(path: Path, label: str = "") -> Iterator[Path]:
-    """A file beside `path`, with the same ending, which takes its place at the end of the block.
-
-    All files of flexmb are written by it: an interrupted write, or a full disk, leaves the old file.  Missing folders
-    are made, links are followed, and the content is on the disk when the block ends.  A path that cannot be written, a
-    full disk, and an ending or a name that no writer takes raise `InputError`.
-    """
+    """A file beside `path`, with the same ending, which takes its place at the end of the block."""
+    # All files of flexmb are written by it: an interrupted write, or a full disk, leaves the old file. Missing folders
+    # are made, links are followed, and the content is on the disk when the block ends. A path that cannot be written, a
+    # full disk, and an ending or a name that no writer takes raise `InputError`.
     part = path
     try:
         target = Path(os.path.realpath(path))
@@ -105,10 +103,8 @@ def netcdf_image(groups: Mapping[str, Group]) -> bytes:
 
 
 def write_sealed(path: Path, content: bytes, label: str = "") -> Path:
-    """Write bytes with their checksum behind them, whole or not at all; they are on the disk when this returns.
-
-    Readers of netCDF ignore the checksum.
-    """
+    """Write bytes with their checksum behind them, whole or not at all; they are on the disk when this returns."""
+    # Readers of netCDF ignore the checksum.
     with whole_file(path, label) as part, part.open("wb") as file:
         file.write(content)
         file.write(SEAL + blake2b(content, digest_size=DIGEST).digest())

@@ -63,11 +63,9 @@ def root(
     high: tuple[float, ContinuationPoint],
     test: Callable[[ContinuationPoint], float],
 ) -> tuple[float, ContinuationPoint]:
-    """Position and orbit between two points at which a test function vanishes, by bracketed secants (Illinois).
-
-    Without an orbit at a trial, as beyond the grazing of rigid surfaces, the root is sought before the trial.  `make`
-    returns the orbit at a position, or None; `low` and `high` are positions and orbits at the ends of the bracket.
-    """
+    """Position and orbit between two points at which a test function vanishes, by bracketed secants (Illinois)."""
+    # Without an orbit at a trial, as beyond the grazing of rigid surfaces, the root is sought before the trial. `make`
+    # returns the orbit at a position, or None; `low` and `high` are positions and orbits at the ends of the bracket.
     (a, one), (b, other) = low, high
     fa, fb = test(one), test(other)
     width, largest = abs(b - a), max(abs(fa), abs(fb))

@@ -70,10 +70,8 @@ class Plane:
     def corrected(
         self, place: np.ndarray, gradient: np.ndarray, guess: ShootingRun
     ) -> tuple[np.ndarray, np.ndarray, ShootingRun, int] | None:
-        """The place on the curve near another one, gradient and orbit there, number of corrections; None: not found.
-
-        Broyden's method keeps the gradient (C. G. Broyden, Math. Comp. 19 (1965) 577).
-        """
+        """The place on the curve near another one, gradient and orbit there, number of corrections; None: not found."""
+        # Broyden's method keeps the gradient (C. G. Broyden, Math. Comp. 19 (1965) 577).
         last, step = np.nan, np.zeros(2)
         for count in range(CORRECTIONS):
             found = self.at(place, guess)

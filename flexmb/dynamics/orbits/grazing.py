@@ -116,10 +116,8 @@ class ImpactContinuation(Continuation):
     def _enter(
         self, motion: Motion, value: float, touch: Approach | None = None, *, with_impact: bool = False
     ) -> ContinuationPoint | str:
-        """The first point in the coordinates for a motion.
-
-        A `touch`, at which it grazes, becomes an impact, or is none any longer.
-        """
+        """The first point in the coordinates for a motion."""
+        # A `touch`, at which it grazes, becomes an impact, or is none any longer.
         impacts = [a for a in motion.impacts if a is not touch] + ([touch] if touch is not None and with_impact else [])
         start = touch if with_impact else min(impacts, key=lambda a: a.speed, default=None)
         turns = [a for a in motion.turns if a is not touch] + ([touch] if touch is not None and not with_impact else [])

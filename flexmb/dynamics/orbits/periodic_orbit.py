@@ -56,10 +56,8 @@ class StabilityLoss:
 
 
 def multipliers_of(monodromy: np.ndarray, *, autonomous: bool) -> tuple[np.ndarray, complex | None]:
-    """Floquet multipliers, largest first, and the multiplier of a shift in time (None for a driven flow).
-
-    The monodromy matrix (d, d) is the derivative of the state after the period by the state before.
-    """
+    """Floquet multipliers, largest first, and the multiplier of a shift in time (None for a driven flow)."""
+    # The monodromy matrix (d, d) is the derivative of the state after the period by the state before.
     multipliers = np.linalg.eigvals(monodromy).astype(np.complex128)
     multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
     if not autonomous or len(multipliers) == 0:
@@ -74,10 +72,8 @@ def is_real(multipliers: np.ndarray) -> np.ndarray:
 
 
 def nearest_loss(multipliers: np.ndarray, graze: float | None) -> StabilityLoss:
-    """Loss of stability by the multiplier (of d) nearest to the unit circle, or by grazing if that is nearer.
-
-    `graze` is the least gap over its travel; None: no gap.
-    """
+    """Loss of stability by the multiplier (of d) nearest to the unit circle, or by grazing if that is nearer."""
+    # `graze` is the least gap over its travel; None: no gap.
     if len(multipliers) == 0:
         kind = "none" if graze is None else GRAZING
         return StabilityLoss(kind, np.nan if graze is None else graze, complex(np.nan))
@@ -100,12 +96,10 @@ def flip_test(multipliers: np.ndarray) -> float:
 
 
 def torus_test(multipliers: np.ndarray) -> float:
-    """Test function of tori: its sign changes where the product of two multipliers passes 1.
-
-    Near a change its size is the distance of the product to 1.  The product passes 1 if a pair crosses the unit circle.
-    It also passes 1 at two real multipliers that are each other's inverse, which is no change of stability (Y. A.
-    Kuznetsov, Elements of Applied Bifurcation Theory, 1995, section 10.2).
-    """
+    """Test function of tori: its sign changes where the product of two multipliers passes 1."""
+    # Near a change its size is the distance of the product to 1. The product passes 1 if a pair crosses the unit
+    # circle. It also passes 1 at two real multipliers that are each other's inverse, which is no change of stability
+    # (Y. A. Kuznetsov, Elements of Applied Bifurcation Theory, 1995, section 10.2).
     n = len(multipliers)
     i, j = np.triu_indices(n, 1)
     if n < 2:

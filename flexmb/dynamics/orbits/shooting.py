@@ -97,10 +97,8 @@ class ShootingRun:
 
     @property
     def monodromy(self) -> np.ndarray:
-        """Derivative (d, d) of the state after the period by the state before.
-
-        Equation (9.13) of docs/theory/exponents.md.
-        """
+        """Derivative (d, d) of the state after the period by the state before."""
+        # Equation (9.13) of docs/theory/exponents.md.
         whole = np.eye(self.slopes.shape[1])
         for A in self.slopes:
             whole = A @ whole
@@ -259,10 +257,8 @@ class Shooting:
         return rows
 
     def moved(self, run: ShootingRun, y: np.ndarray) -> np.ndarray:
-        """Starts (M, size) of a run moved by y (M, d) in their bases.
-
-        Rows that need not return are taken from the ends of the segments.
-        """
+        """Starts (M, size) of a run moved by y (M, d) in their bases."""
+        # Rows that need not return are taken from the ends of the segments.
         starts = np.asarray(run.starts + np.einsum("jsd,jd->js", run.bases, y))
         starts[:, self.space.free_rows] = np.roll(run.ends, 1, axis=0)[:, self.space.free_rows]
         return starts
@@ -393,12 +389,10 @@ def closest_approaches(
     gaps: dict[str, tuple[int, float]],
     orbit: tuple[np.ndarray, np.ndarray, Sequence[np.ndarray]],
 ) -> dict[str, tuple[float, float, int]]:
-    """For each gap on an orbit: its turning point nearest to 0 [m], its travel [m], and the number of its closures.
-
-    > 0: the surfaces just miss each other; < 0: they just touch.  Turning points are located between the samples.
-    Sharp minima, as at rebounds of rigid surfaces, do not count; NaN: no turning point.  The system is advanced;
-    `orbit` is a result of `sampled`.
-    """
+    """For each gap on an orbit: its turning point nearest to 0 [m], its travel [m], and the number of its closures."""
+    # > 0: the surfaces just miss each other; < 0: they just touch. Turning points are located between the samples.
+    # Sharp minima, as at rebounds of rigid surfaces, do not count; NaN: no turning point. The system is advanced;
+    # `orbit` is a result of `sampled`.
     times, values, states = orbit
     approaches = {}
     for name, (place, sign) in gaps.items():

@@ -48,10 +48,8 @@ class SectionSignals:
         exponent: float | None = None,
         error: float | None = None,
     ) -> Verdict:
-        """Verdict on points (n, m) of all signals, by the given signals or, without any, by the signals `telling`.
-
-        The largest exponent and its error are None or not finite where they are unknown.
-        """
+        """Verdict on points (n, m) of all signals, by the given signals or, without any, by the signals `telling`."""
+        # The largest exponent and its error are None or not finite where they are unknown.
         value, band = (x if x is not None and np.isfinite(x) else None for x in (exponent, error))
         known = [checks.one_of(f"verdict on {self.name!r}", "signal", name, self.names) for name in signals]
         columns = [self.names.index(name) for name in known] or list(self.telling)

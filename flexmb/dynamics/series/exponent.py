@@ -98,11 +98,9 @@ def estimate(
     interval: Any,
     options: tuple[int | None, int | None, int | None],
 ) -> SeriesExponent:
-    """The exponent from the slopes in two embedding dimensions: the common part of all methods.
-
-    `slope(points, window, theiler, period)` takes standardised vectors, the signal has samples (n,), `interval` is as
-    of `spacing`, `options` are delay, dimension, theiler of the methods.
-    """
+    """The exponent from the slopes in two embedding dimensions: the common part of all methods."""
+    # `slope(points, window, theiler, period)` takes standardised vectors, the signal has samples (n,), `interval` is as
+    # of `spacing`, `options` are delay, dimension, theiler of the methods.
     x = samples(method, signal, LEAST)
     step, unit = spacing(method, interval, len(x))
     found = _Found(method, unit, step)
@@ -159,14 +157,12 @@ def block_means(logs: np.ndarray) -> np.ndarray:
 
 
 def straight_part(curves: Curves, points: np.ndarray, window: int, theiler: int, period: float) -> Slope:
-    """Slope of the straight part of a divergence curve.
-
-    The straight part begins one step after the time that a vector covers (`window`): nearest neighbours are selected by
-    their distance, and noise parts them at once.  It ends where the error of the slope is smallest, at the latest
-    `MARGIN` below the distance of arbitrary points.  The error is the scatter over parts of the record and half the
-    difference of the slopes of its halves.  The straight part has at least 4 values and a rise of `LEAST_RISE`.  Points
-    are vectors (n, m); window, `theiler` (smallest distance in time of neighbours) and mean period are in samples.
-    """
+    """Slope of the straight part of a divergence curve."""
+    # The straight part begins one step after the time that a vector covers (`window`): nearest neighbours are selected
+    # by their distance, and noise parts them at once. It ends where the error of the slope is smallest, at the latest
+    # `MARGIN` below the distance of arbitrary points. The error is the scatter over parts of the record and half the
+    # difference of the slopes of its halves. The straight part has at least 4 values and a rise of `LEAST_RISE`. Points
+    # are vectors (n, m); window, `theiler` (smallest distance in time of neighbours) and mean period are in samples.
     shift = 0 if period < FLOW else int(np.ceil(period / 8.0))
     ceiling = typical_log_distance(points, shift=shift) - MARGIN
     longest = len(points) // 4

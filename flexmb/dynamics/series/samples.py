@@ -48,10 +48,8 @@ def real_numbers(value: Any) -> np.ndarray | None:
 
 
 def spacing(owner: str, interval: Any, count: int) -> tuple[float, str]:
-    """Distance of two samples, and unit of a rate.
-
-    `interval` is a distance > 0 [s], evenly spaced times (count,) [s], or None for iterations.
-    """
+    """Distance of two samples, and unit of a rate."""
+    # `interval` is a distance > 0 [s], evenly spaced times (count,) [s], or None for iterations.
     if interval is None:
         return 1.0, "1/iteration"
     if np.ndim(interval) == 0:
@@ -83,10 +81,8 @@ def standardised(x: np.ndarray) -> np.ndarray:
 
 
 def mean_period(x: np.ndarray) -> float:
-    """Number of samples of (n,) in a mean period, at least 2: inverse of the mean frequency, weighted by the power.
-
-    Source: M. T. Rosenstein, J. J. Collins and C. J. De Luca, Physica D 65 (1993) 117.
-    """
+    """Number of samples of (n,) in a mean period, at least 2: inverse of the mean frequency, weighted by the power."""
+    # Source: M. T. Rosenstein, J. J. Collins and C. J. De Luca, Physica D 65 (1993) 117.
     window = np.hanning(len(x))
     power = np.abs(np.fft.rfft((x - x.mean()) * window)) ** 2
     frequency = np.fft.rfftfreq(len(x))

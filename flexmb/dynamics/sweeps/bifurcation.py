@@ -110,13 +110,10 @@ class SectionSettings:
 
 
 def section_point(family: Family, section: SectionSettings, value: float, carried: np.ndarray | None) -> Outcome:
-    """Section points, verdict and exponent for one value of the parameter.
-
-    The motion starts at the state `carried` from a neighbouring value; None: start state of the system.
-
-    The outcome has `points` (keep, signals); `seam`: whether a carried state could not be used; `state` after the last
-    point; `drive_period`, `verdict`, `exponent`, `exponent_error`.  The outcome of a failure has no points.
-    """
+    """Section points, verdict and exponent for one value of the parameter."""
+    # The motion starts at the state `carried` from a neighbouring value; None: start state of the system.
+    # The outcome has `points` (keep, signals); `seam`: whether a carried state could not be used; `state` after the
+    # last point; `drive_period`, `verdict`, `exponent`, `exponent_error`. The outcome of a failure has no points.
     flow = family.at(value)
     if stopped := stopped_runs():  # of the function that makes the system
         return Outcome({}, stopped, ok=False)

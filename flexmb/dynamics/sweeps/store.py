@@ -311,11 +311,9 @@ class Store:
 
 
 def opened(path: Any, fingerprint: Mapping[str, Any], kind: str, *, resume: bool) -> Store:
-    """New store in a folder, or, with `resume`, the store that is there, if it has this fingerprint and kind.
-
-    The fingerprint holds texts on which the results depend; the kind is "bifurcation" or "sweep".  Points with a status
-    are not computed again.
-    """
+    """New store in a folder, or, with `resume`, the store that is there, if it has this fingerprint and kind."""
+    # The fingerprint holds texts on which the results depend; the kind is "bifurcation" or "sweep". Points with a
+    # status are not computed again.
     _zarr()
     folder = checks.path("store", path)
     try:

@@ -323,10 +323,8 @@ class FromImpact(OfFlow):
         return self.length / (2.0 * np.pi * self.scale)
 
     def rebound(self, tangents: np.ndarray | None = None) -> tuple[float, float]:
-        """Put the flow just after the impact, with differences (size + 1, k) carried along.
-
-        Returns gap and closing speed before the impact.
-        """
+        """Put the flow just after the impact, with differences (size + 1, k) carried along."""
+        # Returns gap and closing speed before the impact.
         flow, p, t, x = self.flow, self.flow.parameters, float(self._state[-1]), self._state[:-1]
         flow.flow.reset(x, time=t)
         gap, speed = flow.gap_now(), -flow.rate_of_gap()

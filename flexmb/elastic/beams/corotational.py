@@ -80,11 +80,9 @@ def points(start: Point, end: Point, turn: float, places: Sequence[float]) -> li
 
 
 def unstressed_elements(lengths: np.ndarray, bow: np.ndarray, turn: float) -> np.ndarray:
-    """l0, u10 and u20 (n, 3) of the elements of an arc: free length [m] and free rotations against the chord [rad].
-
-    `lengths` (n,) of the elements lie along the arc [m], `bow` (n, 3) is the shortening of their chords, see
-    `flexmb.elastic.beams.fem`; all elements together turn by `turn` [rad].
-    """
+    """l0, u10 and u20 (n, 3) of the elements of an arc: free length [m] and free rotations against the chord [rad]."""
+    # `lengths` (n,) of the elements lie along the arc [m], `bow` (n, 3) is the shortening of their chords, see
+    # `flexmb.elastic.beams.fem`; all elements together turn by `turn` [rad].
     half = 0.5 * turn * lengths / lengths.sum()
     chords = lengths * np.sinc(half / math.pi)
     free = chords + lengths / 30.0 * half * half * bow.sum(axis=1)
@@ -234,10 +232,9 @@ def write(c, s, f, r):
 
 @fast
 def forces(p, u, x, motion):
-    """Nodal forces in the axes of the chord, the lift on its ends, and the normal force.
-
-    u : result of `deformation`; x : `felt` accelerations of the ends; motion : rates of chord, u1, u2 and their rates.
-    """
+    """Nodal forces in the axes of the chord, the lift on its ends, and the normal force."""
+    # u : result of `deformation`; x : `felt` accelerations of the ends; motion : rates of chord, u1, u2 and their
+    # rates.
     i, _, _, e, u1, u2 = u
     rho, longer, d1, d2, rho_dot, dd1, dd2 = motion
     m = inertia(p, u1, u2, x, rho_dot, dd1, dd2)

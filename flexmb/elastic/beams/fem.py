@@ -65,11 +65,9 @@ def without_shear(stiffness: Array, mass: Array, rotary: Array) -> Bending:
 
 
 def with_shear(lengths: Array, axial: Array, cubics: Bending, flexibility: Array) -> Bending:
-    """Matrices with the shear angle condensed.
-
-    Lengths (n,) [m], axial stiffness ka (n,) [N/m], flexibility (n,) int ds/(ks G A) [m/N], 0: rigid in shear; `cubics`
-    are without shear.
-    """
+    """Matrices with the shear angle condensed."""
+    # Lengths (n,) [m], axial stiffness ka (n,) [N/m], flexibility (n,) int ds/(ks G A) [m/N], 0: rigid in shear;
+    # `cubics` are without shear.
     ends = cubics.stiffness[:, 1::2, 1::2]
     rigid = flexibility == 0.0
     angle = np.where(rigid, np.inf, lengths**2 / np.where(rigid, 1.0, flexibility))  # K
@@ -96,11 +94,9 @@ def _carried(matrices: Array, change: Array) -> Array:
 
 
 def _bow(lengths: Array, axial: Array, shares: Array, flexibility: Array) -> Array:
-    """Shortening of the chord by the slopes uk - sigma, less L sigma^2/2, and the share of the shear force in N.
-
-    Reissner measures the axial strain along the normal of the section: (1 + e) cos(sigma) - 1.  To second order of the
-    strains his energy is that of the elongation in equation (2.16), whose last term is K sigma^2/(L ka).
-    """
+    """Shortening of the chord by the slopes uk - sigma, less L sigma^2/2, and the share of the shear force in N."""
+    # Reissner measures the axial strain along the normal of the section: (1 + e) cos(sigma) - 1. To second order of the
+    # strains his energy is that of the elongation in equation (2.16), whose last term is K sigma^2/(L ka).
     first, second = shares.T
     rigid = flexibility == 0.0
     k = 12.0 - np.where(rigid, 0.0, 30.0 / (np.where(rigid, 1.0, flexibility) * axial))
@@ -145,13 +141,10 @@ class BeamMatrices:
 
     @cached_property
     def inertia_integrals(self) -> Array:
-        """(n, 16) m11 m12 m22 g11 g12 g21 g22 h11 h12 h22 J j1 j2 k11 k12 k22, in the order of `corotational`.
-
-        1 - xi and xi are the cubics (1, -1/L, 0, -1/L) and (0, 1/L, 1, 1/L) of the order w1, theta1, w2, theta2; a turn
-        of all sections by 1 is (0, 1, L, 1).
-
-        Equations (3.8) and (3.9) of docs/theory/inertia.md.
-        """
+        """(n, 16) m11 m12 m22 g11 g12 g21 g22 h11 h12 h22 J j1 j2 k11 k12 k22, in the order of `corotational`."""
+        # 1 - xi and xi are the cubics (1, -1/L, 0, -1/L) and (0, 1/L, 1, 1/L) of the order w1, theta1, w2, theta2; a
+        # turn of all sections by 1 is (0, 1, L, 1).
+        # Equations (3.8) and (3.9) of docs/theory/inertia.md.
         n, L = len(self.lengths), self.lengths
         basis = np.zeros((n, 4, 4))
         basis[:, 0, 0] = basis[:, 1, 2] = basis[:, 2, 1] = basis[:, 3, 3] = 1.0
@@ -292,11 +285,9 @@ _CURVATURES = BilinearForm(lambda u, v, w: w.weight * u.hess[0, 0] * v.hess[0, 0
 
 
 def _separate_elements(lengths: Array) -> MeshLine:
-    """Mesh of separate elements: each begins at 0 and shares no node.
-
-    scikit-fem inverts a Vandermonde matrix of 1, x, x^2, x^3 for Hermite elements; far from the origin that loses
-    digits: 1e-5 in the stiffness of the last of 2000 elements.  Beginning at 0, all digits stay.
-    """
+    """Mesh of separate elements: each begins at 0 and shares no node."""
+    # scikit-fem inverts a Vandermonde matrix of 1, x, x^2, x^3 for Hermite elements; far from the origin that loses
+    # digits: 1e-5 in the stiffness of the last of 2000 elements. Beginning at 0, all digits stay.
     ends = np.stack([np.zeros_like(lengths), lengths], axis=1)
     return MeshLine(ends.reshape(1, -1), np.ascontiguousarray(np.arange(ends.size).reshape(-1, 2).T))
 

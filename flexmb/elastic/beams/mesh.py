@@ -78,12 +78,10 @@ class LineMesh:
 
 
 def read_lines(path: str | PathLike[str], tag: str | None = None) -> LineMesh:
-    """The lines of a mesh file [m] in any format of meshio, with points, edges and tags in the order of the file.
-
-    Cells of other kinds are left out; every node must belong to a line or be a single point (vertex cell).  In 3-D all
-    z must be equal.  `tag` is the name of the integer cell data that hold the tags; None: the first of `TAG_NAMES` that
-    the file has.  Loose nodes, lines of zero length or given twice, and nodes at the same place are refused.
-    """
+    """The lines of a mesh file [m] in any format of meshio, with points, edges and tags in the order of the file."""
+    # Cells of other kinds are left out; every node must belong to a line or be a single point (vertex cell). In 3-D all
+    # z must be equal. `tag` is the name of the integer cell data that hold the tags; None: the first of `TAG_NAMES`
+    # that the file has. Loose nodes, lines of zero length or given twice, and nodes at the same place are refused.
     file = checks.path("mesh", path)
     mesh = read_file(file)
     edges = np.asarray(mesh.get_cells_type("line"), dtype=np.int64).reshape(-1, 2)
@@ -114,11 +112,9 @@ def chain(mesh: LineMesh) -> Indices:
 
 
 def members(mesh: LineMesh) -> list[Indices]:
-    """The straight beams of a frame: node indices from corner, end, branch or change of tag to the next one.
-
-    The first line of a beam in the file gives its direction, and the order of the beams.  A gently curved line is no
-    straight beam and is refused.
-    """
+    """The straight beams of a frame: node indices from corner, end, branch or change of tag to the next one."""
+    # The first line of a beam in the file gives its direction, and the order of the beams. A gently curved line is no
+    # straight beam and is refused.
     lines = _lines_at(mesh)
     stops = {node for node, at in enumerate(lines) if _is_stop(mesh, node, at)}
     done: set[int] = set()

@@ -53,10 +53,8 @@ def deformation(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape) -
 
 
 def element_shape(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape, xi: np.ndarray) -> np.ndarray:
-    """Points of the deformed axis, (n, m, 2) [m]; the points at xi = 0 and xi = 1 are the nodes, to the last bit.
-
-    Poses are x, y, theta of the end nodes, (n, 3) or (3,) [m, rad]; xi (m,) are fractions of the length.
-    """
+    """Points of the deformed axis, (n, m, 2) [m]; the points at xi = 0 and xi = 1 are the nodes, to the last bit."""
+    # Poses are x, y, theta of the end nodes, (n, 3) or (3,) [m, rad]; xi (m,) are fractions of the length.
     start, end = np.atleast_2d(pose_start)[:, None, :2], np.atleast_2d(pose_end)[:, None, :2]
     d = deformation(pose_start, pose_end, beam)
     w = beam.length * _blend(d, beam, xi, 0)
@@ -74,10 +72,9 @@ def curvature(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape, xi:
 
 
 def section_forces(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape, xi: np.ndarray) -> SectionForces:
-    """Axial force [N], bending moment [N m] and shear force [N], each (n, m); arguments as for `element_shape`.
-
-    The moments at the ends are in balance with the nodes whatever the section does in between, also for tapered beams.
-    """
+    """Axial force [N], bending moment [N m] and shear force [N], each (n, m); arguments as for `element_shape`."""
+    # The moments at the ends are in balance with the nodes whatever the section does in between, also for tapered
+    # beams.
     d = deformation(pose_start, pose_end, beam)
     L, (b11, b12, b22), (p, q, r), (free, free1, free2) = beam.length, beam.bending, beam.bow, beam.free
     e = d.l - free + L / 30.0 * (p * d.u1**2 - q * d.u1 * d.u2 + r * d.u2**2)

@@ -130,11 +130,9 @@ def edges_of(cells: Indices, kind: str) -> Edges:
 
 
 def loops_of(boundary: Indices) -> list[Indices]:
-    """Closed loops of boundary edges: nodes in order, middles between their corners, the body on the left.
-
-    A node at which more than two boundary edges meet ends a loop early; `PlaneMesh` refuses such meshes.  The edges are
-    (b, 2) or (b, 3) nodes.
-    """
+    """Closed loops of boundary edges: nodes in order, middles between their corners, the body on the left."""
+    # A node at which more than two boundary edges meet ends a loop early; `PlaneMesh` refuses such meshes. The edges
+    # are (b, 2) or (b, 3) nodes.
     after = dict(zip(boundary[:, 0].tolist(), boundary.tolist(), strict=True))
     loops = []
     while after:

@@ -54,12 +54,10 @@ def checked_fillets(label: str, fillet: float | Sequence[float], corners: int) -
 
 
 def rounded(label: str, corners: Array, radii: Array, size: float) -> tuple[Array, list[Indices]]:
-    """A polygon with arcs as fine polylines in place of its corners, and the numbers of the points on each arc.
-
-    Corners (n, 2) stand counter-clockwise, and radii (n,) of 0 are sharp corners [m]; edges on the arcs have `size` [m]
-    at most.  The new corners (p, 2) [m] include the tangent points of arcs.  Arcs that do not fit onto an edge are
-    refused.
-    """
+    """A polygon with arcs as fine polylines in place of its corners, and the numbers of the points on each arc."""
+    # Corners (n, 2) stand counter-clockwise, and radii (n,) of 0 are sharp corners [m]; edges on the arcs have `size`
+    # [m] at most. The new corners (p, 2) [m] include the tangent points of arcs. Arcs that do not fit onto an edge are
+    # refused.
     after, before = np.roll(corners, -1, axis=0) - corners, corners - np.roll(corners, 1, axis=0)
     lengths = np.linalg.norm(after, axis=1)
     turns = _turns(before, after)

@@ -128,10 +128,8 @@ def cell_tangents(p, q, v, a, kq, kv, ka, r, A):
 
 @fast
 def add_turning(p, pin, x, v, a, kq, kv, arms, f, A):
-    """Add the tangent of the arms of a turning pin, by forces f (2 m,), damping and inertia.
-
-    The latter are linear functions of velocities and accelerations: what they add to forces at rest.
-    """
+    """Add the tangent of the arms of a turning pin, by forces f (2 m,), damping and inertia."""
+    # The latter are linear functions of velocities and accelerations: what they add to forces at rest.
     n, theta = 2 * int(p[NODES]), 3 * pin + 2
     own, change, gain, moving, still = nodal(), nodal(), nodal(), nodal(), nodal()
     arms_of_pin(p, pin, arms, own)
@@ -273,11 +271,9 @@ def cell_contributions(
     damping: float,
     gravity: tuple[float, float],
 ) -> list[ElementContribution]:
-    """Contributions of all cells, with a stiffness-proportional damping time [s] and gravity [m/s^2].
-
-    `nodes` names the mechanism's nodes by number, of all nodes that lie on no pin; `pins` are the rigid pins by number
-    of the mesh's nodes that lie on them.
-    """
+    """Contributions of all cells, with a stiffness-proportional damping time [s] and gravity [m/s^2]."""
+    # `nodes` names the mechanism's nodes by number, of all nodes that lie on no pin; `pins` are the rigid pins by
+    # number of the mesh's nodes that lie on them.
     width = cells.cells.shape[1]
     masses = cells.masses.reshape(len(cells.cells), -1)
     places = cells.points[cells.cells].reshape(len(cells.cells), -1)
@@ -300,11 +296,9 @@ def _contribution(part: str, coordinates: tuple[Coordinate, ...], p: tuple[float
 def ties_of(
     part: str, numbers: list[int], points: np.ndarray, nodes: Mapping[int, str], pins: Mapping[int, Interface]
 ) -> tuple[tuple[Coordinate, ...], list[float], int]:
-    """Coordinates of a cell, numbers of the ties of its nodes, and number of its pins.
-
-    `numbers` are nodes of the cell, `points` (n, 2) places of all nodes [m]; `nodes` and `pins` as of
-    `cell_contributions`.
-    """
+    """Coordinates of a cell, numbers of the ties of its nodes, and number of its pins."""
+    # `numbers` are nodes of the cell, `points` (n, 2) places of all nodes [m]; `nodes` and `pins` as of
+    # `cell_contributions`.
     on = list(dict.fromkeys(pins[k] for k in numbers if k in pins))
     coordinates = [(part, pin.name, axis) for pin in on for axis in (0, 1, 2)]
     ties: list[float] = []

@@ -175,10 +175,8 @@ def pins_of(p):
 
 @fast
 def deformation_by(p, m, places, gradients, x, d):
-    """d (2 m,) of nodes at x (2 m,), relative to the first node; cos, sin of the rotation, and rho.
-
-    The places of the nodes and the mean gradients begin at these places of p.
-    """
+    """d (2 m,) of nodes at x (2 m,), relative to the first node; cos, sin of the rotation, and rho."""
+    # The places of the nodes and the mean gradients begin at these places of p.
     a, b = 0.0, 0.0
     for k in range(m):
         ex, ey = x[2 * k] - x[0], x[2 * k + 1] - x[1]
@@ -300,10 +298,8 @@ def corotated_energy(p, x, v):
 
 @fast
 def corotated_tangent(p, x, v, kq, kv, r, A):
-    """Forces r (2 m,) and A = kq dr/dq + kv dr/dv (2 m, 2 m).
-
-    In the turned axes A = stiff K0 - turn K0 J + left w^T + w right^T + turn / rho k g^T with k = K0 J d.
-    """
+    """Forces r (2 m,) and A = kq dr/dq + kv dr/dv (2 m, 2 m)."""
+    # In the turned axes A = stiff K0 - turn K0 J + left w^T + w right^T + turn / rho k g^T with k = K0 J d.
     n, zeta = 2 * int(p[NODES]), p[ZETA]
     d, f, k, left, right = nodal(), nodal(), nodal(), nodal(), nodal()
     c, s, rho = deformation(p, x, d)

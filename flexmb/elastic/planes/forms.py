@@ -46,10 +46,8 @@ class PlaneMatrices:
 
     @cached_property
     def rigid_properties(self) -> tuple[float, tuple[float, float], float]:
-        """Mass [kg], centre of mass [m], and moment of inertia about it [kg m^2], in the axes of the mesh.
-
-        Equation (11.4) of docs/theory/plane_bodies.md.
-        """
+        """Mass [kg], centre of mass [m], and moment of inertia about it [kg m^2], in the axes of the mesh."""
+        # Equation (11.4) of docs/theory/plane_bodies.md.
         X = self.mesh.points
         weights = self.scalar_mass @ np.ones(len(X))
         mass = float(weights.sum())
@@ -93,10 +91,8 @@ def _interleaved(same: tuple[Array, Array], cross: Array) -> Array:
 
 
 def geometric_stiffness(mesh: PlaneMesh, stress: Array, thickness: ByRegion[float]) -> csr_array:
-    """Sparse geometric stiffness (2n, 2n) [N/m] of stresses in the body, by the rotations that displacements have.
-
-    Stresses (m, q, 3) sx, sy, txy [Pa] are those at the points of `stress_at_quadrature`; the thickness is in m.
-    """
+    """Sparse geometric stiffness (2n, 2n) [N/m] of stresses in the body, by the rotations that displacements have."""
+    # Stresses (m, q, 3) sx, sy, txy [Pa] are those at the points of `stress_at_quadrature`; the thickness is in m.
     basis = stiffness_basis(mesh)
     expected = (*basis.dx.shape, 3)
     if stress.shape != expected:

@@ -139,12 +139,10 @@ class Tie:
 
 
 def tie(interfaces: Sequence[Interface], mesh: PlaneMesh) -> Tie:
-    """Displacements of all nodes as a linear function of pins and free displacements.
-
-    A rigid pin moves all of its nodes.  An averaged pin takes three displacements of its nodes, those that determine
-    its means best; the others stay free.  A pin with one node, nodes that lie at the pin, and a node of two pins are
-    refused.
-    """
+    """Displacements of all nodes as a linear function of pins and free displacements."""
+    # A rigid pin moves all of its nodes. An averaged pin takes three displacements of its nodes, those that determine
+    # its means best; the others stay free. A pin with one node, nodes that lie at the pin, and a node of two pins are
+    # refused.
     _require_separate(interfaces, mesh)
     blocks, rows, taken = [], [], np.zeros(2 * len(mesh.points), dtype=bool)
     for interface in interfaces:

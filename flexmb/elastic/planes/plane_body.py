@@ -450,12 +450,10 @@ def _direction(start: Point, end: Point) -> float:
 
 
 def bending_excess(body: PlaneBody) -> float:
-    """Share by which a body of linear cells is too stiff in bending; 0 for quadratic cells.
-
-    The strain energy of u = -x y, v = x^2/2 at the nodes, x along the body, less that of this field itself, is the
-    energy of the strains that linear cells add; over the energy of bending of a bar of the same area whose height is
-    twice the area over the length of the boundary.
-    """
+    """Share by which a body of linear cells is too stiff in bending; 0 for quadratic cells."""
+    # The strain energy of u = -x y, v = x^2/2 at the nodes, x along the body, less that of this field itself, is the
+    # energy of the strains that linear cells add; over the energy of bending of a bar of the same area whose height is
+    # twice the area over the length of the boundary.
     mesh = body.mesh
     if mesh.kind not in TRIANGLES:
         return 0.0

@@ -114,11 +114,9 @@ def around_nodes(cells: np.ndarray, areas: np.ndarray, count: int) -> np.ndarray
 def nodal_stresses(
     points: np.ndarray, cells: np.ndarray, kind: str, materials: np.ndarray, x: np.ndarray
 ) -> np.ndarray:
-    """Stresses (n, nodes, 4) sx, sy, txy in world axes and sz [Pa] at n instants.
-
-    `points` (nodes, 2) are places without stress, `x` (n, nodes, 2) places [m]; cells are (m, k), `materials` (m, 4)
-    d11, d12, d33 [Pa] of each cell, and sz over sx + sy.
-    """
+    """Stresses (n, nodes, 4) sx, sy, txy in world axes and sz [Pa] at n instants."""
+    # `points` (nodes, 2) are places without stress, `x` (n, nodes, 2) places [m]; cells are (m, k), `materials` (m, 4)
+    # d11, d12, d33 [Pa] of each cell, and sz over sx + sy.
     (areas, mean), own = areas_and_means(points, cells, kind), gradients_at_nodes(points, cells, kind)
     whole = around_nodes(cells, areas, len(points))
     found = np.zeros((len(x), len(points), 4))
@@ -184,12 +182,10 @@ Array = npt.NDArray[np.float64]
 
 
 def stress_operator(mesh: PlaneMesh, material: ByRegion[Material], state: str = STRESS) -> csr_array:
-    """Sparse matrix (4n, 2n) [Pa/m] from displacements x0, y0, x1, ... to stresses sx, sy, txy, sz of every node.
-
-    A node between two regions has the mean of both materials; the state is "stress" or "strain".  Stresses at nodes of
-    the boundary converge with one order less than those inside.  At sharp inner corners they grow without limit as the
-    mesh becomes finer.
-    """
+    """Sparse matrix (4n, 2n) [Pa/m] from displacements x0, y0, x1, ... to stresses sx, sy, txy, sz of every node."""
+    # A node between two regions has the mean of both materials; the state is "stress" or "strain". Stresses at nodes of
+    # the boundary converge with one order less than those inside. At sharp inner corners they grow without limit as the
+    # mesh becomes finer.
     areas, _ = areas_and_means(mesh.points, mesh.cells, mesh.kind)
     shares = areas[:, None] / around_nodes(mesh.cells, areas, len(mesh.points))[mesh.cells]
     slopes = gradients_at_nodes(mesh.points, mesh.cells, mesh.kind) * shares[:, :, None, None]

@@ -184,10 +184,8 @@ def accuracy(
     held: Sequence[str] | None = None,
     loads: Mapping[str, Load] | None = None,
 ) -> Accuracy:
-    """A reduced body beside the body with all its displacements, with `count` frequencies at most.
-
-    Pins `held` neither move nor turn; None: all pins keep their places and may turn, a single one may not.
-    """
+    """A reduced body beside the body with all its displacements, with `count` frequencies at most."""
+    # Pins `held` neither move nor turn; None: all pins keep their places and may turn, a single one may not.
     model = found.model
     count = checks.count(model.label, "count", count)
     names = [pin.name for pin in model.pins]

@@ -133,15 +133,12 @@ def basis(
     inertia: bool = False,
     loads: Array | None = None,
 ) -> Basis:
-    """Craig-Bampton basis of a body, with `modes` vibrations at least, all pins held.
-
-    With the shapes of loads a multiple of three modes is kept; with `up_to` all vibrations up to this frequency [Hz].
-    `by_pin`: the frame of the body is that of its first pin; `inertia`: static shapes of the own inertia are kept;
-    `loads`: forces (N, L) whose static shapes are kept.
-
-    Refused: inner displacements that the pins do not hold; more modes than displacements; static shapes that are no
-    shapes of their own.
-    """
+    """Craig-Bampton basis of a body, with `modes` vibrations at least, all pins held."""
+    # With the shapes of loads a multiple of three modes is kept; with `up_to` all vibrations up to this frequency [Hz].
+    # `by_pin`: the frame of the body is that of its first pin; `inertia`: static shapes of the own inertia are kept;
+    # `loads`: forces (N, L) whose static shapes are kept.
+    # Refused: inner displacements that the pins do not hold; more modes than displacements; static shapes that are no
+    # shapes of their own.
     m, K, M = model.count, model.stiffness.tocsc(), model.mass_matrix()
     inner = K.shape[0] - m
     solve = _solver(model, K[m:, m:]) if inner else np.zeros_like

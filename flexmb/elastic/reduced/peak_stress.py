@@ -87,10 +87,8 @@ def bounds_side_by_side(p, at, e, y, n, size, S):
 
 @fast
 def fill_bounds(p, at, e, y, n, size, S, least, bounds, of_groups):
-    """Fill the bounds of all blocks and groups; the group with the largest one.
-
-    Groups of blocks that cannot hold more than `least` have the bound 0; -1 is returned when no block can.
-    """
+    """Fill the bounds of all blocks and groups; the group with the largest one."""
+    # Groups of blocks that cannot hold more than `least` have the bound 0; -1 is returned when no block can.
     blocks, groups, step = bounds.shape[0], of_groups.shape[0], LANES * n + n * size
     for first in range(0, blocks, LANES):
         bounds_side_by_side(p, at, e, y, n, size, S)
@@ -205,11 +203,9 @@ def _metric(stresses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def groups_of(metric: np.ndarray) -> np.ndarray:
-    """Numbers (groups, LANES) of the nodes of groups, of similar matrices; the last group repeats its last node.
-
-    Nodes are halved at right angles to the direction in which their matrices differ most, until LANES are left.
-    `metric` (nodes, ...) is a matrix of each node.
-    """
+    """Numbers (groups, LANES) of the nodes of groups, of similar matrices; the last group repeats its last node."""
+    # Nodes are halved at right angles to the direction in which their matrices differ most, until LANES are left.
+    # `metric` (nodes, ...) is a matrix of each node.
     flat, left, found = metric.reshape(len(metric), -1), [np.arange(len(metric))], []
     while left:
         nodes = left.pop()

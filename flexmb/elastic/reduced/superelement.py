@@ -327,12 +327,10 @@ def superelement(
     ratios: float | tuple[float, ...] = 0.0,
     mass_damping: float = 0.0,
 ) -> Superelement:
-    """Matrices of a reduced body.
-
-    `damping` is a stiffness-proportional time [s], `mass_damping` a mass-proportional rate [1/s]; `ratios` are damping
-    ratios of the vibrations of the free body, from the lowest, one number those of all.  With `stiffening` bending is
-    stiffened by forces of the pins and by rotation.  More coordinates than the kernel can take are refused.
-    """
+    """Matrices of a reduced body."""
+    # `damping` is a stiffness-proportional time [s], `mass_damping` a mass-proportional rate [1/s]; `ratios` are
+    # damping ratios of the vibrations of the free body, from the lowest, one number those of all. With `stiffening`
+    # bending is stiffened by forces of the pins and by rotation. More coordinates than the kernel can take are refused.
     n = found.shapes.shape[1]
     require_room(found.model, n - found.model.count)
     matrices, mass, moment, mean = _inertia(found)
@@ -408,12 +406,10 @@ def _modal_damping(M: Array, K: Array, ratios: float | tuple[float, ...]) -> Arr
 
 
 def _stiffening(found: Basis, K: Array, free: Array) -> tuple[Array, Array]:
-    """Geometric stiffness: Kc of centrifugal forces about the first pin at unit speed, and Q of unit forces.
-
-    Q_a is that of a unit force along the static shape a, 1/2 d Q_a d the shortening there; equation (12.10) of
-    docs/theory/reduced.md.  With static shapes of inertia or loads, Q of all coordinates; Kc is of the stress that
-    these leave.
-    """
+    """Geometric stiffness: Kc of centrifugal forces about the first pin at unit speed, and Q of unit forces."""
+    # Q_a is that of a unit force along the static shape a, 1/2 d Q_a d the shortening there; equation (12.10) of
+    # docs/theory/reduced.md. With static shapes of inertia or loads, Q of all coordinates; Kc is of the stress that
+    # these leave.
     model, n, m = found.model, len(K), found.model.count
     first = np.array([model.pins[0].x, model.pins[0].y])
     centrifugal = stiffness_under(found, model.force_of(model.points - first))
@@ -427,10 +423,8 @@ def _stiffening(found: Basis, K: Array, free: Array) -> tuple[Array, Array]:
 
 
 def _directions(found: Basis, shortening: Array) -> Array:
-    """(k, n + 1, n) directions of Q (m, n, n) of the coordinates from the second pin on, each above its matrix.
-
-    Added nodes go along with the pins, so amplitudes stay as they are.
-    """
+    """(k, n + 1, n) directions of Q (m, n, n) of the coordinates from the second pin on, each above its matrix."""
+    # Added nodes go along with the pins, so amplitudes stay as they are.
     m, n, _ = shortening.shape
     pins = found.model.count
     if not shortening.any():

@@ -51,10 +51,8 @@ matrix_view = _matrix_view()
 
 
 def _part_of() -> Any:
-    """Make the compiled function (flat, begin, end) that returns flat[begin:end] without checks of the bounds.
-
-    A slice tests signs and bounds, and so does every index into it, unless numba knows that indices start at 0.
-    """
+    """Make the compiled function (flat, begin, end) that returns flat[begin:end] without checks of the bounds."""
+    # A slice tests signs and bounds, and so does every index into it, unless numba knows that indices start at 0.
     if config.DISABLE_JIT:
         return lambda flat, begin, end: flat[begin:end]
 
@@ -193,10 +191,8 @@ def stack_matrix(rows: int, columns: int) -> Callable[[], Any]:
 
 
 def stack_vector(size: int) -> Callable[[], Any]:
-    """A function that returns a vector (size,) of floats, on the stack, for functions that are compiled in any case.
-
-    Functions made by `flexmb.kernels.fast` can call it, which are compiled without numba's memory management.
-    """
+    """A function that returns a vector (size,) of floats, on the stack, for functions that are compiled in any case."""
+    # Functions made by `flexmb.kernels.fast` can call it, which are compiled without numba's memory management.
     if config.DISABLE_JIT:
         return lambda: np.zeros(size)
 

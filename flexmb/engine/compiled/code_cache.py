@@ -112,10 +112,8 @@ class SlimSignature(CompileResult):
         return tuple(parts)
 
     def _find_referenced_environments(self) -> list[Any]:
-        """Globals of inner functions that are not inlined.
-
-        Those of functions that were inlined are not, and finding them imports half of numba.
-        """
+        """Globals of inner functions that are not inlined."""
+        # Those of functions that were inlined are not, and finding them imports half of numba.
         code = str(self.library._final_module)
         return [one for one in super()._find_referenced_environments() if code.count(one.env_name) > 1]
 

@@ -97,10 +97,8 @@ def say_once(text: str) -> None:
 
 @cache
 def pace() -> float:
-    """Time on this machine relative to that on the machine of the measured costs [1].
-
-    What is timed is Python's own compiler, the quickest of five runs: like numba it is made of many small steps.
-    """
+    """Time on this machine relative to that on the machine of the measured costs [1]."""
+    # What is timed is Python's own compiler, the quickest of five runs: like numba it is made of many small steps.
     lines = "".join(f"x{k} = [f(a, {k}) for a in range(b) if a > {k}]\n" for k in range(400))
     took = []
     for _ in range(5):

@@ -127,10 +127,8 @@ class PieceLibrary(JITCodeLibrary):
         self._final_module.link_in(ll_module)
 
     def own(self) -> Any:
-        """Module of its function, for linking into another module.
-
-        As `weak_odr`, since LLVM drops a `linkonce_odr` function that nobody has called yet.
-        """
+        """Module of its function, for linking into another module."""
+        # As `weak_odr`, since LLVM drops a `linkonce_odr` function that nobody has called yet.
         if self._shared_module is None:
             for function in self._final_module.functions:
                 if not function.is_declaration and function.linkage == ll.Linkage.external:
@@ -291,10 +289,8 @@ class Whole(CPUDispatcher):
         self._cache = CodeCache(self.py_func)
 
     def compile(self, signature: Any) -> Any:
-        """Compile a signature, or find it in the cache.
-
-        Python's collector rests meanwhile, since it would look at millions of objects that stay.
-        """
+        """Compile a signature, or find it in the cache."""
+        # Python's collector rests meanwhile, since it would look at millions of objects that stay.
         collects = gc.isenabled()
         gc.disable()
         try:

@@ -269,10 +269,8 @@ class Record:
         self._adopt(np.array(given, dtype=np.float64).view(np.uint64))
 
     def _begun(self, shapes: tuple[tuple[str, Any], ...]) -> np.ndarray:
-        """The words of a record whose arrays of zeros lie one after the other in one block of memory.
-
-        Python's view of such an array is made when it is asked for.
-        """
+        """The words of a record whose arrays of zeros lie one after the other in one block of memory."""
+        # Python's view of such an array is made when it is asked for.
         if not shapes:
             return np.zeros(max(self._size, 1), dtype=np.uint64)
         plan = self._plans.get(shapes)
@@ -343,10 +341,8 @@ class Record:
         return other
 
     def twin(self, **records: Record) -> Self:
-        """A new record with the same shapes and numbers, arrays of zeros included, in a fifth of the time.
-
-        Arrays that were given are shared; records within have twins of their own, or are exchanged for `records`.
-        """
+        """A new record with the same shapes and numbers, arrays of zeros included, in a fifth of the time."""
+        # Arrays that were given are shared; records within have twins of their own, or are exchanged for `records`.
         mine, words = self.__dict__, self._words.copy()
         other = type(self).__new__(type(self))
         if "_arena" in mine:
@@ -388,11 +384,9 @@ class Record:
         return np.array(found, dtype=np.float64)
 
     def set_numbers(self, values: np.ndarray) -> None:
-        """Give the fields that are numbers the `values` that `numbers` returned.
-
-        A `ValueError` has the name of a number beyond its limits or no whole one: compiled code, which takes such
-        numbers for indices, is not asked whether they fit.
-        """
+        """Give the fields that are numbers the `values` that `numbers` returned."""
+        # A `ValueError` has the name of a number beyond its limits or no whole one: compiled code, which takes such
+        # numbers for indices, is not asked whether they fit.
         names = [name for name, (kind, _) in self._places.items() if kind in NUMBERS.values()]
         for name, value in zip(names, values.tolist(), strict=True):
             least, most = self._limits.get(name, (-LARGEST, LARGEST))

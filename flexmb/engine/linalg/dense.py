@@ -64,10 +64,8 @@ class PivotingSolver:
         self._row_starts = np.searchsorted(self._rows[self._by_row], np.arange(self._n))
 
     def factor(self, values: np.ndarray) -> PivotingSolver:
-        """Take the `values` of A, not factored, in the layout of the pattern; returns the solver itself.
-
-        Raises `SolveError` if a value is not finite or A is singular to the last digit.
-        """
+        """Take the `values` of A, not factored, in the layout of the pattern; returns the solver itself."""
+        # Raises `SolveError` if a value is not finite or A is singular to the last digit.
         data = self._finite(values)
         self._r, self._c = self._scales(np.abs(data))
         scaled = data * self._r[self._rows] * self._c[self._cols]
@@ -130,11 +128,9 @@ def singular_text(n: int, finding: str) -> str:
 
 
 def solve_dense(A: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """x (n,) or (n, k) with A (n, n) x = b, scaled, refined once, and held against the limits of `PivotingSolver`.
-
-    A `SolveError` tells an entry that is not finite; a matrix that is singular, or so near to it that x does not fulfil
-    the equations.
-    """
+    """x (n,) or (n, k) with A (n, n) x = b, scaled, refined once, and held against the limits of `PivotingSolver`."""
+    # A `SolveError` tells an entry that is not finite; a matrix that is singular, or so near to it that x does not
+    # fulfil the equations.
     n = len(b)
     if not np.isfinite(A).all():
         i, j = np.argwhere(~np.isfinite(A))[0]
@@ -154,10 +150,8 @@ def solve_dense(A: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def scales(size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Factors of rows and of columns that bring the largest entry of each near 1 (Ruiz, see `PivotingSolver`).
-
-    `size` (n, n) are absolute values.
-    """
+    """Factors of rows and of columns that bring the largest entry of each near 1 (Ruiz, see `PivotingSolver`)."""
+    # `size` (n, n) are absolute values.
     r, c = np.ones(len(size)), np.ones(len(size))
     for _ in range(SCALING_ROUNDS):
         scaled = size * r[:, None] * c
@@ -190,10 +184,8 @@ def scaled_rows(factors: np.ndarray, A: Any) -> Any:
 
 
 def bordered_solution(S: Any, A: Any, b: np.ndarray) -> np.ndarray | None:
-    """x with [[S, A^T], [A, 0]] x = b (n + m,), None where the matrix is singular to the last digit.
-
-    S (n, n) is symmetric or not, A is (m, n).
-    """
+    """x with [[S, A^T], [A, 0]] x = b (n + m,), None where the matrix is singular to the last digit."""
+    # S (n, n) is symmetric or not, A is (m, n).
     if isinstance(S, np.ndarray) and isinstance(A, np.ndarray):
         m, n = A.shape
         whole = np.zeros((n + m, n + m))

@@ -56,10 +56,8 @@ class KeptFactors(PivotingSolver):
         self.factored = 0
 
     def factor(self, values: np.ndarray) -> "KeptFactors":
-        """Take the `values` of A, not factored, in the layout of the pattern; returns the solver itself.
-
-        Raises `SolveError` if a value is not finite.
-        """
+        """Take the `values` of A, not factored, in the layout of the pattern; returns the solver itself."""
+        # Raises `SolveError` if a value is not finite.
         data = self._finite(values)
         self._matrix = sp.csc_matrix((data, self._rows, self._column_starts), shape=(self._n, self._n))
         self._sizes = abs(self._matrix)
@@ -67,10 +65,8 @@ class KeptFactors(PivotingSolver):
         return self
 
     def solve(self, b: np.ndarray, accuracy: float = 0.0) -> np.ndarray:
-        """X with A x = b, (n,); `SolveError` if A is so near to singular that x does not fulfil the equations.
-
-        accuracy : last refinement of x with old factors, relative to x, that suffices; 0: that of own factors.
-        """
+        """X with A x = b, (n,); `SolveError` if A is so near to singular that x does not fulfil the equations."""
+        # accuracy : last refinement of x with old factors, relative to x, that suffices; 0: that of own factors.
         right = b[self._order]
         if self._lu is not None and not self._is_own:
             x, is_good = self._refined(right, accuracy)

@@ -239,17 +239,14 @@ _TABLES: WeakKeyDictionary[Symbolic, LU] = WeakKeyDictionary()
 
 @compiled
 def factor(sym, lu, seen, threshold, first_row=NO_ROW, hold=HELD_PIVOT):
-    """Factor A = L U in place; -1, ROWS_HELD, or the first unknown whose pivot is lost or not finite.
-
-    L has a unit diagonal; the diagonal of U is stored inverted.  sym : LU; lu : (size,); seen : (n,) largest terms
-    summed up to the pivots, filled; threshold, hold [1]; first_row : number of the first constraint.
-    A pivot is lost if it is not larger than `threshold` times the largest term summed up to it.  These terms scale like
-    the pivot with units and time step, unlike the entries of its row: G S^-1 G^T of a joint may be 1e-12 beside a 1 in
-    G and still have all its digits.
-
-    A constraint row whose pivot is not larger than `hold` times that term depends on rows before it.  The row is held:
-    left out, as with an infinite pivot, so that `solve` does not change its multiplier.  Its `seen` becomes negative.
-    """
+    """Factor A = L U in place; -1, ROWS_HELD, or the first unknown whose pivot is lost or not finite."""
+    # L has a unit diagonal; the diagonal of U is stored inverted. sym : LU; lu : (size,); seen : (n,) largest terms
+    # summed up to the pivots, filled; threshold, hold [1]; first_row : number of the first constraint. A pivot is lost
+    # if it is not larger than `threshold` times the largest term summed up to it. These terms scale like the pivot with
+    # units and time step, unlike the entries of its row: G S^-1 G^T of a joint may be 1e-12 beside a 1 in G and still
+    # have all its digits.
+    # A constraint row whose pivot is not larger than `hold` times that term depends on rows before it. The row is held:
+    # left out, as with an infinite pivot, so that `solve` does not change its multiplier. Its `seen` becomes negative.
     order, starts, row_ptr, rows = sym.order, sym.starts, sym.row_ptr, sym.rows
     value_ptr, target_ptr, targets = sym.value_ptr, sym.target_ptr, sym.targets
     _start_scale(starts, row_ptr, value_ptr, lu, seen)
@@ -432,10 +429,8 @@ def _update_3(lu, at, u, targets, t):
 
 @compiled
 def null_vector(sym, lu, s, k, b, x, y):
-    """Null vector x of A for the held row k of panel s, with x = 1 at this row; b, x, y : (n,), three arrays.
-
-    The factors of the rows before are exact, so that the solution of U x = 1 with a pivot of 1 in place of 0 is x.
-    """
+    """Null vector x of A for the held row k of panel s, with x = 1 at this row; b, x, y : (n,), three arrays."""
+    # The factors of the rows before are exact, so that the solution of U x = 1 with a pivot of 1 in place of 0 is x.
     stride = sym.starts[s + 1] - sym.starts[s] + sym.row_ptr[s + 1] - sym.row_ptr[s]
     diagonal = sym.value_ptr[s] + k * (stride + 1)
     b[:] = 0.0

@@ -77,11 +77,9 @@ def _check(blocks: Sequence[Sequence[int]], edges: Sequence[Sequence[int]], last
 
 
 def _multiple_minimum_degree(count: int, edges: Sequence[Sequence[int]], last: np.ndarray) -> list[int]:
-    """Blocks in order of elimination, by SuperLU on the graph of the coordinates, in a postorder of its tree.
-
-    SuperLU gives its order beside the factors of a matrix alone: here one with a dominant diagonal and a number for
-    every block, whose factors take a twentieth of those of the unknowns.
-    """
+    """Blocks in order of elimination, by SuperLU on the graph of the coordinates, in a postorder of its tree."""
+    # SuperLU gives its order beside the factors of a matrix alone: here one with a dominant diagonal and a number for
+    # every block, whose factors take a twentieth of those of the unknowns.
     lengths = np.fromiter(map(len, edges), np.int64, len(edges))
     members = np.fromiter(chain.from_iterable(edges), np.int64, int(lengths.sum()))
     starts = np.concatenate([[0], np.cumsum(lengths)])
@@ -115,10 +113,8 @@ def _neighbours(count: int, edges: Sequence[Sequence[int]]) -> list[set[int]]:
 
 
 def _minimum_degree(neighbours: list[set[int]], sizes: list[int], last: Sequence[bool]) -> tuple[list[int], list[int]]:
-    """(parent of each block in the elimination tree, -1 for a root; blocks in order of elimination).
-
-    Eats `neighbours`.  The heap holds old degrees too; an entry counts only if its degree is the present one.
-    """
+    """(parent of each block in the elimination tree, -1 for a root; blocks in order of elimination)."""
+    # Eats `neighbours`. The heap holds old degrees too; an entry counts only if its degree is the present one.
     waits = [len(around) - sum(map(last.__getitem__, around)) if last[b] else 0 for b, around in enumerate(neighbours)]
     released_by = [[k for k in around if last[k]] if not last[b] else [] for b, around in enumerate(neighbours)]
     degrees = [sum(map(sizes.__getitem__, around)) for around in neighbours]

@@ -33,11 +33,9 @@ class Rank:
 
 
 def row_rank(G: Any) -> Rank:
-    """Rank of the rows of G, a plain array or sparse, after scaling them to length 1.
-
-    By a pivoted QR of G^T (dense) or of G G^T (large); a sparse G whose rows are clearly independent needs none, and
-    of the others each group of rows that share no column with the rest has its own.
-    """
+    """Rank of the rows of G, a plain array or sparse, after scaling them to length 1."""
+    # By a pivoted QR of G^T (dense) or of G G^T (large); a sparse G whose rows are clearly independent needs none, and
+    # of the others each group of rows that share no column with the rest has its own.
     m = G.shape[0]
     if m == 0:
         return Rank(0, ())
@@ -116,10 +114,8 @@ def _clearly_independent(gram: Any) -> bool:
 
 
 def norm_of_inverse(inverse: Any) -> float:
-    """Estimate of the 1-norm of an inverse, by `onenormest` and by one vector that has a part of every other one.
-
-    The vectors of `onenormest` are of 1 and -1: they may miss what two equal rows map to round-off.
-    """
+    """Estimate of the 1-norm of an inverse, by `onenormest` and by one vector that has a part of every other one."""
+    # The vectors of `onenormest` are of 1 and -1: they may miss what two equal rows map to round-off.
     b = np.cos(np.arange(inverse.shape[0]) ** 2.0)
     alone = np.abs(inverse.matvec(b)).sum() / np.abs(b).sum()
     return float(max(alone, sp.linalg.onenormest(inverse)))

@@ -51,11 +51,9 @@ def list_below(row_ptr, columns, parent, ptr, below, end, mark):
 
 @compiled
 def join_panels(parent, ptr, widest, waste, starts, count):
-    """Join neighbouring panels of `starts` (count + 1 bounds) in place; the number of panels that are left.
-
-    Two are joined if the first is the child of the second in the tree, the result is at most `widest` places wide, and
-    the part of stored zeros in L is at most `waste`.
-    """
+    """Join neighbouring panels of `starts` (count + 1 bounds) in place; the number of panels that are left."""
+    # Two are joined if the first is the child of the second in the tree, the result is at most `widest` places wide,
+    # and the part of stored zeros in L is at most `waste`.
     last = 0  # panels that are finished
     for s in range(1, count):
         first, start, end = starts[last], starts[s], starts[s + 1]
@@ -102,11 +100,9 @@ def locate_all(starts, row_ptr, rows, value_ptr, panel, i, j, found):
 
 @compiled
 def locate_targets(starts, row_ptr, rows, value_ptr, panel, reached, targets):
-    """Position of every entry that the product of a panel's L and U is subtracted from, row by row.
-
-    The rows below a panel are among those below the panel of each of them, both ascending; `reached` (n,) is work: how
-    far each was read.
-    """
+    """Position of every entry that the product of a panel's L and U is subtracted from, row by row."""
+    # The rows below a panel are among those below the panel of each of them, both ascending; `reached` (n,) is work:
+    # how far each was read.
     at = 0
     for s in range(len(starts) - 1):
         first, u = row_ptr[s], row_ptr[s + 1] - row_ptr[s]
@@ -200,10 +196,8 @@ class Symbolic:
 
     @cached_property
     def targets(self) -> np.ndarray:
-        """Value that each entry (i, j) of the product of a panel's L and U is subtracted from, row by row, uint32.
-
-        The largest array by far, found when a caller factors without pivoting: statics and modes do without it.
-        """
+        """Value that each entry (i, j) of the product of a panel's L and U is subtracted from, row by row, uint32."""
+        # The largest array by far, found when a caller factors without pivoting: statics and modes do without it.
         found = np.empty(self.target_ptr[-1], dtype=np.uint32)
         reached = np.empty(self.n, dtype=np.int64)
         locate_targets(self.starts, self.row_ptr, self.rows, self.value_ptr, self._panel, reached, found)
@@ -218,11 +212,9 @@ class Symbolic:
         return found
 
     def positions(self, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
-        """Positions of the entries (row, col) of A in the array of values, in the shape of `rows` and `cols`.
-
-        Where one of the two is negative (a fixed coordinate) the dummy slot is meant.  An entry outside the pattern, or
-        an unknown that is not there, is refused.
-        """
+        """Positions of the entries (row, col) of A in the array of values, in the shape of `rows` and `cols`."""
+        # Where one of the two is negative (a fixed coordinate) the dummy slot is meant. An entry outside the pattern,
+        # or an unknown that is not there, is refused.
         i, j = np.broadcast_arrays(np.asarray(rows, dtype=np.int64), np.asarray(cols, dtype=np.int64))
         _check_range("Symbolic.positions", self.n, i, j)
         result = np.full(i.shape, self.dummy, dtype=np.int64)

@@ -58,13 +58,11 @@ def allowed_gap(tables, h, options, flow, a):
 
 @compiled
 def update_held_multipliers(tables, lu, t, flow, trial, work, record):
-    """After an accepted step: record time and joints of held rows; choose multipliers of least norm.
-
-    Every held row stands for a vector of multipliers u with G^T u = 0.  If there are as many as rows of
-    trial.free_multipliers (joints that are redundant in every pose), they are made orthonormal there, and their
-    components are removed from the multipliers.  `Clock.held_steps` counts the successive steps that held more rows, or
-    found held rows needed.  It becomes -1, for the rest of the run, in a model whose rows are always needed.
-    """
+    """After an accepted step: record time and joints of held rows; choose multipliers of least norm."""
+    # Every held row stands for a vector of multipliers u with G^T u = 0. If there are as many as rows of
+    # trial.free_multipliers (joints that are redundant in every pose), they are made orthonormal there, and their
+    # components are removed from the multipliers. `Clock.held_steps` counts the successive steps that held more rows,
+    # or found held rows needed. It becomes -1, for the rest of the run, in a model whose rows are always needed.
     held, needed = record.count.held_code % 2 == 1, record.count.held_code >= 2
     total = 0
     for place in range(trial.pivot_scale.shape[0]):
@@ -283,12 +281,10 @@ def convergence_limits(noise, work):
 
 @compiled
 def convergence_test(size, last_size, negligible, remaining, noise, own, reuse):
-    """Test a correction with reused factors: converged, correction negligible, iteration contracting.
-
-    size, last_size : this correction and the one before with the same factors, over the tolerance; inf: none before.
-    own : whether the factors are of this step and no law has a slope.  Corrections within the tolerance that get no
-    smaller are round-off then; their size tells that of factors of earlier steps.
-    """
+    """Test a correction with reused factors: converged, correction negligible, iteration contracting."""
+    # size, last_size : this correction and the one before with the same factors, over the tolerance; inf: none before.
+    # own : whether the factors are of this step and no law has a slope. Corrections within the tolerance that get no
+    # smaller are round-off then; their size tells that of factors of earlier steps.
     small = size <= negligible
     if last_size == math.inf:
         enough = small and first_correction_suffices(size, reuse) and size * reuse.contraction <= remaining
@@ -323,12 +319,10 @@ def measure_contraction(size, last_size, reuse):
 
 @compiled
 def update_reuse(factorisations, reused, evaluated, measuring, reuse):
-    """Count a step that converged with reused factors, and expect the next one to take as many iterations.
-
-    factorisations : matrices factored in this step;  reused : iterations with the last factors before the last one
-    evaluated : whether the state of the last evaluation is the accepted one
-    measuring : whether the contraction rate was due to be measured, which takes one more iteration
-    """
+    """Count a step that converged with reused factors, and expect the next one to take as many iterations."""
+    # factorisations : matrices factored in this step;  reused : iterations with the last factors before the last one
+    # evaluated : whether the state of the last evaluation is the accepted one measuring : whether the contraction rate
+    # was due to be measured, which takes one more iteration
     reuse.steps_since_measured += 1.0
     if factorisations > 0:
         reuse.expected_last_fresh = float(reused if evaluated else reused + 1)

@@ -191,10 +191,8 @@ def advance_radau(
 
 @compiled
 def contact_within_step(tables, address, flow, trial, work, R):
-    """Fraction of the step at the first stage in a contact that is open at both ends of the step; 0: no such stage.
-
-    The contact force has then reversed or slowed the motion, although the onset was not located.
-    """
+    """Fraction of the step at the first stage in a contact that is open at both ends of the step; 0: no such stage."""
+    # The contact force has then reversed or slowed the motion, although the onset was not located.
     K = tables.contacts
     for c in range(K.kernel.shape[0]):
         if flow.z[K.z[c, COMMON_Z]] != 0.0:

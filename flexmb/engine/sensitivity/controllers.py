@@ -200,12 +200,10 @@ def act_differences(
     *,
     every: bool,
 ) -> np.ndarray:
-    """Differences (k, n_z) of the histories after the sampled controllers have acted; equation (14.11).
+    """Differences (k, n_z) of the histories after the sampled controllers have acted; equation (14.11)."""
 
-    y, z : signals and histories just before;  dy, dz : their differences (k, n_y) and (k, n_z)
-    sizes : (n_y,) largest size of each signal so far;  moved : of each parameter
-    """
-
+    # y, z : signals and histories just before;  dy, dz : their differences (k, n_y) and (k, n_z) sizes : (n_y,) largest
+    # size of each signal so far;  moved : of each parameter
     def after(samplers: tuple[Sampler, ...], e: float, j: int) -> np.ndarray:
         there: np.ndarray = z + e * dz[j]
         act(samplers, instant, y + e * dy[j], there, every=every)

@@ -187,10 +187,8 @@ def _entries(program: Program) -> np.ndarray:
 
 @apart
 def linearise(tables, address, t, h, q, v, a, lam, z, kv, ka, T, work):
-    """Fill work.lu with [[A, G^T], [G, 0]], T.F with -(K U + C X + M Y + (dr/dz) dz), T.z1 with the effect of T.z.
-
-    q, v, a : (n_q + 3,); z : history a time h before.  Friction in joints is in A and beside G^T as in `evaluate`.
-    """
+    """Fill work.lu with [[A, G^T], [G, 0]], T.F with -(K U + C X + M Y + (dr/dz) dz), T.z1 with the effect of T.z."""
+    # q, v, a : (n_q + 3,); z : history a time h before. Friction in joints is in A and beside G^T as in `evaluate`.
     work.r[:] = 0.0
     work.Gl[:] = 0.0
     work.lu[:] = 0.0
@@ -409,10 +407,8 @@ def find_rates(tables, address, t, h, q, v, a, z, T, work):
 
 @compiled
 def find_jacobian_rate(tables, address, t, most, length, q, v, lam, T, work):
-    """Set T.W = dG/dt along the motion (q, v), by central differences; most : largest time difference [s].
-
-    W is also d(G v + g_t)/dq, since second derivatives commute.  length : size of the mechanism [m].
-    """
+    """Set T.W = dG/dt along the motion (q, v), by central differences; most : largest time difference [s]."""
+    # W is also d(G v + g_t)/dq, since second derivatives commute. length : size of the mechanism [m].
     fast = 0.0
     for i in range(0, tables.sizes.n_b, 3):
         fast = max(fast, max(abs(v[i]), abs(v[i + 1])) / length, abs(v[i + 2]))

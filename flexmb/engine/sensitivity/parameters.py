@@ -100,10 +100,8 @@ def move_numbers(tables, by, j, eps):
 
 @compiled
 def add_parameters(tables, address, t, h, q, v, a, lam, z, T, work):
-    """Add the effect of all parameters to T.F, T.z1, T.N and T.T; set g, gv and contact of T.by.
-
-    `add_contacts` and `add_constraints` have been called at the same state.
-    """
+    """Add the effect of all parameters to T.F, T.z1, T.N and T.T; set g, gv and contact of T.by."""
+    # `add_contacts` and `add_constraints` have been called at the same state.
     by = T.by
     by.g[:, :] = 0.0
     by.gv[:, :] = 0.0

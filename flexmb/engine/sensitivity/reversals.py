@@ -36,10 +36,8 @@ slope in accelerations, relative to the secant: beyond it, differences leave the
 
 @compiled
 def find_turns(tables, address, h, share, q, v, lam, T, work):
-    """Find the friction without history that turns in a step of size h; put its secant slopes into work.lu.
-
-    share : part of the step for which a force at its end acts.  Contacts and constraints are evaluated at q, v, lam.
-    """
+    """Find the friction without history that turns in a step of size h; put its secant slopes into work.lu."""
+    # share : part of the step for which a force at its end acts. Contacts and constraints are evaluated at q, v, lam.
     K, C = tables.contacts, tables.constraints
     for c in range(K.kernel.shape[0]):
         out, slopes = work.contact[c], work.slopes[c]
@@ -120,10 +118,8 @@ def _add_joint_turn(C, c, v, slope, work):
 
 @compiled
 def add_turns(tables, address, T, work):
-    """Add the forces by the slips at the start to T.F and T.turned, and secant slopes of joints to work.slopes.
-
-    T.q, T.v are of the start.
-    """
+    """Add the forces by the slips at the start to T.F and T.turned, and secant slopes of joints to work.slopes."""
+    # T.q, T.v are of the start.
     K, C = tables.contacts, tables.constraints
     for c in range(K.kernel.shape[0]):
         if T.turn[c, STARTING] == 0.0 and T.turn[c, ENDING] == 0.0:

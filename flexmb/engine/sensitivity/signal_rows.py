@@ -237,10 +237,8 @@ def _difference_at(n, s, h, flow, record, j, T):
 
 @compiled
 def _slopes(tables, address, t, elapsed, later, shorter, options, flow, trial, record, j, T):
-    """Derivatives of the signals along R.dq to R.dz at the state in `trial`, in R.found.
-
-    later, shorter : rates of the time t [s] and, reversed, of the time since the histories z
-    """
+    """Derivatives of the signals along R.dq to R.dz at the state in `trial`, in R.found."""
+    # later, shorter : rates of the time t [s] and, reversed, of the time since the histories z
     R, n, m, eps = T.rows, tables.sizes.n_q, T.rows.places.shape[0], 1.0
     if R.evaluated:
         eps = _difference_size(tables, options, flow, j, T)

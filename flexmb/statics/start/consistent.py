@@ -45,14 +45,11 @@ class Start:
 def consistent_start(
     mechanism: Mechanism, program: Program, t: float = 0.0, *, redundant: bool = False, closed: Program | None = None
 ) -> Start:
-    """Start values of a mechanism: clearance joints centred, bodies without a declared field unstressed and rigid.
-
-    The time is in s.  Joints that are `redundant` in every pose have the multipliers of least norm; `closed` is the
-    mechanism compiled with `start=True`.
-
-    An `AssemblyError` tells loops that cannot close, joints that are not independent, a singular pose, or declared
-    velocities that the joints forbid; a `SolveError` a coordinate without mass.
-    """
+    """Start values of a mechanism: clearance joints centred, bodies without a declared field unstressed and rigid."""
+    # The time is in s. Joints that are `redundant` in every pose have the multipliers of least norm; `closed` is the
+    # mechanism compiled with `start=True`.
+    # An `AssemblyError` tells loops that cannot close, joints that are not independent, a singular pose, or declared
+    # velocities that the joints forbid; a `SolveError` a coordinate without mass.
     closed = compile_mechanism(mechanism, start=True) if closed is None else closed
     q, _ = close_loops(closed, {}, t=t)
     extra = redundant_rows(program, closed, q, t) if redundant else 0
@@ -127,14 +124,11 @@ def yielding_joints(program: Program, closed: Program) -> frozenset[str]:
 def rigid_velocities(
     closed: Program, q: np.ndarray, t: float, soft: Container[str] = (), system: StateEvaluation | None = None
 ) -> np.ndarray:
-    """Velocities (n_q,) of rigid bodies by the drives, with least kinetic energy in all free motions.
-
-    Declared velocities hold exactly; `AssemblyError` if joints forbid them.  Joints named in `soft` (with clearance, or
-    elastic) yield to declared velocities, so that a journal can be thrown into its bearing.  v = B w + d, with rigid
-    motions B w and the remainder d of declared fields.
-
-    Equation (1.10) of docs/theory/equations_of_motion.md.
-    """
+    """Velocities (n_q,) of rigid bodies by the drives, with least kinetic energy in all free motions."""
+    # Declared velocities hold exactly; `AssemblyError` if joints forbid them. Joints named in `soft` (with clearance,
+    # or elastic) yield to declared velocities, so that a journal can be thrown into its bearing. v = B w + d, with
+    # rigid motions B w and the remainder d of declared fields.
+    # Equation (1.10) of docs/theory/equations_of_motion.md.
     system, rigid = system or StateEvaluation(closed), RigidMotion(closed)
     B = rigid.plain_basis(q)
     declared, d = declared_rows(closed, rigid, B)
@@ -231,12 +225,10 @@ def least_energy(inertia: Any, A: Any, b: np.ndarray) -> np.ndarray:
 
 
 def yielding_rows(inertia: Any, A: Any, b: np.ndarray) -> np.ndarray | None:
-    """The w of `least_energy` for sparse matrices, largest entry of the inertia 1; None where it is not found.
-
-    Rows yield to the change of their multipliers s, A w - YIELD (s - s_before) = b, so that dependent ones leave the
-    matrix regular; s is iterated until w is settled (method of multipliers).  Of rows that contradict one another some
-    1e-8 of the contradiction is left.
-    """
+    """The w of `least_energy` for sparse matrices, largest entry of the inertia 1; None where it is not found."""
+    # Rows yield to the change of their multipliers s, A w - YIELD (s - s_before) = b, so that dependent ones leave the
+    # matrix regular; s is iterated until w is settled (method of multipliers). Of rows that contradict one another some
+    # 1e-8 of the contradiction is left.
     m, n = A.shape
     whole = sp.block_array([[inertia + NO_ENERGY * sp.eye_array(n), A.T], [A, -YIELD * sp.eye_array(m)]])
     factors = sp.linalg.splu(whole.tocsc())
@@ -261,12 +253,9 @@ def accelerations(
     *,
     system: StateEvaluation | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Accelerations (n_q,) and multipliers (n_c,): M a + G^T lam = -r(q, v, 0), G a = gamma.
-
-    z : history (n_z,) at this state, None: that at the start;  system : evaluation of the program, None: a new one
-
-    Equation (1.11) of docs/theory/equations_of_motion.md.
-    """
+    """Accelerations (n_q,) and multipliers (n_c,): M a + G^T lam = -r(q, v, 0), G a = gamma."""
+    # z : history (n_z,) at this state, None: that at the start;  system : evaluation of the program, None: a new one
+    # Equation (1.11) of docs/theory/equations_of_motion.md.
     system, lam = system or StateEvaluation(program), np.zeros(program.n_c)
     system.at(q, v, t=t, z=z, weights=(0.0, 0.0, 1.0))
     M, G = system.blocks

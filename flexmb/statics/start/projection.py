@@ -16,11 +16,9 @@ CLOSED_GAP = 1e-12  # gap of a closed joint relative to the size of the mechanis
 
 
 def projected(program: Program, q: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
-    """The positions and velocities (n_q,) nearest to q and v that satisfy all constraints at time t.
-
-    Whole turns of the drives are removed first, so that a state of one period may be the start of another.  Angles
-    count by the size of the mechanism.
-    """
+    """The positions and velocities (n_q,) nearest to q and v that satisfy all constraints at time t."""
+    # Whole turns of the drives are removed first, so that a state of one period may be the start of another. Angles
+    # count by the size of the mechanism.
     system, metric = StateEvaluation(program), metric_of(program)
     q = without_whole_turns(program, system, np.array(q, dtype=np.float64), t)
     for _ in range(MOST_PROJECTIONS):

@@ -57,10 +57,8 @@ def dependent_parts(program: Program, G: Any, rows: np.ndarray | None = None) ->
 
 
 def shaken_pose(program: Program, q: np.ndarray) -> np.ndarray:
-    """A pose without any symmetry near q, in which joints are open: rows that depend there always do.
-
-    q is a pose of the bodies alone or with the states of controls.
-    """
+    """A pose without any symmetry near q, in which joints are open: rows that depend there always do."""
+    # q is a pose of the bodies alone or with the states of controls.
     return np.asarray(q + POSE_SHIFT * np.sin(1.0 + 7.3 * np.arange(len(q))) * program.sizes[: len(q)])
 
 
@@ -112,12 +110,10 @@ def least_norm(
 
 
 def looks_dependent(program: Program, work: Work, q: np.ndarray, redundant: int) -> bool:
-    """Whether independent constraint rows look redundant, because some inertia is very small.
-
-    The pivots depend on the directions of the bodies, so that three rotations of the mechanism are tested; a rotation
-    at which a kernel refuses its arguments is left out.  The workspace is overwritten; `redundant` rows are so in every
-    pose, q (n_q,) is the pose at the start.
-    """
+    """Whether independent constraint rows look redundant, because some inertia is very small."""
+    # The pivots depend on the directions of the bodies, so that three rotations of the mechanism are tested; a rotation
+    # at which a kernel refuses its arguments is left out. The workspace is overwritten; `redundant` rows are so in
+    # every pose, q (n_q,) is the pose at the start.
     system, angles = StateEvaluation(program, work), np.asarray(program.tables.kind) == 1
     for turn in (0.0, 0.7, 2.3):
         try:
