@@ -38,21 +38,16 @@ NEAR = 0.05  # distance of a turning point of a gap from 0, over the travel of t
 
 @dataclass(frozen=True)
 class StabilityLoss:
-    """The nearest loss of stability of an orbit.
+    """The nearest loss of stability of an orbit."""
 
-    Parameters
-    ----------
-    kind : "fold": a multiplier near +1; "flip": a multiplier near -1, where a doubled orbit begins; "neimark-sacker": a
-        pair near the unit circle, where a torus begins; "grazing": surfaces that just touch or just miss each other;
-        "none": an orbit without multipliers.
-    margin : 1 less the size of the multiplier, < 0 beyond the loss; for grazing the least gap over its travel, < 0 for
-        surfaces in contact.
-    multiplier : the multiplier; NaN for grazing.
-    """
-
+    # "fold": a multiplier near +1; "flip": a multiplier near -1, where a doubled orbit begins; "neimark-sacker": a
+    # pair near the unit circle, where a torus begins; "grazing": surfaces that just touch or just miss each other;
+    # "none": an orbit without multipliers
     kind: str
+    # 1 less the size of the multiplier, < 0 beyond the loss; for grazing the least gap over its travel, < 0 for
+    # surfaces in contact
     margin: float
-    multiplier: complex
+    multiplier: complex  # the multiplier; NaN for grazing
 
 
 def multipliers_of(monodromy: np.ndarray, *, autonomous: bool) -> tuple[np.ndarray, complex | None]:

@@ -310,15 +310,10 @@ def orthonormalise(tangents: np.ndarray, weights: np.ndarray) -> np.ndarray:
 
 
 class ContinuousFlow(Dynamics):
-    """A system in continuous time with step sizes chosen by its integrator.
-
-    Attributes
-    ----------
-    driven : whether the rates depend on time; then a point of a section includes the time.
-    """
+    """A system in continuous time with step sizes chosen by its integrator."""
 
     unit = "s"
-    driven: bool
+    driven: bool  # whether the rates depend on time; then a point of a section includes the time
 
     @property
     def underlying(self) -> ContinuousFlow:

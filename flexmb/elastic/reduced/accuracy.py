@@ -38,20 +38,12 @@ EXACT = 1e-9  # relative error [1] below which a table shows round-off alone
 
 
 class LoadAccuracy(NamedTuple):
-    """Statics of the full and of the reduced body under one load.
+    """Statics of the full and of the reduced body under one load."""
 
-    Parameters
-    ----------
-    deflection : largest displacement of the full body [m].
-    deflection_error : largest difference of displacements over that [1].
-    stress : largest von Mises stress of the full body [Pa]; nan: unknown.
-    stress_error : largest von Mises stress of the difference over that [1]; nan: unknown.
-    """
-
-    deflection: float
-    deflection_error: float
-    stress: float
-    stress_error: float
+    deflection: float  # largest displacement of the full body [m]
+    deflection_error: float  # largest difference of displacements over that [1]
+    stress: float  # largest von Mises stress of the full body [Pa]; nan: unknown
+    stress_error: float  # largest von Mises stress of the difference over that [1]; nan: unknown
 
 
 @dataclass(frozen=True, eq=False, repr=False)

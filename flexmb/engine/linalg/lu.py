@@ -208,10 +208,7 @@ NO_ROW = 1 << 62  # number of the first constraint for `factor` if no row may be
 
 
 class LU(Record):
-    """Arrays of `Symbolic` for the compiled functions, read-only.
-
-    into : `order` as unsigned indices; rows and targets are unsigned, too, since signed indices are tested for signs
-    """
+    """Arrays of `Symbolic` for the compiled functions, read-only."""
 
     order: Integers
     starts: Integers
@@ -220,6 +217,7 @@ class LU(Record):
     value_ptr: Integers
     target_ptr: Integers
     targets: SmallPlaces
+    # `order` as unsigned indices; rows and targets are unsigned, too, since signed indices are tested for signs
     into: Places
 
 

@@ -58,20 +58,13 @@ ESTIMATE = (-(13.0 + 7.0 * _ROOT) / 3.0, (-13.0 + 7.0 * _ROOT) / 3.0, -1.0 / 3.0
 
 
 class StageStep(Record):
-    """Step sizes and Newton iteration of Radau's method.
+    """Step sizes and Newton iteration of Radau's method."""
 
-    last : last accepted step [s]; 0: the next step is a starting step
-    factored_size : step size of the factored matrices [s]; 0: no factors
-    error_factor : theta/(1 - theta) with the contraction rate theta of Newton's iteration
-    iterations : Newton iterations of the last step
-    start, size : start and size of the last accepted step [s]
-    """
-
-    last: float
-    factored_size: float
-    error_factor: float
-    iterations: int
-    start: float
+    last: float  # last accepted step [s]; 0: the next step is a starting step
+    factored_size: float  # step size of the factored matrices [s]; 0: no factors
+    error_factor: float  # theta/(1 - theta) with the contraction rate theta of Newton's iteration
+    iterations: int  # Newton iterations of the last step
+    start: float  # start, size: start and size of the last accepted step [s]
     size: float
 
 

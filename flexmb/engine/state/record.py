@@ -29,32 +29,21 @@ class Coefficients(Record, frozen=True):
 
 
 class Options(Record, frozen=True):
-    """Options of method and step control.
+    """Options of method and step control."""
 
-    regular, first : coefficients of regular steps, and of starting steps (at the start, after a jump)
-    form : form of the constraints, a value of `FORMS`
-    tolerance : tolerance of Newton's corrections relative to h^2 |a|
-    iterations : most Newton iterations
-    length : size of the mechanism [m]
-    adaptive : whether the error estimate chooses the steps
-    error : accepted error of positions in a step [m]
-    h_min, h_max : smallest and largest step [s]
-    t_end : end [s]
-    save_interval : time between saved instants [s]; 0: every step is saved
-    """
-
+    # regular, first: coefficients of regular steps, and of starting steps (at the start, after a jump)
     regular: Coefficients
     first: Coefficients
-    form: int
-    tolerance: float
-    iterations: int
-    length: float
-    adaptive: bool
-    error: float
-    h_min: float
+    form: int  # form of the constraints, a value of `FORMS`
+    tolerance: float  # tolerance of Newton's corrections relative to h^2 |a|
+    iterations: int  # most Newton iterations
+    length: float  # size of the mechanism [m]
+    adaptive: bool  # whether the error estimate chooses the steps
+    error: float  # accepted error of positions in a step [m]
+    h_min: float  # h_min, h_max: smallest and largest step [s]
     h_max: float
-    t_end: float
-    save_interval: float
+    t_end: float  # end [s]
+    save_interval: float  # time between saved instants [s]; 0: every step is saved
 
 
 # Poses that a run keeps for its watch: signals and histories of some accepted steps, whatever is saved
@@ -64,17 +53,12 @@ MOST_POSES, LEAST_POSES, POSE_NUMBERS = 256, 32, 1 << 18
 
 
 class PoseNumbers(Record, limits={"count": (0, MOST_POSES), "stride": (1, LARGEST), "wait": (0, LARGEST)}):
-    """Numbers of a table of poses.
+    """Numbers of a table of poses."""
 
-    count : number of the poses so far, without the most strained one, which is the last row
-    stride, wait : steps between two poses, steps until the next one
-    strain : strain energy of the most strained one [J]
-    """
-
-    count: int
-    stride: int
+    count: int  # number of the poses so far, without the most strained one, which is the last row
+    stride: int  # stride, wait: steps between two poses, steps until the next one
     wait: int
-    strain: float
+    strain: float  # strain energy of the most strained one [J]
 
 
 class Poses(Record):
@@ -165,27 +149,18 @@ class Counters(Record):
 
 
 class StepReport(Record):
-    """Step sizes of a run, and the last Newton correction.
+    """Step sizes of a run, and the last Newton correction."""
 
-    smallest, largest : smallest and largest accepted step [s]
-    start, size : start and size of the last accepted step [s]
-    rejected_size : size of the last rejected step [s]
-    correction, tolerance : last correction and its tolerance, both lengths [m] or both angles [rad]
-    length_tolerance, angle_tolerance : tolerances of lengths [m] and of angles [rad]
-    round_off : fraction of round-off in `tolerance`
-    first_held_time : first time with held multipliers [s]
-    """
-
-    smallest: float
+    smallest: float  # smallest, largest: smallest and largest accepted step [s]
     largest: float
-    correction: float
+    correction: float  # correction, tolerance: last correction and its tolerance, both lengths [m] or both angles [rad]
     tolerance: float
-    start: float
+    start: float  # start, size: start and size of the last accepted step [s]
     size: float
-    first_held_time: float
-    round_off: float
-    rejected_size: float
-    length_tolerance: float
+    first_held_time: float  # first time with held multipliers [s]
+    round_off: float  # fraction of round-off in `tolerance`
+    rejected_size: float  # size of the last rejected step [s]
+    length_tolerance: float  # length_tolerance, angle_tolerance: tolerances of lengths [m] and of angles [rad]
     angle_tolerance: float
 
 

@@ -11,47 +11,28 @@ from flexmb.program.program import Program, body_groups
 
 
 class StepControl(Record, frozen=True):
-    """Numbers of the step control, in addition to `Options`.
+    """Numbers of the step control, in addition to `Options`."""
 
-    rtol : tolerance of velocities relative to the largest speed
-    least_speed : least speed to which that tolerance is relative [m/s]
-    impact_steps : least number of steps of an impact
-    flight_weight : factor of the error of positions in free flight
-    """
-
-    rtol: float
-    least_speed: float
-    impact_steps: float
-    flight_weight: float
+    rtol: float  # tolerance of velocities relative to the largest speed
+    least_speed: float  # least speed to which that tolerance is relative [m/s]
+    impact_steps: float  # least number of steps of an impact
+    flight_weight: float  # factor of the error of positions in free flight
 
 
 class NewtonIteration(Record):
-    """State of the Newton iteration of a trial step.
+    """State of the Newton iteration of a trial step."""
 
-    order : order of the prediction from which the iteration started
-    reusing : whether the correction comes from factors of an earlier iteration or step
-    may_reuse : whether factors of this step may serve further iterations
-    measuring : whether the contraction rate is due to be measured in this step
-    factorisations : matrices factored in this step
-    reused : corrections with the present factors
-    last_size : size of the last correction over its tolerance; inf: no comparable one
-    fraction : fraction of the correction that is applied; less than 1: damped
-    reach : largest length of a damped correction; inf: not damped
-    hold : relative pivot of a constraint below which its row is held
-    held : result of the last factorisation (`linalg.lu.factor`)
-    """
-
-    order: int
-    reusing: bool
-    may_reuse: bool
-    measuring: bool
-    factorisations: int
-    reused: int
-    last_size: float
-    fraction: float
-    reach: float
-    hold: float
-    held: int
+    order: int  # order of the prediction from which the iteration started
+    reusing: bool  # whether the correction comes from factors of an earlier iteration or step
+    may_reuse: bool  # whether factors of this step may serve further iterations
+    measuring: bool  # whether the contraction rate is due to be measured in this step
+    factorisations: int  # matrices factored in this step
+    reused: int  # corrections with the present factors
+    last_size: float  # size of the last correction over its tolerance; inf: no comparable one
+    fraction: float  # fraction of the correction that is applied; less than 1: damped
+    reach: float  # largest length of a damped correction; inf: not damped
+    hold: float  # relative pivot of a constraint below which its row is held
+    held: int  # result of the last factorisation (`linalg.lu.factor`)
 
 
 class Trial(Record):
