@@ -180,9 +180,8 @@ def fit(
         for name in checks.sequence(label, "free", free, "names")
     ]
     if own and len(measured.begins) == 1:
-        raise InputError(
-            f"{label}: free is {own!r}, but there is one piece alone; give pieces=[...], times of the data."
-        )
+        text = f"{label}: free is {own!r}, but there is one piece alone;"
+        raise InputError(f"{text} give pieces=[...], times of the data.")
     search = _Search(label, model, bounds, measured, own, step, method)
     if measured.count < search.unknowns:
         raise InputError(f"{label}: {measured.count} measured numbers for {search.unknowns} unknowns; give more data.")
@@ -224,9 +223,8 @@ class _Measured:
         if isinstance(data, (str, Path)):
             data = read_csv(label, checks.path(label, data))
         if not isinstance(data, xr.Dataset) or "time" not in data:
-            raise InputError(
-                f"{label}: data is {type(data).__name__}; give xarray signals along 'time', or a CSV file."
-            )
+            text = f"{label}: data is {type(data).__name__};"
+            raise InputError(f"{text} give xarray signals along 'time', or a CSV file.")
         for name in self.signals:
             checks.one_of(label, "signal of the data", name, [str(key) for key in data.data_vars])
         for name in ("time", *self.signals):
@@ -265,9 +263,8 @@ class _Measured:
         self.begins = (0.0, *inner)
         counts = np.diff(np.searchsorted(self.every, [*self.begins, np.inf]))
         if list(self.begins) != sorted(set(self.begins)) or min(counts) < 2:
-            raise InputError(
-                f"{self.label}: pieces is {pieces!r}; give increasing times of the data, two instants in each."
-            )
+            text = f"{self.label}: pieces is {pieces!r};"
+            raise InputError(f"{text} give increasing times of the data, two instants in each.")
 
     def piece(self, i: int) -> slice:
         """Rows of a piece in the present data."""

@@ -120,9 +120,8 @@ def bounds_of(label: str, parameters: Any) -> dict[str, tuple[float, float]]:
             raise InputError(f"{label}: parameters[{name!r}] is {pair!r}; give two bounds (low, high).")
         low, high = (checks.number(label, str(name), x) for x in both)
         if not low < high:
-            raise InputError(
-                f"{label}: the bounds of {name} are {low:g} and {high:g}; the first must be the lower one."
-            )
+            text = f"{label}: the bounds of {name} are {low:g} and {high:g};"
+            raise InputError(f"{text} the first must be the lower one.")
         found[str(name)] = (low, high)
     return found
 

@@ -324,9 +324,8 @@ def _place(system: Dynamics, axis: Any, which: str) -> tuple[int, str, str, np.n
     except (TypeError, ValueError):
         raise InputError(f"{LABEL}: the values of {which} are {values!r}; they must be numbers.") from None
     if grid.ndim != 1 or len(grid) == 0 or not np.isfinite(grid).all():
-        raise InputError(
-            f"{LABEL}: the values of {which} have shape {grid.shape}; they must be a list of finite numbers."
-        )
+        text = f"{LABEL}: the values of {which} have shape {grid.shape};"
+        raise InputError(f"{text} they must be a list of finite numbers.")
     known = system.state_names
     if isinstance(name, str):
         place = known[checks.one_of(LABEL, which, name, known)]

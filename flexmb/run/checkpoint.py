@@ -59,10 +59,8 @@ def refuse_other_model(program: Program, restart: Mapping[str, np.ndarray], labe
         return
     same = np.shape(given) == here.shape
     other = next(text for k, text in enumerate(DIFFERENCES) if not (same and np.array_equal(given[k], here[k])))
-    raise InputError(
-        f"{label}: restart is of another mechanism: {other}. Use `restart` of a solution of this mechanism; "
-        "its energies and contacts would not fit another one."
-    )
+    text = f"{label}: restart is of another mechanism: {other}. Use `restart` of a solution of this mechanism;"
+    raise InputError(f"{text} its energies and contacts would not fit another one.")
 
 
 # Checkpoints of a run: all that a run needs to go on as if it had never been interrupted, in one file

@@ -285,10 +285,8 @@ class Run:
             self.flow.restore(restart)
             self.stepper.restore(restart)
         except ValueError as error:
-            raise InputError(
-                f"{label}: restart does not fit this model ({str(error)!r} is missing, of another size or beyond its "
-                "limits). Use `restart` of a solution of the same mechanism."
-            ) from error
+            text = f"{label}: restart does not fit this model ({str(error)!r} is missing, of another size or beyond"
+            raise InputError(f"{text} its limits). Use `restart` of a solution of the same mechanism.") from error
         refuse_other_model(self.program, restart, label)
         refuse_broken_clock(self.flow.clock, label)
         if redundant:

@@ -82,10 +82,8 @@ def _law(sampler: Sampler, t: float, u: np.ndarray, x: np.ndarray) -> tuple[np.n
         y[:], reason = np.nan, f"raised {type(error).__name__}: {str(error).rstrip('.')}"
     if np.isfinite(dx).all() and np.isfinite(y).all():
         return dx, y
-    raise KernelError(
-        f"The law {sampler.kernel.name!r} of controller {sampler.name!r} {reason}, at t = {t:.6g} s with the inputs "
-        f"u = {u.tolist()} and the states x = {x.tolist()}."
-    )
+    text = f"The law {sampler.kernel.name!r} of controller {sampler.name!r} {reason},"
+    raise KernelError(f"{text} at t = {t:.6g} s with the inputs u = {u.tolist()} and the states x = {x.tolist()}.")
 
 
 def _settle(sampler: Sampler, t: float, signals: np.ndarray, z: np.ndarray) -> None:

@@ -281,9 +281,8 @@ def _begin(label: str, end: float, save_from: float, save_from_period: float | N
     if save_from_period is not None:
         begin = checks.not_negative(label, "save_from_period", save_from_period) * float(period or 0.0)
     if begin >= end:
-        raise InputError(
-            f"{label}: saving begins at {begin:g} s, but the run ends at {end:g} s. Run longer or save earlier."
-        )
+        text = f"{label}: saving begins at {begin:g} s, but the run ends at {end:g} s."
+        raise InputError(f"{text} Run longer or save earlier.")
     return begin
 
 
@@ -336,10 +335,8 @@ def start_at_rest(
     from flexmb.statics.steady_rotation import Spin
 
     if not isinstance(start, Equilibrium) and not (isinstance(start, str) and start == EQUILIBRIUM):
-        raise InputError(
-            f"{label}: start is {start!r}; it must be {EQUILIBRIUM!r}, or what static_equilibrium(...) "
-            "returns, also with spin=."
-        )
+        text = f"{label}: start is {start!r}; it must be {EQUILIBRIUM!r},"
+        raise InputError(f"{text} or what static_equilibrium(...) returns, also with spin=.")
     at = start if isinstance(start, Equilibrium) else static_equilibrium(mechanism)
     spin = Spin(at.spin, at.about)
     system = StateEvaluation(program)

@@ -67,10 +67,8 @@ def check_spin(owner: str, mechanism: Mechanism, program: Program, system: State
     if not spin.speed:
         return
     if any(mechanism.gravity):
-        raise InputError(
-            f"{owner}: gravity is {mechanism.gravity} and spin is {spin.speed:g} rad/s; seen from the turning frame "
-            "gravity turns, and nothing is steady. Set gravity to (0, 0), or simulate the motion."
-        )
+        text = f"{owner}: gravity is {mechanism.gravity} and spin is {spin.speed:g} rad/s; seen from the turning frame"
+        raise InputError(f"{text} gravity turns, and nothing is steady. Set gravity to (0, 0), or simulate the motion.")
     driven = program.tables.constraints.motion >= 0
     sense = turning_sense(mechanism)
     for name, speed in zip(program.drives, system.work.drive[driven, MOTION_RATE], strict=True):
@@ -81,10 +79,8 @@ def check_spin(owner: str, mechanism: Mechanism, program: Program, system: State
             if sense[name]
             else "It moves a body along, or against another body: stop it, or simulate the motion."
         )
-        raise InputError(
-            f"{owner}: drive {name!r} moves at {speed:g} and the frame turns at {spin.speed:g} rad/s; a steady "
-            f"rotation needs drives that stand still in it. {remedy}"
-        )
+        text = f"{owner}: drive {name!r} moves at {speed:g} and the frame turns at {spin.speed:g} rad/s;"
+        raise InputError(f"{text} a steady rotation needs drives that stand still in it. {remedy}")
 
 
 def turning_sense(mechanism: Mechanism) -> dict[str, int]:

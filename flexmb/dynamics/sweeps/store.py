@@ -390,9 +390,8 @@ def _refuse_others(store: Store, fingerprint: Mapping[str, Any], kind: str) -> N
     names = sorted(name for name in {*there, *here} if there.get(name) != here.get(name))
     if names:
         listed = "; ".join(f"{name}: {there.get(name)} there, {here.get(name)} now" for name in names)
-        raise InputError(
-            f"{label}: it was written by another sweep ({listed}). Give another path, or what it was made of."
-        )
+        text = f"{label}: it was written by another sweep ({listed})."
+        raise InputError(f"{text} Give another path, or what it was made of.")
 
 
 def _texts(fingerprint: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

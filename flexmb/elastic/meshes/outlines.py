@@ -46,10 +46,8 @@ def checked_fillets(label: str, fillet: float | Sequence[float], corners: int) -
         return np.full(corners, checks.not_negative(label, "fillet", fillet, "m"))
     radii = [checks.not_negative(label, f"fillet[{i}]", radius, "m") for i, radius in enumerate(fillet)]  # type: ignore[arg-type]
     if len(radii) != corners:
-        raise InputError(
-            f"{label}: fillet has {len(radii)} radii, the outline {corners} corners. Give one number, or one for each "
-            "corner, 0 for a sharp one."
-        )
+        text = f"{label}: fillet has {len(radii)} radii, the outline {corners} corners."
+        raise InputError(f"{text} Give one number, or one for each corner, 0 for a sharp one.")
     return np.array(radii)
 
 

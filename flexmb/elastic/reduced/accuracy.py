@@ -212,10 +212,8 @@ def _forces(model: ElasticModel, name: str, load: Load) -> Array:
     """Forces (N,) of a given load."""
     values = np.asarray(load(model.points) if callable(load) else load, dtype=float)
     if values.shape != model.points.shape or not np.isfinite(values).all():
-        raise InputError(
-            f"{model.label}: load {name!r} has the shape {values.shape}, or values that are not finite; it must be "
-            f"{model.points.shape}, one (x, y) for each of the points `model.points`."
-        )
+        text = f"{model.label}: load {name!r} has the shape {values.shape}, or values that are not finite;"
+        raise InputError(f"{text} it must be {model.points.shape}, one (x, y) for each of the points `model.points`.")
     if callable(load):
         return model.force_of(values)
     return np.asarray(model.shape.T @ values.ravel())

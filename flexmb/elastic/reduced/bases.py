@@ -148,10 +148,8 @@ def basis(
     static_shapes = forces.shape[1]
     if modes + static_shapes > inner - inner % 3:
         besides = f", {static_shapes} for static shapes of inertia and loads" if static_shapes else ""
-        raise InputError(
-            f"{model.label}: modes is {modes}, but the body has {inner} inner displacements, of which modes take three "
-            f"at a time{besides}. Keep fewer modes, or take more elements."
-        )
+        text = f"{model.label}: modes is {modes}, but the body has {inner} inner displacements, of"
+        raise InputError(f"{text} which modes take three at a time{besides}. Keep fewer modes, or take more elements.")
     require_room(model, _in_threes(modes, static_shapes) + static_shapes)
     static = np.vstack([np.eye(m), -solve(K[m:, :m].toarray())]) if inner else np.eye(m)
     count = _in_threes(modes, static_shapes) + 1 if up_to is None else FIRST_TRIAL
@@ -225,10 +223,8 @@ def _refuse_shapes(model: ElasticModel) -> None:
 def require_room(model: ElasticModel, modes: int) -> None:
     """Refuse more coordinates than the kernel can take."""
     if model.count + modes > MOST:
-        raise InputError(
-            f"{model.label}: {model.count} coordinates of pins and {modes} or more modes are more than {MOST}. Keep "
-            "fewer modes, or join it at fewer pins."
-        )
+        text = f"{model.label}: {model.count} coordinates of pins and {modes} or more modes are more than {MOST}."
+        raise InputError(f"{text} Keep fewer modes, or join it at fewer pins.")
 
 
 def _solver(model: ElasticModel, K: Sparse) -> Callable[[Array], Array]:

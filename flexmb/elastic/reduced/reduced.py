@@ -189,10 +189,8 @@ class Reduced(MeshBody):
         for ratio in self.damping_ratios if isinstance(self.damping_ratios, tuple) else (self.damping_ratios,):
             checks.not_negative(self.label, "damping_ratios", ratio)
         if not isinstance(self.body, Reducible):
-            raise InputError(
-                f"{self.label}: a {type(self.body).__name__} does not bend. Reduce a FlexibleLink, FlexibleFrame or "
-                "PlaneBody; leave others as they are."
-            )
+            text = f"{self.label}: a {type(self.body).__name__} does not bend."
+            raise InputError(f"{text} Reduce a FlexibleLink, FlexibleFrame or PlaneBody; leave others as they are.")
         object.__setattr__(self, "load_shapes", checked_loads(self, self.load_shapes))
         if self.stress and not self.body.knows_stress:
             _ = replace(self.body, stress=True)  # refuses sections without outer fibres
@@ -348,10 +346,8 @@ class Reduced(MeshBody):
         """
         given = self.body.start_velocity()
         if self.body.start_displacement() is not None or np.ndim(given) > 1:  # type: ignore[arg-type]
-            raise InputError(
-                f"{self.label}: start fields of a body with all its nodes cannot be kept by a reduced one. Give the "
-                "body one velocity (vx, vy, omega), or start from a static equilibrium."
-            )
+            text = f"{self.label}: start fields of a body with all its nodes cannot be kept by a reduced one."
+            raise InputError(f"{text} Give the body one velocity (vx, vy, omega), or start from a static equilibrium.")
         if given is None:
             return None
         vx, vy, omega = np.asarray(given, dtype=float).tolist()

@@ -70,10 +70,8 @@ def _check(blocks: Sequence[Sequence[int]], edges: Sequence[Sequence[int]], last
     for edge in edges:
         for block in edge:
             if not 0 <= block < count:
-                raise InputError(
-                    f"{_OWNER}: edge {tuple(edge)} names block {block}; there are blocks 0 .. {count - 1}. "
-                    "Leave the ground out of edges."
-                )
+                text = f"{_OWNER}: edge {tuple(edge)} names block {block};"
+                raise InputError(f"{text} there are blocks 0 .. {count - 1}. Leave the ground out of edges.")
 
 
 def _multiple_minimum_degree(count: int, edges: Sequence[Sequence[int]], last: np.ndarray) -> list[int]:

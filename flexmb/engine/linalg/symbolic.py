@@ -222,10 +222,8 @@ class Symbolic:
         at = self._at(self._place[i[free]], self._place[j[free]])
         if at.size and at.min() < 0:
             k = int(np.argmin(at))
-            raise InputError(
-                f"Symbolic.positions: entry ({i[free][k]}, {j[free][k]}) is not in the pattern; "
-                "give it to symbolic() among rows and cols."
-            )
+            text = f"Symbolic.positions: entry ({i[free][k]}, {j[free][k]}) is not in the pattern;"
+            raise InputError(f"{text} give it to symbolic() among rows and cols.")
         result[free] = at
         return result
 

@@ -103,10 +103,8 @@ def check_massless(mechanism: Mechanism, program: Program, q: np.ndarray) -> Non
     motion = np.abs(ways @ vectors[:, 0]).reshape(-1, 3).max(axis=1)
     names = [program.names.bodies[k] for k in massless if motion[k] > SHARE * motion.max()]
     listed = f"{'link' if len(names) == 1 else 'links'} {', '.join(map(repr, names))}"
-    raise ModelError(
-        f"Mechanism {program.name!r}: massless {listed} can move without moving a mass, so forces have nothing to "
-        "accelerate. Give mass and inertia, or hold the link by a further joint."
-    )
+    text = f"Mechanism {program.name!r}: massless {listed} can move without moving a mass, so forces"
+    raise ModelError(f"{text} have nothing to accelerate. Give mass and inertia, or hold the link by a further joint.")
 
 
 # Closing of loops: poses with all joints closed, at given positions of the drives

@@ -84,9 +84,8 @@ def settled_states(system: StateEvaluation, q: np.ndarray, v: np.ndarray, t: flo
         if np.abs(shift).max() <= SETTLED * np.abs(v[dofs]).max():
             return v
     names = ", ".join(repr(system.program.names.coordinates[k]) for k in dofs)
-    raise SolveError(
-        f"Mechanism {system.program.name!r}: no start values of {names} make their rates 0. Give start values."
-    )
+    text = f"Mechanism {system.program.name!r}: no start values of {names} make their rates 0."
+    raise SolveError(f"{text} Give start values.")
 
 
 def check_independent(program: Program, q: np.ndarray, system: StateEvaluation | None = None) -> None:
@@ -263,9 +262,8 @@ def accelerations(
     free = np.flatnonzero(np.ravel(sums[0]) + np.ravel(sums[1]) == 0.0)
     if len(free):
         name = program.names.coordinates[free[0]]
-        raise SolveError(
-            f"Mechanism {program.name!r}: coordinate {name!r} has no mass and no joint; give it some mass."
-        )
+        text = f"Mechanism {program.name!r}: coordinate {name!r} has no mass and no joint;"
+        raise SolveError(f"{text} give it some mass.")
     for _ in range(MOST_FRICTION_ITERATIONS if program.tables.sizes.has_joint_friction else 1):
         b = np.concatenate([-system.force - system.constraint_force, system.gamma])
         x = system.solve(b, f"Accelerations of {program.name!r} at t = {t:.6g} s")
