@@ -30,9 +30,8 @@ from flexmb.run.simulate import Step, check_end, period_or_none, prepared
 
 RTOL_OF_FIXED_STEPS = 1e-6  # accuracy of runs with fixed steps, for the horizon of their derivatives
 
+
 # Run of a parameter model with derivatives of some signals
-
-
 class HorizonError(SolveError):
     """Error of a motion in which small differences grow by more than 1/rtol."""
 
@@ -171,8 +170,6 @@ def _instants(label: str, grid: Any, end: float) -> np.ndarray:
 
 
 # Table of derivatives, elasticities
-
-
 @dataclass(frozen=True, repr=False)
 class Sensitivity(display.Inside):
     """Derivatives of signals and of their measures by parameters.

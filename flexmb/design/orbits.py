@@ -179,9 +179,6 @@ def _described(orbit: Any, parameters: Any) -> tuple[Dynamics, ParameterModel]:
     return system, ParameterModel(LABEL, numbers, parameters)
 
 
-# Neighbouring orbits, and differences of their numbers
-
-
 class _Numbers(NamedTuple):
     """Numbers of an orbit, or their derivatives by a parameter and signed errors of these, (2, ...)."""
 
@@ -230,9 +227,6 @@ def _neighbour(
         signals = np.array(runs)
     away = shooting.space.difference(starts[0], orbit.state)
     return _Numbers(away, period, run.monodromy, np.linalg.det(run.monodromy), signals)
-
-
-# Signals over the orbit
 
 
 class _Signals(NamedTuple):
@@ -297,9 +291,6 @@ def _closing(orbit: PeriodicOrbit, gap: np.ndarray, rate: np.ndarray) -> tuple[n
         J, right = np.block([[J, f[:, None]], [f[None] / np.linalg.norm(f), np.zeros((1, 1))]]), np.append(right, 0.0)
     y = solved(J, right)
     return orbit.basis @ y[: len(into)], float(y[-1]) if orbit.shooting.autonomous else 0.0
-
-
-# Tables of the derivatives
 
 
 def _tables(

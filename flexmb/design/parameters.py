@@ -191,8 +191,6 @@ def _kind(declared: Any) -> str:
 
 
 # Directions of parameters: derivatives of the packed numbers of a program, and of its start values
-
-
 class Neighbour(NamedTuple):
     """A mechanism with a changed parameter: its program and its start."""
 

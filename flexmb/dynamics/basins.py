@@ -138,8 +138,6 @@ def _same(points: np.ndarray, other: np.ndarray, repeats: int, rules: Rules) -> 
     return bool(max(np.median(table.min(axis=1)), np.median(table.min(axis=0))) <= CLOSE * size)
 
 
-# Basins of attraction: the attractor of the motion from each point of a grid of states
-
 LABEL = "basin"
 
 CHUNKS = 4  # number of pieces of work for each worker

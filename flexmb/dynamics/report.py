@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from flexmb.engine.newmark.method import Newmark
     from flexmb.run.simulate import Step
 
-# Report on a motion: exponents and verdict of the motion, and estimates from its signals
-
 FEWEST_PERIODS = 20  # smallest number of periods for estimates from a signal
 
 FEWEST_SAMPLES = 50
@@ -361,8 +359,6 @@ def wrapped(unit: str, values: np.ndarray) -> np.ndarray:
     """Values (n,) of a signal; a rotating angle is reduced to -pi ... pi."""
     return (values + HALF) % (2.0 * HALF) - HALF if goes_round(unit, values) else values
 
-
-# Table of a report
 
 SPECTRUM = {
     "lines": "periodic or nearly so",

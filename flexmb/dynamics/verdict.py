@@ -65,8 +65,6 @@ def meaning_of(value: float, error: float, period: float) -> str:
     return f"neighbours part by {length}" if value > 0.0 else f"neighbours come nearer by {length}"
 
 
-# The verdict on a motion: periodic, quasi-periodic, chaotic, transient or inconclusive
-
 LEAST = 12  # smallest number of points for a verdict
 LEAST_APERIODIC = 100  # smallest number of points that distinguishes quasi-periodic from chaotic motion
 

@@ -174,8 +174,6 @@ def passed_contacts(run: Run) -> Iterator[Finding]:
             yield found("passed-contact", (name.partition(".")[0],), text, "Take smaller steps, or Adaptive().", time=t)
 
 
-# Run of a program: arrays of the compiled loop, advanced in blocks for progress bar, Ctrl-C and saving
-
 BUFFER_ROWS, LEAST_BUFFER_ROWS, BUFFER_NUMBERS = 512, 16, 1 << 23
 """Number of saved instants in the buffer of the loop, at most and at least; numbers in the buffer (64 MB)."""
 

@@ -16,8 +16,6 @@ from flexmb.model.signal import resolved
 from flexmb.program.program import Program, Sampler
 from flexmb.run.stopping import Condition
 
-# Controllers that drive their signal away from the target: a run ends, with the name of the controller
-
 LOST = {"rad": 200.0 * np.pi, "rad/s": 1e4, "m": 100.0, "m/s": 1e4}
 """Distance of a signal from its target, by its unit, at which control is lost; m count in sizes of the mechanism."""
 
@@ -44,8 +42,6 @@ def lost_control(mechanism: Mechanism, program: Program, end: float) -> Iterator
         for level, sign in ((high + far, 1), (low - far, -1)):
             yield Condition(signals.names[place], level, sign, text, is_fault=True, pushed_by=power)
 
-
-# Sampled controllers: new states and outputs at an instant between two compiled runs
 
 MOST_ITERATIONS, DIFFERENCE, SETTLED = 30, 1e-6, 1e-12
 """Number of iterations, differences of states, and last correction, for states that begin where their rates are 0."""

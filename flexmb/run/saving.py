@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from flexmb.engine.state.record import RunRecord
     from flexmb.run.run import Run
 
-# Saved instants of a run: a number a period, an interval, given times, or every step
-
 SAME_TIME = 1e-12  # difference of two instants relative to the end of a run, below which they are one
 
 
@@ -175,8 +173,6 @@ class SavedRows:
 
 
 # Peaks of a run: of the time that is saved, which a solution reports, and of all its steps, which are watched
-
-
 def no_peaks(record: RunRecord) -> Peaks:
     """Peaks of all signals before a run."""
     return Peaks(np.zeros_like(record.peak), np.zeros_like(record.peak))

@@ -201,8 +201,6 @@ def _deformations(element: Superelement, q: np.ndarray) -> np.ndarray:
     return found
 
 
-# Whether a linear load factor can be trusted: the first one, found again from the equilibrium under half of it
-
 TRUSTED = 0.1  # difference of a load factor from that under half of it, over the factor, up to which it counts
 SMALL_MOVEMENT = 0.1  # movement under half of a load factor, over the size (or rad), up to which it counts
 LOAD_STEPS = (1, 4)  # numbers of load steps with which the equilibrium is sought, until one finds it
@@ -299,8 +297,6 @@ def doubts(factor: float, from_half: float, moved: float) -> tuple[Finding, ...]
     remedy = "Look for the load at which static_equilibrium(...) is no longer stable."
     return (found("bending-load", (), text, remedy, factor=factor, from_half=from_half, moved=moved),)
 
-
-# Linear buckling: the factors by which all loads must grow until a structure loses its stiffness
 
 ASYMMETRY = 1e-6  # asymmetry of dK/ds over its largest entry, up to which it is that of differences
 MISSED = 1e-6  # residual of an eigenvalue and its vector, relative to their product, up to which they are found

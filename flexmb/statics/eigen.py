@@ -13,8 +13,6 @@ from flexmb.errors import SolveError
 from flexmb.program.program import Program
 from flexmb.statics.start.assemble import RigidMotion
 
-# Free motions: motions of the bodies without resistance, and their descriptions in words
-
 DENSE_MOTIONS = 900  # number of rigid motions of bodies (three each) up to which plain matrices find the free ones
 DEPENDENT_ROW = 1e-10  # pivot of a constraint row over the largest, below which it depends on others (poses hold 1e-12)
 

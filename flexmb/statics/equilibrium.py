@@ -29,9 +29,8 @@ from flexmb.statics.found import Equilibrium
 from flexmb.statics.start.consistent import check_independent
 from flexmb.statics.steady_rotation import Spin, check_spin
 
+
 # Contacts of a mechanism at rest: the ones that carry and the ones left out, and their geometric stiffness
-
-
 def carries(system: StateEvaluation) -> np.ndarray:
     """Whether each contact has a normal force at the last evaluation (contacts,)."""
     return np.asarray(system.work.contact[: len(system.program.names.contacts), at.NORMAL_FORCE] > 0.0)
@@ -164,8 +163,6 @@ def _stride(
         last = step
     return None
 
-
-# Static equilibrium: Newton with load steps
 
 MOST_ITERATIONS, MOST_OF_LONG_STEP = 40, 10  # Newton iterations at most, and in a step longer than asked for
 
@@ -467,8 +464,6 @@ def reactions(program: Program, system: StateEvaluation, lam: np.ndarray) -> dic
         found[name] = (float(fx), float(fy), float(moment) if has_moment else 0.0)
     return found
 
-
-# Whether an equilibrium belongs to a model: its coordinates, the equations of its joints, its forces
 
 OTHER_MODEL_STEP = 1e-6  # Newton step over the mechanism's size, above which an equilibrium is of another model
 

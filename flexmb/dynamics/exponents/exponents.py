@@ -12,8 +12,6 @@ from flexmb.dynamics.sections.points import SectionSignals
 from flexmb.dynamics.verdict import Verdict
 from flexmb.errors import InputError
 
-# Errors of Lyapunov exponents: the error of one record, and the difference of a second run
-
 BLOCKS, FEWEST_BLOCKS = 20, 9
 """Number of blocks whose means are compared; the smallest number of blocks, of two entries each, in short records."""
 
@@ -84,8 +82,6 @@ def combined(values: np.ndarray, errors: np.ndarray, others: np.ndarray, other_e
     counts = np.isfinite(difference) & (difference > WITHIN * both)
     return np.asarray(np.hypot(errors, np.where(counts, difference, 0.0)))
 
-
-# Records of Lyapunov exponents: values, errors, history, verdict
 
 FEWEST = 50  # smallest number of periods (iterations, crossings, intervals) for an estimate
 SETTLING = 10

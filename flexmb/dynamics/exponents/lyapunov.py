@@ -64,9 +64,6 @@ def confirmed(first: Exponents, schedule: RenormalisationSchedule, seed: int, *,
     return replace(first, unconfirmed=reason, status=f"{first.status} The second run failed: {reason}")
 
 
-# Lyapunov exponents from tangent vectors
-
-
 @arguments.checked
 def lyapunov(
     system: Any,
@@ -144,9 +141,6 @@ def lyapunov(
     if confirm and exponents.ok:
         exponents = confirmed(exponents, schedule, seed + 1, shown=progress)
     return span.finished(exponents, schedule)
-
-
-# The largest Lyapunov exponent from two trajectories
 
 
 def benettin(

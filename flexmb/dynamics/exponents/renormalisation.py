@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from flexmb.engine.newmark.method import Newmark
     from flexmb.run.simulate import Step
 
-# Renormalisation schedule: the points of a run, and how often small differences are renormalised between them
-
 MOST_LOOKS = 4096  # largest number of renormalisations between two points
 INTERVALS = 1000  # number of intervals into which a duration is divided, if no interval is given
 

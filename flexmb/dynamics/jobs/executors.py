@@ -93,8 +93,6 @@ def failure(error: BaseException | None) -> Outcome:
     return Outcome({}, f"{type(error).__name__}: {text}" if text else type(error).__name__, ok=False)
 
 
-# The one pool of worker processes of this machine
-
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 """Variables that keep the linear algebra of a worker from taking the cores of the others."""
 

@@ -28,8 +28,6 @@ from flexmb.dynamics.orbits.shooting import Shooting, ShootingRun, closest_appro
 from flexmb.dynamics.systems.impact_ode import ImpactODE
 from flexmb.errors import InputError
 
-# Points of a branch with the test functions of events, and the location of an event between two points
-
 LOCATED = 1e-9  # precision of an event: fraction of a step, or of the test function
 
 Tests = dict[str, float]
@@ -86,8 +84,6 @@ def root(
         b, fb = s, f
     return best
 
-
-# Pseudo-arclength continuation of periodic orbits along a parameter, through folds, with location of events
 
 LABEL = "follow"
 

@@ -26,8 +26,6 @@ from flexmb.late import xr
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
 
-# Floquet multipliers of a periodic orbit: stability, and the nearest loss of stability
-
 REAL = 1e-9  # imaginary part, over the size of the multiplier or 1, below which a multiplier counts as real
 
 FOLD, FLIP, NEIMARK_SACKER, GRAZING, BRANCH = "fold", "flip", "neimark-sacker", "grazing", "branch"
@@ -112,8 +110,6 @@ def crosses_circle(multipliers: np.ndarray) -> bool:
     least = np.abs(multipliers[i] * multipliers[j] - 1.0).min(initial=np.inf)
     return bool(len(turning) and np.abs(np.abs(turning) ** 2 - 1.0).min() <= 1.01 * least + 1e-12)
 
-
-# Periodic orbits by multiple shooting
 
 LABEL = "periodic_orbit"
 

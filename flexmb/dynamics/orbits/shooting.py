@@ -16,8 +16,6 @@ from flexmb import checks
 from flexmb.dynamics.systems.dynamics import Dynamics, Period, orthonormalise
 from flexmb.errors import AssemblyError, InputError, ModelError, SolveError
 
-# State space of periodic orbits: differences of states, their lengths, and the entries that must return
-
 TURN = 2.0 * np.pi
 
 
@@ -71,8 +69,6 @@ class StateSpace:
         orthonormalise(W, self.weights)
         return W
 
-
-# Multiple shooting: the motion over a period in segments, its gaps, and their derivatives by the start values
 
 TANGENTS = ("carried", "differences")
 
@@ -350,8 +346,6 @@ class Shooting:
             return None
         return self.system.state()
 
-
-# Grazing: signals sampled over an orbit, and the turning points of gaps nearest to contact
 
 SAMPLES = 200  # default number of samples in a period
 FINER = 32  # number of samples in each of the two refinements of a minimum

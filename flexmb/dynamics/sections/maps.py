@@ -13,9 +13,8 @@ from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics, OfFlow
 from flexmb.dynamics.systems.given import state_of
 from flexmb.errors import InputError
 
+
 # Base class of the sections of a flow
-
-
 class SectionOfFlow(OfFlow):
     """A map of a flow, which stands at the last point, with the signals and parameters of the flow."""
 
@@ -41,8 +40,6 @@ class SectionOfFlow(OfFlow):
 
 
 # Stroboscopic map: a flow observed once a period
-
-
 class StroboscopicMap(SectionOfFlow):
     """The map of a flow over one period of its drives.
 
@@ -118,8 +115,6 @@ def strobe_of(caller: str, system: Dynamics, period: float | None) -> Dynamics:
         raise InputError(f"{caller} {system.name!r}: period= belongs to a flow; this is a map. Leave it out.")
     return system
 
-
-# Poincare map of a flow: from one crossing of a level to the next
 
 DIRECTIONS = {"up": (UP,), "down": (DOWN,), "both": (DOWN, UP)}
 """Sides of the level on which a section point arrives, by the name of the direction."""

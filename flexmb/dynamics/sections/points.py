@@ -21,9 +21,8 @@ if TYPE_CHECKING:
     from flexmb.engine.newmark.method import Newmark
     from flexmb.run.simulate import Step
 
+
 # Signals of section points: names, units and resolution, and the verdict that rests on them
-
-
 @dataclass(frozen=True, eq=False)
 class SectionSignals:
     """Names, units and resolution of the signals of section points."""
@@ -58,9 +57,6 @@ class SectionSignals:
             precision |= {"floor": 1.0, "sizes": self.resolution[columns]}
         names = [self.names[k] for k in columns]
         return judge(points[:, columns], names, exponent=value, error=band, **precision)
-
-
-# Points of sections as labelled tables: once a period, or at every crossing of a level
 
 
 @arguments.checked

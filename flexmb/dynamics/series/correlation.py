@@ -13,8 +13,6 @@ from flexmb.dynamics.series.samples import is_constant, mean_period, samples, st
 from flexmb.errors import InputError
 from flexmb.late import scipy
 
-# Correlation dimension of the set of states behind a signal
-
 LEAST_OF_DIMENSION = 1000  # smallest number of samples for a dimension
 PERIODS = 20  # smallest number of mean periods for a dimension
 DIMENSION_REFERENCES = 1000  # largest number of points whose distances to all others are counted

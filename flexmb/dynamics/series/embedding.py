@@ -12,8 +12,6 @@ from flexmb.dynamics.series.samples import is_constant, mean_period, samples, st
 from flexmb.errors import InputError
 from flexmb.late import scipy
 
-# Neighbours in state space that are distant in time, and their distances
-
 BLOCK = 1_000_000  # largest number of distances in memory
 
 
@@ -77,8 +75,6 @@ def distances(points: np.ndarray, i: np.ndarray, j: np.ndarray, shift: int) -> n
     parallel = parallel**2 / np.maximum(np.einsum("ij,ij->i", along, along), 1e-300)
     return np.asarray(np.sqrt(np.maximum(least - parallel, 0.0)))
 
-
-# Delay embedding of a signal: delay, dimension, vectors
 
 LEAST = 100  # smallest number of samples for a delay or a dimension
 FALSE_SHARE = 0.01  # fraction of false neighbours below which a dimension is sufficient

@@ -214,8 +214,6 @@ def _slope(t: np.ndarray, y: np.ndarray) -> float:
     return float(d @ y / (d @ d))
 
 
-# The largest exponent from several neighbours of each point, by the method of Kantz
-
 KANTZ_REFERENCES = 600  # largest number of points whose neighbours are observed
 NEIGHBOURS = 8  # number of neighbours of a point
 
@@ -295,8 +293,6 @@ def _neighbours(points: np.ndarray, refs: np.ndarray, theiler: int, shift: int) 
                 break
     return neighbours
 
-
-# The largest exponent from nearest neighbours, by the method of Rosenstein
 
 ROSENSTEIN_REFERENCES = 2000
 """Largest number of points whose neighbours are observed; they are evenly spread over the record."""

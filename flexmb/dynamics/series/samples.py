@@ -90,8 +90,6 @@ def mean_period(x: np.ndarray) -> float:
     return max(2.0, 1.0 / mean) if mean > 0.0 else float(len(x))
 
 
-# Power spectrum of a signal, with its lines and the floor between them
-
 LOBE = 4  # half width of the main lobe of the window [bins]
 ABOVE_FLOOR = 50.0  # smallest ratio of a line to the median around it; a random spectrum has one such value in 1e15
 AROUND = 101  # number of bins of the running median

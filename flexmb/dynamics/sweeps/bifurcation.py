@@ -33,8 +33,6 @@ if TYPE_CHECKING:
 
     Make = Callable[..., Mechanism | Dynamics] | Mechanism | Dynamics
 
-# Families of systems over a parameter, and the section points of one member
-
 
 @dataclass(frozen=True)
 class Family:
@@ -185,8 +183,6 @@ def _not_finite(flow: Dynamics, points: np.ndarray | None, columns: list[int]) -
     bad = bad or ([] if np.isfinite(flow.state()).all() else ["the state"])
     return f"Not finite: {', '.join(bad[:5])}." if bad else ""
 
-
-# Bifurcation diagrams: section points over the values of a parameter
 
 DIRECTIONS = {"cold": ("cold",), "up": ("up",), "down": ("down",), "both": ("up", "down")}
 """Rows of a diagram by the name of the direction."""

@@ -50,8 +50,6 @@ from flexmb.fields import unit_of
 from flexmb.late import xr
 from flexmb.version import installed_version
 
-# Points of a sweep: all combinations of values, or a list of designs; units of their parameters
-
 DESIGN = "design"
 RESERVED = ("ok", "status")
 UNIT = re.compile(r"\[((?:1/)?[^\[\]\d,]+[^\[\],]*)\]")
@@ -210,8 +208,6 @@ def _array(name: Any, value: Any) -> tuple[tuple[str, ...] | None, np.ndarray]:
     return dims, array.astype(np.complex128 if array.dtype.kind == "c" else np.float64)
 
 
-# Datasets of sweeps, from the arrays of a record or a store
-
 AXES, LAYOUT = "axes", "layout"  # attributes of a store: names of the coordinates; layout of the results of a function
 
 POINTS, STATE = "points", "state"
@@ -258,8 +254,6 @@ def dataset_of(tables: Tables, attributes: Mapping[str, Any]) -> xr.Dataset:
 
 
 # What sweeps and diagrams share: the executor, the store, the progress bar
-
-
 @dataclass(frozen=True)
 class Work:
     """Common arguments of `sweep` and `bifurcation`: executor, store, progress.
@@ -302,9 +296,6 @@ def settings_of(fixed: Mapping[str, Any], function: Any) -> dict[str, Any]:
         **texts_of("text", function),
         "fixed": {name: f"{type(value).__name__} {digest(value)}" for name, value in sorted(fixed.items())},
     }
-
-
-# Sweeps: a function over a grid of parameters or a list of designs
 
 
 @checked

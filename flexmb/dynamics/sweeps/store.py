@@ -35,9 +35,8 @@ from flexmb.dynamics.systems.dynamics import Dynamics
 from flexmb.engine.compiled.digest import UNKNOWN, Parts, digest, named_by, parts_of
 from flexmb.errors import FileFormatError, InputError, MissingPackageError
 
+
 # Fingerprints of sweeps: short texts that are equal if and only if the results are equal
-
-
 def label_of(function: Any) -> str:
     """Name of a function, a mechanism or a system, such as "flexmb.mechanisms.nine_bar.nine_bar"."""
     if isinstance(function, partial):
@@ -67,8 +66,6 @@ def _system(value: Dynamics) -> Parts:
     state = [value.name, value.names, dict(value.parameters), value.state()]
     return type(value).__qualname__, [*state, *value.makings()]
 
-
-# Results of a sweep by point, in memory and in an optional store
 
 STATUS = "status"  # name of the column that is written last: a point whose status is not "" is finished
 ARRAYS = "arrays"  # attribute of a store: whether an array has one chunk per point, by its name; others are coordinates
@@ -172,8 +169,6 @@ class Record:
         """Entry of the column `name` at `index`."""
         return self.tables[name][1][index]
 
-
-# Store of results on disk (zarr, format 3) with one chunk per point; an interrupted sweep resumes from its store
 
 FORMAT = 4  # version of the layout; stores of other versions are refused
 

@@ -26,8 +26,6 @@ Period = float | Callable[[Mapping[str, Any]], float] | None
 
 SMALL = 1e-6  # length of a difference, over that of the state, at which two trajectories part as tangent vectors grow
 
-# Base class of all systems: a present state that is advanced, alone or with tangent vectors
-
 
 class Dynamics(ABC):
     """A dynamical system with a present state.
@@ -307,8 +305,6 @@ def orthonormalise(tangents: np.ndarray, weights: np.ndarray) -> np.ndarray:
 
 
 # Base class of flows, with the steps, snapshots and rates of signals on which sections rest
-
-
 class ContinuousFlow(Dynamics):
     """A system in continuous time with step sizes chosen by its integrator."""
 
@@ -388,9 +384,6 @@ class ContinuousFlow(Dynamics):
         return f"{self.name!r} has no period"
 
 
-# Base class of systems that move a flow
-
-
 class OfFlow(Dynamics):
     """Base class of systems with the state, signals and parameters of an inner flow."""
 
@@ -422,8 +415,6 @@ class OfFlow(Dynamics):
 
 
 # The one conversion of what public functions take: a mechanism becomes a flow
-
-
 def is_mechanism(system: Any) -> bool:
     """Whether `system` is a `Mechanism`; without an import of mechanics there is none."""
     model = sys.modules.get("flexmb.model.mechanism")

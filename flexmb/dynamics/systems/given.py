@@ -13,9 +13,8 @@ from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics
 from flexmb.errors import InputError, SolveError
 from flexmb.late import scipy
 
+
 # Base of systems defined by a function of the user, and checks of the arguments and results of such functions
-
-
 class GivenSystem(Dynamics):
     """Base of systems given by a function, its Jacobian, parameters and a start.
 
@@ -142,8 +141,6 @@ def square_of(owner: str, value: Any, size: int) -> np.ndarray:
 
 
 # Maps given by a function, and checks of the arguments that maps and differential equations share
-
-
 class Map(GivenSystem):
     """The map x -> function(x, **parameters).
 
@@ -209,8 +206,6 @@ class Map(GivenSystem):
             return square_of(self._label, self.jacobian(x, **self._parameters), self.size)
         return central_differences(self._next, x)
 
-
-# Ordinary differential equations with their variational equations
 
 METHODS = ("DOP853", "RK45", "Radau", "BDF")  # solvers of `scipy.integrate` whose next step size can be read and set
 FINEST = 3e-14  # smallest relative tolerance of a step

@@ -42,8 +42,6 @@ ONSET = 1
 """Index of the instant of the onset among the histories that every contact has."""
 
 
-# A mechanism as a flow: its time steps, with tangent vectors, from any state
-
 INSTANT = 1e-3  # time span of the differences in time from which rates are taken, as a multiple of the largest step
 NUDGE = 1e-6
 """Size of the differences of states from which slopes of signals are taken, as a multiple of the state's length."""

@@ -154,9 +154,6 @@ def bowing(p, x1, x2):
     return p[LENGTH] / 30.0 * (twice1 * x1 - p[BOW12] * x2), p[LENGTH] / 30.0 * (twice2 * x2 - p[BOW12] * x1)
 
 
-# The corotational beam element, straight or an arc, without shear (Euler, Bernoulli) or with it (Timoshenko)
-
-
 @fast
 def felt(p, c, s, chord_a):
     """Accelerations of the ends less gravity, in the axes of the chord; so inertia forces include the weight."""

@@ -40,8 +40,6 @@ from flexmb.elastic.beams.section import Section, checked_factor, shear_factors
 from flexmb.errors import InputError
 from flexmb.model.law import Material
 
-# Shear of a beam element (Timoshenko): matrices of the cubics with a condensed shear angle
-
 Array = npt.NDArray[np.float64]
 
 BOW = (2.0, 1.0, 2.0)  # shortening of the chord by bending without shear: L/30 (2 u1^2 - u1 u2 + 2 u2^2)
@@ -109,8 +107,6 @@ def _bow(lengths: Array, axial: Array, shares: Array, flexibility: Array) -> Arr
         axis=1,
     )
 
-
-# Element matrices of a beam, from weak forms with scikit-fem
 
 QUADRATURE_ORDER = 8
 """Degree [1] up to which polynomials are integrated exactly.

@@ -16,9 +16,8 @@ from flexmb.engine.compiled.arrays import part_of, stack_vector
 from flexmb.errors import InputError
 from flexmb.kernels import extremum_kernel, fast
 
+
 # Strain and stress of beams from the poses of their nodes
-
-
 @dataclass(frozen=True)
 class BeamElements:
     """The elements of one beam, for strains."""

@@ -90,8 +90,6 @@ def jacobians(points: Array, cells: npt.NDArray[np.int64], kind: str) -> Array:
     return found
 
 
-# Boundary of a plane mesh: edges of one cell alone, closed loops, holes
-
 Indices = npt.NDArray[np.int64]
 
 

@@ -145,8 +145,6 @@ def halved(points: Array, cells: Indices, kind: str) -> Indices:
     return np.concatenate([turned[:, [0, 1, 2, 4, 5, 8][:n]], turned[:, [0, 2, 3, 8, 6, 7][:n]]])
 
 
-# Triangle meshes of polygons with round holes: even boundary nodes, a lattice inside, smoothing, Delaunay
-
 CLEAR = 0.7  # distance of the lattice from the boundary over the size of the cells [1]
 STRETCHED = 0.85  # third side of a triangle over the two on the boundary [1], above which these are nearly one line
 ROUNDS = 12  # number of rounds of smoothing

@@ -20,8 +20,6 @@ from flexmb.elastic.meshes.checks import checked_cells, checked_groups, checked_
 from flexmb.errors import InputError
 from flexmb.model.law import Material
 
-# Plane mesh: nodes, cells of one kind, named sets of nodes and named groups of cells
-
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
@@ -304,8 +302,6 @@ def _centre_of_circle(points: Array) -> Array | None:
     centre: Array = found[:2]
     return centre
 
-
-# Values of regions of a mesh: one value for all cells, or one for each region
 
 Value = TypeVar("Value")
 ByRegion: TypeAlias = Value | Mapping[str, Value] | tuple[tuple[str, Value], ...]  # all cells', or by name of a region

@@ -30,8 +30,6 @@ from flexmb.elastic.meshes.fillings import (
 from flexmb.elastic.meshes.mesh import PlaneMesh
 from flexmb.errors import InputError
 
-# Rounded corners of polygons: tangent arcs in their places
-
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
@@ -108,8 +106,6 @@ def _arc(corner: Array, radius: float, turn: float, reach: float, ahead: Array, 
     angle = np.arctan2(-inwards[1], -inwards[0]) - turn * (1.0 - np.arange(count + 1) / count)
     return np.asarray(centre + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1))
 
-
-# Meshes of plates of any straight outline with round holes
 
 Hole = tuple[tuple[float, float], float]  # centre and radius [m]
 
@@ -193,8 +189,6 @@ def _cross(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> bool:
     boxes_meet = bool(np.all(lowest <= np.minimum(np.maximum(a, b), np.maximum(c, d))))
     return boxes_meet and side(a, b, c) * side(a, b, d) <= 0.0 and side(c, d, a) * side(c, d, b) <= 0.0
 
-
-# Meshes of common outlines, without a mesh generator: links with eyes, crank webs, rings, rectangles
 
 Pair = tuple[float, float]
 

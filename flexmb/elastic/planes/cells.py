@@ -45,8 +45,6 @@ from flexmb.kernels import account_kernel, element_kernel, energy_kernel, fast, 
 from flexmb.model.contributions import Coordinate, ElementContribution
 from flexmb.model.law import Material
 
-# Kernels of a plane cell on absolute coordinates: elasticity, damping, consistent mass, gravity
-
 
 @fast
 def add_mass_times(p, a, gx, gy, r):
@@ -226,8 +224,6 @@ def cell_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
 
 
 # Numbers p of the kernels of plane cells, from the mesh, the moduli and the pins
-
-
 @dataclass(frozen=True, eq=False)
 class Cells:
     """Cells of one body, with the numbers of their kernels."""

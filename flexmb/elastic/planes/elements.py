@@ -69,8 +69,6 @@ def tie_at(p, k):
 
 
 # Nodes of a cell on rigid pins, x = pin + R(theta) arm: places, velocities, accelerations, forces, tangents
-
-
 @fast
 def turned_arms(p, q, arms):
     """Arms (2 m,) of the nodes in world axes, 0 for nodes off the pins."""
@@ -171,8 +169,6 @@ def pins_of(p):
 
 
 # Corotated cell: linear elasticity in axes that turn with the mean deformation gradient of the cell
-
-
 @fast
 def deformation_by(p, m, places, gradients, x, d):
     """d (2 m,) of nodes at x (2 m,), relative to the first node; cos, sin of the rotation, and rho."""

@@ -170,8 +170,6 @@ def assembled(mesh: PlaneMesh, local: Array) -> csr_array:
 
 
 # Lowest natural vibrations by Lanczos' method
-
-
 def factored(K: Any) -> Any:
     """Factors of a sparse symmetric matrix."""
     return splu(K.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})

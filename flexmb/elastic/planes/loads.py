@@ -280,9 +280,6 @@ def mesh_load_signal(p, t, q, v, a):
     return total(p, q, v)
 
 
-# Forces on the nodes of a mesh, and the contributions of a load to a body with all nodes
-
-
 @dataclass(frozen=True, eq=False)
 class FollowedEdges:
     """Edges that a load follows, the body on their left."""

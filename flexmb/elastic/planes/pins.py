@@ -76,8 +76,6 @@ def averaged_pin(
     return ConstraintContribution(part, averaged_pin_kernel, coordinates, numbers, 3, is_drive=True)
 
 
-# Pins of plane bodies: nodes of a hole tied to one point with a rotation, rigidly or on average
-
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 

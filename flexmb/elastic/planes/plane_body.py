@@ -44,9 +44,8 @@ from flexmb.model.shape import Shapes
 from flexmb.parts.bodies.flexible import Field, RigidProperties, Triple, start_displacement, start_velocity
 from flexmb.parts.bodies.point_mass import held_rotation_kernel, node_mass
 
+
 # Base of bodies whose shape is a plane mesh: all nodes of it, or a few modes
-
-
 class MeshBody(ElasticBody):
     """A body that can bear loads on its mesh."""
 
@@ -68,8 +67,6 @@ class MeshBody(ElasticBody):
     def loaded(self, name: str, load: NodalLoad, history: Motion | None) -> Sequence[Contribution]:
         """Contributions of a `load` on the mesh, in its axes, times the value of `history`; None: constant."""
 
-
-# Natural frequencies and shapes of plane bodies, free or held at pins
 
 Array = npt.NDArray[np.float64]
 
@@ -113,8 +110,6 @@ PIN_SHARE = 1e-7
 Its nodes have as much less, so that no rigid motion of the body has another inertia.  Frequencies of motions that
 deform the hole change by less than this share.  With a hundredth of it steps find the pins without mass."""
 
-
-# Flexible body of any planar shape: a mesh of plane stress or plane strain with pins in its holes
 
 Point = tuple[float, float]
 

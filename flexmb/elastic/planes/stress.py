@@ -27,9 +27,8 @@ from flexmb.model.contributions import Coordinate, SignalContribution
 from flexmb.model.law import Material
 from flexmb.model.shape import MeshShape
 
+
 # Drawing record of a mesh
-
-
 def mesh_shape(part: str, mesh: PlaneMesh, material: ByRegion[Material], state: str) -> MeshShape:
     """Mesh of a body in the reference configuration, without its carriers; the state is "stress" or "strain"."""
     rows, number = np.unique(cell_materials(mesh, material, state), axis=0, return_inverse=True)

@@ -248,9 +248,6 @@ def _over(error: float, size: float) -> float:
     return error / size if size else 0.0
 
 
-# Deformations of reduced bodies in their frames
-
-
 def deformed(shape: MeshShape, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Deformations (n, nodes, 3) of a reduced body in its frame by poses (n, nodes, 3); angle (n,) of it [rad]."""
     reference = np.array(shape.poses)

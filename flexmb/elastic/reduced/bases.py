@@ -88,8 +88,6 @@ class ElasticModel:
         return force
 
 
-# Craig-Bampton bases: static shapes of the pins, and vibrations with all pins held
-
 DENSE = 60  # number of inner displacements up to which all vibrations are computed by a dense solver
 RIGID = 3  # motions of a rigid body
 FIRST_TRIAL = 12  # number of vibrations that are computed first where all up to a frequency are kept

@@ -169,8 +169,6 @@ def _axis(data: BeamMatrices, k: int) -> Array:
     return np.asarray(np.eye(4) - np.outer([0.0, 1.0, 0.0, 1.0], shear))
 
 
-# Bodies of beams as their reduction sees them
-
 THIN = 2e-3  # half of the depth over the length with which beams of unknown depth are drawn
 
 
@@ -325,9 +323,6 @@ class BeamModel:
         return self._assembled(
             (element.normal_force @ (element.turn @ z[element.places])) * element.string() for element in self.elements
         )
-
-
-# Plane bodies as their reduction sees them, in the axes of their mesh
 
 
 def _model_of_plane(body: PlaneBody, pins: Sequence[str]) -> ElasticModel:

@@ -74,8 +74,6 @@ ELEMENTS: Kept[Superelement] = Kept()
 GROUPS: Kept[tuple[float, ...]] = Kept()
 
 
-# A flexible body by its pins and a few modes
-
 FRAMES = ("chord", "pin")
 
 ROUND_OFF = 1e-12  # distance of two pins over that from the origin [1] up to which they stand at one place

@@ -66,8 +66,6 @@ from flexmb.parts.loads.mesh_loads import MeshLoad
 if TYPE_CHECKING:
     from flexmb.elastic.reduced.reduced import Reduced
 
-# Kernels of loads on the mesh of a reduced body
-
 KIND, ANGLE, STIFFENS = 3, 4, 5
 """Kind of a load, angle of its axes, whether it has a geometric stiffness, in place of other parameters of the body."""
 
@@ -450,9 +448,6 @@ def stiffness_under(found: Basis, force: Array) -> Array:
 def _reduced_stiffness(found: Basis, z: Array, free: Array) -> Array:
     """K_G (n, n) of the stress of displacements (N,), by `stress_stiffness` of models.py, less round-off."""
     return _without(free[:, :2], found.shapes.T @ (found.model.stress_stiffness(z) @ found.shapes))
-
-
-# Loads on the mesh of a reduced body: their generalised forces by the nodes of the body
 
 
 def load_contributions(

@@ -22,8 +22,6 @@ from numba.core import cgutils, config
 from numba.extending import intrinsic, overload
 from numba.np import arrayobj
 
-# Views of flat arrays in compiled code: matrices and parts, without copies and checks of bounds
-
 MATRIX = types.Array(types.float64, 2, "C")  # type of a matrix
 
 
@@ -158,9 +156,8 @@ def _item_of() -> Any:
 
 item_of = _item_of()
 
+
 # Scratch matrices and vectors on the stack of a kernel: kernels allocate nothing on the heap
-
-
 def stack_matrix(rows: int, columns: int) -> Callable[[], Any]:
     """A function that returns a matrix (rows, columns) of floats, on the stack in compiled code."""
 

@@ -29,8 +29,6 @@ from flexmb.engine.compiled.notice import caches, say_once
 from flexmb.engine.compiled.shipped import ours, shipment, shipped
 from flexmb.namespace import CHANGED, IMPORTED, state
 
-# Stamps of compiled code: a digest of all sources that a function was compiled from
-
 IMPORT = re.compile(r"^(?:from +([\w.]+) +import +(\([^)]*\)|[^\n#]*)|import +([^\n#]*))", re.MULTILINE)
 NAME = re.compile(r"[\w.]+")
 PACKAGE = "flexmb"
@@ -93,8 +91,6 @@ def is_of_user(module: str) -> bool:
     file = getattr(found, "__file__", None) or next(iter(getattr(found, "__path__", ())), None)  # of a namespace
     return module.partition(".")[0] != PACKAGE and file is not None and is_users_file(file)
 
-
-# Cache of compiled code: machine code of the installation, and numba's cache of the user
 
 ANNOTATION = 6  # place of the annotated source among the parts of a compiled signature that numba keeps
 SEAL_SIZE = 16  # bytes of the checksum of a file of the cache

@@ -56,8 +56,6 @@ STAGES: dict[str, dict[str, float]] = {
 
 UNPIECED_FACTOR = 4.5  # factor of the time with a version of numba without pieces (`flexmb/engine/compiled/pieces.py`)
 
-# Notices to the user while functions of the package are compiled: stage, expected time, end
-
 QUIET_SECONDS = 1.0  # time without a compilation, after which a stage has ended [s]
 LEAST_SECONDS = 1.0  # expected time of a stage, below which there is no notice [s]
 

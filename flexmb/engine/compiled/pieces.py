@@ -34,9 +34,8 @@ from flexmb.engine.compiled.code_cache import CodeCache
 from flexmb.engine.compiled.notice import UNPIECED_FACTOR, notice
 from flexmb.version import compiles_fast
 
+
 # Addresses of kernels, as compiled code calls them
-
-
 class KernelPointer(types.Callable, types.Opaque):
     """numba's type of the address of a kernel, which is called directly.
 

@@ -38,8 +38,6 @@ from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.extending import NativeValue, intrinsic, register_model, typeof_impl, unbox
 from numba.np import arrayobj, numpy_support
 
-# numba's type of a record, and how compiled code reads and writes its fields
-
 WORD = ir.IntType(64)
 
 
@@ -151,8 +149,6 @@ def _copy_numbers() -> Any:
 
 
 copy_numbers = _copy_numbers()
-
-# Records: named numbers and arrays that are passed to compiled code as one pointer
 
 
 def _array(dtype: Any, ndim: int) -> Any:

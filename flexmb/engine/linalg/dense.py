@@ -124,9 +124,6 @@ def singular_text(n: int, finding: str) -> str:
     )
 
 
-# Solution of small linear systems with pivoting: `PivotingSolver` (pivoting.py) for matrices that are plain arrays
-
-
 def solve_dense(A: np.ndarray, b: np.ndarray) -> np.ndarray:
     """x (n,) or (n, k) with A (n, n) x = b, scaled, refined once, and held against the limits of `PivotingSolver`."""
     # A `SolveError` tells an entry that is not finite; a matrix that is singular, or so near to it that x does not

@@ -107,8 +107,6 @@ def largest_singular_value(B: sp.sparray) -> float:
     return size
 
 
-# Large bordered matrices [[K, G^T], [G, 0]]: their factors, and the signs of their eigenvalues
-
 Solve = Callable[[np.ndarray], np.ndarray]
 
 JOINT_COMPLIANCE = 1e-10

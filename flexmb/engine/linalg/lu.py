@@ -25,9 +25,8 @@ from flexmb.engine.compiled.records import Integers, Places, Record, SmallPlaces
 from flexmb.engine.linalg.symbolic import Symbolic
 from flexmb.kernels import compiled
 
+
 # Solution with the factors of `lu`, for one right-hand side or for two in one pass
-
-
 @compiled
 def solve(sym, lu, b, x, y):
     """A x = b with the values that `factor` left.  sym : LU; b, x : (n,), may be one array; y : (n,) workspace."""
@@ -192,8 +191,6 @@ def backward_two(starts, row_ptr, rows, value_ptr, lu, pair):
                 p0, q0 = p0 - x0 * y[k, 0], q0 - x0 * y[k, 1]
         own[0], own[1] = p0 * a[0], q0 * a[0]
 
-
-# Factors L and U of A on a fixed pattern, without pivoting and without searching
 
 LOST_PIVOT = 1e-13  # pivot relative to the largest term summed up to it, below which it is round-off: a lost pivot
 

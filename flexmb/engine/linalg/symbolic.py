@@ -14,9 +14,8 @@ import numpy as np
 from flexmb.errors import InputError
 from flexmb.kernels import compiled
 
+
 # Compiled loops of the symbolic factorisation: fill, panels, and where an entry lives; linear in the entries of L
-
-
 @compiled
 def count_below(row_ptr, columns, parent, count, mark):
     """Parent of each place in the elimination tree (-1: a root) and number of places below it once the fill is there.
@@ -138,8 +137,6 @@ def locate_targets(starts, row_ptr, rows, value_ptr, panel, reached, targets):
                     targets[at + j] = row + width + q - begin
             at += u
 
-
-# Symbolic factorisation: positions of all entries of L and U for a pattern of A
 
 WIDEST_PANEL = 3  # number of unknowns in a panel at most: the coordinates of a node, with unrolled loops in `factor`
 

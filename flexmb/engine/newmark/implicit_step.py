@@ -209,8 +209,6 @@ def is_round_off(n, m, lu, trial, work, record):
     return report.correction <= report.tolerance * (1.0 + GAP_ROUND_OFF * report.round_off / angle)
 
 
-# Implicit step of the Newmark family: predictor, modified Newton iteration, convergence test
-
 SMALL_SYSTEM = 60
 """Number of unknowns up to which every iteration with a closed contact or joint friction factors its own matrix.
 

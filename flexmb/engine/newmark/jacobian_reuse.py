@@ -124,8 +124,6 @@ def remove_component(n, m, row, trial):
         trial.lam[i] -= component * trial.free_multipliers[row, i]
 
 
-# Reuse of the factors of the iteration matrix (modified Newton): when they are reused, and when they are discarded
-
 LONGEST_SUSPENSION = 15.0  # number of steps for which reuse is suspended at most
 OLDEST_FACTORS = 25.0  # number of steps after which factors are discarded
 

@@ -65,8 +65,6 @@ from flexmb.kernels import compiled, copy
 from flexmb.places import FRICTION_FORCE, GAP_RATE, NORMAL_FORCE, SLIP
 from flexmb.program.program import LOAD_KERNEL
 
-# Step of Radau's method with three stages: prediction, Newton iteration, projection, error estimate
-
 MOST_ITERATIONS = 16  # number of Newton iterations of a step at most
 
 REFACTOR_RATE, REFACTOR_ITERATIONS = 0.02, 4
@@ -403,8 +401,6 @@ def times_mass(tables, address, h, x, flow, work, target, R):
     for i in range(tables.sizes.n_b, tables.sizes.n_q):  # states of controls
         target[i] = x[i]
 
-
-# Works of a step of Radau's method, and states within the step
 
 ACCELERATION_MISMATCH = 0.01
 """Difference between computed and interpolated accelerations within a step relative to the largest, up to which the

@@ -175,9 +175,6 @@ def add_control_change(tables, varied, address, t, q, v, a, z, factor, j, T, wor
             subtract_load(tables, output, factor * work.output[output], T.F[j], T)
 
 
-# Sampled controllers at an instant
-
-
 Moved = Sequence[tuple[float, tuple[Sampler, ...]]]
 """Weights and samplers of neighbouring mechanisms, whose weighted sum is a derivative by a parameter."""
 

@@ -61,8 +61,6 @@ from flexmb.program.program import COMMON_Z, LAST_GAP, LAST_GAP_RATE, PHASE, Pro
 from flexmb.run.run import Run
 from flexmb.statics.start.projection import metric_of, shortest_correction
 
-# Tangent of the implicit step: small differences of a state, carried through the steps of a run
-
 MOST_ROUNDS = 10
 """Number of rounds at most that solve for position shifts and positions in turn; two or three are usual."""
 
@@ -362,8 +360,6 @@ def advance_with_tangents(table, tables, address, lu, options, flow, trial, work
             return code
     return RUNNING
 
-
-# Run of the Newmark family with small differences of its state
 
 LEAST_FADING_GAMMA = 0.51
 """Newmark's gamma up to which errors of accelerations along the constraints do not fade: factor 1 - 1/gamma a step."""

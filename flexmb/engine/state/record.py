@@ -10,8 +10,6 @@ from flexmb.engine.system.work import new_from_template
 from flexmb.program.program import Program
 from flexmb.program.signals import CONTACT_PENETRATION
 
-# Options of a run for the compiled loops: coefficients of the method and limits of the step control
-
 GEAR_GUPTA_LEIMKUHLER, POSITION, VELOCITY = range(3)
 FORMS = {"gear-gupta-leimkuhler": GEAR_GUPTA_LEIMKUHLER, "position": POSITION, "velocity": VELOCITY}
 """Form of the constraints by its public name."""
@@ -101,8 +99,6 @@ def kept_poses(poses: Poses, t: float, signals: np.ndarray, z: np.ndarray) -> tu
     sizes, even = np.append(poses.sizes[rows], 0.0), np.append(rows < count, False)
     return times, np.concatenate([values, signals[None]]), np.concatenate([histories, z[None]]), sizes, even
 
-
-# Record of a run in the compiled loop: saved instants, peaks, counters, codes
 
 RUNNING, DONE, BUFFER_FULL, NEWTON_FAILED, SINGULAR, NOT_FINITE, STEP_TOO_SMALL = range(7)
 ENERGY_MISSING, ENERGY_MADE, ENERGY_LOST = 20, 21, 22

@@ -19,9 +19,8 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
 
+
 # Rigid motions of all bodies of a program, for closing loops and for start velocities
-
-
 class RigidMotion:
     """Motions of all bodies as rigid ones, flexible bodies included: w = (x, y, angle) for each body.
 
@@ -106,8 +105,6 @@ def check_massless(mechanism: Mechanism, program: Program, q: np.ndarray) -> Non
     text = f"Mechanism {program.name!r}: massless {listed} can move without moving a mass, so forces"
     raise ModelError(f"{text} have nothing to accelerate. Give mass and inertia, or hold the link by a further joint.")
 
-
-# Closing of loops: poses with all joints closed, at given positions of the drives
 
 CLOSED_GAP = 1e-12  # gap of a closed joint relative to the size of the mechanism
 DRIVE_STRIDE = 0.1  # largest change of a drive between two poses [rad, or relative to the size of the mechanism]
