@@ -144,11 +144,9 @@ def smallest(signal: str) -> Measure:
 
 
 class Rows(NamedTuple):
-    """A signal at the ends of all steps, the start before them, and its derivatives.
+    """A signal at the ends of all steps, the start before them, and its derivatives."""
 
-    Derivatives belong to neighbours that arrive later by the time shifts: dy at t + dp shift.
-    """
-
+    # Derivatives belong to neighbours that arrive later by the time shifts: dy at t + dp shift.
     time: np.ndarray  # (n,) [s]
     y: np.ndarray  # (n,)
     slope: np.ndarray  # (n, k)

@@ -230,11 +230,9 @@ def _neighbour(
 
 
 class _Signals(NamedTuple):
-    """Derivatives of the start (p, size) and the period (p,), of signals, and errors of the latter (m, n, p).
+    """Derivatives of the start (p, size) and the period (p,), of signals, and errors of the latter (m, n, p)."""
 
-    The rows are those of neighbours at the same phases; at the same instants, if their ends have derivatives (p,).
-    """
-
+    # The rows are those of neighbours at the same phases; at the same instants, if their ends have derivatives (p,).
     state: np.ndarray
     period: np.ndarray
     found: Derivatives

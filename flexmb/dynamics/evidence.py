@@ -24,12 +24,10 @@ SEPARATE = 10.0
 
 
 class Columns(NamedTuple):
-    """Signals of section points for a verdict, and the names of signals without information.
+    """Signals of section points for a verdict, and the names of signals without information."""
 
-    Points (n, m) in their units; a rotating angle has two columns, cosine and sine.  Of each column: the name of the
-    signal, the difference that is round-off or integration error, the deviation over the second half of the record.
-    """
-
+    # Points (n, m) in their units; a rotating angle has two columns, cosine and sine. Of each column: the name of the
+    # signal, the difference that is round-off or integration error, the deviation over the second half of the record.
     values: np.ndarray
     names: tuple[str, ...]
     floor: np.ndarray
@@ -217,11 +215,9 @@ def phase_spread(scaled: np.ndarray, k: int) -> float:
 
 
 class Approach(NamedTuple):
-    """A cycle of `k` points that points approach.
+    """A cycle of `k` points that points approach."""
 
-    Steps over k shrink by the factor `rate` from point to point; the last one is `left` tolerances long.
-    """
-
+    # Steps over k shrink by the factor `rate` from point to point; the last one is `left` tolerances long.
     k: int
     rate: float
     left: float
@@ -256,11 +252,9 @@ LEAST_IN_BAND = 10  # fewest points of a band whose mean is subtracted
 
 
 class Drift(NamedTuple):
-    """A signal, by its column, with a constant change in one step [unit of the signal].
+    """A signal, by its column, with a constant change in one step [unit of the signal]."""
 
-    Without the drift it has a cycle of `k` points; 0: no cycle.
-    """
-
+    # Without the drift it has a cycle of `k` points; 0: no cycle.
     column: int
     step: float
     k: int

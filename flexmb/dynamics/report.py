@@ -67,11 +67,9 @@ class Motion:
 
 @dataclass(frozen=True)
 class SignalEstimates:
-    """Estimates from one signal, or "sin(NAME)" of a rotating angle.
+    """Estimates from one signal, or "sin(NAME)" of a rotating angle."""
 
-    The 0-1 test is that of the points, None for too few.  The others come from fine samples, None where not selected.
-    """
-
+    # The 0-1 test is that of the points, None for too few. The others come from fine samples, None where not selected.
     name: str
     unit: str
     zero_one: ZeroOne | None

@@ -62,10 +62,9 @@ KEYBOARD, TERMINATION = signal.SIGINT, signal.SIGTERM
 
 
 class Interruption:
-    """A context in which signals, given by their numbers, are only noted; the second one of a kind acts at once.
+    """A context in which signals, given by their numbers, are only noted; the second one of a kind acts at once."""
 
-    Outside the main thread of Python, signals act as ever.
-    """
+    # Outside the main thread of Python, signals act as ever.
 
     def __init__(self, signals: Sequence[signal.Signals]) -> None:
         self.signals = signals

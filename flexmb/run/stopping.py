@@ -224,7 +224,6 @@ def end_at_crossing(run: Run, watch: StopConditions, begun: Snapshot | None, end
         if code not in (RUNNING, BUFFER_FULL):
             return code
     before = Snapshot(run)
-
     begun_at, start = float(run.flow.clock.t), run.record.signals.copy()
 
     def excess(t: float) -> float:

@@ -213,11 +213,9 @@ def growth_to_next_point(
 
 
 class TangentVectors:
-    """Tangent vectors, made orthonormal at each renormalisation (G. Benettin et al., Meccanica 15 (1980) 9).
+    """Tangent vectors, made orthonormal at each renormalisation (G. Benettin et al., Meccanica 15 (1980) 9)."""
 
-    The vectors W (size, k) are orthonormal in the weights (size,) of the system.
-    """
-
+    # The vectors W (size, k) are orthonormal in the weights (size,) of the system.
     strained_fraction = 0.25  # a single impact is divided at its instant, and not the whole period
 
     def __init__(self, W: np.ndarray, weights: np.ndarray) -> None:

@@ -38,10 +38,9 @@ class Outcome:
 
 
 class Attempt:
-    """A block whose exception is kept (`error`) and not raised, because a failed point must not end a sweep.
+    """A block whose exception is kept (`error`) and not raised, because a failed point must not end a sweep."""
 
-    KeyboardInterrupt (Ctrl-C) is raised.  A call of `sys.exit` in a user's function counts as a failure.
-    """
+    # KeyboardInterrupt (Ctrl-C) is raised. A call of `sys.exit` in a user's function counts as a failure.
 
     def __init__(self) -> None:
         self.error: BaseException | None = None

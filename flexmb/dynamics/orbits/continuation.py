@@ -35,11 +35,9 @@ Tests = dict[str, float]
 
 @dataclass(frozen=True)
 class ContinuationPoint:
-    """An orbit on a branch, the direction of the branch ahead, and the number of corrections that it took.
+    """An orbit on a branch, the direction of the branch ahead, and the number of corrections that it took."""
 
-    Test functions change their signs at events; `touches` are numbers of closures of each gap.
-    """
-
+    # Test functions change their signs at events; `touches` are numbers of closures of each gap.
     point: BranchPoint
     ahead: Direction
     tests: Tests

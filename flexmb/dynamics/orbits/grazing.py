@@ -40,13 +40,11 @@ class Motion:
 
 @dataclass(kw_only=True)
 class ImpactContinuation(Continuation):
-    """Continuation of the orbits of an `ImpactODE`.
+    """Continuation of the orbits of an `ImpactODE`."""
 
-    The unknowns are state and instant of the slowest impact, by which orbits are smooth at grazing.  Without impacts
-    they are the state at the origin.  Turning points of the gap lie in silent spans, where surfaces pass through each
-    other; so test functions change their signs at grazing, and the branch goes on with one impact more or less.
-    """
-
+    # The unknowns are state and instant of the slowest impact, by which orbits are smooth at grazing. Without impacts
+    # they are the state at the origin. Turning points of the gap lie in silent spans, where surfaces pass through each
+    # other; so test functions change their signs at grazing, and the branch goes on with one impact more or less.
     from_impact: Shooting | None = None
     scale: float = 1.0  # of the states, in the weights of instants
     pending: list[BranchPoint] = field(default_factory=list)  # events of the last step

@@ -46,11 +46,9 @@ class ArclengthPlane:
 
 
 class NewtonResult(NamedTuple):
-    """Result of Newton's method: the last run over the period (None: no run succeeded), and how it ended.
+    """Result of Newton's method: the last run over the period (None: no run succeeded), and how it ended."""
 
-    The residuals, one an iteration, are gaps over the size of the states.
-    """
-
+    # The residuals, one an iteration, are gaps over the size of the states.
     last: ShootingRun | None
     residuals: tuple[float, ...]
     ok: bool

@@ -20,14 +20,13 @@ TURN = 2.0 * np.pi
 
 
 class StateSpace:
-    """Differences of states, their lengths, and the entries of a state that must return on a periodic orbit.
+    """Differences of states, their lengths, and the entries of a state that must return on a periodic orbit."""
 
-    Positions and velocities must return, angles of bodies up to whole turns; entries without weight follow from them.
-    Histories of friction and of elements must return as well, in their own units (deflections of bristles).  Histories
-    of normal contacts need not: they hold times of onsets, and values that positions and velocities determine.  They
-    are passed on from the end of one run to the start of the next run (`free_rows`).  The entries named by `angles`
-    count modulo 2 pi.
-    """
+    # Positions and velocities must return, angles of bodies up to whole turns; entries without weight follow from them.
+    # Histories of friction and of elements must return as well, in their own units (deflections of bristles). Histories
+    # of normal contacts need not: they hold times of onsets, and values that positions and velocities determine. They
+    # are passed on from the end of one run to the start of the next run (`free_rows`). The entries named by `angles`
+    # count modulo 2 pi.
 
     def __init__(self, label: str, system: Dynamics, angles: tuple[str, ...] = ()) -> None:
         self.weights, size = system.weights.copy(), system.size

@@ -18,11 +18,9 @@ CLOSE = 0.1
 
 
 class Bracket(NamedTuple):
-    """Times between which a crossing lies [s], counted from a snapshot with tangent vectors (size, k) or None.
+    """Times between which a crossing lies [s], counted from a snapshot with tangent vectors (size, k) or None."""
 
-    The height before the crossing, at the time `near`, is `value`.
-    """
-
+    # The height before the crossing, at the time `near`, is `value`.
     before: Any
     tangents: np.ndarray | None
     near: float

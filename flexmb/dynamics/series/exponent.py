@@ -71,11 +71,9 @@ class SeriesExponent(arguments.Checked):
 
 @dataclass(frozen=True)
 class Slope:
-    """Slope and its error in one embedding dimension [1/sample], or the reason for no value.
+    """Slope and its error in one embedding dimension [1/sample], or the reason for no value."""
 
-    Begin and end of the straight part, and the divergence curve: times (k,) [samples], mean logarithms of distances.
-    """
-
+    # Begin and end of the straight part, and the divergence curve: times (k,) [samples], mean logarithms of distances.
     value: float
     error: float
     why_not: str

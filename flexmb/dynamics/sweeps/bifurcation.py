@@ -90,11 +90,9 @@ class Family:
 
 @dataclass(frozen=True)
 class SectionSettings:
-    """Section points and exponent to be computed for each value, by arguments of `bifurcation`.
+    """Section points and exponent to be computed for each value, by arguments of `bifurcation`."""
 
-    The number of periods for the exponent is 0 for none; `together`: they are those of the points.
-    """
-
+    # The number of periods for the exponent is 0 for none; `together`: they are those of the points.
     skip: int
     keep: int
     signals: tuple[str, ...]

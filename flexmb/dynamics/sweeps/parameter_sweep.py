@@ -256,11 +256,9 @@ def dataset_of(tables: Tables, attributes: Mapping[str, Any]) -> xr.Dataset:
 # What sweeps and diagrams share: the executor, the store, the progress bar
 @dataclass(frozen=True)
 class Work:
-    """Common arguments of `sweep` and `bifurcation`: executor, store, progress.
+    """Common arguments of `sweep` and `bifurcation`: executor, store, progress."""
 
-    `sent` is what goes to the workers, with its name in messages.
-    """
-
+    # `sent` is what goes to the workers, with its name in messages.
     label: str
     sent: tuple[Any, str]
     executor: Executor | None
@@ -413,11 +411,10 @@ def sweep(
 
 
 class _Collector:
-    """Collects outcomes in a record whose columns are unknown before the first successful point.
+    """Collects outcomes in a record whose columns are unknown before the first successful point."""
 
-    The columns belong to the first successful point in the order of the points, not in time.  All runs of a sweep thus
-    give the same store.  Outcomes of later points are held until the first successful point is known.
-    """
+    # The columns belong to the first successful point in the order of the points, not in time. All runs of a sweep thus
+    # give the same store. Outcomes of later points are held until the first successful point is known.
 
     def __init__(self, record: Record, points: Points, dims: Mapping[str, Sequence[str]], bar: ProgressBar) -> None:
         self.record, self.points, self.dims, self.bar = record, points, dims, bar

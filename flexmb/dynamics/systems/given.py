@@ -16,11 +16,9 @@ from flexmb.late import scipy
 
 # Base of systems defined by a function of the user, and checks of the arguments and results of such functions
 class GivenSystem(Dynamics):
-    """Base of systems given by a function, its Jacobian, parameters and a start.
+    """Base of systems given by a function, its Jacobian, parameters and a start."""
 
-    `kind` is the word that messages begin with.
-    """
-
+    # `kind` is the word that messages begin with.
     kind: ClassVar[str]
 
     _time: float

@@ -264,15 +264,12 @@ def _turning_point(flow: ImpactODE, before: Any, end: float) -> Approach:
 
 
 class FromImpact(OfFlow):
-    """The motion of an `ImpactODE` from just before an impact over `times` periods, as a map of (state, instant).
+    """The motion of an `ImpactODE` from just before an impact over `times` periods, as a map of (state, instant)."""
 
-    Equation (9.14) of docs/theory/exponents.md.
-
-    Fixed points are periodic orbits with that impact: the state returns and the gap vanishes.  The impact is not
-    located but stands at the start, so the map is smooth where its closing speed passes 0.  `flow.silent` must hold
-    the span around the instant.
-    """
-
+    # Equation (9.14) of docs/theory/exponents.md.
+    # Fixed points are periodic orbits with that impact: the state returns and the gap vanishes. The impact is not
+    # located but stands at the start, so the map is smooth where its closing speed passes 0. `flow.silent` must hold
+    # the span around the instant.
     unit = "periods"
     flow: ImpactODE
 

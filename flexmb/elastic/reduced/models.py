@@ -330,7 +330,6 @@ def _model_of_plane(body: PlaneBody, pins: Sequence[str]) -> ElasticModel:
     if not kept:
         raise InputError(f"{body.label}: none of its pins is left. Keep at least one.")
     shape = sp.csr_matrix(body.tie.matrix if len(kept) == len(body.interfaces) else tie(kept, body.mesh).matrix)
-
     stiffness = sp.csr_matrix(body.matrices.stiffness)
 
     def stress_stiffness(z: Array) -> Sparse:

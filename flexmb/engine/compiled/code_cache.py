@@ -115,10 +115,9 @@ class SlimSignature(CompileResult):
 
 
 class SealedFiles(IndexDataCacheFile):
-    """Index and data files of a function, each behind its checksum; a damaged file counts as missing.
+    """Index and data files of a function, each behind its checksum; a damaged file counts as missing."""
 
-    A data file names its sources and its signature and is written before the index, which never leads to other code.
-    """
+    # A data file names its sources and its signature and is written before the index, which never leads to other code.
 
     def load(self, key: Any) -> Any:
         """Compiled signature of a key, or None."""
@@ -191,11 +190,10 @@ class SealedCache(FunctionCache):
 
 
 class CodeCache(_Cache):
-    """Cache of the compiled signatures of a function of the package, with the interface of numba's caches.
+    """Cache of the compiled signatures of a function of the package, with the interface of numba's caches."""
 
-    Nothing is looked up before the first call, and numba's tables of types and functions, which take long to fill, are
-    left alone where nothing has to be compiled.
-    """
+    # Nothing is looked up before the first call, and numba's tables of types and functions, which take long to fill,
+    # are left alone where nothing has to be compiled.
 
     def __init__(self, function: Any) -> None:
         self._function = function

@@ -85,10 +85,9 @@ INLINE_BELOW = 600
 
 
 class QuickFlags(Flags):
-    """numba's flags of a compilation, compared in a hundredth of the time.
+    """numba's flags of a compilation, compared in a hundredth of the time."""
 
-    They are part of the key of every function of numba's own that is looked up; numba reads all of them each time.
-    """
+    # They are part of the key of every function of numba's own that is looked up; numba reads all of them each time.
 
     def __hash__(self) -> int:
         return 0

@@ -146,14 +146,12 @@ PANEL_ZEROS = 0.2
 
 @dataclass(frozen=True, eq=False)
 class Symbolic:
-    """Pattern of A, L and U in panels: runs of up to three unknowns with a common structure.
+    """Pattern of A, L and U in panels: runs of up to three unknowns with a common structure."""
 
-    Panel s eliminates the places ``starts[s] .. starts[s+1]`` of the order, w of them; below it stand the u places
-    ``rows[row_ptr[s] : row_ptr[s+1]]``.  Its values begin at ``value_ptr[s]``: w rows of U, each w + u long, then the
-    transposed panel of L, w rows of length u.  One dummy slot follows the last value: it swallows the contributions
-    of fixed coordinates.  All arrays are int64.
-    """
-
+    # Panel s eliminates the places ``starts[s] .. starts[s+1]`` of the order, w of them; below it stand the u places
+    # ``rows[row_ptr[s] : row_ptr[s+1]]``. Its values begin at ``value_ptr[s]``: w rows of U, each w + u long, then the
+    # transposed panel of L, w rows of length u. One dummy slot follows the last value: it swallows the contributions of
+    # fixed coordinates. All arrays are int64.
     n: int  # number of unknowns
     order: np.ndarray  # (n,) unknown at each place
     starts: np.ndarray  # (n_panels + 1,) first place of each panel

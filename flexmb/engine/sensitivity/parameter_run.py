@@ -30,12 +30,10 @@ class Directions(NamedTuple):
 
 
 class ParameterRun(CarryingRun):
-    """Run of the Newmark family with derivatives by parameters, and with one difference of the state alone.
+    """Run of the Newmark family with derivatives by parameters, and with one difference of the state alone."""
 
-    This is a blow, a difference of velocities; `growth` is the factor by which it has grown, in positions and, times
-    period / (2 pi), in velocities.
-    """
-
+    # This is a blow, a difference of velocities; `growth` is the factor by which it has grown, in positions and, times
+    # period / (2 pi), in velocities.
     blocks: list[tuple[np.ndarray, ...]]
     found: Directions
     growth = begun = 0.0

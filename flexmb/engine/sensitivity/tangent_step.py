@@ -396,13 +396,11 @@ class CarryingStepper(NewmarkStepper):
 
 
 class CarryingRun(Run):
-    """Run of the Newmark family with differences of its state, a matrix (size, k).
+    """Run of the Newmark family with differences of its state, a matrix (size, k)."""
 
-    Rows are positions, velocities, histories, accelerations and auxiliary accelerations, as in `MechanismFlow`.
-    Differences that violate the constraints, or of accelerations alone, fade in most methods.  Where they do not
-    (`keeps_errors`), they are removed at the start, since they would outlive differences that shrink.
-    """
-
+    # Rows are positions, velocities, histories, accelerations and auxiliary accelerations, as in `MechanismFlow`.
+    # Differences that violate the constraints, or of accelerations alone, fade in most methods. Where they do not
+    # (`keeps_errors`), they are removed at the start, since they would outlive differences that shrink.
     stepper: CarryingStepper
 
     def __init__(self, program: Program, method: Newmark, *others: Any, **more: Any) -> None:

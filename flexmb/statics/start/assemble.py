@@ -22,11 +22,10 @@ from flexmb.program.program import Program
 
 # Rigid motions of all bodies of a program, for closing loops and for start velocities
 class RigidMotion:
-    """Motions of all bodies as rigid ones, flexible bodies included: w = (x, y, angle) for each body.
+    """Motions of all bodies as rigid ones, flexible bodies included: w = (x, y, angle) for each body."""
 
-    States of controls, which stand behind the coordinates of the bodies, have no part in these motions.  Poses may hold
-    them or not.
-    """
+    # States of controls, which stand behind the coordinates of the bodies, have no part in these motions. Poses may
+    # hold them or not.
 
     def __init__(self, program: Program) -> None:
         self.program = program
