@@ -108,12 +108,7 @@ def signals_along(label: str, held: ParameterModel, span: Span, signals: Sequenc
 
 @np.errstate(all="ignore")
 def derivatives(label: str, held: ParameterModel, span: Span, signals: Sequence[str], *, every: bool) -> Derivatives:
-    """Derivatives of `signals` by the parameters of a model; with rows of `every` step.
-
-    Raises
-    ------
-    InputError, SolveError : see `sensitivity`.
-    """
+    """Derivatives of `signals` by the parameters of a model; with rows of `every` step."""
     begun = started(label, held, span, signals)
     return carried(label, begun, directions(held, begun.here, begun.end), every=every)[0]
 

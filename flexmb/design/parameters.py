@@ -44,21 +44,10 @@ class Parameter:
 
 
 class ParameterModel:
-    """A mechanism as a function of parameters.
+    """A mechanism as a function of parameters: of numbers of its parts by name, or of the arguments of a function."""
 
-    Parameters
-    ----------
-    label : first words of messages.
-    model : a mechanism, whose parameters are numbers of its parts, "B.clearance" or "B.normal.restitution"; or a
-        function that returns a mechanism, whose parameters are its arguments.
-    names : names of the parameters, or their values by name.
-
-    Raises
-    ------
-    InputError : another kind of model; unknown parameters, with the nearest name; whole numbers, switches and texts,
-        by which nothing has a derivative; arguments without a value.
-    """
-
+    # Refused: another kind of model; unknown parameters; whole numbers, switches and texts, by which nothing has a
+    # derivative; arguments without a value.
     least: Sequence[float] = ()  # least sizes by which differences are judged, where they are known
 
     def __init__(self, label: str, model: Model, names: Iterable[str] | Mapping[str, float]) -> None:
@@ -205,12 +194,7 @@ def neighbour(mechanism: Mechanism) -> Neighbour:
 
 
 def directions(model: ParameterModel, here: Neighbour, end: float) -> Directions:
-    """Directions of the parameters of a model; `here`: its present program, `end`: end of the run [s].
-
-    Raises
-    ------
-    InputError : a parameter that changes the structure of the program, or moves kinks of drives and loads in time.
-    """
+    """Directions of the parameters of a model; `here`: its present program, `end`: end of the run [s]."""
     rows = [_direction(model, k, here, end) for k in range(len(model.parameters))]
     *columns, samplers = zip(*rows, strict=True)
     numbers, q, v, z = map(np.stack, columns)

@@ -76,15 +76,10 @@ END_COLUMN = [name for name, _ in COLUMNS].index("end")
 
 
 class Checkpoints:
-    """The checkpoint file of a run, written again and again while the run goes on.
+    """The checkpoint file of a run, written every so many seconds on the clock while the run goes on."""
 
-    Parameters
-    ----------
-    path : the file.
-    every : time between two of them [s on the clock].
-    command : arguments of the run as plain values; a checkpoint of other arguments is refused.
-    model : name of the mechanism and other plain values for the record.
-    """
+    # `command` holds the arguments of the run as plain values; a checkpoint of other arguments is refused.
+    # `model`: name of the mechanism and other plain values for the record.
 
     def __init__(self, path: str | Path, every: float, command: Mapping[str, Any], model: Mapping[str, Any]) -> None:
         self.path, self.every = checks.path("checkpoint", path), checks.not_negative("checkpoint", "every", every, "s")

@@ -127,12 +127,9 @@ def least_step(t: float) -> float:
 
 
 class Chords:
-    """Longest steps between whose ends drives, histories of loads and inputs of controllers are nearly straight lines.
+    """Longest steps between whose ends drives, histories of loads and inputs of controllers are nearly straight."""
 
-    Raises
-    ------
-    InputError : a fixed step that sees another motion than that of a drive or load.
-    """
+    # A fixed step that sees another motion than that of a drive or load is refused.
 
     def __init__(self, run: Run) -> None:
         self.pieces: list[tuple[Motion, list[float], list[float]]] = []

@@ -100,13 +100,7 @@ MOST_RESERVED_BYTES = 1 << 30  # number of bytes at most that are reserved befor
 
 
 class SavedRows:
-    """Saved instants and their signals.
-
-    Parameters
-    ----------
-    columns : signals of a row.
-    kept : (columns,) places of these among all signals; None: all.
-    """
+    """Saved instants and their signals; `kept`: places (columns,) of these among all signals, None for all."""
 
     def __init__(self, columns: int, kept: np.ndarray | None = None) -> None:
         self.kept = kept

@@ -91,18 +91,7 @@ def when(
 
 
 class StopConditions:
-    """Stop conditions of a run.
-
-    Parameters
-    ----------
-    names : names of the program whose signals are watched.
-    stop : a condition, or several; None for none.
-    faults : conditions of runs that are not ok.
-
-    Raises
-    ------
-    InputError : objects that are no conditions; signals that the mechanism has not.
-    """
+    """Stop conditions of a run, one, several or None, and faults: conditions of runs that are not ok."""
 
     def __init__(self, label: str, names: Names, stop: Any, faults: Sequence[Condition] = ()) -> None:
         several = () if stop is None else stop

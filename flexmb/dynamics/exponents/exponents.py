@@ -28,19 +28,12 @@ WITHIN = 2.0  # multiple of the error up to which two exponents count as equal
 
 
 def error_of(logs: np.ndarray, times: np.ndarray) -> float:
-    """Standard deviation of sum(logs) / sum(times), both (n,); NaN for too few entries or an entry that is not finite.
-
-    The largest of four errors:
-
-    - the error of block averages (`block_error`): fluctuations of a stationary motion;
-    - the difference between the last half and the whole record, if it exceeds twice the error of the blocks: vectors
-      that still turn, or a motion that still changes;
-    - round-off: 4 + sqrt(n) units of each logarithm, added up;
-    - the exponent itself, if neighbours part over the last half by no more than the third power of time (a factor of
-      6): log(t) / t is above zero in any finite record.
-
-    `logs` are logarithms of growth, `times` the durations of the growth.
-    """
+    """Standard deviation of sum(logs) / sum(times), both (n,); NaN for too few entries or one that is not finite."""
+    # The largest of four errors: of block averages (fluctuations of a stationary motion); the difference between the
+    # last half and the whole record, if it exceeds twice the error of the blocks (vectors that still turn, or a motion
+    # that still changes); round-off, 4 + sqrt(n) units of each logarithm, added up; and the exponent itself, if
+    # neighbours part over the last half by no more than the third power of time (a factor of 6): log(t) / t is above
+    # zero in any finite record. `logs` are logarithms of growth, `times` the durations of the growth.
     blocks = block_error(logs, times)
     if not np.isfinite(blocks):
         return float("nan")

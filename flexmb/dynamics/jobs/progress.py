@@ -13,22 +13,10 @@ EVERY = 60.0
 
 
 class ProgressBar:
-    """A bar on a terminal, lines in a file: one every minute and one at the end; or only its numbers.
+    """A bar on a terminal, lines in a file: one every minute and one at the end; or only its numbers."""
 
-    Parameters
-    ----------
-    name : text before the bar.
-    total : number at which it is full.
-    done : number at which it begins; it does not count for the time left.
-    shown : whether it is drawn.
-    of : unit of the numbers.
-    form : format of tqdm with a place for the unit.
-
-    Attributes
-    ----------
-    n : present number.
-    failed : points that failed.
-    """
+    # It begins at `done`, which does not count for the time left; `of`: unit of the numbers; `form`: format of tqdm
+    # with a place for the unit; `n`: present number.
 
     def __init__(
         self, name: str, total: float, *, done: float = 0, shown: bool, of: str = "points", form: str = COUNTED

@@ -103,20 +103,7 @@ class Column:
 
 
 class Record:
-    """Arrays of results over the points, and coordinates.
-
-    Parameters
-    ----------
-    dims : names of the dimensions of the points.
-    shape : lengths of these dimensions.
-    store : store of the results; None: memory only.
-
-    Attributes
-    ----------
-    columns : columns by name.
-    tables : arrays (*shape, *column.shape) of the columns by name, and coordinates.
-    attributes : attributes of the whole sweep.
-    """
+    """Arrays of results over the points by name, (*shape, *column.shape), and coordinates; store None: in memory."""
 
     def __init__(self, dims: tuple[str, ...], shape: tuple[int, ...], store: Store | None = None) -> None:
         self.dims, self.shape, self.store = dims, shape, store

@@ -50,38 +50,24 @@ class LoadAccuracy(NamedTuple):
 class Accuracy:
     """A reduced body beside the body with all its displacements; both have the same pins.
 
-    Attributes
-    ----------
-    label : class and name of the body.
-    modes : number of kept vibrations.
-    coordinates : number of coordinates of the reduced body.
-    displacements : number of displacements of the full one.
-    holding : how the pins are held, in words.
-    free : (k, 2) frequencies without supports of the full and of the reduced body, without rigid motions [Hz].
-    held : (k, 2) frequencies with the held pins [Hz].
-    compliance_error : largest difference of the compliances at pins under unit forces and moments there, over the
-        geometric mean of those of both pins [1]; 0 where no pin moves.
-    loads : statics by load, with the held pins: "acceleration along x" and "acceleration along y" of 1 m/s^2 in the
-        axes of the body, "angular acceleration" about the first pin of 1 rad/s^2, "rotation" about it at 1 rad/s, then
-        given loads.
-    dropped_frequency : lowest frequency with all pins held that is left out [Hz]; infinite where none is left.
-
-    Notes
-    -----
     Displacements of pins are exact under any static load, since the static shapes do no work on motions inside.
     `repr` is a table.
     """
 
-    label: str
-    modes: int
-    coordinates: int
-    displacements: int
-    holding: str
-    free: Array
-    held: Array
+    label: str  # class and name of the body
+    modes: int  # number of kept vibrations
+    coordinates: int  # number of coordinates of the reduced body
+    displacements: int  # number of displacements of the full one
+    holding: str  # how the pins are held, in words
+    free: Array  # (k, 2) frequencies without supports of the full and the reduced body, without rigid motions [Hz]
+    held: Array  # (k, 2) frequencies with the held pins [Hz]
+    # largest difference of the compliances at pins under unit forces and moments there, over the geometric mean of
+    # those of both pins [1]; 0 where no pin moves
     compliance_error: float
+    # statics by load, with the held pins: "acceleration along x" and "acceleration along y" of 1 m/s^2 in the axes of
+    # the body, "angular acceleration" about the first pin of 1 rad/s^2, "rotation" about it at 1 rad/s; given loads
     loads: Mapping[str, LoadAccuracy]
-    dropped_frequency: float
+    dropped_frequency: float  # lowest frequency with all pins held that is left out [Hz]; infinite where none is left
 
     @property
     def free_errors(self) -> Array:

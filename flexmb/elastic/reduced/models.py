@@ -173,12 +173,7 @@ THIN = 2e-3  # half of the depth over the length with which beams of unknown dep
 
 
 class BeamModel:
-    """Assembles the matrices of the beams of a body over the displacements of its nodes, pins first.
-
-    The axes are those of the first pin.
-
-    pins : names of its nodes where parts are attached.
-    """
+    """Matrices of the beams of a body over the displacements of its nodes, pins first, in the axes of the first pin."""
 
     def __init__(self, body: FlexibleBody, pins: Sequence[str]) -> None:
         self.body = body

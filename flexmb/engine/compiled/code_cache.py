@@ -162,12 +162,9 @@ class SealedFiles(IndexDataCacheFile):
 
 
 class SealedCache(FunctionCache):
-    """numba's cache of a function, with checksums and without errors of the file system.
+    """numba's cache of a function, with checksums and without errors of the file system."""
 
-    Parameters
-    ----------
-    content : digest of all values that are frozen into its code, besides its sources.
-    """
+    # `content` is the digest of all values that are frozen into its code, besides its sources.
 
     def __init__(self, function: Any, content: str = "") -> None:
         super().__init__(function)

@@ -37,15 +37,9 @@ from flexmb.version import compiles_fast
 
 # Addresses of kernels, as compiled code calls them
 class KernelPointer(types.Callable, types.Opaque):
-    """numba's type of the address of a kernel, which is called directly.
+    """numba's type of the address of a kernel, which is called directly, with name and signature of its contract."""
 
-    numba's own first-class functions ask at every call whether there is an address, and else call Python.
-
-    Parameters
-    ----------
-    name : of the contract.
-    signature : numba's signature of its kernels.
-    """
+    # numba's own first-class functions ask at every call whether there is an address, and else call Python.
 
     def __init__(self, name: str, signature: Any) -> None:
         self.signature = signature

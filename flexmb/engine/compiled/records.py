@@ -42,14 +42,7 @@ WORD = ir.IntType(64)
 
 
 class RecordType(types.Type):
-    """numba's type of a record: the type of every field and the place of its first word.
-
-    Parameters
-    ----------
-    kind : name of the class.
-    fields : name, type and place of each field.
-    frozen : whether its numbers never change.
-    """
+    """numba's type of a record: name, type and place of the first word of each field; `frozen`: numbers never change."""
 
     def __init__(self, kind: str, fields: tuple[tuple[str, Any, int], ...], frozen: bool) -> None:
         self.fields, self.frozen = {name: (field, place) for name, field, place in fields}, frozen
@@ -172,19 +165,12 @@ NUMBERS = {float: types.float64, int: types.int64, bool: types.boolean}
 
 
 class Record:
-    """Base of the records; a subclass declares its fields as annotations, in order.
+    """Base of the records; a subclass declares its fields as annotations, in order."""
 
-    Fields are float, int, bool, another record, or one of the array types of this module.  `limits` of a class are the
-    least and the largest value of some numbers, which hold for values from files.
-
-    Parameters
-    ----------
-    values : of the fields, in order or by name; for a vector a length will do, for a matrix a shape, and means zeros.
-
-    Raises
-    ------
-    TypeError : a field is missing or unknown, an array of another type, or not in C order.
-    """
+    # Fields are float, int, bool, another record, or one of the array types of this module. `limits` of a class are the
+    # least and the largest value of some numbers, which hold for values from files. Values are given in order or by
+    # name; a length stands for a vector of zeros, a shape for such a matrix. Fields that are missing or unknown, and
+    # arrays of another type or not in C order, are TypeErrors.
 
     _fields: ClassVar[tuple[str, ...]] = ()
     _numba_type_: ClassVar[Any] = None
@@ -401,13 +387,7 @@ def fitting(saved: Mapping[str, Any], name: str, like: np.ndarray) -> np.ndarray
 
 
 class _Plan:
-    """Layout of arrays of zeros of given shapes in one block of memory.
-
-    Parameters
-    ----------
-    kind : class of the record.
-    shapes : name and shape, or length, of each array.
-    """
+    """Layout of arrays of zeros in one block of memory, by the name and shape, or length, of each array of a record."""
 
     def __init__(self, kind: type[Record], shapes: tuple[tuple[str, Any], ...]) -> None:
         self.words = np.zeros(max(kind._size, 1), dtype=np.uint64)

@@ -71,12 +71,7 @@ def made_with() -> dict[str, str]:
 
 
 class Shipped:
-    """Machine code of an installation.
-
-    Raises
-    ------
-    ValueError : the files are not there, cannot be read or do not fit; the message says why.
-    """
+    """Machine code of an installation; `ValueError` if its files are not there, cannot be read or do not fit."""
 
     def __init__(self, folder: Path) -> None:
         self._file = folder / CODE

@@ -30,17 +30,8 @@ SCALING_ROUNDS = 5
 class PivotingSolver:
     """Slow and safe: SuperLU with partial pivoting on rows and columns scaled to the size 1, refined once.
 
-    Parameters
-    ----------
-    symbolic : pattern in whose layout the values come.
-
-    Notes
-    -----
     Source of the scaling: D. Ruiz, A scaling algorithm to equilibrate both rows and columns norms in matrices,
     report RAL-TR-2001-034, Rutherford Appleton Laboratory, 2001, algorithm 1 with the maximum norm.
-
-    Examples
-    --------
     [[0, 2], [1, 0]] x = [4, 3], which `factor` cannot do:
 
     >>> import numpy as np

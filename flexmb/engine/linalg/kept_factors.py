@@ -29,20 +29,12 @@ REGULAR = 1e11
 
 
 class KeptFactors(PivotingSolver):
-    """SuperLU in the order of the pattern, whose factors are kept for the next matrices.
+    """SuperLU in the order of the pattern, whose factors are kept for the next matrices."""
 
-    A solution with a new matrix is refined with the factors of an old one until its backward error is that of factors
-    of its own; these are made where that does not converge.
-
-    Parameters
-    ----------
-    symbolic : pattern in whose layout the values come.
-
-    Notes
-    -----
-    Source of the backward error and its refinement: M. Arioli, J. W. Demmel, I. S. Duff, Solving sparse linear systems
-    with sparse backward error, SIAM Journal on Matrix Analysis and Applications 10 (1989) 165-190.
-    """
+    # A solution with a new matrix is refined with the factors of an old one until its backward error is that of factors
+    # of its own; these are made where that does not converge.
+    # Source of the backward error and its refinement: M. Arioli, J. W. Demmel, I. S. Duff, Solving sparse linear
+    # systems with sparse backward error, SIAM Journal on Matrix Analysis and Applications 10 (1989) 165-190.
 
     def __init__(self, symbolic: Symbolic) -> None:
         super().__init__(symbolic)

@@ -91,42 +91,34 @@ class OldState(Record):
 
 
 class Collocation(Record):
-    """State and workspace of Radau's method; a restart needs `step`, `past`, `past_lam`, `real`, `re` and `im`.
-
-    past, past_lam : (4, n_q + 3), (4, n_c) accelerations and multipliers at 0, c_1, c_2, 1 of the last step
-    Q, V, A, L : (3, ...) positions, velocities, accelerations, multipliers of the stages
-    b : (3, n) right sides;  real, re, im : (size,) factors;  d, x, y : (n,), pair : (2 n,) solutions, workspace
-    of_q, of_v : (n_q + 3,) estimated errors;  losses : (contacts, 2) normal and tangential [J];  zero : (n_q + 3,)
-    old, between : state and ledger at the start of the last step, and at an instant within it
-    rates : (3, 11) rates of the ledger at both ends of the step [W], and elsewhere;  lam : (n_c,) multipliers
-    signals : (n_y,) at an instant within it
-    """
+    """State and workspace of Radau's method; a restart needs `step`, `past`, `past_lam`, `real`, `re` and `im`."""
 
     step: StageStep
+    # past, past_lam: (4, n_q + 3), (4, n_c) accelerations and multipliers at 0, c_1, c_2, 1 of the last step
     past: Matrix
     past_lam: Matrix
     works: Works
-    old: OldState
+    old: OldState  # old, between: state and ledger at the start of the last step, and at an instant within it
     between: OldState
-    Q: Matrix
+    Q: Matrix  # Q, V, A, L: (3, ...) positions, velocities, accelerations, multipliers of the stages
     V: Matrix
     A: Matrix
     L: Matrix
-    b: Matrix
-    real: Vector
+    b: Matrix  # (3, n) right sides
+    real: Vector  # real, re, im: (size,) factors
     re: Vector
     im: Vector
-    d: Vector
+    d: Vector  # d, x, y: (n,), pair : (2 n,) solutions, workspace
     x: Vector
     y: Vector
     pair: Vector
-    of_q: Vector
+    of_q: Vector  # of_q, of_v: (n_q + 3,) estimated errors
     of_v: Vector
-    losses: Matrix
-    zero: Vector
-    rates: Matrix
-    lam: Vector
-    signals: Vector
+    losses: Matrix  # (contacts, 2) normal and tangential [J]
+    zero: Vector  # (n_q + 3,)
+    rates: Matrix  # (3, 11) rates of the ledger at both ends of the step [W], and elsewhere
+    lam: Vector  # (n_c,) multipliers
+    signals: Vector  # (n_y,) at an instant within it
 
 
 def collocation(program: Program) -> Collocation:

@@ -32,20 +32,15 @@ PART_OF_INPUT, LEAST_PART = 1e-6, 1e-3
 
 
 class ControlSlopes(Record):
-    """Slopes of the laws of all controllers at the last linearised state.
+    """Slopes of the laws of all controllers at the last linearised state."""
 
-    by_q, by_v : derivatives of rates and outputs by the coordinates of their controller and by their velocities
-    pos : (controls + 1,) where those of each controller begin
-    element : (outputs,) element whose load an output multiplies, -1: none;  force : (outputs, ..) its force without it
-    mass : ka, weight of the rates of states in the matrix of the step
-    """
-
+    # by_q, by_v: derivatives of rates and outputs by the coordinates of their controller and by their velocities
     by_q: Vector
     by_v: Vector
-    pos: Integers
-    element: Integers
-    force: Matrix
-    mass: float
+    pos: Integers  # (controls + 1,) where those of each controller begin
+    element: Integers  # (outputs,) element whose load an output multiplies, -1: none
+    force: Matrix  # (outputs, ..) its force without it
+    mass: float  # ka, weight of the rates of states in the matrix of the step
 
 
 def control_slopes(program: Program) -> ControlSlopes:

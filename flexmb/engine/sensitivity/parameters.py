@@ -33,25 +33,20 @@ KIND, NUMBER = range(2)  # columns of `ParameterRates.pieces`
 
 
 class ParameterRates(Record):
-    """Directions of k parameters in the packed numbers, and their effect on the equations at a given state.
+    """Directions of k parameters in the packed numbers, and their effect on the equations at a given state."""
 
-    varied : tables whose numbers are moved;  step : (k,) largest difference of each parameter
-    number, rate : numbers that a parameter moves, and their derivatives; first : (k + 1,) where those of each begin
-    pieces : (n, 2) KIND and NUMBER of the pieces that a parameter moves; piece : (k + 1,) where those of each begin
-    g, gv : (k, n_c) derivatives of g and of G v + g_t
-    contact : (3 k, contacts) derivatives of gap, gap rate and slip; rows OF_GAP to OF_SLIP of each parameter
-    """
-
-    varied: Tables
-    step: Vector
+    varied: Tables  # tables whose numbers are moved
+    step: Vector  # (k,) largest difference of each parameter
+    # number, rate: numbers that a parameter moves, and their derivatives; first : (k + 1,) where those of each begin
     number: Integers
     rate: Vector
     first: Integers
+    # (n, 2) KIND and NUMBER of the pieces that a parameter moves; piece : (k + 1,) where those of each begin
     pieces: IntegerTable
     piece: Integers
-    g: Matrix
+    g: Matrix  # g, gv: (k, n_c) derivatives of g and of G v + g_t
     gv: Matrix
-    contact: Matrix
+    contact: Matrix  # (3 k, contacts) derivatives of gap, gap rate and slip; rows OF_GAP to OF_SLIP of each parameter
 
 
 def parameter_rates(program: Program, directions: np.ndarray, step: np.ndarray) -> ParameterRates:

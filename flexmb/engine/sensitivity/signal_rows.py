@@ -44,50 +44,41 @@ class RowNumbers(Record):
 
 
 class SignalRows(Record):
-    """Rows of m signals and of their derivatives by k differences, and room for their evaluation.
-
-    places : (m,) places of the signals;  evaluated : whether one of them is no coordinate, velocity or acceleration
-    due : (n,) instants [s];  slopes : (n, k m) derivatives at these instants
-    times, sizes : (rows,) ends and sizes of steps [s];  step_values : (rows, m);  step_slopes : (rows, k m)
-    shifts : (rows, k) time shifts [s];  every : whether the rows of steps are wanted
-    q0, v0, a0, lam0, z0 : differences (k, ..) at the start of the step;  a_past, lam_past : at the start of that before
-    dq, dv, da, dlam, dz : a difference at an instant;  q, v, a, lam, z : a state;  y : (n_y,) its signals
-    now : (k, m) derivatives at the present state;  found : (m,) of one difference;  pair : (2, m) signals at both sides
-    """
+    """Rows of m signals and of their derivatives by k differences, and room for their evaluation."""
 
     number: RowNumbers
     probe: Work
-    places: Integers
-    evaluated: bool
-    every: bool
-    due: Vector
-    slopes: Matrix
-    times: Vector
+    places: Integers  # (m,) places of the signals
+    evaluated: bool  # whether one of them is no coordinate, velocity or acceleration
+    every: bool  # whether the rows of steps are wanted
+    due: Vector  # (n,) instants [s]
+    slopes: Matrix  # (n, k m) derivatives at these instants
+    times: Vector  # times, sizes: (rows,) ends and sizes of steps [s]
     sizes: Vector
-    step_values: Matrix
-    step_slopes: Matrix
-    shifts: Matrix
-    q0: Matrix
+    step_values: Matrix  # (rows, m)
+    step_slopes: Matrix  # (rows, k m)
+    shifts: Matrix  # (rows, k) time shifts [s]
+    q0: Matrix  # q0, v0, a0, lam0, z0: differences (k, ..) at the start of the step
     v0: Matrix
     a0: Matrix
     lam0: Matrix
     z0: Matrix
-    a_past: Matrix
+    a_past: Matrix  # a_past, lam_past: at the start of that before
     lam_past: Matrix
-    dq: Vector
+    dq: Vector  # dq, dv, da, dlam, dz: a difference at an instant
     dv: Vector
     da: Vector
     dlam: Vector
     dz: Vector
-    q: Vector
+    q: Vector  # q, v, a, lam, z: a state
     v: Vector
     a: Vector
     lam: Vector
     z: Vector
-    y: Vector
-    now: Matrix
-    found: Vector
-    pair: Matrix
+    y: Vector  # (n_y,) its signals
+    now: Matrix  # (k, m) derivatives at the present state
+    found: Vector  # (m,) of one difference
+    pair: Matrix  # (2, m) signals at both sides
 
 
 def signal_rows(

@@ -60,18 +60,13 @@ class PoseNumbers(Record, limits={"count": (0, MOST_POSES), "stride": (1, LARGES
 
 
 class Poses(Record):
-    """Poses of accepted steps: every k-th one, with k doubled when the table is full, and the most strained one.
+    """Poses of accepted steps: every k-th one, with k doubled when the table is full, and the most strained one."""
 
-    number : see `PoseNumbers`
-    times, sizes : (rows,) instants of the poses [s], sizes of the steps that led there [s]
-    values : (rows, n_y) all signals;  z : (rows, n_z) histories
-    """
-
-    number: PoseNumbers
-    times: Vector
+    number: PoseNumbers  # see `PoseNumbers`
+    times: Vector  # times, sizes: (rows,) instants of the poses [s], sizes of the steps that led there [s]
     sizes: Vector
-    values: Matrix
-    z: Matrix
+    values: Matrix  # (rows, n_y) all signals
+    z: Matrix  # (rows, n_z) histories
 
 
 def new_poses(program: Program, histories: int | None = None) -> Poses:
@@ -113,35 +108,25 @@ LEVEL, DIRECTION = range(2)
 
 
 class Counters(Record):
-    """Counters of a run, and codes of its last step.
+    """Counters of a run, and codes of its last step."""
 
-    steps, rejected, iterations, evaluations, factorisations, solves : totals of the run
-    rejected_at_contacts, not_converged : rejected for a contact event within, or since Newton's iteration failed
-    rows, episodes : instants and ended contact intervals in the buffers
-    lost_pivot : unknown whose pivot was lost
-    held_steps : number of steps with held multipliers
-    held_code : code of the last step, see `held_code` of `engine/newmark/jacobian_reuse.py`
-    evaluated : evaluation of the trial state (`NOT_EVALUATED`, ...)
-    rejecting_contact : 1 + number of the contact that had the last trial rejected; 0: no contact
-    condition : 1 + number of the stop condition that was met in the last step; 0: none
-    """
-
-    steps: int
+    steps: int  # steps, rejected, iterations, evaluations, factorisations, solves: totals of the run
     rejected: int
+    # rejected_at_contacts, not_converged: rejected for a contact event within, or since Newton's iteration failed
     rejected_at_contacts: int
     not_converged: int
     iterations: int
     evaluations: int
     factorisations: int
-    rows: int
-    lost_pivot: int
-    held_steps: int
-    held_code: int
-    evaluated: int
+    rows: int  # rows, episodes: instants and ended contact intervals in the buffers
+    lost_pivot: int  # unknown whose pivot was lost
+    held_steps: int  # number of steps with held multipliers
+    held_code: int  # code of the last step, see `held_code` of `engine/newmark/jacobian_reuse.py`
+    evaluated: int  # evaluation of the trial state (`NOT_EVALUATED`, ...)
     solves: int
-    rejecting_contact: int
+    rejecting_contact: int  # 1 + number of the contact that had the last trial rejected; 0: no contact
     episodes: int
-    condition: int
+    condition: int  # 1 + number of the stop condition that was met in the last step; 0: none
 
 
 class StepReport(Record):
@@ -167,49 +152,33 @@ PLACE, OF_PEAK = range(2)
 
 
 class RunRecord(Record):
-    """Record of a run: saved instants, peaks, contact intervals, counters.
-
-    times : (rows,) saved instants [s];  values : (rows, n_s) their saved signals
-    saved_places : (n_s,) places of the saved signals among all signals; empty: all signals are saved
-    save_times : (n,) given instants to be saved [s]; empty: the save grid of the options
-    within : (n_y,) all signals at an instant within a step
-    last_signals, signals : (n_y,) all signals at the ends of the last accepted step
-    last_lam, last_z : (n_c,) multipliers and (n_z,) histories at its start
-    watched : (w,) places of the signals of stop conditions;  levels : (w, 2) LEVEL and DIRECTION of each
-    peak, peak_time : (n_y,) largest absolute values so far and their times [s]
-    one_sided : (n_y,) signals whose peak is the largest positive value (a penetration is negative in free flight)
-    places : (k, 2) signals of places, and the signals at whose peaks they are wanted;  place_then : (k,) their values
-    low_places : (l,) places of signals whose least value is watched;  lows : (l, 2) LEAST and INSTANT of each
-    poses : poses that are kept for the watch
-    held_rows : (n_c,) constraint equations whose multipliers were not unique
-    passed : (contacts,) first instants at which a fixed step passed a contact unseen [s]; 0: none
-    episodes : (rows, EPISODE_ROW_SIZE) contact intervals that ended (`engine/step/contact_log.py`)
-    """
+    """Record of a run: saved instants, peaks, contact intervals, counters."""
 
     count: Counters
     report: StepReport
-    times: Vector
-    values: Matrix
-    saved_places: Integers
-    save_times: Vector
-    within: Vector
-    last_signals: Vector
+    times: Vector  # (rows,) saved instants [s]
+    values: Matrix  # (rows, n_s) their saved signals
+    saved_places: Integers  # (n_s,) places of the saved signals among all signals; empty: all signals are saved
+    save_times: Vector  # (n,) given instants to be saved [s]; empty: the save grid of the options
+    within: Vector  # (n_y,) all signals at an instant within a step
+    last_signals: Vector  # last_signals, signals: (n_y,) all signals at the ends of the last accepted step
     signals: Vector
-    last_lam: Vector
+    last_lam: Vector  # last_lam, last_z: (n_c,) multipliers and (n_z,) histories at its start
     last_z: Vector
-    watched: Integers
-    levels: Matrix
-    peak: Vector
+    watched: Integers  # (w,) places of the signals of stop conditions
+    levels: Matrix  # (w, 2) LEVEL and DIRECTION of each
+    peak: Vector  # peak, peak_time: (n_y,) largest absolute values so far and their times [s]
     peak_time: Vector
+    # (n_y,) signals whose peak is the largest positive value (a penetration is negative in free flight)
     one_sided: Flags
-    places: IntegerTable
-    place_then: Vector
-    low_places: Integers
-    lows: Matrix
-    poses: Poses
-    held_rows: Flags
-    passed: Vector
-    episodes: Matrix
+    places: IntegerTable  # (k, 2) signals of places, and the signals at whose peaks they are wanted
+    place_then: Vector  # (k,) their values
+    low_places: Integers  # (l,) places of signals whose least value is watched
+    lows: Matrix  # (l, 2) LEAST and INSTANT of each
+    poses: Poses  # poses that are kept for the watch
+    held_rows: Flags  # (n_c,) constraint equations whose multipliers were not unique
+    passed: Vector  # (contacts,) first instants at which a fixed step passed a contact unseen [s]; 0: none
+    episodes: Matrix  # (rows, EPISODE_ROW_SIZE) contact intervals that ended (`engine/step/contact_log.py`)
 
 
 def new_record(program: Program, rows: int, saved_places: np.ndarray | None = None) -> RunRecord:
