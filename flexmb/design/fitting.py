@@ -175,10 +175,8 @@ def fit(
     checks.one_of(label, "loss", loss, ["linear", "soft_l1", "huber", "cauchy", "arctan"])
     measured = _Measured(label, data, signals, noise, checks.sequence(label, "offset", offset, "signals"), begin)
     measured.cut(checks.sequence(label, "pieces", pieces, "times"))
-    own = [
-        checks.one_of(label, "free parameter", name, list(bounds))
-        for name in checks.sequence(label, "free", free, "names")
-    ]
+    free = checks.sequence(label, "free", free, "names")
+    own = [checks.one_of(label, "free parameter", name, list(bounds)) for name in free]
     if own and len(measured.begins) == 1:
         text = f"{label}: free is {own!r}, but there is one piece alone;"
         raise InputError(f"{text} give pieces=[...], times of the data.")
@@ -507,10 +505,8 @@ def _result(search: _Search, found: Any, loss: str, *, known: bool) -> Fit:
     left_over, factors = _left_over(search, computed, math.sqrt(variance), known=known)
     grown = np.broadcast_to(factors, own.values.shape)[own.seen] * ((right.T * inverse) @ left.T)
     larger = np.sqrt(variance * (grown**2).sum(axis=1)) if found.success and max(factors) > 1.0 else sizes
-    errors, corrected = (
-        dict(zip(names, np.where(blind[:p], np.inf, one[:p] * search.width).tolist(), strict=True))
-        for one in (sizes, larger)
-    )
+    values = [np.where(blind[:p], np.inf, one[:p] * search.width).tolist() for one in (sizes, larger)]
+    errors, corrected = (dict(zip(names, one, strict=True)) for one in values)
     labels = [*names, *(f"the offset of {' and '.join(own.signals[k] for k in places)}" for places in own.offset)]
     rms = math.sqrt(float(residuals @ residuals) / own.count)
     told = [*_sentences(search, found, rms if known else 0.0, stuck=stuck), *_correlated(left_over, errors, corrected)]

@@ -358,10 +358,8 @@ def _minimum(evaluation: _Evaluation, x: np.ndarray, search: str) -> tuple[bool,
 
         return asked
 
-    limits = [
-        {"type": "ineq", "fun": part(k + 1, slope=False), "jac": part(k + 1, slope=True)}
-        for k in range(len(evaluation.texts))
-    ]
+    pairs = [(part(k + 1, slope=False), part(k + 1, slope=True)) for k in range(len(evaluation.texts))]
+    limits = [{"type": "ineq", "fun": value, "jac": slope} for value, slope in pairs]
     more = {"ftol": 1e-10, "maxiter": 200} if search == "SLSQP" else {"gtol": 1e-8, "xtol": 1e-10}
     try:
         found = scipy.optimize.minimize(

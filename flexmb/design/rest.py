@@ -115,15 +115,13 @@ def static_sensitivity(
     places = places_of(label, here.program, names)
     found = directions(held, here, 0.0)
     by = parameter_rates(here.program, found.numbers, found.steps)
-    run.stepper.tangents = T = new_tangents(
-        here.program, len(found.q), by, signal_rows(here.program, len(by.step), places)
-    )
+    rows_by = signal_rows(here.program, len(by.step), places)
+    run.stepper.tangents = T = new_tangents(here.program, len(found.q), by, rows_by)
     _move_rest(run, T)
     run.find_slopes(T)
     units, signals = here.program.names.signals.units, run.record.signals[places]
-    rows = [
-        (name, units[k], y, T.rows.now[:, i]) for i, (name, k, y) in enumerate(zip(names, places, signals, strict=True))
-    ]
+    named = zip(names, places, signals, T.rows.now.T, strict=True)
+    rows = [(name, units[k], y, slope) for name, k, y, slope in named]
     if count:
         rows += _frequencies(label, here.program, rest, modes(mechanism, count, at=rest), T)
     return StaticSensitivity(measures_of(held, rows), rest)
@@ -131,10 +129,8 @@ def static_sensitivity(
 
 def _run_at(program: Program, rest: Equilibrium) -> ParameterRun:
     """A run that has begun at rest in an equilibrium."""
-    run, none = (
-        ParameterRun(program, Newmark.generalised_alpha(), FixedStep(SECOND), SECOND, None),
-        np.zeros(program.n_q),
-    )
+    run = ParameterRun(program, Newmark.generalised_alpha(), FixedStep(SECOND), SECOND, None)
+    none = np.zeros(program.n_q)
     run.begin(Start(rest.q, none, none, rest.lam))
     return run
 

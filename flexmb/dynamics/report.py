@@ -208,14 +208,8 @@ class Plan:
     def report(self, *, progress: bool) -> ChaosReport:
         """Report by this plan: exponents with a second run, and fine samples of further periods of the first run."""
         flow, period, signals = self.strobe.flow, self.strobe.period, tuple(self.signals or ())
-        exponents = lyapunov(
-            self.strobe,
-            skip=self.skip,
-            periods=self.keep,
-            count=self.exponents,
-            confirm=self.confirm,
-            progress=progress,
-        )
+        more = {"count": self.exponents, "confirm": self.confirm, "progress": progress}
+        exponents = lyapunov(self.strobe, skip=self.skip, periods=self.keep, **more)
         pairs = planes(signals, flow.names)
         partners = (name for plane in pairs for name in plane if name is not None)
         names = tuple(dict.fromkeys([*signals, *partners]))

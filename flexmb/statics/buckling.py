@@ -66,9 +66,8 @@ def geometric_stiffness(
     """Stiffness (n_q, n_q) by the stresses and multipliers that grow along a path, at the rate of its parameter s."""
     # `q` (n_q,) and `lam` (n_c,) belong to s = 0, `path` (n_q + n_c,) are rates of coordinates and multipliers. A
     # contact that carries at s = 0 adds the stiffness of its growing force alone.
-    by_contacts = equilibrium.contact_stiffness(
-        system.at(q, lam=lam, weights=(1.0, 0.0, 0.0)), path[: system.program.n_q]
-    )
+    system.at(q, lam=lam, weights=(1.0, 0.0, 0.0))
+    by_contacts = equilibrium.contact_stiffness(system, path[: system.program.n_q])
     if len(system.program.names.contacts):
         system = StateEvaluation(compile_mechanism(mechanism, closed=True))
     program = system.program
@@ -127,11 +126,8 @@ def _bowed(mechanism: Mechanism, program: Program, q: np.ndarray, u: np.ndarray)
     """
     E = program.tables.elements
     beams = {body.name for body in mechanism.bodies if isinstance(body, FlexibleBody)}
-    own = [
-        e
-        for e, part in enumerate(program.names.elements)
-        if part in beams and np.diff(E.p[e]) == corotational.PARAMETERS
-    ]
+    named = enumerate(program.names.elements)
+    own = [e for e, part in named if part in beams and np.diff(E.p[e]) == corotational.PARAMETERS]
     if not own:
         return sp.csc_matrix((program.n_q, program.n_q))
     p = np.array([program.tables.p[slice(*E.p[e])] for e in own]).T
@@ -151,9 +147,8 @@ def _bowed(mechanism: Mechanism, program: Program, q: np.ndarray, u: np.ndarray)
         return np.asarray(g1[:, None] * first + g2[:, None] * second)
 
     shorter = ((along * moved).sum(axis=1) / length)[:, None] * turn
-    moments = (p[corotational.B11] + p[corotational.B12])[:, None] * first + (
-        p[corotational.B12] + p[corotational.B22]
-    )[:, None] * second
+    both, other = p[corotational.B11] + p[corotational.B12], p[corotational.B12] + p[corotational.B22]
+    moments = both[:, None] * first + other[:, None] * second
     along = along + by_bowing(*bent)
     slope = p[corotational.AXIAL][:, None] * by_bowing((first * moved).sum(axis=1), (second * moved).sum(axis=1))
     blocks = slope[:, :, None] * along[:, None, :] + shorter[:, :, None] * moments[:, None, :]

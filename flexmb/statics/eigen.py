@@ -63,9 +63,8 @@ def _dense_motions(program: Program, B: sp.csr_matrix, K: sp.csc_matrix, G: sp.c
     if not Z.shape[1]:
         return Z
     moved = B @ Z
-    terms = (abs(K) @ np.abs(moved)).sum(axis=1) + STIFFNESS_ROUND_OFF / FREE_FORCE * stiffest_at(K) * np.abs(
-        moved
-    ).max()
+    floor = STIFFNESS_ROUND_OFF / FREE_FORCE * stiffest_at(K) * np.abs(moved).max()
+    terms = (abs(K) @ np.abs(moved)).sum(axis=1) + floor
     rows = terms > 0.0
     force = (K @ moved)[rows] / terms[rows, None]
     if not np.isfinite(force).all():
@@ -96,10 +95,8 @@ def _sparse_motions(program: Program, B: sp.csr_matrix, K: sp.csc_matrix, G: sp.
 
 
 def _too_stiff(program: Program) -> str:
-    return (
-        f"Mechanism {program.name!r}: its stiffness in this pose is too large for floats. Check the "
-        "numbers of its parts and their units."
-    )
+    text = f"Mechanism {program.name!r}: its stiffness in this pose is too large for floats."
+    return f"{text} Check the numbers of its parts and their units."
 
 
 def stiffest_at(K: sp.csc_matrix) -> np.ndarray:

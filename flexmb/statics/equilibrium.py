@@ -225,10 +225,8 @@ def static_equilibrium(
     elements still bend with EA L^2/EI = 1e11 (length over height 1e5), not with 1e13.
     """
     checks.count("static_equilibrium", "load_steps", load_steps)
-    full = Spin(
-        checks.number("static_equilibrium", "spin", spin, "rad/s"),
-        checks.point("static_equilibrium", "about", about),
-    )
+    speed = checks.number("static_equilibrium", "spin", spin, "rad/s")
+    full = Spin(speed, checks.point("static_equilibrium", "about", about))
     reason = "a controller with states of its own, or a sampled one, moves what it holds until its input fits"
     refuse_controllers(mechanism, "static_equilibrium", reason, with_memory=not full.speed)
     program = compile_mechanism(mechanism)

@@ -74,11 +74,8 @@ def check_spin(owner: str, mechanism: Mechanism, program: Program, system: State
     for name, speed in zip(program.drives, system.work.drive[driven, MOTION_RATE], strict=True):
         if not speed or (sense[name] and abs(speed - sense[name] * spin.speed) <= SPEED_TOLERANCE * abs(spin.speed)):
             continue
-        remedy = (
-            "Give both the same speed."
-            if sense[name]
-            else "It moves a body along, or against another body: stop it, or simulate the motion."
-        )
+        still = "It moves a body along, or against another body: stop it, or simulate the motion."
+        remedy = "Give both the same speed." if sense[name] else still
         text = f"{owner}: drive {name!r} moves at {speed:g} and the frame turns at {spin.speed:g} rad/s;"
         raise InputError(f"{text} a steady rotation needs drives that stand still in it. {remedy}")
 

@@ -156,9 +156,8 @@ def exponents_of(
             logs.append(growth)
             times.append(system.clock - before)
     progress.close()
-    return _recorded(
-        schedule, np.array(logs).reshape(len(times), count), np.array(times), begin, np.concatenate(points)
-    )
+    table = np.array(logs).reshape(len(times), count)
+    return _recorded(schedule, table, np.array(times), begin, np.concatenate(points))
 
 
 def _recorded(
@@ -268,7 +267,5 @@ def lengths_of(W: np.ndarray, weights: np.ndarray) -> np.ndarray:
 
 def tangent_exponents(schedule: RenormalisationSchedule, count: int, seed: int, *, shown: bool) -> Exponents:
     """Lyapunov exponents of one run with `count` tangent vectors in random directions, without a verdict."""
-    system, weights = schedule.system, schedule.system.weights
-    return exponents_of(
-        schedule, lambda: TangentVectors(system.tangent_basis(count, seed), weights), count, shown=shown
-    )
+    basis, weights = schedule.system.tangent_basis, schedule.system.weights
+    return exponents_of(schedule, lambda: TangentVectors(basis(count, seed), weights), count, shown=shown)

@@ -208,9 +208,8 @@ class SectionMap(SectionOfFlow):
         if state is None:
             self.flow.reset(parameters=parameters)
         else:
-            point = state_of(
-                f"{self._label}{' (state of the flow, time [s])' if self.flow.driven else ''}", state, self.size
-            )
+            text = f"{self._label}{' (state of the flow, time [s])' if self.flow.driven else ''}"
+            point = state_of(text, state, self.size)
             now = float(point[-1]) if self.flow.driven else 0.0
             self.flow.reset(point[: self.flow.size], time=now, parameters=parameters)
         self._count = count

@@ -187,12 +187,8 @@ def _collected(system: Dynamics, about: dict[str, Any], skip: int, keep: int, pr
     if len(times) < keep:
         tell_stopped(label, status)
     about = {"name": system.name, **about, "skip": skip, "ok": int(len(times) == keep), "status": status}
-    data = {
-        n: (dimension, rows[:, k], {"units": u})
-        for k, (n, u) in enumerate(zip(system.names, system.units, strict=True))
-    }
-    coords = {
-        dimension: (dimension, np.arange(skip, skip + len(times)), {}),
-        "time": (dimension, np.array(times), {"units": units}),
-    }
+    signals = enumerate(zip(system.names, system.units, strict=True))
+    data = {name: (dimension, rows[:, k], {"units": unit}) for k, (name, unit) in signals}
+    numbers = (dimension, np.arange(skip, skip + len(times)), {})
+    coords = {dimension: numbers, "time": (dimension, np.array(times), {"units": units})}
     return xr.Dataset(data, coords, about)

@@ -374,10 +374,8 @@ def sweep(
     require_arguments(label, function, [*points.values, *fixed_values])
     bound = partial(function, **fixed_values) if fixed_values else function
     work = Work(label, (bound, label_of(function)), executor, pending, store, resume, progress)
-    names = {
-        name: tuple(checks.sequence(label, f"dims[{name!r}]", d, "names"))
-        for name, d in checks.mapping(label, "dims", dims).items()
-    }
+    given = checks.mapping(label, "dims", dims)
+    names = {name: tuple(checks.sequence(label, f"dims[{name!r}]", d, "names")) for name, d in given.items()}
     record = work.record(
         "sweep",
         points.dims,

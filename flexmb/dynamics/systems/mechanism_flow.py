@@ -422,9 +422,8 @@ class MechanismFlow(ContinuousFlow):
 
     def snapshot(self) -> Snapshot:
         run = self.run
-        return Snapshot(
-            self.time, run.flow.saved(), run.record.signals.copy(), run.code, run.note, self.ok, self.status
-        )
+        signals = run.record.signals.copy()
+        return Snapshot(self.time, run.flow.saved(), signals, run.code, run.note, self.ok, self.status)
 
     def restore(self, snapshot: Snapshot) -> None:
         self.run.flow.restore(snapshot.arrays)
@@ -462,10 +461,8 @@ class MechanismFlow(ContinuousFlow):
         """A copy with other steps."""
         other = type(self)(self.base, step=step, method=self.method, period=self.declared)
         other._compile(self.changes)
-        other.run.trial, other.run.redundant = (
-            other.run.trial.replaced(free_multipliers=self.run.trial.free_multipliers),
-            self.run.redundant,
-        )
+        other.run.redundant = self.run.redundant
+        other.run.trial = other.run.trial.replaced(free_multipliers=self.run.trial.free_multipliers)
         other.restore(self.snapshot())
         other.run.record.peak[:] = self.run.record.peak
         return other

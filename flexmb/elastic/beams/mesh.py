@@ -208,11 +208,8 @@ def _size(points: Array) -> float:
 
 def _check_shapes(mesh: LineMesh) -> None:
     points, edges, tags = mesh.points, mesh.edges, mesh.tags
-    right = {
-        "points": points.shape[1:] == (2,),
-        "edges": edges.shape[1:] == (2,),
-        "tags": tags.shape == edges.shape[:1],
-    }
+    shapes = points.shape[1:] == (2,), edges.shape[1:] == (2,), tags.shape == edges.shape[:1]
+    right = dict(zip(("points", "edges", "tags"), shapes, strict=True))
     for name, good in right.items():
         if not good:
             text = f"{mesh.name}: {name} have shape {getattr(mesh, name).shape}"

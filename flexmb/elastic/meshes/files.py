@@ -75,9 +75,8 @@ def read(path: str | PathLike[str], unit: float = 1.0) -> PlaneMesh:
 
 def _plane_cells(file: Path, mesh: Any, points: Array) -> tuple[Array, Indices, str, Indices]:
     """Nodes, cells, their kind, and the number of the file's cell (blocks one after the other) of each cell."""
-    blocks = [
-        (CELLS[b.type], b.type, np.asarray(b.data, dtype=np.int64), n) for b, n in _blocks(mesh) if b.type in CELLS
-    ]
+    given = [(b.type, b.data, n) for b, n in _blocks(mesh) if b.type in CELLS]
+    blocks = [(CELLS[kind], kind, np.asarray(data, dtype=np.int64), n) for kind, data, n in given]
     kinds = {kind for kind, *_ in blocks}
     if not blocks:
         found = ", ".join(sorted({block.type for block in mesh.cells})) or "none"

@@ -245,9 +245,8 @@ class PlaneBody(MeshBody):
         for kind in kinds.values():
             checks.one_of(self.label, "interface", kind, (RIGID, AVERAGED))
         usual = kinds.get("", RIGID)
-        return tuple(
-            Interface(name, self.mesh.set_of(name), self.mesh.centre_of(name), kinds.get(name, usual)) for name in names
-        )
+        mesh = self.mesh
+        return tuple(Interface(n, mesh.set_of(n), mesh.centre_of(n), kinds.get(n, usual)) for n in names)
 
     @cached_property
     def tie(self) -> Tie:
@@ -343,11 +342,8 @@ class PlaneBody(MeshBody):
 
     def _averaged(self, pin: Interface, gravity: tuple[float, float]) -> list[Contribution]:
         """Constraint and small mass of an averaged pin, taken from its nodes."""
-        names, weights, arms = (
-            [self.free_nodes[k] for k in pin.nodes.tolist()],
-            pin.weights(self.mesh),
-            pin.arms(self.mesh),
-        )
+        names = [self.free_nodes[k] for k in pin.nodes.tolist()]
+        weights, arms = pin.weights(self.mesh), pin.arms(self.mesh)
         coordinates = [*node_coordinates(self.name, pin.name)]
         coordinates += [c for name in names for c in node_coordinates(self.name, name)[:2]]
         mass = PIN_SHARE * self._cells.mass

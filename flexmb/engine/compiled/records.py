@@ -42,7 +42,7 @@ WORD = ir.IntType(64)
 
 
 class RecordType(types.Type):
-    """numba's type of a record: name, type and place of the first word of each field; `frozen`: numbers never change."""
+    """numba's type of a record: name, type and place of the first word of each field; `frozen`: nothing changes."""
 
     def __init__(self, kind: str, fields: tuple[tuple[str, Any, int], ...], frozen: bool) -> None:
         self.fields, self.frozen = {name: (field, place) for name, field, place in fields}, frozen

@@ -72,11 +72,8 @@ def backward(starts, row_ptr, rows, value_ptr, lu, y):
         at, w, u = value_ptr[s], starts[s + 1] - starts[s], row_ptr[s + 1] - row_ptr[s]
         own, below, length = part_of(y, starts[s], starts[s + 1]), part_of(rows, row_ptr[s], row_ptr[s + 1]), w + u
         if w == 3:
-            a, b, c = (
-                part_of(lu, at, at + length),
-                part_of(lu, at + length, at + 2 * length),
-                part_of(lu, at + 2 * length, at + 3 * length),
-            )
+            a, b = part_of(lu, at, at + length), part_of(lu, at + length, at + 2 * length)
+            c = part_of(lu, at + 2 * length, at + 3 * length)
             p0, p1, p2 = own[0], own[1], own[2]
             for j in range(u):
                 p = y[below[j]]
