@@ -351,11 +351,9 @@ def start_at_rest(
     v[G.indices[G.indptr[alone]]] -= system.velocity_residual[alone] / G.data[G.indptr[alone]]
     missed = np.abs(system.at(at.q, v).velocity_residual).max(initial=0.0)
     if missed > OTHER_SPEED * np.abs(v).max(initial=0.0):
-        raise InputError(
-            f"{label}: the equilibrium turns at {at.spin:g} rad/s, and joints or drives allow no such motion (by "
-            f"{missed:.3g} m/s or rad/s). Give the drive of the hub this speed, e.g. ConstantSpeed({at.spin:g}), and "
-            "the place of the hub to static_equilibrium(..., about=)."
-        )
+        text = f"{label}: the equilibrium turns at {at.spin:g} rad/s, and joints or drives allow no such motion (by"
+        text += f" {missed:.3g} m/s or rad/s). Give the drive of the hub this speed, e.g. ConstantSpeed({at.spin:g}),"
+        raise InputError(f"{text} and the place of the hub to static_equilibrium(..., about=).")
     z = np.array(program.reference.z)
     for k in np.flatnonzero(carries(system)):
         begin, law, end = program.tables.contacts.z[k, [COMMON_Z, NORMAL_Z, FRICTION_Z]]

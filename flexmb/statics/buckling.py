@@ -450,11 +450,9 @@ def _without_loads(bare: Mechanism, program: Program, system: StateEvaluation) -
     step = system.solve(-np.append(system.force, system.residual), f"buckling of {program.name!r}")[: program.n_q]
     step = np.abs(step) / program.sizes
     if step.max() > 1e-9:
-        raise InputError(
-            f"buckling: without its loads mechanism {program.name!r} does not rest in the reference configuration; "
-            f"it would move {program.names.coordinates[int(step.argmax())]!r} most. "
-            "Draw it closed, with springs at their free length."
-        )
+        text = f"buckling: without its loads mechanism {program.name!r} does not rest in the reference configuration;"
+        text += f" it would move {program.names.coordinates[int(step.argmax())]!r} most."
+        raise InputError(f"{text} Draw it closed, with springs at their free length.")
     return q, np.zeros(program.n_c)
 
 
@@ -526,10 +524,8 @@ def _sparse(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[
 
 
 def _unstable(program: Program) -> str:
-    return (
-        f"buckling: mechanism {program.name!r} without its loads is not stable in the reference configuration, "
-        "or its loads follow its motion; no load factors exist."
-    )
+    text = f"buckling: mechanism {program.name!r} without its loads is not stable in the reference configuration,"
+    return f"{text} or its loads follow its motion; no load factors exist."
 
 
 def _order(inverse: np.ndarray, count: int) -> np.ndarray:

@@ -430,20 +430,16 @@ def unresisted(program: Program, system: StateEvaluation, q: np.ndarray, lam: np
 
 
 def _free_motion_error(program: Program, free: str) -> str:
-    return (
-        f"Mechanism {program.name!r} has no static equilibrium: a motion that moves {free!r} most "
-        "is resisted by nothing. Add a joint, a drive or a spring that holds it."
-    )
+    text = f"Mechanism {program.name!r} has no static equilibrium: a motion that moves {free!r}"
+    return f"{text} most is resisted by nothing. Add a joint, a drive or a spring that holds it."
 
 
 def _failure(program: Program, system: StateEvaluation, done: float) -> str:
     rest = np.abs(system.force + system.constraint_force)
     name = program.names.coordinates[int(np.nanargmax(rest))]
-    return (
-        f"Mechanism {program.name!r}: no static equilibrium found beyond {100 * done:.3g} % of the loads; "
-        f"largest unbalance at {name!r}. Use more load_steps; if that does not help, "
-        "the structure buckles or snaps through there."
-    )
+    text = f"Mechanism {program.name!r}: no static equilibrium found beyond {100 * done:.3g} % of the loads;"
+    text += f" largest unbalance at {name!r}. Use more load_steps;"
+    return f"{text} if that does not help, the structure buckles or snaps through there."
 
 
 def reactions(program: Program, system: StateEvaluation, lam: np.ndarray) -> dict[str, tuple[float, float, float]]:
@@ -485,8 +481,6 @@ def refuse_other_forces(owner: str, program: Program, system: StateEvaluation, a
         return  # on the verge of buckling: nothing can be said
     step = np.abs(step) / program.sizes
     if step.max() > OTHER_MODEL_STEP:
-        raise InputError(
-            f"{owner}: the equilibrium given is none of mechanism {program.name!r}: its forces would move "
-            f"{program.names.coordinates[int(step.argmax())]!r} by {step.max():.3g} (of the model's size, or rad). "
-            "Compute it with the same mechanism."
-        )
+        text = f"{owner}: the equilibrium given is none of mechanism {program.name!r}: its forces would move"
+        text += f" {program.names.coordinates[int(step.argmax())]!r} by {step.max():.3g} (of the model's size, or rad)."
+        raise InputError(f"{text} Compute it with the same mechanism.")

@@ -236,8 +236,6 @@ def refuse_asymmetry(program: Program, K: sp.csc_matrix) -> None:
     if worst < 0 or difference.data[worst] <= allowed * abs(K).max():
         return
     row, column = (program.names.coordinates[int(k[worst])] for k in (difference.row, difference.col))
-    raise SolveError(
-        f"modes: the stiffness of mechanism {program.name!r} is not symmetric between {row!r} and {column!r}, so it "
-        "has no real modes. A follower force does this, or a controller that measures elsewhere than it acts: ask for "
-        "modes(..., damped=True), which shows flutter as growth."
-    )
+    text = f"modes: the stiffness of mechanism {program.name!r} is not symmetric between {row!r} and {column!r},"
+    text += " so it has no real modes. A follower force does this, or a controller that measures elsewhere than"
+    raise SolveError(f"{text} it acts: ask for modes(..., damped=True), which shows flutter as growth.")

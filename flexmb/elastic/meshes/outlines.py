@@ -90,11 +90,9 @@ def _require_room(label: str, radii: Array, tangents: Array, lengths: Array) -> 
     i = int(lacking.argmax())
     j = (i + 1) % len(radii)
     most = lengths[i] / (tangents[i] + ends[i])
-    raise InputError(
-        f"{label}: the fillets of {radii[i]:g} and {radii[j]:g} m at corners {i} and {j} take "
-        f"{tangents[i] + ends[i]:.4g} m of the edge between them, which is {lengths[i]:.4g} m long. "
-        f"Make them smaller, {most:.3g} times these radii at most."
-    )
+    text = f"{label}: the fillets of {radii[i]:g} and {radii[j]:g} m at corners {i} and {j} take"
+    text += f" {tangents[i] + ends[i]:.4g} m of the edge between them, which is {lengths[i]:.4g} m long."
+    raise InputError(f"{text} Make them smaller, {most:.3g} times these radii at most.")
 
 
 def _arc(corner: Array, radius: float, turn: float, reach: float, ahead: Array, size: float) -> Array:

@@ -211,11 +211,9 @@ def _with_static(model: ElasticModel, K: Sparse, phi: Array, shapes: Array) -> A
 
 def _refuse_shapes(model: ElasticModel) -> None:
     """Refuse static shapes that add nothing."""
-    raise InputError(
-        f"{model.label}: the static shapes of its inertia and loads are none, as of loads on rigid pins alone or of "
-        "size 0, or combinations of each other or of its modes. Keep fewer modes, leave out such loads, take "
-        "more elements, or leave inertia_shapes=False."
-    )
+    text = f"{model.label}: the static shapes of its inertia and loads are none, as of loads on rigid"
+    text += " pins alone or of size 0, or combinations of each other or of its modes. Keep fewer modes,"
+    raise InputError(f"{text} leave out such loads, take more elements, or leave inertia_shapes=False.")
 
 
 def require_room(model: ElasticModel, modes: int) -> None:
@@ -239,10 +237,8 @@ def _solver(model: ElasticModel, K: Sparse) -> Callable[[Array], Array]:
 
 def _not_held(model: ElasticModel) -> str:
     """Message of a body whose inside moves without force while its pins stand still."""
-    return (
-        f"{model.label}: with its pins held ({', '.join(repr(pin.name) for pin in model.pins)}) a piece of the body "
-        "can still move without force. Connect all its pieces, or give a pin to each."
-    )
+    text = f"{model.label}: with its pins held ({', '.join(repr(pin.name) for pin in model.pins)}) a piece"
+    return f"{text} of the body can still move without force. Connect all its pieces, or give a pin to each."
 
 
 def _vibrations(

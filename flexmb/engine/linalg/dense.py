@@ -109,10 +109,8 @@ def is_fulfilled(residual: float, size: float, far: float) -> bool:
 
 def singular_text(n: int, finding: str) -> str:
     """Message about a singular matrix of n unknowns."""
-    return (
-        f"PivotingSolver: the {n} x {n} matrix is singular ({finding}). Look for joints that hold the same motion "
-        "twice and for nodes without mass and stiffness."
-    )
+    text = f"PivotingSolver: the {n} x {n} matrix is singular ({finding})."
+    return f"{text} Look for joints that hold the same motion twice and for nodes without mass and stiffness."
 
 
 def solve_dense(A: np.ndarray, b: np.ndarray) -> np.ndarray:

@@ -106,11 +106,9 @@ def check_independent(program: Program, q: np.ndarray, system: StateEvaluation |
             "make a link flexible, or simulate(..., redundant='least-norm')."
         )
     fewer = f"a drive ({', '.join(drives)})" if drives else "one"
-    raise ModelError(
-        f"Mechanism {program.name!r} is over-constrained by {count} row(s): {listed} "
-        f"repeat one another. Remove {fewer}, replace a Prismatic or "
-        "Fixed by a Revolute, make a link flexible, or simulate(..., redundant='least-norm')."
-    )
+    text = f"Mechanism {program.name!r} is over-constrained by {count} row(s): {listed} repeat one another."
+    text += f" Remove {fewer}, replace a Prismatic or Fixed by a Revolute, make a link flexible,"
+    raise ModelError(f"{text} or simulate(..., redundant='least-norm').")
 
 
 def yielding_joints(program: Program, closed: Program) -> frozenset[str]:
@@ -149,11 +147,9 @@ def rigid_velocities(
         weight = np.where(np.arange(len(b)) >= len(b) - len(declared), 1e7, 1.0)
         w = least_energy(inertia, scaled_rows(weight, A), weight * b)
         missed = np.where(hard, np.abs(A @ w - b), 0.0)
-        raise AssemblyError(
-            f"Mechanism {closed.name!r}: no start velocities satisfy all joints, drives and declared velocities; "
-            f"largest violation {missed.max():.3g} m/s or rad/s at {owners[int(missed.argmax())]!r}. "
-            f"{_remedy_of_velocities(closed, declared)}"
-        )
+        text = f"Mechanism {closed.name!r}: no start velocities satisfy all joints, drives and declared velocities;"
+        text += f" largest violation {missed.max():.3g} m/s or rad/s at {owners[int(missed.argmax())]!r}."
+        raise AssemblyError(f"{text} {_remedy_of_velocities(closed, declared)}")
     velocities: np.ndarray = B @ w + d
     return velocities
 
