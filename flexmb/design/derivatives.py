@@ -120,10 +120,9 @@ def carried(label: str, begun: Started, found: Directions, *, every: bool) -> tu
     T = run.carry(begun.here.start, begun.end, found, places, begun.due, every=every)
     rtol = run.step.rtol if isinstance(run.step, Adaptive) else RTOL_OF_FIXED_STEPS
     if run.growth * rtol > 1.0 or not math.isfinite(run.growth):
-        raise HorizonError(
-            f"{label}: a small difference grew by {run.growth:.3g} until t = {float(run.flow.clock.t):.4g} s, more "
-            f"than 1/rtol = {1.0 / rtol:.3g}: derivatives say nothing there. End the run earlier."
-        )
+        text = f"{label}: a small difference grew by {run.growth:.3g} until t = {float(run.flow.clock.t):.4g} s,"
+        text += f" more than 1/rtol = {1.0 / rtol:.3g}"
+        raise HorizonError(f"{text}: derivatives say nothing there. End the run earlier.")
     times, chosen = begun.values(label)
     slopes = T.rows.slopes.reshape(len(times), len(T.q), -1)[:, : len(found.q), : len(places)]
     rows = _rows(run, first, slopes) if every else ()
@@ -309,11 +308,9 @@ def _tables(held: ParameterModel, wanted: Sequence[Measure | str], found: Deriva
 
 def told(held: ParameterModel) -> dict[str, Any]:
     """Names, values and units of the parameters, as coordinates."""
-    return {
-        "parameter": list(held.names),
-        "value": ("parameter", list(held.values)),
-        "unit_of_parameter": ("parameter", [one.unit for one in held.parameters]),
-    }
+    units = [one.unit for one in held.parameters]
+    values = {"value": ("parameter", list(held.values)), "unit_of_parameter": ("parameter", units)}
+    return {"parameter": list(held.names), **values}
 
 
 def measures_of(held: ParameterModel, rows: Sequence[tuple[str, str, float, np.ndarray]]) -> xr.Dataset:
@@ -323,7 +320,5 @@ def measures_of(held: ParameterModel, rows: Sequence[tuple[str, str, float, np.n
     with np.errstate(all="ignore"):
         relative = derivative * np.array(held.values) / amount[:, None]
     both = ("measure", "parameter")
-    return xr.Dataset(
-        {"amount": ("measure", amount), "derivative": (both, derivative), "relative": (both, relative)},
-        {"measure": list(labels), "unit": ("measure", list(units)), **told(held)},
-    )
+    found = {"amount": ("measure", amount), "derivative": (both, derivative), "relative": (both, relative)}
+    return xr.Dataset(found, {"measure": list(labels), "unit": ("measure", list(units)), **told(held)})

@@ -351,6 +351,9 @@ def _minimum(evaluation: _Evaluation, x: np.ndarray, search: str) -> tuple[bool,
             return FAILED * max(abs(other.values[0]) for other in evaluation.designs.values()) / scale
         return one.values[0] / scale
 
+    def slope(z: np.ndarray) -> np.ndarray:
+        return np.array(evaluation.at(z).slopes[OBJECTIVE]) / scale
+
     def part(k: int, *, slope: bool) -> Callable[[np.ndarray], Any]:
         def asked(z: np.ndarray) -> Any:
             one = evaluation.at(z)
@@ -362,15 +365,8 @@ def _minimum(evaluation: _Evaluation, x: np.ndarray, search: str) -> tuple[bool,
     limits = [{"type": "ineq", "fun": value, "jac": slope} for value, slope in pairs]
     more = {"ftol": 1e-10, "maxiter": 200} if search == "SLSQP" else {"gtol": 1e-8, "xtol": 1e-10}
     try:
-        found = scipy.optimize.minimize(
-            objective,
-            x,
-            jac=lambda z: np.array(evaluation.at(z).slopes[OBJECTIVE]) / scale,
-            bounds=[(0.0, 1.0)] * len(x),
-            constraints=limits,
-            method=search,
-            options=more,
-        )
+        how = {"bounds": [(0.0, 1.0)] * len(x), "constraints": limits, "method": search, "options": more}
+        found = scipy.optimize.minimize(objective, x, jac=slope, **how)
     except _EnoughError:
         return False, f"Not converged after {evaluation.most} designs; give most_designs= more."
     text = str(found.message).rstrip(".")

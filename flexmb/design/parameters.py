@@ -231,14 +231,13 @@ def _sum(weights: np.ndarray, found: Sequence[Neighbour]) -> tuple[np.ndarray, .
     """Weighted sums of numbers, start positions, velocities and histories; exact where these are equal."""
     starts = ([one.start.q for one in found], [one.start.v for one in found])
     columns = ([one.program.tables.p for one in found], *starts, [one.program.reference.z for one in found])
-    middle = [np.array(column[0]) for column in columns]
-    return tuple(
-        sum(
-            w * np.subtract(x, first, out=np.zeros(first.shape), where=x != first)
-            for w, x in zip(weights, column, strict=True)
-        )
-        for column, first in zip(columns, middle, strict=True)
-    )
+
+    def moved(column: Sequence[np.ndarray]) -> np.ndarray:
+        first = np.array(column[0])
+        changes = (np.subtract(x, first, out=np.zeros(first.shape), where=x != first) for x in column)
+        return np.asarray(sum(w * change for w, change in zip(weights, changes, strict=True)))
+
+    return tuple(map(moved, columns))
 
 
 def _moved_samplers(weights: np.ndarray, found: Sequence[Neighbour]) -> Moved:

@@ -228,14 +228,9 @@ def _first_order(held: ParameterModel, laws: Sequence[Any], measures: Sequence[M
     variance = parts.sum(axis=1)
     with np.errstate(all="ignore"):
         share = parts / variance[:, None]
-    return xr.Dataset(
-        {
-            "amount": ("measure", np.array(amounts)),
-            "deviation": ("measure", np.sqrt(variance)),
-            "share": (("measure", "parameter"), share),
-        },
-        {"measure": [one.name for one in measures], "parameter": list(held.names)},
-    )
+    data: dict[str, Any] = {"amount": ("measure", np.array(amounts)), "deviation": ("measure", np.sqrt(variance))}
+    data["share"] = (("measure", "parameter"), share)
+    return xr.Dataset(data, {"measure": [one.name for one in measures], "parameter": list(held.names)})
 
 
 def _points(laws: Sequence[Any], samples: int, *, blocks: int) -> np.ndarray:

@@ -208,7 +208,7 @@ class Plan:
     def report(self, *, progress: bool) -> ChaosReport:
         """Report by this plan: exponents with a second run, and fine samples of further periods of the first run."""
         flow, period, signals = self.strobe.flow, self.strobe.period, tuple(self.signals or ())
-        more = {"count": self.exponents, "confirm": self.confirm, "progress": progress}
+        more: dict[str, Any] = {"count": self.exponents, "confirm": self.confirm, "progress": progress}
         exponents = lyapunov(self.strobe, skip=self.skip, periods=self.keep, **more)
         pairs = planes(signals, flow.names)
         partners = (name for plane in pairs for name in plane if name is not None)
@@ -245,15 +245,10 @@ class Plan:
             return SignalEstimates(label, unit, zero_one)
         thin = max(1, round(motion.period / (motion.times[1] - motion.times[0]) / ENOUGH))
         times, thinned = motion.times[::thin], fine[::thin]
-        return SignalEstimates(
-            label,
-            unit,
-            zero_one,
-            rosenstein(thinned, times),
-            power_spectrum(fine, motion.times),
-            correlation_dimension(thinned) if self.dimension else None,
-            recurrence(thinned) if self.recurrence else None,
-        )
+        largest, spectrum = rosenstein(thinned, times), power_spectrum(fine, motion.times)
+        dimension = correlation_dimension(thinned) if self.dimension else None
+        found = recurrence(thinned) if self.recurrence else None
+        return SignalEstimates(label, unit, zero_one, largest, spectrum, dimension, found)
 
 
 @arguments.checked

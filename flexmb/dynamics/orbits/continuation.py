@@ -247,8 +247,8 @@ class Continuation:
     def _orbit_at(self, last: ContinuationPoint, size: float) -> ContinuationPoint | str:
         """The orbit at a distance `size` from another one, or the reason why there is none."""
         run, shooting = last.run, self.coordinates
-        (starts, period, value), ahead = (run.starts, run.period, run.value), last.ahead
-        through = Direction(starts + size * ahead.starts, period + size * ahead.period, value + size * ahead.value)
+        along, value = last.ahead, run.value + size * last.ahead.value
+        through = Direction(run.starts + size * along.starts, run.period + size * along.period, value)
         plane = ArclengthPlane(last.ahead, through, self.lengths, small_of(shooting, self.lengths[2]))
         period = through.period
         if not shooting.set_value(through.value):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -173,9 +174,8 @@ def _plane(
     if event.kind != GRAZING or not isinstance(shooting.system, ImpactODE) or shooting.autonomous:
         test = of_gap if event.kind == GRAZING else of_multipliers
         return Plane(shooting, parameter, units, branch.tolerance, test), event.shooting_run
-    continuation = ImpactContinuation(
-        shooting=shooting, span=branch.span, bounds=(1.0, 1.0, 1.0), tolerance=branch.tolerance, gaps={}, extremes=0
-    )
+    about: dict[str, Any] = {"span": branch.span, "tolerance": branch.tolerance, "gaps": {}, "extremes": 0}
+    continuation = ImpactContinuation(shooting=shooting, bounds=(1.0, 1.0, 1.0), **about)
     run, other = continuation.grazing(event), (continuation.least_gap, continuation.listen_as)
     return Plane(continuation.coordinates, parameter, units, branch.tolerance, *other), run
 
@@ -190,9 +190,6 @@ def _dataset(
 ) -> xr.Dataset:
     """Table of the points: both parameters and the period."""
     places = np.array([place for place, _ in whole]) * units
-    data = {
-        branch.parameter: ("point", places[:, 0]),
-        parameter: ("point", places[:, 1]),
-        "period": ("point", np.array([run.period for _, run in whole]), {"units": branch.period_units}),
-    }
+    period = ("point", np.array([run.period for _, run in whole]), {"units": branch.period_units})
+    data = {branch.parameter: ("point", places[:, 0]), parameter: ("point", places[:, 1]), "period": period}
     return xr.Dataset(data, attrs={"name": branch.name, "kind": kind, "ok": int(not ends), "status": ends or "Whole."})

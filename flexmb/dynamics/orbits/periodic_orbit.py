@@ -202,11 +202,9 @@ class PeriodicOrbit(arguments.Checked):
         times, values, _ = sampled(system, self.period, checks.count("PeriodicOrbit", "count", count))
         axis = "time" if self.units == "s" else "iteration"
         signals = zip(system.names, system.units, values.T, strict=True)
-        return xr.Dataset(
-            {name: (axis, column, {"units": units}) for name, units, column in signals},
-            {axis: (axis, times, {"units": self.units})},
-            {"name": self.name, "period": self.period, "ok": int(self.ok), "status": self.status},
-        )
+        found = {name: (axis, column, {"units": units}) for name, units, column in signals}
+        about = {"name": self.name, "period": self.period, "ok": int(self.ok), "status": self.status}
+        return xr.Dataset(found, {axis: (axis, times, {"units": self.units})}, about)
 
     def __repr__(self) -> str:
         kind = "stable" if self.stable else "unstable"
@@ -289,16 +287,9 @@ def periodic_orbit(
         raise InputError(f"{LABEL}: guess has {len(starts)} states; there must be one for each of {segments} segments.")
     if period is None and autonomous and isinstance(guess, PeriodicOrbit):
         period = guess.period / guess.times
-    shooting = Shooting(
-        LABEL,
-        flow,
-        period=period,
-        times=times,
-        autonomous=autonomous,
-        segments=1 if segments is None else checks.count(LABEL, "segments", segments),
-        tangent=tangent,
-        angles=tuple(angles),
-    )
+    number = 1 if segments is None else checks.count(LABEL, "segments", segments)
+    about: dict[str, Any] = {"autonomous": autonomous, "segments": number, "tangent": tangent, "angles": tuple(angles)}
+    shooting = Shooting(LABEL, flow, period=period, times=times, **about)
     gaps = gap_signals(flow, grazing, LABEL)
     flow.reset(start, time=shooting.origin)
     if starts is None and flow.go_to_section():

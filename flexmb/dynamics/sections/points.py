@@ -189,6 +189,6 @@ def _collected(system: Dynamics, about: dict[str, Any], skip: int, keep: int, pr
     about = {"name": system.name, **about, "skip": skip, "ok": int(len(times) == keep), "status": status}
     signals = enumerate(zip(system.names, system.units, strict=True))
     data = {name: (dimension, rows[:, k], {"units": unit}) for k, (name, unit) in signals}
-    numbers = (dimension, np.arange(skip, skip + len(times)), {})
+    numbers: Any = (dimension, np.arange(skip, skip + len(times)), {})
     coords = {dimension: numbers, "time": (dimension, np.array(times), {"units": units})}
     return xr.Dataset(data, coords, about)

@@ -184,13 +184,8 @@ def _not_finite(flow: Dynamics, points: np.ndarray | None, columns: list[int]) -
 
 DIRECTIONS = {"cold": ("cold",), "up": ("up",), "down": ("down",), "both": ("up", "down")}
 """Rows of a diagram by the name of the direction."""
-COLUMNS = (
-    Column("seam", "flag"),
-    Column("drive_period", units="s"),
-    Column("verdict", "text"),
-    Column("exponent"),
-    Column("exponent_error"),
-)
+EXPONENT = "exponent", "exponent_error"
+COLUMNS = Column("seam", "flag"), Column("drive_period", units="s"), Column("verdict", "text"), *map(Column, EXPONENT)
 """Columns of a diagram besides `ok`, `status`, section points and final state."""
 
 RESERVED = ("period", "direction", "signal", "units", "status", "ok", POINTS, STATE, *(c.name for c in COLUMNS))
@@ -351,16 +346,9 @@ class _Diagram:
         record.coordinate("period", ("period",), np.arange(section.skip, section.skip + section.keep))
         unit = unit_of(make, parameter) if callable(make) and not isinstance(make, Dynamics) else ""
         record.coordinate(parameter, (parameter,), self.numbers, unit)
-        record.describe(
-            name=first.name,
-            kind="bifurcation",
-            parameter=parameter,
-            direction=self.direction,
-            skip=section.skip,
-            keep=section.keep,
-            flexmb=installed_version(),
-            axes=["direction", "period", parameter, "seam"],
-        )
+        about = {"name": first.name, "kind": "bifurcation", "parameter": parameter, "direction": self.direction}
+        numbers = {"skip": section.skip, "keep": section.keep, "flexmb": installed_version()}
+        record.describe(**about, **numbers, axes=["direction", "period", parameter, "seam"])
 
     def chains(self, record: Record, chunks: int, bar: ProgressBar) -> Iterator[Chain]:
         """Chains of all chunks, in the order of computation."""

@@ -289,11 +289,8 @@ class Work:
 
 def settings_of(fixed: Mapping[str, Any], function: Any) -> dict[str, Any]:
     """Entries of every fingerprint: version, function with all that it names, fixed values."""
-    return {
-        "flexmb": installed_version(),
-        **texts_of("text", function),
-        "fixed": {name: f"{type(value).__name__} {digest(value)}" for name, value in sorted(fixed.items())},
-    }
+    values = {name: f"{type(value).__name__} {digest(value)}" for name, value in sorted(fixed.items())}
+    return {"flexmb": installed_version(), **texts_of("text", function), "fixed": values}
 
 
 @checked

@@ -326,10 +326,8 @@ class MechanismFlow(ContinuousFlow):
             self.advance(tau)
             dz = (self.state()[2 * n : -2 * n] - z) / (self.time - here.time)
             self.restore(here)
-        ahead, behind = (
-            accelerations(self.program, q + s * v + 0.5 * s * s * a, v + s * a, self.time + s, z + s * dz)[0]
-            for s in (tau, -tau)
-        )
+        later = ((s, q + s * v + 0.5 * s * s * a, v + s * a, z + s * dz) for s in (tau, -tau))
+        ahead, behind = (accelerations(self.program, x1, v1, self.time + s, z1)[0] for s, x1, v1, z1 in later)
         jerk = (ahead - behind) / (2.0 * tau)
         return np.concatenate([v, a, dz, jerk, jerk])
 
