@@ -213,8 +213,7 @@ def watch_lows(run: Run) -> None:
 
 def _sizes(record: RunRecord) -> np.ndarray:
     """Present sizes of all signals, as peaks count them."""
-    sizes: np.ndarray = np.where(record.one_sided, np.maximum(record.signals, 0.0), np.abs(record.signals))
-    return sizes
+    return np.asarray(np.where(record.one_sided, np.maximum(record.signals, 0.0), np.abs(record.signals)))
 
 
 def _with_places(record: RunRecord, larger: np.ndarray) -> np.ndarray:

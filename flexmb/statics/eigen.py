@@ -34,8 +34,7 @@ def null_space(G: np.ndarray, tolerance: float = DEPENDENT_ROW) -> np.ndarray:
         return np.eye(n)
     Q, R, _ = la.qr(G.T, pivoting=True)
     diagonal = np.abs(np.diag(R))
-    basis: np.ndarray = Q[:, int((diagonal > tolerance * diagonal[0]).sum()) :]
-    return basis
+    return np.asarray(Q[:, int((diagonal > tolerance * diagonal[0]).sum()) :])
 
 
 def free_motions(program: Program, q: np.ndarray, K: sp.csc_matrix, G: sp.csr_matrix) -> np.ndarray:
@@ -50,8 +49,7 @@ def free_motions(program: Program, q: np.ndarray, K: sp.csc_matrix, G: sp.csr_ma
         return np.zeros((B.shape[1], 0))
     find = _sparse_motions if B.shape[1] > DENSE_MOTIONS else _dense_motions
     Z = find(program, B, K, G)
-    motions: np.ndarray = sizes[:, None] * simplified(Z)
-    return motions
+    return np.asarray(sizes[:, None] * simplified(Z))
 
 
 def _dense_motions(program: Program, B: sp.csr_matrix, K: sp.csc_matrix, G: sp.csr_matrix) -> np.ndarray:
@@ -249,8 +247,7 @@ def _refined(
 
 
 def _symmetric(k: np.ndarray) -> np.ndarray:
-    half: np.ndarray = (k + k.T) / 2.0
-    return half
+    return np.asarray((k + k.T) / 2.0)
 
 
 def _sparse(
@@ -413,8 +410,7 @@ def _outermost(A: Any, M: Any, solve: Solve, X: np.ndarray, count: int, which: s
 
     def rest(b: np.ndarray) -> np.ndarray:
         x = solve(b)
-        outside: np.ndarray = x - X @ (X.T @ (M @ x))
-        return outside
+        return np.asarray(x - X @ (X.T @ (M @ x)))
 
     start = rest(M @ np.cos(np.arange(n) ** 2.0 + X.shape[1]))
     options = {"M": M, "Minv": LinearOperator((n, n), rest, dtype=float), "which": which, "v0": start}
@@ -437,8 +433,7 @@ def largest_of(operator: Solve, size: int, count: int) -> tuple[np.ndarray, np.n
 
         def rest(x: np.ndarray, Q: np.ndarray = Q) -> np.ndarray:
             y = operator(x - Q @ (Q.T @ x))
-            outside: np.ndarray = y - Q @ (Q.T @ y)
-            return outside
+            return np.asarray(y - Q @ (Q.T @ y))
 
         start = rest(np.cos(np.arange(size) ** 2.0 + len(found)))
         try:
@@ -463,8 +458,7 @@ def _basis(x: np.ndarray, Q: np.ndarray) -> np.ndarray:
     for _ in range(2):  # twice: round-off of the first time
         parts = parts - Q @ (Q.T @ parts)
     U, sizes, _ = la.svd(parts, full_matrices=False)
-    basis: np.ndarray = U[:, sizes > 1e-8 * sizes[0]]
-    return basis
+    return np.asarray(U[:, sizes > 1e-8 * sizes[0]])
 
 
 # Whether an equilibrium is stable: signs of the eigenvalues of its stiffness

@@ -127,8 +127,7 @@ def least_multipliers(G: sp.csr_matrix, force: np.ndarray) -> np.ndarray:
     scale = sp.diags_array(1.0 / np.where(lengths > 0.0, lengths, 1.0))
     rows = scale @ G
     bordered = sp.block_array([[sp.eye_array(n), rows.T], [rows, -INDEPENDENCE * sp.eye_array(m)]]).tocsc()
-    found: np.ndarray = scale @ splu(bordered).solve(np.concatenate([-force, np.zeros(m)]))[n:]
-    return found
+    return np.asarray(scale @ splu(bordered).solve(np.concatenate([-force, np.zeros(m)]))[n:])
 
 
 def _stride(

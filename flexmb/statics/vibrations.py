@@ -84,8 +84,7 @@ def vibrations_of(program: Program, states: Sequence[State], dt: float) -> list[
 def closed_contacts(program: Program, z: np.ndarray) -> np.ndarray:
     """Whether contacts are closed and joints that remember strained, (..., contacts + joints), of z (..., n_z)."""
     begin, end = program.tables.constraints.joint_friction_z.T
-    closed: np.ndarray = z[..., [*program.tables.contacts.z[:, COMMON_Z], *begin[end > begin]]] != 0.0
-    return closed
+    return np.asarray(z[..., [*program.tables.contacts.z[:, COMMON_Z], *begin[end > begin]]] != 0.0)
 
 
 def _at(system: StateEvaluation, state: State, dt: float = 0.0, **more: Any) -> StateEvaluation:

@@ -87,8 +87,7 @@ def with_shear(lengths: Array, axial: Array, cubics: Bending, flexibility: Array
 def _carried(matrices: Array, change: Array) -> Array:
     """change^T matrix change, symmetric to the last bit."""
     product: Array = change.transpose(0, 2, 1) @ matrices @ change
-    symmetric: Array = 0.5 * (product + product.transpose(0, 2, 1))
-    return symmetric
+    return np.asarray(0.5 * (product + product.transpose(0, 2, 1)))
 
 
 def _bow(lengths: Array, axial: Array, shares: Array, flexibility: Array) -> Array:
@@ -292,8 +291,7 @@ def _local(form: BilinearForm, basis: Basis, weight: Array) -> Array:
     """Matrix of `form` of every element, (n, k, k); weight (n, quadrature points)."""
     matrices: Array = np.ascontiguousarray(form.coo_data(basis, weight=weight).tolocal())
     # symmetric to the last bit, which products in another order are not
-    symmetric: Array = 0.5 * (matrices + matrices.transpose(0, 2, 1))
-    return symmetric
+    return np.asarray(0.5 * (matrices + matrices.transpose(0, 2, 1)))
 
 
 def _checked_stations(stations: npt.ArrayLike) -> Array:

@@ -60,15 +60,13 @@ def element_shape(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape,
     w = beam.length * _blend(d, beam, xi, 0)
     normal = np.stack([-d.s, d.c], axis=-1)[:, None, :]
     along = np.asarray(xi, dtype=float)[None, :, None]
-    points: np.ndarray = (1.0 - along) * start + along * end + w[:, :, None] * normal
-    return points
+    return np.asarray((1.0 - along) * start + along * end + w[:, :, None] * normal)
 
 
 def curvature(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape, xi: np.ndarray) -> np.ndarray:
     """Curvature w'' of the axis, less that of the unstressed one, (n, m) [1/m]; arguments as for `element_shape`."""
     d, (_, free1, free2) = deformation(pose_start, pose_end, beam), beam.free
-    second: np.ndarray = _blend(d._replace(u1=d.u1 - free1, u2=d.u2 - free2), beam, xi, 2) / beam.length
-    return second
+    return np.asarray(_blend(d._replace(u1=d.u1 - free1, u2=d.u2 - free2), beam, xi, 2) / beam.length)
 
 
 def section_forces(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape, xi: np.ndarray) -> SectionForces:
@@ -89,23 +87,20 @@ def section_forces(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape
 
 def bending_stiffness(beam: BeamShape, xi: np.ndarray) -> np.ndarray:
     """E I of the section, (m,) [N m2], linear between the ends."""
-    stiffness: np.ndarray = np.interp(xi, (0.0, 1.0), beam.ei)
-    return stiffness
+    return np.asarray(np.interp(xi, (0.0, 1.0), beam.ei))
 
 
 def _rotation(theta: np.ndarray, c: np.ndarray, s: np.ndarray) -> np.ndarray:
     """theta less the direction of the chord, in (-pi, pi]."""
     ct, st = np.cos(theta), np.sin(theta)
-    angle: np.ndarray = np.arctan2(st * c - ct * s, ct * c + st * s)
-    return angle
+    return np.asarray(np.arctan2(st * c - ct * s, ct * c + st * s))
 
 
 def _blend(d: Deformation, beam: BeamShape, xi: np.ndarray, derivative: int) -> np.ndarray:
     """The cubic of the axis, or its second derivative, on an element of unit length; (n, m)."""
     h1, h2 = _cubics(tuple(np.asarray(xi, dtype=float).tolist()))[derivative]
     sheared = beam.shear[0] * d.u1 + beam.shear[1] * d.u2
-    blend: np.ndarray = (d.u1 - sheared)[:, None] * h1 + (d.u2 - sheared)[:, None] * h2
-    return blend
+    return np.asarray((d.u1 - sheared)[:, None] * h1 + (d.u2 - sheared)[:, None] * h2)
 
 
 @lru_cache(maxsize=64)

@@ -47,8 +47,7 @@ class BeamElements:
         sheared = self.shear[0] * u1 + self.shear[1] * u2
         u1, u2 = u1 - sheared, u2 - sheared
         bending = np.maximum(np.abs(4.0 * u1 + 2.0 * u2), np.abs(2.0 * u1 + 4.0 * u2)) / L
-        strain: np.ndarray = np.abs(axial) + bending * self.outer
-        return strain
+        return np.asarray(np.abs(axial) + bending * self.outer)
 
 
 def wrapped(angle: np.ndarray) -> np.ndarray:

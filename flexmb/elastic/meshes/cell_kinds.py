@@ -48,8 +48,7 @@ class CellKind:
     @property
     def reference_nodes(self) -> Array:
         """(2, nodes) coordinates of the nodes in the reference cell."""
-        places: Array = np.asarray(self.element().doflocs, dtype=float).T
-        return places
+        return np.asarray(np.asarray(self.element().doflocs, dtype=float).T)
 
     def shape_functions(self, places: Array) -> tuple[Array, Array]:
         """Values (nodes, q), gradients (2, nodes, q) of shape functions at places (2, q) of the reference cell."""
@@ -86,8 +85,7 @@ def jacobians(points: Array, cells: npt.NDArray[np.int64], kind: str) -> Array:
     slopes = KINDS[kind].shape_functions(places_of_check(kind))[1]
     x = points[cells]
     J = np.einsum("mka,bkq->abmq", x, slopes, optimize=True)
-    found: Array = J[0, 0] * J[1, 1] - J[0, 1] * J[1, 0]
-    return found
+    return np.asarray(J[0, 0] * J[1, 1] - J[0, 1] * J[1, 0])
 
 
 Indices = npt.NDArray[np.int64]
@@ -106,8 +104,7 @@ class Edges:
     @property
     def boundary(self) -> Indices:
         """(b, 2) or (b, 3) nodes of the edges of the boundary, with the body on the left."""
-        found: Indices = self.nodes[self.counts == 1]
-        return found
+        return np.asarray(self.nodes[self.counts == 1])
 
 
 def edges_of(cells: Indices, kind: str) -> Edges:

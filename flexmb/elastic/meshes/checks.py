@@ -33,8 +33,7 @@ def checked_points(label: str, points: Any) -> Array:
     if not finite.all():
         bad = int(np.argmin(finite))
         raise InputError(f"{label}: node {bad} is at {found[bad].tolist()}; coordinates must be finite. Mesh it again.")
-    points_found: Array = _read_only(found)
-    return points_found
+    return np.asarray(_read_only(found))
 
 
 def checked_cells(label: str, cells: Any, kind: str, nodes: int) -> Indices:
@@ -52,8 +51,7 @@ def checked_cells(label: str, cells: Any, kind: str, nodes: int) -> Indices:
         bad = int(np.argmax(twice))
         text = f"{label}: cell {bad} names a node twice: {found[bad].tolist()}; {int(twice.sum())} such cells in all"
         raise InputError(f"{text}. Use triangles where quadrilaterals collapse.")
-    cells_found: Indices = _read_only(found)
-    return cells_found
+    return np.asarray(_read_only(found))
 
 
 def checked_groups(label: str, field: str, groups: Any, of: str, count: int) -> dict[str, Indices]:

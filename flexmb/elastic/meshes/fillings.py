@@ -48,8 +48,7 @@ def arc(centre: Sequence[float], radius: float, start: float, end: float) -> Cur
 
     def points(s: Array) -> Array:
         angle = start + s * (end - start)
-        found: Array = c + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        return found
+        return np.asarray(c + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1))
 
     return points
 
@@ -93,8 +92,7 @@ def with_sets(mesh: PlaneMesh, sets: dict[str, npt.NDArray[np.bool_]]) -> PlaneM
 
 def on_circle(points: Array, centre: Sequence[float], radius: float) -> npt.NDArray[np.bool_]:
     """Whether points lie on a circle."""
-    near: npt.NDArray[np.bool_] = np.abs(np.linalg.norm(points - np.asarray(centre), axis=1) - radius) < 1e-6 * radius
-    return near
+    return np.asarray(np.abs(np.linalg.norm(points - np.asarray(centre), axis=1) - radius) < 1e-6 * radius)
 
 
 def _merged(points: Array) -> Indices:
@@ -103,8 +101,7 @@ def _merged(points: Array) -> Indices:
     pairs = cKDTree(points).query_pairs(reach, output_type="ndarray")
     links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
     labels = connected_components(links, directed=False)[1]
-    found: Indices = labels.astype(np.int64)
-    return found
+    return np.asarray(labels.astype(np.int64))
 
 
 def _first_of(nodes: Indices) -> Indices:
@@ -224,8 +221,7 @@ def _behind_bends(points: Array, cells: Indices, edges: Indices) -> Array:
     bent = along & (ahead[turned[:, 0]] == turned[:, 1]) & (ahead[turned[:, 1]] == turned[:, 2])
     chord = (c - a)[bent]
     inwards = np.stack([-chord[:, 1], chord[:, 0]], axis=1) / np.linalg.norm(chord, axis=1)[:, None]
-    found: Array = b[bent] + 0.5 * lengths[bent, None] * inwards
-    return found
+    return np.asarray(b[bent] + 0.5 * lengths[bent, None] * inwards)
 
 
 def _is_clear(points: Array, fixed: Array, edges: Indices) -> npt.NDArray[np.bool_]:
@@ -233,8 +229,7 @@ def _is_clear(points: Array, fixed: Array, edges: Indices) -> npt.NDArray[np.boo
     ends = fixed[edges]
     lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     near, of = cKDTree(ends.mean(axis=1)).query(points)
-    clear: npt.NDArray[np.bool_] = near > CLEAR * lengths[of]
-    return clear
+    return np.asarray(near > CLEAR * lengths[of])
 
 
 def _smoothed(points: Array, cells: Indices, held: int, fixed: Array, edges: Indices) -> Array:
@@ -259,8 +254,7 @@ def _inside(shape: Shape, points: Array) -> Indices:
     area = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
     cells[area < 0.0] = cells[area < 0.0][:, [0, 2, 1]]
     # three nodes on one side of the outline may span a cell by round-off
-    found: Indices = cells[np.abs(area) > FLAT * np.median(np.abs(area))]
-    return found
+    return np.asarray(cells[np.abs(area) > FLAT * np.median(np.abs(area))])
 
 
 def _require_boundary(shape: Shape, points: Array, cells: Indices, edges: Indices) -> None:

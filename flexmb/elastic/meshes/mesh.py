@@ -110,15 +110,13 @@ class PlaneMesh:
 
     def edges_in(self, name: str) -> Indices:
         """(b, 2) or (b, 3) nodes of the boundary edges whose ends lie in the set `name`."""
-        found: Indices = self.edges.nodes[self.edge_numbers(name)]
-        return found
+        return np.asarray(self.edges.nodes[self.edge_numbers(name)])
 
     def edge_numbers(self, name: str) -> Indices:
         """(b,) numbers, among `edges`, of the boundary edges whose ends lie in the set `name`."""
         numbers = np.flatnonzero(self.edges.counts == 1)
         inside = np.isin(self.edges.nodes[numbers, :2], self.set_of(name)).all(axis=1)
-        found: Indices = numbers[inside]
-        return found
+        return np.asarray(numbers[inside])
 
     def set_of(self, name: str) -> Indices:
         """Nodes of the set `name`, or `InputError` that lists the sets."""
@@ -277,8 +275,7 @@ def _pairs_in(edges: Indices, wanted: Indices, nodes: int) -> Indices:
     """Numbers of the edges with the ends `wanted` (b, 2), in either direction, of a mesh with so many nodes."""
     keys, others = (np.sort(e[:, :2], axis=1) @ np.array([nodes, 1]) for e in (edges, wanted))
     order = np.argsort(keys)
-    found: Indices = order[np.searchsorted(keys, others, sorter=order)]
-    return found
+    return np.asarray(order[np.searchsorted(keys, others, sorter=order)])
 
 
 def circle_of(mesh: PlaneMesh, name: str) -> tuple[Array, float]:
@@ -299,8 +296,7 @@ def _centre_of_circle(points: Array) -> Array | None:
     radii = np.linalg.norm(points - found[:2], axis=1)
     if rank < 3 or np.ptp(radii) > ON_CIRCLE * radii.mean():
         return None
-    centre: Array = found[:2]
-    return centre
+    return np.asarray(found[:2])
 
 
 Value = TypeVar("Value")

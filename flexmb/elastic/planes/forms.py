@@ -158,8 +158,7 @@ def _local(form: BilinearForm, basis: Basis, symmetric: bool = True, **weights: 
     found: Any = form.coo_data(basis, **weights).tolocal().transpose(0, 2, 1)  # scikit-fem: rows trial functions
     if symmetric:  # to the last bit, which products in another order are not
         found = 0.5 * (found + found.transpose(0, 2, 1))
-    local: Array = found
-    return local
+    return np.asarray(found)
 
 
 def assembled(mesh: PlaneMesh, local: Array) -> csr_array:

@@ -97,8 +97,7 @@ class Interface:
 
     def arms(self, mesh: PlaneMesh) -> Array:
         """(m, 2) places of the nodes from the pin [m]."""
-        found: Array = mesh.points[self.nodes] - np.asarray(self.point)
-        return found
+        return np.asarray(mesh.points[self.nodes] - np.asarray(self.point))
 
     def rigid_motions(self, mesh: PlaneMesh) -> Array:
         """(2m, 3) displacements of the nodes by unit u_x, u_y and theta of the pin."""

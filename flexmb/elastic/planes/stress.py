@@ -75,15 +75,13 @@ def carried_to_nodes(kind: str) -> np.ndarray:
         x, y = places.T
         return np.stack([np.ones_like(x), x, y, x * y], axis=1)[:, : len(samples)]
 
-    found: np.ndarray = terms(nodes) @ np.linalg.inv(terms(samples))
-    return found
+    return np.asarray(terms(nodes) @ np.linalg.inv(terms(samples)))
 
 
 def gradients_at_nodes(points: np.ndarray, cells: np.ndarray, kind: str) -> np.ndarray:
     """(cells, nodes, nodes, 2): gradients [1/m] that give the recovered strain at a node (second axis) of a cell."""
     gradients = gradients_at(points, cells, kind, np.array(SAMPLES[kind], dtype=float).T)[1]
-    found: np.ndarray = np.einsum("kp,cpnx->cknx", carried_to_nodes(kind), gradients)
-    return found
+    return np.asarray(np.einsum("kp,cpnx->cknx", carried_to_nodes(kind), gradients))
 
 
 def gradients_at(points: np.ndarray, cells: np.ndarray, kind: str, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -106,8 +104,7 @@ def areas_and_means(points: np.ndarray, cells: np.ndarray, kind: str) -> tuple[n
 
 def around_nodes(cells: np.ndarray, areas: np.ndarray, count: int) -> np.ndarray:
     """Area (count,) of all cells of each node [m^2]."""
-    found: np.ndarray = np.bincount(cells.ravel(), np.repeat(areas, cells.shape[1]), minlength=count)
-    return found
+    return np.asarray(np.bincount(cells.ravel(), np.repeat(areas, cells.shape[1]), minlength=count))
 
 
 def nodal_stresses(
@@ -171,8 +168,7 @@ def von_mises(stress: np.ndarray) -> np.ndarray:
     """Von Mises stress [Pa] of stresses (..., 4) sx, sy, txy, sz."""
     sx, sy, txy, sz = np.moveaxis(stress, -1, 0)
     half = 0.5 * ((sx - sy) ** 2 + (sy - sz) ** 2 + (sz - sx) ** 2)
-    found: np.ndarray = np.sqrt(half + 3.0 * txy**2)
-    return found
+    return np.asarray(np.sqrt(half + 3.0 * txy**2))
 
 
 # Stresses at the nodes of plane bodies as a linear function of small displacements; principal stresses

@@ -84,8 +84,7 @@ class ElasticModel:
         """Forces (N,) of an acceleration field -field (S, 2) of all points [N]."""
         loads = np.empty(self.shape.shape[0])
         loads[0::2], loads[1::2] = self.mass @ field[:, 0], self.mass @ field[:, 1]
-        force: Array = self.shape.T @ loads
-        return force
+        return np.asarray(self.shape.T @ loads)
 
 
 DENSE = 60  # number of inner displacements up to which all vibrations are computed by a dense solver
@@ -266,8 +265,7 @@ def _amplitudes(model: ElasticModel, phi: Array) -> Array:
     largest = np.sqrt((moved[0::2] ** 2 + moved[1::2] ** 2).max(axis=0))
     size = np.ptp(model.points, axis=0).max()
     signs = np.sign(moved[np.abs(moved).argmax(axis=0), np.arange(phi.shape[1])])
-    factors: Array = signs * np.where(np.arange(phi.shape[1]) % 3 == 2, size, 1.0) / largest
-    return factors
+    return np.asarray(signs * np.where(np.arange(phi.shape[1]) % 3 == 2, size, 1.0) / largest)
 
 
 def _added_nodes(model: ElasticModel, count: int, *, inertia: bool) -> tuple[Node, ...]:

@@ -340,8 +340,7 @@ def _model_of_plane(body: PlaneBody, pins: Sequence[str]) -> ElasticModel:
 
     def stresses(shapes: Array) -> Array:
         operator = stress_operator(body.mesh, body.material, body.state)
-        found: Array = np.asarray(operator @ (shape @ shapes)).reshape(len(body.mesh.points), 4, -1)
-        return found
+        return np.asarray(np.asarray(operator @ (shape @ shapes)).reshape(len(body.mesh.points), 4, -1))
 
     return ElasticModel(
         body.label,

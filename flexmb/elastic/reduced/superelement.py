@@ -399,8 +399,7 @@ def _modal_damping(M: Array, K: Array, ratios: float | tuple[float, ...]) -> Arr
     if np.ndim(ratios):
         zeta[: len(given)] = given[: len(squares)]
     loads = M @ shapes
-    damping: Array = (loads * (2.0 * zeta * np.sqrt(squares))) @ loads.T
-    return damping
+    return np.asarray((loads * (2.0 * zeta * np.sqrt(squares))) @ loads.T)
 
 
 def _stiffening(found: Basis, K: Array, free: Array) -> tuple[Array, Array]:

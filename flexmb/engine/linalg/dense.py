@@ -85,8 +85,7 @@ class PivotingSolver:
         size, far = np.max(np.abs(right), initial=0.0), np.max(np.abs(x), initial=0.0)
         if not is_fulfilled(residual, size, far):
             raise SolveError(singular_text(self._n, f"a residual of {residual:.1e} is left"))
-        scaled: np.ndarray = self._c * x
-        return scaled
+        return np.asarray(self._c * x)
 
     def _scales(self, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Factors of rows and of columns that bring the largest entry of each near 1.  size : absolute values."""
@@ -181,7 +180,6 @@ def bordered_solution(S: Any, A: Any, b: np.ndarray) -> np.ndarray | None:
         except np.linalg.LinAlgError:
             return None
     try:
-        solution: np.ndarray = sp.linalg.splu(sp.block_array([[S, A.T], [A, None]]).tocsc()).solve(b)
-        return solution
+        return np.asarray(sp.linalg.splu(sp.block_array([[S, A.T], [A, None]]).tocsc()).solve(b))
     except RuntimeError:
         return None

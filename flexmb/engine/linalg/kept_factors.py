@@ -128,5 +128,4 @@ class KeptFactors(PivotingSolver):
         return x, False
 
     def _by_factors(self, right: np.ndarray) -> np.ndarray:
-        solution: np.ndarray = self._c * self._lu.solve(self._r * right)
-        return solution
+        return np.asarray(self._c * self._lu.solve(self._r * right))

@@ -150,8 +150,7 @@ def rigid_velocities(
         text = f"Mechanism {closed.name!r}: no start velocities satisfy all joints, drives and declared velocities;"
         text += f" largest violation {missed.max():.3g} m/s or rad/s at {owners[int(missed.argmax())]!r}."
         raise AssemblyError(f"{text} {_remedy_of_velocities(closed, declared)}")
-    velocities: np.ndarray = B @ w + d
-    return velocities
+    return np.asarray(B @ w + d)
 
 
 def _remedy_of_velocities(closed: Program, declared: np.ndarray) -> str:
