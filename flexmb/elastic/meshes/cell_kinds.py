@@ -5,18 +5,7 @@ from functools import cache
 
 import numpy as np
 import numpy.typing as npt
-from skfem import (
-    Element,
-    ElementQuad1,
-    ElementQuad2,
-    ElementTriP1,
-    ElementTriP2,
-    Mesh2D,
-    MeshQuad1,
-    MeshQuad2,
-    MeshTri1,
-    MeshTri2,
-)
+import skfem as fe
 from skfem.quadrature import get_quadrature
 
 # Kinds of plane cells: local order of nodes, edges, shape functions, degrees of quadrature
@@ -33,8 +22,8 @@ class CellKind:
     corners: int  # number of corners
     # local nodes of each edge: both ends, then the middle of quadratic cells; the cell lies on the left
     edges: tuple[tuple[int, ...], ...]
-    element: type[Element]  # scikit-fem's shape functions
-    mesh: type[Mesh2D]  # scikit-fem's class of meshes with these cells, curved where the middles are off the chords
+    element: type[fe.Element]  # scikit-fem's shape functions
+    mesh: type[fe.Mesh2D]  # scikit-fem's class of meshes with these cells, curved where the middles are off the chords
     # degree up to which stiffness, stress and geometric stiffness are integrated exactly; the stiffness of cells with
     # straight edges, without taper, is then exact
     stiffness_order: int
@@ -60,14 +49,15 @@ class CellKind:
 
 
 TRIANGLE, QUADRILATERAL = ((0, 1), (1, 2), (2, 0)), ((0, 1), (1, 2), (2, 3), (3, 0))  # edges of cells by their corners
+QUADRATIC = tuple((*edge, 4 + i) for i, edge in enumerate(QUADRILATERAL))  # with the middles of the edges
 
 KINDS = {  # kinds of cells by name
     kind.name: kind
     for kind in (
-        CellKind("tri3", 3, 3, TRIANGLE, ElementTriP1, MeshTri1, 1, 2),
-        CellKind("tri6", 6, 3, tuple((*e, 3 + i) for i, e in enumerate(TRIANGLE)), ElementTriP2, MeshTri2, 4, 6),
-        CellKind("quad4", 4, 4, QUADRILATERAL, ElementQuad1, MeshQuad1, 3, 3),
-        CellKind("quad9", 9, 4, tuple((*e, 4 + i) for i, e in enumerate(QUADRILATERAL)), ElementQuad2, MeshQuad2, 5, 7),
+        CellKind("tri3", 3, 3, TRIANGLE, fe.ElementTriP1, fe.MeshTri1, 1, 2),
+        CellKind("tri6", 6, 3, tuple((*e, 3 + i) for i, e in enumerate(TRIANGLE)), fe.ElementTriP2, fe.MeshTri2, 4, 6),
+        CellKind("quad4", 4, 4, QUADRILATERAL, fe.ElementQuad1, fe.MeshQuad1, 3, 3),
+        CellKind("quad9", 9, 4, QUADRATIC, fe.ElementQuad2, fe.MeshQuad2, 5, 7),
     )
 }
 

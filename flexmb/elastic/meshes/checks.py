@@ -9,14 +9,13 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from flexmb import checks
-from flexmb.elastic.beams.mesh import FARTHEST
+from flexmb.elastic.beams.mesh import FARTHEST, at, require_distinct
 from flexmb.elastic.meshes.cell_kinds import KINDS, Edges, jacobians
 from flexmb.errors import InputError
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 
-SAME_PLACE = 1e-9  # distance over the size of the mesh [1] below which two nodes are one
 FLAT = 1e-6  # Jacobian determinant over the square of a cell's longest side [1] up to which the cell counts as flat
 ON_EDGE = 1e-6  # distance of a node from another cell's edge over the edge's length [1] up to which it is on the edge
 
@@ -75,7 +74,7 @@ def checked_groups(label: str, field: str, groups: Any, of: str, count: int) -> 
 def require_sound(label: str, points: Array, cells: Indices, kind: str, edges: Edges) -> None:
     """Refuse meshes whose cells are no decomposition of one connected body."""
     _require_used(label, points, cells)
-    _require_distinct(label, points)
+    require_distinct(label, points, "cells")
     _require_once(label, points, cells, kind)
     _require_upright(label, points, cells, kind)
     _require_two_cells(label, points, edges)
@@ -91,14 +90,6 @@ def _require_used(label: str, points: Array, cells: Indices) -> None:
         bad = int(np.argmin(used))
         text = f"{label}: {int((~used).sum())} nodes belong to no cell, the first is node {bad} at {at(points, bad)}"
         raise InputError(f"{text}. Delete them, or read the file with meshes.read, which leaves them out.")
-
-
-def _require_distinct(label: str, points: Array) -> None:
-    pairs = cKDTree(points).query_pairs(SAME_PLACE * _extent(points), output_type="ndarray")
-    if len(pairs):
-        i, j = min(pairs.tolist())
-        text = f"{label}: nodes {i} and {j} lie at the same place {at(points, i)}, so the cells there are not joined"
-        raise InputError(f"{text}; {len(pairs)} such pairs in all. Merge the nodes (in gmsh: Coherence Mesh).")
 
 
 def _require_once(label: str, points: Array, cells: Indices, kind: str) -> None:
@@ -213,16 +204,6 @@ def _read_only(values: Any) -> Any:
     values = np.ascontiguousarray(values)
     values.setflags(write=False)
     return values
-
-
-def _extent(points: Array) -> float:
-    return float(np.ptp(points, axis=0).max())
-
-
-def at(points: Array, node: int) -> str:
-    """Place of a node, for messages."""
-    x, y = points[node]
-    return f"({x:g}, {y:g}) m"
 
 
 def _of_cell(points: Array, nodes: Indices) -> str:
