@@ -9,7 +9,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.dynamics.sections.crossing import DOWN, UP, Bracket, Height, carry, locate, stride
-from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics, OfFlow
+from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics, OfFlow, Parameters, State
 from flexmb.dynamics.systems.given import state_of
 from flexmb.errors import InputError
 
@@ -75,9 +75,7 @@ class StroboscopicMap(SectionOfFlow):
     def time(self) -> float:
         return float(np.round((self.flow.time - self.origin) / self.period, 9))
 
-    def reset(
-        self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
-    ) -> None:
+    def reset(self, state: State = None, *, time: float = 0.0, parameters: Parameters = None) -> None:
         count = checks.number(self._label, "time", time, "periods")
         if parameters:
             self.flow.reset(parameters=parameters)
@@ -201,9 +199,7 @@ class SectionMap(SectionOfFlow):
     def state(self) -> np.ndarray:
         return np.append(self.flow.state(), self.flow.time) if self.flow.driven else self.flow.state()
 
-    def reset(
-        self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
-    ) -> None:
+    def reset(self, state: State = None, *, time: float = 0.0, parameters: Parameters = None) -> None:
         count = checks.count(self._label, "time", time, 0)
         if state is None:
             self.flow.reset(parameters=parameters)

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 Period = float | Callable[[Mapping[str, Any]], float] | None
 """Period [s], or a function of the parameters that returns it; None: that of the system."""
 
+State = np.ndarray | None  # a state (size,); None: the system's own start
+Parameters = Mapping[str, Any] | None  # new values by name; None: no other ones
 SMALL = 1e-6  # length of a difference, over that of the state, at which two trajectories part as tangent vectors grow
 
 
@@ -164,9 +166,7 @@ class Dynamics(ABC):
         """Present values (len(names),) of the signals."""
 
     @abstractmethod
-    def reset(
-        self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
-    ) -> None:
+    def reset(self, state: State = None, *, time: float = 0.0, parameters: Parameters = None) -> None:
         """Go to a state, with changed parameters if any are given.
 
         Parameters

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from flexmb import checks
-from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics
+from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics, Parameters, State
 from flexmb.errors import InputError, SolveError
 from flexmb.late import scipy
 
@@ -175,9 +175,7 @@ class Map(GivenSystem):
         self.reset()
         state_of(f"{self._label}: function", self._next(self.start), len(self.start))
 
-    def reset(
-        self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
-    ) -> None:
+    def reset(self, state: State = None, *, time: float = 0.0, parameters: Parameters = None) -> None:
         self._begin(state, parameters)
         self._time = float(time)
 
@@ -294,9 +292,7 @@ class ODE(GivenSystem, ContinuousFlow):
         size, speed = float(np.linalg.norm(self._state)), float(np.linalg.norm(self.velocity()))
         return 0.01 * (max(size, 1e-6) / speed) if speed > 0.0 else 0.01 * (self.period or 1.0)
 
-    def reset(
-        self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
-    ) -> None:
+    def reset(self, state: State = None, *, time: float = 0.0, parameters: Parameters = None) -> None:
         self._begin(state, parameters)
         label = self._label
         self._time, self._h = checks.number(label, "time", time, "s"), None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.dynamics.sections.crossing import UP, Height, carry, locate, stride
-from flexmb.dynamics.systems.dynamics import ContinuousFlow, OfFlow
+from flexmb.dynamics.systems.dynamics import ContinuousFlow, OfFlow, Parameters, State
 from flexmb.dynamics.systems.given import ODE, central_differences, state_of
 from flexmb.errors import InputError
 from flexmb.late import scipy
@@ -84,9 +84,7 @@ class ImpactODE(OfFlow, ContinuousFlow):
     def pace(self) -> float:
         return self.flow.pace
 
-    def reset(
-        self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
-    ) -> None:
+    def reset(self, state: State = None, *, time: float = 0.0, parameters: Parameters = None) -> None:
         self.flow.reset(state, time=time, parameters=parameters)
         if state is None and parameters:  # a start given later may be in flight
             self._start()
@@ -301,9 +299,7 @@ class FromImpact(OfFlow):
     def observe(self) -> np.ndarray:
         return self.state()
 
-    def reset(
-        self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
-    ) -> None:
+    def reset(self, state: State = None, *, time: float = 0.0, parameters: Parameters = None) -> None:
         self._state = self._state if state is None else np.array(state, dtype=np.float64)
         self._time, self.ok, self.status = time, True, "ready"
         self.flow.flow.reset(self._state[:-1], time=self._state[-1], parameters=parameters)

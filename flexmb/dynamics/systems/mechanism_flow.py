@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from flexmb import checks
-from flexmb.dynamics.systems.dynamics import SMALL, ContinuousFlow, orthonormalise
+from flexmb.dynamics.systems.dynamics import SMALL, ContinuousFlow, Parameters, State, orthonormalise
 from flexmb.dynamics.systems.given import tangents_of
 from flexmb.engine.compiled import ahead
 from flexmb.engine.compiled.digest import Parts, kind_of, parts_of
@@ -234,9 +234,7 @@ class MechanismFlow(ContinuousFlow):
     def observe(self) -> np.ndarray:
         return self.run.record.signals.copy()
 
-    def reset(
-        self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
-    ) -> None:
+    def reset(self, state: State = None, *, time: float = 0.0, parameters: Parameters = None) -> None:
         time = checks.number(self._label, "time", time, "s")
         self._compile({**self.changes, **(parameters or {})})
         if state is None:

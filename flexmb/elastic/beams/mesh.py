@@ -211,9 +211,8 @@ def _check_lines(mesh: LineMesh) -> None:
     points, edges, name = mesh.points, mesh.edges, mesh.name
     unused = np.setdiff1d(np.arange(len(points)), edges)
     if unused.size:
-        text = (
-            f"{name}: {unused.size} nodes belong to no line, the first is node {unused[0]} at {at(points, unused[0])}"
-        )
+        first, count = unused[0], unused.size
+        text = f"{name}: {count} nodes belong to no line, the first is node {first} at {at(points, first)}"
         raise InputError(f"{text}. Delete them, or connect them.")
     lengths = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
     k = int(np.argmin(lengths))

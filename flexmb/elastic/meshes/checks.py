@@ -98,9 +98,8 @@ def _require_once(label: str, points: Array, cells: Indices, kind: str) -> None:
     if counts.max() > 1:
         bad = int(np.argmax(counts))
         second = int(np.flatnonzero(inverse.ravel() == bad)[1])
-        text = (
-            f"{label}: cells {int(first[bad])} and {second} have the same corners at {_of_cell(points, cells[second])}"
-        )
+        place = _of_cell(points, cells[second])
+        text = f"{label}: cells {int(first[bad])} and {second} have the same corners at {place}"
         raise InputError(f"{text}; {int((counts > 1).sum())} such pairs in all. Delete one of each.")
 
 
@@ -155,10 +154,8 @@ def _require_one_piece(label: str, points: Array, cells: Indices, edges: Edges) 
         sizes = np.bincount(piece)
         small = int(np.argmin(sizes))
         first = int(np.argmax(piece == small))
-        text = (
-            f"{label}: the cells form {count} pieces that share no edge; the smallest has {int(sizes[small])} cells, "
-        )
-        text += f"one of them is cell {first} at {_of_cell(points, cells[first])}"
+        text = f"{label}: the cells form {count} pieces that share no edge; the smallest has {int(sizes[small])} cells"
+        text += f", one of them is cell {first} at {_of_cell(points, cells[first])}"
         raise InputError(f"{text}. Merge nodes at the same place, mesh the pieces as one, or make one body of each.")
 
 
