@@ -14,15 +14,7 @@ import numpy as np
 from flexmb import arguments, checks, display
 from flexmb.design.derivatives import Span, columns, derivatives
 from flexmb.design.measures import EXTREMES, Limit, Measure, measured
-from flexmb.design.parameters import (
-    LEAST_SIZE,
-    Model,
-    ParameterModel,
-    arguments_of,
-    bounds_of,
-    called,
-    refuse_taken,
-)
+from flexmb.design.parameters import LEAST_SIZE, Model, ParameterModel, arguments_of, bounds_of, called, refuse_taken
 from flexmb.dynamics.jobs.files import write_text
 from flexmb.dynamics.sweeps.parameter_sweep import settings_of
 from flexmb.engine.step.method import Method

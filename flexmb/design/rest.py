@@ -55,11 +55,7 @@ class StaticSensitivity(display.Inside):
 
 @arguments.checked
 def static_sensitivity(
-    model: Model,
-    parameters: Iterable[str] | Mapping[str, float],
-    *,
-    of: Sequence[str] = (),
-    frequencies: int = 0,
+    model: Model, parameters: Iterable[str] | Mapping[str, float], *, of: Sequence[str] = (), frequencies: int = 0
 ) -> StaticSensitivity:
     """Derivatives of an equilibrium, and of natural frequencies about it, by parameters.
 

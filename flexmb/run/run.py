@@ -442,13 +442,7 @@ class Run:
                 return
             self._fetch_buffer()
 
-    def solution(
-        self,
-        model: dict[str, Any],
-        *,
-        findings: Sequence[Finding] = (),
-        wall_time: float = 0.0,
-    ) -> Solution:
+    def solution(self, model: dict[str, Any], *, findings: Sequence[Finding] = (), wall_time: float = 0.0) -> Solution:
         """Solution of the run so far, with findings on it and the time on the clock [s]."""
         own = [found("bookkeeping", (), remark) for remark in self.stepper.remarks()]
         faults, status = sentences(findings, errors=True), self.status()

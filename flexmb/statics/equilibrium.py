@@ -382,12 +382,7 @@ def _against_tangents(
 
 
 def correction(
-    system: StateEvaluation,
-    q: np.ndarray,
-    lam: np.ndarray,
-    held: np.ndarray,
-    spin: Spin,
-    accuracy: float = 0.0,
+    system: StateEvaluation, q: np.ndarray, lam: np.ndarray, held: np.ndarray, spin: Spin, accuracy: float = 0.0
 ) -> np.ndarray:
     """Newton's correction of (q, lam), as accurate as `StateEvaluation.solve`; `SolveError` for a singular matrix."""
     if not spin.speed:

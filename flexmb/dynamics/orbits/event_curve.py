@@ -181,12 +181,7 @@ def _plane(
 
 
 def _dataset(
-    branch: Branch,
-    kind: str,
-    parameter: str,
-    units: np.ndarray,
-    whole: list[tuple[np.ndarray, ShootingRun]],
-    ends: str,
+    branch: Branch, kind: str, parameter: str, units: np.ndarray, whole: list[tuple[np.ndarray, ShootingRun]], ends: str
 ) -> xr.Dataset:
     """Table of the points: both parameters and the period."""
     places = np.array([place for place, _ in whole]) * units

@@ -10,14 +10,7 @@ import numpy as np
 
 from flexmb import arguments, checks
 from flexmb.dynamics.orbits.orbit_newton import NewtonResult, correct
-from flexmb.dynamics.orbits.shooting import (
-    SAMPLES,
-    Shooting,
-    ShootingRun,
-    closest_approaches,
-    gap_signals,
-    sampled,
-)
+from flexmb.dynamics.orbits.shooting import SAMPLES, Shooting, ShootingRun, closest_approaches, gap_signals, sampled
 from flexmb.dynamics.systems.dynamics import Dynamics, Period, as_dynamics
 from flexmb.dynamics.systems.given import state_of
 from flexmb.errors import InputError

@@ -378,9 +378,7 @@ def sampled(system: Dynamics, duration: float, count: int) -> tuple[np.ndarray, 
 
 
 def closest_approaches(
-    system: Dynamics,
-    gaps: dict[str, tuple[int, float]],
-    orbit: tuple[np.ndarray, np.ndarray, Sequence[np.ndarray]],
+    system: Dynamics, gaps: dict[str, tuple[int, float]], orbit: tuple[np.ndarray, np.ndarray, Sequence[np.ndarray]]
 ) -> dict[str, tuple[float, float, int]]:
     """For each gap on an orbit: its turning point nearest to 0 [m], its travel [m], and the number of its closures."""
     # > 0: the surfaces just miss each other; < 0: they just touch. Turning points are located between the samples.

@@ -41,11 +41,7 @@ class SectionSignals:
         return cls(system.name, system.names, system.units, system.telling, system.resolution, system.dimension)
 
     def verdict(
-        self,
-        points: np.ndarray,
-        signals: Sequence[str] = (),
-        exponent: float | None = None,
-        error: float | None = None,
+        self, points: np.ndarray, signals: Sequence[str] = (), exponent: float | None = None, error: float | None = None
     ) -> Verdict:
         """Verdict on points (n, m) of all signals, by the given signals or, without any, by the signals `telling`."""
         # The largest exponent and its error are None or not finite where they are unknown.

@@ -256,11 +256,7 @@ class Reduced(MeshBody):
         """The constant matrices of the equations of motion."""
         damping = self.model.damping if self.damping is None else self.damping
         drag = self.model.mass_damping if self.mass_damping is None else self.mass_damping
-        numbers: dict[str, Any] = {
-            "stiffening": self.stiffening,
-            "ratios": self.damping_ratios,
-            "mass_damping": drag,
-        }
+        numbers: dict[str, Any] = {"stiffening": self.stiffening, "ratios": self.damping_ratios, "mass_damping": drag}
         key = (self._key, self._options), (damping, *numbers.values())
         return ELEMENTS.of(key, lambda: superelement(self.basis, damping, **numbers))
 
