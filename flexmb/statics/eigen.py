@@ -176,6 +176,7 @@ def moves_most(names: tuple[str, ...], length: float, shape: np.ndarray) -> str:
 # Eigenvalue problems on the null space of the constraints: real symmetric, and quadratic with damping
 
 Below = Callable[[float], int | None]
+Eigenpairs = tuple[np.ndarray, np.ndarray]  # eigenvalues (k,) and vectors (n, k)
 
 DENSE_COORDINATES = 1500  # number of coordinates up to which a dense eigensolver computes all modes
 FEW_MODES_COORDINATES = 300  # number above which a sparse eigensolver is faster for under a quarter of the modes
@@ -192,7 +193,7 @@ NO_MASS = "modes: a motion without mass; give every body and node some mass and 
 
 def undamped(
     K: sp.csc_matrix, M: sp.csc_matrix, G: sp.csr_matrix, rigid: np.ndarray, count: int, order: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+) -> Eigenpairs:
     """Lowest omega^2 and shapes of K x = omega^2 M x with G x = 0, x orthogonal in M to the shapes `rigid`."""
     # Small matrices may be plain arrays, where there are no such shapes.
     # order : order of elimination of the unknowns of [[K, G^T], [G, 0]].
@@ -219,9 +220,7 @@ def undamped(
     return squares, Z @ y
 
 
-def _refined(
-    k: np.ndarray, m: np.ndarray, squares: np.ndarray, y: np.ndarray, count: int
-) -> tuple[np.ndarray, np.ndarray]:
+def _refined(k: np.ndarray, m: np.ndarray, squares: np.ndarray, y: np.ndarray, count: int) -> Eigenpairs:
     """The lowest modes, with slow modes refined by the inverse of k."""
     # A dense eigensolver has an error of round-off times the largest omega^2 in all modes. The inverse has the slow
     # modes as its largest eigenvalues, with an error relative to the lowest omega^2. Each mode takes the better value.
@@ -252,7 +251,7 @@ def _symmetric(k: np.ndarray) -> np.ndarray:
 
 def _sparse(
     K: sp.csc_matrix, M: sp.csc_matrix, G: sp.csr_matrix, count: int, order: np.ndarray, below: Below
-) -> tuple[np.ndarray, np.ndarray]:
+) -> Eigenpairs:
     """The lowest eigenvalues by inversion of the bordered matrices, with a small shift if they are singular."""
     n, m = K.shape[0], G.shape[0]
     scale = abs(K).max()
@@ -276,9 +275,7 @@ def _sparse(
     raise SolveError(f"modes: the eigensolver did not converge ({failure}). Ask for fewer modes.") from failure
 
 
-def _with_copies(
-    A: Any, B: Any, M: Any, order: np.ndarray, shift: float, wanted: int, below: Below
-) -> tuple[np.ndarray, np.ndarray]:
+def _with_copies(A: Any, B: Any, M: Any, order: np.ndarray, shift: float, wanted: int, below: Below) -> Eigenpairs:
     """The eigenvalues of A x = omega^2 B x next to a shift, with their multiplicity."""
     # Lanczos' method finds one vector of a multiple eigenvalue (equal bodies, symmetric frames). So the method is
     # repeated on the complement of all vectors found, until as many lie below the last one as Sylvester's law counts.
@@ -319,7 +316,7 @@ def damped(
     count: int,
     *,
     kept: bool = False,
-) -> tuple[np.ndarray, np.ndarray]:
+) -> Eigenpairs:
     """Eigenvalues s with Im s >= 0, lowest |s| first, and shapes of (s^2 M + s C + K) x = 0, G x = 0."""
     # x is orthogonal in M to the shapes `rigid`; with `kept` the problem includes them, with exactly zero stiffness.
     held = sp.vstack([G, sp.csr_matrix((M @ rigid).T)]).tocsr() if rigid.shape[1] else G
@@ -335,7 +332,7 @@ def damped(
     return s[keep], x[:, keep]
 
 
-def _dense_quadratic(K: Any, C: Any, M: Any, Z: np.ndarray, free: int) -> tuple[np.ndarray, np.ndarray]:
+def _dense_quadratic(K: Any, C: Any, M: Any, Z: np.ndarray, free: int) -> Eigenpairs:
     """All eigenvalues by a scaled companion matrix; the first `free` columns of Z have no stiffness."""
     n = Z.shape[1]
     if n == 0:
@@ -353,7 +350,7 @@ def _dense_quadratic(K: Any, C: Any, M: Any, Z: np.ndarray, free: int) -> tuple[
     return values * unit, Z @ vectors[:n]
 
 
-def _sparse_quadratic(K: Any, C: Any, M: Any, G: sp.csr_matrix, count: int) -> tuple[np.ndarray, np.ndarray]:
+def _sparse_quadratic(K: Any, C: Any, M: Any, G: sp.csr_matrix, count: int) -> Eigenpairs:
     """The lowest eigenvalues, by the inverse of the first-order problem on displacements and velocities."""
     n, m = K.shape[0], G.shape[0]
     scale = abs(K).max()
@@ -375,9 +372,7 @@ def _sparse_quadratic(K: Any, C: Any, M: Any, G: sp.csr_matrix, count: int) -> t
     return 1.0 / values, x[:n]
 
 
-def largest_of_pencil(
-    A: Any, M: Any, solve: Solve, count: int, beyond: Callable[[float], int | None]
-) -> tuple[np.ndarray, np.ndarray]:
+def largest_of_pencil(A: Any, M: Any, solve: Solve, count: int, beyond: Callable[[float], int | None]) -> Eigenpairs:
     """The largest eigenvalues > 0 and the largest < 0 of A x = w M x, with their multiplicity, and vectors."""
     # A and M (n, n) are symmetric, M is positive on the space of the x, for which x^T M x = 1; `solve` is M^-1 on that
     # space.
@@ -404,7 +399,7 @@ def largest_of_pencil(
     return values, X
 
 
-def _outermost(A: Any, M: Any, solve: Solve, X: np.ndarray, count: int, which: str) -> tuple[np.ndarray, np.ndarray]:
+def _outermost(A: Any, M: Any, solve: Solve, X: np.ndarray, count: int, which: str) -> Eigenpairs:
     """Eigenvalues and vectors at an end of the spectrum of A x = w M x, beside vectors X, which converge soon."""
     n = M.shape[0]
 
@@ -424,7 +419,7 @@ def _outermost(A: Any, M: Any, solve: Solve, X: np.ndarray, count: int, which: s
     return values, x
 
 
-def largest_of(operator: Solve, size: int, count: int) -> tuple[np.ndarray, np.ndarray]:
+def largest_of(operator: Solve, size: int, count: int) -> Eigenpairs:
     """The eigenvalues of a real operator of largest modulus, with their multiplicity, and eigenvectors."""
     # Arnoldi's method finds one vector of a multiple eigenvalue. So the method is repeated on the complement of the
     # invariant subspace Q found so far, until no eigenvalue as large appears; Q^T A Q then has all of them.

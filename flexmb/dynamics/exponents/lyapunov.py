@@ -9,13 +9,7 @@ import numpy as np
 
 from flexmb import arguments, checks
 from flexmb.dynamics.exponents.exponents import Confirmed, Exponents, combined
-from flexmb.dynamics.exponents.renormalisation import (
-    TOO_MUCH,
-    RenormalisationSchedule,
-    Span,
-    exponents_of,
-    tangent_exponents,
-)
+from flexmb.dynamics.exponents.renormalisation import TOO_MUCH, Schedule, Span, exponents_of, tangent_exponents
 from flexmb.dynamics.systems.dynamics import Dynamics
 from flexmb.errors import AssemblyError, InputError, SolveError
 
@@ -36,7 +30,7 @@ SECOND_RUN_APART = (1e-3, 1e-9)
 """Distances of the second run's start, over the length of the state; the second one is tried if the first one fails."""
 
 
-def confirmed(first: Exponents, schedule: RenormalisationSchedule, seed: int, *, shown: bool) -> Exponents:
+def confirmed(first: Exponents, schedule: Schedule, seed: int, *, shown: bool) -> Exponents:
     """Exponents of a first run, completed by a second run; the errors cover the difference of both runs."""
     # The second run uses a copy of the system. Its start is near the final state of the first run, after the transient.
     # If a contact was closed during the whole first run, the second run starts at the start state of the system and
@@ -242,7 +236,7 @@ class TrajectoryPair:
         """Whether the distance grew by more than `TOO_MUCH` (`logs`: logarithm (1,) of the growth)."""
         return bool(logs[0] > np.log(TOO_MUCH))
 
-    def growth(self, schedule: RenormalisationSchedule, number: int, begin: float, end: float) -> np.ndarray | None:  # noqa: ARG002
+    def growth(self, schedule: Schedule, number: int, begin: float, end: float) -> np.ndarray | None:  # noqa: ARG002
         """Logarithm (1,) of the growth of the distance; None if a system fails or the trajectories meet."""
         reached = [schedule.advance(system, number, end) for system in (self.first, self.second)]
         if not all(reached):

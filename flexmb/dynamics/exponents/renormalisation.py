@@ -41,7 +41,7 @@ class Span:
     interval: float | None
     period: float | None
 
-    def schedule(self, given: Any, step: Step | None, method: Newmark | None) -> RenormalisationSchedule:
+    def schedule(self, given: Any, step: Step | None, method: Newmark | None) -> Schedule:
         """Schedule of a run of the system `given`; arguments that would have no influence are refused."""
         system = as_dynamics(self.caller, given, period=self.period, step=step, method=method)
         label, is_flow = f"{self.caller} {system.name!r}", system.underlying is system
@@ -64,16 +64,16 @@ class Span:
             number = round(end / unit)
             check_enough(label, number, "intervals")
             skipped = int(np.ceil(checks.not_negative(label, "skip", self.skip, "s") / unit - 1e-9))
-            return RenormalisationSchedule(system, unit, skipped, number, is_section=False)
+            return Schedule(system, unit, skipped, number, is_section=False)
         number, skipped = checks.count(label, "periods", self.periods), checks.count(label, "skip", self.skip, 0)
         check_enough(label, number, system.unit if not is_flow and system.period is None else "periods")
         strobe = strobe_of(self.caller, system, self.period)
         flow, length = strobe.underlying, strobe.period
         if flow is None or length is None:
-            return RenormalisationSchedule(system, 1.0, skipped, number)
-        return RenormalisationSchedule(flow, length, skipped, number)
+            return Schedule(system, 1.0, skipped, number)
+        return Schedule(flow, length, skipped, number)
 
-    def finished(self, exponents: Exponents, schedule: RenormalisationSchedule) -> Exponents:
+    def finished(self, exponents: Exponents, schedule: Schedule) -> Exponents:
         """Exponents of a run with the verdict on its section points, and a note for the job after an early end."""
         if not exponents.ok:
             tell_stopped(f"{self.caller} {schedule.system.name!r}", exponents.status)
@@ -81,7 +81,7 @@ class Span:
 
 
 @dataclass
-class RenormalisationSchedule:
+class Schedule:
     """Points at which the growth of small differences is recorded, and renormalisations between two points."""
 
     system: Dynamics
@@ -123,7 +123,7 @@ class Perturbation(Protocol):
     strained_fraction: float
     """Fraction of the renormalisations with too much growth at which they become more frequent."""
 
-    def growth(self, schedule: RenormalisationSchedule, number: int, begin: float, end: float) -> np.ndarray | None:
+    def growth(self, schedule: Schedule, number: int, begin: float, end: float) -> np.ndarray | None:
         """Logarithms (k,) of the growth between two fractions of the interval before a point; None: it failed."""
         # The differences are renormalised. `schedule.trouble` is the reason of a failure, unless the system failed.
 
@@ -131,9 +131,7 @@ class Perturbation(Protocol):
         """Whether logarithms (k,) of the growth between two renormalisations `logs` are too large."""
 
 
-def exponents_of(
-    schedule: RenormalisationSchedule, start: Callable[[], Perturbation], count: int, *, shown: bool
-) -> Exponents:
+def exponents_of(schedule: Schedule, start: Callable[[], Perturbation], count: int, *, shown: bool) -> Exponents:
     """Lyapunov exponents of one run, without a verdict; `start` makes the differences after the skipped points."""
     system, points = schedule.system, [np.zeros((0, len(schedule.system.names)))]
     logs, times = list[np.ndarray](), list[float]()
@@ -160,9 +158,7 @@ def exponents_of(
     return _recorded(schedule, table, np.array(times), begin, np.concatenate(points))
 
 
-def _recorded(
-    schedule: RenormalisationSchedule, logs: np.ndarray, times: np.ndarray, begin: float, points: np.ndarray
-) -> Exponents:
+def _recorded(schedule: Schedule, logs: np.ndarray, times: np.ndarray, begin: float, points: np.ndarray) -> Exponents:
     """Exponents of a run, without a verdict, from logarithms of growth (n, k) in times (n,) from `begin` on [s]."""
     system, wanted, sums, spent = schedule.system, schedule.count - schedule.count // SETTLING, logs, np.cumsum(times)
     ok = len(times) == wanted
@@ -191,9 +187,7 @@ def _recorded(
     )
 
 
-def growth_to_next_point(
-    schedule: RenormalisationSchedule, perturbation: Perturbation | None, number: int
-) -> np.ndarray | None:
+def growth_to_next_point(schedule: Schedule, perturbation: Perturbation | None, number: int) -> np.ndarray | None:
     """Logarithms (k,) of the growth of small differences up to the next point; None: the point was not reached."""
     # The schedule's number of renormalisations between two points may increase. Without a perturbation the system is
     # advanced alone.
@@ -224,7 +218,7 @@ class TangentVectors:
         """Whether the lengths of the vectors differ by more than `TOO_MUCH` (`logs`: logarithms of their growth)."""
         return bool(logs.max(initial=0.0) - logs.min(initial=0.0) > np.log(TOO_MUCH))
 
-    def growth(self, schedule: RenormalisationSchedule, number: int, begin: float, end: float) -> np.ndarray | None:
+    def growth(self, schedule: Schedule, number: int, begin: float, end: float) -> np.ndarray | None:
         """See `Perturbation.growth`; an interval with far too much growth is divided into halves."""
         system, flow, W, weights = schedule.system, schedule.flow, self.W, self.weights
         saved = None if flow is None else (flow.snapshot(), W.copy())
@@ -265,7 +259,7 @@ def lengths_of(W: np.ndarray, weights: np.ndarray) -> np.ndarray:
         return np.asarray(largest * np.sqrt(weights[weighted] @ (W[weighted] / scale) ** 2))
 
 
-def tangent_exponents(schedule: RenormalisationSchedule, count: int, seed: int, *, shown: bool) -> Exponents:
+def tangent_exponents(schedule: Schedule, count: int, seed: int, *, shown: bool) -> Exponents:
     """Lyapunov exponents of one run with `count` tangent vectors in random directions, without a verdict."""
     basis, weights = schedule.system.tangent_basis, schedule.system.weights
     return exponents_of(schedule, lambda: TangentVectors(basis(count, seed), weights), count, shown=shown)

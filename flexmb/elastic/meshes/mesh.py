@@ -301,6 +301,8 @@ def _centre_of_circle(points: Array) -> Array | None:
 
 Value = TypeVar("Value")
 ByRegion: TypeAlias = Value | Mapping[str, Value] | tuple[tuple[str, Value], ...]  # all cells', or by name of a region
+Materials: TypeAlias = ByRegion[Material]
+Thickness: TypeAlias = ByRegion[float]  # [m]
 STRESS, STRAIN = "stress", "strain"  # plane stress: thin plates, free to contract across; strain: thick bodies, held
 
 
@@ -346,7 +348,7 @@ def numbers_of_cells(mesh: PlaneMesh, field: str, value: ByRegion[float], unit: 
     return numbers
 
 
-def elasticity(mesh: PlaneMesh, material: ByRegion[Material], state: str) -> Array:
+def elasticity(mesh: PlaneMesh, material: Materials, state: str) -> Array:
     """(m, 3) stiffnesses D11, D12, D33 [Pa] of each cell, of plane stress or plane strain."""
     # sx = D11 ex + D12 ey, sy = D12 ex + D11 ey, txy = D33 gxy. Equations (11.1) and (11.2) of
     # docs/theory/plane_bodies.md.
@@ -361,7 +363,7 @@ def elasticity(mesh: PlaneMesh, material: ByRegion[Material], state: str) -> Arr
     return values
 
 
-def densities(mesh: PlaneMesh, material: ByRegion[Material]) -> Array:
+def densities(mesh: PlaneMesh, material: Materials) -> Array:
     """(m,) density of each cell [kg/m^3]."""
     values = np.empty(len(mesh.cells))
     for item, cells in cell_values(mesh, "material", material):

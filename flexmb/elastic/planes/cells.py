@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flexmb.elastic.meshes.mesh import ByRegion, PlaneMesh, elasticity, numbers_of_cells
+from flexmb.elastic.meshes.mesh import Materials, PlaneMesh, Thickness, elasticity, numbers_of_cells
 from flexmb.elastic.planes.elements import (
     COROTATED,
     FORMULATION,
@@ -43,7 +43,6 @@ from flexmb.elastic.planes.pins import Interface
 from flexmb.engine.compiled.arrays import matrix_view
 from flexmb.kernels import account_kernel, element_kernel, energy_kernel, fast, force_kernel, tangent_kernel
 from flexmb.model.contributions import Coordinate, ElementContribution
-from flexmb.model.law import Material
 
 
 @fast
@@ -235,9 +234,7 @@ class Cells:
     numbers: np.ndarray  # (m, ...), numbers of the formulation
 
     @staticmethod
-    def of(
-        mesh: PlaneMesh, material: ByRegion[Material], thickness: ByRegion[float], state: str, formulation: float
-    ) -> Cells:
+    def of(mesh: PlaneMesh, material: Materials, thickness: Thickness, state: str, formulation: float) -> Cells:
         """Cells of a mesh; thickness [m], state "stress" or "strain", formulation `COROTATED` or `TOTAL_LAGRANGE`."""
         stiffness, masses = cell_matrices(mesh, material, thickness, state)
         m, basis = len(mesh.cells), stiffness_basis(mesh)

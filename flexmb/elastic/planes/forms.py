@@ -20,9 +20,8 @@ from scipy.sparse import bsr_array, coo_array, csr_array, kron
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 from skfem import Basis, BilinearForm
 
-from flexmb.elastic.meshes.mesh import STRESS, ByRegion, PlaneMesh, densities, elasticity, numbers_of_cells
+from flexmb.elastic.meshes.mesh import STRESS, Materials, PlaneMesh, Thickness, densities, elasticity, numbers_of_cells
 from flexmb.errors import InputError
-from flexmb.model.law import Material
 
 Array = npt.NDArray[np.float64]
 
@@ -56,9 +55,7 @@ class PlaneMatrices:
         return mass, (float(centre[0]), float(centre[1])), float(np.sum(off * (self.scalar_mass @ off)))
 
 
-def matrices(
-    mesh: PlaneMesh, material: ByRegion[Material], thickness: ByRegion[float], state: str = STRESS
-) -> PlaneMatrices:
+def matrices(mesh: PlaneMesh, material: Materials, thickness: Thickness, state: str = STRESS) -> PlaneMatrices:
     """Sparse stiffness and consistent mass of a plane body of a thickness [m]; the state is "stress" or "strain"."""
     same, cross = _stiffness_blocks(mesh, material, thickness, state)
     blocks = np.empty((2, 2), dtype=object)
@@ -74,7 +71,7 @@ def matrices(
 
 
 def cell_matrices(
-    mesh: PlaneMesh, material: ByRegion[Material], thickness: ByRegion[float], state: str = STRESS
+    mesh: PlaneMesh, material: Materials, thickness: Thickness, state: str = STRESS
 ) -> tuple[Array, Array]:
     """Stiffness (m, 2k, 2k) [N/m] and mass (m, k, k) [kg] of every cell; parameters as of `matrices`."""
     same, cross = _stiffness_blocks(mesh, material, thickness, state)
@@ -90,7 +87,7 @@ def _interleaved(same: tuple[Array, Array], cross: Array) -> Array:
     return local
 
 
-def geometric_stiffness(mesh: PlaneMesh, stress: Array, thickness: ByRegion[float]) -> csr_array:
+def geometric_stiffness(mesh: PlaneMesh, stress: Array, thickness: Thickness) -> csr_array:
     """Sparse geometric stiffness (2n, 2n) [N/m] of stresses in the body, by the rotations that displacements have."""
     # Stresses (m, q, 3) sx, sy, txy [Pa] are those at the points of `stress_at_quadrature`; the thickness is in m.
     basis = stiffness_basis(mesh)
@@ -119,7 +116,7 @@ def mass_basis(mesh: PlaneMesh) -> Basis:
     return _basis(mesh, mesh.cell_kind.mass_order)
 
 
-def stress_at_quadrature(mesh: PlaneMesh, material: ByRegion[Material], u: Array, state: str = STRESS) -> Array:
+def stress_at_quadrature(mesh: PlaneMesh, material: Materials, u: Array, state: str = STRESS) -> Array:
     """Stresses sx, sy, txy [Pa] (m, q, 3) at quadrature points by displacements u (2n,) x0, y0, x1, ... [m]."""
     basis = stiffness_basis(mesh)
     own = np.asarray(u, dtype=float).reshape(-1, 2)[mesh.cells]
@@ -136,7 +133,7 @@ def _basis(mesh: PlaneMesh, order: int) -> Basis:
 
 
 def _stiffness_blocks(
-    mesh: PlaneMesh, material: ByRegion[Material], thickness: ByRegion[float], state: str
+    mesh: PlaneMesh, material: Materials, thickness: Thickness, state: str
 ) -> tuple[tuple[Array, Array], Array]:
     """Local stiffness (m, k, k) of x on x and y on y, and of x (rows) on y."""
     basis = stiffness_basis(mesh)
@@ -147,7 +144,7 @@ def _stiffness_blocks(
     return same, _local(_CROSSED, basis, symmetric=False, bulk=d12, shear=d33)
 
 
-def _mass(mesh: PlaneMesh, material: ByRegion[Material], thickness: ByRegion[float]) -> Array:
+def _mass(mesh: PlaneMesh, material: Materials, thickness: Thickness) -> Array:
     """Local mass (m, k, k)."""
     weight = densities(mesh, material) * numbers_of_cells(mesh, "thickness", thickness, "m")
     return _local(_PRODUCT, mass_basis(mesh), weight=weight[:, None])

@@ -23,7 +23,7 @@ import numpy.typing as npt
 from scipy.sparse import csr_array
 
 from flexmb.elastic.meshes.cell_kinds import edge_rule
-from flexmb.elastic.meshes.mesh import ByRegion, PlaneMesh, numbers_of_cells
+from flexmb.elastic.meshes.mesh import PlaneMesh, Thickness, numbers_of_cells
 from flexmb.elastic.planes.cells import ties_of
 from flexmb.elastic.planes.elements import (
     FIRST,
@@ -64,7 +64,7 @@ Field: TypeAlias = Sequence[float] | Callable[[Array], Any]
 Stress: TypeAlias = float | Callable[[Array], Any]  # number, or function of points (p, 2) [m] that gives numbers (p,)
 
 
-def body_force(mesh: PlaneMesh, field: Field, thickness: ByRegion[float]) -> Array:
+def body_force(mesh: PlaneMesh, field: Field, thickness: Thickness) -> Array:
     """Nodal forces (2n,) [N] of a force per volume [N/m^3], ordered x0, y0, x1, y1, ...; the thickness is in m."""
     basis = mass_basis(mesh)
     places = np.moveaxis(np.asarray(basis.global_coordinates()), 0, -1)
@@ -76,7 +76,7 @@ def body_force(mesh: PlaneMesh, field: Field, thickness: ByRegion[float]) -> Arr
     return forces.ravel()
 
 
-def edge_load(mesh: PlaneMesh, name: str, traction: Field, thickness: ByRegion[float]) -> Array:
+def edge_load(mesh: PlaneMesh, name: str, traction: Field, thickness: Thickness) -> Array:
     """Nodal forces (2n,) [N] of a force per area [Pa] on the boundary edges of a set; the thickness is in m."""
     edges = loaded_edges(mesh, name, thickness)
     values, slopes, weights = edge_rule(edges.nodes.shape[1])
@@ -96,7 +96,7 @@ class LoadedEdges:
     thickness: Array  # (b,) thickness of its cell [m]
 
 
-def loaded_edges(mesh: PlaneMesh, name: str, thickness: ByRegion[float]) -> LoadedEdges:
+def loaded_edges(mesh: PlaneMesh, name: str, thickness: Thickness) -> LoadedEdges:
     """Boundary edges of a set, one at least; the thickness is in m."""
     numbers = mesh.edge_numbers(name)
     if not len(numbers):
@@ -123,7 +123,7 @@ def edge_products(mesh: PlaneMesh, edges: LoadedEdges, stress: Stress) -> Array:
     return np.asarray(np.einsum("bq,kq,lq,q->bkl", at_points, values, slopes, weights))
 
 
-def edge_pressure(mesh: PlaneMesh, name: str, pressure: Stress, thickness: ByRegion[float]) -> Array:
+def edge_pressure(mesh: PlaneMesh, name: str, pressure: Stress, thickness: Thickness) -> Array:
     """Nodal forces (2n,) [N] of a pressure [Pa] on the edges of a set, by thickness [m]; > 0 pushes into the body."""
     edges = loaded_edges(mesh, name, thickness)
     products = edge_products(mesh, edges, pressure)

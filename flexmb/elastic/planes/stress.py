@@ -18,18 +18,17 @@ from scipy.sparse import bsr_array, csr_array
 from skfem.quadrature import get_quadrature
 
 from flexmb.elastic.meshes.cell_kinds import KINDS
-from flexmb.elastic.meshes.mesh import STRAIN, STRESS, ByRegion, PlaneMesh, cell_values, elasticity
+from flexmb.elastic.meshes.mesh import STRAIN, STRESS, Materials, PlaneMesh, cell_values, elasticity
 from flexmb.elastic.planes.elements import deformation_by, nodal, node_places, turned_arms
 from flexmb.elastic.planes.forms import assembled
 from flexmb.engine.compiled.arrays import stack_space
 from flexmb.kernels import extremum_kernel, fast
 from flexmb.model.contributions import Coordinate, SignalContribution
-from flexmb.model.law import Material
 from flexmb.model.shape import MeshShape
 
 
 # Drawing record of a mesh
-def mesh_shape(part: str, mesh: PlaneMesh, material: ByRegion[Material], state: str) -> MeshShape:
+def mesh_shape(part: str, mesh: PlaneMesh, material: Materials, state: str) -> MeshShape:
     """Mesh of a body in the reference configuration, without its carriers; the state is "stress" or "strain"."""
     rows, number = np.unique(cell_materials(mesh, material, state), axis=0, return_inverse=True)
     materials = [(d11, d12, d33, across) for d11, d12, d33, across in rows.tolist()]
@@ -45,7 +44,7 @@ def mesh_shape(part: str, mesh: PlaneMesh, material: ByRegion[Material], state: 
     )
 
 
-def cell_materials(mesh: PlaneMesh, material: ByRegion[Material], state: str) -> np.ndarray:
+def cell_materials(mesh: PlaneMesh, material: Materials, state: str) -> np.ndarray:
     """(m, 4) d11, d12, d33 [Pa] of each cell, and sz over sx + sy: Poisson's ratio in plane strain, else 0."""
     across = np.zeros((len(mesh.cells), 1))
     if state == STRAIN:
@@ -176,7 +175,7 @@ def von_mises(stress: np.ndarray) -> np.ndarray:
 Array = npt.NDArray[np.float64]
 
 
-def stress_operator(mesh: PlaneMesh, material: ByRegion[Material], state: str = STRESS) -> csr_array:
+def stress_operator(mesh: PlaneMesh, material: Materials, state: str = STRESS) -> csr_array:
     """Sparse matrix (4n, 2n) [Pa/m] from displacements x0, y0, x1, ... to stresses sx, sy, txy, sz of every node."""
     # A node between two regions has the mean of both materials; the state is "stress" or "strain". Stresses at nodes of
     # the boundary converge with one order less than those inside. At sharp inner corners they grow without limit as the
