@@ -22,39 +22,30 @@ from flexmb.run.saving import SAME_INSTANT
 from flexmb.run.simulate import Step
 from flexmb.version import installed_version
 
+# Singular value of the scaled derivatives, over the largest, below which a combination of parameters is not seen.
 HARDLY_SEEN = 1e-7
-"""Singular value of the scaled derivatives, over the largest, below which a combination of parameters is not seen."""
-
 MEMBER = 0.1  # share of a parameter in such a combination from which it is named
 
+# Parts of the data, from the begin on, that are fitted one after the other.
+# The sum of squares has many minima where small differences grow; those of a shorter span are wider. In each span
+# residuals are integrated over the time at first, since peaks of computed and measured impacts need not overlap.
 SPANS = tuple(np.geomspace(0.01, 1.0, 14).tolist())
-"""Parts of the data, from the begin on, that are fitted one after the other.
 
-The sum of squares has many minima where small differences grow; those of a shorter span are wider.  In each
-span residuals are integrated over the time at first, since peaks of computed and measured impacts need not overlap.
-"""
-
+# Points within the bounds at which the first span is computed; median of their sums of squares over the least one from
+# which a span tells where to search.
 TRIALS, TELLING = 64, 5.0
-"""Points within the bounds at which the first span is computed; median of their sums of squares over the least one from
-which a span tells where to search.
-"""
-
+# Points that are followed from span to span; sum of squares over the least one up to which one is followed.
 KEPT, BEHIND = 5, 4.0
-"""Points that are followed from span to span; sum of squares over the least one up to which one is followed."""
-
+# Runs of a search in a span that is not the last; mean square over that of the span before from which more is tried,
+# unless it is small beside that of the noise; spans between attempts to take all data at once.
 TURNS, WORSE, ENOUGH, JUMPS = 12, 1.5, 1e-6, 4
-"""Runs of a search in a span that is not the last; mean square over that of the span before from which more is tried,
-unless it is small beside that of the noise; spans between attempts to take all data at once.
-"""
-
 ABOVE_NOISE = 1.5  # residuals over the given noise from which a fit says that something is left out
 CLEARLY = 3.0  # correlation of residuals from one instant to the next, over its scatter in white noise, that is told
 LAST_CHANGE = 1e-12  # relative change at which the last search ends
 PROMISING = 0.1  # part of the sum of squares that derivatives promise to take away, from which a search was stopped
 SAME_POINT = 1e-3  # distance of two points, relative to the bounds, within which they are one
-
+# Errors of runs that fail; their residuals, over the noise, so that the search turns back.
 FAILURES, REFUSED = (AssemblyError, ModelError, SolveError), 1e4
-"""Errors of runs that fail; their residuals, over the noise, so that the search turns back."""
 
 
 @dataclass(frozen=True, repr=False)

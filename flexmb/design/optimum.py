@@ -25,14 +25,11 @@ from flexmb.run.simulate import Step
 OBJECTIVE = 0  # place of the objective in values and slopes of a design; limits follow
 FAILED = 10.0  # objective of a design whose run fails, over the largest one so far, so that the search turns back
 LARGE = 1e300  # objective of a design whose run fails, for differential evolution, which takes no infinite one
-
+# Violation up to which a limit holds, over its size; difference of a parameter for functions, over its bounds.
 HELD, FUNCTION_DISTANCE = 1e-6, 1e-6
-"""Violation up to which a limit holds, over its size; difference of a parameter for functions, over its bounds."""
-
 CHECK_DISTANCE = 1e-4  # difference of a parameter by which derivatives are checked, relative to its bounds
-
+# A limit of a measure, or a function of the parameters that must not be negative.
 Condition = Limit | Callable[..., float]
-"""A limit of a measure, or a function of the parameters that must not be negative."""
 
 
 class Design(NamedTuple):

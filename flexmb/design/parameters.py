@@ -25,12 +25,10 @@ from flexmb.statics.start.consistent import Start, consistent_start
 LEAST_SIZE = 1e-3  # least size of a parameter, by which its differences are judged, over the width of its bounds
 CENTRAL = (-2.0, 1.0 / 12.0), (-1.0, -8.0 / 12.0), (1.0, 8.0 / 12.0), (2.0, -1.0 / 12.0)
 FORWARD = (0.0, -25.0 / 12.0), (1.0, 4.0), (2.0, -3.0), (3.0, 4.0 / 3.0), (4.0, -0.25)
+# Places and weights of derivatives of fourth order, by differences on both sides and on one.
 BACKWARD = tuple((-place, -weight) for place, weight in FORWARD)
-"""Places and weights of derivatives of fourth order, by differences on both sides and on one."""
-
 DISTANCES = (1e-3, 1e-5)  # distance of two neighbours relative to the parameter; the second where the first is refused
 DIFFERENCE_OF_NUMBERS = 1e-5  # largest difference of a parameter for derivatives by kernels, relative to the parameter
-
 Model = Mechanism | Callable[..., Mechanism]  # a mechanism, or a function of numbers that returns one
 
 

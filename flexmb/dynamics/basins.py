@@ -52,8 +52,8 @@ class Rules:
         return np.asarray(np.sqrt((d * d) @ self.space.weights))
 
 
+# Points that represent a motion, its number of periods until repetition (0: none, -1: lost), and periods computed.
 Track = tuple[np.ndarray, int, int]
-"""Points that represent a motion, its number of periods until repetition (0: none, -1: lost), and periods computed."""
 
 
 def tracks_of(system: Dynamics, starts: np.ndarray, rules: Rules) -> Outcome:
@@ -139,9 +139,7 @@ def _same(points: np.ndarray, other: np.ndarray, repeats: int, rules: Rules) -> 
 
 
 LABEL = "basin"
-
 CHUNKS = 4  # number of pieces of work for each worker
-
 Axis = tuple[str | int, Sequence[float] | np.ndarray]
 
 

@@ -16,11 +16,9 @@ from flexmb.errors import InputError
 # Columns of section points for a verdict: angles on their circle, without constant and driven signals
 
 TURN = 2.0 * np.pi
-
 GROUP = 1e-3  # smallest size of a signal, over the size of the largest signal of the same unit
-
+# Multiple of the floor below which the spread of a signal cannot distinguish a cycle from other motions.
 SEPARATE = 10.0
-"""Multiple of the floor below which the spread of a signal cannot distinguish a cycle from other motions."""
 
 
 class Columns(NamedTuple):
@@ -105,9 +103,8 @@ def _turns(column: np.ndarray) -> bool:
 
 # Bands: sets of section points that are visited in turn; separation of neighbours within a band
 
+# Limits of doubling bands: fewest points of a band, largest ratio of the mean squares, fewest doublings.
 LEAST_IN_DOUBLED_BAND, FINER, FEWEST_DOUBLINGS = 12, 0.25, 3
-"""Limits of doubling bands: fewest points of a band, largest ratio of the mean squares, fewest doublings."""
-
 SUCCESSORS = 3  # number of successive points in one vector; they distinguish points that are equal in the few signals
 LEAST_WAY = 1.5  # smallest logarithm of the ratio of the distances of arbitrary points and of neighbours
 
@@ -172,10 +169,8 @@ def separation(z: np.ndarray, bands: int) -> float:
 # Cycles of section points: points that return after k steps, or approach such a cycle
 
 RETURNS = 3  # number of returns of each point of a cycle in the last quarter of the record
-
+# Number of returns of each point of a cycle that only the last tenth shows; fewer may be chance or a laminar phase.
 TAIL = 10
-"""Number of returns of each point of a cycle that only the last tenth shows; fewer may be chance or a laminar phase."""
-
 LONGEST = 200  # largest number of points of a cycle
 
 
@@ -240,14 +235,10 @@ def find_approach(scaled: np.ndarray, spread: float) -> Approach | None:
 
 # Stationarity of successive points: drift, halves of the record that differ, amplitudes that swell or shrink
 
+# Number of blocks whose means are fitted by a line; the fewest blocks, and the fewest points of a block.
 BLOCKS, LEAST_BLOCKS, LEAST_OF_BLOCK = 16, 12, 4
-"""Number of blocks whose means are fitted by a line; the fewest blocks, and the fewest points of a block."""
-
+# Smallest fraction of the mean square of the block means that the line explains; chance reaches it once in 1e9 records.
 STRAIGHT = 0.95
-"""Smallest fraction of the mean square of the block means that the line explains; chance reaches it once in 1e9
-records.
-"""
-
 LEAST_IN_BAND = 10  # fewest points of a band whose mean is subtracted
 
 

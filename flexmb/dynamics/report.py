@@ -30,13 +30,10 @@ if TYPE_CHECKING:
     from flexmb.run.simulate import Step
 
 FEWEST_PERIODS = 20  # smallest number of periods for estimates from a signal
-
+# Smallest number of samples a period; with fewer, 20 periods are too few for a correlation dimension.
 FEWEST_SAMPLES = 50
-"""Smallest number of samples a period; with fewer, 20 periods are too few for a correlation dimension."""
-
+# Signal of the ordinate by signal of the abscissa: the journal in its plane, a position against its velocity.
 BESIDE = {"ex": "ey", "x": "vx", "y": "vy", "theta": "omega"}
-"""Signal of the ordinate by signal of the abscissa: the journal in its plane, a position against its velocity."""
-
 HALF = np.pi  # half a turn [rad]
 ENOUGH = 100  # largest number of samples a period for estimates whose cost grows with their number
 LEAST = 20  # smallest number of points of the 0-1 test
@@ -347,13 +344,13 @@ def wrapped(unit: str, values: np.ndarray) -> np.ndarray:
     return (values + HALF) % (2.0 * HALF) - HALF if goes_round(unit, values) else values
 
 
+# Meaning of the kinds of a power spectrum.
 SPECTRUM = {
     "lines": "periodic or nearly so",
     "mixed": "lines on a floor",
     "broad": "chaotic or random",
     "constant": "the signal is constant",
 }
-"""Meaning of the kinds of a power spectrum."""
 
 MORE_THAN = 2.0  # smallest dimension of a chaotic motion in time: curves on a surface cannot cross
 ROUND_OFF = 1e-14  # magnitude below which a number is shown as 0

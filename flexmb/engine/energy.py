@@ -42,8 +42,8 @@ from flexmb.program.program import BEGIN, COMMON_Z, END, LAST_GAP, LAST_GAP_RATE
 
 # Work of contact forces in a step: by the contact laws along the path, and by the mean forces of the step
 
+# Distance of the two points of Gauss' rule from the middle of an interval of length 1; exact for cubics.
 GAUSS_POINT = 0.5 / 3.0**0.5
-"""Distance of the two points of Gauss' rule from the middle of an interval of length 1; exact for cubics."""
 
 
 @compiled
@@ -123,45 +123,30 @@ def _contact_part(h, gap0, rate0, gap1, rate1):
 
 # Balance of energies: stored energies, works of drives and loads, losses in laws and in the method, residual
 
+# Places in the ledger [J], in the order of the energy signals.
+# TURNED_OVER is half of the sum of the absolute changes of all other entries, over all steps, with each drive and each
+# contact by itself. Half, because energy that goes from one entry to another changes both.
 KINETIC, STRAIN, GRAVITY, DRIVE, LOAD, CONTACT, FRICTION, DAMPING, ALGORITHM, RESIDUAL, TURNED_OVER = range(11)
-"""Places in the ledger [J], in the order of the energy signals.
 
-TURNED_OVER is half of the sum of the absolute changes of all other entries, over all steps, with each drive and each
-contact by itself.  Half, because energy that goes from one entry to another changes both.
-"""
-
+# Numbers of `Flow.memory` for a driven constraint equation: motion [m, rad] and force of the drive [N, N m].
 MEMORY_MOTION, MEMORY_DRIVE_FORCE = range(2)
-"""Numbers of `Flow.memory` for a driven constraint equation: motion [m, rad] and force of the drive [N, N m]."""
-
+# Numbers of `Flow.memory` for a joint with friction: friction force [N], slip [m/s], energy that it took [J].
 MEMORY_FRICTION, MEMORY_SLIP, MEMORY_TAKEN = range(3)
-"""Numbers of `Flow.memory` for a joint with friction: friction force [N], slip [m/s], energy that it took [J]."""
-
+# Largest residual of a good run, relative to the scale of energies (`energy_scale`, `energy_supplied`).
+# The balance is of second order, hence coarser than the motion by the method of Runge and Kutta.
 RESIDUAL_LIMIT, RESIDUAL_LIMIT_RUNGE_KUTTA = 0.01, 0.05
-"""Largest residual of a good run, relative to the scale of energies (`energy_scale`, `energy_supplied`).
-
-The balance is of second order, hence coarser than the motion by the method of Runge and Kutta.
-"""
-
+# Largest energy that the method dissipates or produces in a good run, relative to the scale of energies.
+# Produced energy is compared with the supplied energy, too: slow growth without a drive turns over much more.
 ALGORITHM_LIMIT = 0.05
-"""Largest energy that the method dissipates or produces in a good run, relative to the scale of energies.
-
-Produced energy is compared with the supplied energy, too: slow growth without a drive turns over much more.
-"""
-
+# Largest energy that the method dissipates or produces in contacts, relative to the energy through contacts.
 CONTACT_LIMIT = 0.02
-"""Largest energy that the method dissipates or produces in contacts, relative to the energy through contacts."""
-
+# Energy through contacts relative to the energy turned over, from which contacts are checked.
 LEAST_CONTACT_FRACTION = 0.1
-"""Energy through contacts relative to the energy turned over, from which contacts are checked."""
-
 COORDINATE_ROUND_OFF = 1e-14  # round-off of a coordinate relative to its size, as in Newton's iteration
-
+# Damping power of the rates beyond the mean velocity relative to that of the mean, below which it is left out.
 LEAST_RATE_POWER = 1e-8
-"""Damping power of the rates beyond the mean velocity relative to that of the mean, below which it is left out."""
-
+# Change of the kinetic energy of a group of bodies relative to it, up to which it had no part in the motion.
 UNCHANGED = 1e-9
-"""Change of the kinetic energy of a group of bodies relative to it, up to which it had no part in the motion."""
-
 STEPS_BEFORE_CHECK = 1000  # number of steps before the first check: at first, a soft start has turned over nothing
 
 

@@ -29,13 +29,13 @@ if TYPE_CHECKING:
 
 MODEL = "model"  # name of the fingerprint of the program in a restart
 
+# What differs, by the row of the fingerprint.
 DIFFERENCES = (
     "names or kernels of its parts differ",
     "the same parts have other numbers (masses, lengths, clearances, gravity, ...)",
     "the same parts are wired otherwise (bodies that they act on, inputs and instants of controllers, ...), or "
     "numbers differ that their functions take from outside",
 )
-"""What differs, by the row of the fingerprint."""
 
 
 def refuse_broken_clock(clock: Clock, label: str) -> None:
@@ -68,10 +68,8 @@ def refuse_other_model(program: Program, restart: Mapping[str, np.ndarray], labe
 EVERY = 30.0  # time between two checkpoints [s on the clock]
 COMMAND = "checkpoint"  # name of the arguments of the run in `Solution.model`
 POSES = "poses."  # begin of the names of the poses that a run keeps
-
+# Checkpoints of ended runs whose files are still there; None: their files are removed at once.
 _LEFT: ContextVar[list[Checkpoints] | None] = ContextVar("left", default=None)
-"""Checkpoints of ended runs whose files are still there; None: their files are removed at once."""
-
 END_COLUMN = [name for name, _ in COLUMNS].index("end")
 
 

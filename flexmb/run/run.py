@@ -99,9 +99,8 @@ class Interruption:
 # Limits of the steps of a run, from mechanism, method and span
 
 LEAST_STEP = 16.0  # smallest step by default over the round-off of the time
-
+# Fixed steps in a cycle: with so few, or fewer, another motion is seen; with fewer than these, a finding tells it.
 LEAST_SEEN, LEAST_CLEAR = 2.0, 8.0
-"""Fixed steps in a cycle: with so few, or fewer, another motion is seen; with fewer than these, a finding tells it."""
 
 
 def step_limits(run: Run) -> tuple[float, float, float, tuple[float, ...]]:
@@ -170,26 +169,21 @@ def passed_contacts(run: Run) -> Iterator[Finding]:
             yield found("passed-contact", (name.partition(".")[0],), text, "Take smaller steps, or Adaptive().", time=t)
 
 
+# Number of saved instants in the buffer of the loop, at most and at least; numbers in the buffer (64 MB).
 BUFFER_ROWS, LEAST_BUFFER_ROWS, BUFFER_NUMBERS = 512, 16, 1 << 23
-"""Number of saved instants in the buffer of the loop, at most and at least; numbers in the buffer (64 MB)."""
-
 BLOCK_SECONDS = 0.2  # processor time of a block of steps [s], after which the progress bar moves
 FIRST_BLOCK_UPDATES = 20_000  # number of unknowns times steps of the first block, some ten milliseconds
 
+# Tolerance of Newton's corrections relative to h^2 |a|.
+# Others: `ITERATION_FRACTION` of engine/radau/step.py, `STEP_ROUND_OFF` and `REST_STRIDE` of statics/equilibrium.py,
+# `CLOSED_GAP` of statics/start/assemble.py; all values and what they change: docs/numbers.md.
 NEWTON_TOLERANCE = 1e-6
-"""Tolerance of Newton's corrections relative to h^2 |a|.
-
-Others: `ITERATION_FRACTION` of engine/radau/step.py, `STEP_ROUND_OFF` and `REST_STRIDE` of statics/equilibrium.py,
-`CLOSED_GAP` of statics/start/assemble.py; all values and what they change: docs/numbers.md.
-"""
 
 NEWTON_ITERATIONS = 30  # number of Newton iterations of a step at most
 NOT_SAVING = -1.0  # value of `Clock.save_start` before saving has begun [s]
-
 STOPPED_AFTER = "Stopped after"
-
+# Observer of the runs of this context after each block of steps; its `KeyboardInterrupt(text)` ends the run.
 AFTER_BLOCK: ContextVar[Callable[[Run], None] | None] = ContextVar("function after each block of a run", default=None)
-"""Observer of the runs of this context after each block of steps; its `KeyboardInterrupt(text)` ends the run."""
 
 
 class Run:

@@ -16,9 +16,8 @@ from flexmb.model.signal import resolved
 from flexmb.program.program import Program, Sampler
 from flexmb.run.stopping import Condition
 
+# Distance of a signal from its target, by its unit, at which control is lost; m count in sizes of the mechanism.
 LOST = {"rad": 200.0 * np.pi, "rad/s": 1e4, "m": 100.0, "m/s": 1e4}
-"""Distance of a signal from its target, by its unit, at which control is lost; m count in sizes of the mechanism."""
-
 TIMES_TARGET = 100.0  # the same distance over the largest target, where that is more
 
 
@@ -43,8 +42,8 @@ def lost_control(mechanism: Mechanism, program: Program, end: float) -> Iterator
             yield Condition(signals.names[place], level, sign, text, is_fault=True, pushed_by=power)
 
 
+# Number of iterations, differences of states, and last correction, for states that begin where their rates are 0.
 MOST_ITERATIONS, DIFFERENCE, SETTLED = 30, 1e-6, 1e-12
-"""Number of iterations, differences of states, and last correction, for states that begin where their rates are 0."""
 
 
 def act(

@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from flexmb.run.run import Run
 
 SAME_TIME = 1e-12  # difference of two instants relative to the end of a run, below which they are one
-
-
 SAME_INSTANT = 1e-9  # difference of two saved instants relative to the time between them, below which they are one
 
 

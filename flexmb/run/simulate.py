@@ -37,11 +37,9 @@ from flexmb.statics.found import Equilibrium
 from flexmb.statics.start.consistent import Start, accelerations, rigid_velocities, yielding_joints
 
 Step = FixedStep | Adaptive | float
-
 LEAST_NORM = "least-norm"
+# What to do with joints that repeat one another.
 REDUNDANT = ("refuse", LEAST_NORM)
-"""What to do with joints that repeat one another."""
-
 SHORTEST_RUN = 1e-100  # shortest run [s]
 
 
@@ -311,9 +309,8 @@ def _chosen_places(label: str, program: Program, wanted: object) -> np.ndarray |
 # Start values of a run that begins in an equilibrium, at rest or in steady rotation
 
 EQUILIBRIUM = "equilibrium"  # word for the static equilibrium of the mechanism itself
-
+# Violation of the joints and drives by the velocities of a steady rotation, relative to these velocities.
 OTHER_SPEED = 1e-9
-"""Violation of the joints and drives by the velocities of a steady rotation, relative to these velocities."""
 
 
 def of_start(label: str, start: Any, restart: Any, redundant: str) -> dict[str, str]:

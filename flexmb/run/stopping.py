@@ -18,14 +18,11 @@ if TYPE_CHECKING:
     from flexmb.run.run import Run
 
 BEGINS, ENDS = "begins", "ends"
+# Signal of a contact that is positive while the contact lasts.
 PENETRATION = "penetration"
-"""Signal of a contact that is positive while the contact lasts."""
-
 MOST_TRIALS = 100  # number of trials of a search for the instant at most; bisection alone needs 53
-
+# Part of a step below which no crossing near the instant 0 is resolved: matrices of shorter steps overflow.
 FINEST = 1e-32
-"""Part of a step below which no crossing near the instant 0 is resolved: matrices of shorter steps overflow."""
-
 SAME = 1e-9  # distance beyond its level, relative to it, at which a signal may begin: a run goes on from its stop
 LEAST = 1e-12  # the same distance for the level 0, in the unit of the signal
 

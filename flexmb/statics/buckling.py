@@ -53,10 +53,8 @@ from flexmb.statics.steady_rotation import Spin
 # Geometric stiffness along a motion: the slope of the stiffness, less that by turning and bowing of elements
 
 FLAT = 1e-9  # determinant of the second moments of points over their trace squared, up to which they lie on a line
-
+# Places of the rotations of a beam element among its coordinates, and of their offsets among its parameters.
 ENDS = ((2, corotational.OFFSET1), (5, corotational.OFFSET2))
-"""Places of the rotations of a beam element among its coordinates, and of their offsets among its parameters."""
-
 PATH_STRIDE = 1e-3  # difference along the prestress path between two evaluations of K, over the mechanism's size
 
 

@@ -15,11 +15,9 @@ from flexmb.statics.start.assemble import RigidMotion
 
 DENSE_MOTIONS = 900  # number of rigid motions of bodies (three each) up to which plain matrices find the free ones
 DEPENDENT_ROW = 1e-10  # pivot of a constraint row over the largest, below which it depends on others (poses hold 1e-12)
-
+# Entry of a constraint row on the bodies relative to the sum of the absolute values of its terms, below which it is
+# round-off.
 ROW_ROUND_OFF = 1e-14
-"""Entry of a constraint row on the bodies relative to the sum of the absolute values of its terms, below which it is
-round-off."""
-
 FREE_FORCE = 1e-13  # force of a free motion relative to the sum of the absolute values of its terms
 STIFFNESS_ROUND_OFF = 1e-15  # round-off of an entry of the stiffness relative to the largest entry of its node
 SMALL_SHARE = 1e-8  # component of a motion relative to its largest, below which it is not named
@@ -177,17 +175,13 @@ def moves_most(names: tuple[str, ...], length: float, shape: np.ndarray) -> str:
 
 Below = Callable[[float], int | None]
 Eigenpairs = tuple[np.ndarray, np.ndarray]  # eigenvalues (k,) and vectors (n, k)
-
 DENSE_COORDINATES = 1500  # number of coordinates up to which a dense eigensolver computes all modes
 FEW_MODES_COORDINATES = 300  # number above which a sparse eigensolver is faster for under a quarter of the modes
-
+# Number of coordinates up to which a dense eigensolver is used for quadratic problems, which take 20 times longer.
 DENSE_QUADRATIC_COORDINATES = 150
-"""Number of coordinates up to which a dense eigensolver is used for quadratic problems, which take 20 times longer."""
-
 LOOKED_FOR = 1e-6  # accuracy of an eigenvalue that may lie below those found
 LONGEST_SEARCH = 60  # number of steps of a search at most, which end after two or three
 MOST_RESTARTS = 10  # restarts of Lanczos' method at an end of a spectrum that may cluster at 0: nothing converges
-
 NO_MASS = "modes: a motion without mass; give every body and node some mass and inertia."
 
 

@@ -164,21 +164,16 @@ def _stride(
 
 
 MOST_ITERATIONS, MOST_OF_LONG_STEP = 40, 10  # Newton iterations at most, and in a step longer than asked for
-
 STEP_ROUND_OFF = 1e-11
-
+# Accuracy of Newton's correction in a large model, which leaves its convergence as it is, and that of the tangent at
+# the end of a load step, which is compared with factors of 4 and 10.
 STEP_ACCURACY, TANGENT_ACCURACY = 1e-6, 1e-2
-"""Accuracy of Newton's correction in a large model, which leaves its convergence as it is, and that of the tangent at
-the end of a load step, which is compared with factors of 4 and 10."""
-
+# Difference of a load step from those by the tangents at both its ends, relative to the step, up to which it may be
+# longer than those that were asked for.
 FOLLOWED = 0.25
-"""Difference of a load step from those by the tangents at both its ends, relative to the step, up to which it may be
-longer than those that were asked for."""
-
+# Length of a load step over its length by one of the tangents, above which the step is halved, and by both of them,
+# above which the smallest step is refused. A string that is slack at first, u ~ s^(1/3), has 3.
 LONG_LOAD_STEP, SNAP_LOAD_STEP = 4.0, 10.0
-"""Length of a load step over its length by one of the tangents, above which the step is halved, and by both of them,
-above which the smallest step is refused.  A string that is slack at first, u ~ s^(1/3), has 3."""
-
 CLOSED_GAP = 1e-9  # gap of the joints relative to the size of the mechanism, below which they need no step of their own
 LEAST_JUMP = 1e-8  # movement below which a load step is no jump [rad, or relative to the size of the mechanism]
 

@@ -25,11 +25,8 @@ from flexmb.statics.steady_rotation import Spin, check_spin
 ENERGY_ROUND_OFF = 1e-15  # strain energy over the sum of its absolute terms, below which it is round-off
 ASYMMETRY_ROUND_OFF = 1e-11  # asymmetry of the stiffness over its largest entry, above which it is no round-off
 ASYMMETRY_OF_DIFFERENCES = 1e-7  # the same with controllers, whose laws and measured inputs are differenced
-
-
+# Sentence on contacts that are left out.
 REMEDY = "Give at=fm.static_equilibrium(mechanism) of a pose in which they carry."
-"""Sentence on contacts that are left out."""
-
 SHOWN_MODES = 6  # number of frequencies at most in a text
 
 

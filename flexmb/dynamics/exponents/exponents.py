@@ -12,18 +12,14 @@ from flexmb.dynamics.sections.points import SectionSignals
 from flexmb.dynamics.verdict import Verdict
 from flexmb.errors import InputError
 
+# Number of blocks whose means are compared; the smallest number of blocks, of two entries each, in short records.
 BLOCKS, FEWEST_BLOCKS = 20, 9
-"""Number of blocks whose means are compared; the smallest number of blocks, of two entries each, in short records."""
-
+# Exponent of the power of time up to which algebraic growth of distances is not taken for exponential growth.
 POWER = 3.0
-"""Exponent of the power of time up to which algebraic growth of distances is not taken for exponential growth."""
-
+# Logarithm of the ratio of the times at the end and in the middle of a record whose first tenth was left out.
 LATE = float(np.log(20.0 / 11.0))
-"""Logarithm of the ratio of the times at the end and in the middle of a record whose first tenth was left out."""
-
+# Round-off of each logarithm, in units of round-off of a number near 1; sqrt(n) units are added for a sum of n.
 LOGS = 4.0
-"""Round-off of each logarithm, in units of round-off of a number near 1; sqrt(n) units are added for a sum of n."""
-
 WITHIN = 2.0  # multiple of the error up to which two exponents count as equal
 
 
@@ -77,20 +73,18 @@ def combined(values: np.ndarray, errors: np.ndarray, others: np.ndarray, other_e
 
 
 FEWEST = 50  # smallest number of periods (iterations, crossings, intervals) for an estimate
+# Points after the skipped ones for each point that is not counted, while tangent vectors turn to their directions.
 SETTLING = 10
-"""Points after the skipped ones for each point that is not counted, while tangent vectors turn to their directions."""
 SHOWN = 4  # number of exponents at most in a text
 ERRORS = ("errors", "statistical")  # names of the fields of `Exponents` that hold errors
-
-
 CLEARLY = 3.0  # multiple of its error above which a second exponent > 0 contradicts a regular motion
 
+# Sentence on exponents that pair to zero, added to a verdict that is inconclusive or transient.
 CONSERVATIVE = (
     "The exponents pair to zero, so the system is conservative: its motions do not settle, and may stick to tori for "
     "a long time; neighbours that part like a power of time have an exponent of log(t) / t. A finite record need not "
     "decide it."
 )
-"""Sentence on exponents that pair to zero, added to a verdict that is inconclusive or transient."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,14 +20,11 @@ if TYPE_CHECKING:
 # A second, shorter run with finer steps from another start, and the errors of exponents that it adds
 
 PART = 5  # points of the first run per point of the second run, for counted and for skipped points
-
+# Points of the first run per skipped point of the second run, at most; finer steps may change the attractor.
 SETTLES = 10
-"""Points of the first run per skipped point of the second run, at most; finer steps may change the attractor."""
-
 LEAST = 20  # smallest number of points of the second run
-
+# Distances of the second run's start, over the length of the state; the second one is tried if the first one fails.
 SECOND_RUN_APART = (1e-3, 1e-9)
-"""Distances of the second run's start, over the length of the state; the second one is tried if the first one fails."""
 
 
 def confirmed(first: Exponents, schedule: Schedule, seed: int, *, shown: bool) -> Exponents:

@@ -109,12 +109,12 @@ class Schedule:
 
 # Growth of small differences: advance, measure the growth, take the logarithm, renormalise; then the exponents
 
+# Growth factor, or ratio of growth factors, between two renormalisations, above which they become more frequent.
 TOO_MUCH = 1e4
-"""Growth factor, or ratio of growth factors, between two renormalisations, above which they become more frequent."""
+# Ratio of growth factors above which the vectors are advanced again, in halves: the shortest is lost in round-off.
 FAR_TOO_MUCH = 1e6
-"""Ratio of growth factors above which the vectors are advanced again, in halves: the shortest is lost in round-off."""
+# Length of a vector without its components along the others, over its own length, below which it is round-off.
 LOST = 1e-13
-"""Length of a vector without its components along the others, over its own length, below which it is round-off."""
 
 
 class Perturbation(Protocol):

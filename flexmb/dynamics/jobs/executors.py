@@ -20,11 +20,9 @@ from flexmb.errors import InputError, WorkerError
 
 # Calls that may fail: results or error of a point, in a form that can be sent and stored
 
+# Pattern of an address in memory, which differs from run to run and must not enter a store.
 ADDRESS = re.compile(r" at 0x[0-9a-fA-F]+")
-"""Pattern of an address in memory, which differs from run to run and must not enter a store."""
-
 DONE = "done"  # status of a point that succeeded
-
 _STOPPED: ContextVar[list[str] | None] = ContextVar("stopped runs of the present job", default=None)
 
 
@@ -92,8 +90,8 @@ def failure(error: BaseException | None) -> Outcome:
     return Outcome({}, f"{type(error).__name__}: {text}" if text else type(error).__name__, ok=False)
 
 
+# Variables that keep the linear algebra of a worker from taking the cores of the others.
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
-"""Variables that keep the linear algebra of a worker from taking the cores of the others."""
 
 
 @contextmanager
@@ -144,8 +142,8 @@ def _leave_with_parent() -> None:
 
 # Jobs on any executor: so many at a time, chains of jobs that wait for one another, and workers that die
 
+# Jobs that are with the executor at the same time: enough for a pool on one machine, and no burden to a scheduler.
 PENDING = 256
-"""Jobs that are with the executor at the same time: enough for a pool on one machine, and no burden to a scheduler."""
 
 
 class Job(NamedTuple):
@@ -155,8 +153,8 @@ class Job(NamedTuple):
     arguments: tuple[Any, ...]
 
 
+# Jobs one after the other: each is yielded when the outcome of the one before has been sent.
 Chain = Generator[Job, Outcome, None]
-"""Jobs one after the other: each is yielded when the outcome of the one before has been sent."""
 
 
 def drive(chains: Iterable[Chain], executor: Executor | None, owner: str, pending: int = PENDING) -> None:

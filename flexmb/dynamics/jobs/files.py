@@ -19,15 +19,14 @@ from flexmb.late import h5py, xr
 
 SEAL, DIGEST = b"flexmb-blake2b:", 16  # first bytes of the checksum behind a file, and number of its further bytes
 
-
+# Errors of readers on damaged files; all have been seen.
 READ_ERRORS = (
     OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError, ArithmeticError, MemoryError,
     SystemError,
 )  # fmt: skip
-"""Errors of readers on damaged files; all have been seen."""
 
+# Numbers of the errors of disks that are full, and of files that may not grow.
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-"""Numbers of the errors of disks that are full, and of files that may not grow."""
 
 
 def unwritable(path: Path, error: Exception, label: str = "") -> InputError:

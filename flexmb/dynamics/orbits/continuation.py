@@ -29,7 +29,6 @@ from flexmb.dynamics.systems.impact_ode import ImpactODE
 from flexmb.errors import InputError
 
 LOCATED = 1e-9  # precision of an event: fraction of a step, or of the test function
-
 Tests = dict[str, float]
 
 
@@ -84,7 +83,6 @@ def root(
 
 
 LABEL = "follow"
-
 SHARPEST = 0.9  # smallest cosine of the angle by which the branch may turn in a step
 FEW, MANY = 3, 6  # numbers of iterations up to which the next step grows, and from which it shrinks
 CORRECTIONS = 10  # largest number of corrections of an orbit on a branch

@@ -10,10 +10,8 @@ import numpy as np
 from flexmb.dynamics.orbits.shooting import Shooting, ShootingRun
 
 HALVINGS = 8  # largest number of halvings of a correction that increases the gaps
-
+# Singular value, over the largest one, below which a direction is not corrected (an orbit within a family).
 SMALLEST_SINGULAR = 1e-12
-"""Singular value, over the largest one, below which a direction is not corrected (an orbit within a family)."""
-
 LARGEST_STRETCH = 0.3  # largest change of an unknown period in one correction, over the period
 
 

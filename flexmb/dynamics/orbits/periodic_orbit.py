@@ -20,10 +20,8 @@ if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
 
 REAL = 1e-9  # imaginary part, over the size of the multiplier or 1, below which a multiplier counts as real
-
+# Kinds of changes of stability; a branch point is a crossing of two branches.
 FOLD, FLIP, NEIMARK_SACKER, GRAZING, BRANCH = "fold", "flip", "neimark-sacker", "grazing", "branch"
-"""Kinds of changes of stability; a branch point is a crossing of two branches."""
-
 NEAR = 0.05  # distance of a turning point of a gap from 0, over the travel of the gap, below which grazing is near
 
 
@@ -105,16 +103,12 @@ def crosses_circle(multipliers: np.ndarray) -> bool:
 
 
 LABEL = "periodic_orbit"
-
+# Largest residual of an orbit over the size of the state: in general, and with error-controlled steps of a mechanism.
+# Error-controlled steps change from run to run, so their map is smooth only up to the errors of the steps.
 TOLERANCE, TOLERANCE_OF_STEPS = 1e-10, 1e-6
-"""Largest residual of an orbit over the size of the state: in general, and with error-controlled steps of a mechanism.
-
-Error-controlled steps change from run to run, so their map is smooth only up to the errors of the steps."""
-
 AMPLIFIED = 1e4  # largest growth of differences in one segment; a period with more growth is divided into segments
-
+# Distance that an autonomous motion covers in a period, over its state, below which it is an equilibrium.
 AT_REST = 1e-6
-"""Distance that an autonomous motion covers in a period, over its state, below which it is an equilibrium."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -70,9 +70,8 @@ class StateSpace:
 
 
 TANGENTS = ("carried", "differences")
-
+# Differences of states, over their size, for numerical derivatives of maps and of flows (errors of their steps).
 SMALL, SMALL_OF_A_FLOW = 6e-6, 1e-5
-"""Differences of states, over their size, for numerical derivatives of maps and of flows (errors of their steps)."""
 
 
 @dataclass(frozen=True)

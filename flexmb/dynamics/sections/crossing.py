@@ -13,8 +13,8 @@ from flexmb.dynamics.systems.dynamics import ContinuousFlow
 ROUNDS = 200  # largest number of trials of a search for a crossing
 HALVINGS = 40  # largest number of halvings of a step in the search for a point before a crossing
 DOWN, UP = -1, 1  # directions of a crossing, and sides of the level
+# Height of the cubic's minimum, over the lower end of the step, below which the step is searched for two crossings.
 CLOSE = 0.1
-"""Height of the cubic's minimum, over the lower end of the step, below which the step is searched for two crossings."""
 
 
 class Bracket(NamedTuple):

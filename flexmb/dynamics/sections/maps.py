@@ -114,10 +114,10 @@ def strobe_of(caller: str, system: Dynamics, period: float | None) -> Dynamics:
     return system
 
 
+# Sides of the level on which a section point arrives, by the name of the direction.
 DIRECTIONS = {"up": (UP,), "down": (DOWN,), "both": (DOWN, UP)}
-"""Sides of the level on which a section point arrives, by the name of the direction."""
+# Longest time without a crossing: in periods of the flow, or without a period in multiples of `pace`.
 PERIODS, PACES = 1000.0, 1e5
-"""Longest time without a crossing: in periods of the flow, or without a period in multiples of `pace`."""
 AHEAD = 1e-9  # distance from the level, as a fraction of a step, below which a point counts as lying on the level
 
 

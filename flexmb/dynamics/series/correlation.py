@@ -18,9 +18,8 @@ PERIODS = 20  # smallest number of mean periods for a dimension
 DIMENSION_REFERENCES = 1000  # largest number of points whose distances to all others are counted
 PER_E = 4  # number of radii in a factor e
 SPAN = 1.5  # smallest logarithm of the ratio of the radii at the ends of a scaling region
-
+# Largest relative deviation of local slopes from their mean in a scaling region; twice that for the dimensions.
 EVEN = 0.10
-"""Largest relative deviation of local slopes from their mean in a scaling region; twice that for the dimensions."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,10 +27,8 @@ from flexmb.late import scipy
 LEAST = 500  # smallest number of samples for an exponent
 PERIODS = 20  # smallest number of mean periods for an exponent
 BLOCKS = 8  # number of parts of the record whose slopes give the error of the mean
-
+# Smallest distance of the straight part from saturation: of mean logarithms of distances, to arbitrary points.
 MARGIN = 1.5
-"""Smallest distance of the straight part from saturation: of mean logarithms of distances, to arbitrary points."""
-
 LEAST_RISE = 1.0  # smallest rise of the straight part, as a logarithm
 
 
@@ -82,9 +80,8 @@ class Slope:
     curve: np.ndarray = field(default_factory=lambda: np.empty(0))
 
 
+# Function (points (n, m), theiler, steps (k,), shift) -> curves (blocks, k) of the mean logarithm of the distance.
 Curves = Callable[[np.ndarray, int, np.ndarray, int], np.ndarray]
-"""Function (points (n, m), theiler, steps (k,), shift) -> curves (blocks, k) of the mean logarithm of the distance."""
-
 FINITE = 0.05  # error of the slope by finite distances, over the value; observed with signals of Lorenz and Rossler
 FLOW = 8.0  # number of samples in a mean period above which a signal belongs to a flow, below to a map
 
@@ -292,8 +289,8 @@ def _neighbours(points: np.ndarray, refs: np.ndarray, theiler: int, shift: int) 
     return neighbours
 
 
+# Largest number of points whose neighbours are observed; they are evenly spread over the record.
 ROSENSTEIN_REFERENCES = 2000
-"""Largest number of points whose neighbours are observed; they are evenly spread over the record."""
 
 
 def rosenstein(

@@ -13,9 +13,8 @@ from flexmb.late import scipy
 
 # Samples of a signal: checked, evenly spaced, standardised
 
+# Largest magnitude of a sample, and inverse of the smallest one: squares and their sums must not overflow.
 LARGEST = 1e140
-"""Largest magnitude of a sample, and inverse of the smallest one: squares and their sums must not overflow."""
-
 ROUND_OFF = 1e-12  # spread of a signal, over its largest magnitude, below which it is constant
 
 
@@ -93,9 +92,8 @@ def mean_period(x: np.ndarray) -> float:
 LOBE = 4  # half width of the main lobe of the window [bins]
 ABOVE_FLOOR = 50.0  # smallest ratio of a line to the median around it; a random spectrum has one such value in 1e15
 AROUND = 101  # number of bins of the running median
-
+# Fraction of the power in lines: above the first value the kind is "lines", below the second "broad".
 LINES, BROAD = 0.99, 0.5
-"""Fraction of the power in lines: above the first value the kind is "lines", below the second "broad"."""
 
 
 @dataclass(frozen=True, eq=False)

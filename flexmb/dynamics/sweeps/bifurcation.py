@@ -182,14 +182,13 @@ def _not_finite(flow: Dynamics, points: np.ndarray | None, columns: list[int]) -
     return f"Not finite: {', '.join(bad[:5])}." if bad else ""
 
 
+# Rows of a diagram by the name of the direction.
 DIRECTIONS = {"cold": ("cold",), "up": ("up",), "down": ("down",), "both": ("up", "down")}
-"""Rows of a diagram by the name of the direction."""
 EXPONENT = "exponent", "exponent_error"
+# Columns of a diagram besides `ok`, `status`, section points and final state.
 COLUMNS = Column("seam", "flag"), Column("drive_period", units="s"), Column("verdict", "text"), *map(Column, EXPONENT)
-"""Columns of a diagram besides `ok`, `status`, section points and final state."""
-
+# Names in the store that no parameter and no signal may have.
 RESERVED = ("period", "direction", "signal", "units", "status", "ok", POINTS, STATE, *(c.name for c in COLUMNS))
-"""Names in the store that no parameter and no signal may have."""
 
 
 @checked

@@ -52,8 +52,8 @@ from flexmb.version import installed_version
 
 DESIGN = "design"
 RESERVED = ("ok", "status")
+# Pattern of a unit in brackets, such as "[rad/s]" or "[m]", as opposed to a range of numbers.
 UNIT = re.compile(r"\[((?:1/)?[^\[\]\d,]+[^\[\],]*)\]")
-"""Pattern of a unit in brackets, such as "[rad/s]" or "[m]", as opposed to a range of numbers."""
 
 
 @dataclass(frozen=True)
@@ -209,9 +209,8 @@ def _array(name: Any, value: Any) -> tuple[tuple[str, ...] | None, np.ndarray]:
 
 
 AXES, LAYOUT = "axes", "layout"  # attributes of a store: names of the coordinates; layout of the results of a function
-
+# Columns of a diagram that become other variables of the dataset: all signals, and final states.
 POINTS, STATE = "points", "state"
-"""Columns of a diagram that become other variables of the dataset: all signals, and final states."""
 
 
 def load_sweep(path: str | Path) -> xr.Dataset:

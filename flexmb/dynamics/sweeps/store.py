@@ -69,10 +69,9 @@ def _system(value: Dynamics) -> Parts:
 
 STATUS = "status"  # name of the column that is written last: a point whose status is not "" is finished
 ARRAYS = "arrays"  # attribute of a store: whether an array has one chunk per point, by its name; others are coordinates
-
 Index = tuple[int, ...]
+# Arrays by name: dimensions, values, attributes.
 Tables = Mapping[str, tuple[tuple[str, ...], np.ndarray, Mapping[str, Any]]]
-"""Arrays by name: dimensions, values, attributes."""
 
 
 class Kind(NamedTuple):
@@ -158,13 +157,12 @@ class Record:
 
 
 FORMAT = 4  # version of the layout; stores of other versions are refused
-
 VERSION = "flexmb_sweep_format"
+# Attributes of a description: checksum of the rest, and that of the values of a coordinate, which is one chunk.
 SEAL, CONTENT = "checksum", "content"
-"""Attributes of a description: checksum of the rest, and that of the values of a coordinate, which is one chunk."""
 GROUP_FILE = "zarr.json"
+# Header of a file of gzip with a name, of no time and system.
 GZIP = bytes((0x1F, 0x8B, 8, 8, 0, 0, 0, 0, 0, 255))
-"""Header of a file of gzip with a name, of no time and system."""
 PARTIAL = ".partial"  # suffix of temporary files of this module and of zarr
 
 

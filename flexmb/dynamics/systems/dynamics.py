@@ -21,9 +21,8 @@ if TYPE_CHECKING:
     from flexmb.engine.newmark.method import Newmark
     from flexmb.run.simulate import Step
 
+# Period [s], or a function of the parameters that returns it; None: that of the system.
 Period = float | Callable[[Mapping[str, Any]], float] | None
-"""Period [s], or a function of the parameters that returns it; None: that of the system."""
-
 State = np.ndarray | None  # a state (size,); None: the system's own start
 Parameters = Mapping[str, Any] | None  # new values by name; None: no other ones
 SMALL = 1e-6  # length of a difference, over that of the state, at which two trajectories part as tangent vectors grow

@@ -205,12 +205,10 @@ class Map(GivenSystem):
 
 METHODS = ("DOP853", "RK45", "Radau", "BDF")  # solvers of `scipy.integrate` whose next step size can be read and set
 FINEST = 3e-14  # smallest relative tolerance of a step
-
+# Absolute tolerance of tangent vectors of length 1, over rtol; they may shrink by 1e4 between two renormalisations.
 TANGENT_ATOL = 1e-3
-"""Absolute tolerance of tangent vectors of length 1, over rtol; they may shrink by 1e4 between two renormalisations."""
-
+# Times [s] at which the rates are compared with the rates at t = 0, as a test of explicit dependence on time.
 INSTANTS = (0.1234567, 0.3819660, 0.7548777, 1.3247180)
-"""Times [s] at which the rates are compared with the rates at t = 0, as a test of explicit dependence on time."""
 
 
 class NotFiniteError(SolveError):

@@ -38,17 +38,15 @@ from flexmb.statics.start.projection import metric_of, projected
 PLACES = (".ex", ".ey")  # endings of the signals that give the position of a journal in its bearing
 RATES = {"x": "vx", "y": "vy", "theta": "omega"}  # endings of the names of velocities by those of coordinates
 PENETRATION = "penetration"
+# Index of the instant of the onset among the histories that every contact has.
 ONSET = 1
-"""Index of the instant of the onset among the histories that every contact has."""
-
-
 INSTANT = 1e-3  # time span of the differences in time from which rates are taken, as a multiple of the largest step
+# Size of the differences of states from which slopes of signals are taken, as a multiple of the state's length.
 NUDGE = 1e-6
-"""Size of the differences of states from which slopes of signals are taken, as a multiple of the state's length."""
+# Distance of two trajectories over the length of the state: contacts are nonlinear beyond some 1e-8 m.
 SMALL_IN_CONTACT = 1e-9
-"""Distance of two trajectories over the length of the state: contacts are nonlinear beyond some 1e-8 m."""
+# Shortest reliable duration of a run with error-controlled steps, as a multiple of the smallest allowed step.
 SHORTEST = 100.0
-"""Shortest reliable duration of a run with error-controlled steps, as a multiple of the smallest allowed step."""
 
 
 class Snapshot(NamedTuple):

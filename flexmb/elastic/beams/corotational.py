@@ -93,14 +93,12 @@ def unstressed_elements(lengths: np.ndarray, bow: np.ndarray, turn: float) -> np
 
 LENGTH, AXIAL, B11, B12, B22, OFFSET1, OFFSET2, ZETA, GRAVITY_X, GRAVITY_Y = range(10)
 M11, M12, M22, G11, G12, G21, G22, H11, H12, H22, J, J1, J2, K11, K12, K22 = range(10, 26)
+# Parameters p: L, ka, kb, offsets, zeta, g, integrals of mass, and the unstressed shape; PARAMETERS is their number.
+# int rho A of products: M of (1 - xi, xi) with themselves, G of these with (N2, N4), H of (N2, N4) with themselves; int
+# rho I of products: J of 1 with itself, J1 and J2 of 1 with (psi2, psi4), K of the latter with themselves. BOW: the
+# shortening of the chord is L/30 (BOW11 u1^2 - BOW12 u1 u2 + BOW22 u2^2), with 2, 1, 2 without shear. FREE1, FREE2:
+# rotations u1, u2 of the unstressed element; FREE_LENGTH: chord and shortening of the unstressed element.
 BOW11, BOW12, BOW22, FREE_LENGTH, FREE1, FREE2, PARAMETERS = range(26, 33)
-"""Parameters p: L, ka, kb, offsets, zeta, g, integrals of mass, and the unstressed shape; PARAMETERS is their number.
-
-int rho A of products: M of (1 - xi, xi) with themselves, G of these with (N2, N4), H of (N2, N4) with themselves;
-int rho I of products: J of 1 with itself, J1 and J2 of 1 with (psi2, psi4), K of the latter with themselves.
-BOW: the shortening of the chord is L/30 (BOW11 u1^2 - BOW12 u1 u2 + BOW22 u2^2), with 2, 1, 2 without shear.
-FREE1, FREE2: rotations u1, u2 of the unstressed element; FREE_LENGTH: chord and shortening of the unstressed element.
-"""
 
 TURN, REST = 6.28125, 0.0019353071795864769  # 2 pi in two parts: the first times a number of turns below 2^40 is exact
 

@@ -41,7 +41,6 @@ from flexmb.errors import InputError
 from flexmb.model.law import Material
 
 Array = npt.NDArray[np.float64]
-
 BOW = (2.0, 1.0, 2.0)  # shortening of the chord by bending without shear: L/30 (2 u1^2 - u1 u2 + 2 u2^2)
 
 
@@ -107,11 +106,9 @@ def _bow(lengths: Array, axial: Array, shares: Array, flexibility: Array) -> Arr
     )
 
 
+# Degree [1] up to which polynomials are integrated exactly.
+# Linearly tapered dimensions need it: cubic x cubic x A of degree 2, and slope x slope x I of degree 4.
 QUADRATURE_ORDER = 8
-"""Degree [1] up to which polynomials are integrated exactly.
-
-Linearly tapered dimensions need it: cubic x cubic x A of degree 2, and slope x slope x I of degree 4.
-"""
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,9 +27,8 @@ TAG_NAMES = ("gmsh:physical", "cell_tags", "section")  # names of cell data with
 SAME_PLACE = 1e-9  # distance over the size of the mesh [1] below which two points are one
 FARTHEST = 1e100  # largest coordinate [m], whose square is still a float
 STRAIGHT = 1e-4  # angle up to which a beam counts as straight [rad]; above the rounding of files in single precision
-
+# Errors that readers of meshio raise on files that are no mesh; some readers even exit.
 BROKEN = (*READ_ERRORS, AssertionError, EOFError, SyntaxError, struct.error, zlib.error, SystemExit)
-"""Errors that readers of meshio raise on files that are no mesh; some readers even exit."""
 
 
 @dataclass(frozen=True, eq=False)

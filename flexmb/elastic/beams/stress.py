@@ -67,12 +67,10 @@ def outer_fibres(section: Section, stations: np.ndarray) -> np.ndarray:
 # Largest normal stress in the outer fibres of beams, and the node where it acts
 
 COUNT, HEAD = range(2)
+# Parameters p: number of elements. At HEAD, of each element: first coordinates of its ends, numbers of its nodes, 1/A
+# and c/I at its start and end, and the parameters of the element.
 START, END, START_NODE, END_NODE, START_AREA, START_MODULUS, END_AREA, END_MODULUS, OWN = range(9)
-"""Parameters p: number of elements.  At HEAD, of each element: first coordinates of its ends, numbers of its nodes, 1/A
-and c/I at its start and end, and the parameters of the element."""
-
 SIZE = OWN + PARAMETERS  # numbers of an element
-
 six = stack_vector(6)
 
 

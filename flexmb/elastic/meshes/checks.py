@@ -15,7 +15,6 @@ from flexmb.errors import InputError
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
-
 FLAT = 1e-6  # Jacobian determinant over the square of a cell's longest side [1] up to which the cell counts as flat
 ON_EDGE = 1e-6  # distance of a node from another cell's edge over the edge's length [1] up to which it is on the edge
 

@@ -19,10 +19,8 @@ from flexmb.errors import FileFormatError
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 Groups = dict[str, list[Indices]]
-
+# Kind of the cells of meshio.
 CELLS = {"triangle": "tri3", "triangle6": "tri6", "quad": "quad4", "quad8": "quad9", "quad9": "quad9"}
-"""Kind of the cells of meshio."""
-
 TRIANGLES = {"quad4": "tri3", "quad9": "tri6"}  # kind of the triangles into which quadrilaterals are halved
 
 TURNED = {  # nodes of a cell in the other sense of rotation, by kind

@@ -22,7 +22,6 @@ from flexmb.model.law import Material
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
-
 ON_CIRCLE = 1e-3  # spread of distances from the centre over the radius [1] up to which nodes lie on a circle
 PLACES = 13  # decimal places of centres, counted from the leading digit of the size of the mesh
 

@@ -32,7 +32,6 @@ from flexmb.errors import InputError
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
-
 FEWEST_ON_ARC = 3  # least number of edges on an arc, so its nodes show a circle
 SAME_PLACE = 1e-9  # distance over the longest edge [1] below which the ends of two arcs are one point
 STRAIGHT = 1e-6  # turn of the outline at a corner up to which it is straight [rad]
@@ -189,7 +188,6 @@ def _cross(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> bool:
 
 
 Pair = tuple[float, float]
-
 NARROW = math.radians(50.0)  # angle of shank and eye [rad] up to which the eye's block ends on an arc; wider: on a box
 LARGEST_TURN = math.radians(20.0)  # turn of a fillet along one cell [rad]
 NO_CORNER = 1e-9  # distance of shank's edge from the eye's outline over its radius [1] up to which there is no corner

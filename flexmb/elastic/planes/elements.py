@@ -36,16 +36,13 @@ from flexmb.kernels import fast
 
 # Places of the numbers p of a plane cell's kernels, in the order in which they lie
 
+# Head: number of nodes m, number of pins, formulation, damping time [s], gravity [m/s^2]; PLACES begins the places.
 NODES, PINS, FORMULATION, ZETA, GRAVITY_X, GRAVITY_Y, PLACES = range(7)
-"""Head: number of nodes m, number of pins, formulation, damping time [s], gravity [m/s^2]; PLACES begins the places."""
-
 COROTATED, TOTAL_LAGRANGE = 0.0, 1.0  # formulations
 MOST_NODES = 9  # nodes of the largest cell
 MOST, MOST_COORDINATES = 2 * MOST_NODES, 3 * MOST_NODES  # displacements of the largest cell; coordinates if all on pins
-
+# Scratch vectors of the kernels: a number a displacement, a coordinate, a pair of displacements.
 nodal, on_every_coordinate, square = stack_vector(MOST), stack_vector(MOST_COORDINATES), stack_vector(MOST * MOST)
-"""Scratch vectors of the kernels: a number a displacement, a coordinate, a pair of displacements."""
-
 FIRST, ON_PIN, ARM_X, ARM_Y, TIE = range(5)  # numbers of the tie of a node; TIE is their count
 
 
@@ -370,9 +367,8 @@ def write_tangent(p, c, s, rho, stiff, turn, k, left, right, A):
 
 # Total-Lagrange cell of a St. Venant-Kirchhoff material, integrated by quadrature: the reference for larger strain
 
+# Numbers of the formulation: quadrature points, moduli [Pa]; at each point weight t dA [m^3], gradients (m, 2).
 POINTS, C11, C12, C22, C33, FIRST_POINT = range(6)
-"""Numbers of the formulation: quadrature points, moduli [Pa]; at each point weight t dA [m^3], gradients (m, 2)."""
-
 GX, GY = 1, 2  # gradient of the first node behind the weight of a point
 
 

@@ -24,7 +24,6 @@ from flexmb.elastic.meshes.mesh import STRESS, Materials, PlaneMesh, Thickness, 
 from flexmb.errors import InputError
 
 Array = npt.NDArray[np.float64]
-
 _PRODUCT = BilinearForm(lambda u, v, w: w.weight * u * v)
 _SLOPES = BilinearForm(lambda u, v, w: w.x_x * u.grad[0] * v.grad[0] + w.y_y * u.grad[1] * v.grad[1])
 _CROSSED = BilinearForm(lambda u, v, w: w.bulk * u.grad[1] * v.grad[0] + w.shear * u.grad[0] * v.grad[1])

@@ -58,9 +58,8 @@ if TYPE_CHECKING:
 # Nodal forces of loads on plane bodies: fields in the body, tractions and pressures on its edges
 
 Array = npt.NDArray[np.float64]
+# A constant vector (x, y), or a function of points (p, 2) [m] that returns vectors (p, 2).
 Field: TypeAlias = Sequence[float] | Callable[[Array], Any]
-"""A constant vector (x, y), or a function of points (p, 2) [m] that returns vectors (p, 2)."""
-
 Stress: TypeAlias = float | Callable[[Array], Any]  # number, or function of points (p, 2) [m] that gives numbers (p,)
 
 
@@ -151,9 +150,8 @@ def _vectors(mesh: PlaneMesh, field: Field, places: Array) -> Array:
 
 # Kernels of loads on the nodes of a mesh: forces, dead or turning with a pin, and stresses that follow edges
 
+# Numbers p of a force on a node: sum of f, X, D, beta where nothing turns; coordinates of gamma and of beta, or -1.
 FORCE_X, FORCE_Y, CROSS, ALONG, ANGLE, OWN, TURNING, NODE_NUMBERS = range(8)
-"""Numbers p of a force on a node: sum of f, X, D, beta where nothing turns; coordinates of gamma and of beta, or -1."""
-
 PRODUCTS = 2  # place of the products of an edge (m, m, 2), behind the numbers of nodes and pins; then the ties
 P, S, PAIR = range(3)  # products of a pressure and of a shear for a pair of nodes, and their number
 ON_EDGES, FIRST_ELEMENT = range(2)  # numbers p of a signal: 1 for edges; then of each element; at last the signal's

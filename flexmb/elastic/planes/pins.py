@@ -78,7 +78,6 @@ def averaged_pin(
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
-
 RIGID, AVERAGED = "rigid", "averaged"  # kinds of interfaces
 NO_ARM = 1e-9  # distance of nodes over the size of the mesh [1] below which they cannot turn a pin
 

@@ -69,7 +69,6 @@ class MeshBody(ElasticBody):
 
 
 Array = npt.NDArray[np.float64]
-
 RIGID_MOTIONS = 3  # motions of a free body without deformation
 SHIFT = 1e-6  # shift of the squared angular frequency below 0, over that of a wave along the body's length [1]
 
@@ -104,15 +103,12 @@ def vibrations(
     return frequencies, shapes if T is None else T @ shapes
 
 
+# Mass of an averaged pin over that of its body: it keeps the equations of motion regular.
+# Its nodes have as much less, so that no rigid motion of the body has another inertia. Frequencies of motions that
+# deform the hole change by less than this share. With a hundredth of it steps find the pins without mass.
 PIN_SHARE = 1e-7
-"""Mass of an averaged pin over that of its body: it keeps the equations of motion regular.
-
-Its nodes have as much less, so that no rigid motion of the body has another inertia.  Frequencies of motions that
-deform the hole change by less than this share.  With a hundredth of it steps find the pins without mass."""
-
 
 Point = tuple[float, float]
-
 FORMULATIONS = {"corotated": COROTATED, "total-lagrange": TOTAL_LAGRANGE}  # formulations of cells by name
 TOO_STIFF = 0.1  # share by which a body is too stiff in bending, above which there is a finding
 TRIANGLES = {"tri3": ((0, 1, 2),), "quad4": ((0, 1, 2), (0, 2, 3))}  # linear cells as triangles

@@ -30,9 +30,8 @@ if TYPE_CHECKING:
 # Accuracy of reduced bodies: frequencies, deflections and stresses beside the ones of all displacements
 
 Array = npt.NDArray[np.float64]
+# Accelerations (S, 2) of gravity [m/s^2] as a function of points (S, 2) [m], or forces (S, 2) at all points [N].
 Load = Callable[[Array], Any] | Array
-"""Accelerations (S, 2) of gravity [m/s^2] as a function of points (S, 2) [m], or forces (S, 2) at all points [N]."""
-
 SHIFT = 1e-3  # shift of the squared angular frequencies of a free body below 0, over the lowest one reduced [1]
 EXACT = 1e-9  # relative error [1] below which a table shows round-off alone
 
@@ -270,18 +269,15 @@ def shortened(d: np.ndarray, shortening: np.ndarray) -> np.ndarray:
 
 # Findings on a run: large deformations, strain energy in the highest modes, loads and rotations without shapes
 
+# Displacement in the frame of a reduced body over the size of the body [1], above which there is a finding, and above
+# which the run is not ok.
 LARGE_SHARE, IMPOSSIBLE_SHARE = 0.1, 0.5
-"""Displacement in the frame of a reduced body over the size of the body [1], above which there is a finding, and above
-which the run is not ok."""
-
 MOST_POINTS = 100  # number of points of a body whose displacements are looked at
 EDGE_SHARE = 0.1  # share of the strain energy in the highest modes [1] from which a basis is said to be too small
 AT_EDGE = 3  # number of the highest modes that are looked at
-
+# Displacement by the highest modes over the size of a body [1], up to which it is the error of steps.
+# Default steps leave some 3e-9 in bodies that are so stiff that their deformation is smaller.
 STEP_ERROR = 1e-8
-"""Displacement by the highest modes over the size of a body [1], up to which it is the error of steps.
-
-Default steps leave some 3e-9 in bodies that are so stiff that their deformation is smaller."""
 
 
 def deformation_findings(body: Reduced, motion: WatchedMotion) -> Iterator[Finding]:

@@ -34,7 +34,6 @@ from flexmb.parts.bodies.flexible_body import FlexibleBody
 # A beam element as the reduction of its body sees it: displacements of its axis and sides, stiffness, string
 
 Array = npt.NDArray[np.float64]
-
 PLACES = np.linspace(0.0, 1.0, 4)  # places on an element whose displacements carry its mass: four of a cubic say all
 
 HERMITE = np.stack(  # (4, 4) displacements there by (w1, L theta1, w2, L theta2)

@@ -21,22 +21,18 @@ from flexmb.kernels import extremum_kernel, fast
 from flexmb.model.contributions import Coordinate, SignalContribution
 
 scratch = stack_matrix(QD + MOST, MOST)
-
 LANES = 16  # number of nodes side by side, a group; of groups side by side, a block; and of blocks side by side
 
+# Parameters behind those of the element: number of groups; of stresses sx, sy, txy, sz, without those at the end that
+# are zero at all nodes.
+# At HEAD: R (n, n). Then for every LANES blocks, and for every LANES groups, of each field their spreads and of each
+# coordinate their mean stresses side by side; for every group the numbers of its LANES nodes, and of each coordinate
+# their stresses side by side. The last group repeats its last node, the last groups and blocks are followed by zeros.
 GROUPS, PARTS, HEAD = range(3)
-"""Parameters behind those of the element: number of groups; of stresses sx, sy, txy, sz, without those at the end that
-are zero at all nodes.
-
-At HEAD: R (n, n).  Then for every LANES blocks, and for every LANES groups, of each field their spreads and of each
-coordinate their mean stresses side by side; for every group the numbers of its LANES nodes, and of each coordinate
-their stresses side by side.  The last group repeats its last node, the last groups and blocks are followed by zeros.
-"""
 
 SX, SY, TXY, SZ = range(0, 4 * LANES, LANES)  # places of the stresses of what is side by side, among all of them
 SURE = 1.0 + 1e-9  # factor of the bounds, for their round-off
 LEAST = 1e-16  # part of the largest mean square of stresses by which deformations without stress count in R
-
 side_by_side = stack_vector(4 * LANES)
 
 

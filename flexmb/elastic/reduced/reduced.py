@@ -41,7 +41,6 @@ from flexmb.parts.loads.mesh_loads import MeshLoad
 # Models, bases and matrices of reduced bodies that are kept for equal bodies, by the values that they depend on
 
 Value = TypeVar("Value")
-
 REMEMBERED = 8  # number of models, of bases and of matrices of reduced bodies that are kept
 
 
@@ -72,10 +71,7 @@ MODELS: Kept[ElasticModel] = Kept()
 BASES: Kept[Basis] = Kept()
 ELEMENTS: Kept[Superelement] = Kept()
 GROUPS: Kept[tuple[float, ...]] = Kept()
-
-
 FRAMES = ("chord", "pin")
-
 ROUND_OFF = 1e-12  # distance of two pins over that from the origin [1] up to which they stand at one place
 
 

@@ -66,21 +66,15 @@ from flexmb.parts.loads.mesh_loads import MeshLoad
 if TYPE_CHECKING:
     from flexmb.elastic.reduced.reduced import Reduced
 
+# Kind of a load, angle of its axes, whether it has a geometric stiffness, in place of other parameters of the body.
 KIND, ANGLE, STIFFENS = 3, 4, 5
-"""Kind of a load, angle of its axes, whether it has a geometric stiffness, in place of other parameters of the body."""
-
 DEAD, FOLLOWER, EDGES = 0.0, 1.0, 2.0  # kinds of loads
-
+# Vectors (n) behind poses and weights of the frame: Psi' f, Psi' J f, Phi' f, Phi' J f; their number.
+# Matrices (n, n) follow: N0 and N1 if the load has a geometric stiffness, Psi' A and Phi' A with edges.
 OF_F, OF_JF, TURN_F, TURN_JF, VECTORS = range(5)
-"""Vectors (n) behind poses and weights of the frame: Psi' f, Psi' J f, Phi' f, Phi' J f; their number.
-
-Matrices (n, n) follow: N0 and N1 if the load has a geometric stiffness, Psi' A and Phi' A with edges.
-"""
-
+# Rows of the second scratch matrix: F and Phi' of the forces, their changes with the angle of (c0, c1), dm/dd, N d and
+# its change with that angle, work; their number.
 FORCE, ON_TURN, D_FORCE, D_TURN, BY_D, ND, ND_CHANGE, WORK, ROWS = range(9)
-"""Rows of the second scratch matrix: F and Phi' of the forces, their changes with the angle of (c0, c1), dm/dd,
-N d and its change with that angle, work; their number."""
-
 second_scratch = stack_matrix(ROWS, MOST)
 
 
@@ -271,7 +265,6 @@ def reduced_load_signal(p, t, q, v, a):
 # Constant matrices of a reduced body, and the parameters of its element
 
 Array = npt.NDArray[np.float64]
-
 ROUND_OFF = 1e-10  # part of the largest shortening that counts as round-off
 
 

@@ -33,8 +33,8 @@ IMPORT = re.compile(r"^(?:from +([\w.]+) +import +(\([^)]*\)|[^\n#]*)|import +([
 NAME = re.compile(r"[\w.]+")
 PACKAGE = "flexmb"
 STANDARD = tuple({str(Path(get_path(name)).resolve()) for name in ("stdlib", "platstdlib")})
+# Folders of installed packages.
 INSTALLED = {"site-packages", "dist-packages"}
-"""Folders of installed packages."""
 
 
 class SourcesChangedError(RuntimeError):

@@ -27,6 +27,7 @@ from numba.core import event
 REFERENCE_PACE = 0.0125  # time of the measure of pace on the machine of these costs [s] (`notice.pace`)
 FIRST_STAGE = "the equations of motion"  # stage of kernels and other small functions
 
+# Processor time of compiling large functions [s], by stage; small functions represent others, too.
 STAGES: dict[str, dict[str, float]] = {
     FIRST_STAGE: {
         "flexmb.engine.system.evaluate.evaluate": 6.4,
@@ -52,15 +53,11 @@ STAGES: dict[str, dict[str, float]] = {
         "flexmb.engine.sensitivity.tangent_step.advance_with_tangents": 10.9,
     },
 }
-"""Processor time of compiling large functions [s], by stage; small functions represent others, too."""
 
 UNPIECED_FACTOR = 4.5  # factor of the time with a version of numba without pieces (`flexmb/engine/compiled/pieces.py`)
-
 QUIET_SECONDS = 1.0  # time without a compilation, after which a stage has ended [s]
 LEAST_SECONDS = 1.0  # expected time of a stage, below which there is no notice [s]
-
 LINE_WIDTH = 79
-
 caches: dict[str, Any] = {}  # where compiled code of each function of the package is kept, by name
 
 

@@ -74,8 +74,8 @@ def _call_kernel(context: Any, builder: Any, signature: Any, arguments: Any) -> 
 
 # Compiled functions as pieces: each is lowered once; functions called from Python are optimised as a whole
 
+# Instructions of intermediate code below which a piece is always inlined; of longer ones LLVM decides.
 INLINE_BELOW = 600
-"""Instructions of intermediate code below which a piece is always inlined; of longer ones LLVM decides."""
 
 
 class QuickFlags(Flags):

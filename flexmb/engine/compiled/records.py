@@ -152,15 +152,13 @@ Vector = Annotated[np.ndarray, _array(np.float64, 1)]
 Matrix = Annotated[np.ndarray, _array(np.float64, 2)]
 Integers = Annotated[np.ndarray, _array(np.int64, 1)]
 IntegerTable = Annotated[np.ndarray, _array(np.int64, 2)]
+# Indices: compiled code need not ask whether they count from the end.
 Places = Annotated[np.ndarray, _array(np.uint64, 1)]
-"""Indices: compiled code need not ask whether they count from the end."""
 Flags = Annotated[np.ndarray, _array(np.bool_, 1)]
 SmallPlaces = Annotated[np.ndarray, _array(np.uint32, 1)]
-
 CACHE_LINE = 64  # bytes of a cache line, at which the arrays of a record begin
 PLAIN_FLAGS = 0x0001 | 0x0100  # numpy's flags of arrays in C order and of aligned ones
 LARGEST = 2.0**53  # largest whole number that a file may hold: beyond it floats leave some out
-
 NUMBERS = {float: types.float64, int: types.int64, bool: types.boolean}
 
 

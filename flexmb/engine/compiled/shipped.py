@@ -30,12 +30,12 @@ PACKAGE = Path(__file__).resolve().parents[2]
 FOLDER = Path(__file__).resolve().parent / "shipped"
 INDEX, CODE = "index.json", "code.bin"
 
+# LLVM's names of what a generic processor can do, for which code is made.
 REQUIRED_FEATURES = {
     "x86-64-v3": (
         "avx avx2 bmi bmi2 cmov cx16 f16c fma fxsr lzcnt mmx movbe popcnt sahf sse sse2 sse3 sse4.1 sse4.2 ssse3 xsave"
     ).split()
 }
-"""LLVM's names of what a generic processor can do, for which code is made."""
 
 
 def key(function: Any, signature: tuple[Any, ...]) -> str:

@@ -18,13 +18,11 @@ from flexmb.late import sp
 
 GOOD_RESIDUAL = 1e-6  # residual relative to the right-hand side, both scaled, above which the matrix is singular
 ROUND_OFF = 1e-14  # round-off of A x relative to the largest entry of x, both scaled
-
+# Largest entry of x relative to that of the right-hand side above which A counts as singular: one of 500 beam elements
+# reaches 2e11, one without an inverse about 1e16.
 SINGULAR_GROWTH = 1e13
-"""Largest entry of x relative to that of the right-hand side above which A counts as singular: one of 500 beam elements
-reaches 2e11, one without an inverse about 1e16."""
-
+# Each round about halves the exponents of what a row and a column lack to the size 1: 1e16 becomes sqrt(1e1).
 SCALING_ROUNDS = 5
-"""Each round about halves the exponents of what a row and a column lack to the size 1: 1e16 becomes sqrt(1e1)."""
 
 
 class PivotingSolver:

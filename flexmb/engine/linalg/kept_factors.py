@@ -10,22 +10,18 @@ from flexmb.engine.linalg.symbolic import Symbolic
 from flexmb.errors import SolveError
 from flexmb.late import sp
 
+# Pivot on the diagonal relative to the largest entry of its column, down to which it is taken: less fill than with the
+# largest entry, at most ten times the growth, which the refinement makes up for.
 DIAGONAL_SHARE = 0.1
-"""Pivot on the diagonal relative to the largest entry of its column, down to which it is taken: less fill than with
-the largest entry, at most ten times the growth, which the refinement makes up for."""
-
 EXACT = 1e-14  # backward error of every equation up to which a solution is that of factors of this very matrix
 FLOOR = 1e-6  # terms of an equation relative to those of the largest one, below which the latter are its measure
-
+# Number of refinements at most; each with old factors takes a thirtieth of the time of new factors.
 MOST_REFINEMENTS = 12
-"""Number of refinements at most; each with old factors takes a thirtieth of the time of new factors."""
-
+# Backward error after a refinement with old factors relative to that before, above which new factors are faster.
 SLOWEST = 0.2
-"""Backward error after a refinement with old factors relative to that before, above which new factors are faster."""
-
+# Norm of the inverse of the scaled matrix below which no vector is mapped to round-off: that of a singular matrix is
+# 1e16, and the estimate may be a tenth of the norm.
 REGULAR = 1e11
-"""Norm of the inverse of the scaled matrix below which no vector is mapped to round-off: that of a singular matrix is
-1e16, and the estimate may be a tenth of the norm."""
 
 
 class KeptFactors(PivotingSolver):

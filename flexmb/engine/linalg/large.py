@@ -20,16 +20,13 @@ from flexmb.engine.linalg.rank import norm_of_inverse
 
 DENSE_COLUMNS = 150  # number of columns up to which singular values are computed
 VANISHING = 1e-13  # singular value, relative to the largest, below which a combination of columns vanishes
-
+# Weight w of the residual in the bordered matrix: a singular value s becomes an eigenvalue s^2/w, which is far above
+# round-off where s is above VANISHING.
 REGULARISATION = 1e-12
-"""Weight w of the residual in the bordered matrix: a singular value s becomes an eigenvalue s^2/w, which is far above
-round-off where s is above VANISHING."""
-
 LEAST_PIVOT = 1e-20  # number on the diagonal that keeps the bordered matrix regular
 FIRST_VECTORS = 4  # number of vectors looked for at first; then four times as many
-
+# Number of inverse iterations; each separates a vanishing combination from all others by ten powers of ten.
 ITERATIONS = 4
-"""Number of inverse iterations; each separates a vanishing combination from all others by ten powers of ten."""
 
 
 def null_vector(B: sp.sparray) -> np.ndarray | None:
@@ -108,10 +105,8 @@ def largest_singular_value(B: sp.sparray) -> float:
 
 
 Solve = Callable[[np.ndarray], np.ndarray]
-
+# Compliance of the joints against that of the structure, both scaled to 1: their rows then need not be independent.
 JOINT_COMPLIANCE = 1e-10
-"""Compliance of the joints against that of the structure, both scaled to 1: their rows then need not be independent."""
-
 HOLD = 4.0  # factor w of G^T G beside K, its largest entry in each row scaled to 1: where K is -1 the sum is not 0
 DENSE_PIVOTS = 1500  # number of unknowns up to which eigenvalues are counted where a pivot is zero
 

@@ -190,13 +190,9 @@ def backward_two(starts, row_ptr, rows, value_ptr, lu, pair):
 
 
 LOST_PIVOT = 1e-13  # pivot relative to the largest term summed up to it, below which it is round-off: a lost pivot
-
+# Pivot of a constraint row relative to the largest term summed up to it, below which the row is held.
+# The sine of the angle between this row and the rows before it is then 1e-4.
 HELD_PIVOT = 1e-8
-"""Pivot of a constraint row relative to the largest term summed up to it, below which the row is held.
-
-The sine of the angle between this row and the rows before it is then 1e-4.
-"""
-
 ROWS_HELD = -2  # result of `factor` with held rows; -1 without held rows
 NO_ROW = 1 << 62  # number of the first constraint for `factor` if no row may be held
 

@@ -10,10 +10,9 @@ from flexmb.errors import InputError
 from flexmb.late import sp
 
 _OWNER = "elimination_order"
-
+# Number of blocks above which the order is that of SuperLU's multiple minimum degree, compiled code: no more fill in a
+# tenth of the time. Below it, that library would take longer to import than the order takes.
 LARGE_GRAPH = 1000
-"""Number of blocks above which the order is that of SuperLU's multiple minimum degree, compiled code: no more fill in
-a tenth of the time.  Below it, that library would take longer to import than the order takes."""
 
 
 def elimination_order(

@@ -11,17 +11,13 @@ from flexmb.late import scipy, sp
 
 RANK_TOLERANCE = 1e-9  # diagonal entry of R of a pivoted QR relative to the largest, below which a row is redundant
 CERTAIN_EIGENVALUE = 1e-10  # eigenvalue of G G^T relative to its diagonal, above which it is no round-off
-
+# Norm of the inverse of G G^T, its rows of length 1, below which the rows of a sparse G are independent beyond doubt:
+# those of a chain of n links reach n^2, those that repeat one another 1e16.
 CERTAIN_INVERSE = 1e12
-"""Norm of the inverse of G G^T, its rows of length 1, below which the rows of a sparse G are independent beyond doubt:
-those of a chain of n links reach n^2, those that repeat one another 1e16."""
-
-
+# Number of constraint rows above which only the redundant rows are named, and not those that they repeat.
 DENSE_ROWS = 800
-"""Number of constraint rows above which only the redundant rows are named, and not those that they repeat."""
-
+# Entry of a combination of rows that vanishes, relative to the largest, below which the row is not in it.
 IN_COMBINATION = 1e-6
-"""Entry of a combination of rows that vanishes, relative to the largest, below which the row is not in it."""
 
 
 @dataclass(frozen=True)

@@ -139,9 +139,8 @@ def locate_targets(starts, row_ptr, rows, value_ptr, panel, reached, targets):
 
 
 WIDEST_PANEL = 3  # number of unknowns in a panel at most: the coordinates of a node, with unrolled loops in `factor`
-
+# Share of zeros in a panel, up to which joined panels are faster than separate ones (tests/speed/lu_time.py).
 PANEL_ZEROS = 0.2
-"""Share of zeros in a panel, up to which joined panels are faster than separate ones (tests/speed/lu_time.py)."""
 
 
 @dataclass(frozen=True, eq=False)

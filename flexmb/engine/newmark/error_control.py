@@ -8,10 +8,8 @@ from flexmb.kernels import compiled, copy
 from flexmb.program.program import COMMON_Z
 
 CONTACT_TRIALS = 8  # number of trials of one step at most that locate a contact event
-
+# Growth factors of a step between which its size is kept, so that the factors of the matrix can be reused.
 UNCHANGED_FROM, UNCHANGED_TO = 0.95, 1.2
-"""Growth factors of a step between which its size is kept, so that the factors of the matrix can be reused."""
-
 LEAST_STATE = 1e-300  # least scale of a state of a control, so that a state which stays 0 has no error
 SAFETY = 0.9  # safety factor of the next step; also the largest factor of a rejected step
 

@@ -75,13 +75,10 @@ from flexmb.kernels import compiled
 
 ROUND_OFF = 1e-14  # correction relative to the coordinates, below which it is round-off
 LEAST_CORRECTION = 1e-300  # least tolerance of a correction of the state of a control, for states that stay 0
-
+# Correction of the state of a control relative to its size, below which it is round-off of its law.
 STATE_ROUND_OFF = 1e-12
-"""Correction of the state of a control relative to its size, below which it is round-off of its law."""
-
+# Angle [rad] up to which round-off is that of 1 rad, so that the pose of a mechanism at the start does not count.
 ANGLE_ALLOWANCE = 6.3
-"""Angle [rad] up to which round-off is that of 1 rad, so that the pose of a mechanism at the start does not count."""
-
 GAP_ROUND_OFF = 0.1  # round-off of a gap relative to that of corrections
 
 
@@ -209,23 +206,16 @@ def is_round_off(n, m, lu, trial, work, record):
     return report.correction <= report.tolerance * (1.0 + GAP_ROUND_OFF * report.round_off / angle)
 
 
+# Number of unknowns up to which every iteration with a closed contact or joint friction factors its own matrix.
+# Matrix and factors then cost little more than a residual.
 SMALL_SYSTEM = 60
-"""Number of unknowns up to which every iteration with a closed contact or joint friction factors its own matrix.
-
-Matrix and factors then cost little more than a residual.
-"""
-
+# Correction over its tolerance, up to which contact and friction are linear enough for reused factors.
+# Larger ones gain nothing more, and leave errors of 1e-9 of an impact.
 NONLINEAR_CORRECTION = 300.0
-"""Correction over its tolerance, up to which contact and friction are linear enough for reused factors.
-
-Larger ones gain nothing more, and leave errors of 1e-9 of an impact.
-"""
-
+# Correction over its round-off, below which the correction is noise; and contraction rate above which noise stalls.
 ROUND_OFF_FRACTION = 0.1
-"""Correction over its round-off, below which the correction is noise; and contraction rate above which noise stalls."""
-
+# Codes inside a step: further iteration; second evaluation, because held rows are not redundant.
 CONTINUE, EVALUATE_AGAIN = -1, -2
-"""Codes inside a step: further iteration; second evaluation, because held rows are not redundant."""
 
 
 @compiled

@@ -19,18 +19,13 @@ from flexmb.kernels import compiled, copy
 # Redundant constraints: rows of G that depend on others, at a singular position or in every pose
 
 CLOSED_GAP = 1e-10  # largest gap of a held row, relative to the size of the mechanism
-
+# Largest gap of a held row relative to h^2 a, in the first steps at a singular position.
+# A row that is needed opens by all of h^2 a, a redundant one by its square.
 OPENING_FRACTION = 0.1
-"""Largest gap of a held row relative to h^2 a, in the first steps at a singular position.
-
-A row that is needed opens by all of h^2 a, a redundant one by its square.
-"""
-
 HOLD_WITHIN_STEP = 1e-4  # relative pivot below which a row is held in the later iterations of a step that holds rows
 PASSING_STEPS = 3  # number of steps at most in which large steps pass a singular position
-
+# Entry of a multiplier vector u with G^T u = 0 relative to its largest, above which a joint is named as redundant.
 EFFECT_LIMIT = 1e-3
-"""Entry of a multiplier vector u with G^T u = 0 relative to its largest, above which a joint is named as redundant."""
 
 
 @compiled
@@ -126,50 +121,36 @@ def remove_component(n, m, row, trial):
 
 LONGEST_SUSPENSION = 15.0  # number of steps for which reuse is suspended at most
 OLDEST_FACTORS = 25.0  # number of steps after which factors are discarded
-
+# Number of iterations beyond those of the best step, summed over steps, after which factors are discarded.
 MOST_EXTRA_ITERATIONS = 3.0
-"""Number of iterations beyond those of the best step, summed over steps, after which factors are discarded."""
-
 COEFFICIENT_CHANGE = 0.2  # relative change of a coefficient kv or ka, above which factors are discarded
-
+# Smallest relative pivot of a constraint with which factors are reused.
+# Near singular positions every iteration factors its own matrix, in which redundant rows are found.
 REGULAR_PIVOT = 1e-2
-"""Smallest relative pivot of a constraint with which factors are reused.
-
-Near singular positions every iteration factors its own matrix, in which redundant rows are found.
-"""
-
 MEASURING_INTERVAL = 8.0  # number of steps after which the contraction rate is measured again
 GOOD_CONTRACTION = 0.1  # contraction rate up to which a single correction may end an iteration
 FAIR_CONTRACTION = 0.3  # contraction rate up to which an iteration with reused factors continues
-
+# Relative change of a slope of a contact or friction law, above which the iteration needs a new matrix.
 SLOPE_CHANGE = 0.5
-"""Relative change of a slope of a contact or friction law, above which the iteration needs a new matrix."""
-
 ROUND_OFF_SPREAD = 5.0  # correction that may be round-off over one that was seen to be
+# First correction over that of the step before, above which a single correction does not end the iteration.
 CORRECTION_GROWTH = 3.0
-"""First correction over that of the step before, above which a single correction does not end the iteration."""
-
 MOST_REUSE_ITERATIONS = 4  # number of iterations with reused factors at most
 
+# Error that may remain, as theta estimates it, over the tolerance of corrections.
+# It is smaller than 1 because the rest of G v = 0 returns, over h, in the accelerations of the next step, in the same
+# direction in every step: 1e-3 left the N-four-bar 6e-7 m away after 10 s, and saved nothing.
 REMAINING_ERROR = 1e-4
-"""Error that may remain, as theta estimates it, over the tolerance of corrections.
 
-It is smaller than 1 because the rest of G v = 0 returns, over h, in the accelerations of the next step, in the same
-direction in every step: 1e-3 left the N-four-bar 6e-7 m away after 10 s, and saved nothing.
-"""
-
+# Error that may remain over the round-off of corrections, where that is more than `REMAINING_ERROR` allows.
+# Round-off has no direction; the remaining error has the same direction in every step: with steps of 0.1 ms, 1e-15 m
+# are an acceleration of 1e-7 m/s^2 that stays missing.
 REMAINING_ROUND_OFF = 0.01
-"""Error that may remain over the round-off of corrections, where that is more than `REMAINING_ERROR` allows.
 
-Round-off has no direction; the remaining error has the same direction in every step: with steps of 0.1 ms, 1e-15 m are
-an acceleration of 1e-7 m/s^2 that stays missing.
-"""
-
+# Last correction over its tolerance, after which forces and energies are not evaluated again.
 NEGLIGIBLE_CORRECTION = 0.05
-"""Last correction over its tolerance, after which forces and energies are not evaluated again."""
-
+# Last correction over its tolerance, after which the same holds with a closed contact or friction in a joint.
 NEGLIGIBLE_WITH_FRICTION = 1e-4
-"""Last correction over its tolerance, after which the same holds with a closed contact or friction in a joint."""
 
 
 @compiled

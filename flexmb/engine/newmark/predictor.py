@@ -13,13 +13,13 @@ from flexmb.engine.state.flow import PAST_STATES
 from flexmb.kernels import compiled
 from flexmb.program.program import COMMON_Z
 
+# Orders of predictions without accelerations: by the positions at the start of the step, and by its velocities.
 STANDING, COASTING = range(-2, 0)
-"""Orders of predictions without accelerations: by the positions at the start of the step, and by its velocities."""
 
+# Displacement by the predicted accelerations over the size of the mechanism, or rotation by them [rad], up to which
+# they are trusted: a step that does not resolve them (after a jump of a load) starts from the velocities alone, or from
+# the positions, where the velocities lead as far. Where Newton's iteration starts does not change where it ends.
 FARTHEST_LEAP = 0.1
-"""Displacement by the predicted accelerations over the size of the mechanism, or rotation by them [rad], up to which
-they are trusted: a step that does not resolve them (after a jump of a load) starts from the velocities alone, or from
-the positions, where the velocities lead as far.  Where Newton's iteration starts does not change where it ends."""
 
 OLD_ERROR_WEIGHT = 0.5  # weight of the errors of earlier predictions relative to that of the last one
 

@@ -17,11 +17,9 @@ from flexmb.engine.compiled.records import Matrix, Record, Vector
 from flexmb.program.program import Program
 
 STAGES = 3
+# Numbers of stages.
 MIDDLE, LAST = 1, 2
-"""Numbers of stages."""
-
 AT_START, AT_END, ELSEWHERE = range(3)  # rows of `Collocation.rates`
-
 _ROOT = 6.0**0.5
 _C = np.array([(4.0 - _ROOT) / 10.0, (4.0 + _ROOT) / 10.0, 1.0])
 _A = np.array(
@@ -41,20 +39,17 @@ def _numbers(array: np.ndarray) -> tuple[float, ...]:
 
 
 C, WEIGHTS = _numbers(_C), _numbers(_A[2])
+# Coefficients of V_i = v0 + h sum ONCE_ij A_j and Q_i = q0 + c_i h v0 + h^2 sum TWICE_ij A_j.
 ONCE, TWICE = tuple(map(_numbers, _A)), tuple(map(_numbers, _A @ _A))
-"""Coefficients of V_i = v0 + h sum ONCE_ij A_j and Q_i = q0 + c_i h v0 + h^2 sum TWICE_ij A_j."""
-
 REAL = float(_VALUES[_ORDER[0]].real)
+# Eigenvalues of D: REAL, and PAIR_RE + i PAIR_IM with its conjugate.
 PAIR_RE, PAIR_IM = float(_VALUES[_ORDER[1]].real), float(_VALUES[_ORDER[1]].imag)
-"""Eigenvalues of D: REAL, and PAIR_RE + i PAIR_IM with its conjugate."""
-
 TO_REAL, FROM_REAL = _numbers(_INVERSE[_ORDER[0]].real), _numbers(_VECTORS[:, _ORDER[0]].real)
 TO_RE, TO_IM = _numbers(_INVERSE[_ORDER[1]].real), _numbers(_INVERSE[_ORDER[1]].imag)
+# Transformation into the eigenvectors and back: w = TO . Q, Q_i = FROM_REAL_i w_1 + Re((a_i + i b_i) w_2).
 FROM_RE, FROM_IM = _numbers(2.0 * _VECTORS[:, _ORDER[1]].real), _numbers(2.0 * _VECTORS[:, _ORDER[1]].imag)
-"""Transformation into the eigenvectors and back: w = TO . Q, Q_i = FROM_REAL_i w_1 + Re((a_i + i b_i) w_2)."""
-
+# Weights of the stages in the error estimate of third order.
 ESTIMATE = (-(13.0 + 7.0 * _ROOT) / 3.0, (-13.0 + 7.0 * _ROOT) / 3.0, -1.0 / 3.0)
-"""Weights of the stages in the error estimate of third order."""
 
 
 class StageStep(Record):

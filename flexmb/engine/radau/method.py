@@ -45,12 +45,10 @@ if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
     from flexmb.run.run import Run
 
+# Next step over the present one at most and at least; safety factor of the next step.
 LARGEST_GROWTH, LEAST_GROWTH, SAFETY = 4.0, 0.2, 0.9
-"""Next step over the present one at most and at least; safety factor of the next step."""
-
+# Number of largest steps in a period or a run, without contacts and with contacts.
 LEAST_STEPS, LEAST_STEPS_CONTACTS = 100.0, 100.0
-"""Number of largest steps in a period or a run, without contacts and with contacts."""
-
 RESTART_ARRAYS = ("past", "past_lam", "real", "re", "im")  # arrays of `Collocation` for a restart
 
 

@@ -66,28 +66,18 @@ from flexmb.places import FRICTION_FORCE, GAP_RATE, NORMAL_FORCE, SLIP
 from flexmb.program.program import LOAD_KERNEL
 
 MOST_ITERATIONS = 16  # number of Newton iterations of a step at most
-
+# Error factor theta/(1 - theta) and number of iterations, above which the next step factors new matrices.
 REFACTOR_RATE, REFACTOR_ITERATIONS = 0.02, 4
-"""Error factor theta/(1 - theta) and number of iterations, above which the next step factors new matrices."""
-
+# Error that Newton's iteration may leave, over rtol^(1/2) times the accepted error of a step.
+# The error of the method is much less than the accepted error, the more so the smaller rtol is.
 ITERATION_FRACTION = 0.1
-"""Error that Newton's iteration may leave, over rtol^(1/2) times the accepted error of a step.
-
-The error of the method is much less than the accepted error, the more so the smaller rtol is.
-"""
-
+# Projection shift relative to the size of the mechanism: up to the first round-off, above the second large.
 CLOSED_SHIFT, LARGE_SHIFT = 1e-14, 1e-4
-"""Projection shift relative to the size of the mechanism: up to the first round-off, above the second large."""
-
+# Tolerance of corrections relative to h^2 |a|: for fixed steps, and the least one for all steps.
 FIXED_STEP_TOLERANCE, LEAST_TOLERANCE = 1e-10, 1e-15
-"""Tolerance of corrections relative to h^2 |a|: for fixed steps, and the least one for all steps."""
-
+# Contraction rate above which corrections that are round-off of the coordinates do not get smaller.
+# Many corrections get much smaller: round-off of the positions counts only with stiff forces.
 STALLED_RATE = 0.3
-"""Contraction rate above which corrections that are round-off of the coordinates do not get smaller.
-
-Many corrections get much smaller: round-off of the positions counts only with stiff forces.
-"""
-
 LEAST_RATE = 1e-2  # least error factor of the first iteration of a step, which is not measured in this step
 
 
@@ -402,13 +392,12 @@ def times_mass(tables, address, h, x, flow, work, target, R):
         target[i] = x[i]
 
 
+# Difference between computed and interpolated accelerations within a step relative to the largest, up to which the
+# computed ones are used: with stiff forces, they are the error of the interpolated positions times the stiffness.
 ACCELERATION_MISMATCH = 0.01
-"""Difference between computed and interpolated accelerations within a step relative to the largest, up to which the
-computed ones are used: with stiff forces, they are the error of the interpolated positions times the stiffness."""
-
+# Change of the computed accelerations by other interpolated positions, relative to the difference above, up to which
+# they are used nevertheless: a drive, cam or load has a kink within the step, which no interpolation follows.
 INSENSITIVE = 0.1
-"""Change of the computed accelerations by other interpolated positions, relative to the difference above, up to which
-they are used nevertheless: a drive, cam or load has a kink within the step, which no interpolation follows."""
 
 
 @compiled

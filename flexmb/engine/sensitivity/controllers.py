@@ -27,8 +27,8 @@ from flexmb.kernels import compiled, copy
 from flexmb.program.program import BEGIN, END, FIRST_OUTPUT, NO_FACTOR, Program, Sampler
 from flexmb.run.sampling import act
 
+# Difference of an input of a sampled law relative to its size, and least size relative to its largest so far.
 PART_OF_INPUT, LEAST_PART = 1e-6, 1e-3
-"""Difference of an input of a sampled law relative to its size, and least size relative to its largest so far."""
 
 
 class ControlSlopes(Record):
@@ -170,8 +170,8 @@ def add_control_change(tables, varied, address, t, q, v, a, z, factor, j, T, wor
             subtract_load(tables, output, factor * work.output[output], T.F[j], T)
 
 
+# Weights and samplers of neighbouring mechanisms, whose weighted sum is a derivative by a parameter.
 Moved = Sequence[tuple[float, tuple[Sampler, ...]]]
-"""Weights and samplers of neighbouring mechanisms, whose weighted sum is a derivative by a parameter."""
 
 
 def sampled_inputs(program: Program) -> np.ndarray:

@@ -58,18 +58,14 @@ from flexmb.program.program import (
 )
 
 FIRST, SECOND = range(2)  # rows of `Tangents.local`
-
+# Columns of `Tangents.own`: differences of gap, gap rate, slip and normal force.
 OF_GAP, OF_RATE, OF_SLIP, OF_NORMAL = range(4)
-"""Columns of `Tangents.own`: differences of gap, gap rate, slip and normal force."""
-
+# Difference of a number: relative to the number, and least difference for numbers near 0.
 RELATIVE_DIFFERENCE, LEAST_DIFFERENCE = 1e-5, 1e-11
-"""Difference of a number: relative to the number, and least difference for numbers near 0."""
-
+# Differences for friction with histories: of the history in a joint over the slip of a step; of a load over itself.
 PART_OF_SLIP, PART_OF_LOAD = 0.1, 1e-8
-"""Differences for friction with histories: of the history in a joint over the slip of a step; of a load over itself."""
-
+# Difference of the nodes of an element: relative to their motion in a step, and least difference [m, rad].
 NODE_DIFFERENCE, LEAST_NODE_DIFFERENCE = 1e-3, 1e-9
-"""Difference of the nodes of an element: relative to their motion in a step, and least difference [m, rad]."""
 
 
 @compiled

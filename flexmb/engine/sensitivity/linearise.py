@@ -46,12 +46,10 @@ SPEED, ACCELERATION = range(2)  # rows of `Tangents.moving`: G v, and G a + W v
 PLACE, ROW, COLUMN = range(3)  # columns of `Tangents.entries`
 RESIDUAL, RATE, RIGHT_SIDE = range(3)  # rows of `Tangents.g`: g, g_t and gamma of constraint kernels
 TIME_DIFFERENCE = 0.01  # time difference for the derivative of loads by time, over the step size
-
+# Difference of the pose for dG/dt along the motion [rad, or relative to the size of the mechanism].
 POSE_DIFFERENCE = 1e-5
-"""Difference of the pose for dG/dt along the motion [rad, or relative to the size of the mechanism]."""
-
+# Decorator `compiled` without inlining, for long functions with several callers.
 apart = whole(error_model="numpy", _nrt=False)
-"""Decorator `compiled` without inlining, for long functions with several callers."""
 
 
 class CarriedStep(Record):

@@ -26,9 +26,8 @@ from flexmb.kernels import compiled
 from flexmb.places import FRICTION_FORCE, GAP, GAP_RATE, NORMAL, NORMAL_FORCE, SLIP, TANGENTIAL
 from flexmb.program.program import BEGIN, END, LOAD_KERNEL, NORMAL_Z, SOURCE_P, SOURCE_P_END, Z_END, Program, Tables
 
+# Kinds of pieces in `ParameterRates.pieces`; all controllers are one piece.
 ELEMENT, CONSTRAINT, CONTACT, CONTROLLERS = range(4)
-"""Kinds of pieces in `ParameterRates.pieces`; all controllers are one piece."""
-
 KIND, NUMBER = range(2)  # columns of `ParameterRates.pieces`
 
 

@@ -22,16 +22,14 @@ from flexmb.kernels import compiled
 from flexmb.places import FRICTION_FORCE, LOAD, NORMAL_FORCE, SLIDING, SLIP, TANGENTIAL
 from flexmb.program.program import BEGIN, END, FRICTION_Z, LOAD_KERNEL, Z_END
 
+# Columns of `Tangents.turn` [N s/m]: forces at the end of the step by the slip at its start, and by that at its end
+# beside the slope of the law; what of the latter is no part of the accelerations at the end; the slope that is, for the
+# next step.
 STARTING, ENDING, EXCESS, CARRIED = range(4)
-"""Columns of `Tangents.turn` [N s/m]: forces at the end of the step by the slip at its start, and by that at its end
-beside the slope of the law; what of the latter is no part of the accelerations at the end; the slope that is, for the
-next step.
-"""
 
+# Change of a friction force within a step that its slopes at both ends do not tell, relative to the force; largest
+# slope in accelerations, relative to the secant: beyond it, differences leave the slip within which the law turns.
 PART_OF_FRICTION, STEEPEST = 1e-3, 10.0
-"""Change of a friction force within a step that its slopes at both ends do not tell, relative to the force; largest
-slope in accelerations, relative to the secant: beyond it, differences leave the slip within which the law turns.
-"""
 
 
 @compiled

@@ -23,15 +23,11 @@ from flexmb.engine.system.work import Work, workspace
 from flexmb.kernels import compiled, copy
 from flexmb.program.program import COMMON_Z, LAST_GAP, PHASE, Program
 
+# Differences of positions and of velocities for derivatives of signals, relative to size and speed of the mechanism.
+# Friction turns round within a thousandth of the speed or less.
 SMALL_WAY, SMALL_SPEED = 1e-6, 1e-7
-"""Differences of positions and of velocities for derivatives of signals, relative to size and speed of the mechanism.
-
-Friction turns round within a thousandth of the speed or less.
-"""
-
+# Difference of a penetration relative to it, and the least part of the other differences that it may ask for.
 PART_OF_PENETRATION = 1e-3
-"""Difference of a penetration relative to it, and the least part of the other differences that it may ask for."""
-
 PART_OF_GAP = 0.5  # difference of the gap of an open contact relative to it, so that no difference crosses the onset
 STEP_ROWS = 512  # number of steps whose rows the buffer holds
 

@@ -61,12 +61,10 @@ from flexmb.program.program import COMMON_Z, LAST_GAP, LAST_GAP_RATE, PHASE, Pro
 from flexmb.run.run import Run
 from flexmb.statics.start.projection import metric_of, shortest_correction
 
+# Number of rounds at most that solve for position shifts and positions in turn; two or three are usual.
 MOST_ROUNDS = 10
-"""Number of rounds at most that solve for position shifts and positions in turn; two or three are usual."""
-
+# Relative change of the positions from round to round: converged below the first, refused above the second.
 CONVERGED_CHANGE, DIVERGED_CHANGE = 1e-13, 1e-9
-"""Relative change of the positions from round to round: converged below the first, refused above the second."""
-
 LEAST_PIVOT = 1e-300  # least stiffness of a coordinate by which a force is divided
 VERY_END = 0.9  # fraction of a step from which a contact that begins in it begins at its end
 WEIGHT_OF_MASS = 1e6  # weight of the mass matrix for accelerations alone, over that of the step
@@ -361,11 +359,10 @@ def advance_with_tangents(table, tables, address, lu, options, flow, trial, work
     return RUNNING
 
 
+# Newmark's gamma up to which errors of accelerations along the constraints do not fade: factor 1 - 1/gamma a step.
 LEAST_FADING_GAMMA = 0.51
-"""Newmark's gamma up to which errors of accelerations along the constraints do not fade: factor 1 - 1/gamma a step."""
-
+# Difference of states for derivatives that no kernel gives [rad, or relative to the size of the mechanism].
 STATE_DIFFERENCE = 1e-5
-"""Difference of states for derivatives that no kernel gives [rad, or relative to the size of the mechanism]."""
 
 
 class CarryingStepper(NewmarkStepper):

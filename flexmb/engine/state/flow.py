@@ -10,15 +10,12 @@ PAST_STATES = 3  # number of states before the accepted one that the predictor k
 EPISODE_SIZE = 7  # number of columns of `Flow.episodes` (`engine/step/contact_log.py`)
 EPISODE_ROW_SIZE = 11  # number of columns of `RunRecord.episodes` (`engine/step/contact_log.py`)
 IMPACT_SIZE = 3  # number of columns of `Flow.impacts` (`engine/step/contact_events.py`)
-
 MEMORY_NORMAL, MEMORY_BY_NORMAL = range(2)
 (MEMORY_BY_FRICTION,) = range(7, 8)
+# Numbers of `Flow.memory` for each contact: normal force [N], six generalised forces of it, six of friction.
+# After the contacts follow, for every constraint equation, motion and force; for every constraint, friction force and
+# slip; then the forces of loads.
 CONTACT_MEMORY_SIZE = 13
-"""Numbers of `Flow.memory` for each contact: normal force [N], six generalised forces of it, six of friction.
-
-After the contacts follow, for every constraint equation, motion and force; for every constraint, friction force and
-slip; then the forces of loads.
-"""
 
 
 class Clock(Record):

@@ -11,9 +11,8 @@ from flexmb.program.program import Program
 from flexmb.program.signals import CONTACT_PENETRATION
 
 GEAR_GUPTA_LEIMKUHLER, POSITION, VELOCITY = range(3)
+# Form of the constraints by its public name.
 FORMS = {"gear-gupta-leimkuhler": GEAR_GUPTA_LEIMKUHLER, "position": POSITION, "velocity": VELOCITY}
-"""Form of the constraints by its public name."""
-
 NEVER = 1e300  # save interval [s] of a run that saves no instants; also an accepted error [m] that rejects no step
 
 
@@ -46,8 +45,8 @@ class Options(Record, frozen=True):
 
 # Poses that a run keeps for its watch: signals and histories of some accepted steps, whatever is saved
 
+# Number of poses, at most and at least; numbers of all poses (2 MB) beyond which there are fewer.
 MOST_POSES, LEAST_POSES, POSE_NUMBERS = 256, 32, 1 << 18
-"""Number of poses, at most and at least; numbers of all poses (2 MB) beyond which there are fewer."""
 
 
 class PoseNumbers(Record, limits={"count": (0, MOST_POSES), "stride": (1, LARGEST), "wait": (0, LARGEST)}):
@@ -97,14 +96,12 @@ def kept_poses(poses: Poses, t: float, signals: np.ndarray, z: np.ndarray) -> tu
 
 RUNNING, DONE, BUFFER_FULL, NEWTON_FAILED, SINGULAR, NOT_FINITE, STEP_TOO_SMALL = range(7)
 ENERGY_MISSING, ENERGY_MADE, ENERGY_LOST = 20, 21, 22
+# Codes with which a compiled loop returns (`results/status.py` has a sentence for each).
 (CONDITION_MET,) = range(30, 31)
-"""Codes with which a compiled loop returns (`results/status.py` has a sentence for each)."""
-
+# Codes of `Counters.evaluated`: nothing of the trial state is evaluated, all of it, or its constraints alone.
 NOT_EVALUATED, EVALUATED, JOINTS_EVALUATED = range(3)
-"""Codes of `Counters.evaluated`: nothing of the trial state is evaluated, all of it, or its constraints alone."""
-
+# Columns of `RunRecord.levels`: level of a stop condition; 1 for rising through it, -1 for falling, 0 for neither.
 LEVEL, DIRECTION = range(2)
-"""Columns of `RunRecord.levels`: level of a stop condition; 1 for rising through it, -1 for falling, 0 for neither."""
 
 
 class Counters(Record):
@@ -146,9 +143,8 @@ class StepReport(Record):
 
 
 LEAST, INSTANT = range(2)  # columns of `RunRecord.lows`: least value of a signal, and when [s]
-
+# Columns of `RunRecord.places`: the signal of a place, and the signal at whose peak it is wanted.
 PLACE, OF_PEAK = range(2)
-"""Columns of `RunRecord.places`: the signal of a place, and the signal at whose peak it is wanted."""
 
 
 class RunRecord(Record):
