@@ -228,7 +228,7 @@ def _check_lines(mesh: LineMesh) -> None:
 
 
 def require_distinct(name: str, points: Array, joined: str) -> None:
-    """Refuse nodes (n, 2) at the same place; `joined`: word for what they should join."""
+    """Refusal of nodes (n, 2) at the same place; `joined`: the kind of cells that they should join."""
     same = cKDTree(points).query_pairs(SAME_PLACE * extent(points), output_type="ndarray")
     if len(same):
         i, j = min(same.tolist())

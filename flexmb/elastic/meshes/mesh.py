@@ -349,8 +349,8 @@ def numbers_of_cells(mesh: PlaneMesh, field: str, value: ByRegion[float], unit: 
 
 def elasticity(mesh: PlaneMesh, material: Materials, state: str) -> Array:
     """(m, 3) stiffnesses D11, D12, D33 [Pa] of each cell, of plane stress or plane strain."""
-    # sx = D11 ex + D12 ey, sy = D12 ex + D11 ey, txy = D33 gxy. Equations (11.1) and (11.2) of
-    # docs/theory/plane_bodies.md.
+    # sx = D11 ex + D12 ey, sy = D12 ex + D11 ey, txy = D33 gxy.
+    # Equations (11.1) and (11.2) of docs/theory/plane_bodies.md.
     checks.one_of(mesh.label, "state", state, (STRESS, STRAIN))
     values = np.empty((len(mesh.cells), 3))
     for item, cells in cell_values(mesh, "material", material):

@@ -397,9 +397,9 @@ def _modal_damping(M: Array, K: Array, ratios: float | tuple[float, ...]) -> Arr
 
 def _stiffening(found: Basis, K: Array, free: Array) -> tuple[Array, Array]:
     """Geometric stiffness: Kc of centrifugal forces about the first pin at unit speed, and Q of unit forces."""
-    # Q_a is that of a unit force along the static shape a, 1/2 d Q_a d the shortening there; equation (12.10) of
-    # docs/theory/reduced.md. With static shapes of inertia or loads, Q of all coordinates; Kc is of the stress that
-    # these leave.
+    # Q_a is that of a unit force along the static shape a, 1/2 d Q_a d the shortening there. With static shapes of
+    # inertia or loads, Q of all coordinates; Kc is of the stress that these leave.
+    # Equation (12.10) of docs/theory/reduced.md.
     model, n, m = found.model, len(K), found.model.count
     first = np.array([model.pins[0].x, model.pins[0].y])
     centrifugal = stiffness_under(found, model.force_of(model.points - first))
