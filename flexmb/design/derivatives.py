@@ -164,8 +164,28 @@ def _instants(label: str, grid: Any, end: float) -> np.ndarray:
 
 
 # Table of derivatives, elasticities
+class Measures(display.Inside):
+    """Base of results with a table of measures."""
+
+    measures: xr.Dataset
+
+    def table(self) -> list[tuple[str, ...]]:
+        """Rows of texts: measure, parameter, derivative, its unit, relative derivative."""
+        measures, rows = self.measures, list[tuple[str, ...]]()
+        for i, name in enumerate(measures.measure.values.tolist()):
+            for k, parameter in enumerate(measures.parameter.values.tolist()):
+                unit = per(str(measures.unit.values[i]), str(measures.unit_of_parameter.values[k]))
+                derivative, relative = (float(measures[one].values[i, k]) for one in ("derivative", "relative"))
+                rows.append((name, parameter, f"{derivative:.6g}", unit, f"{relative:.4g}"))
+        return rows
+
+    def _below(self, head: str) -> str:
+        """The table below a `head`."""
+        return f"{head}\n{columns(('measure', 'parameter', 'derivative', 'unit', 'relative'), self.table())}"
+
+
 @dataclass(frozen=True, repr=False)
-class Sensitivity(display.Inside):
+class Sensitivity(Measures):
     """Derivatives of signals and of their measures by parameters.
 
     `s["slider.x"]` is the derivative of a signal, (parameter, time); `s.signals["slider.x"]` the signal itself.
@@ -196,24 +216,8 @@ class Sensitivity(display.Inside):
         checks.one_of("Sensitivity", "signal", name, [str(key) for key in self.dataset.data_vars])
         return self.dataset[name]
 
-    def table(self) -> list[tuple[str, ...]]:
-        """Rows of texts: measure, parameter, derivative, its unit, relative derivative."""
-        return rows_of(self.measures)
-
     def __repr__(self) -> str:
-        head = f"Sensitivity: {self.status} A small difference grew by {self.growth:.3g}."
-        return f"{head}\n{columns(('measure', 'parameter', 'derivative', 'unit', 'relative'), self.table())}"
-
-
-def rows_of(measures: xr.Dataset) -> list[tuple[str, ...]]:
-    """Rows of texts: measure, parameter, derivative, its unit, relative derivative."""
-    rows: list[tuple[str, ...]] = []
-    for i, name in enumerate(measures.measure.values.tolist()):
-        for k, parameter in enumerate(measures.parameter.values.tolist()):
-            unit = per(str(measures.unit.values[i]), str(measures.unit_of_parameter.values[k]))
-            derivative, relative = (float(measures[one].values[i, k]) for one in ("derivative", "relative"))
-            rows.append((name, parameter, f"{derivative:.6g}", unit, f"{relative:.4g}"))
-    return rows
+        return self._below(f"Sensitivity: {self.status} A small difference grew by {self.growth:.3g}.")
 
 
 def columns(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

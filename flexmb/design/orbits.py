@@ -11,17 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flexmb import arguments, checks, display
-from flexmb.design.derivatives import (
-    Derivatives,
-    Started,
-    carried,
-    columns,
-    measure_of,
-    measures_of,
-    places_of,
-    rows_of,
-    told,
-)
+from flexmb.design.derivatives import Derivatives, Measures, Started, carried, measure_of, measures_of, places_of, told
 from flexmb.design.measures import EXTREMES, Measure, Rows, measured
 from flexmb.design.parameters import Neighbour, Parameter, ParameterModel, directions, refuse_taken
 from flexmb.dynamics.orbits.orbit_newton import correct, extended, solved
@@ -46,7 +36,7 @@ NOTHING = 1e-4  # error of a relative derivative that is never named
 
 
 @dataclass(frozen=True, repr=False)
-class OrbitSensitivity(display.Inside):
+class OrbitSensitivity(Measures):
     """Derivatives of a periodic orbit by parameters.
 
     Parameters
@@ -64,17 +54,12 @@ class OrbitSensitivity(display.Inside):
     orbit: PeriodicOrbit
     status: str
 
-    def table(self) -> list[tuple[str, ...]]:
-        """Rows of texts: measure, parameter, derivative, its unit, relative derivative."""
-        return rows_of(self.measures)
-
     def to_dataset(self) -> xr.Dataset:
         """All derivatives in one dataset."""
         return self.dataset.merge(self.measures, compat="no_conflicts")
 
     def __repr__(self) -> str:
-        head = f"OrbitSensitivity: {self.status}\n{self.orbit!r}"
-        return f"{head}\n{columns(('measure', 'parameter', 'derivative', 'unit', 'relative'), self.table())}"
+        return self._below(f"OrbitSensitivity: {self.status}\n{self.orbit!r}")
 
 
 @arguments.checked

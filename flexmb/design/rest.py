@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from flexmb import arguments, checks, display
-from flexmb.design.derivatives import columns, measures_of, places_of, rows_of
+from flexmb import arguments, checks
+from flexmb.design.derivatives import Measures, measures_of, places_of
 from flexmb.design.parameters import Model, ParameterModel, directions, neighbour
 from flexmb.engine.newmark.method import Newmark
 from flexmb.engine.sensitivity.linearise import Tangents, linearise, new_tangents
@@ -31,7 +31,7 @@ SECOND = 1.0  # step of the run that evaluates signals at rest, which takes none
 
 
 @dataclass(frozen=True, repr=False)
-class StaticSensitivity(display.Inside):
+class StaticSensitivity(Measures):
     """Derivatives of signals in an equilibrium, and of natural frequencies about it.
 
     Parameters
@@ -44,13 +44,8 @@ class StaticSensitivity(display.Inside):
     measures: xr.Dataset
     equilibrium: Equilibrium
 
-    def table(self) -> list[tuple[str, ...]]:
-        """Rows of texts: measure, parameter, derivative, its unit, relative derivative."""
-        return rows_of(self.measures)
-
     def __repr__(self) -> str:
-        head = "StaticSensitivity about an equilibrium"
-        return f"{head}\n{columns(('measure', 'parameter', 'derivative', 'unit', 'relative'), self.table())}"
+        return self._below("StaticSensitivity about an equilibrium")
 
 
 @arguments.checked

@@ -12,7 +12,7 @@ import numpy as np
 from flexmb import arguments, checks, display
 from flexmb.design.derivatives import Span, columns, derivatives
 from flexmb.design.measures import Measure, Rows, measured
-from flexmb.design.parameters import Model, ParameterModel, refuse_taken
+from flexmb.design.parameters import Model, ParameterModel, box_points, refuse_taken
 from flexmb.dynamics.sweeps.parameter_sweep import RESERVED, sweep
 from flexmb.engine.step.method import Method
 from flexmb.errors import InputError, SolveError
@@ -237,9 +237,9 @@ def _points(laws: Sequence[Any], samples: int, *, blocks: int) -> np.ndarray:
     """Sampled parameters (blocks x samples, n); blocks of Sobol's indices: A, B, and A with each column of B."""
     n = len(laws)
     if blocks == 1:
-        u = scipy.stats.qmc.Sobol(n, rng=np.random.default_rng(1)).random(samples)
+        u = box_points(samples, n)
     else:
-        both = scipy.stats.qmc.Sobol(2 * n, rng=np.random.default_rng(1)).random(samples)
+        both = box_points(samples, 2 * n)
         A, B = both[:, :n], both[:, n:]
         mixed = [np.where(np.arange(n) == k, B, A) for k in range(n)]
         u = np.concatenate([A, B, *mixed])

@@ -9,7 +9,7 @@ from bisect import bisect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from itertools import pairwise
-from types import FrameType, TracebackType
+from types import FrameType
 from typing import Any, Self
 
 import numpy as np
@@ -78,7 +78,7 @@ class Interruption:
             self.before = {}
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+    def __exit__(self, kind: Any, *_: object) -> None:
         for number, handler in self.before.items():
             signal.signal(number, handler)
         if kind is None:

@@ -16,19 +16,8 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.arguments import checked, require_arguments
-from flexmb.dynamics.jobs.executors import (
-    DONE,
-    PENDING,
-    Attempt,
-    Chain,
-    Job,
-    Outcome,
-    drive,
-    failure,
-    require_executor,
-    require_picklable,
-    stopped_runs,
-)
+from flexmb.dynamics.jobs import executors
+from flexmb.dynamics.jobs.executors import PENDING, Chain, Job, Outcome
 from flexmb.dynamics.jobs.progress import ProgressBar
 from flexmb.dynamics.sweeps.store import (
     ARRAYS,
@@ -132,7 +121,7 @@ def called(function: Any, arguments: Mapping[str, Any]) -> Outcome:
     """Outcome of one call, with its results as {name: (dims or None, array)}; runs in the workers."""
     results = function(**arguments)
     named = dict(results) if isinstance(results, Mapping) else {ALONE: results}
-    stopped = stopped_runs()
+    stopped = executors.stopped_runs()
     said, status = np.asarray(named.pop("ok", not stopped)), named.pop(STATUS, "")
     if said.shape or said.dtype.kind != "b":
         raise InputError(f"The function returned ok = {said}; it must be True or False, whether the point succeeded.")
@@ -146,7 +135,7 @@ def called(function: Any, arguments: Mapping[str, Any]) -> Outcome:
         if not isinstance(name, str) or not name or "/" in name or name.startswith(("_", ".")):
             text = f"The function returned a result called {name!r}"
             raise InputError(f"{text}; a name is a text without '/', not begun by '_'.")
-    return Outcome({name: _array(name, value) for name, value in named.items()}, status or DONE)
+    return Outcome({name: _array(name, value) for name, value in named.items()}, status or executors.DONE)
 
 
 def columns_of(
@@ -267,7 +256,7 @@ class Work:
     progress: bool
 
     def __post_init__(self) -> None:
-        require_picklable(self.label, self.executor, self.sent[0], f"{self.sent[1]} with what is given to it")
+        executors.require_picklable(self.label, self.executor, self.sent[0], f"{self.sent[1]} with what is given to it")
         checks.count(self.label, "pending", self.pending)
 
     def record(
@@ -282,7 +271,7 @@ class Work:
         """Dataset of a record after all chains have run."""
         done = record.done
         with ProgressBar(self.label, done.size, done=int(done.sum()), shown=self.progress) as bar:
-            drive(chains(bar), self.executor, self.label, self.pending)
+            executors.drive(chains(bar), self.executor, self.label, self.pending)
         return dataset_of(record.tables, record.attributes)
 
 
@@ -366,7 +355,7 @@ def sweep(
     varied_and_fixed = [name for name in points.values if name in fixed_values]
     if varied_and_fixed:
         raise InputError(f"{label}: {varied_and_fixed[0]!r} is varied and fixed. Take it out of one of them.")
-    require_executor(label, executor)
+    executors.require_executor(label, executor)
     require_arguments(label, function, [*points.values, *fixed_values])
     bound = partial(function, **fixed_values) if fixed_values else function
     work = Work(label, (bound, label_of(function)), executor, pending, store, resume, progress)
@@ -432,14 +421,14 @@ class _Collector:
 
     def _decide(self, outcome: Outcome) -> bool:
         """Set the columns from a successful outcome; a failure is kept instead, and False is returned."""
-        with Attempt() as attempt:
+        with executors.Attempt() as attempt:
             if outcome.ok:
                 known_lengths = dict.fromkeys(self.points.values, 1)
                 known_lengths.update(zip(self.points.dims, self.points.shape, strict=True))
                 self._use(columns_of(outcome.values, self.dims, known_lengths))
                 return True
         outcome_kept = self.held.pop(self.next)
-        self._keep(self.next, outcome_kept if attempt.error is None else failure(attempt.error))
+        self._keep(self.next, outcome_kept if attempt.error is None else executors.failure(attempt.error))
         return False
 
     def _use(self, columns: list[Column]) -> None:
@@ -450,8 +439,8 @@ class _Collector:
     def _keep(self, number: int, outcome: Outcome) -> None:
         values: dict[str, Any] = {}
         if outcome.ok:
-            with Attempt() as attempt:
+            with executors.Attempt() as attempt:
                 values = fitting(outcome.values, self.columns or {})
-            outcome = outcome if attempt.error is None else failure(attempt.error)
+            outcome = outcome if attempt.error is None else executors.failure(attempt.error)
         self.record.keep(self.points.index(number), {**values, "ok": outcome.ok, STATUS: outcome.status})
         self.bar.one_more(ok=outcome.ok)
