@@ -352,12 +352,5 @@ def _rules(
     size = size or float(np.sqrt((starts**2 @ weights).max())) or 1.0
     tolerance = checks.positive(LABEL, "tolerance", tolerance)
     reach = checks.positive(LABEL, "bound", bound) * max(size, float(np.sqrt((starts**2 @ weights).max())))
-    return Rules(
-        base=passes.base,
-        origin=passes.origin,
-        **counts,
-        tolerance=tolerance,
-        size=size,
-        bound=reach,
-        space=passes.space,
-    )
+    sizes: dict[str, Any] = {"tolerance": tolerance, "size": size, "bound": reach, "space": passes.space}
+    return Rules(base=passes.base, origin=passes.origin, **counts, **sizes)

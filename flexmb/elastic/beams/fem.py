@@ -73,10 +73,8 @@ def with_shear(lengths: Array, axial: Array, cubics: Bending, flexibility: Array
     # sigma of the nodal displacements; 0 for rigid motions
     sigma = np.stack([both, shares[:, 0], -both, shares[:, 1]], axis=1)
     one, zero = np.ones_like(lengths), np.zeros_like(lengths)
-    axis, section = (
-        np.eye(4) + turned[:, :, None] * sigma[:, None, :]
-        for turned in (np.stack([zero, -one, zero, -one], axis=1), np.stack([zero, zero, lengths, zero], axis=1))
-    )
+    turns = ([zero, -one, zero, -one], [zero, zero, lengths, zero])
+    axis, section = (np.eye(4) + np.stack(turn, axis=1)[:, :, None] * sigma[:, None, :] for turn in turns)
     stiffness = _carried(cubics.stiffness, axis)
     stiffness += np.where(rigid, 0.0, angle)[:, None, None] * (sigma[:, :, None] * sigma[:, None, :])
     rotary = _carried(cubics.rotary, section)
@@ -96,14 +94,8 @@ def _bow(lengths: Array, axial: Array, shares: Array, flexibility: Array) -> Arr
     first, second = shares.T
     rigid = flexibility == 0.0
     k = 12.0 - np.where(rigid, 0.0, 30.0 / (np.where(rigid, 1.0, flexibility) * axial))
-    return np.stack(
-        [
-            BOW[0] - 3.0 * first - k * first**2,
-            BOW[1] + 3.0 * (first + second) + 2.0 * k * first * second,
-            BOW[2] - 3.0 * second - k * second**2,
-        ],
-        axis=1,
-    )
+    bow1, bow2 = BOW[0] - 3.0 * first - k * first**2, BOW[2] - 3.0 * second - k * second**2
+    return np.stack([bow1, BOW[1] + 3.0 * (first + second) + 2.0 * k * first * second, bow2], axis=1)
 
 
 # Degree [1] up to which polynomials are integrated exactly.
@@ -246,26 +238,14 @@ def assembled(beams: Sequence[BeamData]) -> list[BeamMatrices]:
     given = [math.nan if beam.rotary_inertia is True else float(beam.rotary_inertia) for beam in beams]
     turning = np.repeat(given, counts)[:, None]
     flexibility: Array = _INVERSE.elemental(axial, weight=E * A)
-    bent = without_shear(
-        _local(_CURVATURES, bending, E * I),
-        _local(_PRODUCT, bending, rho * A),
-        _local(_SLOPES, bending, np.where(np.isnan(turning), rho * I, turning)),
-    )
+    about = _local(_SLOPES, bending, np.where(np.isnan(turning), rho * I, turning))
+    bent = without_shear(_local(_CURVATURES, bending, E * I), _local(_PRODUCT, bending, rho * A), about)
     if any(beam.shear for beam in beams):
         sliding = _INVERSE.elemental(axial, weight=_shear_rigidities(beams, counts, inside, A))
         bent = with_shear(end - begin, 1.0 / flexibility, bent, sliding)
-    whole = (
-        end - begin,
-        np.array([[1.0, -1.0], [-1.0, 1.0]]) / flexibility[:, None, None],
-        _local(_PRODUCT, axial, rho * A),
-        bent.stiffness,
-        bent.mass + bent.rotary,
-        bent.rotary,
-        bent.shares,
-        bent.bow,
-        E * A_ends,
-        E * I_ends,
-    )
+    along = np.array([[1.0, -1.0], [-1.0, 1.0]]) / flexibility[:, None, None], _local(_PRODUCT, axial, rho * A)
+    across = bent.stiffness, bent.mass + bent.rotary, bent.rotary, bent.shares, bent.bow
+    whole = (end - begin, *along, *across, E * A_ends, E * I_ends)
     bounds = np.cumsum([0, *counts]).tolist()
     return [BeamMatrices(*(array[i:j] for array in whole)) for i, j in pairwise(bounds)]
 

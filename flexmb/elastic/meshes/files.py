@@ -61,14 +61,9 @@ def read(path: str | PathLike[str], unit: float = 1.0) -> PlaneMesh:
     numbers[used] = np.arange(len(used))
     chosen = {name: _numbered(numbers, nodes) for name, nodes in sets.items()}
     places = {name: np.flatnonzero(np.isin(owners, np.concatenate(own))) for name, own in regions.items()}
-    return PlaneMesh(
-        points[used],
-        numbers[_upright(points, cells, kind)],
-        kind,
-        {name: nodes for name, nodes in chosen.items() if nodes.size},
-        {name: own for name, own in places.items() if own.size},
-        file.name,
-    )
+    own = {name: nodes for name, nodes in chosen.items() if nodes.size}
+    regions_found = {name: cells_of for name, cells_of in places.items() if cells_of.size}
+    return PlaneMesh(points[used], numbers[_upright(points, cells, kind)], kind, own, regions_found, file.name)
 
 
 def _plane_cells(file: Path, mesh: Any, points: Array) -> tuple[Array, Indices, str, Indices]:

@@ -344,14 +344,9 @@ class PlaneBody(MeshBody):
         coordinates += [c for name in names for c in node_coordinates(self.name, name)[:2]]
         mass = PIN_SHARE * self._cells.mass
         inertia = mass * float(weights @ (arms**2).sum(axis=1))
-        return [
-            averaged_pin(self.name, tuple(coordinates), arms, weights),
-            node_mass(self.name, pin.name, mass, inertia, gravity),
-            *(
-                node_mass(self.name, name, -mass * w, 0.0, gravity)
-                for name, w in zip(names, weights.tolist(), strict=True)
-            ),
-        ]
+        taken = zip(names, weights.tolist(), strict=True)
+        held, own = averaged_pin(self.name, tuple(coordinates), arms, weights), (self.name, pin.name, mass, inertia)
+        return [held, node_mass(*own, gravity), *(node_mass(self.name, n, -mass * w, 0.0, gravity) for n, w in taken)]
 
     @property
     def plane(self) -> PlaneBody:

@@ -32,16 +32,10 @@ def mesh_shape(part: str, mesh: PlaneMesh, material: Materials, state: str) -> M
     """Mesh of a body in the reference configuration, without its carriers; the state is "stress" or "strain"."""
     rows, number = np.unique(cell_materials(mesh, material, state), axis=0, return_inverse=True)
     materials = [(d11, d12, d33, across) for d11, d12, d33, across in rows.tolist()]
-    return MeshShape(
-        part,
-        mesh.kind,
-        tuple(map(tuple, mesh.points.tolist())),
-        tuple(map(tuple, mesh.cells.tolist())),
-        tuple(tuple(loop.tolist()) for loop in mesh.loops),
-        (),
-        materials=tuple(materials),
-        material_of=tuple(number.ravel().tolist()) if len(materials) > 1 else (),
-    )
+    points, cells = (tuple(map(tuple, rows.tolist())) for rows in (mesh.points, mesh.cells))
+    loops, one = tuple(tuple(loop.tolist()) for loop in mesh.loops), len(materials) == 1
+    of = () if one else tuple(number.ravel().tolist())
+    return MeshShape(part, mesh.kind, points, cells, loops, (), materials=tuple(materials), material_of=of)
 
 
 def cell_materials(mesh: PlaneMesh, material: Materials, state: str) -> np.ndarray:

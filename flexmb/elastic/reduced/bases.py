@@ -184,13 +184,10 @@ def inertia_loads(model: ElasticModel) -> dict[str, Array]:
     """Forces (N,) of unit accelerations along x, along y and about the first pin, and of a turn about it at 1 rad/s."""
     arms = model.points - np.array([model.pins[0].x, model.pins[0].y])
     one, zero = np.ones(len(arms)), np.zeros(len(arms))
-    fields = {
-        "acceleration along x": np.stack([one, zero], axis=1),
-        "acceleration along y": np.stack([zero, one], axis=1),
-        "angular acceleration": np.stack([-arms[:, 1], arms[:, 0]], axis=1),
-        "rotation": arms,
-    }
-    return {name: model.force_of(field) for name, field in fields.items()}
+    along_x, along_y = np.stack([one, zero], axis=1), np.stack([zero, one], axis=1)
+    about = np.stack([-arms[:, 1], arms[:, 0]], axis=1)
+    fields = {"acceleration along x": along_x, "acceleration along y": along_y, "angular acceleration": about}
+    return {name: model.force_of(field) for name, field in {**fields, "rotation": arms}.items()}
 
 
 def _with_static(model: ElasticModel, K: Sparse, phi: Array, shapes: Array) -> Array:

@@ -352,18 +352,12 @@ class Reduced(MeshBody):
         shapes, fibres = self.basis.shapes, np.zeros((0, 0))
         if not model.drawn.materials and model.stresses is not None:
             fibres = model.stresses(shapes)[:, 0]
-        return (
-            replace(
-                model.drawn,
-                part=self.name,
-                nodes=moved.nodes,
-                poses=moved.poses,
-                weights=moved.weights,
-                basis=_nested(np.asarray(model.drawn_by @ shapes)),
-                shortening=_nested(self.element.directions),
-                fibres=_nested(fibres),
-            ),
-        )
+        places: dict[str, Any] = {"nodes": moved.nodes, "poses": moved.poses, "weights": moved.weights}
+        bent: dict[str, Any] = {
+            "basis": _nested(np.asarray(model.drawn_by @ shapes)),
+            "shortening": _nested(self.element.directions),
+        }
+        return (replace(model.drawn, part=self.name, **places, **bent, fibres=_nested(fibres)),)
 
     @property
     def moved_by(self) -> MeshShape:
@@ -373,16 +367,10 @@ class Reduced(MeshBody):
         if not found.by_pin:
             weights = np.zeros((len(found.nodes), 2))
             weights[:pins] = frame_weights(found.nodes[:pins])
-        return MeshShape(
-            self.name,
-            "",
-            points=(),
-            cells=(),
-            loops=(),
-            nodes=tuple(node.name for node in found.nodes),
-            poses=tuple((node.x, node.y, node.theta) for node in found.nodes),
-            weights=tuple((x, y) for x, y in weights.tolist()),
-        )
+        poses = tuple((node.x, node.y, node.theta) for node in found.nodes)
+        own: dict[str, Any] = {"nodes": tuple(node.name for node in found.nodes), "poses": poses}
+        numbers = tuple((x, y) for x, y in weights.tolist())
+        return MeshShape(self.name, "", points=(), cells=(), loops=(), **own, weights=numbers)
 
     @property
     def seeks_stress(self) -> bool:

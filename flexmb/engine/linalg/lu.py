@@ -114,11 +114,8 @@ def forward_two(starts, row_ptr, rows, value_ptr, lu, pair):
     y = matrix_view(pair, starts[len(starts) - 1], 2)
     for s in range(len(starts) - 1):
         at, w, u = value_ptr[s], starts[s + 1] - starts[s], row_ptr[s + 1] - row_ptr[s]
-        own, below, length = (
-            part_of(pair, 2 * starts[s], 2 * starts[s + 1]),
-            part_of(rows, row_ptr[s], row_ptr[s + 1]),
-            w + u,
-        )
+        own, length = part_of(pair, 2 * starts[s], 2 * starts[s + 1]), w + u
+        below = part_of(rows, row_ptr[s], row_ptr[s + 1])
         a = at + w * length
         p0, q0 = own[0], own[1]
         l0 = part_of(lu, a, a + u)
@@ -153,11 +150,8 @@ def backward_two(starts, row_ptr, rows, value_ptr, lu, pair):
     y = matrix_view(pair, starts[len(starts) - 1], 2)
     for s in range(len(starts) - 2, -1, -1):
         at, w, u = value_ptr[s], starts[s + 1] - starts[s], row_ptr[s + 1] - row_ptr[s]
-        own, below, length = (
-            part_of(pair, 2 * starts[s], 2 * starts[s + 1]),
-            part_of(rows, row_ptr[s], row_ptr[s + 1]),
-            w + u,
-        )
+        own, length = part_of(pair, 2 * starts[s], 2 * starts[s + 1]), w + u
+        below = part_of(rows, row_ptr[s], row_ptr[s + 1])
         a = part_of(lu, at, at + length)
         p0, q0 = own[0], own[1]
         if w == 3:
@@ -363,14 +357,8 @@ def _eliminate_3(lu, at, u, seen, first, threshold, order, first_row, hold):
 def _beside_3(lu, at, u):
     """Rows of U beside the corner of a panel of three, and transposed rows of L below it, (u,) each."""
     a, b, c, d = at + 3, at + 6 + u, at + 9 + 2 * u, at + 9 + 3 * u
-    return (
-        part_of(lu, a, a + u),
-        part_of(lu, b, b + u),
-        part_of(lu, c, c + u),
-        part_of(lu, d, d + u),
-        part_of(lu, d + u, d + 2 * u),
-        part_of(lu, d + 2 * u, d + 3 * u),
-    )
+    x, y, z = part_of(lu, d, d + u), part_of(lu, d + u, d + 2 * u), part_of(lu, d + 2 * u, d + 3 * u)
+    return part_of(lu, a, a + u), part_of(lu, b, b + u), part_of(lu, c, c + u), x, y, z
 
 
 @compiled

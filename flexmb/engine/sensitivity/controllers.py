@@ -51,14 +51,8 @@ def control_slopes(program: Program) -> ControlSlopes:
     for e in np.flatnonzero(factor < NO_FACTOR):
         element[FIRST_OUTPUT - factor[e]] = e
     total = int(sum(sizes))
-    return ControlSlopes(
-        by_q=total,
-        by_v=total,
-        pos=np.cumsum([0, *sizes]).astype(np.int64),
-        element=element.astype(np.int64),
-        force=(len(element), program.tables.sizes.most_dofs),
-        mass=0.0,
-    )
+    pos, size = np.cumsum([0, *sizes]).astype(np.int64), (len(element), program.tables.sizes.most_dofs)
+    return ControlSlopes(by_q=total, by_v=total, pos=pos, element=element.astype(np.int64), force=size, mass=0.0)
 
 
 @compiled
