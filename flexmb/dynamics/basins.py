@@ -344,7 +344,7 @@ def _rules(
     limits: Mapping[str, int],
 ) -> Rules:
     passes = Shooting(LABEL, system, period=period, angles=angles)
-    counts = {name: checks.count(LABEL, name, value) for name, value in limits.items()}
+    counts: dict[str, Any] = {name: checks.count(LABEL, name, value) for name, value in limits.items()}
     if counts["longest"] <= counts["settle"]:
         raise InputError(f"{LABEL}: longest is {counts['longest']}; it must be above settle, {counts['settle']}.")
     weights = passes.space.weights
