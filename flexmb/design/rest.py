@@ -154,6 +154,7 @@ def _frequencies(
     system.at(rest.q, lam=rest.lam, weights=(0.0, 0.0, 1.0))
     both = np.vstack([x, -system.solve(left, f"Joint forces of the modes of {program.name!r}")[n:]])
     slopes = np.zeros((len(T.q), len(squares)))
+    cuts = np.flatnonzero(np.diff(squares) > EQUAL * np.abs(squares[1:])) + 1  # between groups of equal squares
     for j, eps in enumerate(T.by.step):
         sides = []
         for e in (eps, -eps):
@@ -162,7 +163,7 @@ def _frequencies(
             moved = StateEvaluation(replace(program, tables=program.tables.replaced(p=p)))
             sides.append(_pencil(moved, rest.q + e * T.q[j, :n], rest.lam + e * T.u[j, n:]))
         dK, dM = ((upper - lower) / (2.0 * eps) for upper, lower in zip(*sides, strict=True))
-        for group in _equal(squares):
+        for group in np.split(np.arange(len(squares)), cuts):
             X = both[:, group]
             S = X.T @ (dK @ X) - squares[group[0]] * (X.T @ (dM @ X))
             slopes[j, group] = np.linalg.eigvalsh(0.5 * (S + S.T))
@@ -175,9 +176,3 @@ def _pencil(system: StateEvaluation, q: np.ndarray, lam: np.ndarray) -> tuple[An
     whole = system.at(q, lam=lam, weights=(1.0, 0.0, 0.0)).matrix
     mass = system.at(q, lam=lam, weights=(0.0, 0.0, 1.0)).matrix
     return whole, mass - system.at(q, lam=lam).matrix
-
-
-def _equal(squares: np.ndarray) -> list[np.ndarray]:
-    """Numbers of equal squares, group by group."""
-    cuts = np.flatnonzero(np.diff(squares) > EQUAL * np.abs(squares[1:])) + 1
-    return np.split(np.arange(len(squares)), cuts)

@@ -59,9 +59,9 @@ def read(path: str | PathLike[str], unit: float = 1.0) -> PlaneMesh:
     numbers = np.full(len(points), -1)
     used = np.unique(cells)
     numbers[used] = np.arange(len(used))
-    chosen = {name: _numbered(numbers, nodes) for name, nodes in sets.items()}
+    chosen = {name: numbers[np.unique(np.concatenate(nodes))] for name, nodes in sets.items()}  # -1: without a cell
     places = {name: np.flatnonzero(np.isin(owners, np.concatenate(own))) for name, own in regions.items()}
-    own = {name: nodes for name, nodes in chosen.items() if nodes.size}
+    own = {name: nodes[nodes >= 0] for name, nodes in chosen.items() if (nodes >= 0).any()}
     regions_found = {name: cells_of for name, cells_of in places.items() if cells_of.size}
     return PlaneMesh(points[used], numbers[_upright(points, cells, kind)], kind, own, regions_found, file.name)
 
@@ -136,12 +136,6 @@ def _dimension(block: Any) -> int:
 def _name(name: str) -> str:
     """A name as flexmb allows it: without dots, slashes and outer blanks."""
     return name.strip().replace(".", "_").replace("/", "_")
-
-
-def _numbered(numbers: Indices, nodes: list[Indices]) -> Indices:
-    """Numbers of a set's nodes in the mesh; nodes without a cell are left out."""
-    found = numbers[np.unique(np.concatenate(nodes))]
-    return found[found >= 0]
 
 
 def _upright(points: Array, cells: Indices, kind: str) -> Indices:

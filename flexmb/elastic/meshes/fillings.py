@@ -77,7 +77,8 @@ def joined(grids: Sequence[Array], kind: str, name: str) -> PlaneMesh:
     starts = np.cumsum([0, *(grid.shape[0] * grid.shape[1] for grid in grids)])
     nodes = _merged(points)
     cells = np.concatenate([nodes[_cells_of(grid) + start] for grid, start in zip(grids, starts[:-1], strict=True)])
-    cells = _as_kind(points[_first_of(nodes)], cells, kind)
+    quads = kind.startswith("quad")
+    cells = cells[:, : KINDS[kind].nodes] if quads else halved(points[_first_of(nodes)], cells, kind)
     used, numbers = np.unique(cells, return_inverse=True)
     return PlaneMesh(points[_first_of(nodes)][used], numbers.reshape(cells.shape), kind, name=name)
 
@@ -112,21 +113,11 @@ def _cells_of(grid: Array) -> Indices:
     rows, columns = grid.shape[:2]
     number = np.arange(rows * columns).reshape(rows, columns)
     places = [(0, 0), (0, 2), (2, 2), (2, 0), (0, 1), (1, 2), (2, 1), (1, 0), (1, 1)]
-    if _turns_left(grid):
+    down, right = grid[2, 0] - grid[0, 0], grid[0, 2] - grid[0, 0]
+    if down[0] * right[1] - down[1] * right[0] > 0.0:  # the first index turns counter-clockwise into the second one
         places = [(j, i) for i, j in places]
     cells = [number[i : rows - 2 + i : 2, j : columns - 2 + j : 2].ravel() for i, j in places]
     return np.stack(cells, axis=1)
-
-
-def _turns_left(grid: Array) -> bool:
-    """Whether the first index turns counter-clockwise into the second one."""
-    down, right = grid[2, 0] - grid[0, 0], grid[0, 2] - grid[0, 0]
-    return bool(down[0] * right[1] - down[1] * right[0] > 0.0)
-
-
-def _as_kind(points: Array, cells: Indices, kind: str) -> Indices:
-    """Cells of nine nodes as cells of another kind."""
-    return cells[:, : KINDS[kind].nodes] if kind.startswith("quad") else halved(points, cells, kind)
 
 
 def halved(points: Array, cells: Indices, kind: str) -> Indices:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -271,19 +272,13 @@ def cell_contributions(
     masses = cells.masses.reshape(len(cells.cells), -1)
     places = cells.points[cells.cells].reshape(len(cells.cells), -1)
     bodies = np.hstack([places, masses, cells.numbers])
-    found = []
+    more: dict[str, Any] = {"energy": cell_energy, "force": cell_force, "tangent": cell_tangent}
+    more["account"], found = cell_account, []
     for numbers, body in zip(cells.cells.tolist(), bodies.tolist(), strict=True):
         coordinates, ties, held = ties_of(part, numbers, cells.points, nodes, pins)
         p = (float(width), float(held), cells.formulation, damping, *gravity, *body, *(ties if held else ()))
-        found.append(_contribution(part, coordinates, p))
+        found.append(ElementContribution(part, cell_kernel, coordinates, p, **more))
     return found
-
-
-def _contribution(part: str, coordinates: tuple[Coordinate, ...], p: tuple[float, ...]) -> ElementContribution:
-    return ElementContribution(
-        part, cell_kernel, coordinates, p,
-        energy=cell_energy, force=cell_force, tangent=cell_tangent, account=cell_account,
-    )  # fmt: skip
 
 
 def ties_of(

@@ -352,12 +352,9 @@ class Reduced(MeshBody):
         shapes, fibres = self.basis.shapes, np.zeros((0, 0))
         if not model.drawn.materials and model.stresses is not None:
             fibres = model.stresses(shapes)[:, 0]
-        places: dict[str, Any] = {"nodes": moved.nodes, "poses": moved.poses, "weights": moved.weights}
-        bent: dict[str, Any] = {
-            "basis": _nested(np.asarray(model.drawn_by @ shapes)),
-            "shortening": _nested(self.element.directions),
-        }
-        return (replace(model.drawn, part=self.name, **places, **bent, fibres=_nested(fibres)),)
+        own: dict[str, Any] = {"nodes": moved.nodes, "poses": moved.poses, "weights": moved.weights}
+        own |= {"shortening": _nested(self.element.directions), "fibres": _nested(fibres)}
+        return (replace(model.drawn, part=self.name, basis=_nested(np.asarray(model.drawn_by @ shapes)), **own),)
 
     @property
     def moved_by(self) -> MeshShape:

@@ -327,7 +327,9 @@ def superelement(
     matrices, mass, moment, mean = _inertia(found)
     free = rigid_motions(found.nodes)
     K = _without(free, found.shapes.T @ (found.model.stiffness @ found.shapes))
-    D = _modal_damping(matrices["M"], K, ratios) + mass_damping * _from_first_node(matrices["M"], free)
+    against = np.eye(len(K))  # motions against the first node, whose inertia forces are in balance
+    against[:, :2] -= free[:, :2]
+    D = _modal_damping(matrices["M"], K, ratios) + mass_damping * (against.T @ matrices["M"] @ against)
     matrices |= {"K": K, "D": D}
     zero = np.zeros((n, n))
     centrifugal, shortening = _stiffening(found, K, free) if stiffening else (zero, np.zeros((0, n, n)))
@@ -372,13 +374,6 @@ def _without(free: Array, A: Array) -> Array:
     left = np.eye(len(A)) - Q @ Q.T
     clean: Array = left @ (0.5 * (A + A.T)) @ left
     return 0.5 * (clean + clean.T)
-
-
-def _from_first_node(M: Array, free: Array) -> Array:
-    """Mass matrix of motions against the first node: its forces are in balance."""
-    against = np.eye(len(M))
-    against[:, :2] -= free[:, :2]
-    return np.asarray(against.T @ M @ against)
 
 
 def _modal_damping(M: Array, K: Array, ratios: float | tuple[float, ...]) -> Array:

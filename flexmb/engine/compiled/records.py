@@ -207,7 +207,7 @@ class Record:
     def __init__(self, *values: Any, **named: Any) -> None:
         given = values if not named and len(values) == len(self._fields) else self._in_order(values, named)
         if self._all_floats:
-            self._keep_floats(given)
+            self._adopt(np.array(given, dtype=np.float64).view(np.uint64))
             return
         kinds = tuple(map(type, given))
         groups = self._groups.get(kinds)
@@ -243,10 +243,6 @@ class Record:
         store["_words"], store["_address"] = words, words.__array_interface__["data"][0]
         store["_floats"], store["_integers"] = words.view(np.float64), words.view(np.int64)
         return words
-
-    def _keep_floats(self, given: Any) -> None:
-        """The quick way for a record of floats alone."""
-        self._adopt(np.array(given, dtype=np.float64).view(np.uint64))
 
     def _begun(self, shapes: tuple[tuple[str, Any], ...]) -> np.ndarray:
         """The words of a record whose arrays of zeros lie one after the other in one block of memory."""

@@ -120,7 +120,8 @@ def collocation(program: Program) -> Collocation:
     """Arrays for a compiled mechanism."""
     n, m, size = program.n_q + 3, program.n_c, program.symbolic.size
     total = program.n_q + m
-    states = {name: _old(program) for name in ("old", "between")}
+    sizes = {"q": n, "v": n, "a": n, "z": program.tables.sizes.n_z, "lam": m, "ledger": 11}
+    states = {name: OldState(**sizes) for name in ("old", "between")}
     return Collocation(
         step=StageStep(0.0, 0.0, 0.0, 0, 0.0, 0.0),
         past=(STAGES + 1, n),
@@ -139,8 +140,3 @@ def collocation(program: Program) -> Collocation:
         lam=m,
         signals=program.tables.sizes.n_y,
     )
-
-
-def _old(program: Program) -> OldState:
-    n = program.n_q + 3
-    return OldState(q=n, v=n, a=n, z=program.tables.sizes.n_z, lam=program.n_c, ledger=11)
