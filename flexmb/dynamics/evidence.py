@@ -286,11 +286,9 @@ def _mean_drift(column: np.ndarray) -> float:
 
 
 def halves_differ(values: np.ndarray, tolerances: np.ndarray) -> tuple[float, float]:
-    """Distance of the halves of points (n, m) in deviations, and ratio of their deviations; the largest of all columns.
-
-    For each column the smaller of two results counts: by mean and standard deviation, on which spikes weigh, and by
-    median and quartiles, which jump between bands.  Differences within `tolerances` (m,) count as none.
-    """
+    """Distance of the halves of points (n, m) in deviations, and ratio of their deviations; largest of all columns."""
+    # For each column the smaller of two results counts: by mean and standard deviation, on which spikes weigh, and by
+    # median and quartiles, which jump between bands. Differences within `tolerances` (m,) count as none.
     first, last = values[: len(values) // 2], values[len(values) // 2 :]
     levels, ratios = [], []
     for middle, deviation in ((np.mean, np.std), (np.median, _quartiles)):

@@ -22,10 +22,8 @@ TIMES_TARGET = 100.0  # the same distance over the largest target, where that is
 
 
 def lost_control(mechanism: Mechanism, program: Program, end: float) -> Iterator[Condition]:
-    """Conditions that end a run until `end` [s]: a signal far from its target, pushed further by a controller's load.
-
-    Far is, say, a hundred turns, which no working controller lets happen.  A run goes on while the load brakes.
-    """
+    """Conditions that end a run until `end` [s]: a signal far from its target, pushed on by a controller's load."""
+    # Far is, say, a hundred turns, which no working controller lets happen. A run goes on while the load brakes.
     signals = program.names.signals
     for controller in mechanism.controllers:
         name, low, high = controller.followed(end) or ("", 0.0, 0.0)

@@ -29,10 +29,8 @@ class SaveGrid(NamedTuple):
 
 
 def save_grid(label: str, save: Any, period: float | None, begin: float, end: float, begun: float = 0.0) -> SaveGrid:
-    """Saved instants from `begin` to `end` [s] for the argument `save` of `simulate`, of a run that starts at `begun`.
-
-    A number of instants counts from `begin`, so that a run that is restarted goes on with the instants of the first.
-    """
+    """Saved instants from `begin` to `end` [s] for the argument `save` of `simulate`; the run starts at `begun`."""
+    # A number of instants counts from `begin`, so that a run that is restarted goes on with the instants of the first.
     none = np.zeros(0)
     if isinstance(save, str) and save == "steps":
         return SaveGrid(0.0, none)

@@ -118,10 +118,8 @@ def _mean_turn(x: np.ndarray, y: np.ndarray, ux: np.ndarray, uy: np.ndarray) -> 
 
 
 def _bowed(mechanism: Mechanism, program: Program, q: np.ndarray, u: np.ndarray) -> sp.csc_matrix:
-    """B'^T D B + B^T D B' of all beam elements but for turning: B, their deformations (e, u1, u2) by the coordinates.
-
-    The slope of e is that by bowing; the slope of u1 and u2, that of the turn of the chord, dy/l, by its shortening.
-    """
+    """B'^T D B + B^T D B' of all beam elements but for turning: B, their deformations (e, u1, u2) by coordinates."""
+    # The slope of e is that by bowing; the slope of u1 and u2, that of the turn of the chord, dy/l, by its shortening.
     E = program.tables.elements
     beams = {body.name for body in mechanism.bodies if isinstance(body, FlexibleBody)}
     named = enumerate(program.names.elements)

@@ -86,12 +86,10 @@ REST_STRIDE = 1e-9  # movement in a stride with little viscosity at rest [rad, o
 
 
 def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) -> tuple[np.ndarray, np.ndarray] | None:
-    """Coordinates (n_q,) and multipliers (n_c,) at rest under all loads, after a motion with large viscosity; or None.
-
-    Strides of implicit Euler for eta D dq/ds + r(q) + G^T lam = 0, g(q) = 0, with a smaller eta after each success.
-    Every stride decreases the potential, so that the motion ends in a stable equilibrium; Newton's method would find
-    the nearest stationary point.
-    """
+    """Coordinates (n_q,), multipliers (n_c,) at rest under all loads, after a motion with large viscosity; or None."""
+    # Strides of implicit Euler for eta D dq/ds + r(q) + G^T lam = 0, g(q) = 0, with a smaller eta after each success.
+    # Every stride decreases the potential, so that the motion ends in a stable equilibrium; Newton's method would find
+    # the nearest stationary point.
     n, length, size = program.n_q, program.length, program.sizes
     diagonal = program.symbolic.positions(np.arange(n), np.arange(n))
     spin.at(system, q)

@@ -97,11 +97,9 @@ class Schedule:
         self.flow = self.system.underlying if self.system.underlying is self.system else None
 
     def advance(self, system: Dynamics, number: int, fraction: float = 1.0, tangents: np.ndarray | None = None) -> bool:
-        """Advance a system that stands between two points to a fraction of the interval before point `number` (>= 1).
-
-        The system is that of the schedule or a copy; tangent vectors (size, k) are advanced in place.  Returns whether
-        the end was reached.
-        """
+        """Advance a system between two points to a fraction of the interval before point `number` (>= 1)."""
+        # The system is that of the schedule or a copy; tangent vectors (size, k) are advanced in place. Returns whether
+        # the end was reached.
         if self.flow is None:
             return system.advance(1, tangents)
         return system.advance(self.origin + (number - 1 + fraction) * self.interval - system.time, tangents)

@@ -194,10 +194,8 @@ class Shooting:
         return np.array(starts)
 
     def run(self, starts: np.ndarray, period: float, value: float = np.nan) -> ShootingRun | None:
-        """The motion over a period from starts (M, size), projected onto the constraints; None: failed (see `status`).
-
-        The continuation parameter is set to `value`; NaN: unchanged.
-        """
+        """The motion over a period from starts (M, size), projected onto the constraints; None: see `status`."""
+        # The continuation parameter is set to `value`; NaN: unchanged.
         M = self.segments
         segments: list[tuple[np.ndarray, ...]] = []
         if not np.isnan(value) and not self.set_value(value):
@@ -358,10 +356,8 @@ def gap_signals(system: Dynamics, asked: str | None, label: str) -> dict[str, tu
 
 
 def sampled(system: Dynamics, duration: float, count: int) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
-    """Times (n,), signals (n, names) and states from the present state on; `count` + 1 of them, fewer after a failure.
-
-    The duration is in seconds or iterations; a map gives every iteration.
-    """
+    """Times (n,), signals (n, names) and states from the present state on; `count` + 1, fewer after a failure."""
+    # The duration is in seconds or iterations; a map gives every iteration.
     flow = system.unit == "s"
     count = count if flow else round(duration)
     begin = system.time

@@ -78,10 +78,8 @@ class Points:
 
 
 def points_of(label: str, over: Any) -> Points:
-    """Points of a grid {"a": values, "b": values}, all combinations, or of a list of designs {"a": value, "b": value}.
-
-    All designs have the same parameters.
-    """
+    """Points of a grid {"a": values, "b": values}, all combinations, or of designs [{"a": value, "b": value}]."""
+    # All designs have the same parameters.
     values: dict[str, Sequence[Any]]
     if isinstance(over, Mapping):
         values = {name: checks.sequence(label, f"grid[{name!r}]", column, "values") for name, column in over.items()}

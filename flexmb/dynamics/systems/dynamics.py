@@ -279,12 +279,10 @@ class Dynamics(ABC):
 
 
 def orthonormalise(tangents: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Make columns of `tangents` (size, k) orthonormal in weights (size,), in place; returns their lengths (k,) before.
-
-    The length of a column is that of its component orthogonal to the columns before it, so that the logarithms of the
-    lengths add up to Lyapunov exponents (G. Benettin et al., Meccanica 15 (1980)).  Modified Gram-Schmidt, applied
-    twice.  Entries without weight follow the others.  Columns may be so long that their squares overflow.
-    """
+    """Make columns of `tangents` (size, k) orthonormal in weights (size,), in place; returns their lengths (k,)."""
+    # The length of a column is that of its component orthogonal to the columns before it, so that the logarithms of the
+    # lengths add up to Lyapunov exponents (G. Benettin et al., Meccanica 15 (1980)). Modified Gram-Schmidt, applied
+    # twice. Entries without weight follow the others. Columns may be so long that their squares overflow.
     k = tangents.shape[1]
     with np.errstate(over="ignore", invalid="ignore"):  # the lengths show columns that are not finite
         lengths = np.asarray(np.abs(np.where(weights[:, None] > 0.0, tangents, 0.0)).max(axis=0, initial=0.0))

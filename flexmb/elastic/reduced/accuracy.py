@@ -253,11 +253,9 @@ def deformed(shape: MeshShape, poses: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def shortened(d: np.ndarray, shortening: np.ndarray) -> np.ndarray:
-    """Deformation e = d + c(d) (n, coordinates) of a reduced body from d (n, nodes, 3), with its shortening by bending.
-
-    The translation of the first node is left out, which has no stress but its round-off.  `shortening` (k, n + 1, n)
-    has directions, each above its matrix; (k, n, n) in older files: matrices of the coordinates from the fourth one on.
-    """
+    """Deformation e = d + c(d) (n, coordinates) of a reduced body from d (n, nodes, 3), with shortening by bending."""
+    # The translation of the first node is left out, which has no stress but its round-off. `shortening` (k, n + 1, n)
+    # has directions, each above its matrix; (k, n, n) in older files: matrices of the coordinates from the fourth on.
     e: np.ndarray = (d - d[:, :1] * np.array([1.0, 1.0, 0.0])).reshape(len(d), -1)
     if not len(shortening):
         return e

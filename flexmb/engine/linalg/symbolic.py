@@ -18,10 +18,8 @@ from flexmb.kernels import compiled
 # Compiled loops of the symbolic factorisation: fill, panels, and where an entry lives; linear in the entries of L
 @compiled
 def count_below(row_ptr, columns, parent, count, mark):
-    """Parent of each place in the elimination tree (-1: a root) and number of places below it once the fill is there.
-
-    columns[row_ptr[i] : row_ptr[i + 1]] : places before i that A couples to it; parent, count, mark : (n,), filled.
-    """
+    """Parent of each place in the elimination tree (-1: a root) and number of places below it with the fill."""
+    # columns[row_ptr[i] : row_ptr[i + 1]] : places before i that A couples to it; parent, count, mark : (n,), filled.
     for i in range(len(row_ptr) - 1):
         parent[i], count[i], mark[i] = -1, 0, i
         for at in range(row_ptr[i], row_ptr[i + 1]):

@@ -275,12 +275,9 @@ def implicit_step(tables, address, lu, h, ratio, scheme, options, flow, trial, w
 
 @compiled
 def newmark_coefficients(h, scheme):
-    """Derivatives kv, kx, ka of velocities, auxiliary and true accelerations by the coordinates at the end of a step.
-
-    kv = gamma/(beta h) [1/s],   kx = 1/(beta h^2) [1/s^2],   ka = (1 - alpha_m)/(1 - alpha_f) kx [1/s^2].
-
-    Equation (4.8) of docs/theory/integrators.md.
-    """
+    """Derivatives kv, kx, ka of velocities, auxiliary and true accelerations by coordinates at the end of a step."""
+    # kv = gamma/(beta h) [1/s],   kx = 1/(beta h^2) [1/s^2],   ka = (1 - alpha_m)/(1 - alpha_f) kx [1/s^2].
+    # Equation (4.8) of docs/theory/integrators.md.
     kx = 1.0 / (scheme.beta * h * h)
     return scheme.gamma / (scheme.beta * h), kx, (1.0 - scheme.alpha_m) / (1.0 - scheme.alpha_f) * kx
 

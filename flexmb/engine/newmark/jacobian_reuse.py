@@ -98,10 +98,8 @@ def record_held_rows(n, m, lu, least_norm, trial, work, record):
 
 @compiled
 def remove_component(n, m, row, trial):
-    """Orthonormalise the multipliers in trial.shift into row `row` of trial.free_multipliers; remove their component.
-
-    Gram-Schmidt, done twice against round-off.
-    """
+    """Orthonormalise the multipliers in trial.shift into `row` of trial.free_multipliers; remove their component."""
+    # Gram-Schmidt, done twice against round-off.
     for k in range(2 * row):
         along = 0.0
         for i in range(m):

@@ -254,10 +254,8 @@ def keep_start(h, flow, R):
 
 @compiled
 def save_between(tables, address, lu, options, flow, trial, work, record, R):
-    """Save the end of the last step, or the instants of the save grid within it; BUFFER_FULL when the buffer is full.
-
-    The buffer must then be emptied, and `save_between` called again before the next step.
-    """
+    """Save the end of the last step, or the instants of the save grid within it; BUFFER_FULL for a full buffer."""
+    # The buffer must then be emptied, and `save_between` called again before the next step.
     if options.save_interval == 0.0:
         save_step(flow, record)
         return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING

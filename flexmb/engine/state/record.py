@@ -82,10 +82,8 @@ def keep_first(poses: Poses, t: float, signals: np.ndarray, z: np.ndarray) -> No
 
 
 def kept_poses(poses: Poses, t: float, signals: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Instants, signals, histories, sizes of steps of all poses in order, and which are even; the present one is last.
-
-    The present instant t [s] has all signals (n_y,) and histories z (n_z,).
-    """
+    """Instants, signals, histories, sizes of steps of all poses in order, and which are even; the present one last."""
+    # The present instant t [s] has all signals (n_y,) and histories z (n_z,).
     count, strained = poses.number.count, poses.number.strain > 0.0
     rows = np.array([*range(count), *([len(poses.times) - 1] if strained else [])])
     rows = rows[np.argsort(poses.times[rows], kind="stable")]
