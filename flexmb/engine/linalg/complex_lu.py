@@ -68,7 +68,7 @@ def _update(sym, re, im, row, column, u, t):
 
 @compiled
 def solve_complex(sym, re, im, x, y, pair):
-    """Solve with the values that `factor_complex` left; x, y: (n,) right side, then solution; pair: (2 n,) workspace."""
+    """Solve with the values that `factor_complex` left; x, y: (n,) right side, then solution; pair: (2 n,) space."""
     into, n = sym.into, len(sym.into)
     p, q = part_of(pair, 0, n), part_of(pair, n, 2 * n)
     for k in range(n):
