@@ -43,10 +43,8 @@ def refuse_broken_clock(clock: Clock, label: str) -> None:
     numbers, least = clock.numbers(), Clock.zeros()
     least.save_start = least.held_steps = -1.0
     if not np.isfinite(numbers).all() or (numbers < least.numbers()).any() or clock.save_start > clock.t:
-        text = f"{label}: restart is damaged: its clock holds {numbers.tolist()}"
-        raise InputError(
-            f"{text}, negative or not finite, or with a begin of saving after the present. Use an undamaged one."
-        )
+        text = f"{label}: restart is damaged: its clock holds {numbers.tolist()}, negative or not finite,"
+        raise InputError(f"{text} or with a begin of saving after the present. Use an undamaged one.")
 
 
 def refuse_other_model(program: Program, restart: Mapping[str, np.ndarray], label: str) -> None:

@@ -88,7 +88,6 @@ def turning_sense(mechanism: Mechanism) -> dict[str, int]:
         ends = (contribution.coordinates[0][0], contribution.coordinates[-1][0])
         sense = 1 if ends[0] == GROUND.name else -1 if ends[1] == GROUND.name else 0
         for row in contribution.motions:
-            found[f"{contribution.part}.{row.name}" if row.name else contribution.part] = (
-                sense if row.units[0] == "rad" else 0
-            )
+            name = f"{contribution.part}.{row.name}" if row.name else contribution.part
+            found[name] = sense if row.units[0] == "rad" else 0
     return found

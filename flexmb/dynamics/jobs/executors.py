@@ -204,10 +204,9 @@ def require_picklable(owner: str, executor: Executor | None, what: Any, name: st
     try:
         pickle.dumps(what)
     except (pickle.PicklingError, AttributeError, TypeError, RecursionError) as error:
-        text = f"{owner}: {name} cannot be sent to other processes ({error}). Use a function at the top of a module"
-        raise InputError(
-            f"{text}, not a lambda and not one inside another function; what it depends on goes into fixed=."
-        ) from error
+        text = f"{owner}: {name} cannot be sent to other processes ({error}). Use a function at the top of a module,"
+        text += " not a lambda and not one inside another function"
+        raise InputError(f"{text}; what it depends on goes into fixed=.") from error
 
 
 def _after(chain: Chain, outcome: Outcome) -> Job | None:

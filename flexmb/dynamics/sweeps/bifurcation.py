@@ -428,10 +428,8 @@ def _check(family: Family, direction: str, chunks: int, count: int) -> None:
     if isinstance(make, Dynamics) or is_mechanism(make):
         return
     if not callable(make):
-        text = f"{label}: make is {type(make).__name__}"
-        raise InputError(
-            f"{text}; it must be a function that returns a Mechanism, a Mechanism or a system such as Map."
-        )
+        text = f"{label}: make is {type(make).__name__}; it must be a function that returns a Mechanism,"
+        raise InputError(f"{text} a Mechanism or a system such as Map.")
     require_arguments(f"{label}: {label_of(make)}", make, [*family.fixed, family.parameter])
 
 

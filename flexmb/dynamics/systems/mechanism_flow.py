@@ -473,10 +473,8 @@ class MechanismFlow(ContinuousFlow):
             self.units = tuple(s.units for s in self.program.names.signals)
         self.changes = dict(changes)
         if self.period is None and isinstance(self.step, Adaptive) and self.step.max is None:
-            text = f"{self._label}: no drive has a period, so the largest step is unknown"
-            raise InputError(
-                f"{text}. Give period= (about that of the motion), step=Adaptive(max=...) or a fixed step."
-            )
+            text = f"{self._label}: no drive has a period, so the largest step is unknown."
+            raise InputError(f"{text} Give period= (about that of the motion), step=Adaptive(max=...) or a fixed step.")
         span = self.period or 1.0
         self.run = CarryingRun(self.program, self.method, self.step, span, span)
         self.ok, self.status = True, "ready"

@@ -84,10 +84,8 @@ def end_stresses(p, at, q):
     own = part_of(p, at + OWN, at + SIZE)
     _, _, _, e, u1, u2 = deformation(own, ends)
     N, m1, m2 = elastic(own, e, u1, u2, 0.0, 0.0, 0.0)
-    return (
-        abs(N) * p[at + START_AREA] + abs(m1) * p[at + START_MODULUS],
-        abs(N) * p[at + END_AREA] + abs(m2) * p[at + END_MODULUS],
-    )
+    first = abs(N) * p[at + START_AREA] + abs(m1) * p[at + START_MODULUS]
+    return first, abs(N) * p[at + END_AREA] + abs(m2) * p[at + END_MODULUS]
 
 
 @extremum_kernel

@@ -325,9 +325,8 @@ def cell_values(mesh: PlaneMesh, field: str, value: ByRegion[Value]) -> list[tup
     found, counts = [], np.zeros(len(mesh.cells), dtype=np.int64)
     for name, item in pairs:
         if name not in mesh.regions:
-            known = (
-                checks.did_you_mean(name, mesh.regions) if mesh.regions else "The mesh has no regions: give one value."
-            )
+            none = "The mesh has no regions: give one value."
+            known = checks.did_you_mean(name, mesh.regions) if mesh.regions else none
             raise InputError(f"{mesh.label} has no region {name!r} for {field}. {known}")
         found.append((item, mesh.regions[name]))
         counts[mesh.regions[name]] += 1

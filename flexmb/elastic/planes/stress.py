@@ -281,6 +281,5 @@ def peak_stress_signal(
     )  # fmt: skip
     shares = 1.0 / around_nodes(cells, areas, len(points))
     numbers = np.concatenate([(len(points), k, m), shares, np.hstack(own).ravel(), ties]).tolist()
-    return SignalContribution(
-        part, "von_mises", "Pa", peak_stress_kernel, coordinates, tuple(numbers), place="von_mises_node"
-    )
+    place, numbers = "von_mises_node", tuple(numbers)
+    return SignalContribution(part, "von_mises", "Pa", peak_stress_kernel, coordinates, numbers, place=place)

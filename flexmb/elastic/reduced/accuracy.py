@@ -147,10 +147,8 @@ class Comparison:
         else:
             stress, wrong = (_largest(self.model.stresses(found)) for found in (full, own - full))
         columns = (found.tolist() for found in (sizes, errors, stress, wrong))
-        return [
-            LoadAccuracy(size, _over(error, size), of, _over(off, of))
-            for size, error, of, off in zip(*columns, strict=True)
-        ]
+        rows = zip(*columns, strict=True)
+        return [LoadAccuracy(size, _over(error, size), of, _over(off, of)) for size, error, of, off in rows]
 
 
 def accuracy(

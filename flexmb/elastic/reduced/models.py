@@ -145,9 +145,8 @@ class Element(NamedTuple):
     def stiffness(self) -> Array:
         """(6, 6) in the axes of the chord."""
         bent = self.bending
-        return np.asarray(
-            np.outer(self.elongation, self.normal_force) + bent.T @ self.data.bending_stiffness[self.k] @ bent
-        )
+        bending = bent.T @ self.data.bending_stiffness[self.k] @ bent
+        return np.asarray(np.outer(self.elongation, self.normal_force) + bending)
 
     def string(self) -> Array:
         """(6, 6) geometric stiffness of a unit normal force: of an element that turns, and of its bow."""

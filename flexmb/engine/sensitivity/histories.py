@@ -290,10 +290,8 @@ def _add_difference(begin, end, which, eps, T, work):
 def _advance_normal(tables, address, c, h, gap, rate, z, T, work):
     """Add the effect of gap and gap rate to the history of a normal law."""
     begin, end = tables.contacts.z[c, NORMAL_Z], tables.contacts.z[c, FRICTION_Z]
-    of_gap, of_rate = (
-        difference_step(gap, gap, 0.0),
-        difference_step(rate, z[tables.contacts.z[c, COMMON_Z] + LAST_GAP_RATE], 0.0),
-    )
+    of_gap = difference_step(gap, gap, 0.0)
+    of_rate = difference_step(rate, z[tables.contacts.z[c, COMMON_Z] + LAST_GAP_RATE], 0.0)
     call_normal(tables, address, c, h, gap + of_gap, rate, z, work.z_new)
     _store_upper_side(begin, end, work)
     call_normal(tables, address, c, h, gap - of_gap, rate, z, work.z_new)

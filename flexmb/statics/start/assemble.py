@@ -90,9 +90,8 @@ def check_massless(mechanism: Mechanism, program: Program, q: np.ndarray) -> Non
     inertia = sizes[:, None] * (B.T @ plain(M) @ B) * sizes
     own = np.concatenate([3 * k + np.arange(3) for k in massless])
     inertia[own, :] = inertia[:, own] = 0.0
-    ways = (
-        scipy.linalg.null_space(plain(G) @ B * sizes, rcond=RANK_TOLERANCE) if program.n_c else np.eye(3 * rigid.count)
-    )
+    free = scipy.linalg.null_space(plain(G) @ B * sizes, rcond=RANK_TOLERANCE) if program.n_c else None
+    ways = np.eye(3 * rigid.count) if free is None else free
     if ways.shape[1] == 0:
         return
     values, vectors = scipy.linalg.eigh(ways.T @ inertia @ ways)

@@ -25,9 +25,7 @@ SETTLED = 1e-12  # last correction of the states of controls that begin at rest,
 NO_ENERGY = 1e-14  # inertia of a motion relative to the largest, that of bodies without inertia in start velocities
 YIELD = 1e-8  # compliance of velocity rows over the inverse of the largest inertia: start velocities of large models
 MOST_ROUNDS = 100  # number of rounds at most in which these rows become rigid
-SETTLED_VELOCITY = (
-    1e-7  # change of a start velocity in a round relative to the largest, below which it may be round-off
-)
+SETTLED_VELOCITY = 1e-7  # change of a start velocity in a round over the largest, below which it may be round-off
 MOST_FRICTION_ITERATIONS = 30  # number of Newton iterations at most on multipliers that friction depends on
 
 
