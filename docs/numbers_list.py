@@ -504,7 +504,6 @@ elastic.beams.mesh.STRAIGHT | rad | nothing | bend of a link that is straight
 elastic.beams.mesh.FARTHEST | m | nothing | largest coordinate of a mesh
 elastic.meshes.mesh.ON_CIRCLE | 1 | radius | nodes on a circle
 elastic.meshes.mesh.PLACES | digits | size of the mesh | decimal places of the centre of a hole
-elastic.meshes.checks.SAME_PLACE | 1 | size of the mesh | nodes at one place
 elastic.meshes.checks.FLAT | 1 | longest side squared | Jacobian determinant of a flat cell
 elastic.meshes.checks.ON_EDGE | 1 | edge | node on the edge of another cell
 elastic.meshes.fillings.SAME_PLACE | 1 | size of the mesh | nodes of two blocks at one place

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from flexmb.engine.state.record import DONE
 from flexmb.engine.step.method import Method
 from flexmb.engine.step.step_size import Adaptive
 from flexmb.errors import InputError, SolveError
+from flexmb.late import xr
 from flexmb.model.signal import hint, resolved
 from flexmb.program.compiler import common_period
 from flexmb.program.program import Program
@@ -27,14 +28,10 @@ from flexmb.results.netcdf import long_name
 from flexmb.run.saving import save_grid
 from flexmb.run.simulate import Step, check_end, period_or_none, prepared
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 RTOL_OF_FIXED_STEPS = 1e-6  # accuracy of runs with fixed steps, for the horizon of their derivatives
 
+
 # Run of a parameter model with derivatives of some signals
-
-
 class HorizonError(SolveError):
     """Error of a motion in which small differences grow by more than 1/rtol."""
 
@@ -111,12 +108,7 @@ def signals_along(label: str, held: ParameterModel, span: Span, signals: Sequenc
 
 @np.errstate(all="ignore")
 def derivatives(label: str, held: ParameterModel, span: Span, signals: Sequence[str], *, every: bool) -> Derivatives:
-    """Derivatives of `signals` by the parameters of a model; with rows of `every` step.
-
-    Raises
-    ------
-    InputError, SolveError : see `sensitivity`.
-    """
+    """Derivatives of `signals` by the parameters of a model; with rows of `every` step."""
     begun = started(label, held, span, signals)
     return carried(label, begun, directions(held, begun.here, begun.end), every=every)[0]
 
@@ -128,10 +120,9 @@ def carried(label: str, begun: Started, found: Directions, *, every: bool) -> tu
     T = run.carry(begun.here.start, begun.end, found, places, begun.due, every=every)
     rtol = run.step.rtol if isinstance(run.step, Adaptive) else RTOL_OF_FIXED_STEPS
     if run.growth * rtol > 1.0 or not math.isfinite(run.growth):
-        raise HorizonError(
-            f"{label}: a small difference grew by {run.growth:.3g} until t = {float(run.flow.clock.t):.4g} s, more "
-            f"than 1/rtol = {1.0 / rtol:.3g}: derivatives say nothing there. End the run earlier."
-        )
+        text = f"{label}: a small difference grew by {run.growth:.3g} until t = {float(run.flow.clock.t):.4g} s,"
+        text += f" more than 1/rtol = {1.0 / rtol:.3g}"
+        raise HorizonError(f"{text}: derivatives say nothing there. End the run earlier.")
     times, chosen = begun.values(label)
     slopes = T.rows.slopes.reshape(len(times), len(T.q), -1)[:, : len(found.q), : len(places)]
     rows = _rows(run, first, slopes) if every else ()
@@ -173,10 +164,28 @@ def _instants(label: str, grid: Any, end: float) -> np.ndarray:
 
 
 # Table of derivatives, elasticities
+class Measures(display.Inside):
+    """Base of results with a table of measures."""
+
+    measures: xr.Dataset
+
+    def table(self) -> list[tuple[str, ...]]:
+        """Rows of texts: measure, parameter, derivative, its unit, relative derivative."""
+        measures, rows = self.measures, list[tuple[str, ...]]()
+        for i, name in enumerate(measures.measure.values.tolist()):
+            for k, parameter in enumerate(measures.parameter.values.tolist()):
+                unit = per(str(measures.unit.values[i]), str(measures.unit_of_parameter.values[k]))
+                derivative, relative = (float(measures[one].values[i, k]) for one in ("derivative", "relative"))
+                rows.append((name, parameter, f"{derivative:.6g}", unit, f"{relative:.4g}"))
+        return rows
+
+    def _below(self, head: str) -> str:
+        """The table below a `head`."""
+        return f"{head}\n{columns(('measure', 'parameter', 'derivative', 'unit', 'relative'), self.table())}"
 
 
 @dataclass(frozen=True, repr=False)
-class Sensitivity(display.Inside):
+class Sensitivity(Measures):
     """Derivatives of signals and of their measures by parameters.
 
     `s["slider.x"]` is the derivative of a signal, (parameter, time); `s.signals["slider.x"]` the signal itself.
@@ -207,24 +216,8 @@ class Sensitivity(display.Inside):
         checks.one_of("Sensitivity", "signal", name, [str(key) for key in self.dataset.data_vars])
         return self.dataset[name]
 
-    def table(self) -> list[tuple[str, ...]]:
-        """Rows of texts: measure, parameter, derivative, its unit, relative derivative."""
-        return rows_of(self.measures)
-
     def __repr__(self) -> str:
-        head = f"Sensitivity: {self.status} A small difference grew by {self.growth:.3g}."
-        return f"{head}\n{columns(('measure', 'parameter', 'derivative', 'unit', 'relative'), self.table())}"
-
-
-def rows_of(measures: xr.Dataset) -> list[tuple[str, ...]]:
-    """Rows of texts: measure, parameter, derivative, its unit, relative derivative."""
-    rows: list[tuple[str, ...]] = []
-    for i, name in enumerate(measures.measure.values.tolist()):
-        for k, parameter in enumerate(measures.parameter.values.tolist()):
-            unit = per(str(measures.unit.values[i]), str(measures.unit_of_parameter.values[k]))
-            derivative, relative = (float(measures[one].values[i, k]) for one in ("derivative", "relative"))
-            rows.append((name, parameter, f"{derivative:.6g}", unit, f"{relative:.4g}"))
-    return rows
+        return self._below(f"Sensitivity: {self.status} A small difference grew by {self.growth:.3g}.")
 
 
 def columns(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -304,8 +297,6 @@ def measure_of(label: str, one: Any) -> Measure | str:
 
 
 def _tables(held: ParameterModel, wanted: Sequence[Measure | str], found: Derivatives) -> Sensitivity:
-    import xarray as xr  # noqa: PLC0415 - takes long to import
-
     time = ("time", found.times, {"units": "s"})
     slopes, signals, measures = {}, {}, []
     for k, one in enumerate(wanted):
@@ -321,23 +312,17 @@ def _tables(held: ParameterModel, wanted: Sequence[Measure | str], found: Deriva
 
 def told(held: ParameterModel) -> dict[str, Any]:
     """Names, values and units of the parameters, as coordinates."""
-    return {
-        "parameter": list(held.names),
-        "value": ("parameter", list(held.values)),
-        "unit_of_parameter": ("parameter", [one.unit for one in held.parameters]),
-    }
+    units = [one.unit for one in held.parameters]
+    values = {"value": ("parameter", list(held.values)), "unit_of_parameter": ("parameter", units)}
+    return {"parameter": list(held.names), **values}
 
 
 def measures_of(held: ParameterModel, rows: Sequence[tuple[str, str, float, np.ndarray]]) -> xr.Dataset:
     """Amounts, derivatives and relative derivatives of rows of name, unit, amount and derivatives (p,)."""
-    import xarray as xr  # noqa: PLC0415 - takes long to import
-
     labels, units, amounts, changes = zip(*rows, strict=True)
     derivative, amount = np.array(changes).reshape(len(amounts), -1), np.array(amounts)
     with np.errstate(all="ignore"):
         relative = derivative * np.array(held.values) / amount[:, None]
     both = ("measure", "parameter")
-    return xr.Dataset(
-        {"amount": ("measure", amount), "derivative": (both, derivative), "relative": (both, relative)},
-        {"measure": list(labels), "unit": ("measure", list(units)), **told(held)},
-    )
+    found = {"amount": ("measure", amount), "derivative": (both, derivative), "relative": (both, relative)}
+    return xr.Dataset(found, {"measure": list(labels), "unit": ("measure", list(units)), **told(held)})

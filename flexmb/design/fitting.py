@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,46 +17,35 @@ from flexmb.engine.newmark.method import Newmark
 from flexmb.engine.step.method import Method
 from flexmb.engine.step.step_size import Adaptive
 from flexmb.errors import AssemblyError, FlexmbError, InputError, ModelError, SolveError
+from flexmb.late import scipy, xr
 from flexmb.run.saving import SAME_INSTANT
 from flexmb.run.simulate import Step
 from flexmb.version import installed_version
 
-if TYPE_CHECKING:
-    import xarray as xr
-
+# Singular value of the scaled derivatives, over the largest, below which a combination of parameters is not seen.
 HARDLY_SEEN = 1e-7
-"""Singular value of the scaled derivatives, over the largest, below which a combination of parameters is not seen."""
-
 MEMBER = 0.1  # share of a parameter in such a combination from which it is named
 
+# Parts of the data, from the begin on, that are fitted one after the other.
+# The sum of squares has many minima where small differences grow; those of a shorter span are wider. In each span
+# residuals are integrated over the time at first, since peaks of computed and measured impacts need not overlap.
 SPANS = tuple(np.geomspace(0.01, 1.0, 14).tolist())
-"""Parts of the data, from the begin on, that are fitted one after the other.
 
-The sum of squares has many minima where small differences grow; those of a shorter span are wider.  In each
-span residuals are integrated over the time at first, since peaks of computed and measured impacts need not overlap.
-"""
-
+# Points within the bounds at which the first span is computed; median of their sums of squares over the least one from
+# which a span tells where to search.
 TRIALS, TELLING = 64, 5.0
-"""Points within the bounds at which the first span is computed; median of their sums of squares over the least one from
-which a span tells where to search.
-"""
-
+# Points that are followed from span to span; sum of squares over the least one up to which one is followed.
 KEPT, BEHIND = 5, 4.0
-"""Points that are followed from span to span; sum of squares over the least one up to which one is followed."""
-
+# Runs of a search in a span that is not the last; mean square over that of the span before from which more is tried,
+# unless it is small beside that of the noise; spans between attempts to take all data at once.
 TURNS, WORSE, ENOUGH, JUMPS = 12, 1.5, 1e-6, 4
-"""Runs of a search in a span that is not the last; mean square over that of the span before from which more is tried,
-unless it is small beside that of the noise; spans between attempts to take all data at once.
-"""
-
 ABOVE_NOISE = 1.5  # residuals over the given noise from which a fit says that something is left out
 CLEARLY = 3.0  # correlation of residuals from one instant to the next, over its scatter in white noise, that is told
 LAST_CHANGE = 1e-12  # relative change at which the last search ends
 PROMISING = 0.1  # part of the sum of squares that derivatives promise to take away, from which a search was stopped
 SAME_POINT = 1e-3  # distance of two points, relative to the bounds, within which they are one
-
+# Errors of runs that fail; their residuals, over the noise, so that the search turns back.
 FAILURES, REFUSED = (AssemblyError, ModelError, SolveError), 1e4
-"""Errors of runs that fail; their residuals, over the noise, so that the search turns back."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -177,14 +166,11 @@ def fit(
     checks.one_of(label, "loss", loss, ["linear", "soft_l1", "huber", "cauchy", "arctan"])
     measured = _Measured(label, data, signals, noise, checks.sequence(label, "offset", offset, "signals"), begin)
     measured.cut(checks.sequence(label, "pieces", pieces, "times"))
-    own = [
-        checks.one_of(label, "free parameter", name, list(bounds))
-        for name in checks.sequence(label, "free", free, "names")
-    ]
+    free = checks.sequence(label, "free", free, "names")
+    own = [checks.one_of(label, "free parameter", name, list(bounds)) for name in free]
     if own and len(measured.begins) == 1:
-        raise InputError(
-            f"{label}: free is {own!r}, but there is one piece alone; give pieces=[...], times of the data."
-        )
+        text = f"{label}: free is {own!r}, but there is one piece alone;"
+        raise InputError(f"{text} give pieces=[...], times of the data.")
     search = _Search(label, model, bounds, measured, own, step, method)
     if measured.count < search.unknowns:
         raise InputError(f"{label}: {measured.count} measured numbers for {search.unknowns} unknowns; give more data.")
@@ -219,8 +205,6 @@ class _Measured:
     begins: tuple[float, ...] = (0.0,)
 
     def __init__(self, label: str, data: Any, signals: Any, noise: Any, offset: Any, begin: float) -> None:
-        import xarray as xr  # noqa: PLC0415 - takes long to import
-
         self.label, self.signals = label, checks.sequence(label, "signals", signals, "names of signals")
         self.begin = checks.number(label, "begin", begin, "s")
         if not self.signals or any(self.signals.count(name) > 1 for name in self.signals):
@@ -228,9 +212,8 @@ class _Measured:
         if isinstance(data, (str, Path)):
             data = read_csv(label, checks.path(label, data))
         if not isinstance(data, xr.Dataset) or "time" not in data:
-            raise InputError(
-                f"{label}: data is {type(data).__name__}; give xarray signals along 'time', or a CSV file."
-            )
+            text = f"{label}: data is {type(data).__name__};"
+            raise InputError(f"{text} give xarray signals along 'time', or a CSV file.")
         for name in self.signals:
             checks.one_of(label, "signal of the data", name, [str(key) for key in data.data_vars])
         for name in ("time", *self.signals):
@@ -269,9 +252,8 @@ class _Measured:
         self.begins = (0.0, *inner)
         counts = np.diff(np.searchsorted(self.every, [*self.begins, np.inf]))
         if list(self.begins) != sorted(set(self.begins)) or min(counts) < 2:
-            raise InputError(
-                f"{self.label}: pieces is {pieces!r}; give increasing times of the data, two instants in each."
-            )
+            text = f"{self.label}: pieces is {pieces!r};"
+            raise InputError(f"{text} give increasing times of the data, two instants in each.")
 
     def piece(self, i: int) -> slice:
         """Rows of a piece in the present data."""
@@ -292,8 +274,6 @@ class _Measured:
 
 def read_csv(label: str, path: Path) -> xr.Dataset:
     """Signals of a CSV file whose first line names the columns, "time" first."""
-    import xarray as xr  # noqa: PLC0415 - takes long to import
-
     try:
         names = path.read_text(encoding="utf-8-sig").partition("\n")[0].strip().split(",")
         table = np.genfromtxt(path, delimiter=",", skip_header=1, ndmin=2)
@@ -474,15 +454,13 @@ class _Search:
 
     def _searched(self, x: np.ndarray, loss: str, most: int | None = None, *, integrates: bool = False) -> Any:
         """Result of scipy from a point; `most` runs of the last search, to its end."""
-        from scipy.optimize import least_squares  # noqa: PLC0415 - takes long to import
-
         self.integrates = integrates
         p, open_ends = len(self.low), len(self.measured.offset)
         limits = np.append(np.zeros(p), [-np.inf] * open_ends), np.append(np.ones(p), [np.inf] * open_ends)
         more = {} if most is None else dict.fromkeys(("ftol", "xtol", "gtol"), LAST_CHANGE)
         start = np.append(np.clip(x[:p], SAME_POINT, 1.0 - SAME_POINT), x[p:])
         how = {"jac": self.jacobian, "bounds": limits, "loss": loss, "max_nfev": most or TURNS, **more}
-        return least_squares(self.residuals, start, **how)
+        return scipy.optimize.least_squares(self.residuals, start, **how)
 
 
 def _distinct(found: Sequence[Any]) -> list[np.ndarray]:
@@ -518,10 +496,8 @@ def _result(search: _Search, found: Any, loss: str, *, known: bool) -> Fit:
     left_over, factors = _left_over(search, computed, math.sqrt(variance), known=known)
     grown = np.broadcast_to(factors, own.values.shape)[own.seen] * ((right.T * inverse) @ left.T)
     larger = np.sqrt(variance * (grown**2).sum(axis=1)) if found.success and max(factors) > 1.0 else sizes
-    errors, corrected = (
-        dict(zip(names, np.where(blind[:p], np.inf, one[:p] * search.width).tolist(), strict=True))
-        for one in (sizes, larger)
-    )
+    values = [np.where(blind[:p], np.inf, one[:p] * search.width).tolist() for one in (sizes, larger)]
+    errors, corrected = (dict(zip(names, one, strict=True)) for one in values)
     labels = [*names, *(f"the offset of {' and '.join(own.signals[k] for k in places)}" for places in own.offset)]
     rms = math.sqrt(float(residuals @ residuals) / own.count)
     told = [*_sentences(search, found, rms if known else 0.0, stuck=stuck), *_correlated(left_over, errors, corrected)]
@@ -545,11 +521,9 @@ def _result(search: _Search, found: Any, loss: str, *, known: bool) -> Fit:
 
 
 def lag_correlations(residuals: np.ndarray, begins: Sequence[int] = ()) -> tuple[np.ndarray, np.ndarray]:
-    """Correlations (m,) of residuals (n, m) from one instant to the next, and factors of standard errors by them.
-
-    Of n numbers with correlation r, n (1 - r)/(1 + r) count where derivatives vary slowly.  The factor is 1 where r is
-    not clear.  Missing residuals are NaN; rows at `begins` follow no others.
-    """
+    """Correlations (m,) of residuals (n, m) from one instant to the next, and factors of standard errors by them."""
+    # Of n numbers with correlation r, n (1 - r)/(1 + r) count where derivatives vary slowly. The factor is 1 where r is
+    # not clear. Missing residuals are NaN; rows at `begins` follow no others.
     apart = np.insert(residuals, [k for k in begins if k < len(residuals)], np.nan, axis=0)
     both = np.isfinite(apart[:-1]) & np.isfinite(apart[1:])
     a, b, count = np.where(both, apart[:-1], 0.0), np.where(both, apart[1:], 0.0), np.maximum(both.sum(axis=0), 1)
@@ -561,8 +535,6 @@ def lag_correlations(residuals: np.ndarray, begins: Sequence[int] = ()) -> tuple
 
 def _left_over(search: _Search, computed: np.ndarray, scatter: float, *, known: bool) -> tuple[xr.Dataset, np.ndarray]:
     """Residuals by signal, and the factor of standard errors by the correlation of each."""
-    import xarray as xr  # noqa: PLC0415 - takes long to import
-
     own, noise = search.measured, scatter * search.measured.noise
     rows = np.where(own.seen, own.values - computed, np.nan)
     lag, factors = lag_correlations(rows, [own.piece(i).start for i in range(len(own.begins))])

@@ -144,11 +144,9 @@ def smallest(signal: str) -> Measure:
 
 
 class Rows(NamedTuple):
-    """A signal at the ends of all steps, the start before them, and its derivatives.
+    """A signal at the ends of all steps, the start before them, and its derivatives."""
 
-    Derivatives belong to neighbours that arrive later by the time shifts: dy at t + dp shift.
-    """
-
+    # Derivatives belong to neighbours that arrive later by the time shifts: dy at t + dp shift.
     time: np.ndarray  # (n,) [s]
     y: np.ndarray  # (n,)
     slope: np.ndarray  # (n, k)
@@ -157,10 +155,8 @@ class Rows(NamedTuple):
 
 
 def measured(measure: Measure, rows: Rows) -> tuple[float, np.ndarray]:
-    """Value of a measure, and its derivatives (k,).
-
-    Equations (14.7) and (14.8) of docs/theory/design.md.
-    """
+    """Value of a measure, and its derivatives (k,)."""
+    # Equations (14.7) and (14.8) of docs/theory/design.md.
     y, slope = rows.y, rows.slope
     if measure.kind == "end":
         return float(y[-1]), rows.last
@@ -182,10 +178,8 @@ def measured(measure: Measure, rows: Rows) -> tuple[float, np.ndarray]:
 
 
 def _crest(rows: Rows, k: int) -> tuple[float, np.ndarray]:
-    """Value of the extremum next to row k, on the parabola through it and its neighbours, and its derivatives.
-
-    Equation (14.9) of docs/theory/design.md.
-    """
+    """Value of the extremum next to row k, on the parabola through it and its neighbours, and its derivatives."""
+    # Equation (14.9) of docs/theory/design.md.
     time, y, slope, last = rows.time, rows.y, rows.slope, len(rows.y) - 1
     near = slice(k - 1, k + 2)
     if k in (0, last) or np.ptp(rows.shift[near], axis=0).any():  # the end stays; at an onset, one side has no parabola
@@ -206,10 +200,8 @@ def _rate(rows: Rows) -> np.ndarray:
 
 
 def _mean(rows: Rows) -> tuple[float, np.ndarray]:
-    """Mean by the trapezoidal rule, and its derivatives.
-
-    Where the time shift changes, at the onset of a contact, a neighbour goes on for that time as it came.
-    """
+    """Mean by the trapezoidal rule, and its derivatives."""
+    # Where the time shift changes, at the onset of a contact, a neighbour goes on for that time as it came.
     h, span, y, slope = np.diff(rows.time)[:, None], rows.time[-1] - rows.time[0], rows.y[:, None], rows.slope
     later = np.diff(rows.shift, axis=0)
     before = slope[:-1] + later * _rate(rows)[:-1]

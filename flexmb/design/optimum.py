@@ -7,42 +7,29 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from flexmb import arguments, checks, display
 from flexmb.design.derivatives import Span, columns, derivatives
 from flexmb.design.measures import EXTREMES, Limit, Measure, measured
-from flexmb.design.parameters import (
-    LEAST_SIZE,
-    Model,
-    ParameterModel,
-    arguments_of,
-    bounds_of,
-    called,
-    refuse_taken,
-)
+from flexmb.design.parameters import LEAST_SIZE, Model, ParameterModel, arguments_of, bounds_of, called, refuse_taken
 from flexmb.dynamics.jobs.files import write_text
 from flexmb.dynamics.sweeps.parameter_sweep import settings_of
 from flexmb.engine.step.method import Method
 from flexmb.errors import FlexmbError, InputError, SolveError
+from flexmb.late import scipy, xr
 from flexmb.run.simulate import Step
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 OBJECTIVE = 0  # place of the objective in values and slopes of a design; limits follow
 FAILED = 10.0  # objective of a design whose run fails, over the largest one so far, so that the search turns back
 LARGE = 1e300  # objective of a design whose run fails, for differential evolution, which takes no infinite one
-
+# Violation up to which a limit holds, over its size; difference of a parameter for functions, over its bounds.
 HELD, FUNCTION_DISTANCE = 1e-6, 1e-6
-"""Violation up to which a limit holds, over its size; difference of a parameter for functions, over its bounds."""
-
 CHECK_DISTANCE = 1e-4  # difference of a parameter by which derivatives are checked, relative to its bounds
-
+# A limit of a measure, or a function of the parameters that must not be negative.
 Condition = Limit | Callable[..., float]
-"""A limit of a measure, or a function of the parameters that must not be negative."""
 
 
 class Design(NamedTuple):
@@ -292,8 +279,6 @@ class _Evaluation:
 
     def history(self) -> xr.Dataset:
         """All designs in their order."""
-        import xarray as xr  # noqa: PLC0415 - takes long to import
-
         designs = list(self.designs.values())
         table = np.array([list(self.values(one.x).values()) for one in designs])
         values = np.array([one.values if not one.status else [np.nan] * len(one.values) for one in designs])
@@ -332,8 +317,6 @@ class _Evaluation:
 
 def _looked_for(evaluation: _Evaluation) -> np.ndarray:
     """Start by differential evolution within all bounds, with a third of the designs."""
-    from scipy.optimize import differential_evolution  # noqa: PLC0415 - takes long to import
-
     most, evaluation.most = evaluation.most, max(evaluation.most // 3, 1)
 
     def cost(x: np.ndarray) -> float:
@@ -341,7 +324,7 @@ def _looked_for(evaluation: _Evaluation) -> np.ndarray:
         return LARGE if one.status else one.values[0] + 1e3 * sum(-min(0.0, room) for room in one.values[1:])
 
     with suppress(_EnoughError):
-        differential_evolution(cost, [(0.0, 1.0)] * len(evaluation.low), rng=1, polish=False, tol=1e-3)
+        scipy.optimize.differential_evolution(cost, [(0.0, 1.0)] * len(evaluation.low), rng=1, polish=False, tol=1e-3)
     evaluation.most = most
     found = evaluation.best()
     return np.full(len(evaluation.low), 0.5) if found is None else np.array(found.x)
@@ -349,8 +332,6 @@ def _looked_for(evaluation: _Evaluation) -> np.ndarray:
 
 def _minimum(evaluation: _Evaluation, x: np.ndarray, search: str) -> tuple[bool, str]:
     """Whether the search of scipy converged, and a sentence on its end."""
-    from scipy.optimize import minimize  # noqa: PLC0415 - takes long to import
-
     scale = abs(evaluation.at(x).values[0]) or 1.0
 
     def objective(z: np.ndarray) -> float:
@@ -359,6 +340,9 @@ def _minimum(evaluation: _Evaluation, x: np.ndarray, search: str) -> tuple[bool,
             return FAILED * max(abs(other.values[0]) for other in evaluation.designs.values()) / scale
         return one.values[0] / scale
 
+    def slope(z: np.ndarray) -> np.ndarray:
+        return np.array(evaluation.at(z).slopes[OBJECTIVE]) / scale
+
     def part(k: int, *, slope: bool) -> Callable[[np.ndarray], Any]:
         def asked(z: np.ndarray) -> Any:
             one = evaluation.at(z)
@@ -366,21 +350,12 @@ def _minimum(evaluation: _Evaluation, x: np.ndarray, search: str) -> tuple[bool,
 
         return asked
 
-    limits = [
-        {"type": "ineq", "fun": part(k + 1, slope=False), "jac": part(k + 1, slope=True)}
-        for k in range(len(evaluation.texts))
-    ]
+    pairs = [(part(k + 1, slope=False), part(k + 1, slope=True)) for k in range(len(evaluation.texts))]
+    limits = [{"type": "ineq", "fun": value, "jac": slope} for value, slope in pairs]
     more = {"ftol": 1e-10, "maxiter": 200} if search == "SLSQP" else {"gtol": 1e-8, "xtol": 1e-10}
     try:
-        found = minimize(
-            objective,
-            x,
-            jac=lambda z: np.array(evaluation.at(z).slopes[OBJECTIVE]) / scale,
-            bounds=[(0.0, 1.0)] * len(x),
-            constraints=limits,
-            method=search,
-            options=more,
-        )
+        how = {"bounds": [(0.0, 1.0)] * len(x), "constraints": limits, "method": search, "options": more}
+        found = scipy.optimize.minimize(objective, x, jac=slope, **how)
     except _EnoughError:
         return False, f"Not converged after {evaluation.most} designs; give most_designs= more."
     text = str(found.message).rstrip(".")

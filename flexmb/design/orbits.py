@@ -6,22 +6,12 @@ import inspect
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from keyword import iskeyword
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from flexmb import arguments, checks, display
-from flexmb.design.derivatives import (
-    Derivatives,
-    Started,
-    carried,
-    columns,
-    measure_of,
-    measures_of,
-    places_of,
-    rows_of,
-    told,
-)
+from flexmb.design.derivatives import Derivatives, Measures, Started, carried, measure_of, measures_of, places_of, told
 from flexmb.design.measures import EXTREMES, Measure, Rows, measured
 from flexmb.design.parameters import Neighbour, Parameter, ParameterModel, directions, refuse_taken
 from flexmb.dynamics.orbits.orbit_newton import correct, extended, solved
@@ -33,10 +23,8 @@ from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.engine.sensitivity.parameter_run import ParameterRun
 from flexmb.engine.sensitivity.tangent_step import pack_differences, synchronise
 from flexmb.errors import InputError, SolveError
+from flexmb.late import scipy, xr
 from flexmb.statics.start.consistent import Start
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 LABEL = "orbit_sensitivity"
 DISTANCE = 1e-3  # distance of neighbouring orbits, relative to the parameter
@@ -48,7 +36,7 @@ NOTHING = 1e-4  # error of a relative derivative that is never named
 
 
 @dataclass(frozen=True, repr=False)
-class OrbitSensitivity(display.Inside):
+class OrbitSensitivity(Measures):
     """Derivatives of a periodic orbit by parameters.
 
     Parameters
@@ -66,17 +54,12 @@ class OrbitSensitivity(display.Inside):
     orbit: PeriodicOrbit
     status: str
 
-    def table(self) -> list[tuple[str, ...]]:
-        """Rows of texts: measure, parameter, derivative, its unit, relative derivative."""
-        return rows_of(self.measures)
-
     def to_dataset(self) -> xr.Dataset:
         """All derivatives in one dataset."""
         return self.dataset.merge(self.measures, compat="no_conflicts")
 
     def __repr__(self) -> str:
-        head = f"OrbitSensitivity: {self.status}\n{self.orbit!r}"
-        return f"{head}\n{columns(('measure', 'parameter', 'derivative', 'unit', 'relative'), self.table())}"
+        return self._below(f"OrbitSensitivity: {self.status}\n{self.orbit!r}")
 
 
 @arguments.checked
@@ -181,9 +164,6 @@ def _described(orbit: Any, parameters: Any) -> tuple[Dynamics, ParameterModel]:
     return system, ParameterModel(LABEL, numbers, parameters)
 
 
-# Neighbouring orbits, and differences of their numbers
-
-
 class _Numbers(NamedTuple):
     """Numbers of an orbit, or their derivatives by a parameter and signed errors of these, (2, ...)."""
 
@@ -195,10 +175,8 @@ class _Numbers(NamedTuple):
 
 
 def _slopes(orbit: PeriodicOrbit, one: Parameter, limits: tuple[float, float], places: list[int], count: int) -> Any:
-    """Derivatives by a parameter, and their errors, by differences of fourth order.
-
-    The limits are the largest residual, and the relative distance of the neighbours.
-    """
+    """Derivatives by a parameter, and their errors, by differences of fourth order."""
+    # The limits are the largest residual, and the relative distance of the neighbours.
     h, slopes = limits[1] * (abs(one.value) or 1.0), []
     found = [_neighbour(orbit, (one.name, one.value + k * h), limits[0], places, count) for k in (-2.0, -1.0, 1.0, 2.0)]
     for least, less, more, most in zip(*found, strict=True):
@@ -236,15 +214,10 @@ def _neighbour(
     return _Numbers(away, period, run.monodromy, np.linalg.det(run.monodromy), signals)
 
 
-# Signals over the orbit
-
-
 class _Signals(NamedTuple):
-    """Derivatives of the start (p, size) and the period (p,), of signals, and errors of the latter (m, n, p).
+    """Derivatives of the start (p, size) and the period (p,), of signals, and errors of the latter (m, n, p)."""
 
-    The rows are those of neighbours at the same phases; at the same instants, if their ends have derivatives (p,).
-    """
-
+    # The rows are those of neighbours at the same phases; at the same instants, if their ends have derivatives (p,).
     state: np.ndarray
     period: np.ndarray
     found: Derivatives
@@ -303,14 +276,9 @@ def _closing(orbit: PeriodicOrbit, gap: np.ndarray, rate: np.ndarray) -> tuple[n
     return orbit.basis @ y[: len(into)], float(y[-1]) if orbit.shooting.autonomous else 0.0
 
 
-# Tables of the derivatives
-
-
 def _tables(
     orbit: PeriodicOrbit, held: ParameterModel, slopes: _Numbers, asked: tuple[Any, ...], signals: _Signals
 ) -> OrbitSensitivity:
-    import xarray as xr  # noqa: PLC0415 - takes long to import
-
     (wanted, measures, names), own, T, unit = asked, orbit.multipliers, orbit.period, orbit.units
     by, later = _multipliers(orbit, slopes.monodromy), np.stack([signals.period, slopes.period[:, 1]], axis=1)
     rows = [("period", unit, T, later), ("product of multipliers", "", np.linalg.det(orbit.monodromy), slopes.product)]
@@ -345,10 +313,8 @@ def _tables(
 
 def _multipliers(orbit: PeriodicOrbit, change: np.ndarray) -> np.ndarray:
     """Derivatives (..., k) of the multipliers by changes (..., d, d) of the monodromy matrix; equation (14.15)."""
-    from scipy.linalg import eig  # noqa: PLC0415 - takes long to import
-
     found = np.full((*change.shape[:-2], len(orbit.multipliers)), np.nan, dtype=np.complex128)
-    values, left, right = eig(orbit.monodromy, left=True) if found.size else (np.zeros(0),) * 3
+    values, left, right = scipy.linalg.eig(orbit.monodromy, left=True) if found.size else (np.zeros(0),) * 3
     for k, own in enumerate(orbit.multipliers):
         i = int(np.abs(values - own).argmin())
         if (np.abs(np.delete(values, i) - own) > EQUAL * abs(own)).all():

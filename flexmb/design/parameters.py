@@ -16,6 +16,7 @@ from flexmb.engine.sensitivity.controllers import Moved
 from flexmb.engine.sensitivity.parameter_run import Directions
 from flexmb.errors import USER_ERRORS, FlexmbError, InputError, ModelError, RestitutionWarning
 from flexmb.fields import unit_of
+from flexmb.late import scipy
 from flexmb.model.mechanism import Mechanism, require_field
 from flexmb.program.compiler import compile_with_start
 from flexmb.program.program import Program
@@ -24,12 +25,10 @@ from flexmb.statics.start.consistent import Start, consistent_start
 LEAST_SIZE = 1e-3  # least size of a parameter, by which its differences are judged, over the width of its bounds
 CENTRAL = (-2.0, 1.0 / 12.0), (-1.0, -8.0 / 12.0), (1.0, 8.0 / 12.0), (2.0, -1.0 / 12.0)
 FORWARD = (0.0, -25.0 / 12.0), (1.0, 4.0), (2.0, -3.0), (3.0, 4.0 / 3.0), (4.0, -0.25)
+# Places and weights of derivatives of fourth order, by differences on both sides and on one.
 BACKWARD = tuple((-place, -weight) for place, weight in FORWARD)
-"""Places and weights of derivatives of fourth order, by differences on both sides and on one."""
-
 DISTANCES = (1e-3, 1e-5)  # distance of two neighbours relative to the parameter; the second where the first is refused
 DIFFERENCE_OF_NUMBERS = 1e-5  # largest difference of a parameter for derivatives by kernels, relative to the parameter
-
 Model = Mechanism | Callable[..., Mechanism]  # a mechanism, or a function of numbers that returns one
 
 
@@ -43,21 +42,10 @@ class Parameter:
 
 
 class ParameterModel:
-    """A mechanism as a function of parameters.
+    """A mechanism as a function of parameters: of numbers of its parts by name, or of the arguments of a function."""
 
-    Parameters
-    ----------
-    label : first words of messages.
-    model : a mechanism, whose parameters are numbers of its parts, "B.clearance" or "B.normal.restitution"; or a
-        function that returns a mechanism, whose parameters are its arguments.
-    names : names of the parameters, or their values by name.
-
-    Raises
-    ------
-    InputError : another kind of model; unknown parameters, with the nearest name; whole numbers, switches and texts,
-        by which nothing has a derivative; arguments without a value.
-    """
-
+    # Refused: another kind of model; unknown parameters; whole numbers, switches and texts, by which nothing has a
+    # derivative; arguments without a value.
     least: Sequence[float] = ()  # least sizes by which differences are judged, where they are known
 
     def __init__(self, label: str, model: Model, names: Iterable[str] | Mapping[str, float]) -> None:
@@ -119,9 +107,8 @@ def bounds_of(label: str, parameters: Any) -> dict[str, tuple[float, float]]:
             raise InputError(f"{label}: parameters[{name!r}] is {pair!r}; give two bounds (low, high).")
         low, high = (checks.number(label, str(name), x) for x in both)
         if not low < high:
-            raise InputError(
-                f"{label}: the bounds of {name} are {low:g} and {high:g}; the first must be the lower one."
-            )
+            text = f"{label}: the bounds of {name} are {low:g} and {high:g};"
+            raise InputError(f"{text} the first must be the lower one.")
         found[str(name)] = (low, high)
     return found
 
@@ -152,9 +139,7 @@ def called(label: str, function: Callable[..., Any], numbers: Mapping[str, float
 
 def box_points(count: int, dimensions: int) -> np.ndarray:
     """Points (count, dimensions) of Sobol's sequence within 0 and 1, the same each time."""
-    from scipy.stats import qmc  # noqa: PLC0415 - takes long to import
-
-    return np.asarray(qmc.Sobol(dimensions, rng=np.random.default_rng(1)).random(count))
+    return np.asarray(scipy.stats.qmc.Sobol(dimensions, rng=np.random.default_rng(1)).random(count))
 
 
 def of_part(label: str, mechanism: Any, name: str) -> tuple[Any, str, str]:
@@ -193,8 +178,6 @@ def _kind(declared: Any) -> str:
 
 
 # Directions of parameters: derivatives of the packed numbers of a program, and of its start values
-
-
 class Neighbour(NamedTuple):
     """A mechanism with a changed parameter: its program and its start."""
 
@@ -209,12 +192,7 @@ def neighbour(mechanism: Mechanism) -> Neighbour:
 
 
 def directions(model: ParameterModel, here: Neighbour, end: float) -> Directions:
-    """Directions of the parameters of a model; `here`: its present program, `end`: end of the run [s].
-
-    Raises
-    ------
-    InputError : a parameter that changes the structure of the program, or moves kinks of drives and loads in time.
-    """
+    """Directions of the parameters of a model; `here`: its present program, `end`: end of the run [s]."""
     rows = [_direction(model, k, here, end) for k in range(len(model.parameters))]
     *columns, samplers = zip(*rows, strict=True)
     numbers, q, v, z = map(np.stack, columns)
@@ -251,14 +229,13 @@ def _sum(weights: np.ndarray, found: Sequence[Neighbour]) -> tuple[np.ndarray, .
     """Weighted sums of numbers, start positions, velocities and histories; exact where these are equal."""
     starts = ([one.start.q for one in found], [one.start.v for one in found])
     columns = ([one.program.tables.p for one in found], *starts, [one.program.reference.z for one in found])
-    middle = [np.array(column[0]) for column in columns]
-    return tuple(
-        sum(
-            w * np.subtract(x, first, out=np.zeros(first.shape), where=x != first)
-            for w, x in zip(weights, column, strict=True)
-        )
-        for column, first in zip(columns, middle, strict=True)
-    )
+
+    def moved(column: Sequence[np.ndarray]) -> np.ndarray:
+        first = np.array(column[0])
+        changes = (np.subtract(x, first, out=np.zeros(first.shape), where=x != first) for x in column)
+        return np.asarray(sum(w * change for w, change in zip(weights, changes, strict=True)))
+
+    return tuple(map(moved, columns))
 
 
 def _moved_samplers(weights: np.ndarray, found: Sequence[Neighbour]) -> Moved:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from flexmb import arguments, checks, display
-from flexmb.design.derivatives import columns, measures_of, places_of, rows_of
+from flexmb import arguments, checks
+from flexmb.design.derivatives import Measures, measures_of, places_of
 from flexmb.design.parameters import Model, ParameterModel, directions, neighbour
 from flexmb.engine.newmark.method import Newmark
 from flexmb.engine.sensitivity.linearise import Tangents, linearise, new_tangents
@@ -19,21 +19,19 @@ from flexmb.engine.sensitivity.signal_rows import signal_rows
 from flexmb.engine.step.step_size import FixedStep
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
+from flexmb.late import xr
 from flexmb.program.program import Program
 from flexmb.statics.equilibrium import static_equilibrium
 from flexmb.statics.found import Equilibrium
 from flexmb.statics.modes import Modes, modes
 from flexmb.statics.start.consistent import Start
 
-if TYPE_CHECKING:
-    import xarray as xr
-
 EQUAL = 1e-6  # relative difference of the squares of two frequencies below which these are one, repeated
 SECOND = 1.0  # step of the run that evaluates signals at rest, which takes none [s]
 
 
 @dataclass(frozen=True, repr=False)
-class StaticSensitivity(display.Inside):
+class StaticSensitivity(Measures):
     """Derivatives of signals in an equilibrium, and of natural frequencies about it.
 
     Parameters
@@ -46,22 +44,13 @@ class StaticSensitivity(display.Inside):
     measures: xr.Dataset
     equilibrium: Equilibrium
 
-    def table(self) -> list[tuple[str, ...]]:
-        """Rows of texts: measure, parameter, derivative, its unit, relative derivative."""
-        return rows_of(self.measures)
-
     def __repr__(self) -> str:
-        head = "StaticSensitivity about an equilibrium"
-        return f"{head}\n{columns(('measure', 'parameter', 'derivative', 'unit', 'relative'), self.table())}"
+        return self._below("StaticSensitivity about an equilibrium")
 
 
 @arguments.checked
 def static_sensitivity(
-    model: Model,
-    parameters: Iterable[str] | Mapping[str, float],
-    *,
-    of: Sequence[str] = (),
-    frequencies: int = 0,
+    model: Model, parameters: Iterable[str] | Mapping[str, float], *, of: Sequence[str] = (), frequencies: int = 0
 ) -> StaticSensitivity:
     """Derivatives of an equilibrium, and of natural frequencies about it, by parameters.
 
@@ -117,15 +106,13 @@ def static_sensitivity(
     places = places_of(label, here.program, names)
     found = directions(held, here, 0.0)
     by = parameter_rates(here.program, found.numbers, found.steps)
-    run.stepper.tangents = T = new_tangents(
-        here.program, len(found.q), by, signal_rows(here.program, len(by.step), places)
-    )
+    rows_by = signal_rows(here.program, len(by.step), places)
+    run.stepper.tangents = T = new_tangents(here.program, len(found.q), by, rows_by)
     _move_rest(run, T)
     run.find_slopes(T)
     units, signals = here.program.names.signals.units, run.record.signals[places]
-    rows = [
-        (name, units[k], y, T.rows.now[:, i]) for i, (name, k, y) in enumerate(zip(names, places, signals, strict=True))
-    ]
+    named = zip(names, places, signals, T.rows.now.T, strict=True)
+    rows = [(name, units[k], y, slope) for name, k, y, slope in named]
     if count:
         rows += _frequencies(label, here.program, rest, modes(mechanism, count, at=rest), T)
     return StaticSensitivity(measures_of(held, rows), rest)
@@ -133,10 +120,8 @@ def static_sensitivity(
 
 def _run_at(program: Program, rest: Equilibrium) -> ParameterRun:
     """A run that has begun at rest in an equilibrium."""
-    run, none = (
-        ParameterRun(program, Newmark.generalised_alpha(), FixedStep(SECOND), SECOND, None),
-        np.zeros(program.n_q),
-    )
+    run = ParameterRun(program, Newmark.generalised_alpha(), FixedStep(SECOND), SECOND, None)
+    none = np.zeros(program.n_q)
     run.begin(Start(rest.q, none, none, rest.lam))
     return run
 
@@ -169,6 +154,7 @@ def _frequencies(
     system.at(rest.q, lam=rest.lam, weights=(0.0, 0.0, 1.0))
     both = np.vstack([x, -system.solve(left, f"Joint forces of the modes of {program.name!r}")[n:]])
     slopes = np.zeros((len(T.q), len(squares)))
+    cuts = np.flatnonzero(np.diff(squares) > EQUAL * np.abs(squares[1:])) + 1  # between groups of equal squares
     for j, eps in enumerate(T.by.step):
         sides = []
         for e in (eps, -eps):
@@ -177,7 +163,7 @@ def _frequencies(
             moved = StateEvaluation(replace(program, tables=program.tables.replaced(p=p)))
             sides.append(_pencil(moved, rest.q + e * T.q[j, :n], rest.lam + e * T.u[j, n:]))
         dK, dM = ((upper - lower) / (2.0 * eps) for upper, lower in zip(*sides, strict=True))
-        for group in _equal(squares):
+        for group in np.split(np.arange(len(squares)), cuts):
             X = both[:, group]
             S = X.T @ (dK @ X) - squares[group[0]] * (X.T @ (dM @ X))
             slopes[j, group] = np.linalg.eigvalsh(0.5 * (S + S.T))
@@ -190,9 +176,3 @@ def _pencil(system: StateEvaluation, q: np.ndarray, lam: np.ndarray) -> tuple[An
     whole = system.at(q, lam=lam, weights=(1.0, 0.0, 0.0)).matrix
     mass = system.at(q, lam=lam, weights=(0.0, 0.0, 1.0)).matrix
     return whole, mass - system.at(q, lam=lam).matrix
-
-
-def _equal(squares: np.ndarray) -> list[np.ndarray]:
-    """Numbers of equal squares, group by group."""
-    cuts = np.flatnonzero(np.diff(squares) > EQUAL * np.abs(squares[1:])) + 1
-    return np.split(np.arange(len(squares)), cuts)

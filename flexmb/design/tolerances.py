@@ -5,21 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from flexmb import arguments, checks, display
 from flexmb.design.derivatives import Span, columns, derivatives
 from flexmb.design.measures import Measure, Rows, measured
-from flexmb.design.parameters import Model, ParameterModel, refuse_taken
+from flexmb.design.parameters import Model, ParameterModel, box_points, refuse_taken
 from flexmb.dynamics.sweeps.parameter_sweep import RESERVED, sweep
 from flexmb.engine.step.method import Method
 from flexmb.errors import InputError, SolveError
+from flexmb.late import scipy, xr
 from flexmb.run.simulate import Step, simulate
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 TAILS = (0.05, 0.95)  # quantiles of the samples that are told
 
@@ -47,9 +45,7 @@ class Normal:
 
     def quantile(self, u: np.ndarray) -> np.ndarray:
         """Values below which parts u of all lie."""
-        from scipy.stats import norm  # noqa: PLC0415 - takes long to import
-
-        return np.asarray(norm.ppf(u, self.mean, self.deviation))
+        return np.asarray(scipy.stats.norm.ppf(u, self.mean, self.deviation))
 
 
 @dataclass(frozen=True)
@@ -225,8 +221,6 @@ def sampled(
 
 
 def _first_order(held: ParameterModel, laws: Sequence[Any], measures: Sequence[Measure], span: Span) -> xr.Dataset:
-    import xarray as xr  # noqa: PLC0415 - takes long to import
-
     signals = list(dict.fromkeys(one.signal for one in measures))
     found = derivatives("spread", held, span, signals, every=True)
     amounts, slopes = zip(*(measured(one, found.rows[signals.index(one.signal)]) for one in measures), strict=True)
@@ -234,25 +228,18 @@ def _first_order(held: ParameterModel, laws: Sequence[Any], measures: Sequence[M
     variance = parts.sum(axis=1)
     with np.errstate(all="ignore"):
         share = parts / variance[:, None]
-    return xr.Dataset(
-        {
-            "amount": ("measure", np.array(amounts)),
-            "deviation": ("measure", np.sqrt(variance)),
-            "share": (("measure", "parameter"), share),
-        },
-        {"measure": [one.name for one in measures], "parameter": list(held.names)},
-    )
+    data: dict[str, Any] = {"amount": ("measure", np.array(amounts)), "deviation": ("measure", np.sqrt(variance))}
+    data["share"] = (("measure", "parameter"), share)
+    return xr.Dataset(data, {"measure": [one.name for one in measures], "parameter": list(held.names)})
 
 
 def _points(laws: Sequence[Any], samples: int, *, blocks: int) -> np.ndarray:
     """Sampled parameters (blocks x samples, n); blocks of Sobol's indices: A, B, and A with each column of B."""
-    from scipy.stats import qmc  # noqa: PLC0415 - takes long to import
-
     n = len(laws)
     if blocks == 1:
-        u = qmc.Sobol(n, rng=np.random.default_rng(1)).random(samples)
+        u = box_points(samples, n)
     else:
-        both = qmc.Sobol(2 * n, rng=np.random.default_rng(1)).random(samples)
+        both = box_points(samples, 2 * n)
         A, B = both[:, :n], both[:, n:]
         mixed = [np.where(np.arange(n) == k, B, A) for k in range(n)]
         u = np.concatenate([A, B, *mixed])
@@ -261,8 +248,6 @@ def _points(laws: Sequence[Any], samples: int, *, blocks: int) -> np.ndarray:
 
 
 def _statistics(table: np.ndarray, names: Sequence[str]) -> xr.Dataset:
-    import xarray as xr  # noqa: PLC0415 - takes long to import
-
     low, high = np.nanquantile(table, TAILS, axis=1)
     rows = np.nanmean(table, axis=1), np.nanstd(table, axis=1, ddof=1), low, high
     named = {name: ("measure", row) for name, row in zip(STATISTICS, rows, strict=True)}
@@ -271,12 +256,9 @@ def _statistics(table: np.ndarray, names: Sequence[str]) -> xr.Dataset:
 
 def _indices(blocks: np.ndarray, names: Sequence[str], parameters: Sequence[str]) -> xr.Dataset:
     """Sobol's indices by scipy from the blocks (measures, parameters + 2, samples)."""
-    import xarray as xr  # noqa: PLC0415 - takes long to import
-    from scipy.stats import sobol_indices  # noqa: PLC0415 - takes long to import
-
     blocks = np.concatenate([blocks, blocks[:1]])  # scipy fails with one measure of one parameter
     given = {"f_A": blocks[:, 0], "f_B": blocks[:, 1], "f_AB": blocks[:, 2:].transpose(1, 0, 2)}
-    found = sobol_indices(func=given, n=blocks.shape[2])
+    found = scipy.stats.sobol_indices(func=given, n=blocks.shape[2])
     both = ("measure", "parameter")
     first, total = (np.reshape(one, (len(blocks), -1))[:-1] for one in (found.first_order, found.total_order))
     return xr.Dataset({"first": (both, first), "total": (both, total)}, {"measure": names, "parameter": parameters})

@@ -14,10 +14,9 @@ from flexmb.dynamics.jobs.executors import Chain, Job, Outcome, drive, require_e
 from flexmb.dynamics.orbits.shooting import Shooting, StateSpace
 from flexmb.dynamics.systems.dynamics import Dynamics, Period, as_dynamics
 from flexmb.errors import AssemblyError, InputError, SolveError
+from flexmb.late import xr
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from flexmb.model.mechanism import Mechanism
 
 # Attractors of motions that are observed once a period: repetition, and comparison with known attractors
@@ -53,8 +52,8 @@ class Rules:
         return np.asarray(np.sqrt((d * d) @ self.space.weights))
 
 
+# Points that represent a motion, its number of periods until repetition (0: none, -1: lost), and periods computed.
 Track = tuple[np.ndarray, int, int]
-"""Points that represent a motion, its number of periods until repetition (0: none, -1: lost), and periods computed."""
 
 
 def tracks_of(system: Dynamics, starts: np.ndarray, rules: Rules) -> Outcome:
@@ -63,11 +62,9 @@ def tracks_of(system: Dynamics, starts: np.ndarray, rules: Rules) -> Outcome:
 
 
 def _track(system: Dynamics, start: np.ndarray, rules: Rules) -> Track:
-    """Observe one motion until it repeats itself, ends, or reaches the largest number of periods.
-
-    It is judged every `settle` periods.  A repetition counts if it is still there at the next judgement, because
-    motions near an unstable orbit seem to repeat themselves for a while.
-    """
+    """Observe one motion until it repeats itself, ends, or reaches the largest number of periods."""
+    # It is judged every `settle` periods. A repetition counts if it is still there at the next judgement, because
+    # motions near an unstable orbit seem to repeat themselves for a while.
     nothing = start[None, :][:0]
     try:
         system.reset(start, time=rules.origin)
@@ -92,10 +89,8 @@ def _track(system: Dynamics, start: np.ndarray, rules: Rules) -> Track:
 
 
 def _repeats(points: list[np.ndarray], rules: Rules) -> int:
-    """Number of periods after which the points return; 0: no return, or points still far from their limit.
-
-    Rounds that differ by d1, and by d0 the time before, are d1 r/(1 - r), r = d1/d0, from their limit.
-    """
+    """Number of periods after which the points return; 0: no return, or points still far from their limit."""
+    # Rounds that differ by d1, and by d0 the time before, are d1 r/(1 - r), r = d1/d0, from their limit.
     last = np.array(points[-3 * rules.repeats :])
     back = rules.away(last[:-1][::-1], last[-1])
     for k in range(1, len(last) // 3 + 1):
@@ -143,12 +138,8 @@ def _same(points: np.ndarray, other: np.ndarray, repeats: int, rules: Rules) -> 
     return bool(max(np.median(table.min(axis=1)), np.median(table.min(axis=0))) <= CLOSE * size)
 
 
-# Basins of attraction: the attractor of the motion from each point of a grid of states
-
 LABEL = "basin"
-
 CHUNKS = 4  # number of pieces of work for each worker
-
 Axis = tuple[str | int, Sequence[float] | np.ndarray]
 
 
@@ -193,8 +184,6 @@ class Basin:
 
     def to_dataset(self) -> xr.Dataset:
         """Numbers and periods over both axes; points of the attractors over "attractor", "point" and "coordinate"."""
-        import xarray as xr
-
         longest = max((len(a) for a in self.attractors), default=0)
         size = self.attractors[0].shape[1] if self.attractors else 0
         points = np.full((len(self.attractors), longest, size), np.nan)
@@ -334,9 +323,8 @@ def _place(system: Dynamics, axis: Any, which: str) -> tuple[int, str, str, np.n
     except (TypeError, ValueError):
         raise InputError(f"{LABEL}: the values of {which} are {values!r}; they must be numbers.") from None
     if grid.ndim != 1 or len(grid) == 0 or not np.isfinite(grid).all():
-        raise InputError(
-            f"{LABEL}: the values of {which} have shape {grid.shape}; they must be a list of finite numbers."
-        )
+        text = f"{LABEL}: the values of {which} have shape {grid.shape};"
+        raise InputError(f"{text} they must be a list of finite numbers.")
     known = system.state_names
     if isinstance(name, str):
         place = known[checks.one_of(LABEL, which, name, known)]
@@ -359,7 +347,7 @@ def _rules(
     limits: Mapping[str, int],
 ) -> Rules:
     passes = Shooting(LABEL, system, period=period, angles=angles)
-    counts = {name: checks.count(LABEL, name, value) for name, value in limits.items()}
+    counts: dict[str, Any] = {name: checks.count(LABEL, name, value) for name, value in limits.items()}
     if counts["longest"] <= counts["settle"]:
         raise InputError(f"{LABEL}: longest is {counts['longest']}; it must be above settle, {counts['settle']}.")
     weights = passes.space.weights
@@ -367,12 +355,5 @@ def _rules(
     size = size or float(np.sqrt((starts**2 @ weights).max())) or 1.0
     tolerance = checks.positive(LABEL, "tolerance", tolerance)
     reach = checks.positive(LABEL, "bound", bound) * max(size, float(np.sqrt((starts**2 @ weights).max())))
-    return Rules(
-        base=passes.base,
-        origin=passes.origin,
-        **counts,
-        tolerance=tolerance,
-        size=size,
-        bound=reach,
-        space=passes.space,
-    )
+    sizes: dict[str, Any] = {"tolerance": tolerance, "size": size, "bound": reach, "space": passes.space}
+    return Rules(base=passes.base, origin=passes.origin, **counts, **sizes)

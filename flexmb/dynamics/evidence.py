@@ -16,20 +16,16 @@ from flexmb.errors import InputError
 # Columns of section points for a verdict: angles on their circle, without constant and driven signals
 
 TURN = 2.0 * np.pi
-
 GROUP = 1e-3  # smallest size of a signal, over the size of the largest signal of the same unit
-
+# Multiple of the floor below which the spread of a signal cannot distinguish a cycle from other motions.
 SEPARATE = 10.0
-"""Multiple of the floor below which the spread of a signal cannot distinguish a cycle from other motions."""
 
 
 class Columns(NamedTuple):
-    """Signals of section points for a verdict, and the names of signals without information.
+    """Signals of section points for a verdict, and the names of signals without information."""
 
-    Points (n, m) in their units; a rotating angle has two columns, cosine and sine.  Of each column: the name of the
-    signal, the difference that is round-off or integration error, the deviation over the second half of the record.
-    """
-
+    # Points (n, m) in their units; a rotating angle has two columns, cosine and sine. Of each column: the name of the
+    # signal, the difference that is round-off or integration error, the deviation over the second half of the record.
     values: np.ndarray
     names: tuple[str, ...]
     floor: np.ndarray
@@ -59,13 +55,11 @@ def columns_of(
     floor: float,
     sizes: np.ndarray | None,
 ) -> Columns:
-    """Columns of the signals with information, of finite points (n, m) with names, units and sizes (m,).
-
-    The unit "rad" is an angle, taken modulo 2 pi; without units a signal that grows by whole turns is an angle.
-    `driven` are signals that drives prescribe; `floor` is the round-off or integration error of a signal over its size.
-    Without sizes they are the largest magnitude of each signal, and at least 1e-3 of the largest magnitude of the same
-    unit.
-    """
+    """Columns of the signals with information, of finite points (n, m) with names, units and sizes (m,)."""
+    # The unit "rad" is an angle, taken modulo 2 pi; without units a signal that grows by whole turns is an angle.
+    # `driven` are signals that drives prescribe; `floor` is the round-off or integration error of a signal over its
+    # size. Without sizes they are the largest magnitude of each signal, and at least 1e-3 of the largest magnitude of
+    # the same unit.
     if sizes is None:
         sizes = _sizes(values, units)
     columns: list[tuple[str, np.ndarray, float]] = []
@@ -91,10 +85,8 @@ def columns_of(
 
 
 def _sizes(values: np.ndarray, units: Sequence[str] | None) -> np.ndarray:
-    """Sizes (m,) of signals from their points (n, m).
-
-    A velocity that is always 0 at the section does not have its own round-off as its size.
-    """
+    """Sizes (m,) of signals from their points (n, m)."""
+    # A velocity that is always 0 at the section does not have its own round-off as its size.
     own = np.asarray(np.abs(values).max(axis=0))
     if units is None:
         return own
@@ -111,19 +103,16 @@ def _turns(column: np.ndarray) -> bool:
 
 # Bands: sets of section points that are visited in turn; separation of neighbours within a band
 
+# Limits of doubling bands: fewest points of a band, largest ratio of the mean squares, fewest doublings.
 LEAST_IN_DOUBLED_BAND, FINER, FEWEST_DOUBLINGS = 12, 0.25, 3
-"""Limits of doubling bands: fewest points of a band, largest ratio of the mean squares, fewest doublings."""
-
 SUCCESSORS = 3  # number of successive points in one vector; they distinguish points that are equal in the few signals
 LEAST_WAY = 1.5  # smallest logarithm of the ratio of the distances of arbitrary points and of neighbours
 
 
 def band_count(z: np.ndarray, least: int = 20) -> int:
-    """Number of bands that points (n, m) visit in turn, each with `least` points at least; 1: no bands.
-
-    The smallest number at which the mean square about the means of the phases falls to half of the total, and lies
-    within a fifth of the minimum over all numbers up to 32.
-    """
+    """Number of bands that points (n, m) visit in turn, each with `least` points at least; 1: no bands."""
+    # The smallest number at which the mean square about the means of the phases falls to half of the total, and lies
+    # within a fifth of the minimum over all numbers up to 32.
     longest = min(32, len(z) // least)
     total = float(z.var(axis=0).sum())
     squares = [sum(float(((z[p::k] - z[p::k].mean(axis=0)) ** 2).sum()) for p in range(k)) / (total * len(z))
@@ -134,12 +123,10 @@ def band_count(z: np.ndarray, least: int = 20) -> int:
 
 
 def doublings(z: np.ndarray) -> int:
-    """Number of doublings of the bands of points (n, m), if they double as far as the record can show; else 0.
-
-    At each doubling the mean square about the means of the 2, 4, 8, ... phases falls to a fourth or less.  It falls to
-    about a tenth at an accumulation of period doublings, and soon stays constant on closed curves and in banded chaos.
-    The record shows bands of 12 points each.
-    """
+    """Number of doublings of the bands of points (n, m), if they double as far as the record can show; else 0."""
+    # At each doubling the mean square about the means of the 2, 4, 8, ... phases falls to a fourth or less. It falls to
+    # about a tenth at an accumulation of period doublings, and soon stays constant on closed curves and in banded
+    # chaos. The record shows bands of 12 points each.
     deepest = int(np.log2(max(len(z) // LEAST_IN_DOUBLED_BAND, 1)))
     squares = [float((without_bands(z, 2**m) ** 2).sum()) for m in range(deepest + 1)]
     always = all(after <= FINER * before for before, after in pairwise(squares)) and squares[0] > 0.0
@@ -155,17 +142,13 @@ def without_bands(z: np.ndarray, k: int) -> np.ndarray:
 
 
 def separation(z: np.ndarray, bands: int) -> float:
-    """Growth of the distance of neighbours: 0 if neighbours stay together, 1 if they become arbitrary points.
-
-    The mean logarithm of the distance of neighbours, from its start value to that of arbitrary points, after up to a
-    fifth of the record, at most 60 steps.  Neighbours are vectors of successive points, more than three steps apart.
-    Arbitrary points belong to one band, unless neighbours are then hardly nearer.  NaN: neighbours are hardly nearer
-    than arbitrary points, or part within one step (noise, or too few points for so many dimensions).
-
-    Equation (9.9) of docs/theory/exponents.md.
-
-    Points z (n, m) have unit spread and visit `bands` bands in turn.
-    """
+    """Growth of the distance of neighbours: 0 if neighbours stay together, 1 if they become arbitrary points."""
+    # The mean logarithm of the distance of neighbours, from its start value to that of arbitrary points, after up to a
+    # fifth of the record, at most 60 steps. Neighbours are vectors of successive points, more than three steps apart.
+    # Arbitrary points belong to one band, unless neighbours are then hardly nearer. NaN: neighbours are hardly nearer
+    # than arbitrary points, or part within one step (noise, or too few points for so many dimensions).
+    # Equation (9.9) of docs/theory/exponents.md.
+    # Points z (n, m) have unit spread and visit `bands` bands in turn.
     count = len(z) - SUCCESSORS + 1
     points = np.concatenate([z[s : s + count] for s in range(SUCCESSORS)], axis=1)
     reach = min(60, count // 5)
@@ -186,10 +169,8 @@ def separation(z: np.ndarray, bands: int) -> float:
 # Cycles of section points: points that return after k steps, or approach such a cycle
 
 RETURNS = 3  # number of returns of each point of a cycle in the last quarter of the record
-
+# Number of returns of each point of a cycle that only the last tenth shows; fewer may be chance or a laminar phase.
 TAIL = 10
-"""Number of returns of each point of a cycle that only the last tenth shows; fewer may be chance or a laminar phase."""
-
 LONGEST = 200  # largest number of points of a cycle
 
 
@@ -206,11 +187,9 @@ def longest_cycle(count: int) -> int:
 
 
 def find_cycle(scaled: np.ndarray) -> Cycle | None:
-    """The shortest cycle on which the last quarter of the points lies, else the last tenth; None: no cycle.
-
-    All points of one phase lie within one tolerance, from the first to the last.  Points that creep round a closed
-    curve in nearly k steps are therefore no cycle.  Points are (n, m), over their tolerances.
-    """
+    """The shortest cycle on which the last quarter of the points lies, else the last tenth; None: no cycle."""
+    # All points of one phase lie within one tolerance, from the first to the last. Points that creep round a closed
+    # curve in nearly k steps are therefore no cycle. Points are (n, m), over their tolerances.
     count = len(scaled)
     for divisor, returns in ((4, RETURNS), (10, TAIL)):
         for k in range(1, longest_cycle(count) + 1):
@@ -231,22 +210,18 @@ def phase_spread(scaled: np.ndarray, k: int) -> float:
 
 
 class Approach(NamedTuple):
-    """A cycle of `k` points that points approach.
+    """A cycle of `k` points that points approach."""
 
-    Steps over k shrink by the factor `rate` from point to point; the last one is `left` tolerances long.
-    """
-
+    # Steps over k shrink by the factor `rate` from point to point; the last one is `left` tolerances long.
     k: int
     rate: float
     left: float
 
 
 def find_approach(scaled: np.ndarray, spread: float) -> Approach | None:
-    """The shortest cycle that points approach; None: no cycle.
-
-    The steps over k shrink by at least a third from each third of the record to the next, and are below a fifth of the
-    spread of the points in the last third.  Points (n, m) and the extent `spread` are in tolerances.
-    """
+    """The shortest cycle that points approach; None: no cycle."""
+    # The steps over k shrink by at least a third from each third of the record to the next, and are below a fifth of
+    # the spread of the points in the last third. Points (n, m) and the extent `spread` are in tolerances.
     count = len(scaled)
     for k in range(1, longest_cycle(count) + 1):
         steps = np.abs(scaled[k:] - scaled[:-k]).max(axis=1)
@@ -260,35 +235,27 @@ def find_approach(scaled: np.ndarray, spread: float) -> Approach | None:
 
 # Stationarity of successive points: drift, halves of the record that differ, amplitudes that swell or shrink
 
+# Number of blocks whose means are fitted by a line; the fewest blocks, and the fewest points of a block.
 BLOCKS, LEAST_BLOCKS, LEAST_OF_BLOCK = 16, 12, 4
-"""Number of blocks whose means are fitted by a line; the fewest blocks, and the fewest points of a block."""
-
+# Smallest fraction of the mean square of the block means that the line explains; chance reaches it once in 1e9 records.
 STRAIGHT = 0.95
-"""Smallest fraction of the mean square of the block means that the line explains; chance reaches it once in 1e9
-records.
-"""
-
 LEAST_IN_BAND = 10  # fewest points of a band whose mean is subtracted
 
 
 class Drift(NamedTuple):
-    """A signal, by its column, with a constant change in one step [unit of the signal].
+    """A signal, by its column, with a constant change in one step [unit of the signal]."""
 
-    Without the drift it has a cycle of `k` points; 0: no cycle.
-    """
-
+    # Without the drift it has a cycle of `k` points; 0: no cycle.
     column: int
     step: float
     k: int
 
 
 def find_drift(values: np.ndarray, tolerances: np.ndarray) -> Drift | None:
-    """The drift of points (n, m) with tolerances (m,); None: no signal drifts.
-
-    Either a signal is straight within its tolerance over the second half of the record, with or without a cycle on top.
-    Or its means over parts of the record lie on a line, after the means of the bands are subtracted; then noise, closed
-    curves and chaos may be on top.
-    """
+    """The drift of points (n, m) with tolerances (m,); None: no signal drifts."""
+    # Either a signal is straight within its tolerance over the second half of the record, with or without a cycle on
+    # top. Or its means over parts of the record lie on a line, after the means of the bands are subtracted; then noise,
+    # closed curves and chaos may be on top.
     for column, tolerance in enumerate(tolerances):
         scaled = values[len(values) // 2 :, column] / tolerance
         for k in range(1, longest_cycle(2 * len(scaled)) + 1):
@@ -319,11 +286,9 @@ def _mean_drift(column: np.ndarray) -> float:
 
 
 def halves_differ(values: np.ndarray, tolerances: np.ndarray) -> tuple[float, float]:
-    """Distance of the halves of points (n, m) in deviations, and ratio of their deviations; the largest of all columns.
-
-    For each column the smaller of two results counts: by mean and standard deviation, on which spikes weigh, and by
-    median and quartiles, which jump between bands.  Differences within `tolerances` (m,) count as none.
-    """
+    """Distance of the halves of points (n, m) in deviations, and ratio of their deviations; largest of all columns."""
+    # For each column the smaller of two results counts: by mean and standard deviation, on which spikes weigh, and by
+    # median and quartiles, which jump between bands. Differences within `tolerances` (m,) count as none.
     first, last = values[: len(values) // 2], values[len(values) // 2 :]
     levels, ratios = [], []
     for middle, deviation in ((np.mean, np.std), (np.median, _quartiles)):

@@ -23,23 +23,17 @@ from flexmb.dynamics.series.zero_one import ZeroOne, zero_one_test
 from flexmb.dynamics.systems.dynamics import as_dynamics
 from flexmb.dynamics.verdict import MEANING, meaning_of
 from flexmb.errors import InputError
+from flexmb.late import xr
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from flexmb.engine.newmark.method import Newmark
     from flexmb.run.simulate import Step
 
-# Report on a motion: exponents and verdict of the motion, and estimates from its signals
-
 FEWEST_PERIODS = 20  # smallest number of periods for estimates from a signal
-
+# Smallest number of samples a period; with fewer, 20 periods are too few for a correlation dimension.
 FEWEST_SAMPLES = 50
-"""Smallest number of samples a period; with fewer, 20 periods are too few for a correlation dimension."""
-
+# Signal of the ordinate by signal of the abscissa: the journal in its plane, a position against its velocity.
 BESIDE = {"ex": "ey", "x": "vx", "y": "vy", "theta": "omega"}
-"""Signal of the ordinate by signal of the abscissa: the journal in its plane, a position against its velocity."""
-
 HALF = np.pi  # half a turn [rad]
 ENOUGH = 100  # largest number of samples a period for estimates whose cost grows with their number
 LEAST = 20  # smallest number of points of the 0-1 test
@@ -70,11 +64,9 @@ class Motion:
 
 @dataclass(frozen=True)
 class SignalEstimates:
-    """Estimates from one signal, or "sin(NAME)" of a rotating angle.
+    """Estimates from one signal, or "sin(NAME)" of a rotating angle."""
 
-    The 0-1 test is that of the points, None for too few.  The others come from fine samples, None where not selected.
-    """
-
+    # The 0-1 test is that of the points, None for too few. The others come from fine samples, None where not selected.
     name: str
     unit: str
     zero_one: ZeroOne | None
@@ -143,8 +135,6 @@ class ChaosReport:
     @property
     def tree(self) -> xr.DataTree:
         """The groups as one tree."""
-        import xarray as xr
-
         return xr.DataTree.from_dict({name or "/": dataset for name, dataset in self.groups.items()})
 
     def to_netcdf(self, path: str | Path) -> Path:
@@ -189,10 +179,8 @@ class Plan:
     confirm: bool
 
     def checked(self, label: str, option: str = "") -> Plan:
-        """The plan with the names of the signals; arguments without a possible result are refused.
-
-        `label` and `option` begin messages and the names of arguments in them.
-        """
+        """The plan with the names of the signals; arguments without a possible result are refused."""
+        # `label` and `option` begin messages and the names of arguments in them.
         flow, most = self.strobe.flow, self.strobe.dimension
         if 0 < checks.count(label, f"{option}series", self.series, 0) < FEWEST_PERIODS:
             text = f"{label}: {option}series is {self.series}; estimates from signals need {FEWEST_PERIODS} periods"
@@ -217,14 +205,8 @@ class Plan:
     def report(self, *, progress: bool) -> ChaosReport:
         """Report by this plan: exponents with a second run, and fine samples of further periods of the first run."""
         flow, period, signals = self.strobe.flow, self.strobe.period, tuple(self.signals or ())
-        exponents = lyapunov(
-            self.strobe,
-            skip=self.skip,
-            periods=self.keep,
-            count=self.exponents,
-            confirm=self.confirm,
-            progress=progress,
-        )
+        more: dict[str, Any] = {"count": self.exponents, "confirm": self.confirm, "progress": progress}
+        exponents = lyapunov(self.strobe, skip=self.skip, periods=self.keep, **more)
         pairs = planes(signals, flow.names)
         partners = (name for plane in pairs for name in plane if name is not None)
         names = tuple(dict.fromkeys([*signals, *partners]))
@@ -260,15 +242,10 @@ class Plan:
             return SignalEstimates(label, unit, zero_one)
         thin = max(1, round(motion.period / (motion.times[1] - motion.times[0]) / ENOUGH))
         times, thinned = motion.times[::thin], fine[::thin]
-        return SignalEstimates(
-            label,
-            unit,
-            zero_one,
-            rosenstein(thinned, times),
-            power_spectrum(fine, motion.times),
-            correlation_dimension(thinned) if self.dimension else None,
-            recurrence(thinned) if self.recurrence else None,
-        )
+        largest, spectrum = rosenstein(thinned, times), power_spectrum(fine, motion.times)
+        dimension = correlation_dimension(thinned) if self.dimension else None
+        found = recurrence(thinned) if self.recurrence else None
+        return SignalEstimates(label, unit, zero_one, largest, spectrum, dimension, found)
 
 
 @arguments.checked
@@ -367,15 +344,13 @@ def wrapped(unit: str, values: np.ndarray) -> np.ndarray:
     return (values + HALF) % (2.0 * HALF) - HALF if goes_round(unit, values) else values
 
 
-# Table of a report
-
+# Meaning of the kinds of a power spectrum.
 SPECTRUM = {
     "lines": "periodic or nearly so",
     "mixed": "lines on a floor",
     "broad": "chaotic or random",
     "constant": "the signal is constant",
 }
-"""Meaning of the kinds of a power spectrum."""
 
 MORE_THAN = 2.0  # smallest dimension of a chaotic motion in time: curves on a surface cannot cross
 ROUND_OFF = 1e-14  # magnitude below which a number is shown as 0

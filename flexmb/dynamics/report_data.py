@@ -30,12 +30,9 @@ def datasets(report: ChaosReport) -> dict[str, xr.Dataset]:
         dims, (peaks, power) = ("signal", "frequency"), np.full((2, len(having), most), np.nan)
         for k, (_, spectrum) in enumerate(having):
             peaks[k, : len(spectrum.peaks)], power[k, : len(spectrum.peaks)] = spectrum.peaks, spectrum.power
-        spectra: dict[str, Any] = {
-            "density": (dims, np.stack([spectrum.density for _, spectrum in having])),
-            "floor": (dims, np.stack([spectrum.floor for _, spectrum in having])),
-            "line": (("signal", "rank"), peaks, {"units": "Hz"}),
-            "line_power": (("signal", "rank"), power),
-        }
+        density, floor = (np.stack([vars(spectrum)[one] for _, spectrum in having]) for one in ("density", "floor"))
+        spectra: dict[str, Any] = {"density": (dims, density), "floor": (dims, floor)}
+        spectra |= {"line": (("signal", "rank"), peaks, {"units": "Hz"}), "line_power": (("signal", "rank"), power)}
         names = np.array([name for name, _ in having], dtype=object)
         frequency = ("frequency", having[0][1].frequency, {"units": "Hz"})
         groups["spectrum"] = xr.Dataset(spectra, {"signal": names, "frequency": frequency})
@@ -45,10 +42,8 @@ def datasets(report: ChaosReport) -> dict[str, xr.Dataset]:
 def _root(report: ChaosReport) -> xr.Dataset:
     exponents, unit = report.exponents, {"units": report.exponents.units}
     number = report.skip + 1 + np.arange(len(exponents.points))
-    data: dict[str, Any] = {
-        name: ("period", column, {"units": units})
-        for name, units, column in zip(exponents.names, exponents.signals.units, exponents.points.T, strict=True)
-    }
+    columns = zip(exponents.names, exponents.signals.units, exponents.points.T, strict=True)
+    data: dict[str, Any] = {name: ("period", column, {"units": units}) for name, units, column in columns}
     data["exponent"] = ("number", exponents.spectrum, unit)
     data["exponent_error"] = ("number", exponents.errors, unit)
     data["exponent_statistical"] = ("number", exponents.statistical, unit)
@@ -56,12 +51,9 @@ def _root(report: ChaosReport) -> xr.Dataset:
         data["exponent_second"] = ("number", exponents.confirmed.spectrum, unit)
         data["exponent_second_error"] = ("number", exponents.confirmed.errors, unit)
     data["exponent_history"] = (("history_time", "number"), exponents.history, unit)
-    coords = {
-        "period": ("period", number),
-        "time": ("period", report.period * number, {"units": "s"}),
-        "number": ("number", np.arange(1, len(exponents.spectrum) + 1)),
-        "history_time": ("history_time", exponents.time, {"units": "s"}),
-    }
+    coords = {"period": ("period", number), "time": ("period", report.period * number, {"units": "s"})}
+    coords["number"] = ("number", np.arange(1, len(exponents.spectrum) + 1))
+    coords["history_time"] = ("history_time", exponents.time, {"units": "s"})
     attrs = {
         "name": exponents.name,
         "kind": "chaos",

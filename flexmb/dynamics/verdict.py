@@ -34,6 +34,7 @@ from flexmb.errors import InputError
 
 # Meaning of exponents and of the evidence of a verdict in words, for tables
 
+# Meaning of the evidence of a verdict, by name.
 MEANING = {
     "zero_one": "0-1 test: 0 regular, 1 chaotic",
     "separation": "separation of neighbours: 0 stay together, 1 part",
@@ -49,7 +50,6 @@ MEANING = {
     "signals": "signals on which the verdict rests",
     "points": "points, one a period",
 }
-"""Meaning of the evidence of a verdict, by name."""
 
 
 def meaning_of(value: float, error: float, period: float) -> str:
@@ -65,28 +65,18 @@ def meaning_of(value: float, error: float, period: float) -> str:
     return f"neighbours part by {length}" if value > 0.0 else f"neighbours come nearer by {length}"
 
 
-# The verdict on a motion: periodic, quasi-periodic, chaotic, transient or inconclusive
-
 LEAST = 12  # smallest number of points for a verdict
 LEAST_APERIODIC = 100  # smallest number of points that distinguishes quasi-periodic from chaotic motion
-
+# Smallest number of points for chaos, if the exponent exceeds this multiple of its error.
 LEAST_CHAOTIC, CLEARLY = 50, 3.0
-"""Smallest number of points for chaos, if the exponent exceeds this multiple of its error."""
-
 SETTLED = 0.1  # fraction of the record within which a periodic motion must have reached its cycle
 MOST_SIGNALS = 8  # largest number of columns in the 0-1 test
-
+# Length of the record over the largest lag of the 0-1 test.
+# With a tenth, as in the source, 250 points of a closed curve may look chaotic, and banded chaos regular.
 PART = 4
-"""Length of the record over the largest lag of the 0-1 test.
-
-With a tenth, as in the source, 250 points of a closed curve may look chaotic, and banded chaos regular."""
-
+# Separation of neighbours D below which a motion is regular, above which it is chaotic; below which K is not asked.
+# Limits of the 0-1 test K: `series/zero_one.py`; of tests for cycles, approach and drift: `evidence.py`.
 REGULAR, PARTED, TOGETHER = 0.2, 0.5, 0.05
-"""Separation of neighbours D below which a motion is regular, above which it is chaotic; below which K is not asked.
-
-Limits of the 0-1 test K: `series/zero_one.py`; of tests for cycles, approach and drift: `evidence.py`.
-"""
-
 RELATIVE = 1e-4  # difference that counts as none, over the spread of the signal
 
 

@@ -6,12 +6,9 @@ from types import FunctionType
 from typing import Any
 
 DIFFERENCE = 6e-6  # difference of a number for the derivative of a force, by its size: the cube root of round-off
-
+# Least differences of gaps [m], of gap rates and slips [m/s], of normal forces [N].
 LEAST_GAP, LEAST_SPEED, LEAST_LOAD = 1e-16, 1e-9, 1e-12
-"""Least differences of gaps [m], of gap rates and slips [m/s], of normal forces [N]."""
-
 force: Any = None  # the law, in the copies of the next two functions
-
 Triple = tuple[float, float, float]
 
 
@@ -33,8 +30,8 @@ def _friction(p: Any, h: float, slip: float, N: float, z: Any, z_new: Any) -> Tr
     return 1.0 * force(p, h, slip, N, z, z_new), by_slip, by_load
 
 
+# Functions of differences, by the name of the contract of a law.
 BY_CONTRACT = {"normal": _normal, "friction": _friction}
-"""Functions of differences, by the name of the contract of a law."""
 
 
 def with_differences(contract: str, function: Any, law: Any) -> Any:

@@ -42,20 +42,17 @@ from flexmb.program.program import BEGIN, COMMON_Z, END, LAST_GAP, LAST_GAP_RATE
 
 # Work of contact forces in a step: by the contact laws along the path, and by the mean forces of the step
 
+# Distance of the two points of Gauss' rule from the middle of an interval of length 1; exact for cubics.
 GAUSS_POINT = 0.5 / 3.0**0.5
-"""Distance of the two points of Gauss' rule from the middle of an interval of length 1; exact for cubics."""
 
 
 @compiled
 def contact_losses(tables, address, h, flow, q1, v1, work):
-    """Fill work.loss: normal and tangential loss by the laws, dissipation of the method beyond them [J]; memory.
-
-    The normal law is evaluated at two points of the cubic path between both states.  The method moves with the mean of
-    the forces at both ends; the difference is its dissipation.  Friction counts by the mean forces, since a sticking
-    contact is too steep to be evaluated between the states.
-
-    The memory of a contact is its normal force, and six generalised forces each of normal force and friction.
-    """
+    """Fill work.loss: normal and tangential loss by the laws, dissipation of the method beyond them [J]; memory."""
+    # The normal law is evaluated at two points of the cubic path between both states. The method moves with the mean of
+    # the forces at both ends; the difference is its dissipation. Friction counts by the mean forces, since a sticking
+    # contact is too steep to be evaluated between the states.
+    # The memory of a contact is its normal force, and six generalised forces each of normal force and friction.
     K = tables.contacts
     for c in range(K.kernel.shape[0]):
         loss, contact = work.loss[c], work.contact[c]
@@ -126,61 +123,41 @@ def _contact_part(h, gap0, rate0, gap1, rate1):
 
 # Balance of energies: stored energies, works of drives and loads, losses in laws and in the method, residual
 
+# Places in the ledger [J], in the order of the energy signals.
+# TURNED_OVER is half of the sum of the absolute changes of all other entries, over all steps, with each drive and each
+# contact by itself. Half, because energy that goes from one entry to another changes both.
 KINETIC, STRAIN, GRAVITY, DRIVE, LOAD, CONTACT, FRICTION, DAMPING, ALGORITHM, RESIDUAL, TURNED_OVER = range(11)
-"""Places in the ledger [J], in the order of the energy signals.
 
-TURNED_OVER is half of the sum of the absolute changes of all other entries, over all steps, with each drive and each
-contact by itself.  Half, because energy that goes from one entry to another changes both.
-"""
-
+# Numbers of `Flow.memory` for a driven constraint equation: motion [m, rad] and force of the drive [N, N m].
 MEMORY_MOTION, MEMORY_DRIVE_FORCE = range(2)
-"""Numbers of `Flow.memory` for a driven constraint equation: motion [m, rad] and force of the drive [N, N m]."""
-
+# Numbers of `Flow.memory` for a joint with friction: friction force [N], slip [m/s], energy that it took [J].
 MEMORY_FRICTION, MEMORY_SLIP, MEMORY_TAKEN = range(3)
-"""Numbers of `Flow.memory` for a joint with friction: friction force [N], slip [m/s], energy that it took [J]."""
-
+# Largest residual of a good run, relative to the scale of energies (`energy_scale`, `energy_supplied`).
+# The balance is of second order, hence coarser than the motion by the method of Runge and Kutta.
 RESIDUAL_LIMIT, RESIDUAL_LIMIT_RUNGE_KUTTA = 0.01, 0.05
-"""Largest residual of a good run, relative to the scale of energies (`energy_scale`, `energy_supplied`).
-
-The balance is of second order, hence coarser than the motion by the method of Runge and Kutta.
-"""
-
+# Largest energy that the method dissipates or produces in a good run, relative to the scale of energies.
+# Produced energy is compared with the supplied energy, too: slow growth without a drive turns over much more.
 ALGORITHM_LIMIT = 0.05
-"""Largest energy that the method dissipates or produces in a good run, relative to the scale of energies.
-
-Produced energy is compared with the supplied energy, too: slow growth without a drive turns over much more.
-"""
-
+# Largest energy that the method dissipates or produces in contacts, relative to the energy through contacts.
 CONTACT_LIMIT = 0.02
-"""Largest energy that the method dissipates or produces in contacts, relative to the energy through contacts."""
-
+# Energy through contacts relative to the energy turned over, from which contacts are checked.
 LEAST_CONTACT_FRACTION = 0.1
-"""Energy through contacts relative to the energy turned over, from which contacts are checked."""
-
 COORDINATE_ROUND_OFF = 1e-14  # round-off of a coordinate relative to its size, as in Newton's iteration
-
+# Damping power of the rates beyond the mean velocity relative to that of the mean, below which it is left out.
 LEAST_RATE_POWER = 1e-8
-"""Damping power of the rates beyond the mean velocity relative to that of the mean, below which it is left out."""
-
+# Change of the kinetic energy of a group of bodies relative to it, up to which it had no part in the motion.
 UNCHANGED = 1e-9
-"""Change of the kinetic energy of a group of bodies relative to it, up to which it had no part in the motion."""
-
 STEPS_BEFORE_CHECK = 1000  # number of steps before the first check: at first, a soft start has turned over nothing
 
 
 @compiled
 def complete_algorithm_work(n, flow, trial, work):
-    """Complete work.power.algorithm, the energy that the method dissipates in a step [J].
-
-    This is the work of inertia by the rule above less the change of kinetic energy:
-
-    M (a0 + a1)/2 . (q1 - q0) - M (v1 - v0) . (v0 + v1)/2 = mean_v M res + M (v1 - v0) . (mean_v - (v0 + v1)/2)
-
-    with the residual res of the Newmark relation (`find_newmark_residual`).  The evaluation has the first term.  The
-    second is small; M (v1 - v0) is taken as the change of M v.
-
-    Equation (7.2) of docs/theory/energy.md.
-    """
+    """Complete work.power.algorithm, the energy that the method dissipates in a step [J]."""
+    # This is the work of inertia by the rule above less the change of kinetic energy:
+    # M (a0 + a1)/2 . (q1 - q0) - M (v1 - v0) . (v0 + v1)/2 = mean_v M res + M (v1 - v0) . (mean_v - (v0 + v1)/2)
+    # with the residual res of the Newmark relation (`find_newmark_residual`). The evaluation has the first term. The
+    # second is small; M (v1 - v0) is taken as the change of M v.
+    # Equation (7.2) of docs/theory/energy.md.
     for i in range(n):
         bow = trial.mean_v[i] - 0.5 * (flow.v[i] + trial.v[i])
         work.power.algorithm += bow * (work.momentum[i] - flow.momentum[i])
@@ -220,10 +197,8 @@ def update_balance(tables, address, t, h, q0, v0, q1, v1, ledger, balance, memor
 
 @compiled
 def update_residual(ledger, balance):
-    """Residual: change of the stored energy, plus losses, less the works of drives and loads [J].
-
-    Equation (7.4) of docs/theory/energy.md.
-    """
+    """Residual: change of the stored energy, plus losses, less the works of drives and loads [J]."""
+    # Equation (7.4) of docs/theory/energy.md.
     stored = ledger[KINETIC] + ledger[STRAIN] + ledger[GRAVITY]
     lost = ledger[CONTACT] + ledger[FRICTION] + ledger[DAMPING] + ledger[ALGORITHM]
     ledger[RESIDUAL] = stored - balance.stored_at_start + lost - ledger[DRIVE] - ledger[LOAD]
@@ -274,10 +249,8 @@ def _drive_work(tables, h, k, ledger, memory, work):
 
 @compiled
 def _joint_friction_loss(tables, h, k, ledger, memory, work):
-    """Loss by friction in joints: mean force times mean slip [J].
-
-    A law with a history, as of a clutch, gives back no more energy than it took; what exceeds that is the method's.
-    """
+    """Loss by friction in joints: mean force times mean slip [J]."""
+    # A law with a history, as of a clutch, gives back no more energy than it took; what exceeds that is the method's.
     turned, z = 0.0, tables.constraints.joint_friction_z
     for c in range(work.joint_friction.shape[0]):
         if tables.constraints.joint_friction[c, LOAD_KERNEL] >= 0:
@@ -313,13 +286,11 @@ def _load_work(tables, h, k, q0, q1, ledger, memory, work):
 
 @compiled
 def _damping_loss(tables, address, t, h, q0, v0, q1, v1, balance, work):
-    """Energy that dampers dissipate in a step, and the excess of the rule above, a dissipation of the method [J].
-
-    With the damping D, the mean v of both velocities and w = (q1 - q0)/h, dampers dissipate h v.D v and the rule gives
-    h v.D w, where v.D w = (v.D v + w.D w - b.D b)/2 with b = w - v.  Where damping is faster than the steps,
-    accelerations change their directions in each step, and b is all of the motion by the method.  The mean of the
-    powers at both ends would count fast vibrations twice.
-    """
+    """Energy that dampers dissipate in a step, and the excess of the rule above, a dissipation of the method [J]."""
+    # With the damping D, the mean v of both velocities and w = (q1 - q0)/h, dampers dissipate h v.D v and the rule
+    # gives h v.D w, where v.D w = (v.D v + w.D w - b.D b)/2 with b = w - v. Where damping is faster than the steps,
+    # accelerations change their directions in each step, and b is all of the motion by the method. The mean of the
+    # powers at both ends would count fast vibrations twice.
     before, now = balance.damping_power, work.power.damping
     balance.damping_power = now
     if h == 0.0 or (before == 0.0 and now == 0.0):
@@ -374,10 +345,8 @@ def _round_off_work(tables, q, work):
 
 @compiled
 def energy_scale(ledger, balance):
-    """Scale of energies [J], to which residuals are relative: energy turned over, kinetic and strain energy.
-
-    The potential of gravity has an arbitrary level; it and forces at rest enter by their round-off alone.
-    """
+    """Scale of energies [J], to which residuals are relative: energy turned over, kinetic and strain energy."""
+    # The potential of gravity has an arbitrary level; it and forces at rest enter by their round-off alone.
     seen = ledger[TURNED_OVER] + abs(ledger[KINETIC]) + abs(ledger[STRAIN]) - (1.0 - UNCHANGED) * balance.idle
     return seen + 1e-6 * abs(ledger[GRAVITY]) + balance.round_off / RESIDUAL_LIMIT
 
@@ -406,10 +375,8 @@ def check_balance(ledger, balance):
 
 
 def idle_energy(program: Program, before: np.ndarray, after: np.ndarray) -> float:
-    """Kinetic energy [J] of groups of connected bodies that keep it, beside a group that does not; 0 without such.
-
-    Of each coordinate `before` and `after` are (n,) 1/2 v M v at the start and at the end.
-    """
+    """Kinetic energy [J] of groups of connected bodies that keep it, beside a group that does not; 0 without such."""
+    # Of each coordinate `before` and `after` are (n,) 1/2 v M v at the start and at the end.
     bodies = np.asarray(program.reference.body)[: len(before)]
     old, new = np.bincount(bodies, before), np.bincount(bodies, after)
     if old[np.abs(new - old) <= UNCHANGED * old].sum() <= LEAST_CONTACT_FRACTION * old.sum():

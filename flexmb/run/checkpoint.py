@@ -29,13 +29,13 @@ if TYPE_CHECKING:
 
 MODEL = "model"  # name of the fingerprint of the program in a restart
 
+# What differs, by the row of the fingerprint.
 DIFFERENCES = (
     "names or kernels of its parts differ",
     "the same parts have other numbers (masses, lengths, clearances, gravity, ...)",
     "the same parts are wired otherwise (bodies that they act on, inputs and instants of controllers, ...), or "
     "numbers differ that their functions take from outside",
 )
-"""What differs, by the row of the fingerprint."""
 
 
 def refuse_broken_clock(clock: Clock, label: str) -> None:
@@ -43,10 +43,8 @@ def refuse_broken_clock(clock: Clock, label: str) -> None:
     numbers, least = clock.numbers(), Clock.zeros()
     least.save_start = least.held_steps = -1.0
     if not np.isfinite(numbers).all() or (numbers < least.numbers()).any() or clock.save_start > clock.t:
-        text = f"{label}: restart is damaged: its clock holds {numbers.tolist()}"
-        raise InputError(
-            f"{text}, negative or not finite, or with a begin of saving after the present. Use an undamaged one."
-        )
+        text = f"{label}: restart is damaged: its clock holds {numbers.tolist()}, negative or not finite,"
+        raise InputError(f"{text} or with a begin of saving after the present. Use an undamaged one.")
 
 
 def refuse_other_model(program: Program, restart: Mapping[str, np.ndarray], label: str) -> None:
@@ -59,10 +57,8 @@ def refuse_other_model(program: Program, restart: Mapping[str, np.ndarray], labe
         return
     same = np.shape(given) == here.shape
     other = next(text for k, text in enumerate(DIFFERENCES) if not (same and np.array_equal(given[k], here[k])))
-    raise InputError(
-        f"{label}: restart is of another mechanism: {other}. Use `restart` of a solution of this mechanism; "
-        "its energies and contacts would not fit another one."
-    )
+    text = f"{label}: restart is of another mechanism: {other}. Use `restart` of a solution of this mechanism;"
+    raise InputError(f"{text} its energies and contacts would not fit another one.")
 
 
 # Checkpoints of a run: all that a run needs to go on as if it had never been interrupted, in one file
@@ -70,23 +66,16 @@ def refuse_other_model(program: Program, restart: Mapping[str, np.ndarray], labe
 EVERY = 30.0  # time between two checkpoints [s on the clock]
 COMMAND = "checkpoint"  # name of the arguments of the run in `Solution.model`
 POSES = "poses."  # begin of the names of the poses that a run keeps
-
+# Checkpoints of ended runs whose files are still there; None: their files are removed at once.
 _LEFT: ContextVar[list[Checkpoints] | None] = ContextVar("left", default=None)
-"""Checkpoints of ended runs whose files are still there; None: their files are removed at once."""
-
 END_COLUMN = [name for name, _ in COLUMNS].index("end")
 
 
 class Checkpoints:
-    """The checkpoint file of a run, written again and again while the run goes on.
+    """The checkpoint file of a run, written every so many seconds on the clock while the run goes on."""
 
-    Parameters
-    ----------
-    path : the file.
-    every : time between two of them [s on the clock].
-    command : arguments of the run as plain values; a checkpoint of other arguments is refused.
-    model : name of the mechanism and other plain values for the record.
-    """
+    # `command` holds the arguments of the run as plain values; a checkpoint of other arguments is refused.
+    # `model`: name of the mechanism and other plain values for the record.
 
     def __init__(self, path: str | Path, every: float, command: Mapping[str, Any], model: Mapping[str, Any]) -> None:
         self.path, self.every = checks.path("checkpoint", path), checks.not_negative("checkpoint", "every", every, "s")
@@ -126,10 +115,8 @@ class Checkpoints:
             self.failure, self.last = "", time.monotonic()  # slow writes do not follow one another without a step
 
     def resume(self, run: Run, label: str, *, redundant: bool) -> None:
-        """Let a run go on from the file.
-
-        Refused: no such file, a damaged one, a checkpoint of another run or of another mechanism.
-        """
+        """Let a run go on from the file."""
+        # Refused: no such file, a damaged one, a checkpoint of another run or of another mechanism.
         try:
             sol = load(self.path)
         except FileFormatError as error:
@@ -171,10 +158,8 @@ class Checkpoints:
 
 @contextmanager
 def removed_after() -> Iterator[list[Checkpoints]]:
-    """A block that writes the results of its runs, whose checkpoints are removed at its end.
-
-    After an error they stay.  Where one cannot be removed, its `failure` says so.
-    """
+    """A block that writes the results of its runs, whose checkpoints are removed at its end."""
+    # After an error they stay. Where one cannot be removed, its `failure` says so.
     left: list[Checkpoints] = []
     token = _LEFT.set(left)
     try:

@@ -9,7 +9,7 @@ from bisect import bisect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from itertools import pairwise
-from types import FrameType, TracebackType
+from types import FrameType
 from typing import Any, Self
 
 import numpy as np
@@ -62,10 +62,9 @@ KEYBOARD, TERMINATION = signal.SIGINT, signal.SIGTERM
 
 
 class Interruption:
-    """A context in which signals, given by their numbers, are only noted; the second one of a kind acts at once.
+    """A context in which signals, given by their numbers, are only noted; the second one of a kind acts at once."""
 
-    Outside the main thread of Python, signals act as ever.
-    """
+    # Outside the main thread of Python, signals act as ever.
 
     def __init__(self, signals: Sequence[signal.Signals]) -> None:
         self.signals = signals
@@ -79,7 +78,7 @@ class Interruption:
             self.before = {}
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+    def __exit__(self, kind: Any, *_: object) -> None:
         for number, handler in self.before.items():
             signal.signal(number, handler)
         if kind is None:
@@ -105,17 +104,14 @@ class Interruption:
 # Limits of the steps of a run, from mechanism, method and span
 
 LEAST_STEP = 16.0  # smallest step by default over the round-off of the time
-
+# Fixed steps in a cycle: with so few, or fewer, another motion is seen; with fewer than these, a finding tells it.
 LEAST_SEEN, LEAST_CLEAR = 2.0, 8.0
-"""Fixed steps in a cycle: with so few, or fewer, another motion is seen; with fewer than these, a finding tells it."""
 
 
 def step_limits(run: Run) -> tuple[float, float, float, tuple[float, ...]]:
-    """Largest and smallest step [s], accepted error of a step [m], and the numbers of `StepControl`.
-
-    The least speed crosses the mechanism in 100 runs or periods; with clearance, 100 clearances if these are less,
-    so that the steps resolve a contact that comes to rest.
-    """
+    """Largest and smallest step [s], accepted error of a step [m], and the numbers of `StepControl`."""
+    # The least speed crosses the mechanism in 100 runs or periods; with clearance, 100 clearances if these are less, so
+    # that the steps resolve a contact that comes to rest.
     if isinstance(run.step, FixedStep):
         return run.step.size, run.step.size, NEVER, (1.0, 1.0, 1.0, 1.0)
     span = run.t_end if run.period is None else min(run.period, run.t_end)
@@ -135,12 +131,9 @@ def least_step(t: float) -> float:
 
 
 class Chords:
-    """Longest steps between whose ends drives, histories of loads and inputs of controllers are nearly straight lines.
+    """Longest steps between whose ends drives, histories of loads and inputs of controllers are nearly straight."""
 
-    Raises
-    ------
-    InputError : a fixed step that sees another motion than that of a drive or load.
-    """
+    # A fixed step that sees another motion than that of a drive or load is refused.
 
     def __init__(self, run: Run) -> None:
         self.pieces: list[tuple[Motion, list[float], list[float]]] = []
@@ -181,28 +174,21 @@ def passed_contacts(run: Run) -> Iterator[Finding]:
             yield found("passed-contact", (name.partition(".")[0],), text, "Take smaller steps, or Adaptive().", time=t)
 
 
-# Run of a program: arrays of the compiled loop, advanced in blocks for progress bar, Ctrl-C and saving
-
+# Number of saved instants in the buffer of the loop, at most and at least; numbers in the buffer (64 MB).
 BUFFER_ROWS, LEAST_BUFFER_ROWS, BUFFER_NUMBERS = 512, 16, 1 << 23
-"""Number of saved instants in the buffer of the loop, at most and at least; numbers in the buffer (64 MB)."""
-
 BLOCK_SECONDS = 0.2  # processor time of a block of steps [s], after which the progress bar moves
 FIRST_BLOCK_UPDATES = 20_000  # number of unknowns times steps of the first block, some ten milliseconds
 
+# Tolerance of Newton's corrections relative to h^2 |a|.
+# Others: `ITERATION_FRACTION` of engine/radau/step.py, `STEP_ROUND_OFF` and `REST_STRIDE` of statics/equilibrium.py,
+# `CLOSED_GAP` of statics/start/assemble.py; all values and what they change: docs/numbers.md.
 NEWTON_TOLERANCE = 1e-6
-"""Tolerance of Newton's corrections relative to h^2 |a|.
-
-Others: `ITERATION_FRACTION` of engine/radau/step.py, `STEP_ROUND_OFF` and `REST_STRIDE` of statics/equilibrium.py,
-`CLOSED_GAP` of statics/start/assemble.py; all values and what they change: docs/numbers.md.
-"""
 
 NEWTON_ITERATIONS = 30  # number of Newton iterations of a step at most
 NOT_SAVING = -1.0  # value of `Clock.save_start` before saving has begun [s]
-
 STOPPED_AFTER = "Stopped after"
-
+# Observer of the runs of this context after each block of steps; its `KeyboardInterrupt(text)` ends the run.
 AFTER_BLOCK: ContextVar[Callable[[Run], None] | None] = ContextVar("function after each block of a run", default=None)
-"""Observer of the runs of this context after each block of steps; its `KeyboardInterrupt(text)` ends the run."""
 
 
 class Run:
@@ -292,10 +278,8 @@ class Run:
             self.flow.restore(restart)
             self.stepper.restore(restart)
         except ValueError as error:
-            raise InputError(
-                f"{label}: restart does not fit this model ({str(error)!r} is missing, of another size or beyond its "
-                "limits). Use `restart` of a solution of the same mechanism."
-            ) from error
+            text = f"{label}: restart does not fit this model ({str(error)!r} is missing, of another size or beyond"
+            raise InputError(f"{text} its limits). Use `restart` of a solution of the same mechanism.") from error
         refuse_other_model(self.program, restart, label)
         refuse_broken_clock(self.flow.clock, label)
         if redundant:
@@ -309,10 +293,8 @@ class Run:
             self.redundant, self.trial = redundant, new_trial(self.program, redundant, self.bounds)
 
     def run_to(self, end: float, saving: float | None) -> None:
-        """Run until `end` [s]; `saving`: time between saved instants [s], 0 for every step, None for no saving.
-
-        A step ends just before a jump of a drive or load, and the next one is a starting step just after the jump.
-        """
+        """Run until `end` [s]; `saving`: time between saved instants [s], 0 for every step, None for no saving."""
+        # A step ends just before a jump of a drive or load, and the next one is a starting step just after the jump.
         if self.note or self.code not in (RUNNING, DONE):
             return  # a run that was stopped before the instants to be saved stays stopped
         if saving is not None:
@@ -395,10 +377,8 @@ class Run:
             self.note = f"Stopped: {str(error).rstrip('.')}"
 
     def _cross_jump(self, instant: float, interval: float, *, first: bool = False) -> None:
-        """Cross a jump of loads: new accelerations, joint forces and powers; the next step is a starting step.
-
-        Positions, velocities and energies stay; histories of sampled controllers change (`first`: of all of them).
-        """
+        """Cross a jump of loads: new accelerations, joint forces and powers; the next step is a starting step."""
+        # Positions, velocities and energies stay; histories of sampled controllers change (`first`: of all of them).
         flow, n = self.flow, self.program.n_q
         flow.clock.t, flow.clock.last_step = instant, 0.0
         try:
@@ -461,13 +441,7 @@ class Run:
                 return
             self._fetch_buffer()
 
-    def solution(
-        self,
-        model: dict[str, Any],
-        *,
-        findings: Sequence[Finding] = (),
-        wall_time: float = 0.0,
-    ) -> Solution:
+    def solution(self, model: dict[str, Any], *, findings: Sequence[Finding] = (), wall_time: float = 0.0) -> Solution:
         """Solution of the run so far, with findings on it and the time on the clock [s]."""
         own = [found("bookkeeping", (), remark) for remark in self.stepper.remarks()]
         faults, status = sentences(findings, errors=True), self.status()
@@ -494,10 +468,8 @@ class Run:
         )
 
     def restart(self) -> dict[str, np.ndarray]:
-        """Present state by name, from which a run of the same model continues bit for bit.
-
-        `Flow`, signals, fingerprint, arrays of the method (`Stepper.saved`); group `restart` of `results/netcdf.py`.
-        """
+        """Present state by name, from which a run of the same model continues bit for bit."""
+        # `Flow`, signals, fingerprint, arrays of the method (`Stepper.saved`); group `restart` of `results/netcdf.py`.
         own = {"signals": self.record.signals.copy(), MODEL: self.program.fingerprint}
         return {**self.flow.saved(), **own, **self.stepper.saved()}
 

@@ -16,19 +16,14 @@ from flexmb.model.signal import resolved
 from flexmb.program.program import Program, Sampler
 from flexmb.run.stopping import Condition
 
-# Controllers that drive their signal away from the target: a run ends, with the name of the controller
-
+# Distance of a signal from its target, by its unit, at which control is lost; m count in sizes of the mechanism.
 LOST = {"rad": 200.0 * np.pi, "rad/s": 1e4, "m": 100.0, "m/s": 1e4}
-"""Distance of a signal from its target, by its unit, at which control is lost; m count in sizes of the mechanism."""
-
 TIMES_TARGET = 100.0  # the same distance over the largest target, where that is more
 
 
 def lost_control(mechanism: Mechanism, program: Program, end: float) -> Iterator[Condition]:
-    """Conditions that end a run until `end` [s]: a signal far from its target, pushed further by a controller's load.
-
-    Far is, say, a hundred turns, which no working controller lets happen.  A run goes on while the load brakes.
-    """
+    """Conditions that end a run until `end` [s]: a signal far from its target, pushed on by a controller's load."""
+    # Far is, say, a hundred turns, which no working controller lets happen. A run goes on while the load brakes.
     signals = program.names.signals
     for controller in mechanism.controllers:
         name, low, high = controller.followed(end) or ("", 0.0, 0.0)
@@ -45,22 +40,18 @@ def lost_control(mechanism: Mechanism, program: Program, end: float) -> Iterator
             yield Condition(signals.names[place], level, sign, text, is_fault=True, pushed_by=power)
 
 
-# Sampled controllers: new states and outputs at an instant between two compiled runs
-
+# Number of iterations, differences of states, and last correction, for states that begin where their rates are 0.
 MOST_ITERATIONS, DIFFERENCE, SETTLED = 30, 1e-6, 1e-12
-"""Number of iterations, differences of states, and last correction, for states that begin where their rates are 0."""
 
 
 def act(
     samplers: Sequence[Sampler], instant: float, signals: np.ndarray, z: np.ndarray, *, every: bool = False
 ) -> None:
-    """Let the sampled controllers of a mechanism act at one of their instants.
-
-    All read the same signals, so that the order of several controllers does not matter.  A state x becomes x + sample
-    dx; outputs are held until the next instant.  Signals (n_y,) are those just before the instant [s]; histories z
-    (n_z,) are changed in place.  With `every` all controllers act, for the start of a run.  A law that raises, or gives
-    numbers that are not finite, is a `KernelError` with controller, time, inputs.
-    """
+    """Let the sampled controllers of a mechanism act at one of their instants."""
+    # All read the same signals, so that the order of several controllers does not matter. A state x becomes x + sample
+    # dx; outputs are held until the next instant. Signals (n_y,) are those just before the instant [s]; histories z
+    # (n_z,) are changed in place. With `every` all controllers act, for the start of a run. A law that raises, or gives
+    # numbers that are not finite, is a `KernelError` with controller, time, inputs.
     acting = [sampler for sampler in samplers if every or sampler.acts_at(instant)]
     if every:
         for sampler in acting:
@@ -84,10 +75,8 @@ def _law(sampler: Sampler, t: float, u: np.ndarray, x: np.ndarray) -> tuple[np.n
         y[:], reason = np.nan, f"raised {type(error).__name__}: {str(error).rstrip('.')}"
     if np.isfinite(dx).all() and np.isfinite(y).all():
         return dx, y
-    raise KernelError(
-        f"The law {sampler.kernel.name!r} of controller {sampler.name!r} {reason}, at t = {t:.6g} s with the inputs "
-        f"u = {u.tolist()} and the states x = {x.tolist()}."
-    )
+    text = f"The law {sampler.kernel.name!r} of controller {sampler.name!r} {reason},"
+    raise KernelError(f"{text} at t = {t:.6g} s with the inputs u = {u.tolist()} and the states x = {x.tolist()}.")
 
 
 def _settle(sampler: Sampler, t: float, signals: np.ndarray, z: np.ndarray) -> None:

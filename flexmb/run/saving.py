@@ -17,11 +17,7 @@ if TYPE_CHECKING:
     from flexmb.engine.state.record import RunRecord
     from flexmb.run.run import Run
 
-# Saved instants of a run: a number a period, an interval, given times, or every step
-
 SAME_TIME = 1e-12  # difference of two instants relative to the end of a run, below which they are one
-
-
 SAME_INSTANT = 1e-9  # difference of two saved instants relative to the time between them, below which they are one
 
 
@@ -33,10 +29,8 @@ class SaveGrid(NamedTuple):
 
 
 def save_grid(label: str, save: Any, period: float | None, begin: float, end: float, begun: float = 0.0) -> SaveGrid:
-    """Saved instants from `begin` to `end` [s] for the argument `save` of `simulate`, of a run that starts at `begun`.
-
-    A number of instants counts from `begin`, so that a run that is restarted goes on with the instants of the first.
-    """
+    """Saved instants from `begin` to `end` [s] for the argument `save` of `simulate`; the run starts at `begun`."""
+    # A number of instants counts from `begin`, so that a run that is restarted goes on with the instants of the first.
     none = np.zeros(0)
     if isinstance(save, str) and save == "steps":
         return SaveGrid(0.0, none)
@@ -102,13 +96,7 @@ MOST_RESERVED_BYTES = 1 << 30  # number of bytes at most that are reserved befor
 
 
 class SavedRows:
-    """Saved instants and their signals.
-
-    Parameters
-    ----------
-    columns : signals of a row.
-    kept : (columns,) places of these among all signals; None: all.
-    """
+    """Saved instants and their signals; `kept`: places (columns,) of these among all signals, None for all."""
 
     def __init__(self, columns: int, kept: np.ndarray | None = None) -> None:
         self.kept = kept
@@ -175,8 +163,6 @@ class SavedRows:
 
 
 # Peaks of a run: of the time that is saved, which a solution reports, and of all its steps, which are watched
-
-
 def no_peaks(record: RunRecord) -> Peaks:
     """Peaks of all signals before a run."""
     return Peaks(np.zeros_like(record.peak), np.zeros_like(record.peak))
@@ -223,8 +209,7 @@ def watch_lows(run: Run) -> None:
 
 def _sizes(record: RunRecord) -> np.ndarray:
     """Present sizes of all signals, as peaks count them."""
-    sizes: np.ndarray = np.where(record.one_sided, np.maximum(record.signals, 0.0), np.abs(record.signals))
-    return sizes
+    return np.asarray(np.where(record.one_sided, np.maximum(record.signals, 0.0), np.abs(record.signals)))
 
 
 def _with_places(record: RunRecord, larger: np.ndarray) -> np.ndarray:

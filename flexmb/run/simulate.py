@@ -37,11 +37,9 @@ from flexmb.statics.found import Equilibrium
 from flexmb.statics.start.consistent import Start, accelerations, rigid_velocities, yielding_joints
 
 Step = FixedStep | Adaptive | float
-
 LEAST_NORM = "least-norm"
+# What to do with joints that repeat one another.
 REDUNDANT = ("refuse", LEAST_NORM)
-"""What to do with joints that repeat one another."""
-
 SHORTEST_RUN = 1e-100  # shortest run [s]
 
 
@@ -189,10 +187,8 @@ def _solution(
     kept_file: Checkpoints | None,
     started: float,
 ) -> Solution:
-    """Solution of a run that has ended, with findings; its checkpoint is written or removed.
-
-    `begun_saved` holds the instants at which the run and its saving began [s].
-    """
+    """Solution of a run that has ended, with findings; its checkpoint is written or removed."""
+    # `begun_saved` holds the instants at which the run and its saving began [s].
     now, (begun, begin) = float(run.flow.clock.t), begun_saved
     span = run.period if run.period is not None else 0.5 * (now - begin)
     motion, contacts = watch.watched_motion(run), run.contact_log()
@@ -286,17 +282,14 @@ def _begin(label: str, end: float, save_from: float, save_from_period: float | N
     if save_from_period is not None:
         begin = checks.not_negative(label, "save_from_period", save_from_period) * float(period or 0.0)
     if begin >= end:
-        raise InputError(
-            f"{label}: saving begins at {begin:g} s, but the run ends at {end:g} s. Run longer or save earlier."
-        )
+        text = f"{label}: saving begins at {begin:g} s, but the run ends at {end:g} s."
+        raise InputError(f"{text} Run longer or save earlier.")
     return begin
 
 
 def _chosen_places(label: str, program: Program, wanted: object) -> np.ndarray | None:
-    """Places (n,) of the chosen signals, ascending, each once; None where that is all.
-
-    Integrals and rates of states of controls are chosen by their whole names alone.
-    """
+    """Places (n,) of the chosen signals, ascending, each once; None where that is all."""
+    # Integrals and rates of states of controls are chosen by their whole names alone.
     if wanted is None:
         return program.shown
     signals, aliases = program.names.signals, program.names.aliases
@@ -319,9 +312,8 @@ def _chosen_places(label: str, program: Program, wanted: object) -> np.ndarray |
 # Start values of a run that begins in an equilibrium, at rest or in steady rotation
 
 EQUILIBRIUM = "equilibrium"  # word for the static equilibrium of the mechanism itself
-
+# Violation of the joints and drives by the velocities of a steady rotation, relative to these velocities.
 OTHER_SPEED = 1e-9
-"""Violation of the joints and drives by the velocities of a steady rotation, relative to these velocities."""
 
 
 def of_start(label: str, start: Any, restart: Any, redundant: str) -> dict[str, str]:
@@ -336,19 +328,15 @@ def of_start(label: str, start: Any, restart: Any, redundant: str) -> dict[str, 
 def start_at_rest(
     label: str, mechanism: Mechanism, program: Program, closed: Program, start: Any
 ) -> tuple[Start, np.ndarray]:
-    """Start values of a run in an equilibrium, and the histories (n_z,) of its contacts, which last already.
-
-    `start` is an equilibrium of this mechanism, or "equilibrium"; its steady rotation is one that the drives share.
-    `closed` is the program with ideal joints for contacts.
-    """
+    """Start values of a run in an equilibrium, and the histories (n_z,) of its contacts, which last already."""
+    # `start` is an equilibrium of this mechanism, or "equilibrium"; its steady rotation is one that the drives share.
+    # `closed` is the program with ideal joints for contacts.
     from flexmb.statics.equilibrium import carries, refuse_other_forces, refuse_other_names, static_equilibrium
     from flexmb.statics.steady_rotation import Spin
 
     if not isinstance(start, Equilibrium) and not (isinstance(start, str) and start == EQUILIBRIUM):
-        raise InputError(
-            f"{label}: start is {start!r}; it must be {EQUILIBRIUM!r}, or what static_equilibrium(...) "
-            "returns, also with spin=."
-        )
+        text = f"{label}: start is {start!r}; it must be {EQUILIBRIUM!r},"
+        raise InputError(f"{text} or what static_equilibrium(...) returns, also with spin=.")
     at = start if isinstance(start, Equilibrium) else static_equilibrium(mechanism)
     spin = Spin(at.spin, at.about)
     system = StateEvaluation(program)
@@ -363,11 +351,9 @@ def start_at_rest(
     v[G.indices[G.indptr[alone]]] -= system.velocity_residual[alone] / G.data[G.indptr[alone]]
     missed = np.abs(system.at(at.q, v).velocity_residual).max(initial=0.0)
     if missed > OTHER_SPEED * np.abs(v).max(initial=0.0):
-        raise InputError(
-            f"{label}: the equilibrium turns at {at.spin:g} rad/s, and joints or drives allow no such motion (by "
-            f"{missed:.3g} m/s or rad/s). Give the drive of the hub this speed, e.g. ConstantSpeed({at.spin:g}), and "
-            "the place of the hub to static_equilibrium(..., about=)."
-        )
+        text = f"{label}: the equilibrium turns at {at.spin:g} rad/s, and joints or drives allow no such motion (by"
+        text += f" {missed:.3g} m/s or rad/s). Give the drive of the hub this speed, e.g. ConstantSpeed({at.spin:g}),"
+        raise InputError(f"{text} and the place of the hub to static_equilibrium(..., about=).")
     z = np.array(program.reference.z)
     for k in np.flatnonzero(carries(system)):
         begin, law, end = program.tables.contacts.z[k, [COMMON_Z, NORMAL_Z, FRICTION_Z]]

@@ -18,14 +18,11 @@ if TYPE_CHECKING:
     from flexmb.run.run import Run
 
 BEGINS, ENDS = "begins", "ends"
+# Signal of a contact that is positive while the contact lasts.
 PENETRATION = "penetration"
-"""Signal of a contact that is positive while the contact lasts."""
-
 MOST_TRIALS = 100  # number of trials of a search for the instant at most; bisection alone needs 53
-
+# Part of a step below which no crossing near the instant 0 is resolved: matrices of shorter steps overflow.
 FINEST = 1e-32
-"""Part of a step below which no crossing near the instant 0 is resolved: matrices of shorter steps overflow."""
-
 SAME = 1e-9  # distance beyond its level, relative to it, at which a signal may begin: a run goes on from its stop
 LEAST = 1e-12  # the same distance for the level 0, in the unit of the signal
 
@@ -91,18 +88,7 @@ def when(
 
 
 class StopConditions:
-    """Stop conditions of a run.
-
-    Parameters
-    ----------
-    names : names of the program whose signals are watched.
-    stop : a condition, or several; None for none.
-    faults : conditions of runs that are not ok.
-
-    Raises
-    ------
-    InputError : objects that are no conditions; signals that the mechanism has not.
-    """
+    """Stop conditions of a run, one, several or None, and faults: conditions of runs that are not ok."""
 
     def __init__(self, label: str, names: Names, stop: Any, faults: Sequence[Condition] = ()) -> None:
         several = () if stop is None else stop
@@ -124,11 +110,9 @@ class StopConditions:
         self.levels = np.array([[one.level, float(sign)] for _, one, sign in rows]).reshape(-1, 2)
 
     def watch(self, run: Run, *, faults_alone: bool = False, fresh: bool = False) -> None:
-        """Let the compiled loop of a run watch the conditions from its present state on.
-
-        With `faults_alone` only faults are watched; `fresh`: the run begins anew, and does not go on from a stop.  A
-        condition that is met already is refused.
-        """
+        """Let the compiled loop of a run watch the conditions from its present state on."""
+        # With `faults_alone` only faults are watched; `fresh`: the run begins anew, and does not go on from a stop. A
+        # condition that is met already is refused.
         count = sum(one.is_fault for one in self.conditions) if faults_alone else len(self.conditions)
         for k, one in enumerate(self.conditions[:count]):
             place, (level, sign) = self.places[k], self.levels[k]
@@ -209,12 +193,10 @@ class Snapshot:
 
 
 def end_at_crossing(run: Run, watch: StopConditions, begun: Snapshot | None, end: float, interval: float) -> int:
-    """End a run at the instant at which a condition was met in its last step; DONE, or the code of another ending.
-
-    The last block is run again up to the step before, then steps of other sizes are tried from there.  `begun` is the
-    state at the start of that block, None where only faults are watched; `end` is the end of its steps [s], `interval`
-    the time between saved instants [s].
-    """
+    """End a run at the instant at which a condition was met in its last step; DONE, or the code of another ending."""
+    # The last block is run again up to the step before, then steps of other sizes are tried from there. `begun` is the
+    # state at the start of that block, None where only faults are watched; `end` is the end of its steps [s],
+    # `interval` the time between saved instants [s].
     number = int(run.record.count.condition) - 1
     if begun is None or watch.fault(number):
         if not watch.is_pushed(number, run.record.signals):
@@ -228,7 +210,6 @@ def end_at_crossing(run: Run, watch: StopConditions, begun: Snapshot | None, end
         if code not in (RUNNING, BUFFER_FULL):
             return code
     before = Snapshot(run)
-
     begun_at, start = float(run.flow.clock.t), run.record.signals.copy()
 
     def excess(t: float) -> float:
@@ -262,10 +243,8 @@ def take(run: Run, end: float, saving: float, steps: int) -> int:
 
 
 def crossing_time(excess: Callable[[float], float], low: float, high: float, below: float) -> float:
-    """Time [s] at which a function turns positive, by regula falsi (Illinois) within bisection, to round-off.
-
-    It is not positive at `low`, where its value is `below`, and positive at `high` [s]; nan is taken as positive.
-    """
+    """Time [s] at which a function turns positive, by regula falsi (Illinois) within bisection, to round-off."""
+    # It is not positive at `low`, where its value is `below`, and positive at `high` [s]; nan is taken as positive.
     least, above, side = FINEST * (high - low), excess(high), 0
     for _ in range(MOST_TRIALS):
         if high - low <= max(4.0 * np.spacing(high), least):

@@ -53,24 +53,19 @@ from flexmb.statics.steady_rotation import Spin
 # Geometric stiffness along a motion: the slope of the stiffness, less that by turning and bowing of elements
 
 FLAT = 1e-9  # determinant of the second moments of points over their trace squared, up to which they lie on a line
-
+# Places of the rotations of a beam element among its coordinates, and of their offsets among its parameters.
 ENDS = ((2, corotational.OFFSET1), (5, corotational.OFFSET2))
-"""Places of the rotations of a beam element among its coordinates, and of their offsets among its parameters."""
-
 PATH_STRIDE = 1e-3  # difference along the prestress path between two evaluations of K, over the mechanism's size
 
 
 def geometric_stiffness(
     mechanism: Mechanism, system: StateEvaluation, q: np.ndarray, lam: np.ndarray, path: np.ndarray
 ) -> sp.csc_matrix:
-    """Stiffness (n_q, n_q) by the stresses and multipliers that grow along a path, at the rate of its parameter s.
-
-    `q` (n_q,) and `lam` (n_c,) belong to s = 0, `path` (n_q + n_c,) are rates of coordinates and multipliers.  A
-    contact that carries at s = 0 adds the stiffness of its growing force alone.
-    """
-    by_contacts = equilibrium.contact_stiffness(
-        system.at(q, lam=lam, weights=(1.0, 0.0, 0.0)), path[: system.program.n_q]
-    )
+    """Stiffness (n_q, n_q) by the stresses and multipliers that grow along a path, at the rate of its parameter s."""
+    # `q` (n_q,) and `lam` (n_c,) belong to s = 0, `path` (n_q + n_c,) are rates of coordinates and multipliers. A
+    # contact that carries at s = 0 adds the stiffness of its growing force alone.
+    system.at(q, lam=lam, weights=(1.0, 0.0, 0.0))
+    by_contacts = equilibrium.contact_stiffness(system, path[: system.program.n_q])
     if len(system.program.names.contacts):
         system = StateEvaluation(compile_mechanism(mechanism, closed=True))
     program = system.program
@@ -123,17 +118,12 @@ def _mean_turn(x: np.ndarray, y: np.ndarray, ux: np.ndarray, uy: np.ndarray) -> 
 
 
 def _bowed(mechanism: Mechanism, program: Program, q: np.ndarray, u: np.ndarray) -> sp.csc_matrix:
-    """B'^T D B + B^T D B' of all beam elements but for turning: B, their deformations (e, u1, u2) by the coordinates.
-
-    The slope of e is that by bowing; the slope of u1 and u2, that of the turn of the chord, dy/l, by its shortening.
-    """
+    """B'^T D B + B^T D B' of all beam elements but for turning: B, their deformations (e, u1, u2) by coordinates."""
+    # The slope of e is that by bowing; the slope of u1 and u2, that of the turn of the chord, dy/l, by its shortening.
     E = program.tables.elements
     beams = {body.name for body in mechanism.bodies if isinstance(body, FlexibleBody)}
-    own = [
-        e
-        for e, part in enumerate(program.names.elements)
-        if part in beams and np.diff(E.p[e]) == corotational.PARAMETERS
-    ]
+    named = enumerate(program.names.elements)
+    own = [e for e, part in named if part in beams and np.diff(E.p[e]) == corotational.PARAMETERS]
     if not own:
         return sp.csc_matrix((program.n_q, program.n_q))
     p = np.array([program.tables.p[slice(*E.p[e])] for e in own]).T
@@ -153,9 +143,8 @@ def _bowed(mechanism: Mechanism, program: Program, q: np.ndarray, u: np.ndarray)
         return np.asarray(g1[:, None] * first + g2[:, None] * second)
 
     shorter = ((along * moved).sum(axis=1) / length)[:, None] * turn
-    moments = (p[corotational.B11] + p[corotational.B12])[:, None] * first + (
-        p[corotational.B12] + p[corotational.B22]
-    )[:, None] * second
+    both, other = p[corotational.B11] + p[corotational.B12], p[corotational.B12] + p[corotational.B22]
+    moments = both[:, None] * first + other[:, None] * second
     along = along + by_bowing(*bent)
     slope = p[corotational.AXIAL][:, None] * by_bowing((first * moved).sum(axis=1), (second * moved).sum(axis=1))
     blocks = slope[:, :, None] * along[:, None, :] + shorter[:, :, None] * moments[:, None, :]
@@ -202,8 +191,6 @@ def _deformations(element: Superelement, q: np.ndarray) -> np.ndarray:
         found += np.outer(along[0], (along[1:] @ d.ravel()) @ rates)
     return found
 
-
-# Whether a linear load factor can be trusted: the first one, found again from the equilibrium under half of it
 
 TRUSTED = 0.1  # difference of a load factor from that under half of it, over the factor, up to which it counts
 SMALL_MOVEMENT = 0.1  # movement under half of a load factor, over the size (or rad), up to which it counts
@@ -268,11 +255,9 @@ class LoadPath:
 
 
 def factor_from_half(path: LoadPath, factor: float, shape: np.ndarray) -> tuple[float, float]:
-    """The load factor f' of a shape (n_q,), and how far the structure moves, under half of the linear `factor`.
-
-    The factor is inf where the stiffness against the shape does not fall.  The movement is the largest rotation [rad]
-    or displacement over the size of the mechanism.  Both are nan without an equilibrium.
-    """
+    """The load factor f' of a shape (n_q,), and how far the structure moves, under half of the linear `factor`."""
+    # The factor is inf where the stiffness against the shape does not fall. The movement is the largest rotation [rad]
+    # or displacement over the size of the mechanism. Both are nan without an equilibrium.
     program, s = path.program, 0.5 * factor
     start = path.start[0]
     try:
@@ -303,8 +288,6 @@ def doubts(factor: float, from_half: float, moved: float) -> tuple[Finding, ...]
     remedy = "Look for the load at which static_equilibrium(...) is no longer stable."
     return (found("bending-load", (), text, remedy, factor=factor, from_half=from_half, moved=moved),)
 
-
-# Linear buckling: the factors by which all loads must grow until a structure loses its stiffness
 
 ASYMMETRY = 1e-6  # asymmetry of dK/ds over its largest entry, up to which it is that of differences
 MISSED = 1e-6  # residual of an eigenvalue and its vector, relative to their product, up to which they are found
@@ -463,11 +446,9 @@ def _without_loads(bare: Mechanism, program: Program, system: StateEvaluation) -
     step = system.solve(-np.append(system.force, system.residual), f"buckling of {program.name!r}")[: program.n_q]
     step = np.abs(step) / program.sizes
     if step.max() > 1e-9:
-        raise InputError(
-            f"buckling: without its loads mechanism {program.name!r} does not rest in the reference configuration; "
-            f"it would move {program.names.coordinates[int(step.argmax())]!r} most. "
-            "Draw it closed, with springs at their free length."
-        )
+        text = f"buckling: without its loads mechanism {program.name!r} does not rest in the reference configuration;"
+        text += f" it would move {program.names.coordinates[int(step.argmax())]!r} most."
+        raise InputError(f"{text} Draw it closed, with springs at their free length.")
     return q, np.zeros(program.n_c)
 
 
@@ -539,10 +520,8 @@ def _sparse(program: Program, K: Any, K_path: Any, G: Any, count: int) -> tuple[
 
 
 def _unstable(program: Program) -> str:
-    return (
-        f"buckling: mechanism {program.name!r} without its loads is not stable in the reference configuration, "
-        "or its loads follow its motion; no load factors exist."
-    )
+    text = f"buckling: mechanism {program.name!r} without its loads is not stable in the reference configuration,"
+    return f"{text} or its loads follow its motion; no load factors exist."
 
 
 def _order(inverse: np.ndarray, count: int) -> np.ndarray:

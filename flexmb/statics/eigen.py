@@ -13,15 +13,11 @@ from flexmb.errors import SolveError
 from flexmb.program.program import Program
 from flexmb.statics.start.assemble import RigidMotion
 
-# Free motions: motions of the bodies without resistance, and their descriptions in words
-
 DENSE_MOTIONS = 900  # number of rigid motions of bodies (three each) up to which plain matrices find the free ones
 DEPENDENT_ROW = 1e-10  # pivot of a constraint row over the largest, below which it depends on others (poses hold 1e-12)
-
+# Entry of a constraint row on the bodies relative to the sum of the absolute values of its terms, below which it is
+# round-off.
 ROW_ROUND_OFF = 1e-14
-"""Entry of a constraint row on the bodies relative to the sum of the absolute values of its terms, below which it is
-round-off."""
-
 FREE_FORCE = 1e-13  # force of a free motion relative to the sum of the absolute values of its terms
 STIFFNESS_ROUND_OFF = 1e-15  # round-off of an entry of the stiffness relative to the largest entry of its node
 SMALL_SHARE = 1e-8  # component of a motion relative to its largest, below which it is not named
@@ -36,17 +32,14 @@ def null_space(G: np.ndarray, tolerance: float = DEPENDENT_ROW) -> np.ndarray:
         return np.eye(n)
     Q, R, _ = la.qr(G.T, pivoting=True)
     diagonal = np.abs(np.diag(R))
-    basis: np.ndarray = Q[:, int((diagonal > tolerance * diagonal[0]).sum()) :]
-    return basis
+    return np.asarray(Q[:, int((diagonal > tolerance * diagonal[0]).sum()) :])
 
 
 def free_motions(program: Program, q: np.ndarray, K: sp.csc_matrix, G: sp.csr_matrix) -> np.ndarray:
-    """Rigid motions (3 bodies, k) of the bodies that satisfy the constraints without a force of stiffness.
-
-    Flexible bodies resist every deformation, so that these are all motions without strain energy.  Each row of K B w is
-    compared with the sum of the absolute values of its own terms, its round-off: a spring of 1e-9 of the stiffness of a
-    beam counts, and a large stiffness elsewhere hides nothing.
-    """
+    """Rigid motions (3 bodies, k) of the bodies that satisfy the constraints without a force of stiffness."""
+    # Flexible bodies resist every deformation, so that these are all motions without strain energy. Each row of K B w
+    # is compared with the sum of the absolute values of its own terms, its round-off: a spring of 1e-9 of the stiffness
+    # of a beam counts, and a large stiffness elsewhere hides nothing.
     B = RigidMotion(program).basis(q)
     sizes = np.where(np.arange(B.shape[1]) % 3 == 2, 1.0, program.length)
     B = (B @ sp.diags_array(sizes)).tocsr()
@@ -54,8 +47,7 @@ def free_motions(program: Program, q: np.ndarray, K: sp.csc_matrix, G: sp.csr_ma
         return np.zeros((B.shape[1], 0))
     find = _sparse_motions if B.shape[1] > DENSE_MOTIONS else _dense_motions
     Z = find(program, B, K, G)
-    motions: np.ndarray = sizes[:, None] * simplified(Z)
-    return motions
+    return np.asarray(sizes[:, None] * simplified(Z))
 
 
 def _dense_motions(program: Program, B: sp.csr_matrix, K: sp.csc_matrix, G: sp.csr_matrix) -> np.ndarray:
@@ -67,9 +59,8 @@ def _dense_motions(program: Program, B: sp.csr_matrix, K: sp.csc_matrix, G: sp.c
     if not Z.shape[1]:
         return Z
     moved = B @ Z
-    terms = (abs(K) @ np.abs(moved)).sum(axis=1) + STIFFNESS_ROUND_OFF / FREE_FORCE * stiffest_at(K) * np.abs(
-        moved
-    ).max()
+    floor = STIFFNESS_ROUND_OFF / FREE_FORCE * stiffest_at(K) * np.abs(moved).max()
+    terms = (abs(K) @ np.abs(moved)).sum(axis=1) + floor
     rows = terms > 0.0
     force = (K @ moved)[rows] / terms[rows, None]
     if not np.isfinite(force).all():
@@ -82,10 +73,8 @@ def _dense_motions(program: Program, B: sp.csr_matrix, K: sp.csc_matrix, G: sp.c
 
 
 def _sparse_motions(program: Program, B: sp.csr_matrix, K: sp.csc_matrix, G: sp.csr_matrix) -> np.ndarray:
-    """Free motions (3 bodies, k) of many bodies, which keep all rows of G B and K B at 0.
-
-    Entries that are the round-off of their terms are none; the rest has rows of length 1.
-    """
+    """Free motions (3 bodies, k) of many bodies, which keep all rows of G B and K B at 0."""
+    # Entries that are the round-off of their terms are none; the rest has rows of length 1.
     blocks = []
     for A, share, floor in ((G, ROW_ROUND_OFF, None), (K, FREE_FORCE, STIFFNESS_ROUND_OFF * stiffest_at(K))):
         found = sp.coo_array(A @ B)
@@ -102,18 +91,14 @@ def _sparse_motions(program: Program, B: sp.csr_matrix, K: sp.csc_matrix, G: sp.
 
 
 def _too_stiff(program: Program) -> str:
-    return (
-        f"Mechanism {program.name!r}: its stiffness in this pose is too large for floats. Check the "
-        "numbers of its parts and their units."
-    )
+    text = f"Mechanism {program.name!r}: its stiffness in this pose is too large for floats."
+    return f"{text} Check the numbers of its parts and their units."
 
 
 def stiffest_at(K: sp.csc_matrix) -> np.ndarray:
-    """Largest stiffness (n_q,) of a node along x or y, at both of these coordinates; 0 at rotations.
-
-    Entries of a beam along x or y that should be 0 are the round-off of its axial stiffness, since the stiffness is
-    rotated from the axes of the beam.
-    """
+    """Largest stiffness (n_q,) of a node along x or y, at both of these coordinates; 0 at rotations."""
+    # Entries of a beam along x or y that should be 0 are the round-off of its axial stiffness, since the stiffness is
+    # rotated from the axes of the beam.
     largest = abs(K).tocsr().max(axis=1).toarray().ravel()
     along = np.maximum(largest[0::3], largest[1::3])
     return np.column_stack([along, along, np.zeros_like(along)]).ravel()
@@ -144,10 +129,8 @@ def simplified(Z: np.ndarray) -> np.ndarray:
 
 
 def shapes_of(program: Program, q: np.ndarray, motions: np.ndarray, M: sp.csc_matrix) -> np.ndarray:
-    """Motions of bodies as shapes (n_q, k) of the coordinates with x^T M x = 1, orthogonal in M, in their order.
-
-    Translations remain translations; the rotation of a free body becomes that about its centre of mass.
-    """
+    """Motions of bodies as shapes (n_q, k) of the coordinates with x^T M x = 1, orthogonal in M, in their order."""
+    # Translations remain translations; the rotation of a free body becomes that about its centre of mass.
     X: np.ndarray = RigidMotion(program).basis(q) @ motions
     for k in range(X.shape[1]):
         for _ in range(2):  # twice: round-off of the first pass
@@ -191,29 +174,23 @@ def moves_most(names: tuple[str, ...], length: float, shape: np.ndarray) -> str:
 # Eigenvalue problems on the null space of the constraints: real symmetric, and quadratic with damping
 
 Below = Callable[[float], int | None]
-
+Eigenpairs = tuple[np.ndarray, np.ndarray]  # eigenvalues (k,) and vectors (n, k)
 DENSE_COORDINATES = 1500  # number of coordinates up to which a dense eigensolver computes all modes
 FEW_MODES_COORDINATES = 300  # number above which a sparse eigensolver is faster for under a quarter of the modes
-
+# Number of coordinates up to which a dense eigensolver is used for quadratic problems, which take 20 times longer.
 DENSE_QUADRATIC_COORDINATES = 150
-"""Number of coordinates up to which a dense eigensolver is used for quadratic problems, which take 20 times longer."""
-
 LOOKED_FOR = 1e-6  # accuracy of an eigenvalue that may lie below those found
 LONGEST_SEARCH = 60  # number of steps of a search at most, which end after two or three
 MOST_RESTARTS = 10  # restarts of Lanczos' method at an end of a spectrum that may cluster at 0: nothing converges
-
 NO_MASS = "modes: a motion without mass; give every body and node some mass and inertia."
 
 
 def undamped(
     K: sp.csc_matrix, M: sp.csc_matrix, G: sp.csr_matrix, rigid: np.ndarray, count: int, order: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Lowest omega^2 and shapes of K x = omega^2 M x with G x = 0, x orthogonal in M to the shapes `rigid`.
-
-    Small matrices may be plain arrays, where there are no such shapes.
-
-    order : order of elimination of the unknowns of [[K, G^T], [G, 0]].
-    """
+) -> Eigenpairs:
+    """Lowest omega^2 and shapes of K x = omega^2 M x with G x = 0, x orthogonal in M to the shapes `rigid`."""
+    # Small matrices may be plain arrays, where there are no such shapes.
+    # order : order of elimination of the unknowns of [[K, G^T], [G, 0]].
     held = sp.vstack([G, sp.csr_matrix((M @ rigid).T)]).tocsr() if rigid.shape[1] else G
     K = (K + K.T) / 2.0
     if K.shape[0] > (FEW_MODES_COORDINATES if 4 * count < K.shape[0] else DENSE_COORDINATES):
@@ -237,15 +214,11 @@ def undamped(
     return squares, Z @ y
 
 
-def _refined(
-    k: np.ndarray, m: np.ndarray, squares: np.ndarray, y: np.ndarray, count: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """The lowest modes, with slow modes refined by the inverse of k.
-
-    A dense eigensolver has an error of round-off times the largest omega^2 in all modes.  The inverse has the slow
-    modes as its largest eigenvalues, with an error relative to the lowest omega^2.  Each mode takes the better value.
-    If k is not positive definite (an unstable pose), no mode is refined.
-    """
+def _refined(k: np.ndarray, m: np.ndarray, squares: np.ndarray, y: np.ndarray, count: int) -> Eigenpairs:
+    """The lowest modes, with slow modes refined by the inverse of k."""
+    # A dense eigensolver has an error of round-off times the largest omega^2 in all modes. The inverse has the slow
+    # modes as its largest eigenvalues, with an error relative to the lowest omega^2. Each mode takes the better value.
+    # If k is not positive definite (an unstable pose), no mode is refined.
     largest = squares[-1]
     squares, y = squares[:count].copy(), y[:, :count].copy()
     slow = int((squares < 1e-6 * largest).sum())
@@ -267,13 +240,12 @@ def _refined(
 
 
 def _symmetric(k: np.ndarray) -> np.ndarray:
-    half: np.ndarray = (k + k.T) / 2.0
-    return half
+    return np.asarray((k + k.T) / 2.0)
 
 
 def _sparse(
     K: sp.csc_matrix, M: sp.csc_matrix, G: sp.csr_matrix, count: int, order: np.ndarray, below: Below
-) -> tuple[np.ndarray, np.ndarray]:
+) -> Eigenpairs:
     """The lowest eigenvalues by inversion of the bordered matrices, with a small shift if they are singular."""
     n, m = K.shape[0], G.shape[0]
     scale = abs(K).max()
@@ -297,14 +269,10 @@ def _sparse(
     raise SolveError(f"modes: the eigensolver did not converge ({failure}). Ask for fewer modes.") from failure
 
 
-def _with_copies(
-    A: Any, B: Any, M: Any, order: np.ndarray, shift: float, wanted: int, below: Below
-) -> tuple[np.ndarray, np.ndarray]:
-    """The eigenvalues of A x = omega^2 B x next to a shift, with their multiplicity.
-
-    Lanczos' method finds one vector of a multiple eigenvalue (equal bodies, symmetric frames).  So the method is
-    repeated on the complement of all vectors found, until as many lie below the last one as Sylvester's law counts.
-    """
+def _with_copies(A: Any, B: Any, M: Any, order: np.ndarray, shift: float, wanted: int, below: Below) -> Eigenpairs:
+    """The eigenvalues of A x = omega^2 B x next to a shift, with their multiplicity."""
+    # Lanczos' method finds one vector of a multiple eigenvalue (equal bodies, symmetric frames). So the method is
+    # repeated on the complement of all vectors found, until as many lie below the last one as Sylvester's law counts.
     n, size = M.shape[0], A.shape[0]
     solve = solver((A - shift * B).tocsc(), order)
     squares, X = np.zeros(0), np.zeros((n, 0))
@@ -342,11 +310,9 @@ def damped(
     count: int,
     *,
     kept: bool = False,
-) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues s with Im s >= 0, lowest |s| first, and shapes of (s^2 M + s C + K) x = 0, G x = 0.
-
-    x is orthogonal in M to the shapes `rigid`; with `kept` the problem includes them, with exactly zero stiffness.
-    """
+) -> Eigenpairs:
+    """Eigenvalues s with Im s >= 0, lowest |s| first, and shapes of (s^2 M + s C + K) x = 0, G x = 0."""
+    # x is orthogonal in M to the shapes `rigid`; with `kept` the problem includes them, with exactly zero stiffness.
     held = sp.vstack([G, sp.csr_matrix((M @ rigid).T)]).tocsr() if rigid.shape[1] else G
     if K.shape[0] > (DENSE_COORDINATES if kept else DENSE_QUADRATIC_COORDINATES):
         s, x = _sparse_quadratic(K, C, M, G if kept else held, count)
@@ -360,7 +326,7 @@ def damped(
     return s[keep], x[:, keep]
 
 
-def _dense_quadratic(K: Any, C: Any, M: Any, Z: np.ndarray, free: int) -> tuple[np.ndarray, np.ndarray]:
+def _dense_quadratic(K: Any, C: Any, M: Any, Z: np.ndarray, free: int) -> Eigenpairs:
     """All eigenvalues by a scaled companion matrix; the first `free` columns of Z have no stiffness."""
     n = Z.shape[1]
     if n == 0:
@@ -378,7 +344,7 @@ def _dense_quadratic(K: Any, C: Any, M: Any, Z: np.ndarray, free: int) -> tuple[
     return values * unit, Z @ vectors[:n]
 
 
-def _sparse_quadratic(K: Any, C: Any, M: Any, G: sp.csr_matrix, count: int) -> tuple[np.ndarray, np.ndarray]:
+def _sparse_quadratic(K: Any, C: Any, M: Any, G: sp.csr_matrix, count: int) -> Eigenpairs:
     """The lowest eigenvalues, by the inverse of the first-order problem on displacements and velocities."""
     n, m = K.shape[0], G.shape[0]
     scale = abs(K).max()
@@ -400,17 +366,12 @@ def _sparse_quadratic(K: Any, C: Any, M: Any, G: sp.csr_matrix, count: int) -> t
     return 1.0 / values, x[:n]
 
 
-def largest_of_pencil(
-    A: Any, M: Any, solve: Solve, count: int, beyond: Callable[[float], int | None]
-) -> tuple[np.ndarray, np.ndarray]:
-    """The largest eigenvalues > 0 and the largest < 0 of A x = w M x, with their multiplicity, and vectors.
-
-    A and M (n, n) are symmetric, M is positive on the space of the x, for which x^T M x = 1; `solve` is M^-1 on that
-    space.
-
-    `count` eigenvalues of each sign suffice; there are less if the others are clustered at 0.  `beyond` gives the
-    number of eigenvalues between a w and infinity, of the sign of w; None where it is not known.
-    """
+def largest_of_pencil(A: Any, M: Any, solve: Solve, count: int, beyond: Callable[[float], int | None]) -> Eigenpairs:
+    """The largest eigenvalues > 0 and the largest < 0 of A x = w M x, with their multiplicity, and vectors."""
+    # A and M (n, n) are symmetric, M is positive on the space of the x, for which x^T M x = 1; `solve` is M^-1 on that
+    # space.
+    # `count` eigenvalues of each sign suffice; there are less if the others are clustered at 0. `beyond` gives the
+    # number of eigenvalues between a w and infinity, of the sign of w; None where it is not known.
     values, X = _outermost(A, M, solve, np.zeros((M.shape[0], 0)), count, "LM")
     for sign, end in ((1.0, "LA"), (-1.0, "SA")):
         if (sign * values > 0.0).sum() < count:
@@ -432,14 +393,13 @@ def largest_of_pencil(
     return values, X
 
 
-def _outermost(A: Any, M: Any, solve: Solve, X: np.ndarray, count: int, which: str) -> tuple[np.ndarray, np.ndarray]:
+def _outermost(A: Any, M: Any, solve: Solve, X: np.ndarray, count: int, which: str) -> Eigenpairs:
     """Eigenvalues and vectors at an end of the spectrum of A x = w M x, beside vectors X, which converge soon."""
     n = M.shape[0]
 
     def rest(b: np.ndarray) -> np.ndarray:
         x = solve(b)
-        outside: np.ndarray = x - X @ (X.T @ (M @ x))
-        return outside
+        return np.asarray(x - X @ (X.T @ (M @ x)))
 
     start = rest(M @ np.cos(np.arange(n) ** 2.0 + X.shape[1]))
     options = {"M": M, "Minv": LinearOperator((n, n), rest, dtype=float), "which": which, "v0": start}
@@ -453,19 +413,16 @@ def _outermost(A: Any, M: Any, solve: Solve, X: np.ndarray, count: int, which: s
     return values, x
 
 
-def largest_of(operator: Solve, size: int, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """The eigenvalues of a real operator of largest modulus, with their multiplicity, and eigenvectors.
-
-    Arnoldi's method finds one vector of a multiple eigenvalue.  So the method is repeated on the complement of the
-    invariant subspace Q found so far, until no eigenvalue as large appears; Q^T A Q then has all of them.
-    """
+def largest_of(operator: Solve, size: int, count: int) -> Eigenpairs:
+    """The eigenvalues of a real operator of largest modulus, with their multiplicity, and eigenvectors."""
+    # Arnoldi's method finds one vector of a multiple eigenvalue. So the method is repeated on the complement of the
+    # invariant subspace Q found so far, until no eigenvalue as large appears; Q^T A Q then has all of them.
     Q, found = np.zeros((size, 0)), np.zeros(0)
     while Q.shape[1] + 2 * count + 2 < size:
 
         def rest(x: np.ndarray, Q: np.ndarray = Q) -> np.ndarray:
             y = operator(x - Q @ (Q.T @ x))
-            outside: np.ndarray = y - Q @ (Q.T @ y)
-            return outside
+            return np.asarray(y - Q @ (Q.T @ y))
 
         start = rest(np.cos(np.arange(size) ** 2.0 + len(found)))
         try:
@@ -490,8 +447,7 @@ def _basis(x: np.ndarray, Q: np.ndarray) -> np.ndarray:
     for _ in range(2):  # twice: round-off of the first time
         parts = parts - Q @ (Q.T @ parts)
     U, sizes, _ = la.svd(parts, full_matrices=False)
-    basis: np.ndarray = U[:, sizes > 1e-8 * sizes[0]]
-    return basis
+    return np.asarray(U[:, sizes > 1e-8 * sizes[0]])
 
 
 # Whether an equilibrium is stable: signs of the eigenvalues of its stiffness
@@ -500,10 +456,8 @@ STIFFNESS_ASYMMETRY = 1e-9  # no potential: difference of stiffnesses off the di
 
 
 def is_stable(program: Program, K: sp.csc_matrix, G: sp.csr_matrix) -> bool | None:
-    """Whether x^T K x > 0 for all motions x with G x = 0; None for an asymmetric K or pivots near zero.
-
-    K (n_q, n_q) is the tangent stiffness, multipliers included, G (n_c, n_q) are the constraints.
-    """
+    """Whether x^T K x > 0 for all motions x with G x = 0; None for an asymmetric K or pivots near zero."""
+    # K (n_q, n_q) is the tangent stiffness, multipliers included, G (n_c, n_q) are the constraints.
     sizes = sp.diags_array(program.sizes / program.length)
     K = (sizes @ K @ sizes).tocsc()
     if abs(K - K.T).max() > STIFFNESS_ASYMMETRY * (abs(K).max() if K.nnz else 0.0):

@@ -29,9 +29,8 @@ from flexmb.statics.found import Equilibrium
 from flexmb.statics.start.consistent import check_independent
 from flexmb.statics.steady_rotation import Spin, check_spin
 
+
 # Contacts of a mechanism at rest: the ones that carry and the ones left out, and their geometric stiffness
-
-
 def carries(system: StateEvaluation) -> np.ndarray:
     """Whether each contact has a normal force at the last evaluation (contacts,)."""
     return np.asarray(system.work.contact[: len(system.program.names.contacts), at.NORMAL_FORCE] > 0.0)
@@ -87,12 +86,10 @@ REST_STRIDE = 1e-9  # movement in a stride with little viscosity at rest [rad, o
 
 
 def relax(program: Program, system: StateEvaluation, q: np.ndarray, spin: Spin) -> tuple[np.ndarray, np.ndarray] | None:
-    """Coordinates (n_q,) and multipliers (n_c,) at rest under all loads, after a motion with large viscosity; or None.
-
-    Strides of implicit Euler for eta D dq/ds + r(q) + G^T lam = 0, g(q) = 0, with a smaller eta after each success.
-    Every stride decreases the potential, so that the motion ends in a stable equilibrium; Newton's method would find
-    the nearest stationary point.
-    """
+    """Coordinates (n_q,), multipliers (n_c,) at rest under all loads, after a motion with large viscosity; or None."""
+    # Strides of implicit Euler for eta D dq/ds + r(q) + G^T lam = 0, g(q) = 0, with a smaller eta after each success.
+    # Every stride decreases the potential, so that the motion ends in a stable equilibrium; Newton's method would find
+    # the nearest stationary point.
     n, length, size = program.n_q, program.length, program.sizes
     diagonal = program.symbolic.positions(np.arange(n), np.arange(n))
     spin.at(system, q)
@@ -128,8 +125,7 @@ def least_multipliers(G: sp.csr_matrix, force: np.ndarray) -> np.ndarray:
     scale = sp.diags_array(1.0 / np.where(lengths > 0.0, lengths, 1.0))
     rows = scale @ G
     bordered = sp.block_array([[sp.eye_array(n), rows.T], [rows, -INDEPENDENCE * sp.eye_array(m)]]).tocsc()
-    found: np.ndarray = scale @ splu(bordered).solve(np.concatenate([-force, np.zeros(m)]))[n:]
-    return found
+    return np.asarray(scale @ splu(bordered).solve(np.concatenate([-force, np.zeros(m)]))[n:])
 
 
 def _stride(
@@ -165,24 +161,17 @@ def _stride(
     return None
 
 
-# Static equilibrium: Newton with load steps
-
 MOST_ITERATIONS, MOST_OF_LONG_STEP = 40, 10  # Newton iterations at most, and in a step longer than asked for
-
 STEP_ROUND_OFF = 1e-11
-
+# Accuracy of Newton's correction in a large model, which leaves its convergence as it is, and that of the tangent at
+# the end of a load step, which is compared with factors of 4 and 10.
 STEP_ACCURACY, TANGENT_ACCURACY = 1e-6, 1e-2
-"""Accuracy of Newton's correction in a large model, which leaves its convergence as it is, and that of the tangent at
-the end of a load step, which is compared with factors of 4 and 10."""
-
+# Difference of a load step from those by the tangents at both its ends, relative to the step, up to which it may be
+# longer than those that were asked for.
 FOLLOWED = 0.25
-"""Difference of a load step from those by the tangents at both its ends, relative to the step, up to which it may be
-longer than those that were asked for."""
-
+# Length of a load step over its length by one of the tangents, above which the step is halved, and by both of them,
+# above which the smallest step is refused. A string that is slack at first, u ~ s^(1/3), has 3.
 LONG_LOAD_STEP, SNAP_LOAD_STEP = 4.0, 10.0
-"""Length of a load step over its length by one of the tangents, above which the step is halved, and by both of them,
-above which the smallest step is refused.  A string that is slack at first, u ~ s^(1/3), has 3."""
-
 CLOSED_GAP = 1e-9  # gap of the joints relative to the size of the mechanism, below which they need no step of their own
 LEAST_JUMP = 1e-8  # movement below which a load step is no jump [rad, or relative to the size of the mechanism]
 
@@ -228,10 +217,8 @@ def static_equilibrium(
     elements still bend with EA L^2/EI = 1e11 (length over height 1e5), not with 1e13.
     """
     checks.count("static_equilibrium", "load_steps", load_steps)
-    full = Spin(
-        checks.number("static_equilibrium", "spin", spin, "rad/s"),
-        checks.point("static_equilibrium", "about", about),
-    )
+    speed = checks.number("static_equilibrium", "spin", spin, "rad/s")
+    full = Spin(speed, checks.point("static_equilibrium", "about", about))
     reason = "a controller with states of its own, or a sampled one, moves what it holds until its input fits"
     refuse_controllers(mechanism, "static_equilibrium", reason, with_memory=not full.speed)
     program = compile_mechanism(mechanism)
@@ -259,10 +246,8 @@ def at_rest(
 def _grow_loads(
     mechanism: Mechanism, program: Program, system: StateEvaluation, q: np.ndarray, load_steps: int, full: Spin
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """Coordinates, multipliers and iterations under full loads, which grow in steps.
-
-    The first step tries all loads.  One longer than 1/load_steps counts where the answer follows its tangents.
-    """
+    """Coordinates, multipliers and iterations under full loads, which grow in steps."""
+    # The first step tries all loads. One longer than 1/load_steps counts where the answer follows its tangents.
     lam = np.zeros(program.n_c)
     grow = load_growth(mechanism, program)
     system.program = grow(0.0)
@@ -369,11 +354,9 @@ def _against_tangents(
     held: np.ndarray,
     spin: Spin,
 ) -> tuple[float, float, float]:
-    """Length of a load step over the shorter one by the tangents at its ends, difference from both, snap-through.
-
-    The system is evaluated at the start of the step.  Towards a limit point the distances by the tangents grow; only a
-    snap-through is longer than both.  Where a stop begins to carry, or ceases to, it is judged by the longer one.
-    """
+    """Length of a load step over the shorter one by the tangents at its ends, difference from both, snap-through."""
+    # The system is evaluated at the start of the step. Towards a limit point the distances by the tangents grow; only a
+    # snap-through is longer than both. Where a stop begins to carry, or ceases to, it is judged by the longer one.
     ahead, lam, _, tangent = found
 
     def length(move: np.ndarray) -> float:
@@ -392,12 +375,7 @@ def _against_tangents(
 
 
 def correction(
-    system: StateEvaluation,
-    q: np.ndarray,
-    lam: np.ndarray,
-    held: np.ndarray,
-    spin: Spin,
-    accuracy: float = 0.0,
+    system: StateEvaluation, q: np.ndarray, lam: np.ndarray, held: np.ndarray, spin: Spin, accuracy: float = 0.0
 ) -> np.ndarray:
     """Newton's correction of (q, lam), as accurate as `StateEvaluation.solve`; `SolveError` for a singular matrix."""
     if not spin.speed:
@@ -439,27 +417,21 @@ def unresisted(program: Program, system: StateEvaluation, q: np.ndarray, lam: np
 
 
 def _free_motion_error(program: Program, free: str) -> str:
-    return (
-        f"Mechanism {program.name!r} has no static equilibrium: a motion that moves {free!r} most "
-        "is resisted by nothing. Add a joint, a drive or a spring that holds it."
-    )
+    text = f"Mechanism {program.name!r} has no static equilibrium: a motion that moves {free!r}"
+    return f"{text} most is resisted by nothing. Add a joint, a drive or a spring that holds it."
 
 
 def _failure(program: Program, system: StateEvaluation, done: float) -> str:
     rest = np.abs(system.force + system.constraint_force)
     name = program.names.coordinates[int(np.nanargmax(rest))]
-    return (
-        f"Mechanism {program.name!r}: no static equilibrium found beyond {100 * done:.3g} % of the loads; "
-        f"largest unbalance at {name!r}. Use more load_steps; if that does not help, "
-        "the structure buckles or snaps through there."
-    )
+    text = f"Mechanism {program.name!r}: no static equilibrium found beyond {100 * done:.3g} % of the loads;"
+    text += f" largest unbalance at {name!r}. Use more load_steps;"
+    return f"{text} if that does not help, the structure buckles or snaps through there."
 
 
 def reactions(program: Program, system: StateEvaluation, lam: np.ndarray) -> dict[str, tuple[float, float, float]]:
-    """Reactions (fx, fy, moment) of every joint at the last evaluation, with multipliers lam (n_c,).
-
-    Constraints of a body of its own are left out: rotations of particles and of nodes of meshes, averaged pins.
-    """
+    """Reactions (fx, fy, moment) of every joint at the last evaluation, with multipliers lam (n_c,)."""
+    # Constraints of a body of its own are left out: rotations of particles and of nodes of meshes, averaged pins.
     report_forces(program.tables, lam, system.work)
     found: dict[str, tuple[float, float, float]] = {}
     own = set(program.names.bodies)
@@ -473,8 +445,6 @@ def reactions(program: Program, system: StateEvaluation, lam: np.ndarray) -> dic
         found[name] = (float(fx), float(fy), float(moment) if has_moment else 0.0)
     return found
 
-
-# Whether an equilibrium belongs to a model: its coordinates, the equations of its joints, its forces
 
 OTHER_MODEL_STEP = 1e-6  # Newton step over the mechanism's size, above which an equilibrium is of another model
 
@@ -498,8 +468,6 @@ def refuse_other_forces(owner: str, program: Program, system: StateEvaluation, a
         return  # on the verge of buckling: nothing can be said
     step = np.abs(step) / program.sizes
     if step.max() > OTHER_MODEL_STEP:
-        raise InputError(
-            f"{owner}: the equilibrium given is none of mechanism {program.name!r}: its forces would move "
-            f"{program.names.coordinates[int(step.argmax())]!r} by {step.max():.3g} (of the model's size, or rad). "
-            "Compute it with the same mechanism."
-        )
+        text = f"{owner}: the equilibrium given is none of mechanism {program.name!r}: its forces would move"
+        text += f" {program.names.coordinates[int(step.argmax())]!r} by {step.max():.3g} (of the model's size, or rad)."
+        raise InputError(f"{text} Compute it with the same mechanism.")

@@ -23,25 +23,17 @@ from flexmb.statics.start.consistent import accelerations, degrees_of_freedom, r
 
 @dataclass(frozen=True, repr=False)
 class DrivenMotion:
-    """Positions, velocities, accelerations, drive and joint forces at given instants.
+    """Positions, velocities, accelerations, drive and joint forces at given instants."""
 
-    Parameters
-    ----------
-    time : (n,) instants [s].
-    q, v, a : (n, n_q) coordinates and their derivatives.
-    names : (n_q,) names of the coordinates.
-    aliases : other names of nodes.
-    forces : for every joint and drive (n, 3): fx, fy on the second body [N] and moment or drive torque [N m, N].
-    findings : on parts that a run may show in another way: contacts taken as closed, laws with a history.
-    """
-
-    time: np.ndarray
-    q: np.ndarray
+    time: np.ndarray  # (n,) instants [s]
+    q: np.ndarray  # q, v, a: (n, n_q) coordinates and their derivatives
     v: np.ndarray
     a: np.ndarray
-    names: tuple[str, ...]
-    aliases: dict[str, str]
+    names: tuple[str, ...]  # (n_q,) names of the coordinates
+    aliases: dict[str, str]  # other names of nodes
+    # for every joint and drive (n, 3): fx, fy on the second body [N] and moment or drive torque [N m, N]
     forces: dict[str, np.ndarray]
+    # on parts that a run may show in another way: contacts taken as closed, laws with a history
     findings: tuple[Finding, ...] = ()
 
     @property

@@ -25,11 +25,8 @@ from flexmb.statics.steady_rotation import Spin, check_spin
 ENERGY_ROUND_OFF = 1e-15  # strain energy over the sum of its absolute terms, below which it is round-off
 ASYMMETRY_ROUND_OFF = 1e-11  # asymmetry of the stiffness over its largest entry, above which it is no round-off
 ASYMMETRY_OF_DIFFERENCES = 1e-7  # the same with controllers, whose laws and measured inputs are differenced
-
-
+# Sentence on contacts that are left out.
 REMEDY = "Give at=fm.static_equilibrium(mechanism) of a pose in which they carry."
-"""Sentence on contacts that are left out."""
-
 SHOWN_MODES = 6  # number of frequencies at most in a text
 
 
@@ -181,11 +178,9 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
 
 
 def _with_damping(K: Any, C: Any, M: Any, G: Any, rigid: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues and shapes beside the rigid motions.
-
-    Rigid motions that no damper acts on are left out of the problem.  Where one does, the problem keeps them: each has
-    s = 0 beside another s of its own, and the lowest |s| are those zeros with their round-off.
-    """
+    """Eigenvalues and shapes beside the rigid motions."""
+    # Rigid motions that no damper acts on are left out of the problem. Where one does, the problem keeps them: each has
+    # s = 0 beside another s of its own, and the lowest |s| are those zeros with their round-off.
     damped_ones = np.abs(C @ rigid) > 1e-12 * (abs(C) @ np.abs(rigid))
     kept = rigid.shape[1] if damped_ones.any() else 0
     s, x = damped_modes(K, C, M, G, rigid, count + kept, kept=kept > 0)
@@ -238,8 +233,6 @@ def refuse_asymmetry(program: Program, K: sp.csc_matrix) -> None:
     if worst < 0 or difference.data[worst] <= allowed * abs(K).max():
         return
     row, column = (program.names.coordinates[int(k[worst])] for k in (difference.row, difference.col))
-    raise SolveError(
-        f"modes: the stiffness of mechanism {program.name!r} is not symmetric between {row!r} and {column!r}, so it "
-        "has no real modes. A follower force does this, or a controller that measures elsewhere than it acts: ask for "
-        "modes(..., damped=True), which shows flutter as growth."
-    )
+    text = f"modes: the stiffness of mechanism {program.name!r} is not symmetric between {row!r} and {column!r},"
+    text += " so it has no real modes. A follower force does this, or a controller that measures elsewhere than"
+    raise SolveError(f"{text} it acts: ask for modes(..., damped=True), which shows flutter as growth.")

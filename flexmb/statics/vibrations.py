@@ -84,8 +84,7 @@ def vibrations_of(program: Program, states: Sequence[State], dt: float) -> list[
 def closed_contacts(program: Program, z: np.ndarray) -> np.ndarray:
     """Whether contacts are closed and joints that remember strained, (..., contacts + joints), of z (..., n_z)."""
     begin, end = program.tables.constraints.joint_friction_z.T
-    closed: np.ndarray = z[..., [*program.tables.contacts.z[:, COMMON_Z], *begin[end > begin]]] != 0.0
-    return closed
+    return np.asarray(z[..., [*program.tables.contacts.z[:, COMMON_Z], *begin[end > begin]]] != 0.0)
 
 
 def _at(system: StateEvaluation, state: State, dt: float = 0.0, **more: Any) -> StateEvaluation:
@@ -124,10 +123,8 @@ def _multipliers_at_rest(system: StateEvaluation, state: State) -> np.ndarray:
 
 
 def loop_modes(program: Program, state: State) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues (k,) [1/s] of mechanism and controllers with a frequency > 0, amplitudes (k, states) of controllers.
-
-    The rates of the state, along a left eigenvector w, are s eta where it vibrates freely with the amplitude eta.
-    """
+    """Eigenvalues (k,) [1/s] of mechanism and controllers with a frequency > 0, amplitudes (k, states) of these."""
+    # The rates of the state, along a left eigenvector w, are s eta where it vibrates freely with the amplitude eta.
     system, n, n_b = StateEvaluation(program), program.n_q, program.tables.sizes.n_b
     v = np.where(np.arange(n) < n_b, 0.0, state.v)
     K, C, M = (system.at(state.q, v, t=state.t, z=state.z, weights=w).dense[:n, :n] for w in np.eye(3))

@@ -1,7 +1,9 @@
 """The map of the code and the decisions: sizes, form, and files that exist wherever a page or a docstring names one."""
 
 import ast
+import io
 import re
+import tokenize
 from pathlib import Path
 
 import pytest
@@ -65,11 +67,17 @@ def test_files_named_by_pages_exist(endings):
     assert not found, "files that do not exist:\n" + "\n".join(found)
 
 
-def test_files_named_by_docstrings_exist(package_sources, endings):
+def comments(text):
+    """Comments of a source."""
+    return ((one.start[0], one.string) for one in tokenize.generate_tokens(io.StringIO(text).readline)
+            if one.type == tokenize.COMMENT)  # fmt: skip
+
+
+def test_files_named_by_docstrings_and_comments_exist(package_sources, endings):
     found = [
         f"{source.path}:{begin + line - 1}: {name}"
         for source in package_sources
-        for begin, text in docstrings(source.tree)
+        for begin, text in (*docstrings(source.tree), *comments(source.text))
         for line, name in missing(text, endings)
     ]
     assert not found, "files that do not exist:\n" + "\n".join(found)

@@ -8,7 +8,7 @@ import pytest
 import systems
 
 import flexmb as fm
-from flexmb.dynamics.exponents.renormalisation import RenormalisationSchedule, TangentVectors, growth_to_next_point
+from flexmb.dynamics.exponents.renormalisation import Schedule, TangentVectors, growth_to_next_point
 from flexmb.dynamics.systems.dynamics import orthonormalise
 from flexmb.errors import InputError
 
@@ -88,7 +88,7 @@ def test_what_contacts_only_note_is_known():
 
 @pytest.mark.slow
 def test_a_hard_look_is_divided_and_others_are_not():
-    plan = RenormalisationSchedule(stiff(), systems.TURN, 0, 50)
+    plan = Schedule(stiff(), systems.TURN, 0, 50)
     logs = growth_to_next_point(plan, TangentVectors(plan.system.tangent_basis(2, 0), np.ones(2)), 1)
     assert np.isfinite(logs).all()
     assert logs.sum() == pytest.approx(-151.0 * systems.TURN, rel=2e-3)

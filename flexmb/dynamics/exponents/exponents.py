@@ -12,37 +12,24 @@ from flexmb.dynamics.sections.points import SectionSignals
 from flexmb.dynamics.verdict import Verdict
 from flexmb.errors import InputError
 
-# Errors of Lyapunov exponents: the error of one record, and the difference of a second run
-
+# Number of blocks whose means are compared; the smallest number of blocks, of two entries each, in short records.
 BLOCKS, FEWEST_BLOCKS = 20, 9
-"""Number of blocks whose means are compared; the smallest number of blocks, of two entries each, in short records."""
-
+# Exponent of the power of time up to which algebraic growth of distances is not taken for exponential growth.
 POWER = 3.0
-"""Exponent of the power of time up to which algebraic growth of distances is not taken for exponential growth."""
-
+# Logarithm of the ratio of the times at the end and in the middle of a record whose first tenth was left out.
 LATE = float(np.log(20.0 / 11.0))
-"""Logarithm of the ratio of the times at the end and in the middle of a record whose first tenth was left out."""
-
+# Round-off of each logarithm, in units of round-off of a number near 1; sqrt(n) units are added for a sum of n.
 LOGS = 4.0
-"""Round-off of each logarithm, in units of round-off of a number near 1; sqrt(n) units are added for a sum of n."""
-
 WITHIN = 2.0  # multiple of the error up to which two exponents count as equal
 
 
 def error_of(logs: np.ndarray, times: np.ndarray) -> float:
-    """Standard deviation of sum(logs) / sum(times), both (n,); NaN for too few entries or an entry that is not finite.
-
-    The largest of four errors:
-
-    - the error of block averages (`block_error`): fluctuations of a stationary motion;
-    - the difference between the last half and the whole record, if it exceeds twice the error of the blocks: vectors
-      that still turn, or a motion that still changes;
-    - round-off: 4 + sqrt(n) units of each logarithm, added up;
-    - the exponent itself, if neighbours part over the last half by no more than the third power of time (a factor of
-      6): log(t) / t is above zero in any finite record.
-
-    `logs` are logarithms of growth, `times` the durations of the growth.
-    """
+    """Standard deviation of sum(logs) / sum(times), both (n,); NaN for too few entries or one that is not finite."""
+    # The largest of four errors: of block averages (fluctuations of a stationary motion); the difference between the
+    # last half and the whole record, if it exceeds twice the error of the blocks (vectors that still turn, or a motion
+    # that still changes); round-off, 4 + sqrt(n) units of each logarithm, added up; and the exponent itself, if
+    # neighbours part over the last half by no more than the third power of time (a factor of 6): log(t) / t is above
+    # zero in any finite record. `logs` are logarithms of growth, `times` the durations of the growth.
     blocks = block_error(logs, times)
     if not np.isfinite(blocks):
         return float("nan")
@@ -56,14 +43,11 @@ def error_of(logs: np.ndarray, times: np.ndarray) -> float:
 
 
 def block_error(logs: np.ndarray, times: np.ndarray) -> float:
-    """Standard deviation of sum(logs) / sum(times), both (n,), from blocks; NaN below 18 entries.
-
-    Twenty blocks of equal numbers of entries (fewer blocks, of two entries, in short records).  The deviations of their
-    sums from the mean rate are nearly independent.  A correlation r > 0 between neighbouring blocks increases the
-    variance by (1 + r) / (1 - r), the factor for correlations that decay as r^k.
-
-    Equation (9.5) of docs/theory/exponents.md.
-    """
+    """Standard deviation of sum(logs) / sum(times), both (n,), from blocks; NaN below 18 entries."""
+    # Twenty blocks of equal numbers of entries (fewer blocks, of two entries, in short records). The deviations of
+    # their sums from the mean rate are nearly independent. A correlation r > 0 between neighbouring blocks increases
+    # the variance by (1 + r) / (1 - r), the factor for correlations that decay as r^k.
+    # Equation (9.5) of docs/theory/exponents.md.
     count = min(BLOCKS, len(logs) // 2)
     if count < FEWEST_BLOCKS or not np.isfinite(logs).all():
         return float("nan")
@@ -78,36 +62,29 @@ def block_error(logs: np.ndarray, times: np.ndarray) -> float:
 
 
 def combined(values: np.ndarray, errors: np.ndarray, others: np.ndarray, other_errors: np.ndarray) -> np.ndarray:
-    """Errors (k,) of exponents l with errors s after a second run with exponents l' and errors s'.
-
-    sqrt(s^2 + e^2), with the error s of the record and the difference e = |l - l'| of both runs.  e counts only if it
-    exceeds twice the errors of both, sqrt(s^2 + s'^2): fluctuations of the second run are no error of the first one.
-
-    Equation (9.6) of docs/theory/exponents.md.  Entries of the second run that are not finite add nothing.
-    """
+    """Errors (k,) of exponents l with errors s after a second run with exponents l' and errors s'."""
+    # sqrt(s^2 + e^2), with the error s of the record and the difference e = |l - l'| of both runs. e counts only if it
+    # exceeds twice the errors of both, sqrt(s^2 + s'^2): fluctuations of the second run are no error of the first one.
+    # Equation (9.6) of docs/theory/exponents.md. Entries of the second run that are not finite add nothing.
     with np.errstate(invalid="ignore"):
         difference, both = np.abs(values - others), np.hypot(errors, np.nan_to_num(other_errors))
     counts = np.isfinite(difference) & (difference > WITHIN * both)
     return np.asarray(np.hypot(errors, np.where(counts, difference, 0.0)))
 
 
-# Records of Lyapunov exponents: values, errors, history, verdict
-
 FEWEST = 50  # smallest number of periods (iterations, crossings, intervals) for an estimate
+# Points after the skipped ones for each point that is not counted, while tangent vectors turn to their directions.
 SETTLING = 10
-"""Points after the skipped ones for each point that is not counted, while tangent vectors turn to their directions."""
 SHOWN = 4  # number of exponents at most in a text
 ERRORS = ("errors", "statistical")  # names of the fields of `Exponents` that hold errors
-
-
 CLEARLY = 3.0  # multiple of its error above which a second exponent > 0 contradicts a regular motion
 
+# Sentence on exponents that pair to zero, added to a verdict that is inconclusive or transient.
 CONSERVATIVE = (
     "The exponents pair to zero, so the system is conservative: its motions do not settle, and may stick to tori for "
     "a long time; neighbours that part like a power of time have an exponent of log(t) / t. A finite record need not "
     "decide it."
 )
-"""Sentence on exponents that pair to zero, added to a verdict that is inconclusive or transient."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -296,13 +273,10 @@ def check_enough(label: str, count: int, what: str) -> None:
 
 
 def with_verdict(exponents: Exponents) -> Exponents:
-    """Exponents of a section with the verdict on its points, if the run came to its end.
-
-    A flow that stays on a cycle, for longer than the exponent allows round-off to stay small, has another exponent:
-    the difference is added to the error of the largest exponent.
-
-    Equation (9.7) of docs/theory/exponents.md.
-    """
+    """Exponents of a section with the verdict on its points, if the run came to its end."""
+    # A flow that stays on a cycle, for longer than the exponent allows round-off to stay small, has another exponent:
+    # the difference is added to the error of the largest exponent.
+    # Equation (9.7) of docs/theory/exponents.md.
     if not exponents.ok:
         return exponents
     verdict = exponents.seen_through()

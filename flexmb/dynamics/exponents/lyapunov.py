@@ -9,13 +9,7 @@ import numpy as np
 
 from flexmb import arguments, checks
 from flexmb.dynamics.exponents.exponents import Confirmed, Exponents, combined
-from flexmb.dynamics.exponents.renormalisation import (
-    TOO_MUCH,
-    RenormalisationSchedule,
-    Span,
-    exponents_of,
-    tangent_exponents,
-)
+from flexmb.dynamics.exponents.renormalisation import TOO_MUCH, Schedule, Span, exponents_of, tangent_exponents
 from flexmb.dynamics.systems.dynamics import Dynamics
 from flexmb.errors import AssemblyError, InputError, SolveError
 
@@ -26,23 +20,18 @@ if TYPE_CHECKING:
 # A second, shorter run with finer steps from another start, and the errors of exponents that it adds
 
 PART = 5  # points of the first run per point of the second run, for counted and for skipped points
-
+# Points of the first run per skipped point of the second run, at most; finer steps may change the attractor.
 SETTLES = 10
-"""Points of the first run per skipped point of the second run, at most; finer steps may change the attractor."""
-
 LEAST = 20  # smallest number of points of the second run
-
+# Distances of the second run's start, over the length of the state; the second one is tried if the first one fails.
 SECOND_RUN_APART = (1e-3, 1e-9)
-"""Distances of the second run's start, over the length of the state; the second one is tried if the first one fails."""
 
 
-def confirmed(first: Exponents, schedule: RenormalisationSchedule, seed: int, *, shown: bool) -> Exponents:
-    """Exponents of a first run, completed by a second run; the errors cover the difference of both runs.
-
-    The second run uses a copy of the system.  Its start is near the final state of the first run, after the transient.
-    If a contact was closed during the whole first run, the second run starts at the start state of the system and skips
-    the whole transient.  Otherwise both runs would have the approach speed of the same onset.
-    """
+def confirmed(first: Exponents, schedule: Schedule, seed: int, *, shown: bool) -> Exponents:
+    """Exponents of a first run, completed by a second run; the errors cover the difference of both runs."""
+    # The second run uses a copy of the system. Its start is near the final state of the first run, after the transient.
+    # If a contact was closed during the whole first run, the second run starts at the start state of the system and
+    # skips the whole transient. Otherwise both runs would have the approach speed of the same onset.
     reason, skip, settles = "", schedule.skip, schedule.count // SETTLES
     lasting = bool(schedule.system.remarks(float(first.time[0])))
     for distance in (0.0,) if lasting else SECOND_RUN_APART:
@@ -64,9 +53,6 @@ def confirmed(first: Exponents, schedule: RenormalisationSchedule, seed: int, *,
         reason = run.status
     reason = reason or "no state beside the end of the first run can be started from."
     return replace(first, unconfirmed=reason, status=f"{first.status} The second run failed: {reason}")
-
-
-# Lyapunov exponents from tangent vectors
 
 
 @arguments.checked
@@ -146,9 +132,6 @@ def lyapunov(
     if confirm and exponents.ok:
         exponents = confirmed(exponents, schedule, seed + 1, shown=progress)
     return span.finished(exponents, schedule)
-
-
-# The largest Lyapunov exponent from two trajectories
 
 
 def benettin(
@@ -250,7 +233,7 @@ class TrajectoryPair:
         """Whether the distance grew by more than `TOO_MUCH` (`logs`: logarithm (1,) of the growth)."""
         return bool(logs[0] > np.log(TOO_MUCH))
 
-    def growth(self, schedule: RenormalisationSchedule, number: int, begin: float, end: float) -> np.ndarray | None:  # noqa: ARG002
+    def growth(self, schedule: Schedule, number: int, begin: float, end: float) -> np.ndarray | None:  # noqa: ARG002
         """Logarithm (1,) of the growth of the distance; None if a system fails or the trajectories meet."""
         reached = [schedule.advance(system, number, end) for system in (self.first, self.second)]
         if not all(reached):

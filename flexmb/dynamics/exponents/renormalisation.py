@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from flexmb.engine.newmark.method import Newmark
     from flexmb.run.simulate import Step
 
-# Renormalisation schedule: the points of a run, and how often small differences are renormalised between them
-
 MOST_LOOKS = 4096  # largest number of renormalisations between two points
 INTERVALS = 1000  # number of intervals into which a duration is divided, if no interval is given
 
@@ -43,7 +41,7 @@ class Span:
     interval: float | None
     period: float | None
 
-    def schedule(self, given: Any, step: Step | None, method: Newmark | None) -> RenormalisationSchedule:
+    def schedule(self, given: Any, step: Step | None, method: Newmark | None) -> Schedule:
         """Schedule of a run of the system `given`; arguments that would have no influence are refused."""
         system = as_dynamics(self.caller, given, period=self.period, step=step, method=method)
         label, is_flow = f"{self.caller} {system.name!r}", system.underlying is system
@@ -66,16 +64,16 @@ class Span:
             number = round(end / unit)
             check_enough(label, number, "intervals")
             skipped = int(np.ceil(checks.not_negative(label, "skip", self.skip, "s") / unit - 1e-9))
-            return RenormalisationSchedule(system, unit, skipped, number, is_section=False)
+            return Schedule(system, unit, skipped, number, is_section=False)
         number, skipped = checks.count(label, "periods", self.periods), checks.count(label, "skip", self.skip, 0)
         check_enough(label, number, system.unit if not is_flow and system.period is None else "periods")
         strobe = strobe_of(self.caller, system, self.period)
         flow, length = strobe.underlying, strobe.period
         if flow is None or length is None:
-            return RenormalisationSchedule(system, 1.0, skipped, number)
-        return RenormalisationSchedule(flow, length, skipped, number)
+            return Schedule(system, 1.0, skipped, number)
+        return Schedule(flow, length, skipped, number)
 
-    def finished(self, exponents: Exponents, schedule: RenormalisationSchedule) -> Exponents:
+    def finished(self, exponents: Exponents, schedule: Schedule) -> Exponents:
         """Exponents of a run with the verdict on its section points, and a note for the job after an early end."""
         if not exponents.ok:
             tell_stopped(f"{self.caller} {schedule.system.name!r}", exponents.status)
@@ -83,7 +81,7 @@ class Span:
 
 
 @dataclass
-class RenormalisationSchedule:
+class Schedule:
     """Points at which the growth of small differences is recorded, and renormalisations between two points."""
 
     system: Dynamics
@@ -99,11 +97,9 @@ class RenormalisationSchedule:
         self.flow = self.system.underlying if self.system.underlying is self.system else None
 
     def advance(self, system: Dynamics, number: int, fraction: float = 1.0, tangents: np.ndarray | None = None) -> bool:
-        """Advance a system that stands between two points to a fraction of the interval before point `number` (>= 1).
-
-        The system is that of the schedule or a copy; tangent vectors (size, k) are advanced in place.  Returns whether
-        the end was reached.
-        """
+        """Advance a system between two points to a fraction of the interval before point `number` (>= 1)."""
+        # The system is that of the schedule or a copy; tangent vectors (size, k) are advanced in place. Returns whether
+        # the end was reached.
         if self.flow is None:
             return system.advance(1, tangents)
         return system.advance(self.origin + (number - 1 + fraction) * self.interval - system.time, tangents)
@@ -111,12 +107,12 @@ class RenormalisationSchedule:
 
 # Growth of small differences: advance, measure the growth, take the logarithm, renormalise; then the exponents
 
+# Growth factor, or ratio of growth factors, between two renormalisations, above which they become more frequent.
 TOO_MUCH = 1e4
-"""Growth factor, or ratio of growth factors, between two renormalisations, above which they become more frequent."""
+# Ratio of growth factors above which the vectors are advanced again, in halves: the shortest is lost in round-off.
 FAR_TOO_MUCH = 1e6
-"""Ratio of growth factors above which the vectors are advanced again, in halves: the shortest is lost in round-off."""
+# Length of a vector without its components along the others, over its own length, below which it is round-off.
 LOST = 1e-13
-"""Length of a vector without its components along the others, over its own length, below which it is round-off."""
 
 
 class Perturbation(Protocol):
@@ -125,19 +121,15 @@ class Perturbation(Protocol):
     strained_fraction: float
     """Fraction of the renormalisations with too much growth at which they become more frequent."""
 
-    def growth(self, schedule: RenormalisationSchedule, number: int, begin: float, end: float) -> np.ndarray | None:
-        """Logarithms (k,) of the growth between two fractions of the interval before a point; None: it failed.
-
-        The differences are renormalised.  `schedule.trouble` is the reason of a failure, unless the system failed.
-        """
+    def growth(self, schedule: Schedule, number: int, begin: float, end: float) -> np.ndarray | None:
+        """Logarithms (k,) of the growth between two fractions of the interval before a point; None: it failed."""
+        # The differences are renormalised. `schedule.trouble` is the reason of a failure, unless the system failed.
 
     def is_strained(self, logs: np.ndarray) -> bool:
         """Whether logarithms (k,) of the growth between two renormalisations `logs` are too large."""
 
 
-def exponents_of(
-    schedule: RenormalisationSchedule, start: Callable[[], Perturbation], count: int, *, shown: bool
-) -> Exponents:
+def exponents_of(schedule: Schedule, start: Callable[[], Perturbation], count: int, *, shown: bool) -> Exponents:
     """Lyapunov exponents of one run, without a verdict; `start` makes the differences after the skipped points."""
     system, points = schedule.system, [np.zeros((0, len(schedule.system.names)))]
     logs, times = list[np.ndarray](), list[float]()
@@ -160,14 +152,11 @@ def exponents_of(
             logs.append(growth)
             times.append(system.clock - before)
     progress.close()
-    return _recorded(
-        schedule, np.array(logs).reshape(len(times), count), np.array(times), begin, np.concatenate(points)
-    )
+    table = np.array(logs).reshape(len(times), count)
+    return _recorded(schedule, table, np.array(times), begin, np.concatenate(points))
 
 
-def _recorded(
-    schedule: RenormalisationSchedule, logs: np.ndarray, times: np.ndarray, begin: float, points: np.ndarray
-) -> Exponents:
+def _recorded(schedule: Schedule, logs: np.ndarray, times: np.ndarray, begin: float, points: np.ndarray) -> Exponents:
     """Exponents of a run, without a verdict, from logarithms of growth (n, k) in times (n,) from `begin` on [s]."""
     system, wanted, sums, spent = schedule.system, schedule.count - schedule.count // SETTLING, logs, np.cumsum(times)
     ok = len(times) == wanted
@@ -196,14 +185,10 @@ def _recorded(
     )
 
 
-def growth_to_next_point(
-    schedule: RenormalisationSchedule, perturbation: Perturbation | None, number: int
-) -> np.ndarray | None:
-    """Logarithms (k,) of the growth of small differences up to the next point; None: the point was not reached.
-
-    The schedule's number of renormalisations between two points may increase.  Without a perturbation the system is
-    advanced alone.
-    """
+def growth_to_next_point(schedule: Schedule, perturbation: Perturbation | None, number: int) -> np.ndarray | None:
+    """Logarithms (k,) of the growth of small differences up to the next point; None: the point was not reached."""
+    # The schedule's number of renormalisations between two points may increase. Without a perturbation the system is
+    # advanced alone.
     if perturbation is None:
         return np.zeros(0) if schedule.advance(schedule.system, number) else None
     total, strained, times = np.zeros(0), 0, schedule.renormalisations
@@ -219,11 +204,9 @@ def growth_to_next_point(
 
 
 class TangentVectors:
-    """Tangent vectors, made orthonormal at each renormalisation (G. Benettin et al., Meccanica 15 (1980) 9).
+    """Tangent vectors, made orthonormal at each renormalisation (G. Benettin et al., Meccanica 15 (1980) 9)."""
 
-    The vectors W (size, k) are orthonormal in the weights (size,) of the system.
-    """
-
+    # The vectors W (size, k) are orthonormal in the weights (size,) of the system.
     strained_fraction = 0.25  # a single impact is divided at its instant, and not the whole period
 
     def __init__(self, W: np.ndarray, weights: np.ndarray) -> None:
@@ -233,7 +216,7 @@ class TangentVectors:
         """Whether the lengths of the vectors differ by more than `TOO_MUCH` (`logs`: logarithms of their growth)."""
         return bool(logs.max(initial=0.0) - logs.min(initial=0.0) > np.log(TOO_MUCH))
 
-    def growth(self, schedule: RenormalisationSchedule, number: int, begin: float, end: float) -> np.ndarray | None:
+    def growth(self, schedule: Schedule, number: int, begin: float, end: float) -> np.ndarray | None:
         """See `Perturbation.growth`; an interval with far too much growth is divided into halves."""
         system, flow, W, weights = schedule.system, schedule.flow, self.W, self.weights
         saved = None if flow is None else (flow.snapshot(), W.copy())
@@ -274,9 +257,7 @@ def lengths_of(W: np.ndarray, weights: np.ndarray) -> np.ndarray:
         return np.asarray(largest * np.sqrt(weights[weighted] @ (W[weighted] / scale) ** 2))
 
 
-def tangent_exponents(schedule: RenormalisationSchedule, count: int, seed: int, *, shown: bool) -> Exponents:
+def tangent_exponents(schedule: Schedule, count: int, seed: int, *, shown: bool) -> Exponents:
     """Lyapunov exponents of one run with `count` tangent vectors in random directions, without a verdict."""
-    system, weights = schedule.system, schedule.system.weights
-    return exponents_of(
-        schedule, lambda: TangentVectors(system.tangent_basis(count, seed), weights), count, shown=shown
-    )
+    basis, weights = schedule.system.tangent_basis, schedule.system.weights
+    return exponents_of(schedule, lambda: TangentVectors(basis(count, seed), weights), count, shown=shown)

@@ -10,7 +10,6 @@ from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExec
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 from flexmb import checks
@@ -18,11 +17,9 @@ from flexmb.errors import InputError, WorkerError
 
 # Calls that may fail: results or error of a point, in a form that can be sent and stored
 
+# Pattern of an address in memory, which differs from run to run and must not enter a store.
 ADDRESS = re.compile(r" at 0x[0-9a-fA-F]+")
-"""Pattern of an address in memory, which differs from run to run and must not enter a store."""
-
 DONE = "done"  # status of a point that succeeded
-
 _STOPPED: ContextVar[list[str] | None] = ContextVar("stopped runs of the present job", default=None)
 _ENDED: ContextVar[threading.Event | None] = ContextVar("event that ends the jobs of this thread", default=None)
 
@@ -37,10 +34,9 @@ class Outcome:
 
 
 class Attempt:
-    """A block whose exception is kept (`error`) and not raised, because a failed point must not end a sweep.
+    """A block whose exception is kept (`error`) and not raised, because a failed point must not end a sweep."""
 
-    KeyboardInterrupt (Ctrl-C) is raised.  A call of `sys.exit` in a user's function counts as a failure.
-    """
+    # KeyboardInterrupt (Ctrl-C) is raised. A call of `sys.exit` in a user's function counts as a failure.
 
     def __init__(self) -> None:
         self.error: BaseException | None = None
@@ -48,9 +44,7 @@ class Attempt:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> bool:
+    def __exit__(self, kind: Any, error: BaseException | None, trace: Any) -> bool:
         caught = kind is not None and issubclass(kind, (Exception, SystemExit))
         self.error = error if caught else None
         return caught
@@ -81,10 +75,8 @@ def stopped_runs() -> str:
 
 
 def attempted(function: Callable[..., Outcome], *arguments: Any) -> Outcome:
-    """Outcome of a function, or of its failure; runs in the workers.
-
-    Runs that do not reach their ends are noted during the call, see `stopped_runs`.
-    """
+    """Outcome of a function, or of its failure; runs in the workers."""
+    # Runs that do not reach their ends are noted during the call, see `stopped_runs`.
     outcome, noted = None, _STOPPED.set([])
     try:
         with Attempt() as attempt:
@@ -105,10 +97,8 @@ def failure(error: BaseException | None) -> Outcome:
 
 @contextmanager
 def threads(count: int) -> Iterator[ThreadPoolExecutor]:
-    """`count` threads: compiled steps hold no lock of Python, so runs are side by side.
-
-    Ctrl-C, as any error, ends the runs of all threads after their present block of steps.
-    """
+    """`count` threads: compiled steps hold no lock of Python, so runs are side by side."""
+    # Ctrl-C, as any error, ends the runs of all threads after their present block of steps.
     ended = threading.Event()
     with ThreadPoolExecutor(count, "flexmb", _ENDED.set, (ended,)) as pool:
         try:
@@ -119,8 +109,8 @@ def threads(count: int) -> Iterator[ThreadPoolExecutor]:
 
 # Jobs on any executor: so many at a time, chains of jobs that wait for one another, and workers that die
 
+# Jobs that are with the executor at the same time: enough for a pool on one machine, and no burden to a scheduler.
 PENDING = 256
-"""Jobs that are with the executor at the same time: enough for a pool on one machine, and no burden to a scheduler."""
 
 
 class Job(NamedTuple):
@@ -130,17 +120,15 @@ class Job(NamedTuple):
     arguments: tuple[Any, ...]
 
 
+# Jobs one after the other: each is yielded when the outcome of the one before has been sent.
 Chain = Generator[Job, Outcome, None]
-"""Jobs one after the other: each is yielded when the outcome of the one before has been sent."""
 
 
 def drive(chains: Iterable[Chain], executor: Executor | int | None, owner: str, pending: int = PENDING) -> None:
-    """Run all chains to their ends; chains keep their results themselves.
-
-    Chains are taken as there is room for them, with at most `pending` jobs with the executor at the same time; a number
-    is one of threads; without an executor they run in this process, one after the other.  A `WorkerError` tells workers
-    that died or cannot be reached.
-    """
+    """Run all chains to their ends; chains keep their results themselves."""
+    # Chains are taken as there is room for them, with at most `pending` jobs with the executor at the same time; a
+    # number is one of threads; without an executor they run in this process, one after the other. A `WorkerError` tells
+    # workers that died or cannot be reached.
     if isinstance(executor, int):
         with threads(executor) as pool:
             drive(chains, pool, owner, pending)
@@ -185,10 +173,8 @@ def require_executor(owner: str, executor: Any) -> None:
 
 
 def require_picklable(owner: str, executor: Executor | int | None, what: Any, name: str) -> None:
-    """Refuse objects that cannot be sent to the processes of the executor, before anything starts.
-
-    Threads need nothing; Dask sends functions by value.
-    """
+    """Refuse objects that cannot be sent to the processes of the executor, before anything starts."""
+    # Threads need nothing; Dask sends functions by value.
     if executor is None or isinstance(executor, (int, ThreadPoolExecutor)):
         return
     if type(executor).__module__.partition(".")[0] == "distributed":
@@ -196,10 +182,9 @@ def require_picklable(owner: str, executor: Executor | int | None, what: Any, na
     try:
         pickle.dumps(what)
     except (pickle.PicklingError, AttributeError, TypeError, RecursionError) as error:
-        text = f"{owner}: {name} cannot be sent to other processes ({error}). Use a function at the top of a module"
-        raise InputError(
-            f"{text}, not a lambda and not one inside another function; what it depends on goes into fixed=."
-        ) from error
+        text = f"{owner}: {name} cannot be sent to other processes ({error}). Use a function at the top of a module,"
+        text += " not a lambda and not one inside another function"
+        raise InputError(f"{text}; what it depends on goes into fixed=.") from error
 
 
 def _after(chain: Chain, outcome: Outcome) -> Job | None:

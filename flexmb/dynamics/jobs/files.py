@@ -10,26 +10,23 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from hashlib import blake2b
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from flexmb.errors import FileFormatError, FlexmbError, InputError
-
-if TYPE_CHECKING:
-    import xarray as xr
+from flexmb.late import h5py, xr
 
 SEAL, DIGEST = b"flexmb-blake2b:", 16  # first bytes of the checksum behind a file, and number of its further bytes
 
-
+# Errors of readers on damaged files; all have been seen.
 READ_ERRORS = (
     OSError, ValueError, LookupError, TypeError, AttributeError, RuntimeError, ArithmeticError, MemoryError,
     SystemError,
 )  # fmt: skip
-"""Errors of readers on damaged files; all have been seen."""
 
+# Numbers of the errors of disks that are full, and of files that may not grow.
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-"""Numbers of the errors of disks that are full, and of files that may not grow."""
 
 
 def unwritable(path: Path, error: Exception, label: str = "") -> InputError:
@@ -43,12 +40,10 @@ def unwritable(path: Path, error: Exception, label: str = "") -> InputError:
 
 @contextmanager
 def whole_file(path: Path, label: str = "") -> Iterator[Path]:
-    """A file beside `path`, with the same ending, which takes its place at the end of the block.
-
-    All files of flexmb are written by it: an interrupted write, or a full disk, leaves the old file.  Missing folders
-    are made, links are followed, and the content is on the disk when the block ends.  A path that cannot be written, a
-    full disk, and an ending or a name that no writer takes raise `InputError`.
-    """
+    """A file beside `path`, with the same ending, which takes its place at the end of the block."""
+    # All files of flexmb are written by it: an interrupted write, or a full disk, leaves the old file. Missing folders
+    # are made, links are followed, and the content is on the disk when the block ends. A path that cannot be written, a
+    # full disk, and an ending or a name that no writer takes raise `InputError`.
     part = path
     try:
         target = Path(os.path.realpath(path))
@@ -89,7 +84,6 @@ Group = tuple[Mapping[str, Variable], Mapping[str, Any]]  # variables by name, a
 def netcdf_image(groups: Mapping[str, Group]) -> bytes:
     """The bytes of a netCDF file, of the variables and attributes of its groups; xarray would take 1 s to import."""
     import h5netcdf
-    import h5py
 
     image = io.BytesIO()
     with h5netcdf.File(image, "w") as file:
@@ -108,10 +102,8 @@ def netcdf_image(groups: Mapping[str, Group]) -> bytes:
 
 
 def write_sealed(path: Path, content: bytes, label: str = "") -> Path:
-    """Write bytes with their checksum behind them, whole or not at all; they are on the disk when this returns.
-
-    Readers of netCDF ignore the checksum.
-    """
+    """Write bytes with their checksum behind them, whole or not at all; they are on the disk when this returns."""
+    # Readers of netCDF ignore the checksum.
     with whole_file(path, label) as part, part.open("wb") as file:
         file.write(content)
         file.write(SEAL + blake2b(content, digest_size=DIGEST).digest())
@@ -142,7 +134,6 @@ def _end_of_hdf5(content: bytes) -> int:
 
 def refuse_other_files(file: Any, datasets: bool = True) -> None:
     """Refuse an HDF5 file that leads to other files: whoever made it would read local files by the reader's hands."""
-    import h5py
 
     def foreign(name: bytes, link: Any) -> bytes | None:  # an error raised here would not come through HDF5
         if link.type != h5py.h5l.TYPE_HARD:
@@ -166,9 +157,6 @@ STORED_WITHIN = range(3)  # layouts of HDF5 whose data lie in the file: compact,
 
 def load_netcdf(path: Path, groups: Iterable[str] = ("",)) -> dict[str, xr.Dataset]:
     """Datasets of a file of `write_netcdf` by the name of their group; groups that it has not are left out."""
-    import h5py
-    import xarray as xr
-
     try:
         content = read_sealed(path)
         with h5py.File(io.BytesIO(content), "r") as file:

@@ -4,31 +4,18 @@ from __future__ import annotations
 
 import sys
 import time
-from types import TracebackType
 from typing import Any, Self
 
 COUNTED = "{l_bar}{bar}| {n:.5g}/{total:.5g} %s [{elapsed}<{remaining}{postfix}]"
+# Time between two lines of progress in a file [s on the clock].
 EVERY = 60.0
-"""Time between two lines of progress in a file [s on the clock]."""
 
 
 class ProgressBar:
-    """A bar on a terminal, lines in a file: one every minute and one at the end; or only its numbers.
+    """A bar on a terminal, lines in a file: one every minute and one at the end; or only its numbers."""
 
-    Parameters
-    ----------
-    name : text before the bar.
-    total : number at which it is full.
-    done : number at which it begins; it does not count for the time left.
-    shown : whether it is drawn.
-    of : unit of the numbers.
-    form : format of tqdm with a place for the unit.
-
-    Attributes
-    ----------
-    n : present number.
-    failed : points that failed.
-    """
+    # It begins at `done`, which does not count for the time left; `of`: unit of the numbers; `form`: format of tqdm
+    # with a place for the unit; `n`: present number.
 
     def __init__(
         self, name: str, total: float, *, done: float = 0, shown: bool, of: str = "points", form: str = COUNTED
@@ -46,9 +33,7 @@ class ProgressBar:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def update(self, more: float) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import KW_ONLY, dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,9 +12,7 @@ from flexmb.dynamics.orbits.orbit_newton import ArclengthPlane, Direction, Newto
 from flexmb.dynamics.orbits.periodic_orbit import BRANCH, FLIP, PeriodicOrbit, is_real, orbit_of
 from flexmb.dynamics.orbits.shooting import Shooting, ShootingRun
 from flexmb.errors import InputError
-
-if TYPE_CHECKING:
-    import xarray as xr
+from flexmb.late import xr
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,8 +189,6 @@ class Branch(arguments.Checked):
 
         Multipliers have two variables over "multiplier", real and imaginary part.  Events have variables over "event".
         """
-        import xarray as xr
-
         points, axis = self.points, "point"
         signals = np.array([p.signals for p in points]).reshape(len(points), len(self.names))
         extremes = np.array([p.extremes for p in points]).reshape(len(points), len(self.names), 2)

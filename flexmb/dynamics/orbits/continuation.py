@@ -28,20 +28,15 @@ from flexmb.dynamics.orbits.shooting import Shooting, ShootingRun, closest_appro
 from flexmb.dynamics.systems.impact_ode import ImpactODE
 from flexmb.errors import InputError
 
-# Points of a branch with the test functions of events, and the location of an event between two points
-
 LOCATED = 1e-9  # precision of an event: fraction of a step, or of the test function
-
 Tests = dict[str, float]
 
 
 @dataclass(frozen=True)
 class ContinuationPoint:
-    """An orbit on a branch, the direction of the branch ahead, and the number of corrections that it took.
+    """An orbit on a branch, the direction of the branch ahead, and the number of corrections that it took."""
 
-    Test functions change their signs at events; `touches` are numbers of closures of each gap.
-    """
-
+    # Test functions change their signs at events; `touches` are numbers of closures of each gap.
     point: BranchPoint
     ahead: Direction
     tests: Tests
@@ -63,11 +58,9 @@ def root(
     high: tuple[float, ContinuationPoint],
     test: Callable[[ContinuationPoint], float],
 ) -> tuple[float, ContinuationPoint]:
-    """Position and orbit between two points at which a test function vanishes, by bracketed secants (Illinois).
-
-    Without an orbit at a trial, as beyond the grazing of rigid surfaces, the root is sought before the trial.  `make`
-    returns the orbit at a position, or None; `low` and `high` are positions and orbits at the ends of the bracket.
-    """
+    """Position and orbit between two points at which a test function vanishes, by bracketed secants (Illinois)."""
+    # Without an orbit at a trial, as beyond the grazing of rigid surfaces, the root is sought before the trial. `make`
+    # returns the orbit at a position, or None; `low` and `high` are positions and orbits at the ends of the bracket.
     (a, one), (b, other) = low, high
     fa, fb = test(one), test(other)
     width, largest = abs(b - a), max(abs(fa), abs(fb))
@@ -89,10 +82,7 @@ def root(
     return best
 
 
-# Pseudo-arclength continuation of periodic orbits along a parameter, through folds, with location of events
-
 LABEL = "follow"
-
 SHARPEST = 0.9  # smallest cosine of the angle by which the branch may turn in a step
 FEW, MANY = 3, 6  # numbers of iterations up to which the next step grows, and from which it shrinks
 CORRECTIONS = 10  # largest number of corrections of an orbit on a branch
@@ -255,11 +245,8 @@ class Continuation:
     def _orbit_at(self, last: ContinuationPoint, size: float) -> ContinuationPoint | str:
         """The orbit at a distance `size` from another one, or the reason why there is none."""
         run, shooting = last.run, self.coordinates
-        through = Direction(
-            run.starts + size * last.ahead.starts,
-            run.period + size * last.ahead.period,
-            run.value + size * last.ahead.value,
-        )
+        along, value = last.ahead, run.value + size * last.ahead.value
+        through = Direction(run.starts + size * along.starts, run.period + size * along.period, value)
         plane = ArclengthPlane(last.ahead, through, self.lengths, small_of(shooting, self.lengths[2]))
         period = through.period
         if not shooting.set_value(through.value):

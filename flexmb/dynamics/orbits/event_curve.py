@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
@@ -16,9 +16,7 @@ from flexmb.dynamics.orbits.periodic_orbit import FLIP, GRAZING, NEIMARK_SACKER,
 from flexmb.dynamics.orbits.shooting import SAMPLES, Shooting, ShootingRun, closest_approaches, sampled
 from flexmb.dynamics.systems.impact_ode import ImpactODE
 from flexmb.errors import FlexmbError, InputError
-
-if TYPE_CHECKING:
-    import xarray as xr
+from flexmb.late import xr
 
 KINDS = (GRAZING, FLIP, NEIMARK_SACKER)
 DIFFERENCE = 1e-4  # difference of a parameter for the gradient of a test function, over its range
@@ -73,10 +71,8 @@ class Plane:
     def corrected(
         self, place: np.ndarray, gradient: np.ndarray, guess: ShootingRun
     ) -> tuple[np.ndarray, np.ndarray, ShootingRun, int] | None:
-        """The place on the curve near another one, gradient and orbit there, number of corrections; None: not found.
-
-        Broyden's method keeps the gradient (C. G. Broyden, Math. Comp. 19 (1965) 577).
-        """
+        """The place on the curve near another one, gradient and orbit there, number of corrections; None: not found."""
+        # Broyden's method keeps the gradient (C. G. Broyden, Math. Comp. 19 (1965) 577).
         last, step = np.nan, np.zeros(2)
         for count in range(CORRECTIONS):
             found = self.at(place, guess)
@@ -178,28 +174,17 @@ def _plane(
     if event.kind != GRAZING or not isinstance(shooting.system, ImpactODE) or shooting.autonomous:
         test = of_gap if event.kind == GRAZING else of_multipliers
         return Plane(shooting, parameter, units, branch.tolerance, test), event.shooting_run
-    continuation = ImpactContinuation(
-        shooting=shooting, span=branch.span, bounds=(1.0, 1.0, 1.0), tolerance=branch.tolerance, gaps={}, extremes=0
-    )
+    about: dict[str, Any] = {"span": branch.span, "tolerance": branch.tolerance, "gaps": {}, "extremes": 0}
+    continuation = ImpactContinuation(shooting=shooting, bounds=(1.0, 1.0, 1.0), **about)
     run, other = continuation.grazing(event), (continuation.least_gap, continuation.listen_as)
     return Plane(continuation.coordinates, parameter, units, branch.tolerance, *other), run
 
 
 def _dataset(
-    branch: Branch,
-    kind: str,
-    parameter: str,
-    units: np.ndarray,
-    whole: list[tuple[np.ndarray, ShootingRun]],
-    ends: str,
+    branch: Branch, kind: str, parameter: str, units: np.ndarray, whole: list[tuple[np.ndarray, ShootingRun]], ends: str
 ) -> xr.Dataset:
     """Table of the points: both parameters and the period."""
-    import xarray as xr
-
     places = np.array([place for place, _ in whole]) * units
-    data = {
-        branch.parameter: ("point", places[:, 0]),
-        parameter: ("point", places[:, 1]),
-        "period": ("point", np.array([run.period for _, run in whole]), {"units": branch.period_units}),
-    }
+    period = ("point", np.array([run.period for _, run in whole]), {"units": branch.period_units})
+    data = {branch.parameter: ("point", places[:, 0]), parameter: ("point", places[:, 1]), "period": period}
     return xr.Dataset(data, attrs={"name": branch.name, "kind": kind, "ok": int(not ends), "status": ends or "Whole."})

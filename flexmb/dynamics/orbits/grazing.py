@@ -40,13 +40,11 @@ class Motion:
 
 @dataclass(kw_only=True)
 class ImpactContinuation(Continuation):
-    """Continuation of the orbits of an `ImpactODE`.
+    """Continuation of the orbits of an `ImpactODE`."""
 
-    The unknowns are state and instant of the slowest impact, by which orbits are smooth at grazing.  Without impacts
-    they are the state at the origin.  Turning points of the gap lie in silent spans, where surfaces pass through each
-    other; so test functions change their signs at grazing, and the branch goes on with one impact more or less.
-    """
-
+    # The unknowns are state and instant of the slowest impact, by which orbits are smooth at grazing. Without impacts
+    # they are the state at the origin. Turning points of the gap lie in silent spans, where surfaces pass through each
+    # other; so test functions change their signs at grazing, and the branch goes on with one impact more or less.
     from_impact: Shooting | None = None
     scale: float = 1.0  # of the states, in the weights of instants
     pending: list[BranchPoint] = field(default_factory=list)  # events of the last step
@@ -116,10 +114,8 @@ class ImpactContinuation(Continuation):
     def _enter(
         self, motion: Motion, value: float, touch: Approach | None = None, *, with_impact: bool = False
     ) -> ContinuationPoint | str:
-        """The first point in the coordinates for a motion.
-
-        A `touch`, at which it grazes, becomes an impact, or is none any longer.
-        """
+        """The first point in the coordinates for a motion."""
+        # A `touch`, at which it grazes, becomes an impact, or is none any longer.
         impacts = [a for a in motion.impacts if a is not touch] + ([touch] if touch is not None and with_impact else [])
         start = touch if with_impact else min(impacts, key=lambda a: a.speed, default=None)
         turns = [a for a in motion.turns if a is not touch] + ([touch] if touch is not None and not with_impact else [])

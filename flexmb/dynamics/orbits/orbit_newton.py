@@ -10,10 +10,8 @@ import numpy as np
 from flexmb.dynamics.orbits.shooting import Shooting, ShootingRun
 
 HALVINGS = 8  # largest number of halvings of a correction that increases the gaps
-
+# Singular value, over the largest one, below which a direction is not corrected (an orbit within a family).
 SMALLEST_SINGULAR = 1e-12
-"""Singular value, over the largest one, below which a direction is not corrected (an orbit within a family)."""
-
 LARGEST_STRETCH = 0.3  # largest change of an unknown period in one correction, over the period
 
 
@@ -46,11 +44,9 @@ class ArclengthPlane:
 
 
 class NewtonResult(NamedTuple):
-    """Result of Newton's method: the last run over the period (None: no run succeeded), and how it ended.
+    """Result of Newton's method: the last run over the period (None: no run succeeded), and how it ended."""
 
-    The residuals, one an iteration, are gaps over the size of the states.
-    """
-
+    # The residuals, one an iteration, are gaps over the size of the states.
     last: ShootingRun | None
     residuals: tuple[float, ...]
     ok: bool
@@ -67,11 +63,9 @@ def correct(
     iterations: int,
     plane: ArclengthPlane | None = None,
 ) -> NewtonResult:
-    """Periodic orbit by Newton's method, from starts (M, size), a period and a parameter (NaN: no parameter).
-
-    The tolerance is the largest gap over the size of the states; `plane` is the equation for an unknown parameter, None
-    if it is fixed.
-    """
+    """Periodic orbit by Newton's method, from starts (M, size), a period and a parameter (NaN: no parameter)."""
+    # The tolerance is the largest gap over the size of the states; `plane` is the equation for an unknown parameter,
+    # None if it is fixed.
     run = shooting.run(starts, period, value)
     if run is None:
         return NewtonResult(None, (), False, f"The first run over the period failed: {shooting.status}")
@@ -102,10 +96,8 @@ def _relative_miss(shooting: Shooting, run: ShootingRun) -> float:
 
 
 def extended(shooting: Shooting, run: ShootingRun, small: float | None) -> np.ndarray | None:
-    """Matrix (rows, unknowns) of gaps and phase condition by y, the period of autonomous flows, and the parameter.
-
-    `small` is the difference of the parameter for derivatives; None: the parameter is fixed.
-    """
+    """Matrix (rows, unknowns) of gaps and phase condition by y, the period of autonomous flows, and the parameter."""
+    # `small` is the difference of the parameter for derivatives; None: the parameter is fixed.
     J = run.matrix()
     rows, d = len(J), run.gaps.shape[1]
     if shooting.autonomous:
@@ -149,10 +141,8 @@ def solved(J: np.ndarray, right: np.ndarray) -> np.ndarray:
 
 
 def _damped_step(shooting: Shooting, run: ShootingRun, step: np.ndarray, tolerance: float) -> ShootingRun | None:
-    """First run after 1, 1/2, 1/4, ... of a correction whose gaps are smaller; None: no run.
-
-    Gaps within the tolerance need not become smaller.
-    """
+    """First run after 1, 1/2, 1/4, ... of a correction whose gaps are smaller; None: no run."""
+    # Gaps within the tolerance need not become smaller.
     factor, n = 1.0, run.gaps.size
     for _ in range(HALVINGS):
         period, value, part = run.period, run.value, factor

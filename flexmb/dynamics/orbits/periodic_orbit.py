@@ -10,57 +10,38 @@ import numpy as np
 
 from flexmb import arguments, checks
 from flexmb.dynamics.orbits.orbit_newton import NewtonResult, correct
-from flexmb.dynamics.orbits.shooting import (
-    SAMPLES,
-    Shooting,
-    ShootingRun,
-    closest_approaches,
-    gap_signals,
-    sampled,
-)
+from flexmb.dynamics.orbits.shooting import SAMPLES, Shooting, ShootingRun, closest_approaches, gap_signals, sampled
 from flexmb.dynamics.systems.dynamics import Dynamics, Period, as_dynamics
 from flexmb.dynamics.systems.given import state_of
 from flexmb.errors import InputError
+from flexmb.late import xr
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from flexmb.model.mechanism import Mechanism
 
-# Floquet multipliers of a periodic orbit: stability, and the nearest loss of stability
-
 REAL = 1e-9  # imaginary part, over the size of the multiplier or 1, below which a multiplier counts as real
-
+# Kinds of changes of stability; a branch point is a crossing of two branches.
 FOLD, FLIP, NEIMARK_SACKER, GRAZING, BRANCH = "fold", "flip", "neimark-sacker", "grazing", "branch"
-"""Kinds of changes of stability; a branch point is a crossing of two branches."""
-
 NEAR = 0.05  # distance of a turning point of a gap from 0, over the travel of the gap, below which grazing is near
 
 
 @dataclass(frozen=True)
 class StabilityLoss:
-    """The nearest loss of stability of an orbit.
+    """The nearest loss of stability of an orbit."""
 
-    Parameters
-    ----------
-    kind : "fold": a multiplier near +1; "flip": a multiplier near -1, where a doubled orbit begins; "neimark-sacker": a
-        pair near the unit circle, where a torus begins; "grazing": surfaces that just touch or just miss each other;
-        "none": an orbit without multipliers.
-    margin : 1 less the size of the multiplier, < 0 beyond the loss; for grazing the least gap over its travel, < 0 for
-        surfaces in contact.
-    multiplier : the multiplier; NaN for grazing.
-    """
-
+    # "fold": a multiplier near +1; "flip": a multiplier near -1, where a doubled orbit begins; "neimark-sacker": a
+    # pair near the unit circle, where a torus begins; "grazing": surfaces that just touch or just miss each other;
+    # "none": an orbit without multipliers
     kind: str
+    # 1 less the size of the multiplier, < 0 beyond the loss; for grazing the least gap over its travel, < 0 for
+    # surfaces in contact
     margin: float
-    multiplier: complex
+    multiplier: complex  # the multiplier; NaN for grazing
 
 
 def multipliers_of(monodromy: np.ndarray, *, autonomous: bool) -> tuple[np.ndarray, complex | None]:
-    """Floquet multipliers, largest first, and the multiplier of a shift in time (None for a driven flow).
-
-    The monodromy matrix (d, d) is the derivative of the state after the period by the state before.
-    """
+    """Floquet multipliers, largest first, and the multiplier of a shift in time (None for a driven flow)."""
+    # The monodromy matrix (d, d) is the derivative of the state after the period by the state before.
     multipliers = np.linalg.eigvals(monodromy).astype(np.complex128)
     multipliers = multipliers[np.argsort(-np.abs(multipliers), kind="stable")]
     if not autonomous or len(multipliers) == 0:
@@ -75,10 +56,8 @@ def is_real(multipliers: np.ndarray) -> np.ndarray:
 
 
 def nearest_loss(multipliers: np.ndarray, graze: float | None) -> StabilityLoss:
-    """Loss of stability by the multiplier (of d) nearest to the unit circle, or by grazing if that is nearer.
-
-    `graze` is the least gap over its travel; None: no gap.
-    """
+    """Loss of stability by the multiplier (of d) nearest to the unit circle, or by grazing if that is nearer."""
+    # `graze` is the least gap over its travel; None: no gap.
     if len(multipliers) == 0:
         kind = "none" if graze is None else GRAZING
         return StabilityLoss(kind, np.nan if graze is None else graze, complex(np.nan))
@@ -101,12 +80,10 @@ def flip_test(multipliers: np.ndarray) -> float:
 
 
 def torus_test(multipliers: np.ndarray) -> float:
-    """Test function of tori: its sign changes where the product of two multipliers passes 1.
-
-    Near a change its size is the distance of the product to 1.  The product passes 1 if a pair crosses the unit circle.
-    It also passes 1 at two real multipliers that are each other's inverse, which is no change of stability (Y. A.
-    Kuznetsov, Elements of Applied Bifurcation Theory, 1995, section 10.2).
-    """
+    """Test function of tori: its sign changes where the product of two multipliers passes 1."""
+    # Near a change its size is the distance of the product to 1. The product passes 1 if a pair crosses the unit
+    # circle. It also passes 1 at two real multipliers that are each other's inverse, which is no change of stability
+    # (Y. A. Kuznetsov, Elements of Applied Bifurcation Theory, 1995, section 10.2).
     n = len(multipliers)
     i, j = np.triu_indices(n, 1)
     if n < 2:
@@ -125,19 +102,13 @@ def crosses_circle(multipliers: np.ndarray) -> bool:
     return bool(len(turning) and np.abs(np.abs(turning) ** 2 - 1.0).min() <= 1.01 * least + 1e-12)
 
 
-# Periodic orbits by multiple shooting
-
 LABEL = "periodic_orbit"
-
+# Largest residual of an orbit over the size of the state: in general, and with error-controlled steps of a mechanism.
+# Error-controlled steps change from run to run, so their map is smooth only up to the errors of the steps.
 TOLERANCE, TOLERANCE_OF_STEPS = 1e-10, 1e-6
-"""Largest residual of an orbit over the size of the state: in general, and with error-controlled steps of a mechanism.
-
-Error-controlled steps change from run to run, so their map is smooth only up to the errors of the steps."""
-
 AMPLIFIED = 1e4  # largest growth of differences in one segment; a period with more growth is divided into segments
-
+# Distance that an autonomous motion covers in a period, over its state, below which it is an equilibrium.
 AT_REST = 1e-6
-"""Distance that an autonomous motion covers in a period, over its state, below which it is an equilibrium."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,17 +185,13 @@ class PeriodicOrbit(arguments.Checked):
         -------
         Dataset with a variable for each signal over `time` [s] or `iteration`, both ends included.
         """
-        import xarray as xr
-
         system = self.system()
         times, values, _ = sampled(system, self.period, checks.count("PeriodicOrbit", "count", count))
         axis = "time" if self.units == "s" else "iteration"
         signals = zip(system.names, system.units, values.T, strict=True)
-        return xr.Dataset(
-            {name: (axis, column, {"units": units}) for name, units, column in signals},
-            {axis: (axis, times, {"units": self.units})},
-            {"name": self.name, "period": self.period, "ok": int(self.ok), "status": self.status},
-        )
+        found = {name: (axis, column, {"units": units}) for name, units, column in signals}
+        about = {"name": self.name, "period": self.period, "ok": int(self.ok), "status": self.status}
+        return xr.Dataset(found, {axis: (axis, times, {"units": self.units})}, about)
 
     def __repr__(self) -> str:
         kind = "stable" if self.stable else "unstable"
@@ -307,16 +274,9 @@ def periodic_orbit(
         raise InputError(f"{LABEL}: guess has {len(starts)} states; there must be one for each of {segments} segments.")
     if period is None and autonomous and isinstance(guess, PeriodicOrbit):
         period = guess.period / guess.times
-    shooting = Shooting(
-        LABEL,
-        flow,
-        period=period,
-        times=times,
-        autonomous=autonomous,
-        segments=1 if segments is None else checks.count(LABEL, "segments", segments),
-        tangent=tangent,
-        angles=tuple(angles),
-    )
+    number = 1 if segments is None else checks.count(LABEL, "segments", segments)
+    about: dict[str, Any] = {"autonomous": autonomous, "segments": number, "tangent": tangent, "angles": tuple(angles)}
+    shooting = Shooting(LABEL, flow, period=period, times=times, **about)
     gaps = gap_signals(flow, grazing, LABEL)
     flow.reset(start, time=shooting.origin)
     if starts is None and flow.go_to_section():

@@ -16,20 +16,17 @@ from flexmb import checks
 from flexmb.dynamics.systems.dynamics import Dynamics, Period, orthonormalise
 from flexmb.errors import AssemblyError, InputError, ModelError, SolveError
 
-# State space of periodic orbits: differences of states, their lengths, and the entries that must return
-
 TURN = 2.0 * np.pi
 
 
 class StateSpace:
-    """Differences of states, their lengths, and the entries of a state that must return on a periodic orbit.
+    """Differences of states, their lengths, and the entries of a state that must return on a periodic orbit."""
 
-    Positions and velocities must return, angles of bodies up to whole turns; entries without weight follow from them.
-    Histories of friction and of elements must return as well, in their own units (deflections of bristles).  Histories
-    of normal contacts need not: they hold times of onsets, and values that positions and velocities determine.  They
-    are passed on from the end of one run to the start of the next run (`free_rows`).  The entries named by `angles`
-    count modulo 2 pi.
-    """
+    # Positions and velocities must return, angles of bodies up to whole turns; entries without weight follow from them.
+    # Histories of friction and of elements must return as well, in their own units (deflections of bristles). Histories
+    # of normal contacts need not: they hold times of onsets, and values that positions and velocities determine. They
+    # are passed on from the end of one run to the start of the next run (`free_rows`). The entries named by `angles`
+    # count modulo 2 pi.
 
     def __init__(self, label: str, system: Dynamics, angles: tuple[str, ...] = ()) -> None:
         self.weights, size = system.weights.copy(), system.size
@@ -72,12 +69,9 @@ class StateSpace:
         return W
 
 
-# Multiple shooting: the motion over a period in segments, its gaps, and their derivatives by the start values
-
 TANGENTS = ("carried", "differences")
-
+# Differences of states, over their size, for numerical derivatives of maps and of flows (errors of their steps).
 SMALL, SMALL_OF_A_FLOW = 6e-6, 1e-5
-"""Differences of states, over their size, for numerical derivatives of maps and of flows (errors of their steps)."""
 
 
 @dataclass(frozen=True)
@@ -97,10 +91,8 @@ class ShootingRun:
 
     @property
     def monodromy(self) -> np.ndarray:
-        """Derivative (d, d) of the state after the period by the state before.
-
-        Equation (9.13) of docs/theory/exponents.md.
-        """
+        """Derivative (d, d) of the state after the period by the state before."""
+        # Equation (9.13) of docs/theory/exponents.md.
         whole = np.eye(self.slopes.shape[1])
         for A in self.slopes:
             whole = A @ whole
@@ -202,10 +194,8 @@ class Shooting:
         return np.array(starts)
 
     def run(self, starts: np.ndarray, period: float, value: float = np.nan) -> ShootingRun | None:
-        """The motion over a period from starts (M, size), projected onto the constraints; None: failed (see `status`).
-
-        The continuation parameter is set to `value`; NaN: unchanged.
-        """
+        """The motion over a period from starts (M, size), projected onto the constraints; None: see `status`."""
+        # The continuation parameter is set to `value`; NaN: unchanged.
         M = self.segments
         segments: list[tuple[np.ndarray, ...]] = []
         if not np.isnan(value) and not self.set_value(value):
@@ -259,10 +249,8 @@ class Shooting:
         return rows
 
     def moved(self, run: ShootingRun, y: np.ndarray) -> np.ndarray:
-        """Starts (M, size) of a run moved by y (M, d) in their bases.
-
-        Rows that need not return are taken from the ends of the segments.
-        """
+        """Starts (M, size) of a run moved by y (M, d) in their bases."""
+        # Rows that need not return are taken from the ends of the segments.
         starts = np.asarray(run.starts + np.einsum("jsd,jd->js", run.bases, y))
         starts[:, self.space.free_rows] = np.roll(run.ends, 1, axis=0)[:, self.space.free_rows]
         return starts
@@ -355,8 +343,6 @@ class Shooting:
         return self.system.state()
 
 
-# Grazing: signals sampled over an orbit, and the turning points of gaps nearest to contact
-
 SAMPLES = 200  # default number of samples in a period
 FINER = 32  # number of samples in each of the two refinements of a minimum
 SHARP = 0.3  # ratio of the rises beside a minimum in both refinements above which the minimum is an impact
@@ -370,10 +356,8 @@ def gap_signals(system: Dynamics, asked: str | None, label: str) -> dict[str, tu
 
 
 def sampled(system: Dynamics, duration: float, count: int) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
-    """Times (n,), signals (n, names) and states from the present state on; `count` + 1 of them, fewer after a failure.
-
-    The duration is in seconds or iterations; a map gives every iteration.
-    """
+    """Times (n,), signals (n, names) and states from the present state on; `count` + 1, fewer after a failure."""
+    # The duration is in seconds or iterations; a map gives every iteration.
     flow = system.unit == "s"
     count = count if flow else round(duration)
     begin = system.time
@@ -389,16 +373,12 @@ def sampled(system: Dynamics, duration: float, count: int) -> tuple[np.ndarray, 
 
 
 def closest_approaches(
-    system: Dynamics,
-    gaps: dict[str, tuple[int, float]],
-    orbit: tuple[np.ndarray, np.ndarray, Sequence[np.ndarray]],
+    system: Dynamics, gaps: dict[str, tuple[int, float]], orbit: tuple[np.ndarray, np.ndarray, Sequence[np.ndarray]]
 ) -> dict[str, tuple[float, float, int]]:
-    """For each gap on an orbit: its turning point nearest to 0 [m], its travel [m], and the number of its closures.
-
-    > 0: the surfaces just miss each other; < 0: they just touch.  Turning points are located between the samples.
-    Sharp minima, as at rebounds of rigid surfaces, do not count; NaN: no turning point.  The system is advanced;
-    `orbit` is a result of `sampled`.
-    """
+    """For each gap on an orbit: its turning point nearest to 0 [m], its travel [m], and the number of its closures."""
+    # > 0: the surfaces just miss each other; < 0: they just touch. Turning points are located between the samples.
+    # Sharp minima, as at rebounds of rigid surfaces, do not count; NaN: no turning point. The system is advanced;
+    # `orbit` is a result of `sampled`.
     times, values, states = orbit
     approaches = {}
     for name, (place, sign) in gaps.items():

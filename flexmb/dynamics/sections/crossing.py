@@ -13,16 +13,14 @@ from flexmb.dynamics.systems.dynamics import ContinuousFlow
 ROUNDS = 200  # largest number of trials of a search for a crossing
 HALVINGS = 40  # largest number of halvings of a step in the search for a point before a crossing
 DOWN, UP = -1, 1  # directions of a crossing, and sides of the level
+# Height of the cubic's minimum, over the lower end of the step, below which the step is searched for two crossings.
 CLOSE = 0.1
-"""Height of the cubic's minimum, over the lower end of the step, below which the step is searched for two crossings."""
 
 
 class Bracket(NamedTuple):
-    """Times between which a crossing lies [s], counted from a snapshot with tangent vectors (size, k) or None.
+    """Times between which a crossing lies [s], counted from a snapshot with tangent vectors (size, k) or None."""
 
-    The height before the crossing, at the time `near`, is `value`.
-    """
-
+    # The height before the crossing, at the time `near`, is `value`.
     before: Any
     tangents: np.ndarray | None
     near: float
@@ -53,11 +51,9 @@ class Height:
 
 
 def stride(height: Height, limit: float, tangents: np.ndarray | None) -> Bracket | None:
-    """Advance the flow by one step, up to `limit` [s]; returns the bracket of a crossing in that step, or None.
-
-    A step whose ends lie on the same side is examined if the cubic through heights and rates at both ends comes near
-    the level.  After a failure the flow has the status.  Tangent vectors (size, k) are advanced in place.
-    """
+    """Advance the flow by one step, up to `limit` [s]; returns the bracket of a crossing in that step, or None."""
+    # A step whose ends lie on the same side is examined if the cubic through heights and rates at both ends comes near
+    # the level. After a failure the flow has the status. Tangent vectors (size, k) are advanced in place.
     flow, saved = height.flow, None if tangents is None else tangents.copy()
     before, start, old = flow.snapshot(), flow.time, height.value()
     old_rate = None if height.rate is None else height.rate()
@@ -80,12 +76,10 @@ def stride(height: Height, limit: float, tangents: np.ndarray | None) -> Bracket
 
 
 def locate(height: Height, bracket: Bracket) -> float:
-    """Put the flow on the crossing; returns the time from the snapshot to the crossing [s].
-
-    The crossing is the first time after it that the clock of the flow can represent.  Regula falsi with the Illinois
-    modification, and bisection every fourth time (M. Dowell, P. Jarratt, BIT 11 (1971) 168).  Each trial is a step of
-    the flow from the snapshot, so the result is a point of the flow and not of an interpolation.
-    """
+    """Put the flow on the crossing; returns the time from the snapshot to the crossing [s]."""
+    # The crossing is the first time after it that the clock of the flow can represent. Regula falsi with the Illinois
+    # modification, and bisection every fourth time (M. Dowell, P. Jarratt, BIT 11 (1971) 168). Each trial is a step of
+    # the flow from the snapshot, so the result is a point of the flow and not of an interpolation.
     flow, before = height.flow, bracket.before
     flow.restore(before)
     a, b, fa = bracket.near, bracket.far, bracket.value
@@ -112,10 +106,8 @@ def locate(height: Height, bracket: Bracket) -> float:
 
 
 def carry(flow: ContinuousFlow, bracket: Bracket, duration: float, tangents: np.ndarray) -> None:
-    """Advance `tangents` (size, k) from the snapshot of a bracket to the present state of the flow, on the crossing.
-
-    `duration` is the time from the snapshot to the crossing [s].
-    """
+    """Advance `tangents` (size, k) from the snapshot of a bracket to the present state of the flow, on the crossing."""
+    # `duration` is the time from the snapshot to the crossing [s].
     point = flow.snapshot()
     tangents[:] = bracket.tangents
     flow.restore(bracket.before)
@@ -124,10 +116,8 @@ def carry(flow: ContinuousFlow, bracket: Bracket, duration: float, tangents: np.
 
 
 def turning_point(f0: float, r0: float, f1: float, r1: float, size: float) -> float | None:
-    """Time of the minimum of a cubic in a step of `size` [s], if the minimum comes near the level; else None.
-
-    f0, f1 are heights > 0 at both ends of the step, r0, r1 their rates.
-    """
+    """Time of the minimum of a cubic in a step of `size` [s], if the minimum comes near the level; else None."""
+    # f0, f1 are heights > 0 at both ends of the step, r0, r1 their rates.
     if not r0 < 0.0 < r1:
         return None
     # f(s) = f0 + r0 s + c s^2 + d s^3
@@ -142,10 +132,8 @@ def turning_point(f0: float, r0: float, f1: float, r1: float, size: float) -> fl
 
 
 def _point_before(height: Height, before: Any, size: float) -> tuple[float, float]:
-    """A time before the crossing [s], and the height there, for a step whose ends lie both on the other side.
-
-    Such a step begins with an impact.  Without such a time the begin of the step is returned.
-    """
+    """A time before the crossing [s], and the height there, for a step whose ends lie both on the other side."""
+    # Such a step begins with an impact. Without such a time the begin of the step is returned.
     time = size
     for _ in range(HALVINGS):
         time *= 0.5

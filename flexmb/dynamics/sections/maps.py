@@ -9,13 +9,12 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.dynamics.sections.crossing import DOWN, UP, Bracket, Height, carry, locate, stride
-from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics, OfFlow
+from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics, OfFlow, Parameters, State
 from flexmb.dynamics.systems.given import state_of
 from flexmb.errors import InputError
 
+
 # Base class of the sections of a flow
-
-
 class SectionOfFlow(OfFlow):
     """A map of a flow, which stands at the last point, with the signals and parameters of the flow."""
 
@@ -41,8 +40,6 @@ class SectionOfFlow(OfFlow):
 
 
 # Stroboscopic map: a flow observed once a period
-
-
 class StroboscopicMap(SectionOfFlow):
     """The map of a flow over one period of its drives.
 
@@ -78,9 +75,7 @@ class StroboscopicMap(SectionOfFlow):
     def time(self) -> float:
         return float(np.round((self.flow.time - self.origin) / self.period, 9))
 
-    def reset(
-        self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
-    ) -> None:
+    def reset(self, state: State = None, *, time: float = 0.0, parameters: Parameters = None) -> None:
         count = checks.number(self._label, "time", time, "periods")
         if parameters:
             self.flow.reset(parameters=parameters)
@@ -119,12 +114,10 @@ def strobe_of(caller: str, system: Dynamics, period: float | None) -> Dynamics:
     return system
 
 
-# Poincare map of a flow: from one crossing of a level to the next
-
+# Sides of the level on which a section point arrives, by the name of the direction.
 DIRECTIONS = {"up": (UP,), "down": (DOWN,), "both": (DOWN, UP)}
-"""Sides of the level on which a section point arrives, by the name of the direction."""
+# Longest time without a crossing: in periods of the flow, or without a period in multiples of `pace`.
 PERIODS, PACES = 1000.0, 1e5
-"""Longest time without a crossing: in periods of the flow, or without a period in multiples of `pace`."""
 AHEAD = 1e-9  # distance from the level, as a fraction of a step, below which a point counts as lying on the level
 
 
@@ -206,16 +199,13 @@ class SectionMap(SectionOfFlow):
     def state(self) -> np.ndarray:
         return np.append(self.flow.state(), self.flow.time) if self.flow.driven else self.flow.state()
 
-    def reset(
-        self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
-    ) -> None:
+    def reset(self, state: State = None, *, time: float = 0.0, parameters: Parameters = None) -> None:
         count = checks.count(self._label, "time", time, 0)
         if state is None:
             self.flow.reset(parameters=parameters)
         else:
-            point = state_of(
-                f"{self._label}{' (state of the flow, time [s])' if self.flow.driven else ''}", state, self.size
-            )
+            text = f"{self._label}{' (state of the flow, time [s])' if self.flow.driven else ''}"
+            point = state_of(text, state, self.size)
             now = float(point[-1]) if self.flow.driven else 0.0
             self.flow.reset(point[: self.flow.size], time=now, parameters=parameters)
         self._count = count

@@ -15,16 +15,14 @@ from flexmb.dynamics.sections.maps import SectionMap, strobe_of
 from flexmb.dynamics.systems.dynamics import Dynamics, as_dynamics
 from flexmb.dynamics.verdict import Verdict, judge
 from flexmb.errors import InputError
+from flexmb.late import xr
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from flexmb.engine.newmark.method import Newmark
     from flexmb.run.simulate import Step
 
+
 # Signals of section points: names, units and resolution, and the verdict that rests on them
-
-
 @dataclass(frozen=True, eq=False)
 class SectionSignals:
     """Names, units and resolution of the signals of section points."""
@@ -43,16 +41,10 @@ class SectionSignals:
         return cls(system.name, system.names, system.units, system.telling, system.resolution, system.dimension)
 
     def verdict(
-        self,
-        points: np.ndarray,
-        signals: Sequence[str] = (),
-        exponent: float | None = None,
-        error: float | None = None,
+        self, points: np.ndarray, signals: Sequence[str] = (), exponent: float | None = None, error: float | None = None
     ) -> Verdict:
-        """Verdict on points (n, m) of all signals, by the given signals or, without any, by the signals `telling`.
-
-        The largest exponent and its error are None or not finite where they are unknown.
-        """
+        """Verdict on points (n, m) of all signals, by the given signals or, without any, by the signals `telling`."""
+        # The largest exponent and its error are None or not finite where they are unknown.
         value, band = (x if x is not None and np.isfinite(x) else None for x in (exponent, error))
         known = [checks.one_of(f"verdict on {self.name!r}", "signal", name, self.names) for name in signals]
         columns = [self.names.index(name) for name in known] or list(self.telling)
@@ -61,9 +53,6 @@ class SectionSignals:
             precision |= {"floor": 1.0, "sizes": self.resolution[columns]}
         names = [self.names[k] for k in columns]
         return judge(points[:, columns], names, exponent=value, error=band, **precision)
-
-
-# Points of sections as labelled tables: once a period, or at every crossing of a level
 
 
 @arguments.checked
@@ -175,8 +164,6 @@ def _length(system: Dynamics) -> float:
 
 def _collected(system: Dynamics, about: dict[str, Any], skip: int, keep: int, progress: bool) -> xr.Dataset:
     """Table of `keep` points after `skip` points; the present state is the first stroboscopic point if skip is 0."""
-    import xarray as xr
-
     strobe, label = about["kind"] == "stroboscopic", f"{about['kind']} {system.name!r}"
     dimension = "period" if strobe else "crossing"
     skip, keep = checks.count(label, "skip", skip, 0), checks.count(label, "keep", keep)
@@ -196,12 +183,8 @@ def _collected(system: Dynamics, about: dict[str, Any], skip: int, keep: int, pr
     if len(times) < keep:
         tell_stopped(label, status)
     about = {"name": system.name, **about, "skip": skip, "ok": int(len(times) == keep), "status": status}
-    data = {
-        n: (dimension, rows[:, k], {"units": u})
-        for k, (n, u) in enumerate(zip(system.names, system.units, strict=True))
-    }
-    coords = {
-        dimension: (dimension, np.arange(skip, skip + len(times)), {}),
-        "time": (dimension, np.array(times), {"units": units}),
-    }
+    signals = enumerate(zip(system.names, system.units, strict=True))
+    data = {name: (dimension, rows[:, k], {"units": unit}) for k, (name, unit) in signals}
+    numbers: Any = (dimension, np.arange(skip, skip + len(times)), {})
+    coords = {dimension: numbers, "time": (dimension, np.array(times), {"units": units})}
     return xr.Dataset(data, coords, about)

@@ -11,17 +11,15 @@ from flexmb import checks
 from flexmb.dynamics.series.embedding import LEAST, Embedding, embed, embedding, spread
 from flexmb.dynamics.series.samples import is_constant, mean_period, samples, standardised
 from flexmb.errors import InputError
-
-# Correlation dimension of the set of states behind a signal
+from flexmb.late import scipy
 
 LEAST_OF_DIMENSION = 1000  # smallest number of samples for a dimension
 PERIODS = 20  # smallest number of mean periods for a dimension
 DIMENSION_REFERENCES = 1000  # largest number of points whose distances to all others are counted
 PER_E = 4  # number of radii in a factor e
 SPAN = 1.5  # smallest logarithm of the ratio of the radii at the ends of a scaling region
-
+# Largest relative deviation of local slopes from their mean in a scaling region; twice that for the dimensions.
 EVEN = 0.10
-"""Largest relative deviation of local slopes from their mean in a scaling region; twice that for the dimensions."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,13 +117,11 @@ def _none(why: str) -> CorrelationDimension:
 
 def _sum(points: np.ndarray, theiler: int, radius: np.ndarray) -> tuple[np.ndarray, float]:
     """Fraction (k,) of the pairs of points (n, m) that are nearer than the radii, and the fraction of 30 pairs."""
-    from scipy.spatial.distance import cdist
-
     refs = spread(len(points), DIMENSION_REFERENCES)
     index, counts, pairs = np.arange(len(points)), np.zeros(len(radius) + 1, dtype=np.int64), 0
     for block in np.array_split(refs, max(1, len(refs) * len(points) // 2_000_000)):
         separated = np.abs(index - block[:, None]) > theiler
-        d = cdist(points[block], points, "chebyshev")[separated]
+        d = scipy.spatial.distance.cdist(points[block], points, "chebyshev")[separated]
         counts += np.bincount(np.searchsorted(radius, d), minlength=len(radius) + 1)
         pairs += len(d)
     return np.cumsum(counts[:-1]) / max(pairs, 1), 30.0 / max(pairs, 1)
@@ -222,10 +218,8 @@ class Recurrence:
         first : number of the first state.
         count : number of states; fewer at the end of the record.
         """
-        from scipy.spatial.distance import cdist
-
         states = self.states[checks.count("matrix", "first", first, 0) :][: checks.count("matrix", "count", count)]
-        return np.asarray(cdist(states, states, "chebyshev") < self.threshold)
+        return np.asarray(scipy.spatial.distance.cdist(states, states, "chebyshev") < self.threshold)
 
 
 def recurrence(
@@ -337,12 +331,10 @@ def _diagonals(states: np.ndarray, threshold: float, theiler: int) -> np.ndarray
 
 def _verticals(states: np.ndarray, threshold: float, theiler: int) -> np.ndarray:
     """Number (n + 1,) of vertical lines of each length outside the Theiler window."""
-    from scipy.spatial.distance import cdist
-
     n = len(states)
     counts, index = np.zeros(n + 1, dtype=np.int64), np.arange(n)
     for rows in np.array_split(index, max(1, n * n // BLOCK)):
-        near = cdist(states[rows], states, "chebyshev") < threshold
+        near = scipy.spatial.distance.cdist(states[rows], states, "chebyshev") < threshold
         near &= np.abs(index - rows[:, None]) > theiler
         padded = np.zeros((len(rows), n + 2), dtype=np.int8)
         padded[:, 1:-1] = near

@@ -10,8 +10,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.dynamics.series.samples import is_constant, mean_period, samples, standardised
 from flexmb.errors import InputError
-
-# Neighbours in state space that are distant in time, and their distances
+from flexmb.late import scipy
 
 BLOCK = 1_000_000  # largest number of distances in memory
 
@@ -22,14 +21,10 @@ def spread(count: int, most: int) -> np.ndarray:
 
 
 def nearest(points: np.ndarray, refs: np.ndarray, theiler: int, least: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """Nearest neighbour of each reference point, outside a window of time (J. Theiler, Phys. Rev. A 34 (1986) 2427).
-
-    Returned are indices (r,) of the neighbours of points[refs], -1 without a neighbour, and their distances (r,),
-    `least` at least.  Points are (n, m), `theiler` is the smallest distance in time of neighbours [samples].
-    """
-    from scipy.spatial import cKDTree
-
-    tree = cKDTree(points)
+    """Nearest neighbour of each reference point, outside a window of time (J. Theiler, Phys. Rev. A 34 (1986) 2427)."""
+    # Returned are indices (r,) of the neighbours of points[refs], -1 without a neighbour, and their distances (r,),
+    # `least` at least. Points are (n, m), `theiler` is the smallest distance in time of neighbours [samples].
+    tree = scipy.spatial.cKDTree(points)
     neighbour, distance = np.full(len(refs), -1), np.full(len(refs), np.nan)
     unfinished, k = np.arange(len(refs)), 4
     while len(unfinished):
@@ -50,10 +45,8 @@ def nearest(points: np.ndarray, refs: np.ndarray, theiler: int, least: float = 0
 
 
 def typical_log_distance(points: np.ndarray, *, stride: int = 1, shift: int = 0) -> float:
-    """Mean logarithm of the distance of two arbitrary points of (n, m); see `distances` for `shift`.
-
-    The distance in time is a multiple of `stride` [samples].
-    """
+    """Mean logarithm of the distance of two arbitrary points of (n, m); see `distances` for `shift`."""
+    # The distance in time is a multiple of `stride` [samples].
     rng, count = np.random.default_rng(1), len(points)
     i, j = rng.integers(0, count, 5000), rng.integers(0, count, 5000)
     j = i + (j - i) // stride * stride
@@ -63,12 +56,10 @@ def typical_log_distance(points: np.ndarray, *, stride: int = 1, shift: int = 0)
 
 
 def distances(points: np.ndarray, i: np.ndarray, j: np.ndarray, shift: int) -> np.ndarray:
-    """Distances (k,) of points[i] from points[j]; with `shift` > 0 from the orbit through points[j].
-
-    Two samples of one orbit differ along the orbit by up to a sampling interval.  This constant difference would hide
-    the growth of the distance.  Therefore the nearest sample within `shift` of j is taken, and the component of its
-    distance across the orbit.  Points are (n, m); `shift` is the half width of the search along the orbit [samples].
-    """
+    """Distances (k,) of points[i] from points[j]; with `shift` > 0 from the orbit through points[j]."""
+    # Two samples of one orbit differ along the orbit by up to a sampling interval. This constant difference would hide
+    # the growth of the distance. Therefore the nearest sample within `shift` of j is taken, and the component of its
+    # distance across the orbit. Points are (n, m); `shift` is the half width of the search along the orbit [samples].
     if shift == 0:
         return np.asarray(np.linalg.norm(points[j] - points[i], axis=1))
     last = len(points) - 2
@@ -84,8 +75,6 @@ def distances(points: np.ndarray, i: np.ndarray, j: np.ndarray, shift: int) -> n
     parallel = parallel**2 / np.maximum(np.einsum("ij,ij->i", along, along), 1e-300)
     return np.asarray(np.sqrt(np.maximum(least - parallel, 0.0)))
 
-
-# Delay embedding of a signal: delay, dimension, vectors
 
 LEAST = 100  # smallest number of samples for a delay or a dimension
 FALSE_SHARE = 0.01  # fraction of false neighbours below which a dimension is sufficient

@@ -20,16 +20,15 @@ from flexmb.dynamics.series.embedding import (
     typical_log_distance,
 )
 from flexmb.dynamics.series.samples import is_constant, mean_period, samples, spacing, standardised
+from flexmb.late import scipy
 
 # The largest exponent from one signal: record, and fit of the straight part of a divergence curve
 
 LEAST = 500  # smallest number of samples for an exponent
 PERIODS = 20  # smallest number of mean periods for an exponent
 BLOCKS = 8  # number of parts of the record whose slopes give the error of the mean
-
+# Smallest distance of the straight part from saturation: of mean logarithms of distances, to arbitrary points.
 MARGIN = 1.5
-"""Smallest distance of the straight part from saturation: of mean logarithms of distances, to arbitrary points."""
-
 LEAST_RISE = 1.0  # smallest rise of the straight part, as a logarithm
 
 
@@ -70,11 +69,9 @@ class SeriesExponent(arguments.Checked):
 
 @dataclass(frozen=True)
 class Slope:
-    """Slope and its error in one embedding dimension [1/sample], or the reason for no value.
+    """Slope and its error in one embedding dimension [1/sample], or the reason for no value."""
 
-    Begin and end of the straight part, and the divergence curve: times (k,) [samples], mean logarithms of distances.
-    """
-
+    # Begin and end of the straight part, and the divergence curve: times (k,) [samples], mean logarithms of distances.
     value: float
     error: float
     why_not: str
@@ -83,9 +80,8 @@ class Slope:
     curve: np.ndarray = field(default_factory=lambda: np.empty(0))
 
 
+# Function (points (n, m), theiler, steps (k,), shift) -> curves (blocks, k) of the mean logarithm of the distance.
 Curves = Callable[[np.ndarray, int, np.ndarray, int], np.ndarray]
-"""Function (points (n, m), theiler, steps (k,), shift) -> curves (blocks, k) of the mean logarithm of the distance."""
-
 FINITE = 0.05  # error of the slope by finite distances, over the value; observed with signals of Lorenz and Rossler
 FLOW = 8.0  # number of samples in a mean period above which a signal belongs to a flow, below to a map
 
@@ -97,11 +93,9 @@ def estimate(
     interval: Any,
     options: tuple[int | None, int | None, int | None],
 ) -> SeriesExponent:
-    """The exponent from the slopes in two embedding dimensions: the common part of all methods.
-
-    `slope(points, window, theiler, period)` takes standardised vectors, the signal has samples (n,), `interval` is as
-    of `spacing`, `options` are delay, dimension, theiler of the methods.
-    """
+    """The exponent from the slopes in two embedding dimensions: the common part of all methods."""
+    # `slope(points, window, theiler, period)` takes standardised vectors, the signal has samples (n,), `interval` is as
+    # of `spacing`, `options` are delay, dimension, theiler of the methods.
     x = samples(method, signal, LEAST)
     step, unit = spacing(method, interval, len(x))
     found = _Found(method, unit, step)
@@ -158,14 +152,12 @@ def block_means(logs: np.ndarray) -> np.ndarray:
 
 
 def straight_part(curves: Curves, points: np.ndarray, window: int, theiler: int, period: float) -> Slope:
-    """Slope of the straight part of a divergence curve.
-
-    The straight part begins one step after the time that a vector covers (`window`): nearest neighbours are selected by
-    their distance, and noise parts them at once.  It ends where the error of the slope is smallest, at the latest
-    `MARGIN` below the distance of arbitrary points.  The error is the scatter over parts of the record and half the
-    difference of the slopes of its halves.  The straight part has at least 4 values and a rise of `LEAST_RISE`.  Points
-    are vectors (n, m); window, `theiler` (smallest distance in time of neighbours) and mean period are in samples.
-    """
+    """Slope of the straight part of a divergence curve."""
+    # The straight part begins one step after the time that a vector covers (`window`): nearest neighbours are selected
+    # by their distance, and noise parts them at once. It ends where the error of the slope is smallest, at the latest
+    # `MARGIN` below the distance of arbitrary points. The error is the scatter over parts of the record and half the
+    # difference of the slopes of its halves. The straight part has at least 4 values and a rise of `LEAST_RISE`. Points
+    # are vectors (n, m); window, `theiler` (smallest distance in time of neighbours) and mean period are in samples.
     shift = 0 if period < FLOW else int(np.ceil(period / 8.0))
     ceiling = typical_log_distance(points, shift=shift) - MARGIN
     longest = len(points) // 4
@@ -216,8 +208,6 @@ def _slope(t: np.ndarray, y: np.ndarray) -> float:
     d = t - t.mean()
     return float(d @ y / (d @ d))
 
-
-# The largest exponent from several neighbours of each point, by the method of Kantz
 
 KANTZ_REFERENCES = 600  # largest number of points whose neighbours are observed
 NEIGHBOURS = 8  # number of neighbours of a point
@@ -285,11 +275,9 @@ def _kantz_curves(inside: bool, points: np.ndarray, theiler: int, steps: np.ndar
 
 def _neighbours(points: np.ndarray, refs: np.ndarray, theiler: int, shift: int) -> np.ndarray:
     """Nearest neighbours (r, NEIGHBOURS) of `points[refs]`, one of each passage of the orbit; -1: too few."""
-    from scipy.spatial import cKDTree
-
     neighbours = np.full((len(refs), NEIGHBOURS), -1)
     candidates = min(len(points), 2 * theiler + 1 + 2 * NEIGHBOURS * (2 * shift + 1))
-    _, nearby = cKDTree(points).query(points[refs], k=candidates)
+    _, nearby = scipy.spatial.cKDTree(points).query(points[refs], k=candidates)
     for row, i, js in zip(neighbours, refs, nearby, strict=True):
         count = 0
         for j in js[np.abs(js - i) > theiler]:
@@ -301,10 +289,8 @@ def _neighbours(points: np.ndarray, refs: np.ndarray, theiler: int, shift: int) 
     return neighbours
 
 
-# The largest exponent from nearest neighbours, by the method of Rosenstein
-
+# Largest number of points whose neighbours are observed; they are evenly spread over the record.
 ROSENSTEIN_REFERENCES = 2000
-"""Largest number of points whose neighbours are observed; they are evenly spread over the record."""
 
 
 def rosenstein(
@@ -458,10 +444,8 @@ def _wolf_slope(points: np.ndarray, theiler: int, evolve: int) -> Slope:
 
 def _follow(points: np.ndarray, starts: np.ndarray, theiler: int, evolve: int) -> tuple[np.ndarray, np.ndarray]:
     """Distances (k,) of the pairs at the starts and `evolve` samples later; NaN without a pair."""
-    from scipy.spatial import cKDTree
-
     usable = len(points) - evolve
-    tree = cKDTree(points[:usable])
+    tree = scipy.spatial.cKDTree(points[:usable])
     distances, indices = tree.query(points[starts], k=min(usable, CANDIDATES + 2 * theiler))
     before, after = np.full(len(starts), np.nan), np.full(len(starts), np.nan)
     direction = None

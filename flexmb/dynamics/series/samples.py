@@ -9,12 +9,12 @@ import numpy as np
 
 from flexmb import arguments, checks
 from flexmb.errors import InputError
+from flexmb.late import scipy
 
 # Samples of a signal: checked, evenly spaced, standardised
 
+# Largest magnitude of a sample, and inverse of the smallest one: squares and their sums must not overflow.
 LARGEST = 1e140
-"""Largest magnitude of a sample, and inverse of the smallest one: squares and their sums must not overflow."""
-
 ROUND_OFF = 1e-12  # spread of a signal, over its largest magnitude, below which it is constant
 
 
@@ -47,10 +47,8 @@ def real_numbers(value: Any) -> np.ndarray | None:
 
 
 def spacing(owner: str, interval: Any, count: int) -> tuple[float, str]:
-    """Distance of two samples, and unit of a rate.
-
-    `interval` is a distance > 0 [s], evenly spaced times (count,) [s], or None for iterations.
-    """
+    """Distance of two samples, and unit of a rate."""
+    # `interval` is a distance > 0 [s], evenly spaced times (count,) [s], or None for iterations.
     if interval is None:
         return 1.0, "1/iteration"
     if np.ndim(interval) == 0:
@@ -82,10 +80,8 @@ def standardised(x: np.ndarray) -> np.ndarray:
 
 
 def mean_period(x: np.ndarray) -> float:
-    """Number of samples of (n,) in a mean period, at least 2: inverse of the mean frequency, weighted by the power.
-
-    Source: M. T. Rosenstein, J. J. Collins and C. J. De Luca, Physica D 65 (1993) 117.
-    """
+    """Number of samples of (n,) in a mean period, at least 2: inverse of the mean frequency, weighted by the power."""
+    # Source: M. T. Rosenstein, J. J. Collins and C. J. De Luca, Physica D 65 (1993) 117.
     window = np.hanning(len(x))
     power = np.abs(np.fft.rfft((x - x.mean()) * window)) ** 2
     frequency = np.fft.rfftfreq(len(x))
@@ -93,14 +89,11 @@ def mean_period(x: np.ndarray) -> float:
     return max(2.0, 1.0 / mean) if mean > 0.0 else float(len(x))
 
 
-# Power spectrum of a signal, with its lines and the floor between them
-
 LOBE = 4  # half width of the main lobe of the window [bins]
 ABOVE_FLOOR = 50.0  # smallest ratio of a line to the median around it; a random spectrum has one such value in 1e15
 AROUND = 101  # number of bins of the running median
-
+# Fraction of the power in lines: above the first value the kind is "lines", below the second "broad".
 LINES, BROAD = 0.99, 0.5
-"""Fraction of the power in lines: above the first value the kind is "lines", below the second "broad"."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,18 +153,15 @@ def power_spectrum(signal: Any, interval: Any = None) -> PowerSpectrum:
     >>> found.kind, round(float(found.peaks[0]), 2), round(float(found.power[0]), 2)  # 2^2 / 2
     ('lines', 5.0, 2.0)
     """
-    from scipy.ndimage import maximum_filter, median_filter
-    from scipy.signal import periodogram
-
     x = samples("power_spectrum", signal, 64)
     step, rate = spacing("power_spectrum", interval, len(x))
     unit = "Hz" if rate == "1/s" else rate
-    f, density = periodogram(x - x.mean(), 1.0 / step, window="blackmanharris", detrend=False)
+    f, density = scipy.signal.periodogram(x - x.mean(), 1.0 / step, window="blackmanharris", detrend=False)
     if is_constant(x):
         empty = np.empty(0)
         return PowerSpectrum(f, np.zeros_like(f), np.zeros_like(f), empty, empty, 0.0, "constant", unit)
-    floor = np.asarray(median_filter(density, size=min(AROUND, len(density)), mode="mirror"))
-    highest = density == maximum_filter(density, size=2 * LOBE + 1, mode="mirror")
+    floor = np.asarray(scipy.ndimage.median_filter(density, size=min(AROUND, len(density)), mode="mirror"))
+    highest = density == scipy.ndimage.maximum_filter(density, size=2 * LOBE + 1, mode="mirror")
     peaks = np.flatnonzero(highest & (density > ABOVE_FLOOR * floor) & (density > 1e-20 * density.max()))
     in_line = np.zeros(len(f), dtype=bool)
     for k in peaks:

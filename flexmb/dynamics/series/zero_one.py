@@ -9,6 +9,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.dynamics.series.samples import is_constant, mean_period, samples, standardised
+from flexmb.late import scipy
 
 ENOUGH = 200  # smallest number of samples after thinning
 REGULAR, CHAOTIC = 0.3, 0.7  # limits of K: below the first the signal is regular, above the second chaotic
@@ -104,8 +105,6 @@ def kind_of(value: float) -> str:
 
 def growth_correlations(phi: np.ndarray, angles: np.ndarray, ratio: int = 10) -> np.ndarray:
     """K_c (k,) of a signal (n,) for angles c (k,) [rad/sample], from lags up to n / `ratio`."""
-    from scipy.signal import fftconvolve
-
     lags = np.arange(1, len(phi) // ratio + 1)
     count = len(phi) - len(lags)
     found, n = np.zeros(len(angles)), lags - lags.mean()
@@ -113,7 +112,7 @@ def growth_correlations(phi: np.ndarray, angles: np.ndarray, ratio: int = 10) ->
         walk = np.cumsum(phi * np.exp(1j * c * np.arange(1, len(phi) + 1)))  # p + i q
         square = np.concatenate([[0.0], np.cumsum(np.abs(walk) ** 2)])
         end_squares = square[lags + count] - square[lags]
-        cross = fftconvolve(walk, np.conj(walk[:count][::-1]), mode="valid").real[lags]
+        cross = scipy.signal.fftconvolve(walk, np.conj(walk[:count][::-1]), mode="valid").real[lags]
         mean_square = (end_squares + square[count] - 2.0 * cross) / count
         growth = mean_square - phi.mean() ** 2 * (1.0 - np.cos(lags * c)) / (1.0 - np.cos(c))
         growth = growth - growth.mean()  # of the modified mean square displacement

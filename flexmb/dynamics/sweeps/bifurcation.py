@@ -23,18 +23,15 @@ from flexmb.dynamics.systems.dynamics import Dynamics, as_dynamics, is_mechanism
 from flexmb.engine.compiled.digest import digest
 from flexmb.errors import AssemblyError, FlexmbError, InputError, SolveError
 from flexmb.fields import unit_of
+from flexmb.late import xr
 from flexmb.version import installed_version
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from flexmb.engine.newmark.method import Newmark
     from flexmb.model.mechanism import Mechanism
     from flexmb.run.simulate import Step
 
     Make = Callable[..., Mechanism | Dynamics] | Mechanism | Dynamics
-
-# Families of systems over a parameter, and the section points of one member
 
 
 @dataclass(frozen=True)
@@ -93,11 +90,9 @@ class Family:
 
 @dataclass(frozen=True)
 class SectionSettings:
-    """Section points and exponent to be computed for each value, by arguments of `bifurcation`.
+    """Section points and exponent to be computed for each value, by arguments of `bifurcation`."""
 
-    The number of periods for the exponent is 0 for none; `together`: they are those of the points.
-    """
-
+    # The number of periods for the exponent is 0 for none; `together`: they are those of the points.
     skip: int
     keep: int
     signals: tuple[str, ...]
@@ -111,13 +106,10 @@ class SectionSettings:
 
 
 def section_point(family: Family, section: SectionSettings, value: float, carried: np.ndarray | None) -> Outcome:
-    """Section points, verdict and exponent for one value of the parameter.
-
-    The motion starts at the state `carried` from a neighbouring value; None: start state of the system.
-
-    The outcome has `points` (keep, signals); `seam`: whether a carried state could not be used; `state` after the last
-    point; `drive_period`, `verdict`, `exponent`, `exponent_error`.  The outcome of a failure has no points.
-    """
+    """Section points, verdict and exponent for one value of the parameter."""
+    # The motion starts at the state `carried` from a neighbouring value; None: start state of the system.
+    # The outcome has `points` (keep, signals); `seam`: whether a carried state could not be used; `state` after the
+    # last point; `drive_period`, `verdict`, `exponent`, `exponent_error`. The outcome of a failure has no points.
     flow = family.at(value)
     if stopped := stopped_runs():  # of the function that makes the system
         return Outcome({}, stopped, ok=False)
@@ -190,21 +182,13 @@ def _not_finite(flow: Dynamics, points: np.ndarray | None, columns: list[int]) -
     return f"Not finite: {', '.join(bad[:5])}." if bad else ""
 
 
-# Bifurcation diagrams: section points over the values of a parameter
-
+# Rows of a diagram by the name of the direction.
 DIRECTIONS = {"cold": ("cold",), "up": ("up",), "down": ("down",), "both": ("up", "down")}
-"""Rows of a diagram by the name of the direction."""
-COLUMNS = (
-    Column("seam", "flag"),
-    Column("drive_period", units="s"),
-    Column("verdict", "text"),
-    Column("exponent"),
-    Column("exponent_error"),
-)
-"""Columns of a diagram besides `ok`, `status`, section points and final state."""
-
+EXPONENT = "exponent", "exponent_error"
+# Columns of a diagram besides `ok`, `status`, section points and final state.
+COLUMNS = Column("seam", "flag"), Column("drive_period", units="s"), Column("verdict", "text"), *map(Column, EXPONENT)
+# Names in the store that no parameter and no signal may have.
 RESERVED = ("period", "direction", "signal", "units", "status", "ok", POINTS, STATE, *(c.name for c in COLUMNS))
-"""Names in the store that no parameter and no signal may have."""
 
 
 @checked
@@ -361,16 +345,9 @@ class _Diagram:
         record.coordinate("period", ("period",), np.arange(section.skip, section.skip + section.keep))
         unit = unit_of(make, parameter) if callable(make) and not isinstance(make, Dynamics) else ""
         record.coordinate(parameter, (parameter,), self.numbers, unit)
-        record.describe(
-            name=first.name,
-            kind="bifurcation",
-            parameter=parameter,
-            direction=self.direction,
-            skip=section.skip,
-            keep=section.keep,
-            flexmb=installed_version(),
-            axes=["direction", "period", parameter, "seam"],
-        )
+        about = {"name": first.name, "kind": "bifurcation", "parameter": parameter, "direction": self.direction}
+        numbers = {"skip": section.skip, "keep": section.keep, "flexmb": installed_version()}
+        record.describe(**about, **numbers, axes=["direction", "period", parameter, "seam"])
 
     def chains(self, record: Record, chunks: int, bar: ProgressBar) -> Iterator[Chain]:
         """Chains of all chunks, in the order of computation."""
@@ -451,10 +428,8 @@ def _check(family: Family, direction: str, chunks: int, count: int) -> None:
     if isinstance(make, Dynamics) or is_mechanism(make):
         return
     if not callable(make):
-        text = f"{label}: make is {type(make).__name__}"
-        raise InputError(
-            f"{text}; it must be a function that returns a Mechanism, a Mechanism or a system such as Map."
-        )
+        text = f"{label}: make is {type(make).__name__}; it must be a function that returns a Mechanism,"
+        raise InputError(f"{text} a Mechanism or a system such as Map.")
     require_arguments(f"{label}: {label_of(make)}", make, [*family.fixed, family.parameter])
 
 

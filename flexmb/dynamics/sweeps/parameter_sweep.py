@@ -10,25 +10,14 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from flexmb import checks
 from flexmb.arguments import checked, require_arguments
-from flexmb.dynamics.jobs.executors import (
-    DONE,
-    PENDING,
-    Attempt,
-    Chain,
-    Job,
-    Outcome,
-    drive,
-    failure,
-    require_executor,
-    require_picklable,
-    stopped_runs,
-)
+from flexmb.dynamics.jobs import executors
+from flexmb.dynamics.jobs.executors import PENDING, Chain, Job, Outcome
 from flexmb.dynamics.jobs.progress import ProgressBar
 from flexmb.dynamics.sweeps.store import (
     ARRAYS,
@@ -47,17 +36,13 @@ from flexmb.dynamics.sweeps.store import (
 from flexmb.engine.compiled.digest import digest
 from flexmb.errors import InputError
 from flexmb.fields import unit_of
+from flexmb.late import xr
 from flexmb.version import installed_version
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-# Points of a sweep: all combinations of values, or a list of designs; units of their parameters
 
 DESIGN = "design"
 RESERVED = ("ok", "status")
+# Pattern of a unit in brackets, such as "[rad/s]" or "[m]", as opposed to a range of numbers.
 UNIT = re.compile(r"\[((?:1/)?[^\[\]\d,]+[^\[\],]*)\]")
-"""Pattern of a unit in brackets, such as "[rad/s]" or "[m]", as opposed to a range of numbers."""
 
 
 @dataclass(frozen=True)
@@ -93,10 +78,8 @@ class Points:
 
 
 def points_of(label: str, over: Any) -> Points:
-    """Points of a grid {"a": values, "b": values}, all combinations, or of a list of designs {"a": value, "b": value}.
-
-    All designs have the same parameters.
-    """
+    """Points of a grid {"a": values, "b": values}, all combinations, or of designs [{"a": value, "b": value}]."""
+    # All designs have the same parameters.
     values: dict[str, Sequence[Any]]
     if isinstance(over, Mapping):
         values = {name: checks.sequence(label, f"grid[{name!r}]", column, "values") for name, column in over.items()}
@@ -136,7 +119,7 @@ def called(function: Any, arguments: Mapping[str, Any]) -> Outcome:
     """Outcome of one call, with its results as {name: (dims or None, array)}; runs in the workers."""
     results = function(**arguments)
     named = dict(results) if isinstance(results, Mapping) else {ALONE: results}
-    stopped = stopped_runs()
+    stopped = executors.stopped_runs()
     said, status = np.asarray(named.pop("ok", not stopped)), named.pop(STATUS, "")
     if said.shape or said.dtype.kind != "b":
         raise InputError(f"The function returned ok = {said}; it must be True or False, whether the point succeeded.")
@@ -150,7 +133,7 @@ def called(function: Any, arguments: Mapping[str, Any]) -> Outcome:
         if not isinstance(name, str) or not name or "/" in name or name.startswith(("_", ".")):
             text = f"The function returned a result called {name!r}"
             raise InputError(f"{text}; a name is a text without '/', not begun by '_'.")
-    return Outcome({name: _array(name, value) for name, value in named.items()}, status or DONE)
+    return Outcome({name: _array(name, value) for name, value in named.items()}, status or executors.DONE)
 
 
 def columns_of(
@@ -212,12 +195,9 @@ def _array(name: Any, value: Any) -> tuple[tuple[str, ...] | None, np.ndarray]:
     return dims, array.astype(np.complex128 if array.dtype.kind == "c" else np.float64)
 
 
-# Datasets of sweeps, from the arrays of a record or a store
-
 AXES, LAYOUT = "axes", "layout"  # attributes of a store: names of the coordinates; layout of the results of a function
-
+# Columns of a diagram that become other variables of the dataset: all signals, and final states.
 POINTS, STATE = "points", "state"
-"""Columns of a diagram that become other variables of the dataset: all signals, and final states."""
 
 
 def load_sweep(path: str | Path) -> xr.Dataset:
@@ -242,8 +222,6 @@ def load_sweep(path: str | Path) -> xr.Dataset:
 
 def dataset_of(tables: Tables, attributes: Mapping[str, Any]) -> xr.Dataset:
     """Dataset of the arrays and attributes of a record or store."""
-    import xarray as xr
-
     entries: dict[str, Any] = {}
     for name, (dims, values, attrs) in tables.items():  # texts of one width are supported by all file formats
         entries[name] = (dims, values.astype(str) if values.dtype == object else values, dict(attrs))
@@ -262,15 +240,11 @@ def dataset_of(tables: Tables, attributes: Mapping[str, Any]) -> xr.Dataset:
 
 
 # What sweeps and diagrams share: the executor, the store, the progress bar
-
-
 @dataclass(frozen=True)
 class Work:
-    """Common arguments of `sweep` and `bifurcation`: executor, store, progress.
+    """Common arguments of `sweep` and `bifurcation`: executor, store, progress."""
 
-    `sent` is what goes to the workers, with its name in messages.
-    """
-
+    # `sent` is what goes to the workers, with its name in messages.
     label: str
     sent: tuple[Any, str]
     executor: Executor | int | None
@@ -280,7 +254,7 @@ class Work:
     progress: bool
 
     def __post_init__(self) -> None:
-        require_picklable(self.label, self.executor, self.sent[0], f"{self.sent[1]} with what is given to it")
+        executors.require_picklable(self.label, self.executor, self.sent[0], f"{self.sent[1]} with what is given to it")
         checks.count(self.label, "pending", self.pending)
 
     def record(
@@ -295,20 +269,14 @@ class Work:
         """Dataset of a record after all chains have run."""
         done = record.done
         with ProgressBar(self.label, done.size, done=int(done.sum()), shown=self.progress) as bar:
-            drive(chains(bar), self.executor, self.label, self.pending)
+            executors.drive(chains(bar), self.executor, self.label, self.pending)
         return dataset_of(record.tables, record.attributes)
 
 
 def settings_of(fixed: Mapping[str, Any], function: Any) -> dict[str, Any]:
     """Entries of every fingerprint: version, function with all that it names, fixed values."""
-    return {
-        "flexmb": installed_version(),
-        **texts_of("text", function),
-        "fixed": {name: f"{type(value).__name__} {digest(value)}" for name, value in sorted(fixed.items())},
-    }
-
-
-# Sweeps: a function over a grid of parameters or a list of designs
+    values = {name: f"{type(value).__name__} {digest(value)}" for name, value in sorted(fixed.items())}
+    return {"flexmb": installed_version(), **texts_of("text", function), "fixed": values}
 
 
 @checked
@@ -385,14 +353,12 @@ def sweep(
     varied_and_fixed = [name for name in points.values if name in fixed_values]
     if varied_and_fixed:
         raise InputError(f"{label}: {varied_and_fixed[0]!r} is varied and fixed. Take it out of one of them.")
-    require_executor(label, executor)
+    executors.require_executor(label, executor)
     require_arguments(label, function, [*points.values, *fixed_values])
     bound = partial(function, **fixed_values) if fixed_values else function
     work = Work(label, (bound, label_of(function)), executor, pending, store, resume, progress)
-    names = {
-        name: tuple(checks.sequence(label, f"dims[{name!r}]", d, "names"))
-        for name, d in checks.mapping(label, "dims", dims).items()
-    }
+    given = checks.mapping(label, "dims", dims)
+    names = {name: tuple(checks.sequence(label, f"dims[{name!r}]", d, "names")) for name, d in given.items()}
     record = work.record(
         "sweep",
         points.dims,
@@ -426,11 +392,10 @@ def sweep(
 
 
 class _Collector:
-    """Collects outcomes in a record whose columns are unknown before the first successful point.
+    """Collects outcomes in a record whose columns are unknown before the first successful point."""
 
-    The columns belong to the first successful point in the order of the points, not in time.  All runs of a sweep thus
-    give the same store.  Outcomes of later points are held until the first successful point is known.
-    """
+    # The columns belong to the first successful point in the order of the points, not in time. All runs of a sweep thus
+    # give the same store. Outcomes of later points are held until the first successful point is known.
 
     def __init__(self, record: Record, points: Points, dims: Mapping[str, Sequence[str]], bar: ProgressBar) -> None:
         self.record, self.points, self.dims, self.bar = record, points, dims, bar
@@ -454,14 +419,14 @@ class _Collector:
 
     def _decide(self, outcome: Outcome) -> bool:
         """Set the columns from a successful outcome; a failure is kept instead, and False is returned."""
-        with Attempt() as attempt:
+        with executors.Attempt() as attempt:
             if outcome.ok:
                 known_lengths = dict.fromkeys(self.points.values, 1)
                 known_lengths.update(zip(self.points.dims, self.points.shape, strict=True))
                 self._use(columns_of(outcome.values, self.dims, known_lengths))
                 return True
         outcome_kept = self.held.pop(self.next)
-        self._keep(self.next, outcome_kept if attempt.error is None else failure(attempt.error))
+        self._keep(self.next, outcome_kept if attempt.error is None else executors.failure(attempt.error))
         return False
 
     def _use(self, columns: list[Column]) -> None:
@@ -472,8 +437,8 @@ class _Collector:
     def _keep(self, number: int, outcome: Outcome) -> None:
         values: dict[str, Any] = {}
         if outcome.ok:
-            with Attempt() as attempt:
+            with executors.Attempt() as attempt:
                 values = fitting(outcome.values, self.columns or {})
-            outcome = outcome if attempt.error is None else failure(attempt.error)
+            outcome = outcome if attempt.error is None else executors.failure(attempt.error)
         self.record.keep(self.points.index(number), {**values, "ok": outcome.ok, STATUS: outcome.status})
         self.bar.one_more(ok=outcome.ok)

@@ -35,9 +35,8 @@ from flexmb.dynamics.systems.dynamics import Dynamics
 from flexmb.engine.compiled.digest import UNKNOWN, Parts, digest, named_by, parts_of
 from flexmb.errors import FileFormatError, InputError, MissingPackageError
 
+
 # Fingerprints of sweeps: short texts that are equal if and only if the results are equal
-
-
 def label_of(function: Any) -> str:
     """Name of a function, a mechanism or a system, such as "flexmb.mechanisms.nine_bar.nine_bar"."""
     if isinstance(function, partial):
@@ -68,14 +67,11 @@ def _system(value: Dynamics) -> Parts:
     return type(value).__qualname__, [*state, *value.makings()]
 
 
-# Results of a sweep by point, in memory and in an optional store
-
 STATUS = "status"  # name of the column that is written last: a point whose status is not "" is finished
 ARRAYS = "arrays"  # attribute of a store: whether an array has one chunk per point, by its name; others are coordinates
-
 Index = tuple[int, ...]
+# Arrays by name: dimensions, values, attributes.
 Tables = Mapping[str, tuple[tuple[str, ...], np.ndarray, Mapping[str, Any]]]
-"""Arrays by name: dimensions, values, attributes."""
 
 
 class Kind(NamedTuple):
@@ -106,20 +102,7 @@ class Column:
 
 
 class Record:
-    """Arrays of results over the points, and coordinates.
-
-    Parameters
-    ----------
-    dims : names of the dimensions of the points.
-    shape : lengths of these dimensions.
-    store : store of the results; None: memory only.
-
-    Attributes
-    ----------
-    columns : columns by name.
-    tables : arrays (*shape, *column.shape) of the columns by name, and coordinates.
-    attributes : attributes of the whole sweep.
-    """
+    """Arrays of results over the points by name, (*shape, *column.shape), and coordinates; store None: in memory."""
 
     def __init__(self, dims: tuple[str, ...], shape: tuple[int, ...], store: Store | None = None) -> None:
         self.dims, self.shape, self.store = dims, shape, store
@@ -173,16 +156,13 @@ class Record:
         return self.tables[name][1][index]
 
 
-# Store of results on disk (zarr, format 3) with one chunk per point; an interrupted sweep resumes from its store
-
 FORMAT = 4  # version of the layout; stores of other versions are refused
-
 VERSION = "flexmb_sweep_format"
+# Attributes of a description: checksum of the rest, and that of the values of a coordinate, which is one chunk.
 SEAL, CONTENT = "checksum", "content"
-"""Attributes of a description: checksum of the rest, and that of the values of a coordinate, which is one chunk."""
 GROUP_FILE = "zarr.json"
+# Header of a file of gzip with a name, of no time and system.
 GZIP = bytes((0x1F, 0x8B, 8, 8, 0, 0, 0, 0, 0, 255))
-"""Header of a file of gzip with a name, of no time and system."""
 PARTIAL = ".partial"  # suffix of temporary files of this module and of zarr
 
 
@@ -311,11 +291,9 @@ class Store:
 
 
 def opened(path: Any, fingerprint: Mapping[str, Any], kind: str, *, resume: bool) -> Store:
-    """New store in a folder, or, with `resume`, the store that is there, if it has this fingerprint and kind.
-
-    The fingerprint holds texts on which the results depend; the kind is "bifurcation" or "sweep".  Points with a status
-    are not computed again.
-    """
+    """New store in a folder, or, with `resume`, the store that is there, if it has this fingerprint and kind."""
+    # The fingerprint holds texts on which the results depend; the kind is "bifurcation" or "sweep". Points with a
+    # status are not computed again.
     _zarr()
     folder = checks.path("store", path)
     try:
@@ -392,9 +370,8 @@ def _refuse_others(store: Store, fingerprint: Mapping[str, Any], kind: str) -> N
     names = sorted(name for name in {*there, *here} if there.get(name) != here.get(name))
     if names:
         listed = "; ".join(f"{name}: {there.get(name)} there, {here.get(name)} now" for name in names)
-        raise InputError(
-            f"{label}: it was written by another sweep ({listed}). Give another path, or what it was made of."
-        )
+        text = f"{label}: it was written by another sweep ({listed})."
+        raise InputError(f"{text} Give another path, or what it was made of.")
 
 
 def _texts(fingerprint: Mapping[str, Any]) -> Iterator[tuple[str, str]]:

@@ -21,12 +21,11 @@ if TYPE_CHECKING:
     from flexmb.engine.newmark.method import Newmark
     from flexmb.run.simulate import Step
 
+# Period [s], or a function of the parameters that returns it; None: that of the system.
 Period = float | Callable[[Mapping[str, Any]], float] | None
-"""Period [s], or a function of the parameters that returns it; None: that of the system."""
-
+State = np.ndarray | None  # a state (size,); None: the system's own start
+Parameters = Mapping[str, Any] | None  # new values by name; None: no other ones
 SMALL = 1e-6  # length of a difference, over that of the state, at which two trajectories part as tangent vectors grow
-
-# Base class of all systems: a present state that is advanced, alone or with tangent vectors
 
 
 class Dynamics(ABC):
@@ -166,9 +165,7 @@ class Dynamics(ABC):
         """Present values (len(names),) of the signals."""
 
     @abstractmethod
-    def reset(
-        self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
-    ) -> None:
+    def reset(self, state: State = None, *, time: float = 0.0, parameters: Parameters = None) -> None:
         """Go to a state, with changed parameters if any are given.
 
         Parameters
@@ -282,12 +279,10 @@ class Dynamics(ABC):
 
 
 def orthonormalise(tangents: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Make columns of `tangents` (size, k) orthonormal in weights (size,), in place; returns their lengths (k,) before.
-
-    The length of a column is that of its component orthogonal to the columns before it, so that the logarithms of the
-    lengths add up to Lyapunov exponents (G. Benettin et al., Meccanica 15 (1980)).  Modified Gram-Schmidt, applied
-    twice.  Entries without weight follow the others.  Columns may be so long that their squares overflow.
-    """
+    """Make columns of `tangents` (size, k) orthonormal in weights (size,), in place; returns their lengths (k,)."""
+    # The length of a column is that of its component orthogonal to the columns before it, so that the logarithms of the
+    # lengths add up to Lyapunov exponents (G. Benettin et al., Meccanica 15 (1980)). Modified Gram-Schmidt, applied
+    # twice. Entries without weight follow the others. Columns may be so long that their squares overflow.
     k = tangents.shape[1]
     with np.errstate(over="ignore", invalid="ignore"):  # the lengths show columns that are not finite
         lengths = np.asarray(np.abs(np.where(weights[:, None] > 0.0, tangents, 0.0)).max(axis=0, initial=0.0))
@@ -307,18 +302,11 @@ def orthonormalise(tangents: np.ndarray, weights: np.ndarray) -> np.ndarray:
 
 
 # Base class of flows, with the steps, snapshots and rates of signals on which sections rest
-
-
 class ContinuousFlow(Dynamics):
-    """A system in continuous time with step sizes chosen by its integrator.
-
-    Attributes
-    ----------
-    driven : whether the rates depend on time; then a point of a section includes the time.
-    """
+    """A system in continuous time with step sizes chosen by its integrator."""
 
     unit = "s"
-    driven: bool
+    driven: bool  # whether the rates depend on time; then a point of a section includes the time
 
     @property
     def underlying(self) -> ContinuousFlow:
@@ -393,9 +381,6 @@ class ContinuousFlow(Dynamics):
         return f"{self.name!r} has no period"
 
 
-# Base class of systems that move a flow
-
-
 class OfFlow(Dynamics):
     """Base class of systems with the state, signals and parameters of an inner flow."""
 
@@ -427,8 +412,6 @@ class OfFlow(Dynamics):
 
 
 # The one conversion of what public functions take: a mechanism becomes a flow
-
-
 def is_mechanism(system: Any) -> bool:
     """Whether `system` is a `Mechanism`; without an import of mechanics there is none."""
     model = sys.modules.get("flexmb.model.mechanism")

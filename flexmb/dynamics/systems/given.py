@@ -9,18 +9,16 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from flexmb import checks
-from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics
+from flexmb.dynamics.systems.dynamics import ContinuousFlow, Dynamics, Parameters, State
 from flexmb.errors import InputError, SolveError
+from flexmb.late import scipy
+
 
 # Base of systems defined by a function of the user, and checks of the arguments and results of such functions
-
-
 class GivenSystem(Dynamics):
-    """Base of systems given by a function, its Jacobian, parameters and a start.
+    """Base of systems given by a function, its Jacobian, parameters and a start."""
 
-    `kind` is the word that messages begin with.
-    """
-
+    # `kind` is the word that messages begin with.
     kind: ClassVar[str]
 
     _time: float
@@ -141,8 +139,6 @@ def square_of(owner: str, value: Any, size: int) -> np.ndarray:
 
 
 # Maps given by a function, and checks of the arguments that maps and differential equations share
-
-
 class Map(GivenSystem):
     """The map x -> function(x, **parameters).
 
@@ -179,9 +175,7 @@ class Map(GivenSystem):
         self.reset()
         state_of(f"{self._label}: function", self._next(self.start), len(self.start))
 
-    def reset(
-        self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
-    ) -> None:
+    def reset(self, state: State = None, *, time: float = 0.0, parameters: Parameters = None) -> None:
         self._begin(state, parameters)
         self._time = float(time)
 
@@ -209,16 +203,12 @@ class Map(GivenSystem):
         return central_differences(self._next, x)
 
 
-# Ordinary differential equations with their variational equations
-
 METHODS = ("DOP853", "RK45", "Radau", "BDF")  # solvers of `scipy.integrate` whose next step size can be read and set
 FINEST = 3e-14  # smallest relative tolerance of a step
-
+# Absolute tolerance of tangent vectors of length 1, over rtol; they may shrink by 1e4 between two renormalisations.
 TANGENT_ATOL = 1e-3
-"""Absolute tolerance of tangent vectors of length 1, over rtol; they may shrink by 1e4 between two renormalisations."""
-
+# Times [s] at which the rates are compared with the rates at t = 0, as a test of explicit dependence on time.
 INSTANTS = (0.1234567, 0.3819660, 0.7548777, 1.3247180)
-"""Times [s] at which the rates are compared with the rates at t = 0, as a test of explicit dependence on time."""
 
 
 class NotFiniteError(SolveError):
@@ -300,9 +290,7 @@ class ODE(GivenSystem, ContinuousFlow):
         size, speed = float(np.linalg.norm(self._state)), float(np.linalg.norm(self.velocity()))
         return 0.01 * (max(size, 1e-6) / speed) if speed > 0.0 else 0.01 * (self.period or 1.0)
 
-    def reset(
-        self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
-    ) -> None:
+    def reset(self, state: State = None, *, time: float = 0.0, parameters: Parameters = None) -> None:
         self._begin(state, parameters)
         label = self._label
         self._time, self._h = checks.number(label, "time", time, "s"), None
@@ -403,8 +391,6 @@ class ODE(GivenSystem, ContinuousFlow):
 
     def _solver(self, limit: float, tangents: np.ndarray | None) -> Any:
         """A solver from the present state, whose first step has the size that the last solver proposed."""
-        import scipy.integrate
-
         kind = getattr(scipy.integrate, self.method)
         first = None if self._h is None else min(self._h, limit - self._time)
         if tangents is None:

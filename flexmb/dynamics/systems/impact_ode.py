@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,13 +10,13 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.dynamics.sections.crossing import UP, Height, carry, locate, stride
-from flexmb.dynamics.systems.dynamics import ContinuousFlow, OfFlow
+from flexmb.dynamics.systems.dynamics import ContinuousFlow, OfFlow, Parameters, State
 from flexmb.dynamics.systems.given import ODE, central_differences, state_of
 from flexmb.errors import InputError
+from flexmb.late import scipy
 
+# Spans of time: begin and length, as fractions of so many periods.
 Spans = tuple[tuple[float, float, int], ...]
-"""Spans of time: begin and length, as fractions of so many periods."""
-
 PILE = 1e-12  # time between two impacts, over the time of the run or a step, below which impacts pile up (chatter)
 
 
@@ -83,9 +83,7 @@ class ImpactODE(OfFlow, ContinuousFlow):
     def pace(self) -> float:
         return self.flow.pace
 
-    def reset(
-        self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
-    ) -> None:
+    def reset(self, state: State = None, *, time: float = 0.0, parameters: Parameters = None) -> None:
         self.flow.reset(state, time=time, parameters=parameters)
         if state is None and parameters:  # a start given later may be in flight
             self._start()
@@ -247,8 +245,6 @@ def approaches(flow: ImpactODE, duration: float) -> list[Approach] | None:
 
 def _turning_point(flow: ImpactODE, before: Any, end: float) -> Approach:
     """The turning point between a snapshot and an instant [s]; the flow stays where it is."""
-    import scipy.optimize
-
     after = flow.snapshot()
 
     def rate(duration: float) -> float:
@@ -265,15 +261,12 @@ def _turning_point(flow: ImpactODE, before: Any, end: float) -> Approach:
 
 
 class FromImpact(OfFlow):
-    """The motion of an `ImpactODE` from just before an impact over `times` periods, as a map of (state, instant).
+    """The motion of an `ImpactODE` from just before an impact over `times` periods, as a map of (state, instant)."""
 
-    Equation (9.14) of docs/theory/exponents.md.
-
-    Fixed points are periodic orbits with that impact: the state returns and the gap vanishes.  The impact is not
-    located but stands at the start, so the map is smooth where its closing speed passes 0.  `flow.silent` must hold
-    the span around the instant.
-    """
-
+    # Equation (9.14) of docs/theory/exponents.md.
+    # Fixed points are periodic orbits with that impact: the state returns and the gap vanishes. The impact is not
+    # located but stands at the start, so the map is smooth where its closing speed passes 0. `flow.silent` must hold
+    # the span around the instant.
     unit = "periods"
     flow: ImpactODE
 
@@ -305,9 +298,7 @@ class FromImpact(OfFlow):
     def observe(self) -> np.ndarray:
         return self.state()
 
-    def reset(
-        self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
-    ) -> None:
+    def reset(self, state: State = None, *, time: float = 0.0, parameters: Parameters = None) -> None:
         self._state = self._state if state is None else np.array(state, dtype=np.float64)
         self._time, self.ok, self.status = time, True, "ready"
         self.flow.flow.reset(self._state[:-1], time=self._state[-1], parameters=parameters)
@@ -324,10 +315,8 @@ class FromImpact(OfFlow):
         return self.length / (2.0 * np.pi * self.scale)
 
     def rebound(self, tangents: np.ndarray | None = None) -> tuple[float, float]:
-        """Put the flow just after the impact, with differences (size + 1, k) carried along.
-
-        Returns gap and closing speed before the impact.
-        """
+        """Put the flow just after the impact, with differences (size + 1, k) carried along."""
+        # Returns gap and closing speed before the impact.
         flow, p, t, x = self.flow, self.flow.parameters, float(self._state[-1]), self._state[:-1]
         flow.flow.reset(x, time=t)
         gap, speed = flow.gap_now(), -flow.rate_of_gap()

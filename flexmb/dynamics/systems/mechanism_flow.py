@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from flexmb import checks
-from flexmb.dynamics.systems.dynamics import SMALL, ContinuousFlow, orthonormalise
+from flexmb.dynamics.systems.dynamics import SMALL, ContinuousFlow, Parameters, State, orthonormalise
 from flexmb.dynamics.systems.given import tangents_of
 from flexmb.engine.compiled import ahead
 from flexmb.engine.compiled.digest import Parts, kind_of, parts_of
@@ -38,19 +38,15 @@ from flexmb.statics.start.projection import metric_of, projected
 PLACES = (".ex", ".ey")  # endings of the signals that give the position of a journal in its bearing
 RATES = {"x": "vx", "y": "vy", "theta": "omega"}  # endings of the names of velocities by those of coordinates
 PENETRATION = "penetration"
+# Index of the instant of the onset among the histories that every contact has.
 ONSET = 1
-"""Index of the instant of the onset among the histories that every contact has."""
-
-
-# A mechanism as a flow: its time steps, with tangent vectors, from any state
-
 INSTANT = 1e-3  # time span of the differences in time from which rates are taken, as a multiple of the largest step
+# Size of the differences of states from which slopes of signals are taken, as a multiple of the state's length.
 NUDGE = 1e-6
-"""Size of the differences of states from which slopes of signals are taken, as a multiple of the state's length."""
+# Distance of two trajectories over the length of the state: contacts are nonlinear beyond some 1e-8 m.
 SMALL_IN_CONTACT = 1e-9
-"""Distance of two trajectories over the length of the state: contacts are nonlinear beyond some 1e-8 m."""
+# Shortest reliable duration of a run with error-controlled steps, as a multiple of the smallest allowed step.
 SHORTEST = 100.0
-"""Shortest reliable duration of a run with error-controlled steps, as a multiple of the smallest allowed step."""
 
 
 class Snapshot(NamedTuple):
@@ -236,9 +232,7 @@ class MechanismFlow(ContinuousFlow):
     def observe(self) -> np.ndarray:
         return self.run.record.signals.copy()
 
-    def reset(
-        self, state: np.ndarray | None = None, *, time: float = 0.0, parameters: Mapping[str, Any] | None = None
-    ) -> None:
+    def reset(self, state: State = None, *, time: float = 0.0, parameters: Parameters = None) -> None:
         time = checks.number(self._label, "time", time, "s")
         self._compile({**self.changes, **(parameters or {})})
         if state is None:
@@ -328,10 +322,8 @@ class MechanismFlow(ContinuousFlow):
             self.advance(tau)
             dz = (self.state()[2 * n : -2 * n] - z) / (self.time - here.time)
             self.restore(here)
-        ahead, behind = (
-            accelerations(self.program, q + s * v + 0.5 * s * s * a, v + s * a, self.time + s, z + s * dz)[0]
-            for s in (tau, -tau)
-        )
+        later = ((s, q + s * v + 0.5 * s * s * a, v + s * a, z + s * dz) for s in (tau, -tau))
+        ahead, behind = (accelerations(self.program, x1, v1, self.time + s, z1)[0] for s, x1, v1, z1 in later)
         jerk = (ahead - behind) / (2.0 * tau)
         return np.concatenate([v, a, dz, jerk, jerk])
 
@@ -424,9 +416,8 @@ class MechanismFlow(ContinuousFlow):
 
     def snapshot(self) -> Snapshot:
         run = self.run
-        return Snapshot(
-            self.time, run.flow.saved(), run.record.signals.copy(), run.code, run.note, self.ok, self.status
-        )
+        signals = run.record.signals.copy()
+        return Snapshot(self.time, run.flow.saved(), signals, run.code, run.note, self.ok, self.status)
 
     def restore(self, snapshot: Snapshot) -> None:
         self.run.flow.restore(snapshot.arrays)
@@ -464,10 +455,8 @@ class MechanismFlow(ContinuousFlow):
         """A copy with other steps."""
         other = type(self)(self.base, step=step, method=self.method, period=self.declared)
         other._compile(self.changes)
-        other.run.trial, other.run.redundant = (
-            other.run.trial.replaced(free_multipliers=self.run.trial.free_multipliers),
-            self.run.redundant,
-        )
+        other.run.redundant = self.run.redundant
+        other.run.trial = other.run.trial.replaced(free_multipliers=self.run.trial.free_multipliers)
         other.restore(self.snapshot())
         other.run.record.peak[:] = self.run.record.peak
         return other
@@ -484,10 +473,8 @@ class MechanismFlow(ContinuousFlow):
             self.units = tuple(s.units for s in self.program.names.signals)
         self.changes = dict(changes)
         if self.period is None and isinstance(self.step, Adaptive) and self.step.max is None:
-            text = f"{self._label}: no drive has a period, so the largest step is unknown"
-            raise InputError(
-                f"{text}. Give period= (about that of the motion), step=Adaptive(max=...) or a fixed step."
-            )
+            text = f"{self._label}: no drive has a period, so the largest step is unknown."
+            raise InputError(f"{text} Give period= (about that of the motion), step=Adaptive(max=...) or a fixed step.")
         span = self.period or 1.0
         self.run = CarryingRun(self.program, self.method, self.step, span, span)
         self.ok, self.status = True, "ready"

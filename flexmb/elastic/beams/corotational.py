@@ -80,11 +80,9 @@ def points(start: Point, end: Point, turn: float, places: Sequence[float]) -> li
 
 
 def unstressed_elements(lengths: np.ndarray, bow: np.ndarray, turn: float) -> np.ndarray:
-    """l0, u10 and u20 (n, 3) of the elements of an arc: free length [m] and free rotations against the chord [rad].
-
-    `lengths` (n,) of the elements lie along the arc [m], `bow` (n, 3) is the shortening of their chords, see
-    `flexmb.elastic.beams.fem`; all elements together turn by `turn` [rad].
-    """
+    """l0, u10 and u20 (n, 3) of the elements of an arc: free length [m] and free rotations against the chord [rad]."""
+    # `lengths` (n,) of the elements lie along the arc [m], `bow` (n, 3) is the shortening of their chords, see
+    # `flexmb.elastic.beams.fem`; all elements together turn by `turn` [rad].
     half = 0.5 * turn * lengths / lengths.sum()
     chords = lengths * np.sinc(half / math.pi)
     free = chords + lengths / 30.0 * half * half * bow.sum(axis=1)
@@ -95,14 +93,12 @@ def unstressed_elements(lengths: np.ndarray, bow: np.ndarray, turn: float) -> np
 
 LENGTH, AXIAL, B11, B12, B22, OFFSET1, OFFSET2, ZETA, GRAVITY_X, GRAVITY_Y = range(10)
 M11, M12, M22, G11, G12, G21, G22, H11, H12, H22, J, J1, J2, K11, K12, K22 = range(10, 26)
+# Parameters p: L, ka, kb, offsets, zeta, g, integrals of mass, and the unstressed shape; PARAMETERS is their number.
+# int rho A of products: M of (1 - xi, xi) with themselves, G of these with (N2, N4), H of (N2, N4) with themselves; int
+# rho I of products: J of 1 with itself, J1 and J2 of 1 with (psi2, psi4), K of the latter with themselves. BOW: the
+# shortening of the chord is L/30 (BOW11 u1^2 - BOW12 u1 u2 + BOW22 u2^2), with 2, 1, 2 without shear. FREE1, FREE2:
+# rotations u1, u2 of the unstressed element; FREE_LENGTH: chord and shortening of the unstressed element.
 BOW11, BOW12, BOW22, FREE_LENGTH, FREE1, FREE2, PARAMETERS = range(26, 33)
-"""Parameters p: L, ka, kb, offsets, zeta, g, integrals of mass, and the unstressed shape; PARAMETERS is their number.
-
-int rho A of products: M of (1 - xi, xi) with themselves, G of these with (N2, N4), H of (N2, N4) with themselves;
-int rho I of products: J of 1 with itself, J1 and J2 of 1 with (psi2, psi4), K of the latter with themselves.
-BOW: the shortening of the chord is L/30 (BOW11 u1^2 - BOW12 u1 u2 + BOW22 u2^2), with 2, 1, 2 without shear.
-FREE1, FREE2: rotations u1, u2 of the unstressed element; FREE_LENGTH: chord and shortening of the unstressed element.
-"""
 
 TURN, REST = 6.28125, 0.0019353071795864769  # 2 pi in two parts: the first times a number of turns below 2^40 is exact
 
@@ -154,9 +150,6 @@ def bowing(p, x1, x2):
     """Gradient (g1, g2) of e by u1 and u2, a linear function of (u1, u2)."""
     twice1, twice2 = 2.0 * p[BOW11], 2.0 * p[BOW22]
     return p[LENGTH] / 30.0 * (twice1 * x1 - p[BOW12] * x2), p[LENGTH] / 30.0 * (twice2 * x2 - p[BOW12] * x1)
-
-
-# The corotational beam element, straight or an arc, without shear (Euler, Bernoulli) or with it (Timoshenko)
 
 
 @fast
@@ -234,10 +227,9 @@ def write(c, s, f, r):
 
 @fast
 def forces(p, u, x, motion):
-    """Nodal forces in the axes of the chord, the lift on its ends, and the normal force.
-
-    u : result of `deformation`; x : `felt` accelerations of the ends; motion : rates of chord, u1, u2 and their rates.
-    """
+    """Nodal forces in the axes of the chord, the lift on its ends, and the normal force."""
+    # u : result of `deformation`; x : `felt` accelerations of the ends; motion : rates of chord, u1, u2 and their
+    # rates.
     i, _, _, e, u1, u2 = u
     rho, longer, d1, d2, rho_dot, dd1, dd2 = motion
     m = inertia(p, u1, u2, x, rho_dot, dd1, dd2)

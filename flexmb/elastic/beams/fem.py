@@ -40,10 +40,7 @@ from flexmb.elastic.beams.section import Section, checked_factor, shear_factors
 from flexmb.errors import InputError
 from flexmb.model.law import Material
 
-# Shear of a beam element (Timoshenko): matrices of the cubics with a condensed shear angle
-
 Array = npt.NDArray[np.float64]
-
 BOW = (2.0, 1.0, 2.0)  # shortening of the chord by bending without shear: L/30 (2 u1^2 - u1 u2 + 2 u2^2)
 
 
@@ -65,11 +62,9 @@ def without_shear(stiffness: Array, mass: Array, rotary: Array) -> Bending:
 
 
 def with_shear(lengths: Array, axial: Array, cubics: Bending, flexibility: Array) -> Bending:
-    """Matrices with the shear angle condensed.
-
-    Lengths (n,) [m], axial stiffness ka (n,) [N/m], flexibility (n,) int ds/(ks G A) [m/N], 0: rigid in shear; `cubics`
-    are without shear.
-    """
+    """Matrices with the shear angle condensed."""
+    # Lengths (n,) [m], axial stiffness ka (n,) [N/m], flexibility (n,) int ds/(ks G A) [m/N], 0: rigid in shear;
+    # `cubics` are without shear.
     ends = cubics.stiffness[:, 1::2, 1::2]
     rigid = flexibility == 0.0
     angle = np.where(rigid, np.inf, lengths**2 / np.where(rigid, 1.0, flexibility))  # K
@@ -78,10 +73,8 @@ def with_shear(lengths: Array, axial: Array, cubics: Bending, flexibility: Array
     # sigma of the nodal displacements; 0 for rigid motions
     sigma = np.stack([both, shares[:, 0], -both, shares[:, 1]], axis=1)
     one, zero = np.ones_like(lengths), np.zeros_like(lengths)
-    axis, section = (
-        np.eye(4) + turned[:, :, None] * sigma[:, None, :]
-        for turned in (np.stack([zero, -one, zero, -one], axis=1), np.stack([zero, zero, lengths, zero], axis=1))
-    )
+    turns = ([zero, -one, zero, -one], [zero, zero, lengths, zero])
+    axis, section = (np.eye(4) + np.stack(turn, axis=1)[:, :, None] * sigma[:, None, :] for turn in turns)
     stiffness = _carried(cubics.stiffness, axis)
     stiffness += np.where(rigid, 0.0, angle)[:, None, None] * (sigma[:, :, None] * sigma[:, None, :])
     rotary = _carried(cubics.rotary, section)
@@ -91,36 +84,23 @@ def with_shear(lengths: Array, axial: Array, cubics: Bending, flexibility: Array
 def _carried(matrices: Array, change: Array) -> Array:
     """change^T matrix change, symmetric to the last bit."""
     product: Array = change.transpose(0, 2, 1) @ matrices @ change
-    symmetric: Array = 0.5 * (product + product.transpose(0, 2, 1))
-    return symmetric
+    return np.asarray(0.5 * (product + product.transpose(0, 2, 1)))
 
 
 def _bow(lengths: Array, axial: Array, shares: Array, flexibility: Array) -> Array:
-    """Shortening of the chord by the slopes uk - sigma, less L sigma^2/2, and the share of the shear force in N.
-
-    Reissner measures the axial strain along the normal of the section: (1 + e) cos(sigma) - 1.  To second order of the
-    strains his energy is that of the elongation in equation (2.16), whose last term is K sigma^2/(L ka).
-    """
+    """Shortening of the chord by the slopes uk - sigma, less L sigma^2/2, and the share of the shear force in N."""
+    # Reissner measures the axial strain along the normal of the section: (1 + e) cos(sigma) - 1. To second order of the
+    # strains his energy is that of the elongation in equation (2.16), whose last term is K sigma^2/(L ka).
     first, second = shares.T
     rigid = flexibility == 0.0
     k = 12.0 - np.where(rigid, 0.0, 30.0 / (np.where(rigid, 1.0, flexibility) * axial))
-    return np.stack(
-        [
-            BOW[0] - 3.0 * first - k * first**2,
-            BOW[1] + 3.0 * (first + second) + 2.0 * k * first * second,
-            BOW[2] - 3.0 * second - k * second**2,
-        ],
-        axis=1,
-    )
+    bow1, bow2 = BOW[0] - 3.0 * first - k * first**2, BOW[2] - 3.0 * second - k * second**2
+    return np.stack([bow1, BOW[1] + 3.0 * (first + second) + 2.0 * k * first * second, bow2], axis=1)
 
 
-# Element matrices of a beam, from weak forms with scikit-fem
-
+# Degree [1] up to which polynomials are integrated exactly.
+# Linearly tapered dimensions need it: cubic x cubic x A of degree 2, and slope x slope x I of degree 4.
 QUADRATURE_ORDER = 8
-"""Degree [1] up to which polynomials are integrated exactly.
-
-Linearly tapered dimensions need it: cubic x cubic x A of degree 2, and slope x slope x I of degree 4.
-"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,13 +125,10 @@ class BeamMatrices:
 
     @cached_property
     def inertia_integrals(self) -> Array:
-        """(n, 16) m11 m12 m22 g11 g12 g21 g22 h11 h12 h22 J j1 j2 k11 k12 k22, in the order of `corotational`.
-
-        1 - xi and xi are the cubics (1, -1/L, 0, -1/L) and (0, 1/L, 1, 1/L) of the order w1, theta1, w2, theta2; a turn
-        of all sections by 1 is (0, 1, L, 1).
-
-        Equations (3.8) and (3.9) of docs/theory/inertia.md.
-        """
+        """(n, 16) m11 m12 m22 g11 g12 g21 g22 h11 h12 h22 J j1 j2 k11 k12 k22, in the order of `corotational`."""
+        # 1 - xi and xi are the cubics (1, -1/L, 0, -1/L) and (0, 1/L, 1, 1/L) of the order w1, theta1, w2, theta2; a
+        # turn of all sections by 1 is (0, 1, L, 1).
+        # Equations (3.8) and (3.9) of docs/theory/inertia.md.
         n, L = len(self.lengths), self.lengths
         basis = np.zeros((n, 4, 4))
         basis[:, 0, 0] = basis[:, 1, 2] = basis[:, 2, 1] = basis[:, 3, 3] = 1.0
@@ -250,7 +227,10 @@ def assembled(beams: Sequence[BeamData]) -> list[BeamMatrices]:
     begin, end = (np.concatenate([beam.stations[part] for beam in beams]) for part in (slice(-1), slice(1, None)))
     origin = np.repeat([beam.stations[0] for beam in beams], counts)[:, None]
     size = np.repeat([beam.stations[-1] - beam.stations[0] for beam in beams], counts)[:, None]
-    mesh = _separate_elements(end - begin)
+    # separate elements: scikit-fem inverts a Vandermonde matrix of 1, x, x^2, x^3 for Hermite elements; far from the
+    # origin that loses digits, 1e-5 in the stiffness of the last of 2000 elements; beginning at 0, all digits stay
+    ends = np.stack([np.zeros_like(end), end - begin], axis=1)
+    mesh = MeshLine(ends.reshape(1, -1), np.ascontiguousarray(np.arange(ends.size).reshape(-1, 2).T))
     axial = Basis(mesh, ElementLineP1(), intorder=QUADRATURE_ORDER)
     bending = Basis(mesh, ElementLineHermite(), intorder=QUADRATURE_ORDER)
     E = np.repeat([beam.material.young for beam in beams], counts)[:, None]
@@ -261,26 +241,14 @@ def assembled(beams: Sequence[BeamData]) -> list[BeamMatrices]:
     given = [math.nan if beam.rotary_inertia is True else float(beam.rotary_inertia) for beam in beams]
     turning = np.repeat(given, counts)[:, None]
     flexibility: Array = _INVERSE.elemental(axial, weight=E * A)
-    bent = without_shear(
-        _local(_CURVATURES, bending, E * I),
-        _local(_PRODUCT, bending, rho * A),
-        _local(_SLOPES, bending, np.where(np.isnan(turning), rho * I, turning)),
-    )
+    about = _local(_SLOPES, bending, np.where(np.isnan(turning), rho * I, turning))
+    bent = without_shear(_local(_CURVATURES, bending, E * I), _local(_PRODUCT, bending, rho * A), about)
     if any(beam.shear for beam in beams):
         sliding = _INVERSE.elemental(axial, weight=_shear_rigidities(beams, counts, inside, A))
         bent = with_shear(end - begin, 1.0 / flexibility, bent, sliding)
-    whole = (
-        end - begin,
-        np.array([[1.0, -1.0], [-1.0, 1.0]]) / flexibility[:, None, None],
-        _local(_PRODUCT, axial, rho * A),
-        bent.stiffness,
-        bent.mass + bent.rotary,
-        bent.rotary,
-        bent.shares,
-        bent.bow,
-        E * A_ends,
-        E * I_ends,
-    )
+    along = np.array([[1.0, -1.0], [-1.0, 1.0]]) / flexibility[:, None, None], _local(_PRODUCT, axial, rho * A)
+    across = bent.stiffness, bent.mass + bent.rotary, bent.rotary, bent.shares, bent.bow
+    whole = (end - begin, *along, *across, E * A_ends, E * I_ends)
     bounds = np.cumsum([0, *counts]).tolist()
     return [BeamMatrices(*(array[i:j] for array in whole)) for i, j in pairwise(bounds)]
 
@@ -291,22 +259,11 @@ _SLOPES = BilinearForm(lambda u, v, w: w.weight * u.grad[0] * v.grad[0])
 _CURVATURES = BilinearForm(lambda u, v, w: w.weight * u.hess[0, 0] * v.hess[0, 0])
 
 
-def _separate_elements(lengths: Array) -> MeshLine:
-    """Mesh of separate elements: each begins at 0 and shares no node.
-
-    scikit-fem inverts a Vandermonde matrix of 1, x, x^2, x^3 for Hermite elements; far from the origin that loses
-    digits: 1e-5 in the stiffness of the last of 2000 elements.  Beginning at 0, all digits stay.
-    """
-    ends = np.stack([np.zeros_like(lengths), lengths], axis=1)
-    return MeshLine(ends.reshape(1, -1), np.ascontiguousarray(np.arange(ends.size).reshape(-1, 2).T))
-
-
 def _local(form: BilinearForm, basis: Basis, weight: Array) -> Array:
     """Matrix of `form` of every element, (n, k, k); weight (n, quadrature points)."""
     matrices: Array = np.ascontiguousarray(form.coo_data(basis, weight=weight).tolocal())
     # symmetric to the last bit, which products in another order are not
-    symmetric: Array = 0.5 * (matrices + matrices.transpose(0, 2, 1))
-    return symmetric
+    return np.asarray(0.5 * (matrices + matrices.transpose(0, 2, 1)))
 
 
 def _checked_stations(stations: npt.ArrayLike) -> Array:

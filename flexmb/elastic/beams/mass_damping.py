@@ -244,11 +244,9 @@ def mass_damping_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
 def damping_element(
     part: str, coordinates: tuple[Coordinate, ...], zeta: float, turning: int, mass: np.ndarray, angle: float
 ) -> ElementContribution:
-    """Damping of an element at a rate zeta [1/s] by the coordinates of A, of B and of its nodes.
-
-    `turning` is the number of its nodes that turn, which come first; `mass` (n, n) lies in axes that have the direction
-    `angle` [rad] against the line from A to B in the reference configuration.
-    """
+    """Damping of an element at a rate zeta [1/s] by the coordinates of A, of B and of its nodes."""
+    # `turning` is the number of its nodes that turn, which come first; `mass` (n, n) lies in axes that have the
+    # direction `angle` [rad] against the line from A to B in the reference configuration.
     c, s, turn = math.cos(angle), math.sin(angle), np.eye(len(mass))
     for k in (*range(0, 3 * turning, 3), *range(3 * turning, len(mass), 2)):
         turn[k : k + 2, k : k + 2] = [[c, -s], [s, c]]

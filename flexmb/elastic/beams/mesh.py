@@ -17,6 +17,7 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from flexmb import checks
+from flexmb.dynamics.jobs.files import READ_ERRORS
 from flexmb.errors import FileFormatError, InputError
 
 Array = npt.NDArray[np.float64]
@@ -26,23 +27,8 @@ TAG_NAMES = ("gmsh:physical", "cell_tags", "section")  # names of cell data with
 SAME_PLACE = 1e-9  # distance over the size of the mesh [1] below which two points are one
 FARTHEST = 1e100  # largest coordinate [m], whose square is still a float
 STRAIGHT = 1e-4  # angle up to which a beam counts as straight [rad]; above the rounding of files in single precision
-
-BROKEN = (  # errors that readers of meshio raise on files that are no mesh; some readers even exit
-    OSError,
-    ValueError,
-    LookupError,
-    TypeError,
-    AttributeError,
-    ArithmeticError,
-    AssertionError,
-    RuntimeError,
-    EOFError,
-    MemoryError,
-    SyntaxError,
-    struct.error,
-    zlib.error,
-    SystemExit,
-)
+# Errors that readers of meshio raise on files that are no mesh; some readers even exit.
+BROKEN = (*READ_ERRORS, AssertionError, EOFError, SyntaxError, struct.error, zlib.error, SystemExit)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,12 +64,10 @@ class LineMesh:
 
 
 def read_lines(path: str | PathLike[str], tag: str | None = None) -> LineMesh:
-    """The lines of a mesh file [m] in any format of meshio, with points, edges and tags in the order of the file.
-
-    Cells of other kinds are left out; every node must belong to a line or be a single point (vertex cell).  In 3-D all
-    z must be equal.  `tag` is the name of the integer cell data that hold the tags; None: the first of `TAG_NAMES` that
-    the file has.  Loose nodes, lines of zero length or given twice, and nodes at the same place are refused.
-    """
+    """The lines of a mesh file [m] in any format of meshio, with points, edges and tags in the order of the file."""
+    # Cells of other kinds are left out; every node must belong to a line or be a single point (vertex cell). In 3-D all
+    # z must be equal. `tag` is the name of the integer cell data that hold the tags; None: the first of `TAG_NAMES`
+    # that the file has. Loose nodes, lines of zero length or given twice, and nodes at the same place are refused.
     file = checks.path("mesh", path)
     mesh = read_file(file)
     edges = np.asarray(mesh.get_cells_type("line"), dtype=np.int64).reshape(-1, 2)
@@ -114,11 +98,9 @@ def chain(mesh: LineMesh) -> Indices:
 
 
 def members(mesh: LineMesh) -> list[Indices]:
-    """The straight beams of a frame: node indices from corner, end, branch or change of tag to the next one.
-
-    The first line of a beam in the file gives its direction, and the order of the beams.  A gently curved line is no
-    straight beam and is refused.
-    """
+    """The straight beams of a frame: node indices from corner, end, branch or change of tag to the next one."""
+    # The first line of a beam in the file gives its direction, and the order of the beams. A gently curved line is no
+    # straight beam and is refused.
     lines = _lines_at(mesh)
     stops = {node for node, at in enumerate(lines) if _is_stop(mesh, node, at)}
     done: set[int] = set()
@@ -174,7 +156,7 @@ def plane_points(file: Path, points: Any) -> Array:
         bad = int(np.argmin(sound))
         text = f"{file}: node {bad} is at {xyz[bad].tolist()}; coordinates must be finite, and below {FARTHEST:g} m"
         raise FileFormatError(f"{text}. Mesh the shape again.")
-    if xyz.shape[1] == 3 and np.ptp(xyz[:, 2]) > SAME_PLACE * _size(xyz):
+    if xyz.shape[1] == 3 and np.ptp(xyz[:, 2]) > SAME_PLACE * extent(xyz):
         text = f"{file}: z spreads over {np.ptp(xyz[:, 2]):g} m; flexmb is plane, all z must be equal"
         raise FileFormatError(f"{text}. Turn the mesh into the x-y plane.")
     return np.ascontiguousarray(xyz[:, :2])
@@ -206,17 +188,15 @@ def _tags(file: Path, mesh: Any, tag: str | None, n: int) -> Indices:
     return values.astype(np.int64)
 
 
-def _size(points: Array) -> float:
+def extent(points: Array) -> float:
+    """Largest extent of points (n, 2) along an axis [m]."""
     return float(np.max(np.ptp(points, axis=0)))
 
 
 def _check_shapes(mesh: LineMesh) -> None:
     points, edges, tags = mesh.points, mesh.edges, mesh.tags
-    right = {
-        "points": points.shape[1:] == (2,),
-        "edges": edges.shape[1:] == (2,),
-        "tags": tags.shape == edges.shape[:1],
-    }
+    shapes = points.shape[1:] == (2,), edges.shape[1:] == (2,), tags.shape == edges.shape[:1]
+    right = dict(zip(("points", "edges", "tags"), shapes, strict=True))
     for name, good in right.items():
         if not good:
             text = f"{mesh.name}: {name} have shape {getattr(mesh, name).shape}"
@@ -230,11 +210,12 @@ def _check_lines(mesh: LineMesh) -> None:
     points, edges, name = mesh.points, mesh.edges, mesh.name
     unused = np.setdiff1d(np.arange(len(points)), edges)
     if unused.size:
-        text = f"{name}: {unused.size} nodes belong to no line, the first is node {unused[0]} at {_at(mesh, unused[0])}"
+        first, count = unused[0], unused.size
+        text = f"{name}: {count} nodes belong to no line, the first is node {first} at {at(points, first)}"
         raise InputError(f"{text}. Delete them, or connect them.")
     lengths = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)
     k = int(np.argmin(lengths))
-    if lengths[k] <= SAME_PLACE * _size(points):
+    if lengths[k] <= SAME_PLACE * extent(points):
         text = f"{name}: line {k} between nodes {edges[k, 0]} and {edges[k, 1]} has zero length"
         raise InputError(f"{text}. Delete it and merge its nodes.")
     first_of: dict[frozenset[int], int] = {}
@@ -243,19 +224,21 @@ def _check_lines(mesh: LineMesh) -> None:
         if first != k:
             text = f"{name}: lines {first} and {k} join the same nodes {edge[0]} and {edge[1]}"
             raise InputError(f"{text}. Delete one of them.")
-    _check_distinct(mesh)
+    require_distinct(name, points, "lines")
 
 
-def _check_distinct(mesh: LineMesh) -> None:
-    same = cKDTree(mesh.points).query_pairs(SAME_PLACE * _size(mesh.points), output_type="ndarray")
+def require_distinct(name: str, points: Array, joined: str) -> None:
+    """Refusal of nodes (n, 2) at the same place; `joined`: the kind of cells that they should join."""
+    same = cKDTree(points).query_pairs(SAME_PLACE * extent(points), output_type="ndarray")
     if len(same):
         i, j = min(same.tolist())
-        text = f"{mesh.name}: nodes {i} and {j} lie at the same place {_at(mesh, i)}, so the lines there are not joined"
-        raise InputError(f"{text}. Merge the nodes (in gmsh: Coherence Mesh).")
+        text = f"{name}: nodes {i} and {j} lie at the same place {at(points, i)}, so the {joined} there are not joined"
+        raise InputError(f"{text}; {len(same)} such pairs in all. Merge the nodes (in gmsh: Coherence Mesh).")
 
 
-def _at(mesh: LineMesh, node: int) -> str:
-    x, y = mesh.points[node]
+def at(points: Array, node: int) -> str:
+    """Place of a node, for messages."""
+    x, y = points[node]
     return f"({x:g}, {y:g}) m"
 
 

@@ -294,8 +294,8 @@ class GeneralSection(Prismatic):
         return factor
 
 
+# Rule of the ends of a tapered section.
 PRISMATIC = instance(Prismatic, "a section with constant dimensions, such as Rectangle(width=..., height=...)")
-"""Rule of the ends of a tapered section."""
 
 
 @record

@@ -53,31 +53,26 @@ def deformation(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape) -
 
 
 def element_shape(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape, xi: np.ndarray) -> np.ndarray:
-    """Points of the deformed axis, (n, m, 2) [m]; the points at xi = 0 and xi = 1 are the nodes, to the last bit.
-
-    Poses are x, y, theta of the end nodes, (n, 3) or (3,) [m, rad]; xi (m,) are fractions of the length.
-    """
+    """Points of the deformed axis, (n, m, 2) [m]; the points at xi = 0 and xi = 1 are the nodes, to the last bit."""
+    # Poses are x, y, theta of the end nodes, (n, 3) or (3,) [m, rad]; xi (m,) are fractions of the length.
     start, end = np.atleast_2d(pose_start)[:, None, :2], np.atleast_2d(pose_end)[:, None, :2]
     d = deformation(pose_start, pose_end, beam)
     w = beam.length * _blend(d, beam, xi, 0)
     normal = np.stack([-d.s, d.c], axis=-1)[:, None, :]
     along = np.asarray(xi, dtype=float)[None, :, None]
-    points: np.ndarray = (1.0 - along) * start + along * end + w[:, :, None] * normal
-    return points
+    return np.asarray((1.0 - along) * start + along * end + w[:, :, None] * normal)
 
 
 def curvature(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape, xi: np.ndarray) -> np.ndarray:
     """Curvature w'' of the axis, less that of the unstressed one, (n, m) [1/m]; arguments as for `element_shape`."""
     d, (_, free1, free2) = deformation(pose_start, pose_end, beam), beam.free
-    second: np.ndarray = _blend(d._replace(u1=d.u1 - free1, u2=d.u2 - free2), beam, xi, 2) / beam.length
-    return second
+    return np.asarray(_blend(d._replace(u1=d.u1 - free1, u2=d.u2 - free2), beam, xi, 2) / beam.length)
 
 
 def section_forces(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape, xi: np.ndarray) -> SectionForces:
-    """Axial force [N], bending moment [N m] and shear force [N], each (n, m); arguments as for `element_shape`.
-
-    The moments at the ends are in balance with the nodes whatever the section does in between, also for tapered beams.
-    """
+    """Axial force [N], bending moment [N m] and shear force [N], each (n, m); arguments as for `element_shape`."""
+    # The moments at the ends are in balance with the nodes whatever the section does in between, also for tapered
+    # beams.
     d = deformation(pose_start, pose_end, beam)
     L, (b11, b12, b22), (p, q, r), (free, free1, free2) = beam.length, beam.bending, beam.bow, beam.free
     e = d.l - free + L / 30.0 * (p * d.u1**2 - q * d.u1 * d.u2 + r * d.u2**2)
@@ -92,23 +87,20 @@ def section_forces(pose_start: np.ndarray, pose_end: np.ndarray, beam: BeamShape
 
 def bending_stiffness(beam: BeamShape, xi: np.ndarray) -> np.ndarray:
     """E I of the section, (m,) [N m2], linear between the ends."""
-    stiffness: np.ndarray = np.interp(xi, (0.0, 1.0), beam.ei)
-    return stiffness
+    return np.asarray(np.interp(xi, (0.0, 1.0), beam.ei))
 
 
 def _rotation(theta: np.ndarray, c: np.ndarray, s: np.ndarray) -> np.ndarray:
     """theta less the direction of the chord, in (-pi, pi]."""
     ct, st = np.cos(theta), np.sin(theta)
-    angle: np.ndarray = np.arctan2(st * c - ct * s, ct * c + st * s)
-    return angle
+    return np.asarray(np.arctan2(st * c - ct * s, ct * c + st * s))
 
 
 def _blend(d: Deformation, beam: BeamShape, xi: np.ndarray, derivative: int) -> np.ndarray:
     """The cubic of the axis, or its second derivative, on an element of unit length; (n, m)."""
     h1, h2 = _cubics(tuple(np.asarray(xi, dtype=float).tolist()))[derivative]
     sheared = beam.shear[0] * d.u1 + beam.shear[1] * d.u2
-    blend: np.ndarray = (d.u1 - sheared)[:, None] * h1 + (d.u2 - sheared)[:, None] * h2
-    return blend
+    return np.asarray((d.u1 - sheared)[:, None] * h1 + (d.u2 - sheared)[:, None] * h2)
 
 
 @lru_cache(maxsize=64)

@@ -16,9 +16,8 @@ from flexmb.engine.compiled.arrays import part_of, stack_vector
 from flexmb.errors import InputError
 from flexmb.kernels import extremum_kernel, fast
 
+
 # Strain and stress of beams from the poses of their nodes
-
-
 @dataclass(frozen=True)
 class BeamElements:
     """The elements of one beam, for strains."""
@@ -32,14 +31,11 @@ class BeamElements:
     unstressed: np.ndarray  # (3, n) l0 [m], u10 and u20 [rad]; see `flexmb.elastic.beams.corotational`
 
     def strains(self, x: np.ndarray, y: np.ndarray, theta: np.ndarray) -> np.ndarray:
-        """Largest strain (instants, n) of the outer fibres of each element, axial and bending strain added.
-
-        Equation (2.12) of docs/theory/beam.md.  Poses x, y, theta of the nodes are (instants, n + 1) [m, rad].
-
-        The strains are those with the chord of an element, the shortening of the chord by bending, and the cubic shape
-        of the corotational element: curvatures at the ends are (4 u1 + 2 u2)/L and (2 u1 + 4 u2)/L, where u1, u2 are
-        the rotations of the axis less those of the unstressed element.  Source: as of `beams.corotational`.
-        """
+        """Largest strain (instants, n) of the outer fibres of each element, axial and bending strain added."""
+        # Equation (2.12) of docs/theory/beam.md. Poses x, y, theta of the nodes are (instants, n + 1) [m, rad].
+        # The strains are those with the chord of an element, the shortening of the chord by bending, and the cubic
+        # shape of the corotational element: curvatures at the ends are (4 u1 + 2 u2)/L and (2 u1 + 4 u2)/L, where u1,
+        # u2 are the rotations of the axis less those of the unstressed element. Source: as of `beams.corotational`.
         dx, dy, L = np.diff(x, axis=1), np.diff(y, axis=1), self.lengths
         chord = np.arctan2(dy, dx)
         u1 = wrapped(theta[:, :-1] + self.offsets[0] - chord)
@@ -51,8 +47,7 @@ class BeamElements:
         sheared = self.shear[0] * u1 + self.shear[1] * u2
         u1, u2 = u1 - sheared, u2 - sheared
         bending = np.maximum(np.abs(4.0 * u1 + 2.0 * u2), np.abs(2.0 * u1 + 4.0 * u2)) / L
-        strain: np.ndarray = np.abs(axial) + bending * self.outer
-        return strain
+        return np.asarray(np.abs(axial) + bending * self.outer)
 
 
 def wrapped(angle: np.ndarray) -> np.ndarray:
@@ -72,12 +67,10 @@ def outer_fibres(section: Section, stations: np.ndarray) -> np.ndarray:
 # Largest normal stress in the outer fibres of beams, and the node where it acts
 
 COUNT, HEAD = range(2)
+# Parameters p: number of elements. At HEAD, of each element: first coordinates of its ends, numbers of its nodes, 1/A
+# and c/I at its start and end, and the parameters of the element.
 START, END, START_NODE, END_NODE, START_AREA, START_MODULUS, END_AREA, END_MODULUS, OWN = range(9)
-"""Parameters p: number of elements.  At HEAD, of each element: first coordinates of its ends, numbers of its nodes, 1/A
-and c/I at its start and end, and the parameters of the element."""
-
 SIZE = OWN + PARAMETERS  # numbers of an element
-
 six = stack_vector(6)
 
 
@@ -91,10 +84,8 @@ def end_stresses(p, at, q):
     own = part_of(p, at + OWN, at + SIZE)
     _, _, _, e, u1, u2 = deformation(own, ends)
     N, m1, m2 = elastic(own, e, u1, u2, 0.0, 0.0, 0.0)
-    return (
-        abs(N) * p[at + START_AREA] + abs(m1) * p[at + START_MODULUS],
-        abs(N) * p[at + END_AREA] + abs(m2) * p[at + END_MODULUS],
-    )
+    first = abs(N) * p[at + START_AREA] + abs(m1) * p[at + START_MODULUS]
+    return first, abs(N) * p[at + END_AREA] + abs(m2) * p[at + END_MODULUS]
 
 
 @extremum_kernel

@@ -5,18 +5,7 @@ from functools import cache
 
 import numpy as np
 import numpy.typing as npt
-from skfem import (
-    Element,
-    ElementQuad1,
-    ElementQuad2,
-    ElementTriP1,
-    ElementTriP2,
-    Mesh2D,
-    MeshQuad1,
-    MeshQuad2,
-    MeshTri1,
-    MeshTri2,
-)
+import skfem as fe
 from skfem.quadrature import get_quadrature
 
 # Kinds of plane cells: local order of nodes, edges, shape functions, degrees of quadrature
@@ -33,8 +22,8 @@ class CellKind:
     corners: int  # number of corners
     # local nodes of each edge: both ends, then the middle of quadratic cells; the cell lies on the left
     edges: tuple[tuple[int, ...], ...]
-    element: type[Element]  # scikit-fem's shape functions
-    mesh: type[Mesh2D]  # scikit-fem's class of meshes with these cells, curved where the middles are off the chords
+    element: type[fe.Element]  # scikit-fem's shape functions
+    mesh: type[fe.Mesh2D]  # scikit-fem's class of meshes with these cells, curved where the middles are off the chords
     # degree up to which stiffness, stress and geometric stiffness are integrated exactly; the stiffness of cells with
     # straight edges, without taper, is then exact
     stiffness_order: int
@@ -48,8 +37,7 @@ class CellKind:
     @property
     def reference_nodes(self) -> Array:
         """(2, nodes) coordinates of the nodes in the reference cell."""
-        places: Array = np.asarray(self.element().doflocs, dtype=float).T
-        return places
+        return np.asarray(np.asarray(self.element().doflocs, dtype=float).T)
 
     def shape_functions(self, places: Array) -> tuple[Array, Array]:
         """Values (nodes, q), gradients (2, nodes, q) of shape functions at places (2, q) of the reference cell."""
@@ -61,14 +49,15 @@ class CellKind:
 
 
 TRIANGLE, QUADRILATERAL = ((0, 1), (1, 2), (2, 0)), ((0, 1), (1, 2), (2, 3), (3, 0))  # edges of cells by their corners
+QUADRATIC = tuple((*edge, 4 + i) for i, edge in enumerate(QUADRILATERAL))  # with the middles of the edges
 
 KINDS = {  # kinds of cells by name
     kind.name: kind
     for kind in (
-        CellKind("tri3", 3, 3, TRIANGLE, ElementTriP1, MeshTri1, 1, 2),
-        CellKind("tri6", 6, 3, tuple((*e, 3 + i) for i, e in enumerate(TRIANGLE)), ElementTriP2, MeshTri2, 4, 6),
-        CellKind("quad4", 4, 4, QUADRILATERAL, ElementQuad1, MeshQuad1, 3, 3),
-        CellKind("quad9", 9, 4, tuple((*e, 4 + i) for i, e in enumerate(QUADRILATERAL)), ElementQuad2, MeshQuad2, 5, 7),
+        CellKind("tri3", 3, 3, TRIANGLE, fe.ElementTriP1, fe.MeshTri1, 1, 2),
+        CellKind("tri6", 6, 3, tuple((*e, 3 + i) for i, e in enumerate(TRIANGLE)), fe.ElementTriP2, fe.MeshTri2, 4, 6),
+        CellKind("quad4", 4, 4, QUADRILATERAL, fe.ElementQuad1, fe.MeshQuad1, 3, 3),
+        CellKind("quad9", 9, 4, QUADRATIC, fe.ElementQuad2, fe.MeshQuad2, 5, 7),
     )
 }
 
@@ -86,11 +75,8 @@ def jacobians(points: Array, cells: npt.NDArray[np.int64], kind: str) -> Array:
     slopes = KINDS[kind].shape_functions(places_of_check(kind))[1]
     x = points[cells]
     J = np.einsum("mka,bkq->abmq", x, slopes, optimize=True)
-    found: Array = J[0, 0] * J[1, 1] - J[0, 1] * J[1, 0]
-    return found
+    return np.asarray(J[0, 0] * J[1, 1] - J[0, 1] * J[1, 0])
 
-
-# Boundary of a plane mesh: edges of one cell alone, closed loops, holes
 
 Indices = npt.NDArray[np.int64]
 
@@ -108,8 +94,7 @@ class Edges:
     @property
     def boundary(self) -> Indices:
         """(b, 2) or (b, 3) nodes of the edges of the boundary, with the body on the left."""
-        found: Indices = self.nodes[self.counts == 1]
-        return found
+        return np.asarray(self.nodes[self.counts == 1])
 
 
 def edges_of(cells: Indices, kind: str) -> Edges:
@@ -130,11 +115,9 @@ def edges_of(cells: Indices, kind: str) -> Edges:
 
 
 def loops_of(boundary: Indices) -> list[Indices]:
-    """Closed loops of boundary edges: nodes in order, middles between their corners, the body on the left.
-
-    A node at which more than two boundary edges meet ends a loop early; `PlaneMesh` refuses such meshes.  The edges are
-    (b, 2) or (b, 3) nodes.
-    """
+    """Closed loops of boundary edges: nodes in order, middles between their corners, the body on the left."""
+    # A node at which more than two boundary edges meet ends a loop early; `PlaneMesh` refuses such meshes. The edges
+    # are (b, 2) or (b, 3) nodes.
     after = dict(zip(boundary[:, 0].tolist(), boundary.tolist(), strict=True))
     loops = []
     while after:

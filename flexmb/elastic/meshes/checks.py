@@ -9,14 +9,12 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from flexmb import checks
-from flexmb.elastic.beams.mesh import FARTHEST
+from flexmb.elastic.beams.mesh import FARTHEST, at, require_distinct
 from flexmb.elastic.meshes.cell_kinds import KINDS, Edges, jacobians
 from flexmb.errors import InputError
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
-
-SAME_PLACE = 1e-9  # distance over the size of the mesh [1] below which two nodes are one
 FLAT = 1e-6  # Jacobian determinant over the square of a cell's longest side [1] up to which the cell counts as flat
 ON_EDGE = 1e-6  # distance of a node from another cell's edge over the edge's length [1] up to which it is on the edge
 
@@ -33,8 +31,7 @@ def checked_points(label: str, points: Any) -> Array:
     if not finite.all():
         bad = int(np.argmin(finite))
         raise InputError(f"{label}: node {bad} is at {found[bad].tolist()}; coordinates must be finite. Mesh it again.")
-    points_found: Array = _read_only(found)
-    return points_found
+    return np.asarray(_read_only(found))
 
 
 def checked_cells(label: str, cells: Any, kind: str, nodes: int) -> Indices:
@@ -52,8 +49,7 @@ def checked_cells(label: str, cells: Any, kind: str, nodes: int) -> Indices:
         bad = int(np.argmax(twice))
         text = f"{label}: cell {bad} names a node twice: {found[bad].tolist()}; {int(twice.sum())} such cells in all"
         raise InputError(f"{text}. Use triangles where quadrilaterals collapse.")
-    cells_found: Indices = _read_only(found)
-    return cells_found
+    return np.asarray(_read_only(found))
 
 
 def checked_groups(label: str, field: str, groups: Any, of: str, count: int) -> dict[str, Indices]:
@@ -77,7 +73,7 @@ def checked_groups(label: str, field: str, groups: Any, of: str, count: int) -> 
 def require_sound(label: str, points: Array, cells: Indices, kind: str, edges: Edges) -> None:
     """Refuse meshes whose cells are no decomposition of one connected body."""
     _require_used(label, points, cells)
-    _require_distinct(label, points)
+    require_distinct(label, points, "cells")
     _require_once(label, points, cells, kind)
     _require_upright(label, points, cells, kind)
     _require_two_cells(label, points, edges)
@@ -95,23 +91,14 @@ def _require_used(label: str, points: Array, cells: Indices) -> None:
         raise InputError(f"{text}. Delete them, or read the file with meshes.read, which leaves them out.")
 
 
-def _require_distinct(label: str, points: Array) -> None:
-    pairs = cKDTree(points).query_pairs(SAME_PLACE * _extent(points), output_type="ndarray")
-    if len(pairs):
-        i, j = min(pairs.tolist())
-        text = f"{label}: nodes {i} and {j} lie at the same place {at(points, i)}, so the cells there are not joined"
-        raise InputError(f"{text}; {len(pairs)} such pairs in all. Merge the nodes (in gmsh: Coherence Mesh).")
-
-
 def _require_once(label: str, points: Array, cells: Indices, kind: str) -> None:
     corners = np.sort(cells[:, : KINDS[kind].corners], axis=1)
     _, first, inverse, counts = np.unique(corners, axis=0, return_index=True, return_inverse=True, return_counts=True)
     if counts.max() > 1:
         bad = int(np.argmax(counts))
         second = int(np.flatnonzero(inverse.ravel() == bad)[1])
-        text = (
-            f"{label}: cells {int(first[bad])} and {second} have the same corners at {_of_cell(points, cells[second])}"
-        )
+        place = _of_cell(points, cells[second])
+        text = f"{label}: cells {int(first[bad])} and {second} have the same corners at {place}"
         raise InputError(f"{text}; {int((counts > 1).sum())} such pairs in all. Delete one of each.")
 
 
@@ -166,10 +153,8 @@ def _require_one_piece(label: str, points: Array, cells: Indices, edges: Edges) 
         sizes = np.bincount(piece)
         small = int(np.argmin(sizes))
         first = int(np.argmax(piece == small))
-        text = (
-            f"{label}: the cells form {count} pieces that share no edge; the smallest has {int(sizes[small])} cells, "
-        )
-        text += f"one of them is cell {first} at {_of_cell(points, cells[first])}"
+        text = f"{label}: the cells form {count} pieces that share no edge; the smallest has {int(sizes[small])} cells"
+        text += f", one of them is cell {first} at {_of_cell(points, cells[first])}"
         raise InputError(f"{text}. Merge nodes at the same place, mesh the pieces as one, or make one body of each.")
 
 
@@ -215,16 +200,6 @@ def _read_only(values: Any) -> Any:
     values = np.ascontiguousarray(values)
     values.setflags(write=False)
     return values
-
-
-def _extent(points: Array) -> float:
-    return float(np.ptp(points, axis=0).max())
-
-
-def at(points: Array, node: int) -> str:
-    """Place of a node, for messages."""
-    x, y = points[node]
-    return f"({x:g}, {y:g}) m"
 
 
 def _of_cell(points: Array, nodes: Indices) -> str:

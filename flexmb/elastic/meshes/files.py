@@ -19,10 +19,8 @@ from flexmb.errors import FileFormatError
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 Groups = dict[str, list[Indices]]
-
+# Kind of the cells of meshio.
 CELLS = {"triangle": "tri3", "triangle6": "tri6", "quad": "quad4", "quad8": "quad9", "quad9": "quad9"}
-"""Kind of the cells of meshio."""
-
 TRIANGLES = {"quad4": "tri3", "quad9": "tri6"}  # kind of the triangles into which quadrilaterals are halved
 
 TURNED = {  # nodes of a cell in the other sense of rotation, by kind
@@ -61,23 +59,17 @@ def read(path: str | PathLike[str], unit: float = 1.0) -> PlaneMesh:
     numbers = np.full(len(points), -1)
     used = np.unique(cells)
     numbers[used] = np.arange(len(used))
-    chosen = {name: _numbered(numbers, nodes) for name, nodes in sets.items()}
+    chosen = {name: numbers[np.unique(np.concatenate(nodes))] for name, nodes in sets.items()}  # -1: without a cell
     places = {name: np.flatnonzero(np.isin(owners, np.concatenate(own))) for name, own in regions.items()}
-    return PlaneMesh(
-        points[used],
-        numbers[_upright(points, cells, kind)],
-        kind,
-        {name: nodes for name, nodes in chosen.items() if nodes.size},
-        {name: own for name, own in places.items() if own.size},
-        file.name,
-    )
+    own = {name: nodes[nodes >= 0] for name, nodes in chosen.items() if (nodes >= 0).any()}
+    regions_found = {name: cells_of for name, cells_of in places.items() if cells_of.size}
+    return PlaneMesh(points[used], numbers[_upright(points, cells, kind)], kind, own, regions_found, file.name)
 
 
 def _plane_cells(file: Path, mesh: Any, points: Array) -> tuple[Array, Indices, str, Indices]:
     """Nodes, cells, their kind, and the number of the file's cell (blocks one after the other) of each cell."""
-    blocks = [
-        (CELLS[b.type], b.type, np.asarray(b.data, dtype=np.int64), n) for b, n in _blocks(mesh) if b.type in CELLS
-    ]
+    given = [(b.type, b.data, n) for b, n in _blocks(mesh) if b.type in CELLS]
+    blocks = [(CELLS[kind], kind, np.asarray(data, dtype=np.int64), n) for kind, data, n in given]
     kinds = {kind for kind, *_ in blocks}
     if not blocks:
         found = ", ".join(sorted({block.type for block in mesh.cells})) or "none"
@@ -144,12 +136,6 @@ def _dimension(block: Any) -> int:
 def _name(name: str) -> str:
     """A name as flexmb allows it: without dots, slashes and outer blanks."""
     return name.strip().replace(".", "_").replace("/", "_")
-
-
-def _numbered(numbers: Indices, nodes: list[Indices]) -> Indices:
-    """Numbers of a set's nodes in the mesh; nodes without a cell are left out."""
-    found = numbers[np.unique(np.concatenate(nodes))]
-    return found[found >= 0]
 
 
 def _upright(points: Array, cells: Indices, kind: str) -> Indices:

@@ -25,8 +25,6 @@ Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 Curve = Callable[[Array], Array]  # function of numbers s (n,) from 0 to 1 that returns points of a curve (n, 2) [m]
 SAME_PLACE = 1e-7  # distance over the size of the mesh [1] below which nodes of two blocks are one
-
-
 MOST_NODES = 4_000_000  # largest number of nodes of a block; more is a length in millimetres or a slip of the size
 
 
@@ -48,8 +46,7 @@ def arc(centre: Sequence[float], radius: float, start: float, end: float) -> Cur
 
     def points(s: Array) -> Array:
         angle = start + s * (end - start)
-        found: Array = c + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        return found
+        return np.asarray(c + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1))
 
     return points
 
@@ -80,7 +77,8 @@ def joined(grids: Sequence[Array], kind: str, name: str) -> PlaneMesh:
     starts = np.cumsum([0, *(grid.shape[0] * grid.shape[1] for grid in grids)])
     nodes = _merged(points)
     cells = np.concatenate([nodes[_cells_of(grid) + start] for grid, start in zip(grids, starts[:-1], strict=True)])
-    cells = _as_kind(points[_first_of(nodes)], cells, kind)
+    quads = kind.startswith("quad")
+    cells = cells[:, : KINDS[kind].nodes] if quads else halved(points[_first_of(nodes)], cells, kind)
     used, numbers = np.unique(cells, return_inverse=True)
     return PlaneMesh(points[_first_of(nodes)][used], numbers.reshape(cells.shape), kind, name=name)
 
@@ -93,8 +91,7 @@ def with_sets(mesh: PlaneMesh, sets: dict[str, npt.NDArray[np.bool_]]) -> PlaneM
 
 def on_circle(points: Array, centre: Sequence[float], radius: float) -> npt.NDArray[np.bool_]:
     """Whether points lie on a circle."""
-    near: npt.NDArray[np.bool_] = np.abs(np.linalg.norm(points - np.asarray(centre), axis=1) - radius) < 1e-6 * radius
-    return near
+    return np.asarray(np.abs(np.linalg.norm(points - np.asarray(centre), axis=1) - radius) < 1e-6 * radius)
 
 
 def _merged(points: Array) -> Indices:
@@ -103,8 +100,7 @@ def _merged(points: Array) -> Indices:
     pairs = cKDTree(points).query_pairs(reach, output_type="ndarray")
     links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(points), len(points)))
     labels = connected_components(links, directed=False)[1]
-    found: Indices = labels.astype(np.int64)
-    return found
+    return np.asarray(labels.astype(np.int64))
 
 
 def _first_of(nodes: Indices) -> Indices:
@@ -117,21 +113,11 @@ def _cells_of(grid: Array) -> Indices:
     rows, columns = grid.shape[:2]
     number = np.arange(rows * columns).reshape(rows, columns)
     places = [(0, 0), (0, 2), (2, 2), (2, 0), (0, 1), (1, 2), (2, 1), (1, 0), (1, 1)]
-    if _turns_left(grid):
+    down, right = grid[2, 0] - grid[0, 0], grid[0, 2] - grid[0, 0]
+    if down[0] * right[1] - down[1] * right[0] > 0.0:  # the first index turns counter-clockwise into the second one
         places = [(j, i) for i, j in places]
     cells = [number[i : rows - 2 + i : 2, j : columns - 2 + j : 2].ravel() for i, j in places]
     return np.stack(cells, axis=1)
-
-
-def _turns_left(grid: Array) -> bool:
-    """Whether the first index turns counter-clockwise into the second one."""
-    down, right = grid[2, 0] - grid[0, 0], grid[0, 2] - grid[0, 0]
-    return bool(down[0] * right[1] - down[1] * right[0] > 0.0)
-
-
-def _as_kind(points: Array, cells: Indices, kind: str) -> Indices:
-    """Cells of nine nodes as cells of another kind."""
-    return cells[:, : KINDS[kind].nodes] if kind.startswith("quad") else halved(points, cells, kind)
 
 
 def halved(points: Array, cells: Indices, kind: str) -> Indices:
@@ -144,8 +130,6 @@ def halved(points: Array, cells: Indices, kind: str) -> Indices:
     n = KINDS[kind].nodes
     return np.concatenate([turned[:, [0, 1, 2, 4, 5, 8][:n]], turned[:, [0, 2, 3, 8, 6, 7][:n]]])
 
-
-# Triangle meshes of polygons with round holes: even boundary nodes, a lattice inside, smoothing, Delaunay
 
 CLEAR = 0.7  # distance of the lattice from the boundary over the size of the cells [1]
 STRETCHED = 0.85  # third side of a triangle over the two on the boundary [1], above which these are nearly one line
@@ -226,8 +210,7 @@ def _behind_bends(points: Array, cells: Indices, edges: Indices) -> Array:
     bent = along & (ahead[turned[:, 0]] == turned[:, 1]) & (ahead[turned[:, 1]] == turned[:, 2])
     chord = (c - a)[bent]
     inwards = np.stack([-chord[:, 1], chord[:, 0]], axis=1) / np.linalg.norm(chord, axis=1)[:, None]
-    found: Array = b[bent] + 0.5 * lengths[bent, None] * inwards
-    return found
+    return np.asarray(b[bent] + 0.5 * lengths[bent, None] * inwards)
 
 
 def _is_clear(points: Array, fixed: Array, edges: Indices) -> npt.NDArray[np.bool_]:
@@ -235,8 +218,7 @@ def _is_clear(points: Array, fixed: Array, edges: Indices) -> npt.NDArray[np.boo
     ends = fixed[edges]
     lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     near, of = cKDTree(ends.mean(axis=1)).query(points)
-    clear: npt.NDArray[np.bool_] = near > CLEAR * lengths[of]
-    return clear
+    return np.asarray(near > CLEAR * lengths[of])
 
 
 def _smoothed(points: Array, cells: Indices, held: int, fixed: Array, edges: Indices) -> Array:
@@ -261,8 +243,7 @@ def _inside(shape: Shape, points: Array) -> Indices:
     area = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
     cells[area < 0.0] = cells[area < 0.0][:, [0, 2, 1]]
     # three nodes on one side of the outline may span a cell by round-off
-    found: Indices = cells[np.abs(area) > FLAT * np.median(np.abs(area))]
-    return found
+    return np.asarray(cells[np.abs(area) > FLAT * np.median(np.abs(area))])
 
 
 def _require_boundary(shape: Shape, points: Array, cells: Indices, edges: Indices) -> None:

@@ -20,11 +20,8 @@ from flexmb.elastic.meshes.checks import checked_cells, checked_groups, checked_
 from flexmb.errors import InputError
 from flexmb.model.law import Material
 
-# Plane mesh: nodes, cells of one kind, named sets of nodes and named groups of cells
-
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
-
 ON_CIRCLE = 1e-3  # spread of distances from the centre over the radius [1] up to which nodes lie on a circle
 PLACES = 13  # decimal places of centres, counted from the leading digit of the size of the mesh
 
@@ -112,15 +109,13 @@ class PlaneMesh:
 
     def edges_in(self, name: str) -> Indices:
         """(b, 2) or (b, 3) nodes of the boundary edges whose ends lie in the set `name`."""
-        found: Indices = self.edges.nodes[self.edge_numbers(name)]
-        return found
+        return np.asarray(self.edges.nodes[self.edge_numbers(name)])
 
     def edge_numbers(self, name: str) -> Indices:
         """(b,) numbers, among `edges`, of the boundary edges whose ends lie in the set `name`."""
         numbers = np.flatnonzero(self.edges.counts == 1)
         inside = np.isin(self.edges.nodes[numbers, :2], self.set_of(name)).all(axis=1)
-        found: Indices = numbers[inside]
-        return found
+        return np.asarray(numbers[inside])
 
     def set_of(self, name: str) -> Indices:
         """Nodes of the set `name`, or `InputError` that lists the sets."""
@@ -279,8 +274,7 @@ def _pairs_in(edges: Indices, wanted: Indices, nodes: int) -> Indices:
     """Numbers of the edges with the ends `wanted` (b, 2), in either direction, of a mesh with so many nodes."""
     keys, others = (np.sort(e[:, :2], axis=1) @ np.array([nodes, 1]) for e in (edges, wanted))
     order = np.argsort(keys)
-    found: Indices = order[np.searchsorted(keys, others, sorter=order)]
-    return found
+    return np.asarray(order[np.searchsorted(keys, others, sorter=order)])
 
 
 def circle_of(mesh: PlaneMesh, name: str) -> tuple[Array, float]:
@@ -301,14 +295,13 @@ def _centre_of_circle(points: Array) -> Array | None:
     radii = np.linalg.norm(points - found[:2], axis=1)
     if rank < 3 or np.ptp(radii) > ON_CIRCLE * radii.mean():
         return None
-    centre: Array = found[:2]
-    return centre
+    return np.asarray(found[:2])
 
-
-# Values of regions of a mesh: one value for all cells, or one for each region
 
 Value = TypeVar("Value")
 ByRegion: TypeAlias = Value | Mapping[str, Value] | tuple[tuple[str, Value], ...]  # all cells', or by name of a region
+Materials: TypeAlias = ByRegion[Material]
+Thickness: TypeAlias = ByRegion[float]  # [m]
 STRESS, STRAIN = "stress", "strain"  # plane stress: thin plates, free to contract across; strain: thick bodies, held
 
 
@@ -332,9 +325,8 @@ def cell_values(mesh: PlaneMesh, field: str, value: ByRegion[Value]) -> list[tup
     found, counts = [], np.zeros(len(mesh.cells), dtype=np.int64)
     for name, item in pairs:
         if name not in mesh.regions:
-            known = (
-                checks.did_you_mean(name, mesh.regions) if mesh.regions else "The mesh has no regions: give one value."
-            )
+            none = "The mesh has no regions: give one value."
+            known = checks.did_you_mean(name, mesh.regions) if mesh.regions else none
             raise InputError(f"{mesh.label} has no region {name!r} for {field}. {known}")
         found.append((item, mesh.regions[name]))
         counts[mesh.regions[name]] += 1
@@ -354,12 +346,10 @@ def numbers_of_cells(mesh: PlaneMesh, field: str, value: ByRegion[float], unit: 
     return numbers
 
 
-def elasticity(mesh: PlaneMesh, material: ByRegion[Material], state: str) -> Array:
-    """(m, 3) stiffnesses D11, D12, D33 [Pa] of each cell, of plane stress or plane strain.
-
-    sx = D11 ex + D12 ey, sy = D12 ex + D11 ey, txy = D33 gxy.
-    Equations (11.1) and (11.2) of docs/theory/plane_bodies.md.
-    """
+def elasticity(mesh: PlaneMesh, material: Materials, state: str) -> Array:
+    """(m, 3) stiffnesses D11, D12, D33 [Pa] of each cell, of plane stress or plane strain."""
+    # sx = D11 ex + D12 ey, sy = D12 ex + D11 ey, txy = D33 gxy.
+    # Equations (11.1) and (11.2) of docs/theory/plane_bodies.md.
     checks.one_of(mesh.label, "state", state, (STRESS, STRAIN))
     values = np.empty((len(mesh.cells), 3))
     for item, cells in cell_values(mesh, "material", material):
@@ -371,7 +361,7 @@ def elasticity(mesh: PlaneMesh, material: ByRegion[Material], state: str) -> Arr
     return values
 
 
-def densities(mesh: PlaneMesh, material: ByRegion[Material]) -> Array:
+def densities(mesh: PlaneMesh, material: Materials) -> Array:
     """(m,) density of each cell [kg/m^3]."""
     values = np.empty(len(mesh.cells))
     for item, cells in cell_values(mesh, "material", material):

@@ -30,11 +30,8 @@ from flexmb.elastic.meshes.fillings import (
 from flexmb.elastic.meshes.mesh import PlaneMesh
 from flexmb.errors import InputError
 
-# Rounded corners of polygons: tangent arcs in their places
-
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
-
 FEWEST_ON_ARC = 3  # least number of edges on an arc, so its nodes show a circle
 SAME_PLACE = 1e-9  # distance over the longest edge [1] below which the ends of two arcs are one point
 STRAIGHT = 1e-6  # turn of the outline at a corner up to which it is straight [rad]
@@ -46,20 +43,16 @@ def checked_fillets(label: str, fillet: float | Sequence[float], corners: int) -
         return np.full(corners, checks.not_negative(label, "fillet", fillet, "m"))
     radii = [checks.not_negative(label, f"fillet[{i}]", radius, "m") for i, radius in enumerate(fillet)]  # type: ignore[arg-type]
     if len(radii) != corners:
-        raise InputError(
-            f"{label}: fillet has {len(radii)} radii, the outline {corners} corners. Give one number, or one for each "
-            "corner, 0 for a sharp one."
-        )
+        text = f"{label}: fillet has {len(radii)} radii, the outline {corners} corners."
+        raise InputError(f"{text} Give one number, or one for each corner, 0 for a sharp one.")
     return np.array(radii)
 
 
 def rounded(label: str, corners: Array, radii: Array, size: float) -> tuple[Array, list[Indices]]:
-    """A polygon with arcs as fine polylines in place of its corners, and the numbers of the points on each arc.
-
-    Corners (n, 2) stand counter-clockwise, and radii (n,) of 0 are sharp corners [m]; edges on the arcs have `size` [m]
-    at most.  The new corners (p, 2) [m] include the tangent points of arcs.  Arcs that do not fit onto an edge are
-    refused.
-    """
+    """A polygon with arcs as fine polylines in place of its corners, and the numbers of the points on each arc."""
+    # Corners (n, 2) stand counter-clockwise, and radii (n,) of 0 are sharp corners [m]; edges on the arcs have `size`
+    # [m] at most. The new corners (p, 2) [m] include the tangent points of arcs. Arcs that do not fit onto an edge are
+    # refused.
     after, before = np.roll(corners, -1, axis=0) - corners, corners - np.roll(corners, 1, axis=0)
     lengths = np.linalg.norm(after, axis=1)
     turns = _turns(before, after)
@@ -96,11 +89,9 @@ def _require_room(label: str, radii: Array, tangents: Array, lengths: Array) -> 
     i = int(lacking.argmax())
     j = (i + 1) % len(radii)
     most = lengths[i] / (tangents[i] + ends[i])
-    raise InputError(
-        f"{label}: the fillets of {radii[i]:g} and {radii[j]:g} m at corners {i} and {j} take "
-        f"{tangents[i] + ends[i]:.4g} m of the edge between them, which is {lengths[i]:.4g} m long. "
-        f"Make them smaller, {most:.3g} times these radii at most."
-    )
+    text = f"{label}: the fillets of {radii[i]:g} and {radii[j]:g} m at corners {i} and {j} take"
+    text += f" {tangents[i] + ends[i]:.4g} m of the edge between them, which is {lengths[i]:.4g} m long."
+    raise InputError(f"{text} Make them smaller, {most:.3g} times these radii at most.")
 
 
 def _arc(corner: Array, radius: float, turn: float, reach: float, ahead: Array, size: float) -> Array:
@@ -112,8 +103,6 @@ def _arc(corner: Array, radius: float, turn: float, reach: float, ahead: Array, 
     angle = np.arctan2(-inwards[1], -inwards[0]) - turn * (1.0 - np.arange(count + 1) / count)
     return np.asarray(centre + radius * np.stack([np.cos(angle), np.sin(angle)], axis=1))
 
-
-# Meshes of plates of any straight outline with round holes
 
 Hole = tuple[tuple[float, float], float]  # centre and radius [m]
 
@@ -198,10 +187,7 @@ def _cross(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> bool:
     return boxes_meet and side(a, b, c) * side(a, b, d) <= 0.0 and side(c, d, a) * side(c, d, b) <= 0.0
 
 
-# Meshes of common outlines, without a mesh generator: links with eyes, crank webs, rings, rectangles
-
 Pair = tuple[float, float]
-
 NARROW = math.radians(50.0)  # angle of shank and eye [rad] up to which the eye's block ends on an arc; wider: on a box
 LARGEST_TURN = math.radians(20.0)  # turn of a fillet along one cell [rad]
 NO_CORNER = 1e-9  # distance of shank's edge from the eye's outline over its radius [1] up to which there is no corner

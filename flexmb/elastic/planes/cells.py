@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from flexmb.elastic.meshes.mesh import ByRegion, PlaneMesh, elasticity, numbers_of_cells
+from flexmb.elastic.meshes.mesh import Materials, PlaneMesh, Thickness, elasticity, numbers_of_cells
 from flexmb.elastic.planes.elements import (
     COROTATED,
     FORMULATION,
@@ -43,9 +44,6 @@ from flexmb.elastic.planes.pins import Interface
 from flexmb.engine.compiled.arrays import matrix_view
 from flexmb.kernels import account_kernel, element_kernel, energy_kernel, fast, force_kernel, tangent_kernel
 from flexmb.model.contributions import Coordinate, ElementContribution
-from flexmb.model.law import Material
-
-# Kernels of a plane cell on absolute coordinates: elasticity, damping, consistent mass, gravity
 
 
 @fast
@@ -128,10 +126,8 @@ def cell_tangents(p, q, v, a, kq, kv, ka, r, A):
 
 @fast
 def add_turning(p, pin, x, v, a, kq, kv, arms, f, A):
-    """Add the tangent of the arms of a turning pin, by forces f (2 m,), damping and inertia.
-
-    The latter are linear functions of velocities and accelerations: what they add to forces at rest.
-    """
+    """Add the tangent of the arms of a turning pin, by forces f (2 m,), damping and inertia."""
+    # The latter are linear functions of velocities and accelerations: what they add to forces at rest.
     n, theta = 2 * int(p[NODES]), 3 * pin + 2
     own, change, gain, moving, still = nodal(), nodal(), nodal(), nodal(), nodal()
     arms_of_pin(p, pin, arms, own)
@@ -228,8 +224,6 @@ def cell_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
 
 
 # Numbers p of the kernels of plane cells, from the mesh, the moduli and the pins
-
-
 @dataclass(frozen=True, eq=False)
 class Cells:
     """Cells of one body, with the numbers of their kernels."""
@@ -241,9 +235,7 @@ class Cells:
     numbers: np.ndarray  # (m, ...), numbers of the formulation
 
     @staticmethod
-    def of(
-        mesh: PlaneMesh, material: ByRegion[Material], thickness: ByRegion[float], state: str, formulation: float
-    ) -> Cells:
+    def of(mesh: PlaneMesh, material: Materials, thickness: Thickness, state: str, formulation: float) -> Cells:
         """Cells of a mesh; thickness [m], state "stress" or "strain", formulation `COROTATED` or `TOTAL_LAGRANGE`."""
         stiffness, masses = cell_matrices(mesh, material, thickness, state)
         m, basis = len(mesh.cells), stiffness_basis(mesh)
@@ -273,38 +265,28 @@ def cell_contributions(
     damping: float,
     gravity: tuple[float, float],
 ) -> list[ElementContribution]:
-    """Contributions of all cells, with a stiffness-proportional damping time [s] and gravity [m/s^2].
-
-    `nodes` names the mechanism's nodes by number, of all nodes that lie on no pin; `pins` are the rigid pins by number
-    of the mesh's nodes that lie on them.
-    """
+    """Contributions of all cells, with a stiffness-proportional damping time [s] and gravity [m/s^2]."""
+    # `nodes` names the mechanism's nodes by number, of all nodes that lie on no pin; `pins` are the rigid pins by
+    # number of the mesh's nodes that lie on them.
     width = cells.cells.shape[1]
     masses = cells.masses.reshape(len(cells.cells), -1)
     places = cells.points[cells.cells].reshape(len(cells.cells), -1)
     bodies = np.hstack([places, masses, cells.numbers])
-    found = []
+    more: dict[str, Any] = {"energy": cell_energy, "force": cell_force, "tangent": cell_tangent}
+    more["account"], found = cell_account, []
     for numbers, body in zip(cells.cells.tolist(), bodies.tolist(), strict=True):
         coordinates, ties, held = ties_of(part, numbers, cells.points, nodes, pins)
         p = (float(width), float(held), cells.formulation, damping, *gravity, *body, *(ties if held else ()))
-        found.append(_contribution(part, coordinates, p))
+        found.append(ElementContribution(part, cell_kernel, coordinates, p, **more))
     return found
-
-
-def _contribution(part: str, coordinates: tuple[Coordinate, ...], p: tuple[float, ...]) -> ElementContribution:
-    return ElementContribution(
-        part, cell_kernel, coordinates, p,
-        energy=cell_energy, force=cell_force, tangent=cell_tangent, account=cell_account,
-    )  # fmt: skip
 
 
 def ties_of(
     part: str, numbers: list[int], points: np.ndarray, nodes: Mapping[int, str], pins: Mapping[int, Interface]
 ) -> tuple[tuple[Coordinate, ...], list[float], int]:
-    """Coordinates of a cell, numbers of the ties of its nodes, and number of its pins.
-
-    `numbers` are nodes of the cell, `points` (n, 2) places of all nodes [m]; `nodes` and `pins` as of
-    `cell_contributions`.
-    """
+    """Coordinates of a cell, numbers of the ties of its nodes, and number of its pins."""
+    # `numbers` are nodes of the cell, `points` (n, 2) places of all nodes [m]; `nodes` and `pins` as of
+    # `cell_contributions`.
     on = list(dict.fromkeys(pins[k] for k in numbers if k in pins))
     coordinates = [(part, pin.name, axis) for pin in on for axis in (0, 1, 2)]
     ties: list[float] = []

@@ -36,16 +36,13 @@ from flexmb.kernels import fast
 
 # Places of the numbers p of a plane cell's kernels, in the order in which they lie
 
+# Head: number of nodes m, number of pins, formulation, damping time [s], gravity [m/s^2]; PLACES begins the places.
 NODES, PINS, FORMULATION, ZETA, GRAVITY_X, GRAVITY_Y, PLACES = range(7)
-"""Head: number of nodes m, number of pins, formulation, damping time [s], gravity [m/s^2]; PLACES begins the places."""
-
 COROTATED, TOTAL_LAGRANGE = 0.0, 1.0  # formulations
 MOST_NODES = 9  # nodes of the largest cell
 MOST, MOST_COORDINATES = 2 * MOST_NODES, 3 * MOST_NODES  # displacements of the largest cell; coordinates if all on pins
-
+# Scratch vectors of the kernels: a number a displacement, a coordinate, a pair of displacements.
 nodal, on_every_coordinate, square = stack_vector(MOST), stack_vector(MOST_COORDINATES), stack_vector(MOST * MOST)
-"""Scratch vectors of the kernels: a number a displacement, a coordinate, a pair of displacements."""
-
 FIRST, ON_PIN, ARM_X, ARM_Y, TIE = range(5)  # numbers of the tie of a node; TIE is their count
 
 
@@ -69,8 +66,6 @@ def tie_at(p, k):
 
 
 # Nodes of a cell on rigid pins, x = pin + R(theta) arm: places, velocities, accelerations, forces, tangents
-
-
 @fast
 def turned_arms(p, q, arms):
     """Arms (2 m,) of the nodes in world axes, 0 for nodes off the pins."""
@@ -171,14 +166,10 @@ def pins_of(p):
 
 
 # Corotated cell: linear elasticity in axes that turn with the mean deformation gradient of the cell
-
-
 @fast
 def deformation_by(p, m, places, gradients, x, d):
-    """d (2 m,) of nodes at x (2 m,), relative to the first node; cos, sin of the rotation, and rho.
-
-    The places of the nodes and the mean gradients begin at these places of p.
-    """
+    """d (2 m,) of nodes at x (2 m,), relative to the first node; cos, sin of the rotation, and rho."""
+    # The places of the nodes and the mean gradients begin at these places of p.
     a, b = 0.0, 0.0
     for k in range(m):
         ex, ey = x[2 * k] - x[0], x[2 * k + 1] - x[1]
@@ -300,10 +291,8 @@ def corotated_energy(p, x, v):
 
 @fast
 def corotated_tangent(p, x, v, kq, kv, r, A):
-    """Forces r (2 m,) and A = kq dr/dq + kv dr/dv (2 m, 2 m).
-
-    In the turned axes A = stiff K0 - turn K0 J + left w^T + w right^T + turn / rho k g^T with k = K0 J d.
-    """
+    """Forces r (2 m,) and A = kq dr/dq + kv dr/dv (2 m, 2 m)."""
+    # In the turned axes A = stiff K0 - turn K0 J + left w^T + w right^T + turn / rho k g^T with k = K0 J d.
     n, zeta = 2 * int(p[NODES]), p[ZETA]
     d, f, k, left, right = nodal(), nodal(), nodal(), nodal(), nodal()
     c, s, rho = deformation(p, x, d)
@@ -378,9 +367,8 @@ def write_tangent(p, c, s, rho, stiff, turn, k, left, right, A):
 
 # Total-Lagrange cell of a St. Venant-Kirchhoff material, integrated by quadrature: the reference for larger strain
 
+# Numbers of the formulation: quadrature points, moduli [Pa]; at each point weight t dA [m^3], gradients (m, 2).
 POINTS, C11, C12, C22, C33, FIRST_POINT = range(6)
-"""Numbers of the formulation: quadrature points, moduli [Pa]; at each point weight t dA [m^3], gradients (m, 2)."""
-
 GX, GY = 1, 2  # gradient of the first node behind the weight of a point
 
 

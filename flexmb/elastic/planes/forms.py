@@ -20,12 +20,10 @@ from scipy.sparse import bsr_array, coo_array, csr_array, kron
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 from skfem import Basis, BilinearForm
 
-from flexmb.elastic.meshes.mesh import STRESS, ByRegion, PlaneMesh, densities, elasticity, numbers_of_cells
+from flexmb.elastic.meshes.mesh import STRESS, Materials, PlaneMesh, Thickness, densities, elasticity, numbers_of_cells
 from flexmb.errors import InputError
-from flexmb.model.law import Material
 
 Array = npt.NDArray[np.float64]
-
 _PRODUCT = BilinearForm(lambda u, v, w: w.weight * u * v)
 _SLOPES = BilinearForm(lambda u, v, w: w.x_x * u.grad[0] * v.grad[0] + w.y_y * u.grad[1] * v.grad[1])
 _CROSSED = BilinearForm(lambda u, v, w: w.bulk * u.grad[1] * v.grad[0] + w.shear * u.grad[0] * v.grad[1])
@@ -46,10 +44,8 @@ class PlaneMatrices:
 
     @cached_property
     def rigid_properties(self) -> tuple[float, tuple[float, float], float]:
-        """Mass [kg], centre of mass [m], and moment of inertia about it [kg m^2], in the axes of the mesh.
-
-        Equation (11.4) of docs/theory/plane_bodies.md.
-        """
+        """Mass [kg], centre of mass [m], and moment of inertia about it [kg m^2], in the axes of the mesh."""
+        # Equation (11.4) of docs/theory/plane_bodies.md.
         X = self.mesh.points
         weights = self.scalar_mass @ np.ones(len(X))
         mass = float(weights.sum())
@@ -58,9 +54,7 @@ class PlaneMatrices:
         return mass, (float(centre[0]), float(centre[1])), float(np.sum(off * (self.scalar_mass @ off)))
 
 
-def matrices(
-    mesh: PlaneMesh, material: ByRegion[Material], thickness: ByRegion[float], state: str = STRESS
-) -> PlaneMatrices:
+def matrices(mesh: PlaneMesh, material: Materials, thickness: Thickness, state: str = STRESS) -> PlaneMatrices:
     """Sparse stiffness and consistent mass of a plane body of a thickness [m]; the state is "stress" or "strain"."""
     same, cross = _stiffness_blocks(mesh, material, thickness, state)
     blocks = np.empty((2, 2), dtype=object)
@@ -76,7 +70,7 @@ def matrices(
 
 
 def cell_matrices(
-    mesh: PlaneMesh, material: ByRegion[Material], thickness: ByRegion[float], state: str = STRESS
+    mesh: PlaneMesh, material: Materials, thickness: Thickness, state: str = STRESS
 ) -> tuple[Array, Array]:
     """Stiffness (m, 2k, 2k) [N/m] and mass (m, k, k) [kg] of every cell; parameters as of `matrices`."""
     same, cross = _stiffness_blocks(mesh, material, thickness, state)
@@ -92,11 +86,9 @@ def _interleaved(same: tuple[Array, Array], cross: Array) -> Array:
     return local
 
 
-def geometric_stiffness(mesh: PlaneMesh, stress: Array, thickness: ByRegion[float]) -> csr_array:
-    """Sparse geometric stiffness (2n, 2n) [N/m] of stresses in the body, by the rotations that displacements have.
-
-    Stresses (m, q, 3) sx, sy, txy [Pa] are those at the points of `stress_at_quadrature`; the thickness is in m.
-    """
+def geometric_stiffness(mesh: PlaneMesh, stress: Array, thickness: Thickness) -> csr_array:
+    """Sparse geometric stiffness (2n, 2n) [N/m] of stresses in the body, by the rotations that displacements have."""
+    # Stresses (m, q, 3) sx, sy, txy [Pa] are those at the points of `stress_at_quadrature`; the thickness is in m.
     basis = stiffness_basis(mesh)
     expected = (*basis.dx.shape, 3)
     if stress.shape != expected:
@@ -123,7 +115,7 @@ def mass_basis(mesh: PlaneMesh) -> Basis:
     return _basis(mesh, mesh.cell_kind.mass_order)
 
 
-def stress_at_quadrature(mesh: PlaneMesh, material: ByRegion[Material], u: Array, state: str = STRESS) -> Array:
+def stress_at_quadrature(mesh: PlaneMesh, material: Materials, u: Array, state: str = STRESS) -> Array:
     """Stresses sx, sy, txy [Pa] (m, q, 3) at quadrature points by displacements u (2n,) x0, y0, x1, ... [m]."""
     basis = stiffness_basis(mesh)
     own = np.asarray(u, dtype=float).reshape(-1, 2)[mesh.cells]
@@ -140,7 +132,7 @@ def _basis(mesh: PlaneMesh, order: int) -> Basis:
 
 
 def _stiffness_blocks(
-    mesh: PlaneMesh, material: ByRegion[Material], thickness: ByRegion[float], state: str
+    mesh: PlaneMesh, material: Materials, thickness: Thickness, state: str
 ) -> tuple[tuple[Array, Array], Array]:
     """Local stiffness (m, k, k) of x on x and y on y, and of x (rows) on y."""
     basis = stiffness_basis(mesh)
@@ -151,7 +143,7 @@ def _stiffness_blocks(
     return same, _local(_CROSSED, basis, symmetric=False, bulk=d12, shear=d33)
 
 
-def _mass(mesh: PlaneMesh, material: ByRegion[Material], thickness: ByRegion[float]) -> Array:
+def _mass(mesh: PlaneMesh, material: Materials, thickness: Thickness) -> Array:
     """Local mass (m, k, k)."""
     weight = densities(mesh, material) * numbers_of_cells(mesh, "thickness", thickness, "m")
     return _local(_PRODUCT, mass_basis(mesh), weight=weight[:, None])
@@ -162,8 +154,7 @@ def _local(form: BilinearForm, basis: Basis, symmetric: bool = True, **weights: 
     found: Any = form.coo_data(basis, **weights).tolocal().transpose(0, 2, 1)  # scikit-fem: rows trial functions
     if symmetric:  # to the last bit, which products in another order are not
         found = 0.5 * (found + found.transpose(0, 2, 1))
-    local: Array = found
-    return local
+    return np.asarray(found)
 
 
 def assembled(mesh: PlaneMesh, local: Array) -> csr_array:
@@ -174,8 +165,6 @@ def assembled(mesh: PlaneMesh, local: Array) -> csr_array:
 
 
 # Lowest natural vibrations by Lanczos' method
-
-
 def factored(K: Any) -> Any:
     """Factors of a sparse symmetric matrix."""
     return splu(K.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})

@@ -23,7 +23,7 @@ import numpy.typing as npt
 from scipy.sparse import csr_array
 
 from flexmb.elastic.meshes.cell_kinds import edge_rule
-from flexmb.elastic.meshes.mesh import ByRegion, PlaneMesh, numbers_of_cells
+from flexmb.elastic.meshes.mesh import PlaneMesh, Thickness, numbers_of_cells
 from flexmb.elastic.planes.cells import ties_of
 from flexmb.elastic.planes.elements import (
     FIRST,
@@ -58,13 +58,12 @@ if TYPE_CHECKING:
 # Nodal forces of loads on plane bodies: fields in the body, tractions and pressures on its edges
 
 Array = npt.NDArray[np.float64]
+# A constant vector (x, y), or a function of points (p, 2) [m] that returns vectors (p, 2).
 Field: TypeAlias = Sequence[float] | Callable[[Array], Any]
-"""A constant vector (x, y), or a function of points (p, 2) [m] that returns vectors (p, 2)."""
-
 Stress: TypeAlias = float | Callable[[Array], Any]  # number, or function of points (p, 2) [m] that gives numbers (p,)
 
 
-def body_force(mesh: PlaneMesh, field: Field, thickness: ByRegion[float]) -> Array:
+def body_force(mesh: PlaneMesh, field: Field, thickness: Thickness) -> Array:
     """Nodal forces (2n,) [N] of a force per volume [N/m^3], ordered x0, y0, x1, y1, ...; the thickness is in m."""
     basis = mass_basis(mesh)
     places = np.moveaxis(np.asarray(basis.global_coordinates()), 0, -1)
@@ -76,7 +75,7 @@ def body_force(mesh: PlaneMesh, field: Field, thickness: ByRegion[float]) -> Arr
     return forces.ravel()
 
 
-def edge_load(mesh: PlaneMesh, name: str, traction: Field, thickness: ByRegion[float]) -> Array:
+def edge_load(mesh: PlaneMesh, name: str, traction: Field, thickness: Thickness) -> Array:
     """Nodal forces (2n,) [N] of a force per area [Pa] on the boundary edges of a set; the thickness is in m."""
     edges = loaded_edges(mesh, name, thickness)
     values, slopes, weights = edge_rule(edges.nodes.shape[1])
@@ -96,7 +95,7 @@ class LoadedEdges:
     thickness: Array  # (b,) thickness of its cell [m]
 
 
-def loaded_edges(mesh: PlaneMesh, name: str, thickness: ByRegion[float]) -> LoadedEdges:
+def loaded_edges(mesh: PlaneMesh, name: str, thickness: Thickness) -> LoadedEdges:
     """Boundary edges of a set, one at least; the thickness is in m."""
     numbers = mesh.edge_numbers(name)
     if not len(numbers):
@@ -109,12 +108,10 @@ def loaded_edges(mesh: PlaneMesh, name: str, thickness: ByRegion[float]) -> Load
 
 
 def edge_products(mesh: PlaneMesh, edges: LoadedEdges, stress: Stress) -> Array:
-    """(b, k, k) integrals P of N_k p N_l' along each edge [N/m], for a stress p that follows the edge.
-
-    A pressure p has the nodal forces P_kl J x_l at the places x_l, since J x' is the inner normal times the length; a
-    shear along the edge has P_kl x_l.  Equation (11.13) of docs/theory/plane_bodies.md.  The stress is a number [Pa],
-    or a function of points (p, 2) [m] that returns numbers (p,).
-    """
+    """(b, k, k) integrals P of N_k p N_l' along each edge [N/m], for a stress p that follows the edge."""
+    # A pressure p has the nodal forces P_kl J x_l at the places x_l, since J x' is the inner normal times the length; a
+    # shear along the edge has P_kl x_l. Equation (11.13) of docs/theory/plane_bodies.md. The stress is a number [Pa],
+    # or a function of points (p, 2) [m] that returns numbers (p,).
     values, slopes, weights = edge_rule(edges.nodes.shape[1])
     given = real_values(stress(edges.places.reshape(-1, 2)) if callable(stress) else stress)
     count = edges.places.size // 2
@@ -125,7 +122,7 @@ def edge_products(mesh: PlaneMesh, edges: LoadedEdges, stress: Stress) -> Array:
     return np.asarray(np.einsum("bq,kq,lq,q->bkl", at_points, values, slopes, weights))
 
 
-def edge_pressure(mesh: PlaneMesh, name: str, pressure: Stress, thickness: ByRegion[float]) -> Array:
+def edge_pressure(mesh: PlaneMesh, name: str, pressure: Stress, thickness: Thickness) -> Array:
     """Nodal forces (2n,) [N] of a pressure [Pa] on the edges of a set, by thickness [m]; > 0 pushes into the body."""
     edges = loaded_edges(mesh, name, thickness)
     products = edge_products(mesh, edges, pressure)
@@ -153,9 +150,8 @@ def _vectors(mesh: PlaneMesh, field: Field, places: Array) -> Array:
 
 # Kernels of loads on the nodes of a mesh: forces, dead or turning with a pin, and stresses that follow edges
 
+# Numbers p of a force on a node: sum of f, X, D, beta where nothing turns; coordinates of gamma and of beta, or -1.
 FORCE_X, FORCE_Y, CROSS, ALONG, ANGLE, OWN, TURNING, NODE_NUMBERS = range(8)
-"""Numbers p of a force on a node: sum of f, X, D, beta where nothing turns; coordinates of gamma and of beta, or -1."""
-
 PRODUCTS = 2  # place of the products of an edge (m, m, 2), behind the numbers of nodes and pins; then the ties
 P, S, PAIR = range(3)  # products of a pressure and of a shear for a pair of nodes, and their number
 ON_EDGES, FIRST_ELEMENT = range(2)  # numbers p of a signal: 1 for edges; then of each element; at last the signal's
@@ -280,9 +276,6 @@ def total(p, q, v):
 def mesh_load_signal(p, t, q, v, a):
     """Force along x or y, or power, of a load; p: 1 for edges, then n, size and p of each element, number of signal."""
     return total(p, q, v)
-
-
-# Forces on the nodes of a mesh, and the contributions of a load to a body with all nodes
 
 
 @dataclass(frozen=True, eq=False)

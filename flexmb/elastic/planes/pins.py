@@ -76,11 +76,8 @@ def averaged_pin(
     return ConstraintContribution(part, averaged_pin_kernel, coordinates, numbers, 3, is_drive=True)
 
 
-# Pins of plane bodies: nodes of a hole tied to one point with a rotation, rigidly or on average
-
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
-
 RIGID, AVERAGED = "rigid", "averaged"  # kinds of interfaces
 NO_ARM = 1e-9  # distance of nodes over the size of the mesh [1] below which they cannot turn a pin
 
@@ -99,8 +96,7 @@ class Interface:
 
     def arms(self, mesh: PlaneMesh) -> Array:
         """(m, 2) places of the nodes from the pin [m]."""
-        found: Array = mesh.points[self.nodes] - np.asarray(self.point)
-        return found
+        return np.asarray(mesh.points[self.nodes] - np.asarray(self.point))
 
     def rigid_motions(self, mesh: PlaneMesh) -> Array:
         """(2m, 3) displacements of the nodes by unit u_x, u_y and theta of the pin."""
@@ -139,12 +135,10 @@ class Tie:
 
 
 def tie(interfaces: Sequence[Interface], mesh: PlaneMesh) -> Tie:
-    """Displacements of all nodes as a linear function of pins and free displacements.
-
-    A rigid pin moves all of its nodes.  An averaged pin takes three displacements of its nodes, those that determine
-    its means best; the others stay free.  A pin with one node, nodes that lie at the pin, and a node of two pins are
-    refused.
-    """
+    """Displacements of all nodes as a linear function of pins and free displacements."""
+    # A rigid pin moves all of its nodes. An averaged pin takes three displacements of its nodes, those that determine
+    # its means best; the others stay free. A pin with one node, nodes that lie at the pin, and a node of two pins are
+    # refused.
     _require_separate(interfaces, mesh)
     blocks, rows, taken = [], [], np.zeros(2 * len(mesh.points), dtype=bool)
     for interface in interfaces:

@@ -44,9 +44,8 @@ from flexmb.model.shape import Shapes
 from flexmb.parts.bodies.flexible import Field, RigidProperties, Triple, start_displacement, start_velocity
 from flexmb.parts.bodies.point_mass import held_rotation_kernel, node_mass
 
+
 # Base of bodies whose shape is a plane mesh: all nodes of it, or a few modes
-
-
 class MeshBody(ElasticBody):
     """A body that can bear loads on its mesh."""
 
@@ -69,10 +68,7 @@ class MeshBody(ElasticBody):
         """Contributions of a `load` on the mesh, in its axes, times the value of `history`; None: constant."""
 
 
-# Natural frequencies and shapes of plane bodies, free or held at pins
-
 Array = npt.NDArray[np.float64]
-
 RIGID_MOTIONS = 3  # motions of a free body without deformation
 SHIFT = 1e-6  # shift of the squared angular frequency below 0, over that of a wave along the body's length [1]
 
@@ -107,17 +103,12 @@ def vibrations(
     return frequencies, shapes if T is None else T @ shapes
 
 
+# Mass of an averaged pin over that of its body: it keeps the equations of motion regular.
+# Its nodes have as much less, so that no rigid motion of the body has another inertia. Frequencies of motions that
+# deform the hole change by less than this share. With a hundredth of it steps find the pins without mass.
 PIN_SHARE = 1e-7
-"""Mass of an averaged pin over that of its body: it keeps the equations of motion regular.
-
-Its nodes have as much less, so that no rigid motion of the body has another inertia.  Frequencies of motions that
-deform the hole change by less than this share.  With a hundredth of it steps find the pins without mass."""
-
-
-# Flexible body of any planar shape: a mesh of plane stress or plane strain with pins in its holes
 
 Point = tuple[float, float]
-
 FORMULATIONS = {"corotated": COROTATED, "total-lagrange": TOTAL_LAGRANGE}  # formulations of cells by name
 TOO_STIFF = 0.1  # share by which a body is too stiff in bending, above which there is a finding
 TRIANGLES = {"tri3": ((0, 1, 2),), "quad4": ((0, 1, 2), (0, 2, 3))}  # linear cells as triangles
@@ -250,9 +241,8 @@ class PlaneBody(MeshBody):
         for kind in kinds.values():
             checks.one_of(self.label, "interface", kind, (RIGID, AVERAGED))
         usual = kinds.get("", RIGID)
-        return tuple(
-            Interface(name, self.mesh.set_of(name), self.mesh.centre_of(name), kinds.get(name, usual)) for name in names
-        )
+        mesh = self.mesh
+        return tuple(Interface(n, mesh.set_of(n), mesh.centre_of(n), kinds.get(n, usual)) for n in names)
 
     @cached_property
     def tie(self) -> Tie:
@@ -348,23 +338,15 @@ class PlaneBody(MeshBody):
 
     def _averaged(self, pin: Interface, gravity: tuple[float, float]) -> list[Contribution]:
         """Constraint and small mass of an averaged pin, taken from its nodes."""
-        names, weights, arms = (
-            [self.free_nodes[k] for k in pin.nodes.tolist()],
-            pin.weights(self.mesh),
-            pin.arms(self.mesh),
-        )
+        names = [self.free_nodes[k] for k in pin.nodes.tolist()]
+        weights, arms = pin.weights(self.mesh), pin.arms(self.mesh)
         coordinates = [*node_coordinates(self.name, pin.name)]
         coordinates += [c for name in names for c in node_coordinates(self.name, name)[:2]]
         mass = PIN_SHARE * self._cells.mass
         inertia = mass * float(weights @ (arms**2).sum(axis=1))
-        return [
-            averaged_pin(self.name, tuple(coordinates), arms, weights),
-            node_mass(self.name, pin.name, mass, inertia, gravity),
-            *(
-                node_mass(self.name, name, -mass * w, 0.0, gravity)
-                for name, w in zip(names, weights.tolist(), strict=True)
-            ),
-        ]
+        taken = zip(names, weights.tolist(), strict=True)
+        held, own = averaged_pin(self.name, tuple(coordinates), arms, weights), (self.name, pin.name, mass, inertia)
+        return [held, node_mass(*own, gravity), *(node_mass(self.name, n, -mass * w, 0.0, gravity) for n, w in taken)]
 
     @property
     def plane(self) -> PlaneBody:
@@ -450,12 +432,10 @@ def _direction(start: Point, end: Point) -> float:
 
 
 def bending_excess(body: PlaneBody) -> float:
-    """Share by which a body of linear cells is too stiff in bending; 0 for quadratic cells.
-
-    The strain energy of u = -x y, v = x^2/2 at the nodes, x along the body, less that of this field itself, is the
-    energy of the strains that linear cells add; over the energy of bending of a bar of the same area whose height is
-    twice the area over the length of the boundary.
-    """
+    """Share by which a body of linear cells is too stiff in bending; 0 for quadratic cells."""
+    # The strain energy of u = -x y, v = x^2/2 at the nodes, x along the body, less that of this field itself, is the
+    # energy of the strains that linear cells add; over the energy of bending of a bar of the same area whose height is
+    # twice the area over the length of the boundary.
     mesh = body.mesh
     if mesh.kind not in TRIANGLES:
         return 0.0

@@ -18,35 +18,27 @@ from scipy.sparse import bsr_array, csr_array
 from skfem.quadrature import get_quadrature
 
 from flexmb.elastic.meshes.cell_kinds import KINDS
-from flexmb.elastic.meshes.mesh import STRAIN, STRESS, ByRegion, PlaneMesh, cell_values, elasticity
+from flexmb.elastic.meshes.mesh import STRAIN, STRESS, Materials, PlaneMesh, cell_values, elasticity
 from flexmb.elastic.planes.elements import deformation_by, nodal, node_places, turned_arms
 from flexmb.elastic.planes.forms import assembled
 from flexmb.engine.compiled.arrays import stack_space
 from flexmb.kernels import extremum_kernel, fast
 from flexmb.model.contributions import Coordinate, SignalContribution
-from flexmb.model.law import Material
 from flexmb.model.shape import MeshShape
 
+
 # Drawing record of a mesh
-
-
-def mesh_shape(part: str, mesh: PlaneMesh, material: ByRegion[Material], state: str) -> MeshShape:
+def mesh_shape(part: str, mesh: PlaneMesh, material: Materials, state: str) -> MeshShape:
     """Mesh of a body in the reference configuration, without its carriers; the state is "stress" or "strain"."""
     rows, number = np.unique(cell_materials(mesh, material, state), axis=0, return_inverse=True)
     materials = [(d11, d12, d33, across) for d11, d12, d33, across in rows.tolist()]
-    return MeshShape(
-        part,
-        mesh.kind,
-        tuple(map(tuple, mesh.points.tolist())),
-        tuple(map(tuple, mesh.cells.tolist())),
-        tuple(tuple(loop.tolist()) for loop in mesh.loops),
-        (),
-        materials=tuple(materials),
-        material_of=tuple(number.ravel().tolist()) if len(materials) > 1 else (),
-    )
+    points, cells = (tuple(map(tuple, rows.tolist())) for rows in (mesh.points, mesh.cells))
+    loops, one = tuple(tuple(loop.tolist()) for loop in mesh.loops), len(materials) == 1
+    of = () if one else tuple(number.ravel().tolist())
+    return MeshShape(part, mesh.kind, points, cells, loops, (), materials=tuple(materials), material_of=of)
 
 
-def cell_materials(mesh: PlaneMesh, material: ByRegion[Material], state: str) -> np.ndarray:
+def cell_materials(mesh: PlaneMesh, material: Materials, state: str) -> np.ndarray:
     """(m, 4) d11, d12, d33 [Pa] of each cell, and sz over sx + sy: Poisson's ratio in plane strain, else 0."""
     across = np.zeros((len(mesh.cells), 1))
     if state == STRAIN:
@@ -76,15 +68,13 @@ def carried_to_nodes(kind: str) -> np.ndarray:
         x, y = places.T
         return np.stack([np.ones_like(x), x, y, x * y], axis=1)[:, : len(samples)]
 
-    found: np.ndarray = terms(nodes) @ np.linalg.inv(terms(samples))
-    return found
+    return np.asarray(terms(nodes) @ np.linalg.inv(terms(samples)))
 
 
 def gradients_at_nodes(points: np.ndarray, cells: np.ndarray, kind: str) -> np.ndarray:
     """(cells, nodes, nodes, 2): gradients [1/m] that give the recovered strain at a node (second axis) of a cell."""
     gradients = gradients_at(points, cells, kind, np.array(SAMPLES[kind], dtype=float).T)[1]
-    found: np.ndarray = np.einsum("kp,cpnx->cknx", carried_to_nodes(kind), gradients)
-    return found
+    return np.asarray(np.einsum("kp,cpnx->cknx", carried_to_nodes(kind), gradients))
 
 
 def gradients_at(points: np.ndarray, cells: np.ndarray, kind: str, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -107,18 +97,15 @@ def areas_and_means(points: np.ndarray, cells: np.ndarray, kind: str) -> tuple[n
 
 def around_nodes(cells: np.ndarray, areas: np.ndarray, count: int) -> np.ndarray:
     """Area (count,) of all cells of each node [m^2]."""
-    found: np.ndarray = np.bincount(cells.ravel(), np.repeat(areas, cells.shape[1]), minlength=count)
-    return found
+    return np.asarray(np.bincount(cells.ravel(), np.repeat(areas, cells.shape[1]), minlength=count))
 
 
 def nodal_stresses(
     points: np.ndarray, cells: np.ndarray, kind: str, materials: np.ndarray, x: np.ndarray
 ) -> np.ndarray:
-    """Stresses (n, nodes, 4) sx, sy, txy in world axes and sz [Pa] at n instants.
-
-    `points` (nodes, 2) are places without stress, `x` (n, nodes, 2) places [m]; cells are (m, k), `materials` (m, 4)
-    d11, d12, d33 [Pa] of each cell, and sz over sx + sy.
-    """
+    """Stresses (n, nodes, 4) sx, sy, txy in world axes and sz [Pa] at n instants."""
+    # `points` (nodes, 2) are places without stress, `x` (n, nodes, 2) places [m]; cells are (m, k), `materials` (m, 4)
+    # d11, d12, d33 [Pa] of each cell, and sz over sx + sy.
     (areas, mean), own = areas_and_means(points, cells, kind), gradients_at_nodes(points, cells, kind)
     whole = around_nodes(cells, areas, len(points))
     found = np.zeros((len(x), len(points), 4))
@@ -174,8 +161,7 @@ def von_mises(stress: np.ndarray) -> np.ndarray:
     """Von Mises stress [Pa] of stresses (..., 4) sx, sy, txy, sz."""
     sx, sy, txy, sz = np.moveaxis(stress, -1, 0)
     half = 0.5 * ((sx - sy) ** 2 + (sy - sz) ** 2 + (sz - sx) ** 2)
-    found: np.ndarray = np.sqrt(half + 3.0 * txy**2)
-    return found
+    return np.asarray(np.sqrt(half + 3.0 * txy**2))
 
 
 # Stresses at the nodes of plane bodies as a linear function of small displacements; principal stresses
@@ -183,13 +169,11 @@ def von_mises(stress: np.ndarray) -> np.ndarray:
 Array = npt.NDArray[np.float64]
 
 
-def stress_operator(mesh: PlaneMesh, material: ByRegion[Material], state: str = STRESS) -> csr_array:
-    """Sparse matrix (4n, 2n) [Pa/m] from displacements x0, y0, x1, ... to stresses sx, sy, txy, sz of every node.
-
-    A node between two regions has the mean of both materials; the state is "stress" or "strain".  Stresses at nodes of
-    the boundary converge with one order less than those inside.  At sharp inner corners they grow without limit as the
-    mesh becomes finer.
-    """
+def stress_operator(mesh: PlaneMesh, material: Materials, state: str = STRESS) -> csr_array:
+    """Sparse matrix (4n, 2n) [Pa/m] from displacements x0, y0, x1, ... to stresses sx, sy, txy, sz of every node."""
+    # A node between two regions has the mean of both materials; the state is "stress" or "strain". Stresses at nodes of
+    # the boundary converge with one order less than those inside. At sharp inner corners they grow without limit as the
+    # mesh becomes finer.
     areas, _ = areas_and_means(mesh.points, mesh.cells, mesh.kind)
     shares = areas[:, None] / around_nodes(mesh.cells, areas, len(mesh.points))[mesh.cells]
     slopes = gradients_at_nodes(mesh.points, mesh.cells, mesh.kind) * shares[:, :, None, None]
@@ -212,11 +196,11 @@ def principal(stress: Array) -> tuple[Array, Array, Array]:
 
 # Largest von Mises stress of a plane body with all nodes of its mesh, and the node where it acts
 
+# Parameters p: number of nodes, nodes of a cell, cells.
+# At HEAD: 1 / area of the cells of each node; (cells, ...) nodes, places X, mean gradients, gradients at the nodes,
+# d11, d12, d33 times area, sz over sx + sy; then the ties of the nodes, as of a cell
+# (`flexmb.elastic.planes.elements`).
 NODES, WIDTH, CELLS, HEAD = range(4)
-"""Parameters p: number of nodes, nodes of a cell, cells.
-
-At HEAD: 1 / area of the cells of each node; (cells, ...) nodes, places X, mean gradients, gradients at the nodes, d11,
-d12, d33 times area, sz over sx + sy; then the ties of the nodes, as of a cell (`flexmb.elastic.planes.elements`)."""
 
 D11, D12, D33, ACROSS = range(4)  # numbers of the material of a cell
 XX, YY, XY, ZZ, PARTS = range(5)  # components of a stress; PARTS is their count
@@ -297,6 +281,5 @@ def peak_stress_signal(
     )  # fmt: skip
     shares = 1.0 / around_nodes(cells, areas, len(points))
     numbers = np.concatenate([(len(points), k, m), shares, np.hstack(own).ravel(), ties]).tolist()
-    return SignalContribution(
-        part, "von_mises", "Pa", peak_stress_kernel, coordinates, tuple(numbers), place="von_mises_node"
-    )
+    place, numbers = "von_mises_node", tuple(numbers)
+    return SignalContribution(part, "von_mises", "Pa", peak_stress_kernel, coordinates, numbers, place=place)

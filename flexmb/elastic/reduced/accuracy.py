@@ -30,66 +30,43 @@ if TYPE_CHECKING:
 # Accuracy of reduced bodies: frequencies, deflections and stresses beside the ones of all displacements
 
 Array = npt.NDArray[np.float64]
+# Accelerations (S, 2) of gravity [m/s^2] as a function of points (S, 2) [m], or forces (S, 2) at all points [N].
 Load = Callable[[Array], Any] | Array
-"""Accelerations (S, 2) of gravity [m/s^2] as a function of points (S, 2) [m], or forces (S, 2) at all points [N]."""
-
 SHIFT = 1e-3  # shift of the squared angular frequencies of a free body below 0, over the lowest one reduced [1]
 EXACT = 1e-9  # relative error [1] below which a table shows round-off alone
 
 
 class LoadAccuracy(NamedTuple):
-    """Statics of the full and of the reduced body under one load.
+    """Statics of the full and of the reduced body under one load."""
 
-    Parameters
-    ----------
-    deflection : largest displacement of the full body [m].
-    deflection_error : largest difference of displacements over that [1].
-    stress : largest von Mises stress of the full body [Pa]; nan: unknown.
-    stress_error : largest von Mises stress of the difference over that [1]; nan: unknown.
-    """
-
-    deflection: float
-    deflection_error: float
-    stress: float
-    stress_error: float
+    deflection: float  # largest displacement of the full body [m]
+    deflection_error: float  # largest difference of displacements over that [1]
+    stress: float  # largest von Mises stress of the full body [Pa]; nan: unknown
+    stress_error: float  # largest von Mises stress of the difference over that [1]; nan: unknown
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Accuracy:
     """A reduced body beside the body with all its displacements; both have the same pins.
 
-    Attributes
-    ----------
-    label : class and name of the body.
-    modes : number of kept vibrations.
-    coordinates : number of coordinates of the reduced body.
-    displacements : number of displacements of the full one.
-    holding : how the pins are held, in words.
-    free : (k, 2) frequencies without supports of the full and of the reduced body, without rigid motions [Hz].
-    held : (k, 2) frequencies with the held pins [Hz].
-    compliance_error : largest difference of the compliances at pins under unit forces and moments there, over the
-        geometric mean of those of both pins [1]; 0 where no pin moves.
-    loads : statics by load, with the held pins: "acceleration along x" and "acceleration along y" of 1 m/s^2 in the
-        axes of the body, "angular acceleration" about the first pin of 1 rad/s^2, "rotation" about it at 1 rad/s, then
-        given loads.
-    dropped_frequency : lowest frequency with all pins held that is left out [Hz]; infinite where none is left.
-
-    Notes
-    -----
     Displacements of pins are exact under any static load, since the static shapes do no work on motions inside.
     `repr` is a table.
     """
 
-    label: str
-    modes: int
-    coordinates: int
-    displacements: int
-    holding: str
-    free: Array
-    held: Array
+    label: str  # class and name of the body
+    modes: int  # number of kept vibrations
+    coordinates: int  # number of coordinates of the reduced body
+    displacements: int  # number of displacements of the full one
+    holding: str  # how the pins are held, in words
+    free: Array  # (k, 2) frequencies without supports of the full and the reduced body, without rigid motions [Hz]
+    held: Array  # (k, 2) frequencies with the held pins [Hz]
+    # largest difference of the compliances at pins under unit forces and moments there, over the geometric mean of
+    # those of both pins [1]; 0 where no pin moves
     compliance_error: float
+    # statics by load, with the held pins: "acceleration along x" and "acceleration along y" of 1 m/s^2 in the axes of
+    # the body, "angular acceleration" about the first pin of 1 rad/s^2, "rotation" about it at 1 rad/s; given loads
     loads: Mapping[str, LoadAccuracy]
-    dropped_frequency: float
+    dropped_frequency: float  # lowest frequency with all pins held that is left out [Hz]; infinite where none is left
 
     @property
     def free_errors(self) -> Array:
@@ -170,10 +147,8 @@ class Comparison:
         else:
             stress, wrong = (_largest(self.model.stresses(found)) for found in (full, own - full))
         columns = (found.tolist() for found in (sizes, errors, stress, wrong))
-        return [
-            LoadAccuracy(size, _over(error, size), of, _over(off, of))
-            for size, error, of, off in zip(*columns, strict=True)
-        ]
+        rows = zip(*columns, strict=True)
+        return [LoadAccuracy(size, _over(error, size), of, _over(off, of)) for size, error, of, off in rows]
 
 
 def accuracy(
@@ -184,10 +159,8 @@ def accuracy(
     held: Sequence[str] | None = None,
     loads: Mapping[str, Load] | None = None,
 ) -> Accuracy:
-    """A reduced body beside the body with all its displacements, with `count` frequencies at most.
-
-    Pins `held` neither move nor turn; None: all pins keep their places and may turn, a single one may not.
-    """
+    """A reduced body beside the body with all its displacements, with `count` frequencies at most."""
+    # Pins `held` neither move nor turn; None: all pins keep their places and may turn, a single one may not.
     model = found.model
     count = checks.count(model.label, "count", count)
     names = [pin.name for pin in model.pins]
@@ -222,10 +195,8 @@ def _forces(model: ElasticModel, name: str, load: Load) -> Array:
     """Forces (N,) of a given load."""
     values = np.asarray(load(model.points) if callable(load) else load, dtype=float)
     if values.shape != model.points.shape or not np.isfinite(values).all():
-        raise InputError(
-            f"{model.label}: load {name!r} has the shape {values.shape}, or values that are not finite; it must be "
-            f"{model.points.shape}, one (x, y) for each of the points `model.points`."
-        )
+        text = f"{model.label}: load {name!r} has the shape {values.shape}, or values that are not finite;"
+        raise InputError(f"{text} it must be {model.points.shape}, one (x, y) for each of the points `model.points`.")
     if callable(load):
         return model.force_of(values)
     return np.asarray(model.shape.T @ values.ravel())
@@ -260,9 +231,6 @@ def _over(error: float, size: float) -> float:
     return error / size if size else 0.0
 
 
-# Deformations of reduced bodies in their frames
-
-
 def deformed(shape: MeshShape, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Deformations (n, nodes, 3) of a reduced body in its frame by poses (n, nodes, 3); angle (n,) of it [rad]."""
     reference = np.array(shape.poses)
@@ -283,11 +251,9 @@ def deformed(shape: MeshShape, poses: np.ndarray) -> tuple[np.ndarray, np.ndarra
 
 
 def shortened(d: np.ndarray, shortening: np.ndarray) -> np.ndarray:
-    """Deformation e = d + c(d) (n, coordinates) of a reduced body from d (n, nodes, 3), with its shortening by bending.
-
-    The translation of the first node is left out, which has no stress but its round-off.  `shortening` (k, n + 1, n)
-    has directions, each above its matrix; (k, n, n) in older files: matrices of the coordinates from the fourth one on.
-    """
+    """Deformation e = d + c(d) (n, coordinates) of a reduced body from d (n, nodes, 3), with shortening by bending."""
+    # The translation of the first node is left out, which has no stress but its round-off. `shortening` (k, n + 1, n)
+    # has directions, each above its matrix; (k, n, n) in older files: matrices of the coordinates from the fourth on.
     e: np.ndarray = (d - d[:, :1] * np.array([1.0, 1.0, 0.0])).reshape(len(d), -1)
     if not len(shortening):
         return e
@@ -299,18 +265,15 @@ def shortened(d: np.ndarray, shortening: np.ndarray) -> np.ndarray:
 
 # Findings on a run: large deformations, strain energy in the highest modes, loads and rotations without shapes
 
+# Displacement in the frame of a reduced body over the size of the body [1], above which there is a finding, and above
+# which the run is not ok.
 LARGE_SHARE, IMPOSSIBLE_SHARE = 0.1, 0.5
-"""Displacement in the frame of a reduced body over the size of the body [1], above which there is a finding, and above
-which the run is not ok."""
-
 MOST_POINTS = 100  # number of points of a body whose displacements are looked at
 EDGE_SHARE = 0.1  # share of the strain energy in the highest modes [1] from which a basis is said to be too small
 AT_EDGE = 3  # number of the highest modes that are looked at
-
+# Displacement by the highest modes over the size of a body [1], up to which it is the error of steps.
+# Default steps leave some 3e-9 in bodies that are so stiff that their deformation is smaller.
 STEP_ERROR = 1e-8
-"""Displacement by the highest modes over the size of a body [1], up to which it is the error of steps.
-
-Default steps leave some 3e-9 in bodies that are so stiff that their deformation is smaller."""
 
 
 def deformation_findings(body: Reduced, motion: WatchedMotion) -> Iterator[Finding]:

@@ -84,11 +84,8 @@ class ElasticModel:
         """Forces (N,) of an acceleration field -field (S, 2) of all points [N]."""
         loads = np.empty(self.shape.shape[0])
         loads[0::2], loads[1::2] = self.mass @ field[:, 0], self.mass @ field[:, 1]
-        force: Array = self.shape.T @ loads
-        return force
+        return np.asarray(self.shape.T @ loads)
 
-
-# Craig-Bampton bases: static shapes of the pins, and vibrations with all pins held
 
 DENSE = 60  # number of inner displacements up to which all vibrations are computed by a dense solver
 RIGID = 3  # motions of a rigid body
@@ -133,15 +130,12 @@ def basis(
     inertia: bool = False,
     loads: Array | None = None,
 ) -> Basis:
-    """Craig-Bampton basis of a body, with `modes` vibrations at least, all pins held.
-
-    With the shapes of loads a multiple of three modes is kept; with `up_to` all vibrations up to this frequency [Hz].
-    `by_pin`: the frame of the body is that of its first pin; `inertia`: static shapes of the own inertia are kept;
-    `loads`: forces (N, L) whose static shapes are kept.
-
-    Refused: inner displacements that the pins do not hold; more modes than displacements; static shapes that are no
-    shapes of their own.
-    """
+    """Craig-Bampton basis of a body, with `modes` vibrations at least, all pins held."""
+    # With the shapes of loads a multiple of three modes is kept; with `up_to` all vibrations up to this frequency [Hz].
+    # `by_pin`: the frame of the body is that of its first pin; `inertia`: static shapes of the own inertia are kept;
+    # `loads`: forces (N, L) whose static shapes are kept.
+    # Refused: inner displacements that the pins do not hold; more modes than displacements; static shapes that are no
+    # shapes of their own.
     m, K, M = model.count, model.stiffness.tocsc(), model.mass_matrix()
     inner = K.shape[0] - m
     solve = _solver(model, K[m:, m:]) if inner else np.zeros_like
@@ -151,10 +145,8 @@ def basis(
     static_shapes = forces.shape[1]
     if modes + static_shapes > inner - inner % 3:
         besides = f", {static_shapes} for static shapes of inertia and loads" if static_shapes else ""
-        raise InputError(
-            f"{model.label}: modes is {modes}, but the body has {inner} inner displacements, of which modes take three "
-            f"at a time{besides}. Keep fewer modes, or take more elements."
-        )
+        text = f"{model.label}: modes is {modes}, but the body has {inner} inner displacements, of"
+        raise InputError(f"{text} which modes take three at a time{besides}. Keep fewer modes, or take more elements.")
     require_room(model, _in_threes(modes, static_shapes) + static_shapes)
     static = np.vstack([np.eye(m), -solve(K[m:, :m].toarray())]) if inner else np.eye(m)
     count = _in_threes(modes, static_shapes) + 1 if up_to is None else FIRST_TRIAL
@@ -192,13 +184,10 @@ def inertia_loads(model: ElasticModel) -> dict[str, Array]:
     """Forces (N,) of unit accelerations along x, along y and about the first pin, and of a turn about it at 1 rad/s."""
     arms = model.points - np.array([model.pins[0].x, model.pins[0].y])
     one, zero = np.ones(len(arms)), np.zeros(len(arms))
-    fields = {
-        "acceleration along x": np.stack([one, zero], axis=1),
-        "acceleration along y": np.stack([zero, one], axis=1),
-        "angular acceleration": np.stack([-arms[:, 1], arms[:, 0]], axis=1),
-        "rotation": arms,
-    }
-    return {name: model.force_of(field) for name, field in fields.items()}
+    along_x, along_y = np.stack([one, zero], axis=1), np.stack([zero, one], axis=1)
+    about = np.stack([-arms[:, 1], arms[:, 0]], axis=1)
+    fields = {"acceleration along x": along_x, "acceleration along y": along_y, "angular acceleration": about}
+    return {name: model.force_of(field) for name, field in {**fields, "rotation": arms}.items()}
 
 
 def _with_static(model: ElasticModel, K: Sparse, phi: Array, shapes: Array) -> Array:
@@ -218,20 +207,16 @@ def _with_static(model: ElasticModel, K: Sparse, phi: Array, shapes: Array) -> A
 
 def _refuse_shapes(model: ElasticModel) -> None:
     """Refuse static shapes that add nothing."""
-    raise InputError(
-        f"{model.label}: the static shapes of its inertia and loads are none, as of loads on rigid pins alone or of "
-        "size 0, or combinations of each other or of its modes. Keep fewer modes, leave out such loads, take "
-        "more elements, or leave inertia_shapes=False."
-    )
+    text = f"{model.label}: the static shapes of its inertia and loads are none, as of loads on rigid"
+    text += " pins alone or of size 0, or combinations of each other or of its modes. Keep fewer modes,"
+    raise InputError(f"{text} leave out such loads, take more elements, or leave inertia_shapes=False.")
 
 
 def require_room(model: ElasticModel, modes: int) -> None:
     """Refuse more coordinates than the kernel can take."""
     if model.count + modes > MOST:
-        raise InputError(
-            f"{model.label}: {model.count} coordinates of pins and {modes} or more modes are more than {MOST}. Keep "
-            "fewer modes, or join it at fewer pins."
-        )
+        text = f"{model.label}: {model.count} coordinates of pins and {modes} or more modes are more than {MOST}."
+        raise InputError(f"{text} Keep fewer modes, or join it at fewer pins.")
 
 
 def _solver(model: ElasticModel, K: Sparse) -> Callable[[Array], Array]:
@@ -248,10 +233,8 @@ def _solver(model: ElasticModel, K: Sparse) -> Callable[[Array], Array]:
 
 def _not_held(model: ElasticModel) -> str:
     """Message of a body whose inside moves without force while its pins stand still."""
-    return (
-        f"{model.label}: with its pins held ({', '.join(repr(pin.name) for pin in model.pins)}) a piece of the body "
-        "can still move without force. Connect all its pieces, or give a pin to each."
-    )
+    text = f"{model.label}: with its pins held ({', '.join(repr(pin.name) for pin in model.pins)}) a piece"
+    return f"{text} of the body can still move without force. Connect all its pieces, or give a pin to each."
 
 
 def _vibrations(
@@ -279,8 +262,7 @@ def _amplitudes(model: ElasticModel, phi: Array) -> Array:
     largest = np.sqrt((moved[0::2] ** 2 + moved[1::2] ** 2).max(axis=0))
     size = np.ptp(model.points, axis=0).max()
     signs = np.sign(moved[np.abs(moved).argmax(axis=0), np.arange(phi.shape[1])])
-    factors: Array = signs * np.where(np.arange(phi.shape[1]) % 3 == 2, size, 1.0) / largest
-    return factors
+    return np.asarray(signs * np.where(np.arange(phi.shape[1]) % 3 == 2, size, 1.0) / largest)
 
 
 def _added_nodes(model: ElasticModel, count: int, *, inertia: bool) -> tuple[Node, ...]:

@@ -43,21 +43,16 @@ from flexmb.elastic.beams.corotational import turned_back
 from flexmb.engine.compiled.arrays import block_of, entry_of, item_of, part_of, row_of, stack_matrix
 from flexmb.kernels import account_kernel, element_kernel, energy_kernel, fast, force_kernel, tangent_kernel
 
+# Parameters p: n, number of directions l, whether the frame is that of the first node, whether there is a D,
+# stiffness-proportional damping time, g, m and int rho X.
+# Then, at HEAD: X (n) poses of the undeformed body, A (n) weights of the frame, E (2 n) int rho Psi, the matrices M, G,
+# H, P + Kc, Kc, K and D (n x n each), and of each direction l, K l, D l (n each) and Q (n x n); D has no part by zeta.
 COUNT, DIRECTIONS, BY_PIN, MODAL, ZETA, GRAVITY_X, GRAVITY_Y, MASS, MOMENT_X, MOMENT_Y, HEAD = range(11)
-"""Parameters p: n, number of directions l, whether the frame is that of the first node, whether there is a D,
-stiffness-proportional damping time, g, m and int rho X.
-
-Then, at HEAD: X (n) poses of the undeformed body, A (n) weights of the frame, E (2 n) int rho Psi, the matrices M, G,
-H, P + Kc, Kc, K and D (n x n each), and of each direction l, K l, D l (n each) and Q (n x n); D has no part by zeta.
-"""
 
 MOST = 96  # largest number of coordinates
-
+# Rows of the scratch matrix: d, d', w, alpha, u, s, forces on e, E, g and its rates, G d, Kc d, H d, work, Q d.
 D, DD, W, AL, U, S, E, EF, G, G1, G2, GD, KD, HD, T1, T2, T3, QD = range(18)
-"""Rows of the scratch matrix: d, d', w, alpha, u, s, forces on e, E, g and its rates, G d, Kc d, H d, work, Q d."""
-
 scratch = stack_matrix(QD + MOST, MOST)
-
 FIRST = 3  # first coordinate that bending shortens: those of the first node are none
 MM, MG, MH, MP, MC, MK, MD, MATRICES = range(8)  # places of the matrices, and their number
 L, KL, DL, ROWS_OF_DIRECTION = range(4)  # rows of a direction before its matrix Q, and their number
@@ -376,12 +371,10 @@ def gravity_energy(p, q, c, s, x):
 
 # Tangents, and the kernels
 
+# Rows of the second scratch matrix: F; S u, S w, S alpha; what tau and sigma multiply; df/dd; B u; K J u and K_z J w
+# with products of them; the derivative of f; work.
+# The third scratch matrix holds Q_a d'.
 F, SU, SW, SA, VT, VS, BD, BU, KU, KW, DF, X1, X2, X3, X4, X5, X6, X7 = range(18)
-"""Rows of the second scratch matrix: F; S u, S w, S alpha; what tau and sigma multiply; df/dd; B u; K J u and K_z J w
-with products of them; the derivative of f; work.
-
-The third scratch matrix holds Q_a d'.
-"""
 
 ROWS = 18
 second_scratch, third_scratch = stack_matrix(ROWS, MOST), stack_matrix(MOST, MOST)

@@ -34,7 +34,6 @@ from flexmb.parts.bodies.flexible_body import FlexibleBody
 # A beam element as the reduction of its body sees it: displacements of its axis and sides, stiffness, string
 
 Array = npt.NDArray[np.float64]
-
 PLACES = np.linspace(0.0, 1.0, 4)  # places on an element whose displacements carry its mass: four of a cubic say all
 
 HERMITE = np.stack(  # (4, 4) displacements there by (w1, L theta1, w2, L theta2)
@@ -146,9 +145,8 @@ class Element(NamedTuple):
     def stiffness(self) -> Array:
         """(6, 6) in the axes of the chord."""
         bent = self.bending
-        return np.asarray(
-            np.outer(self.elongation, self.normal_force) + bent.T @ self.data.bending_stiffness[self.k] @ bent
-        )
+        bending = bent.T @ self.data.bending_stiffness[self.k] @ bent
+        return np.asarray(np.outer(self.elongation, self.normal_force) + bending)
 
     def string(self) -> Array:
         """(6, 6) geometric stiffness of a unit normal force: of an element that turns, and of its bow."""
@@ -169,18 +167,11 @@ def _axis(data: BeamMatrices, k: int) -> Array:
     return np.asarray(np.eye(4) - np.outer([0.0, 1.0, 0.0, 1.0], shear))
 
 
-# Bodies of beams as their reduction sees them
-
 THIN = 2e-3  # half of the depth over the length with which beams of unknown depth are drawn
 
 
 class BeamModel:
-    """Assembles the matrices of the beams of a body over the displacements of its nodes, pins first.
-
-    The axes are those of the first pin.
-
-    pins : names of its nodes where parts are attached.
-    """
+    """Matrices of the beams of a body over the displacements of its nodes, pins first, in the axes of the first pin."""
 
     def __init__(self, body: FlexibleBody, pins: Sequence[str]) -> None:
         self.body = body
@@ -327,15 +318,11 @@ class BeamModel:
         )
 
 
-# Plane bodies as their reduction sees them, in the axes of their mesh
-
-
 def _model_of_plane(body: PlaneBody, pins: Sequence[str]) -> ElasticModel:
     kept = [interface for interface in body.interfaces if interface.name in pins]
     if not kept:
         raise InputError(f"{body.label}: none of its pins is left. Keep at least one.")
     shape = sp.csr_matrix(body.tie.matrix if len(kept) == len(body.interfaces) else tie(kept, body.mesh).matrix)
-
     stiffness = sp.csr_matrix(body.matrices.stiffness)
 
     def stress_stiffness(z: Array) -> Sparse:
@@ -351,8 +338,7 @@ def _model_of_plane(body: PlaneBody, pins: Sequence[str]) -> ElasticModel:
 
     def stresses(shapes: Array) -> Array:
         operator = stress_operator(body.mesh, body.material, body.state)
-        found: Array = np.asarray(operator @ (shape @ shapes)).reshape(len(body.mesh.points), 4, -1)
-        return found
+        return np.asarray(np.asarray(operator @ (shape @ shapes)).reshape(len(body.mesh.points), 4, -1))
 
     return ElasticModel(
         body.label,

@@ -21,22 +21,18 @@ from flexmb.kernels import extremum_kernel, fast
 from flexmb.model.contributions import Coordinate, SignalContribution
 
 scratch = stack_matrix(QD + MOST, MOST)
-
 LANES = 16  # number of nodes side by side, a group; of groups side by side, a block; and of blocks side by side
 
+# Parameters behind those of the element: number of groups; of stresses sx, sy, txy, sz, without those at the end that
+# are zero at all nodes.
+# At HEAD: R (n, n). Then for every LANES blocks, and for every LANES groups, of each field their spreads and of each
+# coordinate their mean stresses side by side; for every group the numbers of its LANES nodes, and of each coordinate
+# their stresses side by side. The last group repeats its last node, the last groups and blocks are followed by zeros.
 GROUPS, PARTS, HEAD = range(3)
-"""Parameters behind those of the element: number of groups; of stresses sx, sy, txy, sz, without those at the end that
-are zero at all nodes.
-
-At HEAD: R (n, n).  Then for every LANES blocks, and for every LANES groups, of each field their spreads and of each
-coordinate their mean stresses side by side; for every group the numbers of its LANES nodes, and of each coordinate
-their stresses side by side.  The last group repeats its last node, the last groups and blocks are followed by zeros.
-"""
 
 SX, SY, TXY, SZ = range(0, 4 * LANES, LANES)  # places of the stresses of what is side by side, among all of them
 SURE = 1.0 + 1e-9  # factor of the bounds, for their round-off
 LEAST = 1e-16  # part of the largest mean square of stresses by which deformations without stress count in R
-
 side_by_side = stack_vector(4 * LANES)
 
 
@@ -87,10 +83,8 @@ def bounds_side_by_side(p, at, e, y, n, size, S):
 
 @fast
 def fill_bounds(p, at, e, y, n, size, S, least, bounds, of_groups):
-    """Fill the bounds of all blocks and groups; the group with the largest one.
-
-    Groups of blocks that cannot hold more than `least` have the bound 0; -1 is returned when no block can.
-    """
+    """Fill the bounds of all blocks and groups; the group with the largest one."""
+    # Groups of blocks that cannot hold more than `least` have the bound 0; -1 is returned when no block can.
     blocks, groups, step = bounds.shape[0], of_groups.shape[0], LANES * n + n * size
     for first in range(0, blocks, LANES):
         bounds_side_by_side(p, at, e, y, n, size, S)
@@ -205,11 +199,9 @@ def _metric(stresses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def groups_of(metric: np.ndarray) -> np.ndarray:
-    """Numbers (groups, LANES) of the nodes of groups, of similar matrices; the last group repeats its last node.
-
-    Nodes are halved at right angles to the direction in which their matrices differ most, until LANES are left.
-    `metric` (nodes, ...) is a matrix of each node.
-    """
+    """Numbers (groups, LANES) of the nodes of groups, of similar matrices; the last group repeats its last node."""
+    # Nodes are halved at right angles to the direction in which their matrices differ most, until LANES are left.
+    # `metric` (nodes, ...) is a matrix of each node.
     flat, left, found = metric.reshape(len(metric), -1), [np.arange(len(metric))], []
     while left:
         nodes = left.pop()

@@ -41,7 +41,6 @@ from flexmb.parts.loads.mesh_loads import MeshLoad
 # Models, bases and matrices of reduced bodies that are kept for equal bodies, by the values that they depend on
 
 Value = TypeVar("Value")
-
 REMEMBERED = 8  # number of models, of bases and of matrices of reduced bodies that are kept
 
 
@@ -72,12 +71,7 @@ MODELS: Kept[ElasticModel] = Kept()
 BASES: Kept[Basis] = Kept()
 ELEMENTS: Kept[Superelement] = Kept()
 GROUPS: Kept[tuple[float, ...]] = Kept()
-
-
-# A flexible body by its pins and a few modes
-
 FRAMES = ("chord", "pin")
-
 ROUND_OFF = 1e-12  # distance of two pins over that from the origin [1] up to which they stand at one place
 
 
@@ -189,10 +183,8 @@ class Reduced(MeshBody):
         for ratio in self.damping_ratios if isinstance(self.damping_ratios, tuple) else (self.damping_ratios,):
             checks.not_negative(self.label, "damping_ratios", ratio)
         if not isinstance(self.body, Reducible):
-            raise InputError(
-                f"{self.label}: a {type(self.body).__name__} does not bend. Reduce a FlexibleLink, FlexibleFrame or "
-                "PlaneBody; leave others as they are."
-            )
+            text = f"{self.label}: a {type(self.body).__name__} does not bend."
+            raise InputError(f"{text} Reduce a FlexibleLink, FlexibleFrame or PlaneBody; leave others as they are.")
         object.__setattr__(self, "load_shapes", checked_loads(self, self.load_shapes))
         if self.stress and not self.body.knows_stress:
             _ = replace(self.body, stress=True)  # refuses sections without outer fibres
@@ -260,11 +252,7 @@ class Reduced(MeshBody):
         """The constant matrices of the equations of motion."""
         damping = self.model.damping if self.damping is None else self.damping
         drag = self.model.mass_damping if self.mass_damping is None else self.mass_damping
-        numbers: dict[str, Any] = {
-            "stiffening": self.stiffening,
-            "ratios": self.damping_ratios,
-            "mass_damping": drag,
-        }
+        numbers: dict[str, Any] = {"stiffening": self.stiffening, "ratios": self.damping_ratios, "mass_damping": drag}
         key = (self._key, self._options), (damping, *numbers.values())
         return ELEMENTS.of(key, lambda: superelement(self.basis, damping, **numbers))
 
@@ -348,10 +336,8 @@ class Reduced(MeshBody):
         """
         given = self.body.start_velocity()
         if self.body.start_displacement() is not None or np.ndim(given) > 1:  # type: ignore[arg-type]
-            raise InputError(
-                f"{self.label}: start fields of a body with all its nodes cannot be kept by a reduced one. Give the "
-                "body one velocity (vx, vy, omega), or start from a static equilibrium."
-            )
+            text = f"{self.label}: start fields of a body with all its nodes cannot be kept by a reduced one."
+            raise InputError(f"{text} Give the body one velocity (vx, vy, omega), or start from a static equilibrium.")
         if given is None:
             return None
         vx, vy, omega = np.asarray(given, dtype=float).tolist()
@@ -366,18 +352,9 @@ class Reduced(MeshBody):
         shapes, fibres = self.basis.shapes, np.zeros((0, 0))
         if not model.drawn.materials and model.stresses is not None:
             fibres = model.stresses(shapes)[:, 0]
-        return (
-            replace(
-                model.drawn,
-                part=self.name,
-                nodes=moved.nodes,
-                poses=moved.poses,
-                weights=moved.weights,
-                basis=_nested(np.asarray(model.drawn_by @ shapes)),
-                shortening=_nested(self.element.directions),
-                fibres=_nested(fibres),
-            ),
-        )
+        own: dict[str, Any] = {"nodes": moved.nodes, "poses": moved.poses, "weights": moved.weights}
+        own |= {"shortening": _nested(self.element.directions), "fibres": _nested(fibres)}
+        return (replace(model.drawn, part=self.name, basis=_nested(np.asarray(model.drawn_by @ shapes)), **own),)
 
     @property
     def moved_by(self) -> MeshShape:
@@ -387,16 +364,10 @@ class Reduced(MeshBody):
         if not found.by_pin:
             weights = np.zeros((len(found.nodes), 2))
             weights[:pins] = frame_weights(found.nodes[:pins])
-        return MeshShape(
-            self.name,
-            "",
-            points=(),
-            cells=(),
-            loops=(),
-            nodes=tuple(node.name for node in found.nodes),
-            poses=tuple((node.x, node.y, node.theta) for node in found.nodes),
-            weights=tuple((x, y) for x, y in weights.tolist()),
-        )
+        poses = tuple((node.x, node.y, node.theta) for node in found.nodes)
+        own: dict[str, Any] = {"nodes": tuple(node.name for node in found.nodes), "poses": poses}
+        numbers = tuple((x, y) for x, y in weights.tolist())
+        return MeshShape(self.name, "", points=(), cells=(), loops=(), **own, weights=numbers)
 
     @property
     def seeks_stress(self) -> bool:

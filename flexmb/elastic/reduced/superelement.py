@@ -66,23 +66,15 @@ from flexmb.parts.loads.mesh_loads import MeshLoad
 if TYPE_CHECKING:
     from flexmb.elastic.reduced.reduced import Reduced
 
-# Kernels of loads on the mesh of a reduced body
-
+# Kind of a load, angle of its axes, whether it has a geometric stiffness, in place of other parameters of the body.
 KIND, ANGLE, STIFFENS = 3, 4, 5
-"""Kind of a load, angle of its axes, whether it has a geometric stiffness, in place of other parameters of the body."""
-
 DEAD, FOLLOWER, EDGES = 0.0, 1.0, 2.0  # kinds of loads
-
+# Vectors (n) behind poses and weights of the frame: Psi' f, Psi' J f, Phi' f, Phi' J f; their number.
+# Matrices (n, n) follow: N0 and N1 if the load has a geometric stiffness, Psi' A and Phi' A with edges.
 OF_F, OF_JF, TURN_F, TURN_JF, VECTORS = range(5)
-"""Vectors (n) behind poses and weights of the frame: Psi' f, Psi' J f, Phi' f, Phi' J f; their number.
-
-Matrices (n, n) follow: N0 and N1 if the load has a geometric stiffness, Psi' A and Phi' A with edges.
-"""
-
+# Rows of the second scratch matrix: F and Phi' of the forces, their changes with the angle of (c0, c1), dm/dd, N d and
+# its change with that angle, work; their number.
 FORCE, ON_TURN, D_FORCE, D_TURN, BY_D, ND, ND_CHANGE, WORK, ROWS = range(9)
-"""Rows of the second scratch matrix: F and Phi' of the forces, their changes with the angle of (c0, c1), dm/dd,
-N d and its change with that angle, work; their number."""
-
 second_scratch = stack_matrix(ROWS, MOST)
 
 
@@ -273,7 +265,6 @@ def reduced_load_signal(p, t, q, v, a):
 # Constant matrices of a reduced body, and the parameters of its element
 
 Array = npt.NDArray[np.float64]
-
 ROUND_OFF = 1e-10  # part of the largest shortening that counts as round-off
 
 
@@ -327,18 +318,18 @@ def superelement(
     ratios: float | tuple[float, ...] = 0.0,
     mass_damping: float = 0.0,
 ) -> Superelement:
-    """Matrices of a reduced body.
-
-    `damping` is a stiffness-proportional time [s], `mass_damping` a mass-proportional rate [1/s]; `ratios` are damping
-    ratios of the vibrations of the free body, from the lowest, one number those of all.  With `stiffening` bending is
-    stiffened by forces of the pins and by rotation.  More coordinates than the kernel can take are refused.
-    """
+    """Matrices of a reduced body."""
+    # `damping` is a stiffness-proportional time [s], `mass_damping` a mass-proportional rate [1/s]; `ratios` are
+    # damping ratios of the vibrations of the free body, from the lowest, one number those of all. With `stiffening`
+    # bending is stiffened by forces of the pins and by rotation. More coordinates than the kernel can take are refused.
     n = found.shapes.shape[1]
     require_room(found.model, n - found.model.count)
     matrices, mass, moment, mean = _inertia(found)
     free = rigid_motions(found.nodes)
     K = _without(free, found.shapes.T @ (found.model.stiffness @ found.shapes))
-    D = _modal_damping(matrices["M"], K, ratios) + mass_damping * _from_first_node(matrices["M"], free)
+    against = np.eye(len(K))  # motions against the first node, whose inertia forces are in balance
+    against[:, :2] -= free[:, :2]
+    D = _modal_damping(matrices["M"], K, ratios) + mass_damping * (against.T @ matrices["M"] @ against)
     matrices |= {"K": K, "D": D}
     zero = np.zeros((n, n))
     centrifugal, shortening = _stiffening(found, K, free) if stiffening else (zero, np.zeros((0, n, n)))
@@ -385,13 +376,6 @@ def _without(free: Array, A: Array) -> Array:
     return 0.5 * (clean + clean.T)
 
 
-def _from_first_node(M: Array, free: Array) -> Array:
-    """Mass matrix of motions against the first node: its forces are in balance."""
-    against = np.eye(len(M))
-    against[:, :2] -= free[:, :2]
-    return np.asarray(against.T @ M @ against)
-
-
 def _modal_damping(M: Array, K: Array, ratios: float | tuple[float, ...]) -> Array:
     """Damping matrix that gives the vibrations of the free body their damping ratios."""
     given = np.atleast_1d(np.asarray(ratios, dtype=float))
@@ -403,17 +387,14 @@ def _modal_damping(M: Array, K: Array, ratios: float | tuple[float, ...]) -> Arr
     if np.ndim(ratios):
         zeta[: len(given)] = given[: len(squares)]
     loads = M @ shapes
-    damping: Array = (loads * (2.0 * zeta * np.sqrt(squares))) @ loads.T
-    return damping
+    return np.asarray((loads * (2.0 * zeta * np.sqrt(squares))) @ loads.T)
 
 
 def _stiffening(found: Basis, K: Array, free: Array) -> tuple[Array, Array]:
-    """Geometric stiffness: Kc of centrifugal forces about the first pin at unit speed, and Q of unit forces.
-
-    Q_a is that of a unit force along the static shape a, 1/2 d Q_a d the shortening there; equation (12.10) of
-    docs/theory/reduced.md.  With static shapes of inertia or loads, Q of all coordinates; Kc is of the stress that
-    these leave.
-    """
+    """Geometric stiffness: Kc of centrifugal forces about the first pin at unit speed, and Q of unit forces."""
+    # Q_a is that of a unit force along the static shape a, 1/2 d Q_a d the shortening there. With static shapes of
+    # inertia or loads, Q of all coordinates; Kc is of the stress that these leave.
+    # Equation (12.10) of docs/theory/reduced.md.
     model, n, m = found.model, len(K), found.model.count
     first = np.array([model.pins[0].x, model.pins[0].y])
     centrifugal = stiffness_under(found, model.force_of(model.points - first))
@@ -427,10 +408,8 @@ def _stiffening(found: Basis, K: Array, free: Array) -> tuple[Array, Array]:
 
 
 def _directions(found: Basis, shortening: Array) -> Array:
-    """(k, n + 1, n) directions of Q (m, n, n) of the coordinates from the second pin on, each above its matrix.
-
-    Added nodes go along with the pins, so amplitudes stay as they are.
-    """
+    """(k, n + 1, n) directions of Q (m, n, n) of the coordinates from the second pin on, each above its matrix."""
+    # Added nodes go along with the pins, so amplitudes stay as they are.
     m, n, _ = shortening.shape
     pins = found.model.count
     if not shortening.any():
@@ -456,9 +435,6 @@ def stiffness_under(found: Basis, force: Array) -> Array:
 def _reduced_stiffness(found: Basis, z: Array, free: Array) -> Array:
     """K_G (n, n) of the stress of displacements (N,), by `stress_stiffness` of models.py, less round-off."""
     return _without(free[:, :2], found.shapes.T @ (found.model.stress_stiffness(z) @ found.shapes))
-
-
-# Loads on the mesh of a reduced body: their generalised forces by the nodes of the body
 
 
 def load_contributions(

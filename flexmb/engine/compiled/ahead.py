@@ -30,9 +30,8 @@ from flexmb.engine.compiled.notice import caches, notice
 from flexmb.engine.compiled.records import type_of_hint
 from flexmb.engine.compiled.shipped import shipment
 
+# Function that every program is compiled with; where it is kept, the time for a second process is over.
 FIRST = "flexmb.engine.system.evaluate.evaluate"
-"""Function that every program is compiled with; where it is kept, the time for a second process is over."""
-
 PACKAGE_PARENT = Path(__file__).resolve().parents[3]
 
 

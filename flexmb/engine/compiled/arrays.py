@@ -22,8 +22,6 @@ from numba.core import cgutils, config
 from numba.extending import intrinsic, overload
 from numba.np import arrayobj
 
-# Views of flat arrays in compiled code: matrices and parts, without copies and checks of bounds
-
 MATRIX = types.Array(types.float64, 2, "C")  # type of a matrix
 
 
@@ -51,10 +49,8 @@ matrix_view = _matrix_view()
 
 
 def _part_of() -> Any:
-    """Make the compiled function (flat, begin, end) that returns flat[begin:end] without checks of the bounds.
-
-    A slice tests signs and bounds, and so does every index into it, unless numba knows that indices start at 0.
-    """
+    """Make the compiled function (flat, begin, end) that returns flat[begin:end] without checks of the bounds."""
+    # A slice tests signs and bounds, and so does every index into it, unless numba knows that indices start at 0.
     if config.DISABLE_JIT:
         return lambda flat, begin, end: flat[begin:end]
 
@@ -160,9 +156,8 @@ def _item_of() -> Any:
 
 item_of = _item_of()
 
+
 # Scratch matrices and vectors on the stack of a kernel: kernels allocate nothing on the heap
-
-
 def stack_matrix(rows: int, columns: int) -> Callable[[], Any]:
     """A function that returns a matrix (rows, columns) of floats, on the stack in compiled code."""
 
@@ -193,10 +188,8 @@ def stack_matrix(rows: int, columns: int) -> Callable[[], Any]:
 
 
 def stack_vector(size: int) -> Callable[[], Any]:
-    """A function that returns a vector (size,) of floats, on the stack, for functions that are compiled in any case.
-
-    Functions made by `flexmb.kernels.fast` can call it, which are compiled without numba's memory management.
-    """
+    """A function that returns a vector (size,) of floats, on the stack, for functions that are compiled in any case."""
+    # Functions made by `flexmb.kernels.fast` can call it, which are compiled without numba's memory management.
     if config.DISABLE_JIT:
         return lambda: np.zeros(size)
 

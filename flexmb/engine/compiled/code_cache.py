@@ -29,14 +29,12 @@ from flexmb.engine.compiled.notice import caches, say_once
 from flexmb.engine.compiled.shipped import ours, shipment, shipped
 from flexmb.namespace import CHANGED, IMPORTED, state
 
-# Stamps of compiled code: a digest of all sources that a function was compiled from
-
 IMPORT = re.compile(r"^(?:from +([\w.]+) +import +(\([^)]*\)|[^\n#]*)|import +([^\n#]*))", re.MULTILINE)
 NAME = re.compile(r"[\w.]+")
 PACKAGE = "flexmb"
 STANDARD = tuple({str(Path(get_path(name)).resolve()) for name in ("stdlib", "platstdlib")})
+# Folders of installed packages.
 INSTALLED = {"site-packages", "dist-packages"}
-"""Folders of installed packages."""
 
 
 class SourcesChangedError(RuntimeError):
@@ -94,8 +92,6 @@ def is_of_user(module: str) -> bool:
     return module.partition(".")[0] != PACKAGE and file is not None and is_users_file(file)
 
 
-# Cache of compiled code: machine code of the installation, and numba's cache of the user
-
 ANNOTATION = 6  # place of the annotated source among the parts of a compiled signature that numba keeps
 SEAL_SIZE = 16  # bytes of the checksum of a file of the cache
 
@@ -112,19 +108,16 @@ class SlimSignature(CompileResult):
         return tuple(parts)
 
     def _find_referenced_environments(self) -> list[Any]:
-        """Globals of inner functions that are not inlined.
-
-        Those of functions that were inlined are not, and finding them imports half of numba.
-        """
+        """Globals of inner functions that are not inlined."""
+        # Those of functions that were inlined are not, and finding them imports half of numba.
         code = str(self.library._final_module)
         return [one for one in super()._find_referenced_environments() if code.count(one.env_name) > 1]
 
 
 class SealedFiles(IndexDataCacheFile):
-    """Index and data files of a function, each behind its checksum; a damaged file counts as missing.
+    """Index and data files of a function, each behind its checksum; a damaged file counts as missing."""
 
-    A data file names its sources and its signature and is written before the index, which never leads to other code.
-    """
+    # A data file names its sources and its signature and is written before the index, which never leads to other code.
 
     def load(self, key: Any) -> Any:
         """Compiled signature of a key, or None."""
@@ -169,12 +162,9 @@ class SealedFiles(IndexDataCacheFile):
 
 
 class SealedCache(FunctionCache):
-    """numba's cache of a function, with checksums and without errors of the file system.
+    """numba's cache of a function, with checksums and without errors of the file system."""
 
-    Parameters
-    ----------
-    content : digest of all values that are frozen into its code, besides its sources.
-    """
+    # `content` is the digest of all values that are frozen into its code, besides its sources.
 
     def __init__(self, function: Any, content: str = "") -> None:
         super().__init__(function)
@@ -197,11 +187,10 @@ class SealedCache(FunctionCache):
 
 
 class CodeCache(_Cache):
-    """Cache of the compiled signatures of a function of the package, with the interface of numba's caches.
+    """Cache of the compiled signatures of a function of the package, with the interface of numba's caches."""
 
-    Nothing is looked up before the first call, and numba's tables of types and functions, which take long to fill, are
-    left alone where nothing has to be compiled.
-    """
+    # Nothing is looked up before the first call, and numba's tables of types and functions, which take long to fill,
+    # are left alone where nothing has to be compiled.
 
     def __init__(self, function: Any) -> None:
         self._function = function

@@ -27,6 +27,7 @@ from numba.core import event
 REFERENCE_PACE = 0.0125  # time of the measure of pace on the machine of these costs [s] (`notice.pace`)
 FIRST_STAGE = "the equations of motion"  # stage of kernels and other small functions
 
+# Processor time of compiling large functions [s], by stage; small functions represent others, too.
 STAGES: dict[str, dict[str, float]] = {
     FIRST_STAGE: {
         "flexmb.engine.system.evaluate.evaluate": 6.4,
@@ -56,17 +57,11 @@ STAGES: dict[str, dict[str, float]] = {
         "flexmb.engine.sensitivity.tangent_step.advance_with_tangents": 10.9,
     },
 }
-"""Processor time of compiling large functions [s], by stage; small functions represent others, too."""
 
 UNPIECED_FACTOR = 4.5  # factor of the time with a version of numba without pieces (`flexmb/engine/compiled/pieces.py`)
-
-# Notices to the user while functions of the package are compiled: stage, expected time, end
-
 QUIET_SECONDS = 1.0  # time without a compilation, after which a stage has ended [s]
 LEAST_SECONDS = 1.0  # expected time of a stage, below which there is no notice [s]
-
 LINE_WIDTH = 79
-
 caches: dict[str, Any] = {}  # where compiled code of each function of the package is kept, by name
 
 
@@ -101,10 +96,8 @@ def say_once(text: str) -> None:
 
 @cache
 def pace() -> float:
-    """Time on this machine relative to that on the machine of the measured costs [1].
-
-    What is timed is Python's own compiler, the quickest of five runs: like numba it is made of many small steps.
-    """
+    """Time on this machine relative to that on the machine of the measured costs [1]."""
+    # What is timed is Python's own compiler, the quickest of five runs: like numba it is made of many small steps.
     lines = "".join(f"x{k} = [f(a, {k}) for a in range(b) if a > {k}]\n" for k in range(400))
     took = []
     for _ in range(5):

@@ -34,19 +34,12 @@ from flexmb.engine.compiled.code_cache import CodeCache
 from flexmb.engine.compiled.notice import UNPIECED_FACTOR, notice
 from flexmb.version import compiles_fast
 
+
 # Addresses of kernels, as compiled code calls them
-
-
 class KernelPointer(types.Callable, types.Opaque):
-    """numba's type of the address of a kernel, which is called directly.
+    """numba's type of the address of a kernel, which is called directly, with name and signature of its contract."""
 
-    numba's own first-class functions ask at every call whether there is an address, and else call Python.
-
-    Parameters
-    ----------
-    name : of the contract.
-    signature : numba's signature of its kernels.
-    """
+    # numba's own first-class functions ask at every call whether there is an address, and else call Python.
 
     def __init__(self, name: str, signature: Any) -> None:
         self.signature = signature
@@ -81,15 +74,14 @@ def _call_kernel(context: Any, builder: Any, signature: Any, arguments: Any) -> 
 
 # Compiled functions as pieces: each is lowered once; functions called from Python are optimised as a whole
 
+# Instructions of intermediate code below which a piece is always inlined; of longer ones LLVM decides.
 INLINE_BELOW = 600
-"""Instructions of intermediate code below which a piece is always inlined; of longer ones LLVM decides."""
 
 
 class QuickFlags(Flags):
-    """numba's flags of a compilation, compared in a hundredth of the time.
+    """numba's flags of a compilation, compared in a hundredth of the time."""
 
-    They are part of the key of every function of numba's own that is looked up; numba reads all of them each time.
-    """
+    # They are part of the key of every function of numba's own that is looked up; numba reads all of them each time.
 
     def __hash__(self) -> int:
         return 0
@@ -127,10 +119,8 @@ class PieceLibrary(JITCodeLibrary):
         self._final_module.link_in(ll_module)
 
     def own(self) -> Any:
-        """Module of its function, for linking into another module.
-
-        As `weak_odr`, since LLVM drops a `linkonce_odr` function that nobody has called yet.
-        """
+        """Module of its function, for linking into another module."""
+        # As `weak_odr`, since LLVM drops a `linkonce_odr` function that nobody has called yet.
         if self._shared_module is None:
             for function in self._final_module.functions:
                 if not function.is_declaration and function.linkage == ll.Linkage.external:
@@ -291,10 +281,8 @@ class Whole(CPUDispatcher):
         self._cache = CodeCache(self.py_func)
 
     def compile(self, signature: Any) -> Any:
-        """Compile a signature, or find it in the cache.
-
-        Python's collector rests meanwhile, since it would look at millions of objects that stay.
-        """
+        """Compile a signature, or find it in the cache."""
+        # Python's collector rests meanwhile, since it would look at millions of objects that stay.
         collects = gc.isenabled()
         gc.disable()
         try:

@@ -38,20 +38,11 @@ from numba.core.typing.templates import AttributeTemplate, infer_getattr
 from numba.extending import NativeValue, intrinsic, register_model, typeof_impl, unbox
 from numba.np import arrayobj, numpy_support
 
-# numba's type of a record, and how compiled code reads and writes its fields
-
 WORD = ir.IntType(64)
 
 
 class RecordType(types.Type):
-    """numba's type of a record: the type of every field and the place of its first word.
-
-    Parameters
-    ----------
-    kind : name of the class.
-    fields : name, type and place of each field.
-    frozen : whether its numbers never change.
-    """
+    """numba's type of a record: name, type and place of the first word of each field; `frozen`: nothing changes."""
 
     def __init__(self, kind: str, fields: tuple[tuple[str, Any, int], ...], frozen: bool) -> None:
         self.fields, self.frozen = {name: (field, place) for name, field, place in fields}, frozen
@@ -152,8 +143,6 @@ def _copy_numbers() -> Any:
 
 copy_numbers = _copy_numbers()
 
-# Records: named numbers and arrays that are passed to compiled code as one pointer
-
 
 def _array(dtype: Any, ndim: int) -> Any:
     return types.Array(numpy_support.from_dtype(np.dtype(dtype)), ndim, "C")
@@ -163,32 +152,23 @@ Vector = Annotated[np.ndarray, _array(np.float64, 1)]
 Matrix = Annotated[np.ndarray, _array(np.float64, 2)]
 Integers = Annotated[np.ndarray, _array(np.int64, 1)]
 IntegerTable = Annotated[np.ndarray, _array(np.int64, 2)]
+# Indices: compiled code need not ask whether they count from the end.
 Places = Annotated[np.ndarray, _array(np.uint64, 1)]
-"""Indices: compiled code need not ask whether they count from the end."""
 Flags = Annotated[np.ndarray, _array(np.bool_, 1)]
 SmallPlaces = Annotated[np.ndarray, _array(np.uint32, 1)]
-
 CACHE_LINE = 64  # bytes of a cache line, at which the arrays of a record begin
 PLAIN_FLAGS = 0x0001 | 0x0100  # numpy's flags of arrays in C order and of aligned ones
 LARGEST = 2.0**53  # largest whole number that a file may hold: beyond it floats leave some out
-
 NUMBERS = {float: types.float64, int: types.int64, bool: types.boolean}
 
 
 class Record:
-    """Base of the records; a subclass declares its fields as annotations, in order.
+    """Base of the records; a subclass declares its fields as annotations, in order."""
 
-    Fields are float, int, bool, another record, or one of the array types of this module.  `limits` of a class are the
-    least and the largest value of some numbers, which hold for values from files.
-
-    Parameters
-    ----------
-    values : of the fields, in order or by name; for a vector a length will do, for a matrix a shape, and means zeros.
-
-    Raises
-    ------
-    TypeError : a field is missing or unknown, an array of another type, or not in C order.
-    """
+    # Fields are float, int, bool, another record, or one of the array types of this module. `limits` of a class are the
+    # least and the largest value of some numbers, which hold for values from files. Values are given in order or by
+    # name; a length stands for a vector of zeros, a shape for such a matrix. Fields that are missing or unknown, and
+    # arrays of another type or not in C order, are TypeErrors.
 
     _fields: ClassVar[tuple[str, ...]] = ()
     _numba_type_: ClassVar[Any] = None
@@ -227,7 +207,7 @@ class Record:
     def __init__(self, *values: Any, **named: Any) -> None:
         given = values if not named and len(values) == len(self._fields) else self._in_order(values, named)
         if self._all_floats:
-            self._keep_floats(given)
+            self._adopt(np.array(given, dtype=np.float64).view(np.uint64))
             return
         kinds = tuple(map(type, given))
         groups = self._groups.get(kinds)
@@ -264,15 +244,9 @@ class Record:
         store["_floats"], store["_integers"] = words.view(np.float64), words.view(np.int64)
         return words
 
-    def _keep_floats(self, given: Any) -> None:
-        """The quick way for a record of floats alone."""
-        self._adopt(np.array(given, dtype=np.float64).view(np.uint64))
-
     def _begun(self, shapes: tuple[tuple[str, Any], ...]) -> np.ndarray:
-        """The words of a record whose arrays of zeros lie one after the other in one block of memory.
-
-        Python's view of such an array is made when it is asked for.
-        """
+        """The words of a record whose arrays of zeros lie one after the other in one block of memory."""
+        # Python's view of such an array is made when it is asked for.
         if not shapes:
             return np.zeros(max(self._size, 1), dtype=np.uint64)
         plan = self._plans.get(shapes)
@@ -343,10 +317,8 @@ class Record:
         return other
 
     def twin(self, **records: Record) -> Self:
-        """A new record with the same shapes and numbers, arrays of zeros included, in a fifth of the time.
-
-        Arrays that were given are shared; records within have twins of their own, or are exchanged for `records`.
-        """
+        """A new record with the same shapes and numbers, arrays of zeros included, in a fifth of the time."""
+        # Arrays that were given are shared; records within have twins of their own, or are exchanged for `records`.
         mine, words = self.__dict__, self._words.copy()
         other = type(self).__new__(type(self))
         if "_arena" in mine:
@@ -388,11 +360,9 @@ class Record:
         return np.array(found, dtype=np.float64)
 
     def set_numbers(self, values: np.ndarray) -> None:
-        """Give the fields that are numbers the `values` that `numbers` returned.
-
-        A `ValueError` has the name of a number beyond its limits or no whole one: compiled code, which takes such
-        numbers for indices, is not asked whether they fit.
-        """
+        """Give the fields that are numbers the `values` that `numbers` returned."""
+        # A `ValueError` has the name of a number beyond its limits or no whole one: compiled code, which takes such
+        # numbers for indices, is not asked whether they fit.
         names = [name for name, (kind, _) in self._places.items() if kind in NUMBERS.values()]
         for name, value in zip(names, values.tolist(), strict=True):
             least, most = self._limits.get(name, (-LARGEST, LARGEST))
@@ -411,13 +381,7 @@ def fitting(saved: Mapping[str, Any], name: str, like: np.ndarray) -> np.ndarray
 
 
 class _Plan:
-    """Layout of arrays of zeros of given shapes in one block of memory.
-
-    Parameters
-    ----------
-    kind : class of the record.
-    shapes : name and shape, or length, of each array.
-    """
+    """Layout of arrays of zeros in one block of memory, by the name and shape, or length, of each array of a record."""
 
     def __init__(self, kind: type[Record], shapes: tuple[tuple[str, Any], ...]) -> None:
         self.words = np.zeros(max(kind._size, 1), dtype=np.uint64)

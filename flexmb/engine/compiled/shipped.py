@@ -30,12 +30,9 @@ PACKAGE = Path(__file__).resolve().parents[2]
 FOLDER = Path(__file__).resolve().parent / "shipped"
 INDEX, CODE = "index.json", "code.bin"
 
-REQUIRED_FEATURES = {
-    "x86-64-v3": (
-        "avx avx2 bmi bmi2 cmov cx16 f16c fma fxsr lzcnt mmx movbe popcnt sahf sse sse2 sse3 sse4.1 sse4.2 ssse3 xsave"
-    ).split()
-}
-"""LLVM's names of what a generic processor can do, for which code is made."""
+# LLVM's names of what a generic processor can do, for which code is made.
+V3 = "avx avx2 bmi bmi2 cmov cx16 f16c fma fxsr lzcnt mmx movbe popcnt sahf sse sse2 sse3 sse4.1 sse4.2 ssse3 xsave"
+REQUIRED_FEATURES = {"x86-64-v3": V3.split()}
 
 
 def key(function: Any, signature: tuple[Any, ...]) -> str:
@@ -62,21 +59,13 @@ def sources(package: Path) -> str:
 
 def made_with() -> dict[str, str]:
     """Versions on which compiled code depends: numba, llvmlite, Python, platform."""
-    return {
-        "numba": numba.__version__,
-        "llvmlite": llvmlite.__version__,
-        "Python": f"{sys.implementation.name} {sys.version_info[0]}.{sys.version_info[1]}",
-        "platform": ll.get_process_triple(),
-    }
+    python = f"{sys.implementation.name} {sys.version_info[0]}.{sys.version_info[1]}"
+    made = {"numba": numba.__version__, "llvmlite": llvmlite.__version__}
+    return {**made, "Python": python, "platform": ll.get_process_triple()}
 
 
 class Shipped:
-    """Machine code of an installation.
-
-    Raises
-    ------
-    ValueError : the files are not there, cannot be read or do not fit; the message says why.
-    """
+    """Machine code of an installation; `ValueError` if its files are not there, cannot be read or do not fit."""
 
     def __init__(self, folder: Path) -> None:
         self._file = folder / CODE
@@ -162,14 +151,8 @@ class Shipment:
             for name, data in sorted(self._code.items()):
                 places[name] = begin, len(data), hashlib.sha256(data).hexdigest()
                 begin += file.write(data)
-        index = {
-            "made_with": made_with(),
-            "cpu": self.cpu,
-            "needs": REQUIRED_FEATURES[self.cpu],
-            "sources": sources(PACKAGE),
-            "size": begin,
-            "code": places,
-        }
+        about = {"made_with": made_with(), "cpu": self.cpu, "needs": REQUIRED_FEATURES[self.cpu]}
+        index = {**about, "sources": sources(PACKAGE), "size": begin, "code": places}
         (folder / INDEX).write_text(json.dumps(index, indent=1), encoding="utf-8")
         return list(places), begin
 

@@ -11,11 +11,9 @@ from flexmb.kernels import compiled
 
 @compiled
 def factor_complex(sym, re, im, seen):
-    """A = L U in place; -1, or the first unknown in elimination order whose pivot is lost.
-
-    sym : LU; re, im : (size,); seen : (n,) what `lu.factor` left of the real matrix of the same joints: rows that it
-    held are held here, too.  L has a unit diagonal, that of U is left inverted.
-    """
+    """A = L U in place; -1, or the first unknown in elimination order whose pivot is lost."""
+    # sym : LU; re, im : (size,); seen : (n,) what `lu.factor` left of the real matrix of the same joints: rows that it
+    # held are held here, too. L has a unit diagonal, that of U is left inverted.
     starts, row_ptr, value_ptr = sym.starts, sym.row_ptr, sym.value_ptr
     for s in range(len(starts) - 1):
         first, at, w, u = starts[s], value_ptr[s], starts[s + 1] - starts[s], row_ptr[s + 1] - row_ptr[s]
@@ -70,10 +68,7 @@ def _update(sym, re, im, row, column, u, t):
 
 @compiled
 def solve_complex(sym, re, im, x, y, pair):
-    """Solve with the values that `factor_complex` left; x, y : (n,) parts of the right side and then of the solution.
-
-    pair : (2 n,) workspace.
-    """
+    """Solve with the values that `factor_complex` left; x, y: (n,) right side, then solution; pair: (2 n,) space."""
     into, n = sym.into, len(sym.into)
     p, q = part_of(pair, 0, n), part_of(pair, n, 2 * n)
     for k in range(n):

@@ -12,34 +12,24 @@ from numpy.linalg import LinAlgError, solve
 
 from flexmb.engine.linalg.symbolic import Symbolic
 from flexmb.errors import SolveError
+from flexmb.late import sp
 
 # Solver with pivoting, for matrices whose factors without pivoting are not accurate enough
 
 GOOD_RESIDUAL = 1e-6  # residual relative to the right-hand side, both scaled, above which the matrix is singular
 ROUND_OFF = 1e-14  # round-off of A x relative to the largest entry of x, both scaled
-
+# Largest entry of x relative to that of the right-hand side above which A counts as singular: one of 500 beam elements
+# reaches 2e11, one without an inverse about 1e16.
 SINGULAR_GROWTH = 1e13
-"""Largest entry of x relative to that of the right-hand side above which A counts as singular: one of 500 beam elements
-reaches 2e11, one without an inverse about 1e16."""
-
+# Each round about halves the exponents of what a row and a column lack to the size 1: 1e16 becomes sqrt(1e1).
 SCALING_ROUNDS = 5
-"""Each round about halves the exponents of what a row and a column lack to the size 1: 1e16 becomes sqrt(1e1)."""
 
 
 class PivotingSolver:
     """Slow and safe: SuperLU with partial pivoting on rows and columns scaled to the size 1, refined once.
 
-    Parameters
-    ----------
-    symbolic : pattern in whose layout the values come.
-
-    Notes
-    -----
     Source of the scaling: D. Ruiz, A scaling algorithm to equilibrate both rows and columns norms in matrices,
     report RAL-TR-2001-034, Rutherford Appleton Laboratory, 2001, algorithm 1 with the maximum norm.
-
-    Examples
-    --------
     [[0, 2], [1, 0]] x = [4, 3], which `factor` cannot do:
 
     >>> import numpy as np
@@ -63,19 +53,14 @@ class PivotingSolver:
         self._row_starts = np.searchsorted(self._rows[self._by_row], np.arange(self._n))
 
     def factor(self, values: np.ndarray) -> PivotingSolver:
-        """Take the `values` of A, not factored, in the layout of the pattern; returns the solver itself.
-
-        Raises `SolveError` if a value is not finite or A is singular to the last digit.
-        """
-        from scipy.sparse import csc_matrix  # noqa: PLC0415 - large models alone need it, and it takes long to import
-        from scipy.sparse.linalg import splu  # noqa: PLC0415
-
+        """Take the `values` of A, not factored, in the layout of the pattern; returns the solver itself."""
+        # Raises `SolveError` if a value is not finite or A is singular to the last digit.
         data = self._finite(values)
         self._r, self._c = self._scales(np.abs(data))
         scaled = data * self._r[self._rows] * self._c[self._cols]
-        self._matrix = csc_matrix((scaled, self._rows, self._column_starts), shape=(self._n, self._n))
+        self._matrix = sp.csc_matrix((scaled, self._rows, self._column_starts), shape=(self._n, self._n))
         try:
-            self._factors = splu(self._matrix)
+            self._factors = sp.linalg.splu(self._matrix)
         except RuntimeError as error:
             raise SolveError(singular_text(self._n, str(error))) from error
         return self
@@ -98,8 +83,7 @@ class PivotingSolver:
         size, far = np.max(np.abs(right), initial=0.0), np.max(np.abs(x), initial=0.0)
         if not is_fulfilled(residual, size, far):
             raise SolveError(singular_text(self._n, f"a residual of {residual:.1e} is left"))
-        scaled: np.ndarray = self._c * x
-        return scaled
+        return np.asarray(self._c * x)
 
     def _scales(self, size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Factors of rows and of columns that bring the largest entry of each near 1.  size : absolute values."""
@@ -122,21 +106,14 @@ def is_fulfilled(residual: float, size: float, far: float) -> bool:
 
 def singular_text(n: int, finding: str) -> str:
     """Message about a singular matrix of n unknowns."""
-    return (
-        f"PivotingSolver: the {n} x {n} matrix is singular ({finding}). Look for joints that hold the same motion "
-        "twice and for nodes without mass and stiffness."
-    )
-
-
-# Solution of small linear systems with pivoting: `PivotingSolver` (pivoting.py) for matrices that are plain arrays
+    text = f"PivotingSolver: the {n} x {n} matrix is singular ({finding})."
+    return f"{text} Look for joints that hold the same motion twice and for nodes without mass and stiffness."
 
 
 def solve_dense(A: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """x (n,) or (n, k) with A (n, n) x = b, scaled, refined once, and held against the limits of `PivotingSolver`.
-
-    A `SolveError` tells an entry that is not finite; a matrix that is singular, or so near to it that x does not fulfil
-    the equations.
-    """
+    """x (n,) or (n, k) with A (n, n) x = b, scaled, refined once, and held against the limits of `PivotingSolver`."""
+    # A `SolveError` tells an entry that is not finite; a matrix that is singular, or so near to it that x does not
+    # fulfil the equations.
     n = len(b)
     if not np.isfinite(A).all():
         i, j = np.argwhere(~np.isfinite(A))[0]
@@ -156,10 +133,8 @@ def solve_dense(A: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def scales(size: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Factors of rows and of columns that bring the largest entry of each near 1 (Ruiz, see `PivotingSolver`).
-
-    `size` (n, n) are absolute values.
-    """
+    """Factors of rows and of columns that bring the largest entry of each near 1 (Ruiz, see `PivotingSolver`)."""
+    # `size` (n, n) are absolute values.
     r, c = np.ones(len(size)), np.ones(len(size))
     for _ in range(SCALING_ROUNDS):
         scaled = size * r[:, None] * c
@@ -183,8 +158,6 @@ def stacked(upper: Any, lower: Any) -> Any:
     """The rows of `upper` above the rows of `lower`; plain if both are plain."""
     if isinstance(upper, np.ndarray) and isinstance(lower, np.ndarray):
         return np.concatenate([upper, lower])
-    import scipy.sparse as sp  # noqa: PLC0415 - large models alone need it, and it takes long to import
-
     return sp.vstack([upper, lower]).tocsr()
 
 
@@ -194,10 +167,8 @@ def scaled_rows(factors: np.ndarray, A: Any) -> Any:
 
 
 def bordered_solution(S: Any, A: Any, b: np.ndarray) -> np.ndarray | None:
-    """x with [[S, A^T], [A, 0]] x = b (n + m,), None where the matrix is singular to the last digit.
-
-    S (n, n) is symmetric or not, A is (m, n).
-    """
+    """x with [[S, A^T], [A, 0]] x = b (n + m,), None where the matrix is singular to the last digit."""
+    # S (n, n) is symmetric or not, A is (m, n).
     if isinstance(S, np.ndarray) and isinstance(A, np.ndarray):
         m, n = A.shape
         whole = np.zeros((n + m, n + m))
@@ -206,11 +177,7 @@ def bordered_solution(S: Any, A: Any, b: np.ndarray) -> np.ndarray | None:
             return np.linalg.solve(whole, b)
         except np.linalg.LinAlgError:
             return None
-    import scipy.sparse as sp  # noqa: PLC0415 - see `stacked`
-    from scipy.sparse.linalg import splu  # noqa: PLC0415
-
     try:
-        solution: np.ndarray = splu(sp.block_array([[S, A.T], [A, None]]).tocsc()).solve(b)
-        return solution
+        return np.asarray(sp.linalg.splu(sp.block_array([[S, A.T], [A, None]]).tocsc()).solve(b))
     except RuntimeError:
         return None

@@ -8,40 +8,29 @@ from flexmb.engine.linalg.dense import PivotingSolver, is_fulfilled, singular_te
 from flexmb.engine.linalg.rank import norm_of_inverse
 from flexmb.engine.linalg.symbolic import Symbolic
 from flexmb.errors import SolveError
+from flexmb.late import sp
 
+# Pivot on the diagonal relative to the largest entry of its column, down to which it is taken: less fill than with the
+# largest entry, at most ten times the growth, which the refinement makes up for.
 DIAGONAL_SHARE = 0.1
-"""Pivot on the diagonal relative to the largest entry of its column, down to which it is taken: less fill than with
-the largest entry, at most ten times the growth, which the refinement makes up for."""
-
 EXACT = 1e-14  # backward error of every equation up to which a solution is that of factors of this very matrix
 FLOOR = 1e-6  # terms of an equation relative to those of the largest one, below which the latter are its measure
-
+# Number of refinements at most; each with old factors takes a thirtieth of the time of new factors.
 MOST_REFINEMENTS = 12
-"""Number of refinements at most; each with old factors takes a thirtieth of the time of new factors."""
-
+# Backward error after a refinement with old factors relative to that before, above which new factors are faster.
 SLOWEST = 0.2
-"""Backward error after a refinement with old factors relative to that before, above which new factors are faster."""
-
+# Norm of the inverse of the scaled matrix below which no vector is mapped to round-off: that of a singular matrix is
+# 1e16, and the estimate may be a tenth of the norm.
 REGULAR = 1e11
-"""Norm of the inverse of the scaled matrix below which no vector is mapped to round-off: that of a singular matrix is
-1e16, and the estimate may be a tenth of the norm."""
 
 
 class KeptFactors(PivotingSolver):
-    """SuperLU in the order of the pattern, whose factors are kept for the next matrices.
+    """SuperLU in the order of the pattern, whose factors are kept for the next matrices."""
 
-    A solution with a new matrix is refined with the factors of an old one until its backward error is that of factors
-    of its own; these are made where that does not converge.
-
-    Parameters
-    ----------
-    symbolic : pattern in whose layout the values come.
-
-    Notes
-    -----
-    Source of the backward error and its refinement: M. Arioli, J. W. Demmel, I. S. Duff, Solving sparse linear systems
-    with sparse backward error, SIAM Journal on Matrix Analysis and Applications 10 (1989) 165-190.
-    """
+    # A solution with a new matrix is refined with the factors of an old one until its backward error is that of factors
+    # of its own; these are made where that does not converge.
+    # Source of the backward error and its refinement: M. Arioli, J. W. Demmel, I. S. Duff, Solving sparse linear
+    # systems with sparse backward error, SIAM Journal on Matrix Analysis and Applications 10 (1989) 165-190.
 
     def __init__(self, symbolic: Symbolic) -> None:
         super().__init__(symbolic)
@@ -55,23 +44,17 @@ class KeptFactors(PivotingSolver):
         self.factored = 0
 
     def factor(self, values: np.ndarray) -> "KeptFactors":
-        """Take the `values` of A, not factored, in the layout of the pattern; returns the solver itself.
-
-        Raises `SolveError` if a value is not finite.
-        """
-        from scipy.sparse import csc_matrix  # noqa: PLC0415 - large models alone need it, and it takes long to import
-
+        """Take the `values` of A, not factored, in the layout of the pattern; returns the solver itself."""
+        # Raises `SolveError` if a value is not finite.
         data = self._finite(values)
-        self._matrix = csc_matrix((data, self._rows, self._column_starts), shape=(self._n, self._n))
+        self._matrix = sp.csc_matrix((data, self._rows, self._column_starts), shape=(self._n, self._n))
         self._sizes = abs(self._matrix)
         self._is_own = False
         return self
 
     def solve(self, b: np.ndarray, accuracy: float = 0.0) -> np.ndarray:
-        """X with A x = b, (n,); `SolveError` if A is so near to singular that x does not fulfil the equations.
-
-        accuracy : last refinement of x with old factors, relative to x, that suffices; 0: that of own factors.
-        """
+        """X with A x = b, (n,); `SolveError` if A is so near to singular that x does not fulfil the equations."""
+        # accuracy : last refinement of x with old factors, relative to x, that suffices; 0: that of own factors.
         right = b[self._order]
         if self._lu is not None and not self._is_own:
             x, is_good = self._refined(right, accuracy)
@@ -98,31 +81,26 @@ class KeptFactors(PivotingSolver):
 
     def is_regular(self) -> bool:
         """Whether A maps no vector to round-off beyond doubt."""
-        from scipy.sparse.linalg import LinearOperator  # noqa: PLC0415 - see `factor`
-
         try:
             self._make_factors()
         except SolveError:
             return False
         lu = self._lu
-        transposed = LinearOperator(
+        transposed = sp.linalg.LinearOperator(
             lu.shape, matvec=lu.solve, rmatvec=lambda b: lu.solve(b, "T"), matmat=lu.solve, dtype=float
         )
         return norm_of_inverse(transposed) < REGULAR
 
     def _make_factors(self) -> None:
         """Factors of the matrix itself."""
-        from scipy.sparse import csc_matrix  # noqa: PLC0415 - see `factor`
-        from scipy.sparse.linalg import splu  # noqa: PLC0415
-
         if self._is_own:
             return
         self._r, self._c = self._scales(self._sizes.data)
         scaled = self._matrix.data * self._r[self._rows] * self._c[self._cols]
         self._lu, symmetric = None, {"SymmetricMode": True}
-        matrix = csc_matrix((scaled, self._rows, self._column_starts), shape=(self._n, self._n))
+        matrix = sp.csc_matrix((scaled, self._rows, self._column_starts), shape=(self._n, self._n))
         try:
-            self._lu = splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=DIAGONAL_SHARE, options=symmetric)
+            self._lu = sp.linalg.splu(matrix, permc_spec="NATURAL", diag_pivot_thresh=DIAGONAL_SHARE, options=symmetric)
         except RuntimeError as error:
             raise SolveError(singular_text(self._n, str(error))) from error
         self._is_own, self.factored = True, self.factored + 1
@@ -146,5 +124,4 @@ class KeptFactors(PivotingSolver):
         return x, False
 
     def _by_factors(self, right: np.ndarray) -> np.ndarray:
-        solution: np.ndarray = self._c * self._lu.solve(self._r * right)
-        return solution
+        return np.asarray(self._c * self._lu.solve(self._r * right))

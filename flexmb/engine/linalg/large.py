@@ -20,25 +20,20 @@ from flexmb.engine.linalg.rank import norm_of_inverse
 
 DENSE_COLUMNS = 150  # number of columns up to which singular values are computed
 VANISHING = 1e-13  # singular value, relative to the largest, below which a combination of columns vanishes
-
+# Weight w of the residual in the bordered matrix: a singular value s becomes an eigenvalue s^2/w, which is far above
+# round-off where s is above VANISHING.
 REGULARISATION = 1e-12
-"""Weight w of the residual in the bordered matrix: a singular value s becomes an eigenvalue s^2/w, which is far above
-round-off where s is above VANISHING."""
-
 LEAST_PIVOT = 1e-20  # number on the diagonal that keeps the bordered matrix regular
 FIRST_VECTORS = 4  # number of vectors looked for at first; then four times as many
-
+# Number of inverse iterations; each separates a vanishing combination from all others by ten powers of ten.
 ITERATIONS = 4
-"""Number of inverse iterations; each separates a vanishing combination from all others by ten powers of ten."""
 
 
 def null_vector(B: sp.sparray) -> np.ndarray | None:
-    """A vector x (n,) of length 1 with B x = 0 but for round-off, or None.
-
-    Few columns take a singular value decomposition, many an inverse iteration with the sparse factors of [[w 1, B],
-    [B^T, 0]], whose eigenvalues near zero are -s^2/w for singular values s much smaller than the weight w.  The rows of
-    B (m, n) have comparable size.
-    """
+    """A vector x (n,) of length 1 with B x = 0 but for round-off, or None."""
+    # Few columns take a singular value decomposition, many an inverse iteration with the sparse factors of [[w 1, B],
+    # [B^T, 0]], whose eigenvalues near zero are -s^2/w for singular values s much smaller than the weight w. The rows
+    # of B (m, n) have comparable size.
     m, n = B.shape
     vector: np.ndarray
     if n <= DENSE_COLUMNS:
@@ -63,11 +58,9 @@ def null_vector(B: sp.sparray) -> np.ndarray | None:
 
 
 def null_vectors(B: sp.sparray) -> np.ndarray:
-    """Orthonormal vectors x (n, k) with B x = 0 but for round-off, all there are.
-
-    Inverse iterations as in `null_vector`, with more and more vectors until one of them does not vanish.  The rows of B
-    (m, n) have comparable size.
-    """
+    """Orthonormal vectors x (n, k) with B x = 0 but for round-off, all there are."""
+    # Inverse iterations as in `null_vector`, with more and more vectors until one of them does not vanish. The rows of
+    # B (m, n) have comparable size.
     m, n = B.shape
     size = largest_singular_value(B)
     if size == 0.0:
@@ -111,22 +104,16 @@ def largest_singular_value(B: sp.sparray) -> float:
     return size
 
 
-# Large bordered matrices [[K, G^T], [G, 0]]: their factors, and the signs of their eigenvalues
-
 Solve = Callable[[np.ndarray], np.ndarray]
-
+# Compliance of the joints against that of the structure, both scaled to 1: their rows then need not be independent.
 JOINT_COMPLIANCE = 1e-10
-"""Compliance of the joints against that of the structure, both scaled to 1: their rows then need not be independent."""
-
 HOLD = 4.0  # factor w of G^T G beside K, its largest entry in each row scaled to 1: where K is -1 the sum is not 0
 DENSE_PIVOTS = 1500  # number of unknowns up to which eigenvalues are counted where a pivot is zero
 
 
 def solver(A: sp.csc_matrix, order: np.ndarray) -> Solve:
-    """Solver of A x = b, x and b (n,) or (n, k); `RuntimeError` for a singular A (n, n), of symmetric pattern.
-
-    `order` is the order of elimination of the first unknowns; the rest follow.
-    """
+    """Solver of A x = b, x and b (n,) or (n, k); `RuntimeError` for a singular A (n, n), of symmetric pattern."""
+    # `order` is the order of elimination of the first unknowns; the rest follow.
     order = np.append(order, np.arange(len(order), A.shape[0]))
     turned = A[order][:, order].tocsc()
     factors = splu(turned, permc_spec="NATURAL", diag_pivot_thresh=DIAGONAL_SHARE, options={"SymmetricMode": True})
@@ -140,10 +127,8 @@ def solver(A: sp.csc_matrix, order: np.ndarray) -> Solve:
 
 
 def is_regular(K: Any, G: Any, order: np.ndarray) -> bool:
-    """Whether beyond doubt no motion x but 0 has K x = 0 and G x = 0, and no row of G depends on the others.
-
-    K (n, n) is symmetric or nearly so, G (m, n) are constraints; `order` is that of the n + m unknowns.
-    """
+    """Whether beyond doubt no motion x but 0 has K x = 0 and G x = 0, and no row of G depends on the others."""
+    # K (n, n) is symmetric or nearly so, G (m, n) are constraints; `order` is that of the n + m unknowns.
     scale, rows = _scaled(K, G)
     A = sp.block_array([[scale @ K @ scale, rows.T], [rows, None]]).tocsc()
     try:
@@ -155,15 +140,13 @@ def is_regular(K: Any, G: Any, order: np.ndarray) -> bool:
 
 
 def negative_eigenvalues(K: Any, G: Any, order: np.ndarray) -> int | None:
-    """Number of negative eigenvalues of a symmetric K on the motions x with G x = 0; None where a pivot is zero.
-
-    K is (n, n), G (m, n), redundant rows may be among them; `order` is the order of elimination of the n + m unknowns.
-
-    A = [[K + w G^T G, G^T], [G, -c 1]] = L D L^T has m negative pivots, and one more for each negative eigenvalue of
-    K + (w + 1/c) G^T G (Sylvester's law of inertia), all scaled to 1.  w G^T G holds each body from the beginning, so
-    that pivots of what a constraint holds later are no round-off.  Where a pivot is zero nonetheless, the eigenvalues
-    of a small A are counted instead.
-    """
+    """Number of negative eigenvalues of a symmetric K on the motions x with G x = 0; None where a pivot is zero."""
+    # K is (n, n), G (m, n), redundant rows may be among them; `order` is the order of elimination of the n + m
+    # unknowns.
+    # A = [[K + w G^T G, G^T], [G, -c 1]] = L D L^T has m negative pivots, and one more for each negative eigenvalue of
+    # K + (w + 1/c) G^T G (Sylvester's law of inertia), all scaled to 1. w G^T G holds each body from the beginning, so
+    # that pivots of what a constraint holds later are no round-off. Where a pivot is zero nonetheless, the eigenvalues
+    # of a small A are counted instead.
     m = G.shape[0]
     scale, rows = _scaled(K, G)
     held = scale @ K @ scale + HOLD * (rows.T @ rows)

@@ -25,9 +25,8 @@ from flexmb.engine.compiled.records import Integers, Places, Record, SmallPlaces
 from flexmb.engine.linalg.symbolic import Symbolic
 from flexmb.kernels import compiled
 
+
 # Solution with the factors of `lu`, for one right-hand side or for two in one pass
-
-
 @compiled
 def solve(sym, lu, b, x, y):
     """A x = b with the values that `factor` left.  sym : LU; b, x : (n,), may be one array; y : (n,) workspace."""
@@ -73,11 +72,8 @@ def backward(starts, row_ptr, rows, value_ptr, lu, y):
         at, w, u = value_ptr[s], starts[s + 1] - starts[s], row_ptr[s + 1] - row_ptr[s]
         own, below, length = part_of(y, starts[s], starts[s + 1]), part_of(rows, row_ptr[s], row_ptr[s + 1]), w + u
         if w == 3:
-            a, b, c = (
-                part_of(lu, at, at + length),
-                part_of(lu, at + length, at + 2 * length),
-                part_of(lu, at + 2 * length, at + 3 * length),
-            )
+            a, b = part_of(lu, at, at + length), part_of(lu, at + length, at + 2 * length)
+            c = part_of(lu, at + 2 * length, at + 3 * length)
             p0, p1, p2 = own[0], own[1], own[2]
             for j in range(u):
                 p = y[below[j]]
@@ -118,11 +114,8 @@ def forward_two(starts, row_ptr, rows, value_ptr, lu, pair):
     y = matrix_view(pair, starts[len(starts) - 1], 2)
     for s in range(len(starts) - 1):
         at, w, u = value_ptr[s], starts[s + 1] - starts[s], row_ptr[s + 1] - row_ptr[s]
-        own, below, length = (
-            part_of(pair, 2 * starts[s], 2 * starts[s + 1]),
-            part_of(rows, row_ptr[s], row_ptr[s + 1]),
-            w + u,
-        )
+        own, length = part_of(pair, 2 * starts[s], 2 * starts[s + 1]), w + u
+        below = part_of(rows, row_ptr[s], row_ptr[s + 1])
         a = at + w * length
         p0, q0 = own[0], own[1]
         l0 = part_of(lu, a, a + u)
@@ -157,11 +150,8 @@ def backward_two(starts, row_ptr, rows, value_ptr, lu, pair):
     y = matrix_view(pair, starts[len(starts) - 1], 2)
     for s in range(len(starts) - 2, -1, -1):
         at, w, u = value_ptr[s], starts[s + 1] - starts[s], row_ptr[s + 1] - row_ptr[s]
-        own, below, length = (
-            part_of(pair, 2 * starts[s], 2 * starts[s + 1]),
-            part_of(rows, row_ptr[s], row_ptr[s + 1]),
-            w + u,
-        )
+        own, length = part_of(pair, 2 * starts[s], 2 * starts[s + 1]), w + u
+        below = part_of(rows, row_ptr[s], row_ptr[s + 1])
         a = part_of(lu, at, at + length)
         p0, q0 = own[0], own[1]
         if w == 3:
@@ -193,25 +183,16 @@ def backward_two(starts, row_ptr, rows, value_ptr, lu, pair):
         own[0], own[1] = p0 * a[0], q0 * a[0]
 
 
-# Factors L and U of A on a fixed pattern, without pivoting and without searching
-
 LOST_PIVOT = 1e-13  # pivot relative to the largest term summed up to it, below which it is round-off: a lost pivot
-
+# Pivot of a constraint row relative to the largest term summed up to it, below which the row is held.
+# The sine of the angle between this row and the rows before it is then 1e-4.
 HELD_PIVOT = 1e-8
-"""Pivot of a constraint row relative to the largest term summed up to it, below which the row is held.
-
-The sine of the angle between this row and the rows before it is then 1e-4.
-"""
-
 ROWS_HELD = -2  # result of `factor` with held rows; -1 without held rows
 NO_ROW = 1 << 62  # number of the first constraint for `factor` if no row may be held
 
 
 class LU(Record):
-    """Arrays of `Symbolic` for the compiled functions, read-only.
-
-    into : `order` as unsigned indices; rows and targets are unsigned, too, since signed indices are tested for signs
-    """
+    """Arrays of `Symbolic` for the compiled functions, read-only."""
 
     order: Integers
     starts: Integers
@@ -220,6 +201,7 @@ class LU(Record):
     value_ptr: Integers
     target_ptr: Integers
     targets: SmallPlaces
+    # `order` as unsigned indices; rows and targets are unsigned, too, since signed indices are tested for signs
     into: Places
 
 
@@ -239,17 +221,14 @@ _TABLES: WeakKeyDictionary[Symbolic, LU] = WeakKeyDictionary()
 
 @compiled
 def factor(sym, lu, seen, threshold, first_row=NO_ROW, hold=HELD_PIVOT):
-    """Factor A = L U in place; -1, ROWS_HELD, or the first unknown whose pivot is lost or not finite.
-
-    L has a unit diagonal; the diagonal of U is stored inverted.  sym : LU; lu : (size,); seen : (n,) largest terms
-    summed up to the pivots, filled; threshold, hold [1]; first_row : number of the first constraint.
-    A pivot is lost if it is not larger than `threshold` times the largest term summed up to it.  These terms scale like
-    the pivot with units and time step, unlike the entries of its row: G S^-1 G^T of a joint may be 1e-12 beside a 1 in
-    G and still have all its digits.
-
-    A constraint row whose pivot is not larger than `hold` times that term depends on rows before it.  The row is held:
-    left out, as with an infinite pivot, so that `solve` does not change its multiplier.  Its `seen` becomes negative.
-    """
+    """Factor A = L U in place; -1, ROWS_HELD, or the first unknown whose pivot is lost or not finite."""
+    # L has a unit diagonal; the diagonal of U is stored inverted. sym : LU; lu : (size,); seen : (n,) largest terms
+    # summed up to the pivots, filled; threshold, hold [1]; first_row : number of the first constraint. A pivot is lost
+    # if it is not larger than `threshold` times the largest term summed up to it. These terms scale like the pivot with
+    # units and time step, unlike the entries of its row: G S^-1 G^T of a joint may be 1e-12 beside a 1 in G and still
+    # have all its digits.
+    # A constraint row whose pivot is not larger than `hold` times that term depends on rows before it. The row is held:
+    # left out, as with an infinite pivot, so that `solve` does not change its multiplier. Its `seen` becomes negative.
     order, starts, row_ptr, rows = sym.order, sym.starts, sym.row_ptr, sym.rows
     value_ptr, target_ptr, targets = sym.value_ptr, sym.target_ptr, sym.targets
     _start_scale(starts, row_ptr, value_ptr, lu, seen)
@@ -378,14 +357,8 @@ def _eliminate_3(lu, at, u, seen, first, threshold, order, first_row, hold):
 def _beside_3(lu, at, u):
     """Rows of U beside the corner of a panel of three, and transposed rows of L below it, (u,) each."""
     a, b, c, d = at + 3, at + 6 + u, at + 9 + 2 * u, at + 9 + 3 * u
-    return (
-        part_of(lu, a, a + u),
-        part_of(lu, b, b + u),
-        part_of(lu, c, c + u),
-        part_of(lu, d, d + u),
-        part_of(lu, d + u, d + 2 * u),
-        part_of(lu, d + 2 * u, d + 3 * u),
-    )
+    x, y, z = part_of(lu, d, d + u), part_of(lu, d + u, d + 2 * u), part_of(lu, d + 2 * u, d + 3 * u)
+    return part_of(lu, a, a + u), part_of(lu, b, b + u), part_of(lu, c, c + u), x, y, z
 
 
 @compiled
@@ -432,10 +405,8 @@ def _update_3(lu, at, u, targets, t):
 
 @compiled
 def null_vector(sym, lu, s, k, b, x, y):
-    """Null vector x of A for the held row k of panel s, with x = 1 at this row; b, x, y : (n,), three arrays.
-
-    The factors of the rows before are exact, so that the solution of U x = 1 with a pivot of 1 in place of 0 is x.
-    """
+    """Null vector x of A for the held row k of panel s, with x = 1 at this row; b, x, y : (n,), three arrays."""
+    # The factors of the rows before are exact, so that the solution of U x = 1 with a pivot of 1 in place of 0 is x.
     stride = sym.starts[s + 1] - sym.starts[s] + sym.row_ptr[s + 1] - sym.row_ptr[s]
     diagonal = sym.value_ptr[s] + k * (stride + 1)
     b[:] = 0.0

@@ -7,12 +7,12 @@ from itertools import chain
 import numpy as np
 
 from flexmb.errors import InputError
+from flexmb.late import sp
 
 _OWNER = "elimination_order"
-
+# Number of blocks above which the order is that of SuperLU's multiple minimum degree, compiled code: no more fill in a
+# tenth of the time. Below it, that library would take longer to import than the order takes.
 LARGE_GRAPH = 1000
-"""Number of blocks above which the order is that of SuperLU's multiple minimum degree, compiled code: no more fill in
-a tenth of the time.  Below it, that library would take longer to import than the order takes."""
 
 
 def elimination_order(
@@ -69,31 +69,24 @@ def _check(blocks: Sequence[Sequence[int]], edges: Sequence[Sequence[int]], last
     for edge in edges:
         for block in edge:
             if not 0 <= block < count:
-                raise InputError(
-                    f"{_OWNER}: edge {tuple(edge)} names block {block}; there are blocks 0 .. {count - 1}. "
-                    "Leave the ground out of edges."
-                )
+                text = f"{_OWNER}: edge {tuple(edge)} names block {block};"
+                raise InputError(f"{text} there are blocks 0 .. {count - 1}. Leave the ground out of edges.")
 
 
 def _multiple_minimum_degree(count: int, edges: Sequence[Sequence[int]], last: np.ndarray) -> list[int]:
-    """Blocks in order of elimination, by SuperLU on the graph of the coordinates, in a postorder of its tree.
-
-    SuperLU gives its order beside the factors of a matrix alone: here one with a dominant diagonal and a number for
-    every block, whose factors take a twentieth of those of the unknowns.
-    """
-    from scipy.sparse import csr_array, diags_array  # noqa: PLC0415 - large models alone need it, and it takes long
-    from scipy.sparse.linalg import splu  # noqa: PLC0415
-
+    """Blocks in order of elimination, by SuperLU on the graph of the coordinates, in a postorder of its tree."""
+    # SuperLU gives its order beside the factors of a matrix alone: here one with a dominant diagonal and a number for
+    # every block, whose factors take a twentieth of those of the unknowns.
     lengths = np.fromiter(map(len, edges), np.int64, len(edges))
     members = np.fromiter(chain.from_iterable(edges), np.int64, int(lengths.sum()))
     starts = np.concatenate([[0], np.cumsum(lengths)])
-    joined = csr_array((np.ones(len(members)), members, starts), shape=(len(edges), count))
+    joined = sp.csr_array((np.ones(len(members)), members, starts), shape=(len(edges), count))
     coordinates = np.flatnonzero(~last)
     own = joined[:, coordinates]
     graph = own.T @ own
-    dominant = (graph + diags_array(1.0 + graph.sum(axis=1))).tocsc()
+    dominant = (graph + sp.diags_array(1.0 + graph.sum(axis=1))).tocsc()
     place = np.full(count, -1, dtype=np.int64)
-    place[coordinates] = splu(
+    place[coordinates] = sp.linalg.splu(
         dominant, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
     ).perm_c
     latest = np.full(count, -1, dtype=np.int64)
@@ -117,10 +110,8 @@ def _neighbours(count: int, edges: Sequence[Sequence[int]]) -> list[set[int]]:
 
 
 def _minimum_degree(neighbours: list[set[int]], sizes: list[int], last: Sequence[bool]) -> tuple[list[int], list[int]]:
-    """(parent of each block in the elimination tree, -1 for a root; blocks in order of elimination).
-
-    Eats `neighbours`.  The heap holds old degrees too; an entry counts only if its degree is the present one.
-    """
+    """(parent of each block in the elimination tree, -1 for a root; blocks in order of elimination)."""
+    # Eats `neighbours`. The heap holds old degrees too; an entry counts only if its degree is the present one.
     waits = [len(around) - sum(map(last.__getitem__, around)) if last[b] else 0 for b, around in enumerate(neighbours)]
     released_by = [[k for k in around if last[k]] if not last[b] else [] for b, around in enumerate(neighbours)]
     degrees = [sum(map(sizes.__getitem__, around)) for around in neighbours]

@@ -7,19 +7,17 @@ from typing import Any
 
 import numpy as np
 
+from flexmb.late import scipy, sp
+
 RANK_TOLERANCE = 1e-9  # diagonal entry of R of a pivoted QR relative to the largest, below which a row is redundant
 CERTAIN_EIGENVALUE = 1e-10  # eigenvalue of G G^T relative to its diagonal, above which it is no round-off
-
+# Norm of the inverse of G G^T, its rows of length 1, below which the rows of a sparse G are independent beyond doubt:
+# those of a chain of n links reach n^2, those that repeat one another 1e16.
 CERTAIN_INVERSE = 1e12
-"""Norm of the inverse of G G^T, its rows of length 1, below which the rows of a sparse G are independent beyond doubt:
-those of a chain of n links reach n^2, those that repeat one another 1e16."""
-
-
+# Number of constraint rows above which only the redundant rows are named, and not those that they repeat.
 DENSE_ROWS = 800
-"""Number of constraint rows above which only the redundant rows are named, and not those that they repeat."""
-
+# Entry of a combination of rows that vanishes, relative to the largest, below which the row is not in it.
 IN_COMBINATION = 1e-6
-"""Entry of a combination of rows that vanishes, relative to the largest, below which the row is not in it."""
 
 
 @dataclass(frozen=True)
@@ -31,11 +29,9 @@ class Rank:
 
 
 def row_rank(G: Any) -> Rank:
-    """Rank of the rows of G, a plain array or sparse, after scaling them to length 1.
-
-    By a pivoted QR of G^T (dense) or of G G^T (large); a sparse G whose rows are clearly independent needs none, and
-    of the others each group of rows that share no column with the rest has its own.
-    """
+    """Rank of the rows of G, a plain array or sparse, after scaling them to length 1."""
+    # By a pivoted QR of G^T (dense) or of G G^T (large); a sparse G whose rows are clearly independent needs none, and
+    # of the others each group of rows that share no column with the rest has its own.
     m = G.shape[0]
     if m == 0:
         return Rank(0, ())
@@ -65,9 +61,7 @@ def _by_qr(columns: np.ndarray, m: int, tolerance: float) -> Rank:
     """Rank of m columns; one is too many whose diagonal in R is this part of the largest or less."""
     if columns.shape[0] == 0:
         return Rank(0, tuple(range(m)))
-    from scipy.linalg.lapack import dgeqp3  # noqa: PLC0415 - dependent joints alone need it, and it takes long to import
-
-    factored, order = dgeqp3(columns)[:2]  # R in the upper triangle; columns are counted from 1
+    factored, order = scipy.linalg.lapack.dgeqp3(columns)[:2]  # R in the upper triangle; columns are counted from 1
     diagonal = np.abs(np.diag(factored))
     rank = int((diagonal > tolerance * max(diagonal[0], 1e-300)).sum())
     return Rank(rank, tuple(sorted(int(k) - 1 for k in order[rank:])))
@@ -88,9 +82,6 @@ def _surely_independent(columns: np.ndarray) -> bool:
 
 def _of_sparse(G: Any) -> Rank:
     """Rank of a sparse matrix."""
-    import scipy.sparse as sp  # noqa: PLC0415 - large models alone need it, and it takes long to import
-    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
-
     m = G.shape[0]
     lengths = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel())
     unit = (sp.diags_array(1.0 / np.where(lengths > 0.0, lengths, 1.0)) @ G).tocsr()
@@ -100,7 +91,7 @@ def _of_sparse(G: Any) -> Rank:
     used = np.unique(unit.indices)
     if m * len(used) <= 400_000:
         return _by_qr(unit[:, used].toarray().T, m, RANK_TOLERANCE)
-    count, group = connected_components(gram, directed=False)
+    count, group = sp.csgraph.connected_components(gram, directed=False)
     redundant: list[int] = []
     for rows in np.split(np.argsort(group, kind="stable"), np.cumsum(np.bincount(group, minlength=count))[:-1]):
         found = _by_qr(gram[rows][:, rows].toarray(), len(rows), RANK_TOLERANCE**1.5)
@@ -110,23 +101,17 @@ def _of_sparse(G: Any) -> Rank:
 
 def _clearly_independent(gram: Any) -> bool:
     """Whether the inverse of G G^T, sparse, is so small that no row can be made of the others."""
-    from scipy.sparse.linalg import LinearOperator, splu  # noqa: PLC0415 - see `_of_sparse`
-
     try:
-        factors = splu(gram, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+        factors = sp.linalg.splu(gram, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
     except RuntimeError:  # exactly singular
         return False
-    inverse = LinearOperator(gram.shape, matvec=factors.solve, rmatvec=factors.solve, dtype=float)
+    inverse = sp.linalg.LinearOperator(gram.shape, matvec=factors.solve, rmatvec=factors.solve, dtype=float)
     return norm_of_inverse(inverse) < CERTAIN_INVERSE
 
 
 def norm_of_inverse(inverse: Any) -> float:
-    """Estimate of the 1-norm of an inverse, by `onenormest` and by one vector that has a part of every other one.
-
-    The vectors of `onenormest` are of 1 and -1: they may miss what two equal rows map to round-off.
-    """
-    from scipy.sparse.linalg import onenormest  # noqa: PLC0415 - see `_of_sparse`
-
+    """Estimate of the 1-norm of an inverse, by `onenormest` and by one vector that has a part of every other one."""
+    # The vectors of `onenormest` are of 1 and -1: they may miss what two equal rows map to round-off.
     b = np.cos(np.arange(inverse.shape[0]) ** 2.0)
     alone = np.abs(inverse.matvec(b)).sum() / np.abs(b).sum()
-    return float(max(alone, onenormest(inverse)))
+    return float(max(alone, sp.linalg.onenormest(inverse)))

@@ -14,15 +14,12 @@ import numpy as np
 from flexmb.errors import InputError
 from flexmb.kernels import compiled
 
+
 # Compiled loops of the symbolic factorisation: fill, panels, and where an entry lives; linear in the entries of L
-
-
 @compiled
 def count_below(row_ptr, columns, parent, count, mark):
-    """Parent of each place in the elimination tree (-1: a root) and number of places below it once the fill is there.
-
-    columns[row_ptr[i] : row_ptr[i + 1]] : places before i that A couples to it; parent, count, mark : (n,), filled.
-    """
+    """Parent of each place in the elimination tree (-1: a root) and number of places below it with the fill."""
+    # columns[row_ptr[i] : row_ptr[i + 1]] : places before i that A couples to it; parent, count, mark : (n,), filled.
     for i in range(len(row_ptr) - 1):
         parent[i], count[i], mark[i] = -1, 0, i
         for at in range(row_ptr[i], row_ptr[i + 1]):
@@ -51,11 +48,9 @@ def list_below(row_ptr, columns, parent, ptr, below, end, mark):
 
 @compiled
 def join_panels(parent, ptr, widest, waste, starts, count):
-    """Join neighbouring panels of `starts` (count + 1 bounds) in place; the number of panels that are left.
-
-    Two are joined if the first is the child of the second in the tree, the result is at most `widest` places wide, and
-    the part of stored zeros in L is at most `waste`.
-    """
+    """Join neighbouring panels of `starts` (count + 1 bounds) in place; the number of panels that are left."""
+    # Two are joined if the first is the child of the second in the tree, the result is at most `widest` places wide,
+    # and the part of stored zeros in L is at most `waste`.
     last = 0  # panels that are finished
     for s in range(1, count):
         first, start, end = starts[last], starts[s], starts[s + 1]
@@ -102,11 +97,9 @@ def locate_all(starts, row_ptr, rows, value_ptr, panel, i, j, found):
 
 @compiled
 def locate_targets(starts, row_ptr, rows, value_ptr, panel, reached, targets):
-    """Position of every entry that the product of a panel's L and U is subtracted from, row by row.
-
-    The rows below a panel are among those below the panel of each of them, both ascending; `reached` (n,) is work: how
-    far each was read.
-    """
+    """Position of every entry that the product of a panel's L and U is subtracted from, row by row."""
+    # The rows below a panel are among those below the panel of each of them, both ascending; `reached` (n,) is work:
+    # how far each was read.
     at = 0
     for s in range(len(starts) - 1):
         first, u = row_ptr[s], row_ptr[s + 1] - row_ptr[s]
@@ -143,24 +136,19 @@ def locate_targets(starts, row_ptr, rows, value_ptr, panel, reached, targets):
             at += u
 
 
-# Symbolic factorisation: positions of all entries of L and U for a pattern of A
-
 WIDEST_PANEL = 3  # number of unknowns in a panel at most: the coordinates of a node, with unrolled loops in `factor`
-
+# Share of zeros in a panel, up to which joined panels are faster than separate ones (tests/speed/lu_time.py).
 PANEL_ZEROS = 0.2
-"""Share of zeros in a panel, up to which joined panels are faster than separate ones (tests/speed/lu_time.py)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Symbolic:
-    """Pattern of A, L and U in panels: runs of up to three unknowns with a common structure.
+    """Pattern of A, L and U in panels: runs of up to three unknowns with a common structure."""
 
-    Panel s eliminates the places ``starts[s] .. starts[s+1]`` of the order, w of them; below it stand the u places
-    ``rows[row_ptr[s] : row_ptr[s+1]]``.  Its values begin at ``value_ptr[s]``: w rows of U, each w + u long, then the
-    transposed panel of L, w rows of length u.  One dummy slot follows the last value: it swallows the contributions
-    of fixed coordinates.  All arrays are int64.
-    """
-
+    # Panel s eliminates the places ``starts[s] .. starts[s+1]`` of the order, w of them; below it stand the u places
+    # ``rows[row_ptr[s] : row_ptr[s+1]]``. Its values begin at ``value_ptr[s]``: w rows of U, each w + u long, then the
+    # transposed panel of L, w rows of length u. One dummy slot follows the last value: it swallows the contributions of
+    # fixed coordinates. All arrays are int64.
     n: int  # number of unknowns
     order: np.ndarray  # (n,) unknown at each place
     starts: np.ndarray  # (n_panels + 1,) first place of each panel
@@ -200,10 +188,8 @@ class Symbolic:
 
     @cached_property
     def targets(self) -> np.ndarray:
-        """Value that each entry (i, j) of the product of a panel's L and U is subtracted from, row by row, uint32.
-
-        The largest array by far, found when a caller factors without pivoting: statics and modes do without it.
-        """
+        """Value that each entry (i, j) of the product of a panel's L and U is subtracted from, row by row, uint32."""
+        # The largest array by far, found when a caller factors without pivoting: statics and modes do without it.
         found = np.empty(self.target_ptr[-1], dtype=np.uint32)
         reached = np.empty(self.n, dtype=np.int64)
         locate_targets(self.starts, self.row_ptr, self.rows, self.value_ptr, self._panel, reached, found)
@@ -218,11 +204,9 @@ class Symbolic:
         return found
 
     def positions(self, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
-        """Positions of the entries (row, col) of A in the array of values, in the shape of `rows` and `cols`.
-
-        Where one of the two is negative (a fixed coordinate) the dummy slot is meant.  An entry outside the pattern, or
-        an unknown that is not there, is refused.
-        """
+        """Positions of the entries (row, col) of A in the array of values, in the shape of `rows` and `cols`."""
+        # Where one of the two is negative (a fixed coordinate) the dummy slot is meant. An entry outside the pattern,
+        # or an unknown that is not there, is refused.
         i, j = np.broadcast_arrays(np.asarray(rows, dtype=np.int64), np.asarray(cols, dtype=np.int64))
         _check_range("Symbolic.positions", self.n, i, j)
         result = np.full(i.shape, self.dummy, dtype=np.int64)
@@ -230,10 +214,8 @@ class Symbolic:
         at = self._at(self._place[i[free]], self._place[j[free]])
         if at.size and at.min() < 0:
             k = int(np.argmin(at))
-            raise InputError(
-                f"Symbolic.positions: entry ({i[free][k]}, {j[free][k]}) is not in the pattern; "
-                "give it to symbolic() among rows and cols."
-            )
+            text = f"Symbolic.positions: entry ({i[free][k]}, {j[free][k]}) is not in the pattern;"
+            raise InputError(f"{text} give it to symbolic() among rows and cols.")
         result[free] = at
         return result
 

@@ -8,23 +8,18 @@ from flexmb.kernels import compiled, copy
 from flexmb.program.program import COMMON_Z
 
 CONTACT_TRIALS = 8  # number of trials of one step at most that locate a contact event
-
+# Growth factors of a step between which its size is kept, so that the factors of the matrix can be reused.
 UNCHANGED_FROM, UNCHANGED_TO = 0.95, 1.2
-"""Growth factors of a step between which its size is kept, so that the factors of the matrix can be reused."""
-
 LEAST_STATE = 1e-300  # least scale of a state of a control, so that a state which stays 0 has no error
 SAFETY = 0.9  # safety factor of the next step; also the largest factor of a rejected step
 
 
 @compiled
 def velocity_constant(scheme):
-    """Error constant c of the velocities, whose local error is c h^3 a''.
-
-    By the recurrence of x, x is the acceleration a at a time (alpha_m - alpha_f) h later, up to e h^2 a''.  The error
-    is the difference between (1 - gamma) x0 + gamma x1 and the mean of a over the step.
-
-    Equations (4.12) and (4.13) of docs/theory/integrators.md.
-    """
+    """Error constant c of the velocities, whose local error is c h^3 a''."""
+    # By the recurrence of x, x is the acceleration a at a time (alpha_m - alpha_f) h later, up to e h^2 a''. The error
+    # is the difference between (1 - gamma) x0 + gamma x1 and the mean of a over the step.
+    # Equations (4.12) and (4.13) of docs/theory/integrators.md.
     am, af = scheme.alpha_m, scheme.alpha_f
     delta = am - af
     e = 0.5 * ((1.0 - af) - (1.0 - am) * (1.0 + 2.0 * delta) - delta * delta)
@@ -34,17 +29,13 @@ def velocity_constant(scheme):
 
 @compiled
 def error_ratio(tables, h, ratio, scheme, options, flow, trial):
-    """Estimated local error of positions and velocities over the accepted error.
-
-    Positions: h^2 |beta - 1/6| |x1 - x0|.  Velocities of rigid bodies: c h^3 |a''| with a'' from the last three
-    accelerations; h |a1 - a0| / 12 in a starting step.  An acceleration that changes its direction in every step is an
-    unresolved wave, whose differences say nothing of a''.  Velocities of the nodes of beams are left out.
-
-    In free flight positions count more (`StepControl.flight_weight`): their errors add up, and decide the place of the
-    next impact.
-
-    Equations (4.11) and (4.12) of docs/theory/integrators.md.
-    """
+    """Estimated local error of positions and velocities over the accepted error."""
+    # Positions: h^2 |beta - 1/6| |x1 - x0|. Velocities of rigid bodies: c h^3 |a''| with a'' from the last three
+    # accelerations; h |a1 - a0| / 12 in a starting step. An acceleration that changes its direction in every step is an
+    # unresolved wave, whose differences say nothing of a''. Velocities of the nodes of beams are left out.
+    # In free flight positions count more (`StepControl.flight_weight`): their errors add up, and decide the place of
+    # the next impact.
+    # Equations (4.11) and (4.12) of docs/theory/integrators.md.
     h0 = flow.clock.last_step
     of_q = h * h * max(abs(scheme.beta - 1.0 / 6.0), 0.05) / options.error
     if in_free_flight(tables, flow):
@@ -65,10 +56,8 @@ def error_ratio(tables, h, ratio, scheme, options, flow, trial):
 
 @compiled
 def state_error(tables, h, of_bend, options, flow, trial):
-    """Error of the states of controls over the accepted error, `rtol` times the largest value of each so far.
-
-    The formulas of velocities hold: the rate of a state is its acceleration.
-    """
+    """Error of the states of controls over the accepted error, `rtol` times the largest value of each so far."""
+    # The formulas of velocities hold: the rate of a state is its acceleration.
     first, h0, worst = flow.clock.last_step == 0.0, flow.clock.last_step, 0.0
     for i in range(tables.sizes.n_b, tables.sizes.n_q):
         rise, before = trial.a[i] - flow.a[i], flow.a[i] - flow.past[0, i]
@@ -113,10 +102,8 @@ def in_free_flight(tables, flow):
 
 @compiled
 def find_speeds(n, options, flow, trial):
-    """Set trial.speeds: largest speed of the run up to the trial state, of each group of connected bodies [m/s].
-
-    Angular speeds count by the size of the mechanism.
-    """
+    """Set trial.speeds: largest speed of the run up to the trial state, of each group of connected bodies [m/s]."""
+    # Angular speeds count by the size of the mechanism.
     v, speeds = trial.v, trial.speeds
     for g in range(speeds.shape[0]):
         speeds[g] = max(flow.largest_speeds[g], trial.control.least_speed)
@@ -127,24 +114,19 @@ def find_speeds(n, options, flow, trial):
 
 @compiled
 def growth_factor(error):
-    """Allowed step over the present one, by the error over the accepted error; of third order.
-
-    Equation (4.14) of docs/theory/integrators.md.
-    """
+    """Allowed step over the present one, by the error over the accepted error; of third order."""
+    # Equation (4.14) of docs/theory/integrators.md.
     return min(max(SAFETY * max(error, 1e-12) ** (-1.0 / 3.0), 0.2), 2.0)
 
 
 @compiled
 def accept_or_reject(h, error, growth, options, flow, trial, record):
-    """Factor for the next step; 0 for a rejected trial, with the next step to try in the clock.
-
-    error : error over the accepted error; negative for a trial that did not converge or missed a contact event
-    growth : allowed step over h by this error
-
-    Reasons of a rejection, and their counters: an event of a contact (`step_to_events`; `rejected_at_contacts`); no
-    convergence, a singular matrix, numbers that are not finite (codes of `implicit_step`; `not_converged`); else the
-    error.  `Stats.rejections` (`results/solution.py`) says them in words.
-    """
+    """Factor for the next step; 0 for a rejected trial, with the next step to try in the clock."""
+    # error: error over the accepted error; negative for a trial that did not converge or missed a contact event
+    # growth: allowed step over h by this error
+    # Reasons of a rejection, and their counters: an event of a contact (`step_to_events`; `rejected_at_contacts`); no
+    # convergence, a singular matrix, numbers that are not finite (codes of `implicit_step`; `not_converged`); else the
+    # error. `Stats.rejections` (`results/solution.py`) says them in words.
     if 0.0 <= error <= 1.0:
         copy(trial.speeds, flow.largest_speeds)
         return growth

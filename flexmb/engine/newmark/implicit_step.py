@@ -75,22 +75,17 @@ from flexmb.kernels import compiled
 
 ROUND_OFF = 1e-14  # correction relative to the coordinates, below which it is round-off
 LEAST_CORRECTION = 1e-300  # least tolerance of a correction of the state of a control, for states that stay 0
-
+# Correction of the state of a control relative to its size, below which it is round-off of its law.
 STATE_ROUND_OFF = 1e-12
-"""Correction of the state of a control relative to its size, below which it is round-off of its law."""
-
+# Angle [rad] up to which round-off is that of 1 rad, so that the pose of a mechanism at the start does not count.
 ANGLE_ALLOWANCE = 6.3
-"""Angle [rad] up to which round-off is that of 1 rad, so that the pose of a mechanism at the start does not count."""
-
 GAP_ROUND_OFF = 0.1  # round-off of a gap relative to that of corrections
 
 
 @compiled
 def residual_vectors(n, m, kv, options, trial, work):
-    """Fill trial.rhs, the negative residual, and trial.gap_rhs, the gaps that the correction itself leaves open.
-
-    The lower half of trial.rhs is G d of the correction d, so that gap_rhs = -g - G d.
-    """
+    """Fill trial.rhs, the negative residual, and trial.gap_rhs, the gaps that the correction itself leaves open."""
+    # The lower half of trial.rhs is G d of the correction d, so that gap_rhs = -g - G d.
     for i in range(n):
         trial.rhs[i] = -(work.r[i] + work.Gl[i])
         trial.gap_rhs[i] = 0.0
@@ -110,12 +105,10 @@ def solve_correction(m, lu, values, options, trial):
 
 @compiled
 def damping_factor(n, trial):
-    """Set trial.newton.fraction, the applied fraction of the correction, and trial.newton.reach, its largest length.
-
-    Where friction changes its sign, full corrections alternate between its branches for ever.  A correction that turns
-    back shows that the solution lies within the one before it: from then on no correction is longer than half of the
-    last one, until full corrections stay within that bound.  This is Newton's method safeguarded by bisection.
-    """
+    """Set trial.newton.fraction, the applied fraction of the correction, and trial.newton.reach, its largest length."""
+    # Where friction changes its sign, full corrections alternate between its branches for ever. A correction that turns
+    # back shows that the solution lies within the one before it: from then on no correction is longer than half of the
+    # last one, until full corrections stay within that bound. This is Newton's method safeguarded by bisection.
     newton = trial.newton
     if newton.factorisations < 3:
         newton.fraction, newton.reach = 1.0, math.inf
@@ -135,13 +128,10 @@ def damping_factor(n, trial):
 
 @compiled
 def apply_correction(tables, h, kv, kx, ka, fraction, options, trial, record):
-    """Add a fraction of the correction to the trial state; return its size over the tolerance.
-
-    The size is the largest over all nodes, of displacements [m] and of rotations [rad], shift included.  Tolerances
-    are `options.tolerance` times h^2 times the largest acceleration, plus the round-off of the coordinates.
-
-    Equation (4.10) of docs/theory/integrators.md.
-    """
+    """Add a fraction of the correction to the trial state; return its size over the tolerance."""
+    # The size is the largest over all nodes, of displacements [m] and of rotations [rad], shift included. Tolerances
+    # are `options.tolerance` times h^2 times the largest acceleration, plus the round-off of the coordinates.
+    # Equation (4.10) of docs/theory/integrators.md.
     n, m, report = tables.sizes.n_q, tables.sizes.n_c, record.report
     way, turn, shift_x, shift_t, fast_x, fast_t, total = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     far_x, far_t = options.length**2, 1.0
@@ -178,11 +168,9 @@ def apply_correction(tables, h, kv, kx, ka, fraction, options, trial, record):
 
 @compiled
 def correct_states(tables, h, kv, kx, ka, fraction, shifted, options, trial):
-    """Add a fraction of the correction to the states of controls; return its size over the tolerance.
-
-    A correction d changes a state by kv d.  Tolerances are those of coordinates: `options.tolerance` times h^2 times
-    the rate of the state, plus round-off of the state in a step.
-    """
+    """Add a fraction of the correction to the states of controls; return its size over the tolerance."""
+    # A correction d changes a state by kv d. Tolerances are those of coordinates: `options.tolerance` times h^2 times
+    # the rate of the state, plus round-off of the state in a step.
     worst = 0.0
     for i in range(tables.sizes.n_b, tables.sizes.n_q):
         d, _ = _correct_coordinate(i, fraction, shifted, kv, kx, ka, trial)
@@ -218,52 +206,34 @@ def is_round_off(n, m, lu, trial, work, record):
     return report.correction <= report.tolerance * (1.0 + GAP_ROUND_OFF * report.round_off / angle)
 
 
-# Implicit step of the Newmark family: predictor, modified Newton iteration, convergence test
-
+# Number of unknowns up to which every iteration with a closed contact or joint friction factors its own matrix.
+# Matrix and factors then cost little more than a residual.
 SMALL_SYSTEM = 60
-"""Number of unknowns up to which every iteration with a closed contact or joint friction factors its own matrix.
-
-Matrix and factors then cost little more than a residual.
-"""
-
+# Correction over its tolerance, up to which contact and friction are linear enough for reused factors.
+# Larger ones gain nothing more, and leave errors of 1e-9 of an impact.
 NONLINEAR_CORRECTION = 300.0
-"""Correction over its tolerance, up to which contact and friction are linear enough for reused factors.
-
-Larger ones gain nothing more, and leave errors of 1e-9 of an impact.
-"""
-
+# Correction over its round-off, below which the correction is noise; and contraction rate above which noise stalls.
 ROUND_OFF_FRACTION = 0.1
-"""Correction over its round-off, below which the correction is noise; and contraction rate above which noise stalls."""
-
+# Codes inside a step: further iteration; second evaluation, because held rows are not redundant.
 CONTINUE, EVALUATE_AGAIN = -1, -2
-"""Codes inside a step: further iteration; second evaluation, because held rows are not redundant."""
 
 
 @compiled
 def implicit_step(tables, address, lu, h, ratio, scheme, options, flow, trial, work, record):
-    """Try a step of size h; RUNNING if Newton's iteration converged, else the code of the failure.
-
-    Unknowns are q1, v1, a1, x1, lam1 at the end of the step.  Equations of motion and constraints hold there,
-
-        r(t1, q1, v1, a1) + G^T lam1 = 0,   G v1 + g_t = 0,   g(t1, q1) = 0,
-
-    with the relations of Newmark and of generalised-alpha, with ratio = h / (last step) for x0,
-
-        q1 = q0 + h v0 + h^2 ((1/2 - beta) x0 + beta x1) + e,   v1 = v0 + h ((1 - gamma) x0 + gamma x1),
-        (1 - alpha_m) x1 + alpha_m x0 = (1 - alpha_f) a1 + alpha_f a0.
-
-    The position shift e = -S^-1 G^T mu closes the joints in positions and in velocities at once (Gear, Gupta,
-    Leimkuhler).  A correction dq changes v1 by kv dq, x1 by kx dq, a1 by ka dq (`newmark_coefficients`), so that the
-    iteration matrix is
-
-        A = [[S, G^T], [G, 0]],   S = K + H + kv C + ka M,   A [dq, dlam] = -[r + G^T lam, (G v + g_t)/kv].
-
-    The iteration is a modified Newton iteration: while factors of an earlier matrix are reused, residuals alone are
-    evaluated.  The last expected evaluation includes the energies, so that the accepted state needs no further one.
-    record.count.evaluated says how much of the trial state is evaluated at the end.
-
-    Equations (4.1), (4.2), (4.7) and (4.9) of docs/theory/integrators.md.
-    """
+    """Try a step of size h; RUNNING if Newton's iteration converged, else the code of the failure."""
+    # Unknowns are q1, v1, a1, x1, lam1 at the end of the step. Equations of motion and constraints hold there,
+    #     r(t1, q1, v1, a1) + G^T lam1 = 0,   G v1 + g_t = 0,   g(t1, q1) = 0,
+    # with the relations of Newmark and of generalised-alpha, with ratio = h / (last step) for x0,
+    #     q1 = q0 + h v0 + h^2 ((1/2 - beta) x0 + beta x1) + e,   v1 = v0 + h ((1 - gamma) x0 + gamma x1),
+    #     (1 - alpha_m) x1 + alpha_m x0 = (1 - alpha_f) a1 + alpha_f a0.
+    # The position shift e = -S^-1 G^T mu closes the joints in positions and in velocities at once (Gear, Gupta,
+    # Leimkuhler). A correction dq changes v1 by kv dq, x1 by kx dq, a1 by ka dq (`newmark_coefficients`), so that the
+    # iteration matrix is
+    #     A = [[S, G^T], [G, 0]],   S = K + H + kv C + ka M,   A [dq, dlam] = -[r + G^T lam, (G v + g_t)/kv].
+    # The iteration is a modified Newton iteration: while factors of an earlier matrix are reused, residuals alone are
+    # evaluated. The last expected evaluation includes the energies, so that the accepted state needs no further one.
+    # record.count.evaluated says how much of the trial state is evaluated at the end.
+    # Equations (4.1), (4.2), (4.7) and (4.9) of docs/theory/integrators.md.
     n, m = tables.sizes.n_q, tables.sizes.n_c
     t, newton, report = flow.clock.t + h, trial.newton, record.report
     kv, kx, ka = newmark_coefficients(h, scheme)
@@ -305,12 +275,9 @@ def implicit_step(tables, address, lu, h, ratio, scheme, options, flow, trial, w
 
 @compiled
 def newmark_coefficients(h, scheme):
-    """Derivatives kv, kx, ka of velocities, auxiliary and true accelerations by the coordinates at the end of a step.
-
-    kv = gamma/(beta h) [1/s],   kx = 1/(beta h^2) [1/s^2],   ka = (1 - alpha_m)/(1 - alpha_f) kx [1/s^2].
-
-    Equation (4.8) of docs/theory/integrators.md.
-    """
+    """Derivatives kv, kx, ka of velocities, auxiliary and true accelerations by coordinates at the end of a step."""
+    # kv = gamma/(beta h) [1/s],   kx = 1/(beta h^2) [1/s^2],   ka = (1 - alpha_m)/(1 - alpha_f) kx [1/s^2].
+    # Equation (4.8) of docs/theory/integrators.md.
     kx = 1.0 / (scheme.beta * h * h)
     return scheme.gamma / (scheme.beta * h), kx, (1.0 - scheme.alpha_m) / (1.0 - scheme.alpha_f) * kx
 
@@ -372,11 +339,9 @@ def evaluate_trial(tables, address, t, h, kv, ka, with_energies, flow, trial, wo
 
 @compiled
 def factor_matrix(tables, lu, h, kv, ka, options, flow, trial, work, record):
-    """Factor the matrix of the last evaluation; RUNNING, EVALUATE_AGAIN, or the code of a failure.
-
-    EVALUATE_AGAIN : held rows are not redundant, since their joints would open; the matrix must be evaluated and
-    factored again with fewer held rows.
-    """
+    """Factor the matrix of the last evaluation; RUNNING, EVALUATE_AGAIN, or the code of a failure."""
+    # EVALUATE_AGAIN : held rows are not redundant, since their joints would open; the matrix must be evaluated and
+    # factored again with fewer held rows.
     n, newton = tables.sizes.n_q, trial.newton
     discard_factors(trial.reuse)
     newton.held = factor(lu, work.lu, trial.pivot_scale, LOST_PIVOT, n, newton.hold)
@@ -460,11 +425,9 @@ def after_reused_factors(tables, h, ratio, size, with_energies, scheme, flow, tr
 
 @compiled
 def after_own_factors(tables, lu, h, ratio, size, scheme, options, flow, trial, work, record):
-    """Convergence test of a correction with the present matrix; RUNNING, CONTINUE, or the code of a failure.
-
-    Converged: a small first correction; a full correction within the tolerance; one whose successors, by the ratio of
-    the last two, add up to less than the tolerance; or one that is round-off.
-    """
+    """Convergence test of a correction with the present matrix; RUNNING, CONTINUE, or the code of a failure."""
+    # Converged: a small first correction; a full correction within the tolerance; one whose successors, by the ratio of
+    # the last two, add up to less than the tolerance; or one that is round-off.
     n, m, newton, reuse = tables.sizes.n_q, tables.sizes.n_c, trial.newton, trial.reuse
     last, number = newton.last_size, newton.factorisations
     negligible, _ = convergence_limits(ROUND_OFF_FRACTION * record.report.round_off, work)
@@ -492,11 +455,9 @@ def after_own_factors(tables, lu, h, ratio, size, scheme, options, flow, trial, 
 
 @compiled
 def evaluation_code(tables, evaluated, size, work):
-    """Code of the evaluation of the converged state; `size`: last correction over its tolerance.
-
-    A correction within the tolerance, a millionth of h^2 a, moves G by no more than that.  With closed contacts, forces
-    of contacts and energies are then evaluated once more, and constraints are not.
-    """
+    """Code of the evaluation of the converged state; `size`: last correction over its tolerance."""
+    # A correction within the tolerance, a millionth of h^2 a, moves G by no more than that. With closed contacts,
+    # forces of contacts and energies are then evaluated once more, and constraints are not.
     if evaluated:
         return EVALUATED
     return JOINTS_EVALUATED if size <= 1.0 and has_contact_alone(tables, work) else NOT_EVALUATED

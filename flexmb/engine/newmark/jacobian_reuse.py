@@ -19,18 +19,13 @@ from flexmb.kernels import compiled, copy
 # Redundant constraints: rows of G that depend on others, at a singular position or in every pose
 
 CLOSED_GAP = 1e-10  # largest gap of a held row, relative to the size of the mechanism
-
+# Largest gap of a held row relative to h^2 a, in the first steps at a singular position.
+# A row that is needed opens by all of h^2 a, a redundant one by its square.
 OPENING_FRACTION = 0.1
-"""Largest gap of a held row relative to h^2 a, in the first steps at a singular position.
-
-A row that is needed opens by all of h^2 a, a redundant one by its square.
-"""
-
 HOLD_WITHIN_STEP = 1e-4  # relative pivot below which a row is held in the later iterations of a step that holds rows
 PASSING_STEPS = 3  # number of steps at most in which large steps pass a singular position
-
+# Entry of a multiplier vector u with G^T u = 0 relative to its largest, above which a joint is named as redundant.
 EFFECT_LIMIT = 1e-3
-"""Entry of a multiplier vector u with G^T u = 0 relative to its largest, above which a joint is named as redundant."""
 
 
 @compiled
@@ -58,13 +53,11 @@ def allowed_gap(tables, h, options, flow, a):
 
 @compiled
 def update_held_multipliers(tables, lu, t, flow, trial, work, record):
-    """After an accepted step: record time and joints of held rows; choose multipliers of least norm.
-
-    Every held row stands for a vector of multipliers u with G^T u = 0.  If there are as many as rows of
-    trial.free_multipliers (joints that are redundant in every pose), they are made orthonormal there, and their
-    components are removed from the multipliers.  `Clock.held_steps` counts the successive steps that held more rows, or
-    found held rows needed.  It becomes -1, for the rest of the run, in a model whose rows are always needed.
-    """
+    """After an accepted step: record time and joints of held rows; choose multipliers of least norm."""
+    # Every held row stands for a vector of multipliers u with G^T u = 0. If there are as many as rows of
+    # trial.free_multipliers (joints that are redundant in every pose), they are made orthonormal there, and their
+    # components are removed from the multipliers. `Clock.held_steps` counts the successive steps that held more rows,
+    # or found held rows needed. It becomes -1, for the rest of the run, in a model whose rows are always needed.
     held, needed = record.count.held_code % 2 == 1, record.count.held_code >= 2
     total = 0
     for place in range(trial.pivot_scale.shape[0]):
@@ -105,10 +98,8 @@ def record_held_rows(n, m, lu, least_norm, trial, work, record):
 
 @compiled
 def remove_component(n, m, row, trial):
-    """Orthonormalise the multipliers in trial.shift into row `row` of trial.free_multipliers; remove their component.
-
-    Gram-Schmidt, done twice against round-off.
-    """
+    """Orthonormalise the multipliers in trial.shift into `row` of trial.free_multipliers; remove their component."""
+    # Gram-Schmidt, done twice against round-off.
     for k in range(2 * row):
         along = 0.0
         for i in range(m):
@@ -126,54 +117,38 @@ def remove_component(n, m, row, trial):
         trial.lam[i] -= component * trial.free_multipliers[row, i]
 
 
-# Reuse of the factors of the iteration matrix (modified Newton): when they are reused, and when they are discarded
-
 LONGEST_SUSPENSION = 15.0  # number of steps for which reuse is suspended at most
 OLDEST_FACTORS = 25.0  # number of steps after which factors are discarded
-
+# Number of iterations beyond those of the best step, summed over steps, after which factors are discarded.
 MOST_EXTRA_ITERATIONS = 3.0
-"""Number of iterations beyond those of the best step, summed over steps, after which factors are discarded."""
-
 COEFFICIENT_CHANGE = 0.2  # relative change of a coefficient kv or ka, above which factors are discarded
-
+# Smallest relative pivot of a constraint with which factors are reused.
+# Near singular positions every iteration factors its own matrix, in which redundant rows are found.
 REGULAR_PIVOT = 1e-2
-"""Smallest relative pivot of a constraint with which factors are reused.
-
-Near singular positions every iteration factors its own matrix, in which redundant rows are found.
-"""
-
 MEASURING_INTERVAL = 8.0  # number of steps after which the contraction rate is measured again
 GOOD_CONTRACTION = 0.1  # contraction rate up to which a single correction may end an iteration
 FAIR_CONTRACTION = 0.3  # contraction rate up to which an iteration with reused factors continues
-
+# Relative change of a slope of a contact or friction law, above which the iteration needs a new matrix.
 SLOPE_CHANGE = 0.5
-"""Relative change of a slope of a contact or friction law, above which the iteration needs a new matrix."""
-
 ROUND_OFF_SPREAD = 5.0  # correction that may be round-off over one that was seen to be
+# First correction over that of the step before, above which a single correction does not end the iteration.
 CORRECTION_GROWTH = 3.0
-"""First correction over that of the step before, above which a single correction does not end the iteration."""
-
 MOST_REUSE_ITERATIONS = 4  # number of iterations with reused factors at most
 
+# Error that may remain, as theta estimates it, over the tolerance of corrections.
+# It is smaller than 1 because the rest of G v = 0 returns, over h, in the accelerations of the next step, in the same
+# direction in every step: 1e-3 left the N-four-bar 6e-7 m away after 10 s, and saved nothing.
 REMAINING_ERROR = 1e-4
-"""Error that may remain, as theta estimates it, over the tolerance of corrections.
 
-It is smaller than 1 because the rest of G v = 0 returns, over h, in the accelerations of the next step, in the same
-direction in every step: 1e-3 left the N-four-bar 6e-7 m away after 10 s, and saved nothing.
-"""
-
+# Error that may remain over the round-off of corrections, where that is more than `REMAINING_ERROR` allows.
+# Round-off has no direction; the remaining error has the same direction in every step: with steps of 0.1 ms, 1e-15 m
+# are an acceleration of 1e-7 m/s^2 that stays missing.
 REMAINING_ROUND_OFF = 0.01
-"""Error that may remain over the round-off of corrections, where that is more than `REMAINING_ERROR` allows.
 
-Round-off has no direction; the remaining error has the same direction in every step: with steps of 0.1 ms, 1e-15 m are
-an acceleration of 1e-7 m/s^2 that stays missing.
-"""
-
+# Last correction over its tolerance, after which forces and energies are not evaluated again.
 NEGLIGIBLE_CORRECTION = 0.05
-"""Last correction over its tolerance, after which forces and energies are not evaluated again."""
-
+# Last correction over its tolerance, after which the same holds with a closed contact or friction in a joint.
 NEGLIGIBLE_WITH_FRICTION = 1e-4
-"""Last correction over its tolerance, after which the same holds with a closed contact or friction in a joint."""
 
 
 @compiled
@@ -283,12 +258,10 @@ def convergence_limits(noise, work):
 
 @compiled
 def convergence_test(size, last_size, negligible, remaining, noise, own, reuse):
-    """Test a correction with reused factors: converged, correction negligible, iteration contracting.
-
-    size, last_size : this correction and the one before with the same factors, over the tolerance; inf: none before.
-    own : whether the factors are of this step and no law has a slope.  Corrections within the tolerance that get no
-    smaller are round-off then; their size tells that of factors of earlier steps.
-    """
+    """Test a correction with reused factors: converged, correction negligible, iteration contracting."""
+    # size, last_size : this correction and the one before with the same factors, over the tolerance; inf: none before.
+    # own : whether the factors are of this step and no law has a slope. Corrections within the tolerance that get no
+    # smaller are round-off then; their size tells that of factors of earlier steps.
     small = size <= negligible
     if last_size == math.inf:
         enough = small and first_correction_suffices(size, reuse) and size * reuse.contraction <= remaining
@@ -323,12 +296,10 @@ def measure_contraction(size, last_size, reuse):
 
 @compiled
 def update_reuse(factorisations, reused, evaluated, measuring, reuse):
-    """Count a step that converged with reused factors, and expect the next one to take as many iterations.
-
-    factorisations : matrices factored in this step;  reused : iterations with the last factors before the last one
-    evaluated : whether the state of the last evaluation is the accepted one
-    measuring : whether the contraction rate was due to be measured, which takes one more iteration
-    """
+    """Count a step that converged with reused factors, and expect the next one to take as many iterations."""
+    # factorisations : matrices factored in this step;  reused : iterations with the last factors before the last one
+    # evaluated : whether the state of the last evaluation is the accepted one measuring : whether the contraction rate
+    # was due to be measured, which takes one more iteration
     reuse.steps_since_measured += 1.0
     if factorisations > 0:
         reuse.expected_last_fresh = float(reused if evaluated else reused + 1)

@@ -42,8 +42,6 @@ if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
     from flexmb.run.run import Run
 
-# The compiled time loop of the Newmark family, the same for every model
-
 
 @compiled
 def advance(
@@ -105,8 +103,6 @@ def take_steps(tables, address, lu, options, flow, trial, work, record, steps):
 
 
 # Methods of the Newmark family: implicit, of second order, for stiff and flexible mechanisms with contacts
-
-
 @record
 class Newmark(Method):
     """Newmark, HHT, WBZ and generalised-alpha as one implicit method.

@@ -13,13 +13,13 @@ from flexmb.engine.state.flow import PAST_STATES
 from flexmb.kernels import compiled
 from flexmb.program.program import COMMON_Z
 
+# Orders of predictions without accelerations: by the positions at the start of the step, and by its velocities.
 STANDING, COASTING = range(-2, 0)
-"""Orders of predictions without accelerations: by the positions at the start of the step, and by its velocities."""
 
+# Displacement by the predicted accelerations over the size of the mechanism, or rotation by them [rad], up to which
+# they are trusted: a step that does not resolve them (after a jump of a load) starts from the velocities alone, or from
+# the positions, where the velocities lead as far. Where Newton's iteration starts does not change where it ends.
 FARTHEST_LEAP = 0.1
-"""Displacement by the predicted accelerations over the size of the mechanism, or rotation by them [rad], up to which
-they are trusted: a step that does not resolve them (after a jump of a load) starts from the velocities alone, or from
-the positions, where the velocities lead as far.  Where Newton's iteration starts does not change where it ends."""
 
 OLD_ERROR_WEIGHT = 0.5  # weight of the errors of earlier predictions relative to that of the last one
 
@@ -99,11 +99,9 @@ def leaps(n_b, coasted, length, flow, trial):
 
 @compiled
 def project_prediction(n, m, lu, h, order, flow, trial):
-    """Project the predicted positions onto the constraints, by gaps that are extrapolated from the last steps.
-
-    The gaps are extrapolated, over h^3, and not the shifts: a shift by the present factors has no component along the
-    joints, which no later correction would remove.
-    """
+    """Project the predicted positions onto the constraints, by gaps that are extrapolated from the last steps."""
+    # The gaps are extrapolated, over h^3, and not the shifts: a shift by the present factors has no component along the
+    # joints, which no later correction would remove.
     gaps, cube = flow.projected_gaps, h * h * h
     highest = trial.predictor.past_states - 1
     w0, w1, w2, w3 = lagrange_weights(min(order, highest), h, flow.clock.last_step, trial.predictor)
@@ -127,10 +125,8 @@ def find_newmark_residual(n, h, flow, trial):
 
 @compiled
 def update_predictor(tables, h, length, flow, trial, work):
-    """Choose the order of the next prediction by the errors in this step, and store the accelerations at its start.
-
-    Called before the trial is adopted.  length : size of the mechanism [m], by which errors of angles count.
-    """
+    """Choose the order of the next prediction by the errors in this step, and store the accelerations at its start."""
+    # Called before the trial is adopted. length : size of the mechanism [m], by which errors of angles count.
     n, m, predictor, past = tables.sizes.n_q, tables.sizes.n_c, flow.predictor, flow.past
     last = flow.clock.last_step
     highest = min(predictor.past_states, PAST_STATES)

@@ -17,11 +17,9 @@ from flexmb.engine.compiled.records import Matrix, Record, Vector
 from flexmb.program.program import Program
 
 STAGES = 3
+# Numbers of stages.
 MIDDLE, LAST = 1, 2
-"""Numbers of stages."""
-
 AT_START, AT_END, ELSEWHERE = range(3)  # rows of `Collocation.rates`
-
 _ROOT = 6.0**0.5
 _C = np.array([(4.0 - _ROOT) / 10.0, (4.0 + _ROOT) / 10.0, 1.0])
 _A = np.array(
@@ -41,37 +39,27 @@ def _numbers(array: np.ndarray) -> tuple[float, ...]:
 
 
 C, WEIGHTS = _numbers(_C), _numbers(_A[2])
+# Coefficients of V_i = v0 + h sum ONCE_ij A_j and Q_i = q0 + c_i h v0 + h^2 sum TWICE_ij A_j.
 ONCE, TWICE = tuple(map(_numbers, _A)), tuple(map(_numbers, _A @ _A))
-"""Coefficients of V_i = v0 + h sum ONCE_ij A_j and Q_i = q0 + c_i h v0 + h^2 sum TWICE_ij A_j."""
-
 REAL = float(_VALUES[_ORDER[0]].real)
+# Eigenvalues of D: REAL, and PAIR_RE + i PAIR_IM with its conjugate.
 PAIR_RE, PAIR_IM = float(_VALUES[_ORDER[1]].real), float(_VALUES[_ORDER[1]].imag)
-"""Eigenvalues of D: REAL, and PAIR_RE + i PAIR_IM with its conjugate."""
-
 TO_REAL, FROM_REAL = _numbers(_INVERSE[_ORDER[0]].real), _numbers(_VECTORS[:, _ORDER[0]].real)
 TO_RE, TO_IM = _numbers(_INVERSE[_ORDER[1]].real), _numbers(_INVERSE[_ORDER[1]].imag)
+# Transformation into the eigenvectors and back: w = TO . Q, Q_i = FROM_REAL_i w_1 + Re((a_i + i b_i) w_2).
 FROM_RE, FROM_IM = _numbers(2.0 * _VECTORS[:, _ORDER[1]].real), _numbers(2.0 * _VECTORS[:, _ORDER[1]].imag)
-"""Transformation into the eigenvectors and back: w = TO . Q, Q_i = FROM_REAL_i w_1 + Re((a_i + i b_i) w_2)."""
-
+# Weights of the stages in the error estimate of third order.
 ESTIMATE = (-(13.0 + 7.0 * _ROOT) / 3.0, (-13.0 + 7.0 * _ROOT) / 3.0, -1.0 / 3.0)
-"""Weights of the stages in the error estimate of third order."""
 
 
 class StageStep(Record):
-    """Step sizes and Newton iteration of Radau's method.
+    """Step sizes and Newton iteration of Radau's method."""
 
-    last : last accepted step [s]; 0: the next step is a starting step
-    factored_size : step size of the factored matrices [s]; 0: no factors
-    error_factor : theta/(1 - theta) with the contraction rate theta of Newton's iteration
-    iterations : Newton iterations of the last step
-    start, size : start and size of the last accepted step [s]
-    """
-
-    last: float
-    factored_size: float
-    error_factor: float
-    iterations: int
-    start: float
+    last: float  # last accepted step [s]; 0: the next step is a starting step
+    factored_size: float  # step size of the factored matrices [s]; 0: no factors
+    error_factor: float  # theta/(1 - theta) with the contraction rate theta of Newton's iteration
+    iterations: int  # Newton iterations of the last step
+    start: float  # start, size: start and size of the last accepted step [s]
     size: float
 
 
@@ -98,49 +86,42 @@ class OldState(Record):
 
 
 class Collocation(Record):
-    """State and workspace of Radau's method; a restart needs `step`, `past`, `past_lam`, `real`, `re` and `im`.
-
-    past, past_lam : (4, n_q + 3), (4, n_c) accelerations and multipliers at 0, c_1, c_2, 1 of the last step
-    Q, V, A, L : (3, ...) positions, velocities, accelerations, multipliers of the stages
-    b : (3, n) right sides;  real, re, im : (size,) factors;  d, x, y : (n,), pair : (2 n,) solutions, workspace
-    of_q, of_v : (n_q + 3,) estimated errors;  losses : (contacts, 2) normal and tangential [J];  zero : (n_q + 3,)
-    old, between : state and ledger at the start of the last step, and at an instant within it
-    rates : (3, 11) rates of the ledger at both ends of the step [W], and elsewhere;  lam : (n_c,) multipliers
-    signals : (n_y,) at an instant within it
-    """
+    """State and workspace of Radau's method; a restart needs `step`, `past`, `past_lam`, `real`, `re` and `im`."""
 
     step: StageStep
+    # past, past_lam: (4, n_q + 3), (4, n_c) accelerations and multipliers at 0, c_1, c_2, 1 of the last step
     past: Matrix
     past_lam: Matrix
     works: Works
-    old: OldState
+    old: OldState  # old, between: state and ledger at the start of the last step, and at an instant within it
     between: OldState
-    Q: Matrix
+    Q: Matrix  # Q, V, A, L: (3, ...) positions, velocities, accelerations, multipliers of the stages
     V: Matrix
     A: Matrix
     L: Matrix
-    b: Matrix
-    real: Vector
+    b: Matrix  # (3, n) right sides
+    real: Vector  # real, re, im: (size,) factors
     re: Vector
     im: Vector
-    d: Vector
+    d: Vector  # d, x, y: (n,), pair : (2 n,) solutions, workspace
     x: Vector
     y: Vector
     pair: Vector
-    of_q: Vector
+    of_q: Vector  # of_q, of_v: (n_q + 3,) estimated errors
     of_v: Vector
-    losses: Matrix
-    zero: Vector
-    rates: Matrix
-    lam: Vector
-    signals: Vector
+    losses: Matrix  # (contacts, 2) normal and tangential [J]
+    zero: Vector  # (n_q + 3,)
+    rates: Matrix  # (3, 11) rates of the ledger at both ends of the step [W], and elsewhere
+    lam: Vector  # (n_c,) multipliers
+    signals: Vector  # (n_y,) at an instant within it
 
 
 def collocation(program: Program) -> Collocation:
     """Arrays for a compiled mechanism."""
     n, m, size = program.n_q + 3, program.n_c, program.symbolic.size
     total = program.n_q + m
-    states = {name: _old(program) for name in ("old", "between")}
+    sizes = {"q": n, "v": n, "a": n, "z": program.tables.sizes.n_z, "lam": m, "ledger": 11}
+    states = {name: OldState(**sizes) for name in ("old", "between")}
     return Collocation(
         step=StageStep(0.0, 0.0, 0.0, 0, 0.0, 0.0),
         past=(STAGES + 1, n),
@@ -159,8 +140,3 @@ def collocation(program: Program) -> Collocation:
         lam=m,
         signals=program.tables.sizes.n_y,
     )
-
-
-def _old(program: Program) -> OldState:
-    n = program.n_q + 3
-    return OldState(q=n, v=n, a=n, z=program.tables.sizes.n_z, lam=program.n_c, ledger=11)

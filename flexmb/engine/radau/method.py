@@ -45,12 +45,10 @@ if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
     from flexmb.run.run import Run
 
+# Next step over the present one at most and at least; safety factor of the next step.
 LARGEST_GROWTH, LEAST_GROWTH, SAFETY = 4.0, 0.2, 0.9
-"""Next step over the present one at most and at least; safety factor of the next step."""
-
+# Number of largest steps in a period or a run, without contacts and with contacts.
 LEAST_STEPS, LEAST_STEPS_CONTACTS = 100.0, 100.0
-"""Number of largest steps in a period or a run, without contacts and with contacts."""
-
 RESTART_ARRAYS = ("past", "past_lam", "real", "re", "im")  # arrays of `Collocation` for a restart
 
 
@@ -191,10 +189,8 @@ def advance_radau(
 
 @compiled
 def contact_within_step(tables, address, flow, trial, work, R):
-    """Fraction of the step at the first stage in a contact that is open at both ends of the step; 0: no such stage.
-
-    The contact force has then reversed or slowed the motion, although the onset was not located.
-    """
+    """Fraction of the step at the first stage in a contact that is open at both ends of the step; 0: no such stage."""
+    # The contact force has then reversed or slowed the motion, although the onset was not located.
     K = tables.contacts
     for c in range(K.kernel.shape[0]):
         if flow.z[K.z[c, COMMON_Z]] != 0.0:
@@ -258,10 +254,8 @@ def keep_start(h, flow, R):
 
 @compiled
 def save_between(tables, address, lu, options, flow, trial, work, record, R):
-    """Save the end of the last step, or the instants of the save grid within it; BUFFER_FULL when the buffer is full.
-
-    The buffer must then be emptied, and `save_between` called again before the next step.
-    """
+    """Save the end of the last step, or the instants of the save grid within it; BUFFER_FULL for a full buffer."""
+    # The buffer must then be emptied, and `save_between` called again before the next step.
     if options.save_interval == 0.0:
         save_step(flow, record)
         return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING

@@ -65,46 +65,30 @@ from flexmb.kernels import compiled, copy
 from flexmb.places import FRICTION_FORCE, GAP_RATE, NORMAL_FORCE, SLIP
 from flexmb.program.program import LOAD_KERNEL
 
-# Step of Radau's method with three stages: prediction, Newton iteration, projection, error estimate
-
 MOST_ITERATIONS = 16  # number of Newton iterations of a step at most
-
+# Error factor theta/(1 - theta) and number of iterations, above which the next step factors new matrices.
 REFACTOR_RATE, REFACTOR_ITERATIONS = 0.02, 4
-"""Error factor theta/(1 - theta) and number of iterations, above which the next step factors new matrices."""
-
+# Error that Newton's iteration may leave, over rtol^(1/2) times the accepted error of a step.
+# The error of the method is much less than the accepted error, the more so the smaller rtol is.
 ITERATION_FRACTION = 0.1
-"""Error that Newton's iteration may leave, over rtol^(1/2) times the accepted error of a step.
-
-The error of the method is much less than the accepted error, the more so the smaller rtol is.
-"""
-
+# Projection shift relative to the size of the mechanism: up to the first round-off, above the second large.
 CLOSED_SHIFT, LARGE_SHIFT = 1e-14, 1e-4
-"""Projection shift relative to the size of the mechanism: up to the first round-off, above the second large."""
-
+# Tolerance of corrections relative to h^2 |a|: for fixed steps, and the least one for all steps.
 FIXED_STEP_TOLERANCE, LEAST_TOLERANCE = 1e-10, 1e-15
-"""Tolerance of corrections relative to h^2 |a|: for fixed steps, and the least one for all steps."""
-
+# Contraction rate above which corrections that are round-off of the coordinates do not get smaller.
+# Many corrections get much smaller: round-off of the positions counts only with stiff forces.
 STALLED_RATE = 0.3
-"""Contraction rate above which corrections that are round-off of the coordinates do not get smaller.
-
-Many corrections get much smaller: round-off of the positions counts only with stiff forces.
-"""
-
 LEAST_RATE = 1e-2  # least error factor of the first iteration of a step, which is not measured in this step
 
 
 @compiled
 def radau_step(tables, address, lu, h, options, flow, trial, work, record, R):
-    """Try a step of size h; RUNNING if Newton's iteration converged, else the code of the failure.
-
-    Unknowns are Q_i, V_i, A_i, lam_i of the stages at t_i = t + c_i h.  Equations of motion and constraints in
-    velocities hold at the stages,
-
-        r(t_i, Q_i, V_i, A_i) + G^T lam_i = 0,   G V_i + g_t = 0,
-        V_i = v0 + h sum_j a_ij A_j,   Q_i = q0 + h sum_j a_ij V_j.
-
-    Equations (4.15) and (4.16) of docs/theory/integrators.md.
-    """
+    """Try a step of size h; RUNNING if Newton's iteration converged, else the code of the failure."""
+    # Unknowns are Q_i, V_i, A_i, lam_i of the stages at t_i = t + c_i h. Equations of motion and constraints in
+    # velocities hold at the stages,
+    #     r(t_i, Q_i, V_i, A_i) + G^T lam_i = 0,   G V_i + g_t = 0,
+    #     V_i = v0 + h sum_j a_ij A_j,   Q_i = q0 + h sum_j a_ij V_j.
+    # Equations (4.15) and (4.16) of docs/theory/integrators.md.
     code = NEWTON_FAILED
     for attempt in range(2):
         extrapolate = attempt == 0 and R.step.last > 0.0
@@ -134,12 +118,9 @@ def radau_step(tables, address, lu, h, options, flow, trial, work, record, R):
 
 @compiled
 def factor_matrices(tables, address, lu, h, flow, trial, work, record, R):
-    """Factor [[K + s C + s^2 M, G^T], [G, 0]] at the middle stage for both eigenvalues s of D/h.
-
-    G and G^T stand in the real and in the imaginary part of the complex matrix: there they are multiplied by 1 + i.
-
-    Equation (4.17) of docs/theory/integrators.md.
-    """
+    """Factor [[K + s C + s^2 M, G^T], [G, 0]] at the middle stage for both eigenvalues s of D/h."""
+    # G and G^T stand in the real and in the imaginary part of the complex matrix: there they are multiplied by 1 + i.
+    # Equation (4.17) of docs/theory/integrators.md.
     n, past = tables.sizes.n_q, C[MIDDLE] * h
     t, Q, V, A, L = flow.clock.t + past, R.Q[MIDDLE], R.V[MIDDLE], R.A[MIDDLE], R.L[MIDDLE]
     s, a, b = REAL / h, PAIR_RE / h, PAIR_IM / h
@@ -164,10 +145,8 @@ def factor_matrices(tables, address, lu, h, flow, trial, work, record, R):
 
 @compiled
 def close_joints(tables, address, lu, t, h, options, flow, trial, work, record, R):
-    """Project positions and velocities at the end of the step onto the constraints, with least kinetic energy.
-
-    `runge_kutta.project_state` takes over for a large shift or redundant constraints.
-    """
+    """Project positions and velocities at the end of the step onto the constraints, with least kinetic energy."""
+    # `runge_kutta.project_state` takes over for a large shift or redundant constraints.
     n, m = tables.sizes.n_q, tables.sizes.n_c
     for iteration in range(STAGES):
         evaluate(
@@ -366,16 +345,12 @@ def state_corrections(tables, h, options, flow, trial, R):
 
 @compiled
 def radau_error(tables, address, lu, h, options, flow, trial, work, R):
-    """Estimated error of positions and velocities over the accepted error.
-
-    The estimate is of third order, the method of fifth: with 0.1 rtol^(2/3) in place of rtol in the estimate, the
-    errors of a run are proportional to rtol.
-    x = (f0 + sum ESTIMATE_i Z_i/h)/s is the difference to a formula of third order.  (K + s C + s^2 M)^-1 s^2 M x keeps
-    its components that are not stiff and satisfy the constraints.  Positions and velocities count as in
-    `newmark.error_control.error_ratio`.
-
-    Equation (4.18) of docs/theory/integrators.md.
-    """
+    """Estimated error of positions and velocities over the accepted error."""
+    # The estimate is of third order, the method of fifth: with 0.1 rtol^(2/3) in place of rtol in the estimate, the
+    # errors of a run are proportional to rtol. x = (f0 + sum ESTIMATE_i Z_i/h)/s is the difference to a formula of
+    # third order. (K + s C + s^2 M)^-1 s^2 M x keeps its components that are not stiff and satisfy the constraints.
+    # Positions and velocities count as in `newmark.error_control.error_ratio`.
+    # Equation (4.18) of docs/theory/integrators.md.
     n, m, s = tables.sizes.n_q, tables.sizes.n_c, REAL / h
     for i in range(n):
         q, v = 0.0, 0.0
@@ -417,24 +392,19 @@ def times_mass(tables, address, h, x, flow, work, target, R):
         target[i] = x[i]
 
 
-# Works of a step of Radau's method, and states within the step
-
+# Difference between computed and interpolated accelerations within a step relative to the largest, up to which the
+# computed ones are used: with stiff forces, they are the error of the interpolated positions times the stiffness.
 ACCELERATION_MISMATCH = 0.01
-"""Difference between computed and interpolated accelerations within a step relative to the largest, up to which the
-computed ones are used: with stiff forces, they are the error of the interpolated positions times the stiffness."""
-
+# Change of the computed accelerations by other interpolated positions, relative to the difference above, up to which
+# they are used nevertheless: a drive, cam or load has a kink within the step, which no interpolation follows.
 INSENSITIVE = 0.1
-"""Change of the computed accelerations by other interpolated positions, relative to the difference above, up to which
-they are used nevertheless: a drive, cam or load has a kink within the step, which no interpolation follows."""
 
 
 @compiled
 def add_works(tables, address, lu, h, options, flow, trial, work, record, R):
-    """Fill R.works and R.losses; the last evaluation is that of the trial state.
-
-    Works of dampers, contacts and loads by Radau's quadrature over the stages.  Works of drives and of friction in
-    joints by Simpson's rule with the middle of the step, since multipliers at the stages are of third order.
-    """
+    """Fill R.works and R.losses; the last evaluation is that of the trial state."""
+    # Works of dampers, contacts and loads by Radau's quadrature over the stages. Works of drives and of friction in
+    # joints by Simpson's rule with the middle of the step, since multipliers at the stages are of third order.
     W, Q, V, A, L = R.works, R.Q[LAST], R.V[LAST], R.A[LAST], R.L[LAST]
     W.drives = W.loads = W.joints = W.damping = W.supplied = W.joints_size = 0.0
     R.losses[:, :] = 0.0
@@ -466,11 +436,9 @@ def add_works(tables, address, lu, h, options, flow, trial, work, record, R):
 
 @compiled
 def find_between(tables, address, lu, t, s, h, q1, v1, a1, lam1, options, flow, trial, work, record, R):
-    """Set the trial state to the state at fraction s of the step from R.old to q1, ..., which began at t.
-
-    Accelerations and multipliers satisfy the equations of motion.  Interpolated ones (through both ends and the
-    stages) are used where these differ much, and depend much on how positions are interpolated.
-    """
+    """Set the trial state to the state at fraction s of the step from R.old to q1, ..., which began at t."""
+    # Accelerations and multipliers satisfy the equations of motion. Interpolated ones (through both ends and the
+    # stages) are used where these differ much, and depend much on how positions are interpolated.
     n, m, n_b, old = tables.sizes.n_q, tables.sizes.n_c, tables.sizes.n_b, R.old
     quintic(n, s, h, old, q1, v1, trial, a1)
     w0, w1, w2, w3 = cubic_weights(s)
@@ -519,10 +487,8 @@ def leave_out_acceleration(n, s, h, end, old, q, v, a, trial):
 
 @compiled
 def add_powers(tables, address, t, elapsed, forces, joints, q, v, a, lam, flow, work, R, rates):
-    """Add the powers of a state at time t to `rates` [W], and, times weights [s], to the works.
-
-    forces : weight of dampers, contacts and loads [s];  joints : weight of drives and friction in joints [s]
-    """
+    """Add the powers of a state at time t to `rates` [W], and, times weights [s], to the works."""
+    # forces : weight of dampers, contacts and loads [s];  joints : weight of drives and friction in joints [s]
     W = R.works
     evaluate_accepted(tables, address, t, elapsed, q, v, a, lam, flow.z, R.zero, R.zero, work)
     report_forces(tables, lam, work)

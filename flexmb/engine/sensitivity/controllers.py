@@ -27,25 +27,20 @@ from flexmb.kernels import compiled, copy
 from flexmb.program.program import BEGIN, END, FIRST_OUTPUT, NO_FACTOR, Program, Sampler
 from flexmb.run.sampling import act
 
+# Difference of an input of a sampled law relative to its size, and least size relative to its largest so far.
 PART_OF_INPUT, LEAST_PART = 1e-6, 1e-3
-"""Difference of an input of a sampled law relative to its size, and least size relative to its largest so far."""
 
 
 class ControlSlopes(Record):
-    """Slopes of the laws of all controllers at the last linearised state.
+    """Slopes of the laws of all controllers at the last linearised state."""
 
-    by_q, by_v : derivatives of rates and outputs by the coordinates of their controller and by their velocities
-    pos : (controls + 1,) where those of each controller begin
-    element : (outputs,) element whose load an output multiplies, -1: none;  force : (outputs, ..) its force without it
-    mass : ka, weight of the rates of states in the matrix of the step
-    """
-
+    # by_q, by_v: derivatives of rates and outputs by the coordinates of their controller and by their velocities
     by_q: Vector
     by_v: Vector
-    pos: Integers
-    element: Integers
-    force: Matrix
-    mass: float
+    pos: Integers  # (controls + 1,) where those of each controller begin
+    element: Integers  # (outputs,) element whose load an output multiplies, -1: none
+    force: Matrix  # (outputs, ..) its force without it
+    mass: float  # ka, weight of the rates of states in the matrix of the step
 
 
 def control_slopes(program: Program) -> ControlSlopes:
@@ -56,14 +51,8 @@ def control_slopes(program: Program) -> ControlSlopes:
     for e in np.flatnonzero(factor < NO_FACTOR):
         element[FIRST_OUTPUT - factor[e]] = e
     total = int(sum(sizes))
-    return ControlSlopes(
-        by_q=total,
-        by_v=total,
-        pos=np.cumsum([0, *sizes]).astype(np.int64),
-        element=element.astype(np.int64),
-        force=(len(element), program.tables.sizes.most_dofs),
-        mass=0.0,
-    )
+    pos, size = np.cumsum([0, *sizes]).astype(np.int64), (len(element), program.tables.sizes.most_dofs)
+    return ControlSlopes(by_q=total, by_v=total, pos=pos, element=element.astype(np.int64), force=size, mass=0.0)
 
 
 @compiled
@@ -175,11 +164,8 @@ def add_control_change(tables, varied, address, t, q, v, a, z, factor, j, T, wor
             subtract_load(tables, output, factor * work.output[output], T.F[j], T)
 
 
-# Sampled controllers at an instant
-
-
+# Weights and samplers of neighbouring mechanisms, whose weighted sum is a derivative by a parameter.
 Moved = Sequence[tuple[float, tuple[Sampler, ...]]]
-"""Weights and samplers of neighbouring mechanisms, whose weighted sum is a derivative by a parameter."""
 
 
 def sampled_inputs(program: Program) -> np.ndarray:
@@ -200,12 +186,10 @@ def act_differences(
     *,
     every: bool,
 ) -> np.ndarray:
-    """Differences (k, n_z) of the histories after the sampled controllers have acted; equation (14.11).
+    """Differences (k, n_z) of the histories after the sampled controllers have acted; equation (14.11)."""
 
-    y, z : signals and histories just before;  dy, dz : their differences (k, n_y) and (k, n_z)
-    sizes : (n_y,) largest size of each signal so far;  moved : of each parameter
-    """
-
+    # y, z : signals and histories just before;  dy, dz : their differences (k, n_y) and (k, n_z) sizes : (n_y,) largest
+    # size of each signal so far;  moved : of each parameter
     def after(samplers: tuple[Sampler, ...], e: float, j: int) -> np.ndarray:
         there: np.ndarray = z + e * dz[j]
         act(samplers, instant, y + e * dy[j], there, every=every)

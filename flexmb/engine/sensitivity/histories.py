@@ -58,18 +58,14 @@ from flexmb.program.program import (
 )
 
 FIRST, SECOND = range(2)  # rows of `Tangents.local`
-
+# Columns of `Tangents.own`: differences of gap, gap rate, slip and normal force.
 OF_GAP, OF_RATE, OF_SLIP, OF_NORMAL = range(4)
-"""Columns of `Tangents.own`: differences of gap, gap rate, slip and normal force."""
-
+# Difference of a number: relative to the number, and least difference for numbers near 0.
 RELATIVE_DIFFERENCE, LEAST_DIFFERENCE = 1e-5, 1e-11
-"""Difference of a number: relative to the number, and least difference for numbers near 0."""
-
+# Differences for friction with histories: of the history in a joint over the slip of a step; of a load over itself.
 PART_OF_SLIP, PART_OF_LOAD = 0.1, 1e-8
-"""Differences for friction with histories: of the history in a joint over the slip of a step; of a load over itself."""
-
+# Difference of the nodes of an element: relative to their motion in a step, and least difference [m, rad].
 NODE_DIFFERENCE, LEAST_NODE_DIFFERENCE = 1e-3, 1e-9
-"""Difference of the nodes of an element: relative to their motion in a step, and least difference [m, rad]."""
 
 
 @compiled
@@ -294,10 +290,8 @@ def _add_difference(begin, end, which, eps, T, work):
 def _advance_normal(tables, address, c, h, gap, rate, z, T, work):
     """Add the effect of gap and gap rate to the history of a normal law."""
     begin, end = tables.contacts.z[c, NORMAL_Z], tables.contacts.z[c, FRICTION_Z]
-    of_gap, of_rate = (
-        difference_step(gap, gap, 0.0),
-        difference_step(rate, z[tables.contacts.z[c, COMMON_Z] + LAST_GAP_RATE], 0.0),
-    )
+    of_gap = difference_step(gap, gap, 0.0)
+    of_rate = difference_step(rate, z[tables.contacts.z[c, COMMON_Z] + LAST_GAP_RATE], 0.0)
     call_normal(tables, address, c, h, gap + of_gap, rate, z, work.z_new)
     _store_upper_side(begin, end, work)
     call_normal(tables, address, c, h, gap - of_gap, rate, z, work.z_new)

@@ -46,99 +46,73 @@ SPEED, ACCELERATION = range(2)  # rows of `Tangents.moving`: G v, and G a + W v
 PLACE, ROW, COLUMN = range(3)  # columns of `Tangents.entries`
 RESIDUAL, RATE, RIGHT_SIDE = range(3)  # rows of `Tangents.g`: g, g_t and gamma of constraint kernels
 TIME_DIFFERENCE = 0.01  # time difference for the derivative of loads by time, over the step size
-
+# Difference of the pose for dG/dt along the motion [rad, or relative to the size of the mechanism].
 POSE_DIFFERENCE = 1e-5
-"""Difference of the pose for dG/dt along the motion [rad, or relative to the size of the mechanism]."""
-
+# Decorator `compiled` without inlining, for long functions with several callers.
 apart = whole(error_model="numpy", _nrt=False)
-"""Decorator `compiled` without inlining, for long functions with several callers."""
 
 
 class CarriedStep(Record):
-    """Times of the step that differences are carried through.
+    """Times of the step that differences are carried through."""
 
-    start : start of the step [s];  before : size of the step before [s], 0: this was a starting step
-    last : size of this step [s], 0: a starting step follows
-    """
-
-    start: float
-    before: float
-    last: float
+    start: float  # start of the step [s]
+    before: float  # size of the step before [s], 0: this was a starting step
+    last: float  # size of this step [s], 0: a starting step follows
 
 
 class Tangents(Record):
-    """Differences of k neighbouring states, with the arrays that carry them through a step; one row per difference.
+    """Differences of k neighbouring states, with the arrays that carry them through a step; one row per difference."""
 
-    q, v, a, x, z : (k, n_q + 3), z (k, n_z) differences of the state;  z1 : of the histories at the end of the step
-    U, X, Y, R : (k, n_q + 3) predicted differences of positions, velocities, accelerations, auxiliary accelerations
-    F : (k, n_q + 3) - (K U + C X + M Y + (dr/dz) dz);  moved : (k, n_q) differences of positions beside U
-    u : (k, n_q + n_c) differences of positions and multipliers;  gap : (n_c,) G times `moved`
-    N, T : (k, contacts) differences of normal and friction force by histories alone
-    entries : (n, 3) places in the matrix of contacts and of H, their rows and columns
-    D : kv C + ka M of all elements, one after the other;  W : dG/dt, as `Work.G`
-    slip_direction : (joints, 6) direction of the slip in joints with friction
-    b, d, e, y, seen : (n_q + n_c,) vectors of the linear system;  r, f : (n_q + 3,) motions and forces
-    local : vectors of one element or contact;  own : (k, 4) differences of gap, gap rate, slip and normal force
-    g : (3, n_c) outputs of constraint kernels beside G;  zs : (n_z,) varied histories
-    tau : (k,) time shift of each neighbour [s];  shift : (k,) increment of tau [s]
-    q0, v0, a0, lam0, z0 : state before the step;  ap, zp : state before the step before
-    rt : (n_q + 3,) rate of the forces in time at rest;  moving : (2, n_c) G v, and G a + W v
-    closing : (contacts,) 1 for a contact that begins at the very end of the step
-    turn : (contacts + joints, 4) slopes of friction that turned in this step, see `find_turns`
-    turned : (k, contacts + joints) its forces beside those of the law
-    control : slopes of controllers
-    by : directions of the parameters to which the first differences belong;  rows : derivatives of signals
-    """
-
-    q: Matrix
+    q: Matrix  # q, v, a, x, z: (k, n_q + 3), z (k, n_z) differences of the state
     v: Matrix
     a: Matrix
     x: Matrix
     z: Matrix
-    z1: Matrix
+    z1: Matrix  # differences of the histories at the end of the step
+    # U, X, Y, R: (k, n_q + 3) predicted differences of positions, velocities, accelerations, auxiliary accelerations
     U: Matrix
     X: Matrix
     Y: Matrix
     R: Matrix
-    F: Matrix
-    u: Matrix
-    moved: Matrix
-    gap: Vector
-    entries: IntegerTable
-    N: Matrix
+    F: Matrix  # (k, n_q + 3) - (K U + C X + M Y + (dr/dz) dz)
+    u: Matrix  # (k, n_q + n_c) differences of positions and multipliers
+    moved: Matrix  # (k, n_q) differences of positions beside U
+    gap: Vector  # (n_c,) G times `moved`
+    entries: IntegerTable  # (n, 3) places in the matrix of contacts and of H, their rows and columns
+    N: Matrix  # N, T: (k, contacts) differences of normal and friction force by histories alone
     T: Matrix
-    D: Vector
-    W: Vector
-    slip_direction: Matrix
-    b: Vector
+    D: Vector  # kv C + ka M of all elements, one after the other
+    W: Vector  # dG/dt, as `Work.G`
+    slip_direction: Matrix  # (joints, 6) direction of the slip in joints with friction
+    b: Vector  # b, d, e, y, seen: (n_q + n_c,) vectors of the linear system
     d: Vector
     e: Vector
     y: Vector
     seen: Vector
-    r: Vector
+    r: Vector  # r, f: (n_q + 3,) motions and forces
     f: Vector
-    local: Matrix
-    own: Matrix
-    g: Matrix
-    zs: Vector
-    tau: Vector
-    shift: Vector
-    q0: Vector
+    local: Matrix  # vectors of one element or contact
+    own: Matrix  # (k, 4) differences of gap, gap rate, slip and normal force
+    g: Matrix  # (3, n_c) outputs of constraint kernels beside G
+    zs: Vector  # (n_z,) varied histories
+    tau: Vector  # (k,) time shift of each neighbour [s]
+    shift: Vector  # (k,) increment of tau [s]
+    q0: Vector  # q0, v0, a0, lam0, z0: state before the step
     v0: Vector
     a0: Vector
     lam0: Vector
     z0: Vector
-    ap: Vector
+    ap: Vector  # ap, zp: state before the step before
     zp: Vector
-    rt: Vector
-    moving: Matrix
+    rt: Vector  # (n_q + 3,) rate of the forces in time at rest
+    moving: Matrix  # (2, n_c) G v, and G a + W v
     step: CarriedStep
-    control: ControlSlopes
-    by: ParameterRates
-    rows: SignalRows
-    closing: Integers
-    turn: Matrix
-    turned: Matrix
+    control: ControlSlopes  # slopes of controllers
+    by: ParameterRates  # directions of the parameters to which the first differences belong
+    rows: SignalRows  # derivatives of signals
+    closing: Integers  # (contacts,) 1 for a contact that begins at the very end of the step
+    turn: Matrix  # (contacts + joints, 4) slopes of friction that turned in this step, see `find_turns`
+    turned: Matrix  # (k, contacts + joints) forces of that friction beside those of the law
 
 
 def new_tangents(
@@ -187,10 +161,8 @@ def _entries(program: Program) -> np.ndarray:
 
 @apart
 def linearise(tables, address, t, h, q, v, a, lam, z, kv, ka, T, work):
-    """Fill work.lu with [[A, G^T], [G, 0]], T.F with -(K U + C X + M Y + (dr/dz) dz), T.z1 with the effect of T.z.
-
-    q, v, a : (n_q + 3,); z : history a time h before.  Friction in joints is in A and beside G^T as in `evaluate`.
-    """
+    """Fill work.lu with [[A, G^T], [G, 0]], T.F with -(K U + C X + M Y + (dr/dz) dz), T.z1 with the effect of T.z."""
+    # q, v, a : (n_q + 3,); z : history a time h before. Friction in joints is in A and beside G^T as in `evaluate`.
     work.r[:] = 0.0
     work.Gl[:] = 0.0
     work.lu[:] = 0.0
@@ -409,10 +381,8 @@ def find_rates(tables, address, t, h, q, v, a, z, T, work):
 
 @compiled
 def find_jacobian_rate(tables, address, t, most, length, q, v, lam, T, work):
-    """Set T.W = dG/dt along the motion (q, v), by central differences; most : largest time difference [s].
-
-    W is also d(G v + g_t)/dq, since second derivatives commute.  length : size of the mechanism [m].
-    """
+    """Set T.W = dG/dt along the motion (q, v), by central differences; most : largest time difference [s]."""
+    # W is also d(G v + g_t)/dq, since second derivatives commute. length : size of the mechanism [m].
     fast = 0.0
     for i in range(0, tables.sizes.n_b, 3):
         fast = max(fast, max(abs(v[i]), abs(v[i + 1])) / length, abs(v[i + 2]))

@@ -30,12 +30,10 @@ class Directions(NamedTuple):
 
 
 class ParameterRun(CarryingRun):
-    """Run of the Newmark family with derivatives by parameters, and with one difference of the state alone.
+    """Run of the Newmark family with derivatives by parameters, and with one difference of the state alone."""
 
-    This is a blow, a difference of velocities; `growth` is the factor by which it has grown, in positions and, times
-    period / (2 pi), in velocities.
-    """
-
+    # This is a blow, a difference of velocities; `growth` is the factor by which it has grown, in positions and, times
+    # period / (2 pi), in velocities.
     blocks: list[tuple[np.ndarray, ...]]
     found: Directions
     growth = begun = 0.0
@@ -43,10 +41,8 @@ class ParameterRun(CarryingRun):
     def carry(
         self, start: Start, end: float, found: Directions, places: np.ndarray, due: np.ndarray, *, every: bool
     ) -> Tangents:
-        """Run until `end` [s]; derivatives of the signals at `places` at the instants `due`, and at `every` step.
-
-        The run has begun at `start`.  Signals that sampled controllers read are added to the places.
-        """
+        """Run until `end` [s]; derivatives of the signals at `places` at the instants `due`, and at `every` step."""
+        # The run has begun at `start`. Signals that sampled controllers read are added to the places.
         program, k = self.program, len(found.q) + 1
         by = parameter_rates(program, found.numbers, found.steps)
         self.inputs = sampled_inputs(program)
@@ -118,10 +114,8 @@ class ParameterRun(CarryingRun):
         self.blocks.append((np.array([instant]), y, T.rows.now.reshape(1, -1).copy(), np.zeros((1, len(T.q)))))
 
     def rows(self, first: np.ndarray, slopes: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Start and ends of all steps: time (n,), signals (n, m), derivatives (n, p, m), time shifts (n, p).
-
-        first, slopes : signals (m,) and derivatives (p, m) at the start
-        """
+        """Start and ends of all steps: time (n,), signals (n, m), derivatives (n, p, m), time shifts (n, p)."""
+        # first, slopes : signals (m,) and derivatives (p, m) at the start
         p, m = slopes.shape
         time, y, slope, shift = (np.concatenate(column) for column in zip(*self.blocks, strict=True))
         time, slope = np.concatenate([[0.0], time]), slope.reshape(*shift.shape, -1)[:, :p, :m]

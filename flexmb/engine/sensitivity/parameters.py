@@ -26,32 +26,26 @@ from flexmb.kernels import compiled
 from flexmb.places import FRICTION_FORCE, GAP, GAP_RATE, NORMAL, NORMAL_FORCE, SLIP, TANGENTIAL
 from flexmb.program.program import BEGIN, END, LOAD_KERNEL, NORMAL_Z, SOURCE_P, SOURCE_P_END, Z_END, Program, Tables
 
+# Kinds of pieces in `ParameterRates.pieces`; all controllers are one piece.
 ELEMENT, CONSTRAINT, CONTACT, CONTROLLERS = range(4)
-"""Kinds of pieces in `ParameterRates.pieces`; all controllers are one piece."""
-
 KIND, NUMBER = range(2)  # columns of `ParameterRates.pieces`
 
 
 class ParameterRates(Record):
-    """Directions of k parameters in the packed numbers, and their effect on the equations at a given state.
+    """Directions of k parameters in the packed numbers, and their effect on the equations at a given state."""
 
-    varied : tables whose numbers are moved;  step : (k,) largest difference of each parameter
-    number, rate : numbers that a parameter moves, and their derivatives; first : (k + 1,) where those of each begin
-    pieces : (n, 2) KIND and NUMBER of the pieces that a parameter moves; piece : (k + 1,) where those of each begin
-    g, gv : (k, n_c) derivatives of g and of G v + g_t
-    contact : (3 k, contacts) derivatives of gap, gap rate and slip; rows OF_GAP to OF_SLIP of each parameter
-    """
-
-    varied: Tables
-    step: Vector
+    varied: Tables  # tables whose numbers are moved
+    step: Vector  # (k,) largest difference of each parameter
+    # number, rate: numbers that a parameter moves, and their derivatives; first : (k + 1,) where those of each begin
     number: Integers
     rate: Vector
     first: Integers
+    # (n, 2) KIND and NUMBER of the pieces that a parameter moves; piece : (k + 1,) where those of each begin
     pieces: IntegerTable
     piece: Integers
-    g: Matrix
+    g: Matrix  # g, gv: (k, n_c) derivatives of g and of G v + g_t
     gv: Matrix
-    contact: Matrix
+    contact: Matrix  # (3 k, contacts) derivatives of gap, gap rate and slip; rows OF_GAP to OF_SLIP of each parameter
 
 
 def parameter_rates(program: Program, directions: np.ndarray, step: np.ndarray) -> ParameterRates:
@@ -100,10 +94,8 @@ def move_numbers(tables, by, j, eps):
 
 @compiled
 def add_parameters(tables, address, t, h, q, v, a, lam, z, T, work):
-    """Add the effect of all parameters to T.F, T.z1, T.N and T.T; set g, gv and contact of T.by.
-
-    `add_contacts` and `add_constraints` have been called at the same state.
-    """
+    """Add the effect of all parameters to T.F, T.z1, T.N and T.T; set g, gv and contact of T.by."""
+    # `add_contacts` and `add_constraints` have been called at the same state.
     by = T.by
     by.g[:, :] = 0.0
     by.gv[:, :] = 0.0

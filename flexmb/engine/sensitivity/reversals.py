@@ -22,24 +22,20 @@ from flexmb.kernels import compiled
 from flexmb.places import FRICTION_FORCE, LOAD, NORMAL_FORCE, SLIDING, SLIP, TANGENTIAL
 from flexmb.program.program import BEGIN, END, FRICTION_Z, LOAD_KERNEL, Z_END
 
+# Columns of `Tangents.turn` [N s/m]: forces at the end of the step by the slip at its start, and by that at its end
+# beside the slope of the law; what of the latter is no part of the accelerations at the end; the slope that is, for the
+# next step.
 STARTING, ENDING, EXCESS, CARRIED = range(4)
-"""Columns of `Tangents.turn` [N s/m]: forces at the end of the step by the slip at its start, and by that at its end
-beside the slope of the law; what of the latter is no part of the accelerations at the end; the slope that is, for the
-next step.
-"""
 
+# Change of a friction force within a step that its slopes at both ends do not tell, relative to the force; largest
+# slope in accelerations, relative to the secant: beyond it, differences leave the slip within which the law turns.
 PART_OF_FRICTION, STEEPEST = 1e-3, 10.0
-"""Change of a friction force within a step that its slopes at both ends do not tell, relative to the force; largest
-slope in accelerations, relative to the secant: beyond it, differences leave the slip within which the law turns.
-"""
 
 
 @compiled
 def find_turns(tables, address, h, share, q, v, lam, T, work):
-    """Find the friction without history that turns in a step of size h; put its secant slopes into work.lu.
-
-    share : part of the step for which a force at its end acts.  Contacts and constraints are evaluated at q, v, lam.
-    """
+    """Find the friction without history that turns in a step of size h; put its secant slopes into work.lu."""
+    # share : part of the step for which a force at its end acts. Contacts and constraints are evaluated at q, v, lam.
     K, C = tables.contacts, tables.constraints
     for c in range(K.kernel.shape[0]):
         out, slopes = work.contact[c], work.slopes[c]
@@ -120,10 +116,8 @@ def _add_joint_turn(C, c, v, slope, work):
 
 @compiled
 def add_turns(tables, address, T, work):
-    """Add the forces by the slips at the start to T.F and T.turned, and secant slopes of joints to work.slopes.
-
-    T.q, T.v are of the start.
-    """
+    """Add the forces by the slips at the start to T.F and T.turned, and secant slopes of joints to work.slopes."""
+    # T.q, T.v are of the start.
     K, C = tables.contacts, tables.constraints
     for c in range(K.kernel.shape[0]):
         if T.turn[c, STARTING] == 0.0 and T.turn[c, ENDING] == 0.0:

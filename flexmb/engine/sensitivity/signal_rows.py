@@ -23,15 +23,11 @@ from flexmb.engine.system.work import Work, workspace
 from flexmb.kernels import compiled, copy
 from flexmb.program.program import COMMON_Z, LAST_GAP, PHASE, Program
 
+# Differences of positions and of velocities for derivatives of signals, relative to size and speed of the mechanism.
+# Friction turns round within a thousandth of the speed or less.
 SMALL_WAY, SMALL_SPEED = 1e-6, 1e-7
-"""Differences of positions and of velocities for derivatives of signals, relative to size and speed of the mechanism.
-
-Friction turns round within a thousandth of the speed or less.
-"""
-
+# Difference of a penetration relative to it, and the least part of the other differences that it may ask for.
 PART_OF_PENETRATION = 1e-3
-"""Difference of a penetration relative to it, and the least part of the other differences that it may ask for."""
-
 PART_OF_GAP = 0.5  # difference of the gap of an open contact relative to it, so that no difference crosses the onset
 STEP_ROWS = 512  # number of steps whose rows the buffer holds
 
@@ -44,50 +40,41 @@ class RowNumbers(Record):
 
 
 class SignalRows(Record):
-    """Rows of m signals and of their derivatives by k differences, and room for their evaluation.
-
-    places : (m,) places of the signals;  evaluated : whether one of them is no coordinate, velocity or acceleration
-    due : (n,) instants [s];  slopes : (n, k m) derivatives at these instants
-    times, sizes : (rows,) ends and sizes of steps [s];  step_values : (rows, m);  step_slopes : (rows, k m)
-    shifts : (rows, k) time shifts [s];  every : whether the rows of steps are wanted
-    q0, v0, a0, lam0, z0 : differences (k, ..) at the start of the step;  a_past, lam_past : at the start of that before
-    dq, dv, da, dlam, dz : a difference at an instant;  q, v, a, lam, z : a state;  y : (n_y,) its signals
-    now : (k, m) derivatives at the present state;  found : (m,) of one difference;  pair : (2, m) signals at both sides
-    """
+    """Rows of m signals and of their derivatives by k differences, and room for their evaluation."""
 
     number: RowNumbers
     probe: Work
-    places: Integers
-    evaluated: bool
-    every: bool
-    due: Vector
-    slopes: Matrix
-    times: Vector
+    places: Integers  # (m,) places of the signals
+    evaluated: bool  # whether one of them is no coordinate, velocity or acceleration
+    every: bool  # whether the rows of steps are wanted
+    due: Vector  # (n,) instants [s]
+    slopes: Matrix  # (n, k m) derivatives at these instants
+    times: Vector  # times, sizes: (rows,) ends and sizes of steps [s]
     sizes: Vector
-    step_values: Matrix
-    step_slopes: Matrix
-    shifts: Matrix
-    q0: Matrix
+    step_values: Matrix  # (rows, m)
+    step_slopes: Matrix  # (rows, k m)
+    shifts: Matrix  # (rows, k) time shifts [s]
+    q0: Matrix  # q0, v0, a0, lam0, z0: differences (k, ..) at the start of the step
     v0: Matrix
     a0: Matrix
     lam0: Matrix
     z0: Matrix
-    a_past: Matrix
+    a_past: Matrix  # a_past, lam_past: at the start of that before
     lam_past: Matrix
-    dq: Vector
+    dq: Vector  # dq, dv, da, dlam, dz: a difference at an instant
     dv: Vector
     da: Vector
     dlam: Vector
     dz: Vector
-    q: Vector
+    q: Vector  # q, v, a, lam, z: a state
     v: Vector
     a: Vector
     lam: Vector
     z: Vector
-    y: Vector
-    now: Matrix
-    found: Vector
-    pair: Matrix
+    y: Vector  # (n_y,) its signals
+    now: Matrix  # (k, m) derivatives at the present state
+    found: Vector  # (m,) of one difference
+    pair: Matrix  # (2, m) signals at both sides
 
 
 def signal_rows(
@@ -237,10 +224,8 @@ def _difference_at(n, s, h, flow, record, j, T):
 
 @compiled
 def _slopes(tables, address, t, elapsed, later, shorter, options, flow, trial, record, j, T):
-    """Derivatives of the signals along R.dq to R.dz at the state in `trial`, in R.found.
-
-    later, shorter : rates of the time t [s] and, reversed, of the time since the histories z
-    """
+    """Derivatives of the signals along R.dq to R.dz at the state in `trial`, in R.found."""
+    # later, shorter : rates of the time t [s] and, reversed, of the time since the histories z
     R, n, m, eps = T.rows, tables.sizes.n_q, T.rows.places.shape[0], 1.0
     if R.evaluated:
         eps = _difference_size(tables, options, flow, j, T)

@@ -61,14 +61,10 @@ from flexmb.program.program import COMMON_Z, LAST_GAP, LAST_GAP_RATE, PHASE, Pro
 from flexmb.run.run import Run
 from flexmb.statics.start.projection import metric_of, shortest_correction
 
-# Tangent of the implicit step: small differences of a state, carried through the steps of a run
-
+# Number of rounds at most that solve for position shifts and positions in turn; two or three are usual.
 MOST_ROUNDS = 10
-"""Number of rounds at most that solve for position shifts and positions in turn; two or three are usual."""
-
+# Relative change of the positions from round to round: converged below the first, refused above the second.
 CONVERGED_CHANGE, DIVERGED_CHANGE = 1e-13, 1e-9
-"""Relative change of the positions from round to round: converged below the first, refused above the second."""
-
 LEAST_PIVOT = 1e-300  # least stiffness of a coordinate by which a force is divided
 VERY_END = 0.9  # fraction of a step from which a contact that begins in it begins at its end
 WEIGHT_OF_MASS = 1e6  # weight of the mass matrix for accelerations alone, over that of the step
@@ -88,10 +84,8 @@ def store_start(flow, T):
 
 @compiled
 def carry_differences(tables, address, lu, h, options, flow, trial, record, T, work):
-    """Carry the differences T through the step of size h that led to `flow`; RUNNING, or TANGENT_LOST.
-
-    `store_start` has stored the state before the step.
-    """
+    """Carry the differences T through the step of size h that led to `flow`; RUNNING, or TANGENT_LOST."""
+    # `store_start` has stored the state before the step.
     first = T.step.before == 0.0
     o = options.first if first else options.regular
     kv, kx = o.gamma / (o.beta * h), 1.0 / (o.beta * h * h)
@@ -139,11 +133,9 @@ def has_time_shift(T):
 
 @compiled
 def meets_onset(tables, h, flow, trial, T):
-    """Whether a contact began in this step, not slowly; sets T.shift, which aligns the onsets.
-
-    Of a contact that began at the very end, as round-off of the time has it, the step sees nothing (T.closing), and
-    the shift follows in the next step.
-    """
+    """Whether a contact began in this step, not slowly; sets T.shift, which aligns the onsets."""
+    # Of a contact that began at the very end, as round-off of the time has it, the step sees nothing (T.closing), and
+    # the shift follows in the next step.
     found = False
     for c in range(tables.contacts.kernel.shape[0]):
         k = tables.contacts.z[c, COMMON_Z]
@@ -203,11 +195,9 @@ def start_differences(n, h, ratio, o, j, T):
 
 @compiled
 def solve_differences(tables, lu, kv, options, j, T, work):
-    """Solve for positions and multipliers in T.u and position shifts in T.e; whether the solution converged.
-
-    The shifts depend on the positions by W alone, which is small beside kv G, so that alternate solutions converge.
-    Positions that joints hold are round-off beside those of the same forces on unheld coordinates.
-    """
+    """Solve for positions and multipliers in T.u and position shifts in T.e; whether the solution converged."""
+    # The shifts depend on the positions by W alone, which is small beside kv G, so that alternate solutions converge.
+    # Positions that joints hold are round-off beside those of the same forces on unheld coordinates.
     n, m, form = tables.sizes.n_q, tables.sizes.n_c, options.form
     change, size, unheld = 0.0, 0.0, 0.0
     for i in range(n):
@@ -296,10 +286,9 @@ def finish_differences(n, kv, kx, ka, delta, first, restarts, j, T):
 
 @compiled
 def settle_accelerations(tables, address, lu, h, ka, lag, flow, T, work):
-    """Take the forces of friction that turned out of the accelerations at the end; whether this succeeded.
-
-    ka : weight of the mass matrix, beside which stiffness does not matter;  lag : change of the auxiliary acceleration
-    """
+    """Take the forces of friction that turned out of the accelerations at the end; whether this succeeded."""
+    # ka : weight of the mass matrix, beside which stiffness does not matter;  lag : change of the auxiliary
+    # acceleration
     n, m, t = tables.sizes.n_q, tables.sizes.n_c, flow.clock.t
     complete_turned(tables, address, flow.q, flow.v, flow.lam, T, work)
     linearise(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.z0, 0.0, ka, T, work)
@@ -320,10 +309,8 @@ def settle_accelerations(tables, address, lu, h, ka, lag, flow, T, work):
 
 
 def _step_at() -> Any:
-    """Make the compiled function (table, ...) that calls `advance` through its address, table[0].
-
-    A second inlined copy of `advance` would double the time of compilation.
-    """
+    """Make the compiled function (table, ...) that calls `advance` through its address, table[0]."""
+    # A second inlined copy of `advance` would double the time of compilation.
     if config.DISABLE_JIT:
         return lambda table, *arguments: advance(*arguments)
 
@@ -372,13 +359,10 @@ def advance_with_tangents(table, tables, address, lu, options, flow, trial, work
     return RUNNING
 
 
-# Run of the Newmark family with small differences of its state
-
+# Newmark's gamma up to which errors of accelerations along the constraints do not fade: factor 1 - 1/gamma a step.
 LEAST_FADING_GAMMA = 0.51
-"""Newmark's gamma up to which errors of accelerations along the constraints do not fade: factor 1 - 1/gamma a step."""
-
+# Difference of states for derivatives that no kernel gives [rad, or relative to the size of the mechanism].
 STATE_DIFFERENCE = 1e-5
-"""Difference of states for derivatives that no kernel gives [rad, or relative to the size of the mechanism]."""
 
 
 class CarryingStepper(NewmarkStepper):
@@ -409,13 +393,11 @@ class CarryingStepper(NewmarkStepper):
 
 
 class CarryingRun(Run):
-    """Run of the Newmark family with differences of its state, a matrix (size, k).
+    """Run of the Newmark family with differences of its state, a matrix (size, k)."""
 
-    Rows are positions, velocities, histories, accelerations and auxiliary accelerations, as in `MechanismFlow`.
-    Differences that violate the constraints, or of accelerations alone, fade in most methods.  Where they do not
-    (`keeps_errors`), they are removed at the start, since they would outlive differences that shrink.
-    """
-
+    # Rows are positions, velocities, histories, accelerations and auxiliary accelerations, as in `MechanismFlow`.
+    # Differences that violate the constraints, or of accelerations alone, fade in most methods. Where they do not
+    # (`keeps_errors`), they are removed at the start, since they would outlive differences that shrink.
     stepper: CarryingStepper
 
     def __init__(self, program: Program, method: Newmark, *others: Any, **more: Any) -> None:
@@ -485,10 +467,8 @@ def pack_differences(program: Program, T: Tangents, W: np.ndarray) -> None:
 
 
 def project_differences(program: Program, flow: Any, most: float, T: Tangents) -> None:
-    """Project T.q and T.v onto G dq = 0, G dv + (dG/dt) dq = 0; `most` as in `find_jacobian_rate`.
-
-    Parameters add their effect on both equations at the last linearised state.
-    """
+    """Project T.q and T.v onto G dq = 0, G dv + (dG/dt) dq = 0; `most` as in `find_jacobian_rate`."""
+    # Parameters add their effect on both equations at the last linearised state.
     n, t, metric = program.n_q, float(flow.clock.t), metric_of(program)
     system, q, v = StateEvaluation(program), flow.q[:n], flow.v[:n]
     G = system.at(q, t=t).jacobian

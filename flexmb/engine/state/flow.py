@@ -10,166 +10,103 @@ PAST_STATES = 3  # number of states before the accepted one that the predictor k
 EPISODE_SIZE = 7  # number of columns of `Flow.episodes` (`engine/step/contact_log.py`)
 EPISODE_ROW_SIZE = 11  # number of columns of `RunRecord.episodes` (`engine/step/contact_log.py`)
 IMPACT_SIZE = 3  # number of columns of `Flow.impacts` (`engine/step/contact_events.py`)
-
 MEMORY_NORMAL, MEMORY_BY_NORMAL = range(2)
 (MEMORY_BY_FRICTION,) = range(7, 8)
+# Numbers of `Flow.memory` for each contact: normal force [N], six generalised forces of it, six of friction.
+# After the contacts follow, for every constraint equation, motion and force; for every constraint, friction force and
+# slip; then the forces of loads.
 CONTACT_MEMORY_SIZE = 13
-"""Numbers of `Flow.memory` for each contact: normal force [N], six generalised forces of it, six of friction.
-
-After the contacts follow, for every constraint equation, motion and force; for every constraint, friction force and
-slip; then the forces of loads.
-"""
 
 
 class Clock(Record):
-    """Time, step sizes, and counters of the step control.
+    """Time, step sizes, and counters of the step control."""
 
-    t : time [s]
-    step_size : step that the error estimate allows, or the fixed step [s]
-    contact_step : smaller step within an impact [s]; 0: no impact
-    retry_step : step to try after a trial that missed a contact event [s]; 0: no such trial
-    last_step : last accepted step [s]; 0: the next step has none before it (start, jump, impact), a starting step
-    rejected_trials : rejected trials since the last accepted step
-    held_steps : number of successive steps with held multipliers; -1: only rows whose pivot is lost are held
-    save_start : time at which saving began [s]; -1: saving has not begun
-    saved_instants : number of saved instants of the save grid
-    """
-
-    t: float
-    step_size: float
-    save_start: float
-    saved_instants: float
+    t: float  # time [s]
+    step_size: float  # step that the error estimate allows, or the fixed step [s]
+    save_start: float  # time at which saving began [s]; -1: saving has not begun
+    saved_instants: float  # number of saved instants of the save grid
+    # last accepted step [s]; 0: the next step has none before it (start, jump, impact), a starting step
     last_step: float
-    held_steps: float
-    contact_step: float
-    retry_step: float
-    rejected_trials: float
+    held_steps: float  # number of successive steps with held multipliers; -1: only rows whose pivot is lost are held
+    contact_step: float  # smaller step within an impact [s]; 0: no impact
+    retry_step: float  # step to try after a trial that missed a contact event [s]; 0: no such trial
+    rejected_trials: float  # rejected trials since the last accepted step
 
 
 class EnergyBalance(Record):
-    """Sums and limits of the balance of energies, beside the energies in `Flow.ledger`.
+    """Sums and limits of the balance of energies, beside the energies in `Flow.ledger`."""
 
-    stored_at_start : energy stored at the start [J]
-    damping_power : power of dampers at the accepted state [W]
-    steps : number of accepted steps
-    through_contacts : energy that passed through contacts, without signs [J]
-    lost_in_contacts : energy that the steps dissipated in contacts beyond the contact laws [J]
-    round_off : round-off of all works [J]
-    supplied : kinetic and strain energy at the start, plus all works of drives and loads without signs [J]
-    gravity_at_start : potential of gravity at the start [J]
-    gravity_change : largest change of the potential of gravity since the start [J]
-    residual_limit : largest accepted residual relative to the scale of energies
-    idle : kinetic energy that bodies without connection to the others kept all the time [J], which hides their errors
-    """
-
-    stored_at_start: float
-    damping_power: float
-    steps: float
-    through_contacts: float
-    lost_in_contacts: float
-    round_off: float
-    supplied: float
-    gravity_at_start: float
-    gravity_change: float
-    residual_limit: float
+    stored_at_start: float  # energy stored at the start [J]
+    damping_power: float  # power of dampers at the accepted state [W]
+    steps: float  # number of accepted steps
+    through_contacts: float  # energy that passed through contacts, without signs [J]
+    lost_in_contacts: float  # energy that the steps dissipated in contacts beyond the contact laws [J]
+    round_off: float  # round-off of all works [J]
+    supplied: float  # kinetic and strain energy at the start, plus all works of drives and loads without signs [J]
+    gravity_at_start: float  # potential of gravity at the start [J]
+    gravity_change: float  # largest change of the potential of gravity since the start [J]
+    residual_limit: float  # largest accepted residual relative to the scale of energies
+    # kinetic energy that bodies without connection to the others kept all the time [J], which hides their errors
     idle: float
 
 
 class Predictor(Record, limits={"order": (-2, PAST_STATES), "past_states": (0, PAST_STATES + 1)}):
-    """State of the predictor.
+    """State of the predictor."""
 
-    order : order of the polynomial that predicts the next step
-    past_states : number of valid rows of `Flow.past`
-    second_last_step, third_last_step : sizes of the two steps before the last one [s]
-    """
-
-    order: int
-    past_states: int
-    second_last_step: float
+    order: int  # order of the polynomial that predicts the next step
+    past_states: int  # number of valid rows of `Flow.past`
+    second_last_step: float  # second_last_step, third_last_step: sizes of the two steps before the last one [s]
     third_last_step: float
 
 
 class JacobianReuse(Record):
-    """State of the factors of the iteration matrix, on which their reuse depends.
+    """State of the factors of the iteration matrix, on which their reuse depends."""
 
-    age : number of steps that used the factors; 0: no factors
-    kv, ka : coefficients of damping and mass in the factored matrix [1/s, 1/s^2]
-    contraction : contraction rate theta when last measured
-    steps_since_measured : steps since that measurement
-    extra_iterations : sum over the steps of iterations beyond those of the best step
-    best_iterations : iterations of the best step with these factors
-    smallest_pivot : smallest relative pivot of a constraint
-    first_correction : size of the first correction of the last step, over its tolerance
-    expected_last : number of the iteration that is expected to converge with factors of an earlier step
-    expected_last_fresh : the same number with factors of this step
-    suspended_steps : number of coming steps without reuse
-    last_suspension : number of steps without reuse after the last failure
-    refactored : 1 if the trial step factored its matrix
-    round_off : size of the last correction that was round-off, over its tolerance
-    """
-
-    age: float
-    kv: float
+    age: float  # number of steps that used the factors; 0: no factors
+    kv: float  # kv, ka: coefficients of damping and mass in the factored matrix [1/s, 1/s^2]
     ka: float
-    contraction: float
-    steps_since_measured: float
-    extra_iterations: float
-    best_iterations: float
-    smallest_pivot: float
-    first_correction: float
-    expected_last: float
-    expected_last_fresh: float
-    suspended_steps: float
-    last_suspension: float
-    refactored: float
-    round_off: float
+    contraction: float  # contraction rate theta when last measured
+    steps_since_measured: float  # steps since that measurement
+    extra_iterations: float  # sum over the steps of iterations beyond those of the best step
+    best_iterations: float  # iterations of the best step with these factors
+    smallest_pivot: float  # smallest relative pivot of a constraint
+    first_correction: float  # size of the first correction of the last step, over its tolerance
+    expected_last: float  # number of the iteration that is expected to converge with factors of an earlier step
+    expected_last_fresh: float  # the same number with factors of this step
+    suspended_steps: float  # number of coming steps without reuse
+    last_suspension: float  # number of steps without reuse after the last failure
+    refactored: float  # 1 if the trial step factored its matrix
+    round_off: float  # size of the last correction that was round-off, over its tolerance
 
 
 class Flow(Record):
-    """Accepted state of a run, changed in place.
-
-    q, v, a : (n_q + 3,) coordinates, velocities, true accelerations; the last three belong to the ground
-    x : (n_q + 3,) auxiliary acceleration of generalised-alpha
-    lam : (n_c,) multipliers
-    z : (n_z,) histories of contact and friction laws
-    ledger : energies in the order of the energy signals [J]
-    memory : powers and forces of the accepted state, for the balance of energies
-    episodes : (contacts, EPISODE_SIZE) running contact intervals (`engine/step/contact_log.py`)
-    impacts : (contacts, IMPACT_SIZE) steps for impacts (`engine/step/contact_events.py`)
-    momentum : (n_q + 3,) M v
-    past : (PAST_STATES, n_q + n_c) accelerations and multipliers of earlier states, newest first
-    prediction_errors : (PAST_STATES + 1,) error of the prediction of each order, with fading memory
-    largest_speeds : (groups,) largest speed of the run so far of each group of connected bodies, scale of the
-        tolerance of velocities [m/s]
-    largest_states : (n_q - n_b,) largest absolute values so far of the states of controls
-    projected_gaps : (PAST_STATES + 1, n_c) gaps that the position shifts of the last steps closed, over h^3, newest
-        first
-    factors : factors L and U of an accepted step
-    slopes : slopes of the contact and friction laws in that matrix, as `Work.slopes`
-    """
+    """Accepted state of a run, changed in place."""
 
     clock: Clock
     balance: EnergyBalance
     predictor: Predictor
     reuse: JacobianReuse
-    q: Vector
+    q: Vector  # q, v, a: (n_q + 3,) coordinates, velocities, true accelerations; the last three belong to the ground
     v: Vector
     a: Vector
-    x: Vector
-    lam: Vector
-    z: Vector
-    ledger: Vector
-    memory: Vector
-    episodes: Matrix
-    past: Matrix
-    prediction_errors: Vector
-    factors: Vector
-    slopes: Matrix
-    impacts: Matrix
-    momentum: Vector
+    x: Vector  # (n_q + 3,) auxiliary acceleration of generalised-alpha
+    lam: Vector  # (n_c,) multipliers
+    z: Vector  # (n_z,) histories of contact and friction laws
+    ledger: Vector  # energies in the order of the energy signals [J]
+    memory: Vector  # powers and forces of the accepted state, for the balance of energies
+    episodes: Matrix  # (contacts, EPISODE_SIZE) running contact intervals (`engine/step/contact_log.py`)
+    past: Matrix  # (PAST_STATES, n_q + n_c) accelerations and multipliers of earlier states, newest first
+    prediction_errors: Vector  # (PAST_STATES + 1,) error of the prediction of each order, with fading memory
+    factors: Vector  # factors L and U of an accepted step
+    slopes: Matrix  # slopes of the contact and friction laws in that matrix, as `Work.slopes`
+    impacts: Matrix  # (contacts, IMPACT_SIZE) steps for impacts (`engine/step/contact_events.py`)
+    momentum: Vector  # (n_q + 3,) M v
+    # (PAST_STATES + 1, n_c) gaps that the position shifts of the last steps closed, over h^3, newest first
     projected_gaps: Matrix
+    # (groups,) largest speed of the run so far of each group of connected bodies, scale of the tolerance of
+    # velocities [m/s]
     largest_speeds: Vector
-    largest_states: Vector
+    largest_states: Vector  # (n_q - n_b,) largest absolute values so far of the states of controls
 
 
 def new_flow(program: Program) -> Flow:

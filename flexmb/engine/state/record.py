@@ -10,12 +10,9 @@ from flexmb.engine.system.work import new_from_template
 from flexmb.program.program import Program
 from flexmb.program.signals import CONTACT_PENETRATION
 
-# Options of a run for the compiled loops: coefficients of the method and limits of the step control
-
 GEAR_GUPTA_LEIMKUHLER, POSITION, VELOCITY = range(3)
+# Form of the constraints by its public name.
 FORMS = {"gear-gupta-leimkuhler": GEAR_GUPTA_LEIMKUHLER, "position": POSITION, "velocity": VELOCITY}
-"""Form of the constraints by its public name."""
-
 NEVER = 1e300  # save interval [s] of a run that saves no instants; also an accepted error [m] that rejects no step
 
 
@@ -29,67 +26,46 @@ class Coefficients(Record, frozen=True):
 
 
 class Options(Record, frozen=True):
-    """Options of method and step control.
+    """Options of method and step control."""
 
-    regular, first : coefficients of regular steps, and of starting steps (at the start, after a jump)
-    form : form of the constraints, a value of `FORMS`
-    tolerance : tolerance of Newton's corrections relative to h^2 |a|
-    iterations : most Newton iterations
-    length : size of the mechanism [m]
-    adaptive : whether the error estimate chooses the steps
-    error : accepted error of positions in a step [m]
-    h_min, h_max : smallest and largest step [s]
-    t_end : end [s]
-    save_interval : time between saved instants [s]; 0: every step is saved
-    """
-
+    # regular, first: coefficients of regular steps, and of starting steps (at the start, after a jump)
     regular: Coefficients
     first: Coefficients
-    form: int
-    tolerance: float
-    iterations: int
-    length: float
-    adaptive: bool
-    error: float
-    h_min: float
+    form: int  # form of the constraints, a value of `FORMS`
+    tolerance: float  # tolerance of Newton's corrections relative to h^2 |a|
+    iterations: int  # most Newton iterations
+    length: float  # size of the mechanism [m]
+    adaptive: bool  # whether the error estimate chooses the steps
+    error: float  # accepted error of positions in a step [m]
+    h_min: float  # h_min, h_max: smallest and largest step [s]
     h_max: float
-    t_end: float
-    save_interval: float
+    t_end: float  # end [s]
+    save_interval: float  # time between saved instants [s]; 0: every step is saved
 
 
 # Poses that a run keeps for its watch: signals and histories of some accepted steps, whatever is saved
 
+# Number of poses, at most and at least; numbers of all poses (2 MB) beyond which there are fewer.
 MOST_POSES, LEAST_POSES, POSE_NUMBERS = 256, 32, 1 << 18
-"""Number of poses, at most and at least; numbers of all poses (2 MB) beyond which there are fewer."""
 
 
 class PoseNumbers(Record, limits={"count": (0, MOST_POSES), "stride": (1, LARGEST), "wait": (0, LARGEST)}):
-    """Numbers of a table of poses.
+    """Numbers of a table of poses."""
 
-    count : number of the poses so far, without the most strained one, which is the last row
-    stride, wait : steps between two poses, steps until the next one
-    strain : strain energy of the most strained one [J]
-    """
-
-    count: int
-    stride: int
+    count: int  # number of the poses so far, without the most strained one, which is the last row
+    stride: int  # stride, wait: steps between two poses, steps until the next one
     wait: int
-    strain: float
+    strain: float  # strain energy of the most strained one [J]
 
 
 class Poses(Record):
-    """Poses of accepted steps: every k-th one, with k doubled when the table is full, and the most strained one.
+    """Poses of accepted steps: every k-th one, with k doubled when the table is full, and the most strained one."""
 
-    number : see `PoseNumbers`
-    times, sizes : (rows,) instants of the poses [s], sizes of the steps that led there [s]
-    values : (rows, n_y) all signals;  z : (rows, n_z) histories
-    """
-
-    number: PoseNumbers
-    times: Vector
+    number: PoseNumbers  # see `PoseNumbers`
+    times: Vector  # times, sizes: (rows,) instants of the poses [s], sizes of the steps that led there [s]
     sizes: Vector
-    values: Matrix
-    z: Matrix
+    values: Matrix  # (rows, n_y) all signals
+    z: Matrix  # (rows, n_z) histories
 
 
 def new_poses(program: Program, histories: int | None = None) -> Poses:
@@ -106,10 +82,8 @@ def keep_first(poses: Poses, t: float, signals: np.ndarray, z: np.ndarray) -> No
 
 
 def kept_poses(poses: Poses, t: float, signals: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Instants, signals, histories, sizes of steps of all poses in order, and which are even; the present one is last.
-
-    The present instant t [s] has all signals (n_y,) and histories z (n_z,).
-    """
+    """Instants, signals, histories, sizes of steps of all poses in order, and which are even; the present one last."""
+    # The present instant t [s] has all signals (n_y,) and histories z (n_z,).
     count, strained = poses.number.count, poses.number.strain > 0.0
     rows = np.array([*range(count), *([len(poses.times) - 1] if strained else [])])
     rows = rows[np.argsort(poses.times[rows], kind="stable")]
@@ -118,131 +92,89 @@ def kept_poses(poses: Poses, t: float, signals: np.ndarray, z: np.ndarray) -> tu
     return times, np.concatenate([values, signals[None]]), np.concatenate([histories, z[None]]), sizes, even
 
 
-# Record of a run in the compiled loop: saved instants, peaks, counters, codes
-
+# Codes with which a compiled loop returns (`results/status.py` has a sentence for each). Not converged, singular, not
+# finite: a step of a method (`engine/newmark/implicit_step.py`, Radau, Runge-Kutta); with error control only when the
+# step cannot be shorter. Energies: `check_balance` of `engine/energy.py`.
 RUNNING, DONE, BUFFER_FULL, NEWTON_FAILED, SINGULAR, NOT_FINITE, STEP_TOO_SMALL = range(7)
 ENERGY_MISSING, ENERGY_MADE, ENERGY_LOST = 20, 21, 22
 (CONDITION_MET,) = range(30, 31)
-"""Codes with which a compiled loop returns (`results/status.py` has a sentence for each).
-
-Not converged, singular, not finite: a step of a method (`engine/newmark/implicit_step.py`, Radau, Runge-Kutta); with
-error control only when the step cannot be shorter.  Energies: `check_balance` of `engine/energy.py`.
-"""
-
+# Codes of `Counters.evaluated`: nothing of the trial state is evaluated, all of it, or its constraints alone.
 NOT_EVALUATED, EVALUATED, JOINTS_EVALUATED = range(3)
-"""Codes of `Counters.evaluated`: nothing of the trial state is evaluated, all of it, or its constraints alone."""
-
+# Columns of `RunRecord.levels`: level of a stop condition; 1 for rising through it, -1 for falling, 0 for neither.
 LEVEL, DIRECTION = range(2)
-"""Columns of `RunRecord.levels`: level of a stop condition; 1 for rising through it, -1 for falling, 0 for neither."""
 
 
 class Counters(Record):
-    """Counters of a run, and codes of its last step.
+    """Counters of a run, and codes of its last step."""
 
-    steps, rejected, iterations, evaluations, factorisations, solves : totals of the run
-    rejected_at_contacts, not_converged : rejected for a contact event within, or since Newton's iteration failed
-    rows, episodes : instants and ended contact intervals in the buffers
-    lost_pivot : unknown whose pivot was lost
-    held_steps : number of steps with held multipliers
-    held_code : code of the last step, see `held_code` of `engine/newmark/jacobian_reuse.py`
-    evaluated : evaluation of the trial state (`NOT_EVALUATED`, ...)
-    rejecting_contact : 1 + number of the contact that had the last trial rejected; 0: no contact
-    condition : 1 + number of the stop condition that was met in the last step; 0: none
-    """
-
-    steps: int
+    steps: int  # steps, rejected, iterations, evaluations, factorisations, solves: totals of the run
     rejected: int
+    # rejected_at_contacts, not_converged: rejected for a contact event within, or since Newton's iteration failed
     rejected_at_contacts: int
     not_converged: int
     iterations: int
     evaluations: int
     factorisations: int
-    rows: int
-    lost_pivot: int
-    held_steps: int
-    held_code: int
-    evaluated: int
+    rows: int  # rows, episodes: instants and ended contact intervals in the buffers
+    lost_pivot: int  # unknown whose pivot was lost
+    held_steps: int  # number of steps with held multipliers
+    held_code: int  # code of the last step, see `held_code` of `engine/newmark/jacobian_reuse.py`
+    evaluated: int  # evaluation of the trial state (`NOT_EVALUATED`, ...)
     solves: int
-    rejecting_contact: int
+    rejecting_contact: int  # 1 + number of the contact that had the last trial rejected; 0: no contact
     episodes: int
-    condition: int
+    condition: int  # 1 + number of the stop condition that was met in the last step; 0: none
 
 
 class StepReport(Record):
-    """Step sizes of a run, and the last Newton correction.
+    """Step sizes of a run, and the last Newton correction."""
 
-    smallest, largest : smallest and largest accepted step [s]
-    start, size : start and size of the last accepted step [s]
-    rejected_size : size of the last rejected step [s]
-    correction, tolerance : last correction and its tolerance, both lengths [m] or both angles [rad]
-    length_tolerance, angle_tolerance : tolerances of lengths [m] and of angles [rad]
-    round_off : fraction of round-off in `tolerance`
-    first_held_time : first time with held multipliers [s]
-    """
-
-    smallest: float
+    smallest: float  # smallest, largest: smallest and largest accepted step [s]
     largest: float
-    correction: float
+    correction: float  # correction, tolerance: last correction and its tolerance, both lengths [m] or both angles [rad]
     tolerance: float
-    start: float
+    start: float  # start, size: start and size of the last accepted step [s]
     size: float
-    first_held_time: float
-    round_off: float
-    rejected_size: float
-    length_tolerance: float
+    first_held_time: float  # first time with held multipliers [s]
+    round_off: float  # fraction of round-off in `tolerance`
+    rejected_size: float  # size of the last rejected step [s]
+    length_tolerance: float  # length_tolerance, angle_tolerance: tolerances of lengths [m] and of angles [rad]
     angle_tolerance: float
 
 
 LEAST, INSTANT = range(2)  # columns of `RunRecord.lows`: least value of a signal, and when [s]
-
+# Columns of `RunRecord.places`: the signal of a place, and the signal at whose peak it is wanted.
 PLACE, OF_PEAK = range(2)
-"""Columns of `RunRecord.places`: the signal of a place, and the signal at whose peak it is wanted."""
 
 
 class RunRecord(Record):
-    """Record of a run: saved instants, peaks, contact intervals, counters.
-
-    times : (rows,) saved instants [s];  values : (rows, n_s) their saved signals
-    saved_places : (n_s,) places of the saved signals among all signals; empty: all signals are saved
-    save_times : (n,) given instants to be saved [s]; empty: the save grid of the options
-    within : (n_y,) all signals at an instant within a step
-    last_signals, signals : (n_y,) all signals at the ends of the last accepted step
-    last_lam, last_z : (n_c,) multipliers and (n_z,) histories at its start
-    watched : (w,) places of the signals of stop conditions;  levels : (w, 2) LEVEL and DIRECTION of each
-    peak, peak_time : (n_y,) largest absolute values so far and their times [s]
-    one_sided : (n_y,) signals whose peak is the largest positive value (a penetration is negative in free flight)
-    places : (k, 2) signals of places, and the signals at whose peaks they are wanted;  place_then : (k,) their values
-    low_places : (l,) places of signals whose least value is watched;  lows : (l, 2) LEAST and INSTANT of each
-    poses : poses that are kept for the watch
-    held_rows : (n_c,) constraint equations whose multipliers were not unique
-    passed : (contacts,) first instants at which a fixed step passed a contact unseen [s]; 0: none
-    episodes : (rows, EPISODE_ROW_SIZE) contact intervals that ended (`engine/step/contact_log.py`)
-    """
+    """Record of a run: saved instants, peaks, contact intervals, counters."""
 
     count: Counters
     report: StepReport
-    times: Vector
-    values: Matrix
-    saved_places: Integers
-    save_times: Vector
-    within: Vector
-    last_signals: Vector
+    times: Vector  # (rows,) saved instants [s]
+    values: Matrix  # (rows, n_s) their saved signals
+    saved_places: Integers  # (n_s,) places of the saved signals among all signals; empty: all signals are saved
+    save_times: Vector  # (n,) given instants to be saved [s]; empty: the save grid of the options
+    within: Vector  # (n_y,) all signals at an instant within a step
+    last_signals: Vector  # last_signals, signals: (n_y,) all signals at the ends of the last accepted step
     signals: Vector
-    last_lam: Vector
+    last_lam: Vector  # last_lam, last_z: (n_c,) multipliers and (n_z,) histories at its start
     last_z: Vector
-    watched: Integers
-    levels: Matrix
-    peak: Vector
+    watched: Integers  # (w,) places of the signals of stop conditions
+    levels: Matrix  # (w, 2) LEVEL and DIRECTION of each
+    peak: Vector  # peak, peak_time: (n_y,) largest absolute values so far and their times [s]
     peak_time: Vector
+    # (n_y,) signals whose peak is the largest positive value (a penetration is negative in free flight)
     one_sided: Flags
-    places: IntegerTable
-    place_then: Vector
-    low_places: Integers
-    lows: Matrix
-    poses: Poses
-    held_rows: Flags
-    passed: Vector
-    episodes: Matrix
+    places: IntegerTable  # (k, 2) signals of places, and the signals at whose peaks they are wanted
+    place_then: Vector  # (k,) their values
+    low_places: Integers  # (l,) places of signals whose least value is watched
+    lows: Matrix  # (l, 2) LEAST and INSTANT of each
+    poses: Poses  # poses that are kept for the watch
+    held_rows: Flags  # (n_c,) constraint equations whose multipliers were not unique
+    passed: Vector  # (contacts,) first instants at which a fixed step passed a contact unseen [s]; 0: none
+    episodes: Matrix  # (rows, EPISODE_ROW_SIZE) contact intervals that ended (`engine/step/contact_log.py`)
 
 
 def new_record(program: Program, rows: int, saved_places: np.ndarray | None = None) -> RunRecord:

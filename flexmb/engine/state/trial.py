@@ -11,96 +11,59 @@ from flexmb.program.program import Program, body_groups
 
 
 class StepControl(Record, frozen=True):
-    """Numbers of the step control, in addition to `Options`.
+    """Numbers of the step control, in addition to `Options`."""
 
-    rtol : tolerance of velocities relative to the largest speed
-    least_speed : least speed to which that tolerance is relative [m/s]
-    impact_steps : least number of steps of an impact
-    flight_weight : factor of the error of positions in free flight
-    """
-
-    rtol: float
-    least_speed: float
-    impact_steps: float
-    flight_weight: float
+    rtol: float  # tolerance of velocities relative to the largest speed
+    least_speed: float  # least speed to which that tolerance is relative [m/s]
+    impact_steps: float  # least number of steps of an impact
+    flight_weight: float  # factor of the error of positions in free flight
 
 
 class NewtonIteration(Record):
-    """State of the Newton iteration of a trial step.
+    """State of the Newton iteration of a trial step."""
 
-    order : order of the prediction from which the iteration started
-    reusing : whether the correction comes from factors of an earlier iteration or step
-    may_reuse : whether factors of this step may serve further iterations
-    measuring : whether the contraction rate is due to be measured in this step
-    factorisations : matrices factored in this step
-    reused : corrections with the present factors
-    last_size : size of the last correction over its tolerance; inf: no comparable one
-    fraction : fraction of the correction that is applied; less than 1: damped
-    reach : largest length of a damped correction; inf: not damped
-    hold : relative pivot of a constraint below which its row is held
-    held : result of the last factorisation (`linalg.lu.factor`)
-    """
-
-    order: int
-    reusing: bool
-    may_reuse: bool
-    measuring: bool
-    factorisations: int
-    reused: int
-    last_size: float
-    fraction: float
-    reach: float
-    hold: float
-    held: int
+    order: int  # order of the prediction from which the iteration started
+    reusing: bool  # whether the correction comes from factors of an earlier iteration or step
+    may_reuse: bool  # whether factors of this step may serve further iterations
+    measuring: bool  # whether the contraction rate is due to be measured in this step
+    factorisations: int  # matrices factored in this step
+    reused: int  # corrections with the present factors
+    last_size: float  # size of the last correction over its tolerance; inf: no comparable one
+    fraction: float  # fraction of the correction that is applied; less than 1: damped
+    reach: float  # largest length of a damped correction; inf: not damped
+    hold: float  # relative pivot of a constraint below which its row is held
+    held: int  # result of the last factorisation (`linalg.lu.factor`)
 
 
 class Trial(Record):
-    """Trial state of a step, and the vectors of its linear system.
-
-    q, v, a, x, lam : the state at the end of the step, as in `Flow`
-    mean_v : (n_q + 3,) (q1 - q0)/h
-    newmark_residual : (n_q + 3,) h (a0 + a1)/2 - (v1 - v0)
-    rhs, gap_rhs : (n_q + n_c,) right-hand sides of the corrections and of the position shift
-    solution : (n_q + n_c,) Newton's correction of coordinates and multipliers
-    shift : (n_q + n_c,) position shift that closes the joints (Gear, Gupta, Leimkuhler)
-    last_correction : (n_q + n_c,) correction of the iteration before
-    projected_gaps : (n_c,) gaps that the position shifts of this step close in all
-    pivot_scale : (n_q + n_c,) largest term summed up to each pivot; negative for a held row
-    scratch, scratch_pair : (n_q + n_c,), (2 (n_q + n_c),) workspaces of the solver
-    free_multipliers : (redundant rows, n_c) orthonormal multipliers u with G^T u = 0
-    rigid : (n_q,) whether a coordinate belongs to a rigid body
-    groups : (n_q,) group of connected bodies of each coordinate;  contact_groups : (contacts,) that of each contact
-    speeds : (groups,) largest speeds of the run up to the trial state [m/s], as `Flow.largest_speeds`
-    newton : state of the Newton iteration
-    predictor, reuse, slopes : the same fields of `Flow` after this step, if it is accepted
-    """
+    """Trial state of a step, and the vectors of its linear system."""
 
     control: StepControl
-    predictor: Predictor
+    predictor: Predictor  # predictor, reuse, slopes: the same fields of `Flow` after this step, if it is accepted
     reuse: JacobianReuse
-    newton: NewtonIteration
-    q: Vector
+    newton: NewtonIteration  # state of the Newton iteration
+    q: Vector  # q, v, a, x, lam: the state at the end of the step, as in `Flow`
     v: Vector
     a: Vector
     x: Vector
     lam: Vector
-    mean_v: Vector
-    newmark_residual: Vector
-    rhs: Vector
-    solution: Vector
-    shift: Vector
-    pivot_scale: Vector
-    scratch: Vector
-    free_multipliers: Matrix
-    rigid: Flags
+    mean_v: Vector  # (n_q + 3,) (q1 - q0)/h
+    newmark_residual: Vector  # (n_q + 3,) h (a0 + a1)/2 - (v1 - v0)
+    rhs: Vector  # rhs, gap_rhs: (n_q + n_c,) right-hand sides of the corrections and of the position shift
+    solution: Vector  # (n_q + n_c,) Newton's correction of coordinates and multipliers
+    shift: Vector  # (n_q + n_c,) position shift that closes the joints (Gear, Gupta, Leimkuhler)
+    pivot_scale: Vector  # (n_q + n_c,) largest term summed up to each pivot; negative for a held row
+    scratch: Vector  # scratch, scratch_pair: (n_q + n_c,), (2 (n_q + n_c),) workspaces of the solver
+    free_multipliers: Matrix  # (redundant rows, n_c) orthonormal multipliers u with G^T u = 0
+    rigid: Flags  # (n_q,) whether a coordinate belongs to a rigid body
     gap_rhs: Vector
     scratch_pair: Vector
-    last_correction: Vector
-    projected_gaps: Vector
+    last_correction: Vector  # (n_q + n_c,) correction of the iteration before
+    projected_gaps: Vector  # (n_c,) gaps that the position shifts of this step close in all
     slopes: Matrix
-    groups: Integers
-    contact_groups: Integers
-    speeds: Vector
+    groups: Integers  # (n_q,) group of connected bodies of each coordinate
+    contact_groups: Integers  # (contacts,) group of each contact
+    speeds: Vector  # (groups,) largest speeds of the run up to the trial state [m/s], as `Flow.largest_speeds`
 
 
 def new_trial(program: Program, redundant: int = 0, control: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)) -> Trial:

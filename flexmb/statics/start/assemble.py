@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,22 +14,18 @@ from flexmb.engine.linalg.rank import RANK_TOLERANCE
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.engine.system.work import MOTION
 from flexmb.errors import AssemblyError, ModelError
+from flexmb.late import scipy, sp
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
 
-if TYPE_CHECKING:
-    import scipy.sparse as sp
 
 # Rigid motions of all bodies of a program, for closing loops and for start velocities
-
-
 class RigidMotion:
-    """Motions of all bodies as rigid ones, flexible bodies included: w = (x, y, angle) for each body.
+    """Motions of all bodies as rigid ones, flexible bodies included: w = (x, y, angle) for each body."""
 
-    States of controls, which stand behind the coordinates of the bodies, have no part in these motions.  Poses may hold
-    them or not.
-    """
+    # States of controls, which stand behind the coordinates of the bodies, have no part in these motions. Poses may
+    # hold them or not.
 
     def __init__(self, program: Program) -> None:
         self.program = program
@@ -43,8 +39,6 @@ class RigidMotion:
 
     def basis(self, q: np.ndarray) -> sp.csr_matrix:
         """B (n_q, 3 bodies): velocities of the coordinates by velocities of the bodies about their first nodes."""
-        import scipy.sparse as sp
-
         return sp.csr_matrix(self._entries(q), shape=(self.program.n_q, 3 * self.count))
 
     def plain_basis(self, q: np.ndarray) -> np.ndarray | sp.csr_matrix:
@@ -90,30 +84,25 @@ def check_massless(mechanism: Mechanism, program: Program, q: np.ndarray) -> Non
     massless = [k for k, body in enumerate(mechanism.bodies) if body.is_massless]
     if not massless:
         return
-    from scipy.linalg import eigh, null_space
-
     rigid = RigidMotion(program)
     M, G = StateEvaluation(program).at(q, weights=(0.0, 0.0, 1.0)).blocks
     B, sizes = plain(rigid.plain_basis(q)), np.tile([1.0, 1.0, 1.0 / program.length], rigid.count)
     inertia = sizes[:, None] * (B.T @ plain(M) @ B) * sizes
     own = np.concatenate([3 * k + np.arange(3) for k in massless])
     inertia[own, :] = inertia[:, own] = 0.0
-    ways = null_space(plain(G) @ B * sizes, rcond=RANK_TOLERANCE) if program.n_c else np.eye(3 * rigid.count)
+    free = scipy.linalg.null_space(plain(G) @ B * sizes, rcond=RANK_TOLERANCE) if program.n_c else None
+    ways = np.eye(3 * rigid.count) if free is None else free
     if ways.shape[1] == 0:
         return
-    values, vectors = eigh(ways.T @ inertia @ ways)
+    values, vectors = scipy.linalg.eigh(ways.T @ inertia @ ways)
     if values[0] > NO_INERTIA * max(float(np.abs(inertia).max()), 1e-300):
         return
     motion = np.abs(ways @ vectors[:, 0]).reshape(-1, 3).max(axis=1)
     names = [program.names.bodies[k] for k in massless if motion[k] > SHARE * motion.max()]
     listed = f"{'link' if len(names) == 1 else 'links'} {', '.join(map(repr, names))}"
-    raise ModelError(
-        f"Mechanism {program.name!r}: massless {listed} can move without moving a mass, so forces have nothing to "
-        "accelerate. Give mass and inertia, or hold the link by a further joint."
-    )
+    text = f"Mechanism {program.name!r}: massless {listed} can move without moving a mass, so forces"
+    raise ModelError(f"{text} have nothing to accelerate. Give mass and inertia, or hold the link by a further joint.")
 
-
-# Closing of loops: poses with all joints closed, at given positions of the drives
 
 CLOSED_GAP = 1e-12  # gap of a closed joint relative to the size of the mechanism
 DRIVE_STRIDE = 0.1  # largest change of a drive between two poses [rad, or relative to the size of the mechanism]
@@ -226,8 +215,6 @@ def least_shift(A: Any, b: np.ndarray, sizes: np.ndarray) -> np.ndarray:
     m, n = A.shape
     A = A * sizes if isinstance(A, np.ndarray) else A.multiply(sizes).tocsr()
     if not isinstance(A, np.ndarray) and m * n > SPARSE_ENTRIES:
-        import scipy.sparse as sp
-
         found = bordered_solution(sp.eye_array(n), A, np.concatenate([np.zeros(n), b]))
         if found is not None and np.abs(A @ found[:n] - b).max() <= 1e-9 * np.abs(b).max():
             return np.asarray(sizes * found[:n])

@@ -11,6 +11,7 @@ from flexmb.engine.linalg.dense import bordered_solution, plain, scaled_rows, st
 from flexmb.engine.linalg.rank import row_rank
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import AssemblyError, ModelError, SolveError
+from flexmb.late import sp
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
@@ -24,9 +25,7 @@ SETTLED = 1e-12  # last correction of the states of controls that begin at rest,
 NO_ENERGY = 1e-14  # inertia of a motion relative to the largest, that of bodies without inertia in start velocities
 YIELD = 1e-8  # compliance of velocity rows over the inverse of the largest inertia: start velocities of large models
 MOST_ROUNDS = 100  # number of rounds at most in which these rows become rigid
-SETTLED_VELOCITY = (
-    1e-7  # change of a start velocity in a round relative to the largest, below which it may be round-off
-)
+SETTLED_VELOCITY = 1e-7  # change of a start velocity in a round over the largest, below which it may be round-off
 MOST_FRICTION_ITERATIONS = 30  # number of Newton iterations at most on multipliers that friction depends on
 
 
@@ -44,14 +43,11 @@ class Start:
 def consistent_start(
     mechanism: Mechanism, program: Program, t: float = 0.0, *, redundant: bool = False, closed: Program | None = None
 ) -> Start:
-    """Start values of a mechanism: clearance joints centred, bodies without a declared field unstressed and rigid.
-
-    The time is in s.  Joints that are `redundant` in every pose have the multipliers of least norm; `closed` is the
-    mechanism compiled with `start=True`.
-
-    An `AssemblyError` tells loops that cannot close, joints that are not independent, a singular pose, or declared
-    velocities that the joints forbid; a `SolveError` a coordinate without mass.
-    """
+    """Start values of a mechanism: clearance joints centred, bodies without a declared field unstressed and rigid."""
+    # The time is in s. Joints that are `redundant` in every pose have the multipliers of least norm; `closed` is the
+    # mechanism compiled with `start=True`.
+    # An `AssemblyError` tells loops that cannot close, joints that are not independent, a singular pose, or declared
+    # velocities that the joints forbid; a `SolveError` a coordinate without mass.
     closed = compile_mechanism(mechanism, start=True) if closed is None else closed
     q, _ = close_loops(closed, {}, t=t)
     extra = redundant_rows(program, closed, q, t) if redundant else 0
@@ -86,9 +82,8 @@ def settled_states(system: StateEvaluation, q: np.ndarray, v: np.ndarray, t: flo
         if np.abs(shift).max() <= SETTLED * np.abs(v[dofs]).max():
             return v
     names = ", ".join(repr(system.program.names.coordinates[k]) for k in dofs)
-    raise SolveError(
-        f"Mechanism {system.program.name!r}: no start values of {names} make their rates 0. Give start values."
-    )
+    text = f"Mechanism {system.program.name!r}: no start values of {names} make their rates 0."
+    raise SolveError(f"{text} Give start values.")
 
 
 def check_independent(program: Program, q: np.ndarray, system: StateEvaluation | None = None) -> None:
@@ -109,11 +104,9 @@ def check_independent(program: Program, q: np.ndarray, system: StateEvaluation |
             "make a link flexible, or simulate(..., redundant='least-norm')."
         )
     fewer = f"a drive ({', '.join(drives)})" if drives else "one"
-    raise ModelError(
-        f"Mechanism {program.name!r} is over-constrained by {count} row(s): {listed} "
-        f"repeat one another. Remove {fewer}, replace a Prismatic or "
-        "Fixed by a Revolute, make a link flexible, or simulate(..., redundant='least-norm')."
-    )
+    text = f"Mechanism {program.name!r} is over-constrained by {count} row(s): {listed} repeat one another."
+    text += f" Remove {fewer}, replace a Prismatic or Fixed by a Revolute, make a link flexible,"
+    raise ModelError(f"{text} or simulate(..., redundant='least-norm').")
 
 
 def yielding_joints(program: Program, closed: Program) -> frozenset[str]:
@@ -126,14 +119,11 @@ def yielding_joints(program: Program, closed: Program) -> frozenset[str]:
 def rigid_velocities(
     closed: Program, q: np.ndarray, t: float, soft: Container[str] = (), system: StateEvaluation | None = None
 ) -> np.ndarray:
-    """Velocities (n_q,) of rigid bodies by the drives, with least kinetic energy in all free motions.
-
-    Declared velocities hold exactly; `AssemblyError` if joints forbid them.  Joints named in `soft` (with clearance, or
-    elastic) yield to declared velocities, so that a journal can be thrown into its bearing.  v = B w + d, with rigid
-    motions B w and the remainder d of declared fields.
-
-    Equation (1.10) of docs/theory/equations_of_motion.md.
-    """
+    """Velocities (n_q,) of rigid bodies by the drives, with least kinetic energy in all free motions."""
+    # Declared velocities hold exactly; `AssemblyError` if joints forbid them. Joints named in `soft` (with clearance,
+    # or elastic) yield to declared velocities, so that a journal can be thrown into its bearing. v = B w + d, with
+    # rigid motions B w and the remainder d of declared fields.
+    # Equation (1.10) of docs/theory/equations_of_motion.md.
     system, rigid = system or StateEvaluation(closed), RigidMotion(closed)
     B = rigid.plain_basis(q)
     declared, d = declared_rows(closed, rigid, B)
@@ -155,13 +145,10 @@ def rigid_velocities(
         weight = np.where(np.arange(len(b)) >= len(b) - len(declared), 1e7, 1.0)
         w = least_energy(inertia, scaled_rows(weight, A), weight * b)
         missed = np.where(hard, np.abs(A @ w - b), 0.0)
-        raise AssemblyError(
-            f"Mechanism {closed.name!r}: no start velocities satisfy all joints, drives and declared velocities; "
-            f"largest violation {missed.max():.3g} m/s or rad/s at {owners[int(missed.argmax())]!r}. "
-            f"{_remedy_of_velocities(closed, declared)}"
-        )
-    velocities: np.ndarray = B @ w + d
-    return velocities
+        text = f"Mechanism {closed.name!r}: no start velocities satisfy all joints, drives and declared velocities;"
+        text += f" largest violation {missed.max():.3g} m/s or rad/s at {owners[int(missed.argmax())]!r}."
+        raise AssemblyError(f"{text} {_remedy_of_velocities(closed, declared)}")
+    return np.asarray(B @ w + d)
 
 
 def _remedy_of_velocities(closed: Program, declared: np.ndarray) -> str:
@@ -230,18 +217,13 @@ def least_energy(inertia: Any, A: Any, b: np.ndarray) -> np.ndarray:
 
 
 def yielding_rows(inertia: Any, A: Any, b: np.ndarray) -> np.ndarray | None:
-    """The w of `least_energy` for sparse matrices, largest entry of the inertia 1; None where it is not found.
-
-    Rows yield to the change of their multipliers s, A w - YIELD (s - s_before) = b, so that dependent ones leave the
-    matrix regular; s is iterated until w is settled (method of multipliers).  Of rows that contradict one another some
-    1e-8 of the contradiction is left.
-    """
-    import scipy.sparse as sp
-    from scipy.sparse.linalg import splu
-
+    """The w of `least_energy` for sparse matrices, largest entry of the inertia 1; None where it is not found."""
+    # Rows yield to the change of their multipliers s, A w - YIELD (s - s_before) = b, so that dependent ones leave the
+    # matrix regular; s is iterated until w is settled (method of multipliers). Of rows that contradict one another some
+    # 1e-8 of the contradiction is left.
     m, n = A.shape
     whole = sp.block_array([[inertia + NO_ENERGY * sp.eye_array(n), A.T], [A, -YIELD * sp.eye_array(m)]])
-    factors = splu(whole.tocsc())
+    factors = sp.linalg.splu(whole.tocsc())
     w, s, before = np.zeros(n), np.zeros(m), np.inf
     for _ in range(MOST_ROUNDS):
         found: np.ndarray = factors.solve(np.concatenate([np.zeros(n), b - YIELD * s]))
@@ -263,12 +245,9 @@ def accelerations(
     *,
     system: StateEvaluation | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Accelerations (n_q,) and multipliers (n_c,): M a + G^T lam = -r(q, v, 0), G a = gamma.
-
-    z : history (n_z,) at this state, None: that at the start;  system : evaluation of the program, None: a new one
-
-    Equation (1.11) of docs/theory/equations_of_motion.md.
-    """
+    """Accelerations (n_q,) and multipliers (n_c,): M a + G^T lam = -r(q, v, 0), G a = gamma."""
+    # z : history (n_z,) at this state, None: that at the start;  system : evaluation of the program, None: a new one
+    # Equation (1.11) of docs/theory/equations_of_motion.md.
     system, lam = system or StateEvaluation(program), np.zeros(program.n_c)
     system.at(q, v, t=t, z=z, weights=(0.0, 0.0, 1.0))
     M, G = system.blocks
@@ -276,9 +255,8 @@ def accelerations(
     free = np.flatnonzero(np.ravel(sums[0]) + np.ravel(sums[1]) == 0.0)
     if len(free):
         name = program.names.coordinates[free[0]]
-        raise SolveError(
-            f"Mechanism {program.name!r}: coordinate {name!r} has no mass and no joint; give it some mass."
-        )
+        text = f"Mechanism {program.name!r}: coordinate {name!r} has no mass and no joint;"
+        raise SolveError(f"{text} give it some mass.")
     for _ in range(MOST_FRICTION_ITERATIONS if program.tables.sizes.has_joint_friction else 1):
         b = np.concatenate([-system.force - system.constraint_force, system.gamma])
         x = system.solve(b, f"Accelerations of {program.name!r} at t = {t:.6g} s")

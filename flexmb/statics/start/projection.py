@@ -7,6 +7,7 @@ import numpy as np
 from flexmb.engine.linalg.dense import bordered_solution, plain
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import AssemblyError
+from flexmb.late import sp
 from flexmb.program.program import Program
 
 WHOLE_TURN = 2.0 * np.pi
@@ -15,11 +16,9 @@ CLOSED_GAP = 1e-12  # gap of a closed joint relative to the size of the mechanis
 
 
 def projected(program: Program, q: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
-    """The positions and velocities (n_q,) nearest to q and v that satisfy all constraints at time t.
-
-    Whole turns of the drives are removed first, so that a state of one period may be the start of another.  Angles
-    count by the size of the mechanism.
-    """
+    """The positions and velocities (n_q,) nearest to q and v that satisfy all constraints at time t."""
+    # Whole turns of the drives are removed first, so that a state of one period may be the start of another. Angles
+    # count by the size of the mechanism.
     system, metric = StateEvaluation(program), metric_of(program)
     q = without_whole_turns(program, system, np.array(q, dtype=np.float64), t)
     for _ in range(MOST_PROJECTIONS):
@@ -48,8 +47,6 @@ def shortest_correction(metric: np.ndarray, G: Any, b: np.ndarray) -> np.ndarray
     if isinstance(G, np.ndarray):
         weight: Any = np.diag(metric)
     else:
-        import scipy.sparse as sp
-
         weight = sp.diags_array(metric).tocsc()
     found = bordered_solution(weight, G, np.concatenate([np.zeros(len(metric)), b]))
     size = np.abs(b).max()

@@ -10,6 +10,7 @@ from flexmb.engine.linalg.rank import RANK_TOLERANCE, dependent_rows, row_rank
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.engine.system.work import MOTION, Work
 from flexmb.errors import AssemblyError, KernelError, SolveError
+from flexmb.late import scipy
 from flexmb.program.program import Program
 from flexmb.statics.start.assemble import RigidMotion, close_loops, drive_rows
 
@@ -56,10 +57,8 @@ def dependent_parts(program: Program, G: Any, rows: np.ndarray | None = None) ->
 
 
 def shaken_pose(program: Program, q: np.ndarray) -> np.ndarray:
-    """A pose without any symmetry near q, in which joints are open: rows that depend there always do.
-
-    q is a pose of the bodies alone or with the states of controls.
-    """
+    """A pose without any symmetry near q, in which joints are open: rows that depend there always do."""
+    # q is a pose of the bodies alone or with the states of controls.
     return np.asarray(q + POSE_SHIFT * np.sin(1.0 + 7.3 * np.arange(len(q))) * program.sizes[: len(q)])
 
 
@@ -77,13 +76,11 @@ def redundant_rows(program: Program, closed: Program, q: np.ndarray, t: float) -
 
 def neighbouring_pose(closed: Program, q: np.ndarray, t: float) -> np.ndarray:
     """A closed pose near q, drives moved as well, in a direction without symmetry."""
-    from scipy.linalg import null_space
-
     rigid, rows = RigidMotion(closed), drive_rows(closed)
     system = StateEvaluation(closed).at(q, t=t)
     A = plain(system.blocks[1] @ rigid.plain_basis(q))
     held = np.setdiff1d(np.arange(closed.n_c), list(rows.values()))
-    ways = null_space(A[held], rcond=RANK_TOLERANCE)
+    ways = scipy.linalg.null_space(A[held], rcond=RANK_TOLERANCE)
     if ways.shape[1] == 0:
         return q
     w = ways @ np.cos(1.0 + 2.3 * np.arange(ways.shape[1]))
@@ -113,12 +110,10 @@ def least_norm(
 
 
 def looks_dependent(program: Program, work: Work, q: np.ndarray, redundant: int) -> bool:
-    """Whether independent constraint rows look redundant, because some inertia is very small.
-
-    The pivots depend on the directions of the bodies, so that three rotations of the mechanism are tested; a rotation
-    at which a kernel refuses its arguments is left out.  The workspace is overwritten; `redundant` rows are so in every
-    pose, q (n_q,) is the pose at the start.
-    """
+    """Whether independent constraint rows look redundant, because some inertia is very small."""
+    # The pivots depend on the directions of the bodies, so that three rotations of the mechanism are tested; a rotation
+    # at which a kernel refuses its arguments is left out. The workspace is overwritten; `redundant` rows are so in
+    # every pose, q (n_q,) is the pose at the start.
     system, angles = StateEvaluation(program, work), np.asarray(program.tables.kind) == 1
     for turn in (0.0, 0.7, 2.3):
         try:
