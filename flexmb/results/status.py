@@ -21,7 +21,7 @@ from flexmb.results.solution import Solution, largest_signals
 
 MOST = 16  # largest number of main signals
 PANELS = 6  # largest number of panels of the picture
-GUIDES = ("Prismatic", "PrismaticClearance")  # classes of joints whose second body is a slider
+GUIDES = ("Prismatic", "PrismaticClearance", "WornGuide")  # classes of joints whose second body is a slider
 
 
 def followed(mechanism: Mechanism) -> tuple[Body | None, Any]:

@@ -297,9 +297,9 @@ def measure_contraction(size, last_size, reuse):
 @compiled
 def update_reuse(factorisations, reused, evaluated, measuring, reuse):
     """Count a step that converged with reused factors, and expect the next one to take as many iterations."""
-    # factorisations : matrices factored in this step;  reused : iterations with the last factors before the last one
-    # evaluated : whether the state of the last evaluation is the accepted one measuring : whether the contraction rate
-    # was due to be measured, which takes one more iteration
+    # factorisations: matrices factored in this step;  reused: iterations with the last factors before the last one
+    # evaluated: whether the state of the last evaluation is the accepted one
+    # measuring: whether the contraction rate was due to be measured, which takes one more iteration
     reuse.steps_since_measured += 1.0
     if factorisations > 0:
         reuse.expected_last_fresh = float(reused if evaluated else reused + 1)

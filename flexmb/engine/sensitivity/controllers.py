@@ -188,8 +188,8 @@ def act_differences(
 ) -> np.ndarray:
     """Differences (k, n_z) of the histories after the sampled controllers have acted; equation (14.11)."""
 
-    # y, z : signals and histories just before;  dy, dz : their differences (k, n_y) and (k, n_z) sizes : (n_y,) largest
-    # size of each signal so far;  moved : of each parameter
+    # y, z: signals and histories just before;  dy, dz: their differences (k, n_y) and (k, n_z);  sizes: (n_y,) largest
+    # size of each signal so far;  moved: of each parameter
     def after(samplers: tuple[Sampler, ...], e: float, j: int) -> np.ndarray:
         there: np.ndarray = z + e * dz[j]
         act(samplers, instant, y + e * dy[j], there, every=every)
