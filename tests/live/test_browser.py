@@ -174,6 +174,20 @@ def test_the_link_holds_all_settings_and_no_token(tab_of, crank_page):
     until(tab, "window.flexmbLive && flexmbLive.run")
 
 
+@pytest.mark.parametrize("fragment", ["#speed=1e9&clearance=0.0002", "#speed=fast"])
+def test_a_link_with_values_that_are_refused_says_so(tab_of, crank_page, fragment):
+    crank_page.set(speed=300.0, clearance=1e-4)
+    tab = tab_of(crank_page, fragment)
+    settled(tab)
+    tab.wait_for_timeout(500)  # runs that arrive leave it
+    assert "speed" in tab.locator("#fault").inner_text()
+    assert values(tab) == crank_page.view.values  # none of the link
+    tab.locator("#knob-speed").fill("200")
+    tab.locator("#knob-speed").press("Enter")
+    until(tab, "flexmbLive.run.values.speed === 200")
+    assert tab.locator("#fault").is_hidden()
+
+
 def test_a_lost_server_is_told_and_the_page_stays(browser):
     page = fm.explore(slider_crank, vary={"speed": (50.0, 500.0)}, periods=1, open=False, block=False)
     tab = browser.new_page()

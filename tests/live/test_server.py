@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 import socket
 import time
 from contextlib import ExitStack
@@ -306,10 +307,10 @@ def test_an_unknown_signal_of_a_diagram_is_told(crank_page):
         assert "Did you mean 'slider.x'" in heard(connection, "study")["fault"]
 
 
-def painted(store, wish, *, stop_after=None):
+def painted(store, wish, *, stop_after=None, model=slider_crank):
     """Messages of a diagram on a page of its own with a store, stopped after some points."""
     vary = {"speed": (50.0, 500.0)}
-    with fm.explore(slider_crank, vary=vary, periods=0.1, store=store, open=False, block=False) as page:
+    with fm.explore(model, vary=vary, periods=0.1, store=store, open=False, block=False) as page:
         with socket_of(page) as connection:
             connection.send(json.dumps(wish))
             found = []
@@ -338,3 +339,32 @@ def test_a_stopped_diagram_goes_on_from_its_store(tmp_path, monkeypatch):
     assert len(list(tmp_path.glob("speed-*.zarr"))) == 1
     painted(tmp_path, {**wish, "keep": 1})
     assert len(list(tmp_path.glob("speed-*.zarr"))) == 2  # another diagram has a store of its own
+
+
+def heavier_slider_crank(speed: float = 100.0):
+    """A slider-crank of another mass, with the same arguments."""
+    return slider_crank(speed=speed).with_({"slider.mass": 1.0})
+
+
+def test_another_model_in_the_same_folder_has_a_store_of_its_own(tmp_path):
+    wish = {"type": "study", "kind": "diagram", "parameter": "speed", "low": 100, "high": 300, "count": 2}
+    wish |= {"signal": "A.fx", "skip": 0, "keep": 1}
+    light, heavy = painted(tmp_path, wish), painted(tmp_path, wish, model=heavier_slider_crank)
+    assert [one.get("fault") for one in [light[-1], heavy[-1]]] == [None, None]
+    for a, b in zip(heavy[:-1], light[:-1], strict=True):
+        assert abs(a["points"][0]) > 1.2 * abs(b["points"][0])
+    assert len(list(tmp_path.glob("speed-*.zarr"))) == 2
+
+
+def test_points_of_a_store_that_is_refused_are_not_shown(tmp_path):
+    wish = {"type": "study", "kind": "diagram", "parameter": "speed", "low": 100, "high": 300, "count": 2}
+    wish |= {"signal": "slider.x", "skip": 0, "keep": 1}
+    painted(tmp_path, wish)
+    painted(tmp_path, {**wish, "signal": "slider.vx"})
+    first, second = tmp_path.glob("speed-*.zarr")
+    shutil.rmtree(second)
+    shutil.copytree(first, second)  # a store of another diagram in the place of this one
+    told = painted(tmp_path, wish) + painted(tmp_path, {**wish, "signal": "slider.vx"})
+    (refused,) = (one for one in told if one["done"] and "fault" in one)
+    assert "written by another sweep" in refused["fault"]
+    assert len([one for one in told if not one["done"]]) == 2  # of the diagram whose store is its own

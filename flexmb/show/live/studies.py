@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
 from hashlib import sha256
@@ -18,6 +18,7 @@ from flexmb.dynamics.exponents.lyapunov import lyapunov
 from flexmb.dynamics.jobs.executors import Outcome
 from flexmb.dynamics.sweeps.bifurcation import bifurcation
 from flexmb.dynamics.sweeps.parameter_sweep import load_sweep
+from flexmb.engine.compiled.digest import digest
 from flexmb.errors import USER_ERRORS, InputError
 from flexmb.show.live.knobs import LABEL, Knobs, Value
 
@@ -26,6 +27,7 @@ STAGES, SKIP = (50, 200), 50  # periods of an exponent, first few and then many;
 MOST_VALUES, MOST_KEPT = 400, 200  # points of a diagram along the parameter; section points of each at most
 
 Told = Callable[[dict[str, Any]], None]
+Point = tuple[float, Outcome]
 
 
 class Studies:
@@ -94,43 +96,51 @@ class Studies:
         place = None
         if self.store is not None:
             others = {key: one for key, one in values.items() if key != name}
-            text = repr((name, low, high, count, skip, keep, signal, sorted(others.items())))
+            model = digest(self.knobs.mechanism({**values, name: low}))  # another model has a store of its own
+            text = repr((model, name, low, high, count, skip, keep, signal, sorted(others.items())))
             place = self.store / f"{name}-{sha256(text.encode()).hexdigest()[:12]}.zarr"
         return partial(self._paint, make, name, along, settings, place)
 
     def _paint(
         self, make: Model, name: str, along: np.ndarray, settings: dict[str, Any], place: Path | None, tell: Told
     ) -> None:
-        """Points of a diagram, first from its store, then by runs."""
-        painter = _Painter(tell, self.stopping, len(along))
-        if place is not None and place.exists():
-            kept = load_sweep(place)
-            points = kept[settings["signals"][0]].values
-            for k in np.flatnonzero(kept["status"].values != ""):
-                values = {"points": points[k], "verdict": str(kept["verdict"].values[k])}
-                ok = bool(kept["ok"].values[k])
-                painter.tell(
-                    float(kept[name].values[k]), Outcome(values if ok else {}, str(kept["status"].values[k]), ok)
-                )
-        with painter:
+        """Points of a diagram, first those of its store once the sweep has accepted it, then by runs."""
+        with _Painter(tell, self.stopping, len(along), _kept(place, name, settings["signals"][0])) as painter:
             bifurcation(make, name, along.tolist(), **settings, executor=painter, pending=1, store=place, resume=True)
+            painter.catch_up()
+
+
+def _kept(place: Path | None, name: str, signal: str) -> Iterator[Point]:
+    """Points of a store, which is read when the first one is asked for."""
+    if place is not None:
+        kept = load_sweep(place)
+        for k in np.flatnonzero(kept["status"].values != ""):
+            ok = bool(kept["ok"].values[k])
+            values = {"points": kept[signal].values[k], "verdict": str(kept["verdict"].values[k])} if ok else {}
+            yield float(kept[name].values[k]), Outcome(values, str(kept["status"].values[k]), ok)
 
 
 class _Painter(ThreadPoolExecutor):
     """Executor of one thread that tells each point of a diagram once it is found."""
 
-    def __init__(self, told: Told, stopping: threading.Event, count: int) -> None:
+    def __init__(self, told: Told, stopping: threading.Event, count: int, kept: Iterator[Point]) -> None:
         super().__init__(1, "flexmb point")
-        self.told, self.stopping, self.count, self.number = told, stopping, count, 0
+        self.told, self.stopping, self.count, self.number, self.kept = told, stopping, count, 0, kept
 
     def submit(self, function: Any, /, *arguments: Any, **keywords: Any) -> Future[Any]:
         """See `Executor`."""
         if self.stopping.is_set():
             raise KeyboardInterrupt
+        self.catch_up()
         future = super().submit(function, *arguments, **keywords)
         _, _, _, value, _ = arguments  # of `section_point`, see `bifurcation`
         self.tell(value, future.result())
         return future
+
+    def catch_up(self) -> None:
+        """Tell the points that were kept, once."""
+        for value, found in self.kept:
+            self.tell(value, found)
 
     def tell(self, value: float, found: Outcome) -> None:
         """Tell a point."""

@@ -62,7 +62,7 @@ class LiveRun {
 
 class Board {
   constructor() {
-    Object.assign(this, { run: null, pins: [], panels: [], clock: null, picture: null, findings: null, waiting: null, sent: 0, sentAfter: -1, shownNumber: -1, frames: 0, asked: [] });
+    Object.assign(this, { run: null, pins: [], panels: [], clock: null, picture: null, findings: null, waiting: null, sent: 0, sentAfter: -1, shownNumber: -1, frames: 0, asked: [], refusal: "" });
     this.stats = { ticks: 0 };
     this.values = new Values((values, length) => this.change(values, length));
     this._panels();
@@ -101,6 +101,9 @@ class Board {
   }
 
   send(message) {
+    if (message.type !== "want") {
+      this.refusal = ""; // what was refused is told until the next wish
+    }
     if (DATA.held) {
       parent.postMessage(message, "*");
     } else if (this.socket.readyState === WebSocket.OPEN) {
@@ -139,6 +142,7 @@ class Board {
     } else if (said.type === "study") {
       this.panels.forEach(({ panel }) => panel.hear && panel.hear(said));
     } else if (said.type === "refused") {
+      this.refusal = said.text;
       this.fault(said.text);
       this.sent = 0;
       this.state("error", "refused");
@@ -176,7 +180,7 @@ class Board {
     this.texts = { code: said.code, command: said.command };
     const bad = said.done && !said.ok;
     this.state(bad ? "error" : said.done ? "good" : "busy", bad ? "not finished" : said.done ? "finished" : "running");
-    this.fault(bad ? said.status : "");
+    this.fault(bad ? said.status : this.refusal);
     const seconds = said.seconds ? ` Computed in ${shown(said.seconds, 2)} s.` : "";
     document.getElementById("told").textContent = bad ? "" : said.status + seconds;
     ["save-report", "save-film", "save-netcdf"].forEach((id) => document.getElementById(id).setAttribute("aria-disabled", String(!said.signals)));
@@ -369,7 +373,7 @@ class Board {
       try {
         return [[name, JSON.parse(text)]];
       } catch {
-        return [];
+        return [[name, text]]; // is refused, and told
       }
     };
     const { _length: length = null, ...values } = Object.fromEntries(settings.flatMap(read));
