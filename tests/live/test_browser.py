@@ -188,6 +188,22 @@ def test_a_link_with_values_that_are_refused_says_so(tab_of, crank_page, fragmen
     assert tab.locator("#fault").is_hidden()
 
 
+def test_a_film_that_is_drawn_is_told_at_once(tab_of, crank_page):
+    tab = tab_of(crank_page)
+    with tab.expect_download(timeout=120_000) as film:
+        tab.locator("#save-film").click()
+        assert "film is drawn" in tab.locator("#copied").inner_text()
+    assert film.value.suggested_filename.startswith("slider-crank.")
+
+
+def test_largest_values_fit_on_a_phone(tab_of, crank_page):
+    crank_page.set(speed=500.0, clearance=1e-4)
+    tab = tab_of(crank_page, "", *SIZES[1])
+    table = tab.get_by_role("region", name="Largest values")
+    table.get_by_role("button").first.wait_for()
+    assert table.evaluate("(box) => box.scrollWidth - box.clientWidth") <= 0
+
+
 def test_a_lost_server_is_told_and_the_page_stays(browser):
     page = fm.explore(slider_crank, vary={"speed": (50.0, 500.0)}, periods=1, open=False, block=False)
     tab = browser.new_page()

@@ -318,6 +318,9 @@ class Board {
     const query = `?token=${encodeURIComponent(DATA.token)}`;
     const saves = { "save-report": "report.html", "save-film": "film", "save-netcdf": "run.nc" };
     Object.entries(saves).forEach(([id, name]) => { document.getElementById(id).href = `/${name}${query}`; });
+    document.getElementById("save-film").addEventListener("click", () => {
+      document.getElementById("copied").textContent = "The film is drawn, which takes some seconds; the browser saves it then.";
+    });
     document.querySelectorAll("[data-served]").forEach((one) => { one.hidden = Boolean(DATA.held); });
   }
 
