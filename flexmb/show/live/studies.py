@@ -104,14 +104,14 @@ class Studies:
     def _paint(
         self, make: Model, name: str, along: np.ndarray, settings: dict[str, Any], place: Path | None, tell: Told
     ) -> None:
-        """Points of a diagram, first those of its store once the sweep has accepted it, then by runs."""
+        """Points of a diagram from its store, which the sweep has checked, and by runs."""
         with _Painter(tell, self.stopping, len(along), _kept(place, name, settings["signals"][0])) as painter:
             bifurcation(make, name, along.tolist(), **settings, executor=painter, pending=1, store=place, resume=True)
             painter.catch_up()
 
 
 def _kept(place: Path | None, name: str, signal: str) -> Iterator[Point]:
-    """Points of a store, which is read when the first one is asked for."""
+    """Points of a store; it is read at the first one."""
     if place is not None:
         kept = load_sweep(place)
         for k in np.flatnonzero(kept["status"].values != ""):
