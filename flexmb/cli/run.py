@@ -132,6 +132,8 @@ def run(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     with removed_after() as checkpoints:
         sol = simulate(mechanism, progress=not options.quiet, **keywords)
         sol = replace(sol, model={**sol.model, COMMAND: without_output(options.arguments)})
+        if not options.quiet:
+            print(f"flexmb: files are written to {folder}.", file=sys.stderr, flush=True)
         written = [sol.to_netcdf(folder / f"{name}.nc")]  # before the pictures, which can be drawn again
     lost = _write_rest(mechanism, sol, folder, name, options, written)
     tell(table(mechanism, sol), written, *(one.failure for one in checkpoints), lost, "" if sol.ok else sol.status)

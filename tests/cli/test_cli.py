@@ -85,6 +85,7 @@ def test_run_writes_everything_and_says_so(tmp_path, capsys):
     assert f"{sol.peak('B.normal_force').value:.6g}" in printed
     assert "stroke of slider" in printed
     assert "s of motion" in progress
+    assert "files are written to" in progress  # pictures and the page of a large run take seconds
 
 
 def test_stroke_of_the_table_is_that_of_a_slider_crank(tmp_path, capsys):

@@ -196,6 +196,14 @@ def test_a_film_that_is_drawn_is_told_at_once(tab_of, crank_page):
     assert film.value.suggested_filename.startswith("slider-crank.")
 
 
+def test_a_fourth_pin_tells_that_the_first_one_is_gone(tab_of, crank_page):
+    tab = tab_of(crank_page)
+    for count in range(1, 5):
+        tab.get_by_role("button", name="Pin this run").click()
+        assert ("made room" in tab.locator("#copied").inner_text()) == (count == 4)
+        assert tab.locator("#pins li").count() == min(count, 3)
+
+
 def test_largest_values_fit_on_a_phone(tab_of, crank_page):
     crank_page.set(speed=500.0, clearance=1e-4)
     tab = tab_of(crank_page, "", *SIZES[1])

@@ -307,4 +307,5 @@ def test_the_head_tells_how_a_run_ended(tmp_path, ok, status, kind):
 
 def test_one_saved_instant_is_enough(tmp_path):
     page = Page(fm.report(handmade.solution(n=1), tmp_path / "page.html"))
+    assert ", 1 saved instant, " in page.text
     assert page.data["scene"]["frames"]["n"] == 1

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.display import pretty
+from flexmb.display import counted, pretty
 from flexmb.errors import FlexmbError, InputError
 from flexmb.findings.check import Report, check
 from flexmb.findings.finding import SEVERITIES
@@ -341,7 +341,8 @@ def _short(value: Any) -> str:
 def _head(sol: Solution) -> Markup:
     """State and first numbers of a run, for the head of a page; its status where it tells more than the end."""
     span = f"{quantity(sol.time[0], 's')} to {quantity(sol.time[-1], 's')}"
-    text = f"{span}, {len(sol.time)} saved instants, {sol.stats.steps} steps, {sol.stats.wall_time:.3g} s of computing"
+    saved, stats = counted(len(sol.time), "saved instant"), sol.stats
+    text = f"{span}, {saved}, {counted(stats.steps, 'step')}, {stats.wall_time:.3g} s of computing"
     numbers = state_of("" if sol.ok else "not finished", tag("span", text))
     if sol.ok and ". " not in sol.status:
         return numbers

@@ -307,6 +307,9 @@ class Board {
   _keep() {
     document.getElementById("pin").addEventListener("click", () => {
       if (this.run) {
+        if (this.pins.length === MOST_PINS) {
+          document.getElementById("copied").textContent = `${MOST_PINS} pins at most: the oldest one made room.`;
+        }
         this.pins = [...this.pins, this.run].slice(-MOST_PINS);
         this._showPins();
       }
