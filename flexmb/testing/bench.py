@@ -212,12 +212,20 @@ Round = TypeVar("Round")
 
 @dataclass(frozen=True)
 class Check:
-    """One line of a report."""
+    """One line of a report.
 
-    name: str  # kernel and checked property
-    states: int  # number of states
-    error: float = 0.0  # largest relative error
-    skipped: int = 0  # number of further states at a kink, which were left out
+    Parameters
+    ----------
+    name : kernel and checked property.
+    states : number of states.
+    error : largest relative error.
+    skipped : number of further states at a kink, which were left out.
+    """
+
+    name: str
+    states: int
+    error: float = 0.0
+    skipped: int = 0
 
 
 @dataclass(frozen=True)

@@ -142,7 +142,7 @@ class Runner:
         return checks.between(LABEL, self.unit, length, self.shortest, self.longest, unit)
 
     def outdated(self, request: Request) -> bool:
-        """Whether newer values were asked for, or the page is closed."""
+        """Presence of newer values, or the end of the page."""
         return self.closed or self.request.number != request.number
 
     def _work(self) -> None:
