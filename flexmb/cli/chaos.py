@@ -13,8 +13,8 @@ from flexmb.show.reports.chaos_page import write_chaos
 
 OWNER = "flexmb chaos"
 STEM = "chaos"
+# Options that are arguments of `chaos.report`.
 SHARED = ("skip", "keep", "exponents", "series", "samples", "dimension", "recurrence")
-"""Options that are arguments of `chaos.report`."""
 
 
 def chaos(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:

@@ -18,11 +18,9 @@ OK, NOT_FINISHED, REFUSED, FAULT, INTERRUPTED = 0, 1, 2, 3, 130  # exit statuses
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command line, of typed or given arguments.
-
-    Exit status: 0 done, 1 the run did not reach its end or `check` found errors, 2 refused, 3 a fault, 130 interrupted
-    from the keyboard.
-    """
+    """Run the command line, of typed or given arguments."""
+    # Exit status: 0 done, 1 the run did not reach its end or `check` found errors, 2 refused, 3 a fault, 130
+    # interrupted from the keyboard.
     given = with_negative_numbers(sys.argv[1:] if arguments is None else arguments)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # names of parts that the terminal cannot show

@@ -56,8 +56,8 @@ _flexmb() {
 }
 if [[ "${funcstack[1]}" == "_flexmb" ]]; then _flexmb "$@"; else compdef _flexmb flexmb; fi
 """
+# Typed command and its first argument, by shell.
 PLACES = {"bash": ("${COMP_WORDS[1]}", "${COMP_WORDS[2]}"), "zsh": ("${words[2]}", "${words[3]}")}
-"""Typed command and its first argument, by shell."""
 
 
 def completion(options: argparse.Namespace) -> int:

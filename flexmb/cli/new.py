@@ -27,8 +27,7 @@ def check(mechanism: Mechanism, name: str, options: argparse.Namespace) -> int:
     return SOUND if report.ok else WRONG
 
 
-# `flexmb new`: a commented model file to begin with
-
+# Text of a model file.
 MODEL = '''"""@NAME@: a slider-crank.
 
 Check it:     flexmb check @FILE@
@@ -92,7 +91,6 @@ if __name__ == "__main__":  # python @FILE@
     print(sol)
     fm.plot(sol, ["slider.x", "slider.ax", "motor.torque"]).savefig("@NAME@.png")
 '''
-"""Text of a model file."""
 
 
 def new(options: argparse.Namespace) -> int:

@@ -70,8 +70,6 @@ def require_folder(folder: Path) -> None:
 
 
 # Summary of a run: status, cost, stroke, peaks of the main signals, balance of energies
-
-
 def table(mechanism: Mechanism, sol: Solution) -> str:
     """Text of the summary of a run."""
     rows = [("mechanism", sol.name), ("status", sol.status), *((fact.label, fact.text) for fact in facts(sol))]
@@ -97,14 +95,10 @@ def _path_rows(mechanism: Mechanism, sol: Solution) -> Iterator[tuple[str, str]]
         yield f"swing of {body.name}", f"{np.ptp(sol.array(f'{body.name}.theta')):.6g} rad"
 
 
-# `flexmb run`: simulate a mechanism, write its files, print a summary
-
 COMMAND = "command"  # name of the arguments of `flexmb run` in `Solution.model`
-
 OUTPUT = ("--out", "--frames", "--checkpoint")
+# Options of output, with values and without, which are not repeated.
 FLAGS = ("--resume", "--no-vtk", "--no-plots", "--no-report", "--quiet", "--debug")
-"""Options of output, with values and without, which are not repeated."""
-
 PERIODS = 2.0  # default length of a run, in periods
 
 METHODS: dict[str, Callable[..., Newmark | RungeKutta4 | DormandPrince]] = {

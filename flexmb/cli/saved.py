@@ -29,8 +29,6 @@ from flexmb.version import installed_version
 if TYPE_CHECKING:
     import xarray as xr
 
-# `flexmb plot`: signals of a saved run as a picture
-
 
 def plot(options: argparse.Namespace) -> int:
     """`flexmb plot`: draw signals of a saved run, and print the path of the picture."""
@@ -46,8 +44,6 @@ def names_of(text: str | None) -> list[str]:
     """Names in a text, separated by commas."""
     return [name.strip() for name in (text or "").split(",") if name.strip()]
 
-
-# `flexmb animate`: film of a saved run
 
 ALL = "all"  # text that stands for all markers or joints
 
@@ -73,8 +69,6 @@ def animate(options: argparse.Namespace) -> int:
     print(film(sol, options.out, times=times, size=size, **given))
     return 0
 
-
-# `flexmb report`: HTML page of a saved run
 
 GROUPS = ("", "motion")  # groups of a file of `flexmb chaos` that are drawn
 
@@ -123,9 +117,6 @@ def datasets_of(path: Path) -> dict[str, xr.Dataset]:
     return load_netcdf(path, GROUPS) if known else {}
 
 
-# `flexmb vtk`: VTK files of a saved run
-
-
 def vtk(options: argparse.Namespace) -> int:
     """`flexmb vtk`: write the VTK files of a saved run, and print the name of their list."""
     place = options.out or options.file.with_suffix(".pvd")
@@ -134,8 +125,6 @@ def vtk(options: argparse.Namespace) -> int:
     print(write_vtk(load(options.file), place, frames=options.frames))
     return 0
 
-
-# `flexmb rerun`: repeat a saved run and compare the results
 
 SAME, AGREES = 0.0, 1e-9  # relative differences: of equal runs; largest at the begin of runs that agree up to round-off
 DIVERGED = 1e-3  # relative difference above which two runs have diverged

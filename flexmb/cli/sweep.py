@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 RANGE = "FROM:TO:NUMBER, e.g. 0.5pi:2.5pi:50, or values with commas between them"
 STEM = "bifurcation"
+# Options that are arguments of `bifurcation`.
 SHARED = ("skip", "keep", "direction", "chunks", "exponent", "store", "resume")
-"""Options that are arguments of `bifurcation`."""
 
 
 def sweep(source: Source, makers: list[Option], options: argparse.Namespace) -> int:

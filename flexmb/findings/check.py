@@ -142,17 +142,13 @@ def _list(names: tuple[str, ...]) -> str:
     return ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
 
 
-# Known causes of a run that failed, among the findings of the examination
-
 MOST_CAUSES = 3  # number of causes in a status at most
 
 
 def causes_of_failure(mechanism: Mechanism, closed: Program) -> tuple[Finding, ...]:
-    """Findings that can end a run: motions that are not finite or jump, laws that pull or drive, loops that lock.
-
-    Kernels of the user are compared with their contracts, since wrong tangents keep Newton from converging.  `closed`
-    has ideal joints for contacts and elastic joints.
-    """
+    """Findings that can end a run: motions that are not finite or jump, laws that pull or drive, loops that lock."""
+    # Kernels of the user are compared with their contracts, since wrong tangents keep Newton from converging. `closed`
+    # has ideal joints for contacts and elastic joints.
     findings = [*motion_findings(mechanism), *law_findings(mechanism)]
     known = {name for finding in findings for name in finding.parts}
     findings += kernel_findings(mechanism, known)

@@ -13,14 +13,10 @@ from flexmb.model.law import Motion
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, Joint, Part
 
-# Numbers of parts: sizes, places, gravity, materials, clearances
-
 LARGEST_SIZE, SMALLEST_SIZE = 20.0, 1e-4  # largest and smallest size of the largest body that goes without a remark [m]
-
+# Distance from the origin relative to the size of the mechanism, above which there is a remark: coordinates then lose
+# three digits and more, and above some 1e4 Newton's method does not reach its tolerance any more.
 FAR = 1e3
-"""Distance from the origin relative to the size of the mechanism, above which there is a remark: coordinates then lose
-three digits and more, and above some 1e4 Newton's method does not reach its tolerance any more."""
-
 WAVE_SPEEDS = (10.0, 25e3)  # speed of sound in a bar, sqrt(E/rho), least and largest [m/s]: gels 10, diamond 17,000
 YIELD_STRAINS = (1e-5, 1.0)  # yield stress over Young's modulus, least and largest
 GRAVITIES = (1.0, 30.0)  # acceleration of gravity, where there is any, least and largest [m/s^2]
@@ -113,9 +109,9 @@ def _clearances(mechanism: Mechanism) -> Iterator[Finding]:
 
 # Findings on numbers that look as if degrees, rpm or another sign were meant, of `check` and of runs
 
+# Angle up to which degrees cannot be told from rad [rad]; angle of which larger ones are multiples, when meant in rad
+# [rad]; error of such a multiple [1].
 TURN, FINEST_PART, SAME = 2.0 * math.pi, math.pi / 24.0, 1e-6
-"""Angle up to which degrees cannot be told from rad [rad]; angle of which larger ones are multiples, when meant in rad
-[rad]; error of such a multiple [1]."""
 
 
 def implausible_findings(mechanism: Mechanism) -> list[Finding]:

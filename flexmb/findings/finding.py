@@ -83,10 +83,9 @@ CODES_OF_RUNS: dict[str, tuple[str, str]] = {  # the same of further codes of ru
     "unknown-history": (NOTE, "inverse dynamics knows nothing of the history of a friction law"),
 }
 
-
 NOTHING_MOVES = "Nothing sets the mechanism in motion."
+# Sentences on a mechanism that stays at rest.
 WHAT_MOVES = "Give gravity=(0, -9.81), a load, a drive such as Drive(..., ConstantSpeed(10.0)), or a start velocity."
-"""Sentences on a mechanism that stays at rest."""
 
 
 @dataclass(frozen=True)

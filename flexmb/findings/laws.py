@@ -111,8 +111,6 @@ def _jump(name: str, at: Callable[[float], np.ndarray], edges: np.ndarray, break
     return []
 
 
-# Contact and friction laws, and kernels: signs, derivatives, contracts
-
 SPEEDS = (-3.0, -0.1, -1e-3, 0.0, 1e-3, 0.1, 3.0)  # gap rates of the tries [m/s]
 FAST_SLIPS = (-10.0, 10.0)  # slips at which friction must brake [m/s]; the friction of a belt may drive at slower ones
 DEPTHS = (0.01, 0.3, 1.0)  # gaps and penetrations of the tries, relative to the clearance
@@ -180,12 +178,10 @@ def friction_sign(name: str, law: FrictionLaw) -> list[Finding]:
 
 
 def kernel_findings(mechanism: Mechanism, known: Container[str] = ()) -> list[Finding]:
-    """Findings on users' kernels that break their contracts.
-
-    Derivatives are compared with differences, compiled with plain Python, forces of two bodies with each other.
-    flexmb's own kernels are left to its tests: with extreme numbers differences fail by round-off alone.  Parts in
-    `known` have a finding and are left out.
-    """
+    """Findings on users' kernels that break their contracts."""
+    # Derivatives are compared with differences, compiled with plain Python, forces of two bodies with each other.
+    # flexmb's own kernels are left to its tests: with extreme numbers differences fail by round-off alone. Parts in
+    # `known` have a finding and are left out.
     findings: list[Finding] = []
     bare = Mechanism(mechanism.name, mechanism.parts)
     seen: set[object] = set()

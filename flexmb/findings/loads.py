@@ -28,11 +28,9 @@ from flexmb.statics.vibrations import State, vibrations_of
 # Stability of the reference configuration under the declared loads, gravity included
 
 MOST_ITERATIONS = 20  # number of Newton iterations towards an equilibrium beside the reference configuration
-
+# Distance of an equilibrium from the reference configuration up to which the mechanism is meant to rest there [rad, or
+# relative to the size of the mechanism].
 BESIDE = 0.05
-"""Distance of an equilibrium from the reference configuration up to which the mechanism is meant to rest there [rad, or
-relative to the size of the mechanism]."""
-
 BALANCED = 1e-7  # unbalanced force relative to the largest load, and gap relative to the size, of an equilibrium
 MOST_LOADED_COORDINATES = 600  # number above which loads are left out, since their balance would take long
 MOST_CONTROLLED = 150  # number of coordinates and states above which eigenvalues of control loops would take long
@@ -41,12 +39,10 @@ MODES = 10  # number of modes that are looked at
 
 
 def stability_findings(mechanism: Mechanism, ideal: Program, q: np.ndarray, bare: Modes | None) -> list[Finding]:
-    """Finding on a small motion that runs away from the reference configuration.
-
-    Where an equilibrium under the loads lies beside the reference configuration, its modes decide; else, and where
-    bodies are declared with velocities, those without the loads, since what begins to move is not meant to rest.  The
-    pose (n_q,) is closed; `bare` modes are None where there are none.
-    """
+    """Finding on a small motion that runs away from the reference configuration."""
+    # Where an equilibrium under the loads lies beside the reference configuration, its modes decide; else, and where
+    # bodies are declared with velocities, those without the loads, since what begins to move is not meant to rest. The
+    # pose (n_q,) is closed; `bare` modes are None where there are none.
     moves = np.nan_to_num(ideal.reference.v).any()  # NaN where no velocity is declared
     pose, loads = None if moves else equilibrium_beside(ideal, q), "Without loads"
     if pose is not None:
@@ -69,11 +65,9 @@ def stability_findings(mechanism: Mechanism, ideal: Program, q: np.ndarray, bare
 
 
 def loop_findings(mechanism: Mechanism, program: Program, q: np.ndarray) -> list[Finding]:
-    """Finding on control loops that act at all times and let a small motion about the pose (n_q,) grow.
-
-    From the eigenvalues of mechanism and control laws together, at rest in the reference configuration; without the
-    stiffness of gravity in it.  Sampled laws are left out.
-    """
+    """Finding on control loops that act at all times and let a small motion about the pose (n_q,) grow."""
+    # From the eigenvalues of mechanism and control laws together, at rest in the reference configuration; without the
+    # stiffness of gravity in it. Sampled laws are left out.
     if not program.controls or program.n_q > MOST_CONTROLLED or program.names.contacts:
         return []
     system, q = StateEvaluation(program), np.append(q, program.reference.q[len(q) :])
@@ -168,8 +162,6 @@ def typical_load(mechanism: Mechanism) -> float:
     return float(mass * (math.hypot(*mechanism.gravity) + inertia) + forces)
 
 
-# Fixed steps that are too long for contacts, or for vibrations with which a run begins
-
 UNRESOLVED = 1.0  # angular frequency times step above which a vibration is not resolved
 LOADED_SHARE = 0.01  # share of the energy of the vibrations at the start above which a mode carries load
 LEAST_STEPS = 4.0  # steps of an impact below which its restitution means nothing
@@ -178,10 +170,8 @@ PART_OF_PERIOD = 0.05  # time of the differences along the motion, relative to t
 
 
 def step_findings(mechanism: Mechanism, ideal: Program, closed: Program, q: np.ndarray, h: float) -> list[Finding]:
-    """Findings on a fixed step h [s] that is too long for contacts, or for vibrations with which a run begins.
-
-    `ideal` has ideal joints for clearance joints; in `closed` start velocities are found; the pose (n_q,) is closed.
-    """
+    """Findings on a fixed step h [s] that is too long for contacts, or for vibrations with which a run begins."""
+    # `ideal` has ideal joints for clearance joints; in `closed` start velocities are found; the pose (n_q,) is closed.
     findings = list(_short_contacts(mechanism, h))
     if ideal.n_q > MOST_VIBRATING_COORDINATES:
         return findings
@@ -273,8 +263,7 @@ def resolved_modes(program: Program, q: np.ndarray, bare: Modes) -> list[int]:
 def _diagonal(program: Program, q: np.ndarray, *, mass: bool = False) -> np.ndarray:
     """Diagonal (n_q,) of the stiffness or the mass."""
     weights = (0.0, 0.0, 1.0) if mass else (1.0, 0.0, 0.0)
-    diagonal: np.ndarray = np.abs(StateEvaluation(program).at(q, weights=weights).block().diagonal())
-    return diagonal
+    return np.asarray(np.abs(StateEvaluation(program).at(q, weights=weights).block().diagonal()))
 
 
 def _fastest_square(program: Program, q: np.ndarray) -> float:

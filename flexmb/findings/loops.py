@@ -154,10 +154,8 @@ def _hidden(program: Program, closed: Program, q: np.ndarray) -> list[Finding]:
 
 
 def free_motions(closed: Program, q: np.ndarray) -> list[Finding]:
-    """Motions that neither joints nor drives prescribe, named by coordinates that can be chosen freely.
-
-    In `closed` clearance joints are ideal ones, and flexible bodies count as rigid; the pose (n_q,) is closed.
-    """
+    """Motions that neither joints nor drives prescribe, named by coordinates that can be chosen freely."""
+    # In `closed` clearance joints are ideal ones, and flexible bodies count as rigid; the pose (n_q,) is closed.
     names = free_coordinates(closed, q)
     if not names:
         return []

@@ -25,8 +25,6 @@ if TYPE_CHECKING:
     from flexmb.run.run import Run
     from flexmb.statics.vibrations import LinearModes, State, Vibrations
 
-# Phase and amplitude that the steps of a method lose in an undamped vibration
-
 
 class Loss(NamedTuple):
     """Loss of a vibration in a number of steps."""
@@ -76,19 +74,13 @@ def amplification(method: Method, angle: float, *, first_order: bool = False) ->
     return complex(values[np.argmin(np.abs(values - np.exp(z)))])
 
 
-# Error that a run accumulates in vibrations: phase and amplitude that the steps lose, also under drives and loads
-
+# Number of coordinates above which modes would take too long, and of coordinates and states of control loops.
 MOST_UNKNOWNS, MOST_CONTROLLED = 20_000, 150
-"""Number of coordinates above which modes would take too long, and of coordinates and states of control loops."""
-
 FEWEST_STEPS = 2000  # steps of a run with contacts from which the estimate is made, which costs some hundred steps
-
+# Number of poses that are looked at, also of large models; states from each on, and their distance over the run.
 POSES, POSES_OF_LARGE, AROUND, DISTANCE = 6, 2, 4, 1e-3
-"""Number of poses that are looked at, also of large models; states from each on, and their distance over the run."""
-
+# Number of coordinates from which there are fewer states from each pose on, and of a large model; these states.
 MANY, LARGE, AROUND_OF_MANY = 40, 150, 2
-"""Number of coordinates from which there are fewer states from each pose on, and of a large model; these states."""
-
 FEWEST_INSTANTS, FEWEST_STATES = 12, 3  # kept states, all and those of the same contacts, that energies need
 ENERGY_SHARE = 0.01  # share of the elastic energy, or of the square of a controller's state, from which a mode matters
 DECAY = 0.1  # energy in the last third of a run over that in the first one, below which a vibration has died out

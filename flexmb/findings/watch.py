@@ -82,14 +82,9 @@ def _of_law(name: str, law: Law) -> tuple[Finding, ...]:
     return (*own, *friction_sign(name, law)) if isinstance(law, FrictionLaw) else own
 
 
-# Contacts, motions of parts and laws that cannot be right, by peaks, intervals and poses of a run
-
 LEAST_STEPS = 4.0  # steps of an impact below which its restitution means nothing
-
+# Share of the impulses of a contact in such impacts above which there is a finding, and above which the run is not ok.
 SHARE, IMPOSSIBLE_SHARE = 0.01, 0.2
-"""Share of the impulses of a contact in such impacts above which there is a finding, and above which the run is not
-ok."""
-
 ONE_INSTANT = ("broken-kernel", "jumping-drive")  # codes on one instant, which a run that ends before does not meet
 
 
@@ -221,11 +216,9 @@ def naming_kernels(run: Run) -> Iterator[None]:
 
 
 def failure_findings(run: Run, mechanism: Mechanism, closed: Program, *, known: bool) -> Iterator[Finding]:
-    """Findings on the causes of a failed run, which its status shows, and on its refused step.
-
-    `closed` is the program with ideal joints for contacts and elastic joints; `known`: errors were seen in the results.
-    A run that reached its end or was stopped from outside has none.
-    """
+    """Findings on the causes of a failed run, which its status shows, and on its refused step."""
+    # `closed` is the program with ideal joints for contacts and elastic joints; `known`: errors were seen in the
+    # results. A run that reached its end or was stopped from outside has none.
     if run.code in (RUNNING, DONE) or run.note:
         return
     if run.code in STEP_CODES:

@@ -35,9 +35,8 @@ def friction_law(owner: str, friction: str | FrictionLaw | None, coulomb: Modifi
         return coulomb
     if isinstance(friction, FrictionLaw):
         return friction
-    raise InputError(
-        f"{owner}: friction is {friction!r}; it must be 'coulomb', a friction law, or None for no friction."
-    )
+    text = f"{owner}: friction is {friction!r};"
+    raise InputError(f"{text} it must be 'coulomb', a friction law, or None for no friction.")
 
 
 def crank_motion(owner: str, speed: float, ramp: float | None) -> Motion:

@@ -68,11 +68,9 @@ class FourBarData(Input):
         super().__post_init__()
         shortest, *_, longest = lengths = sorted((self.ground, self.crank, self.coupler, self.rocker))
         if self.crank > shortest or shortest + longest >= lengths[1] + lengths[2]:
-            raise InputError(
-                f"FourBarData: with ground {self.ground:g}, crank {self.crank:g}, coupler {self.coupler:g} and rocker "
-                f"{self.rocker:g} m the crank cannot turn round. It must be the shortest, and together with the "
-                "longest link shorter than the other two (Grashof)."
-            )
+            text = f"FourBarData: with ground {self.ground:g}, crank {self.crank:g}, coupler {self.coupler:g}"
+            text += f" and rocker {self.rocker:g} m the crank cannot turn round. It must be the shortest,"
+            raise InputError(f"{text} and together with the longest link shorter than the other two (Grashof).")
 
 
 @arguments.checked

@@ -7,7 +7,6 @@ import math
 from flexmb.errors import AssemblyError
 
 Point = tuple[float, float]
-
 LEFT, RIGHT = 1.0, -1.0  # side of a corner, seen in the direction from the first point to the second
 
 

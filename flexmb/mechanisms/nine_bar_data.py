@@ -108,10 +108,8 @@ class NineBarData(Input):
         super().__post_init__()
         sides = sorted((self.side_ab, self.side_ac, self.side_bc))
         if sides[2] >= sides[0] + sides[1]:
-            raise InputError(
-                f"NineBarData: sides of {sides[0]:g}, {sides[1]:g} and {sides[2]:g} m form no triangle; the longest "
-                "must be shorter than the other two together."
-            )
+            text = f"NineBarData: sides of {sides[0]:g}, {sides[1]:g} and {sides[2]:g} m form no triangle;"
+            raise InputError(f"{text} the longest must be shorter than the other two together.")
 
     def own_inertia(self, number: int) -> float:
         """Moment of inertia of link 1, 2, 3, 4, 6 or 8 about its centre of mass, midway between its hinges [kg m^2].
@@ -129,11 +127,9 @@ class NineBarData(Input):
             return inertia
         steiner = getattr(self, f"mass{number}") * (0.5 * getattr(self, f"length{number}")) ** 2
         if inertia <= steiner:
-            raise InputError(
-                f"NineBarData: inertia{number} is {inertia:g} kg m^2 about the axis in the frame; it must be > "
-                f"{steiner:.4g}, the mass times the square of half the length. "
-                "If it is meant about the centre of mass, add this."
-            )
+            text = f"NineBarData: inertia{number} is {inertia:g} kg m^2 about the axis in the frame;"
+            text += f" it must be > {steiner:.4g}, the mass times the square of half the length."
+            raise InputError(f"{text} If it is meant about the centre of mass, add this.")
         return float(inertia - steiner)
 
     def section(self, number: int) -> Rectangle:
@@ -170,21 +166,15 @@ class NineBarData(Input):
 
 @dataclass(frozen=True)
 class NineBarPose:
-    """Hinges of the nine-bar mechanism at given crank angles [m].
+    """Hinges of the nine-bar mechanism at given crank angles [m]."""
 
-    Parameters
-    ----------
-    P1, P4, B, A, C, S : ends of the cranks; end of links 2 and 3; end of rocker 6; end of link 8; slider.
-    centre7 : centre of mass of the panel.
-    """
-
-    P1: Point
+    P1: Point  # P1, P4, B, A, C, S: ends of the cranks; end of links 2 and 3; end of rocker 6; end of link 8; slider
     P4: Point
     B: Point
     A: Point
     C: Point
     S: Point
-    centre7: Point
+    centre7: Point  # centre of mass of the panel
 
     @classmethod
     def at(cls, data: NineBarData, theta1: float, theta4: float) -> NineBarPose:

@@ -24,8 +24,8 @@ from flexmb.parts.joints.prismatic import Prismatic
 from flexmb.parts.joints.revolute import Revolute
 
 NAME = "slider-crank"
+# Width and height of the slider in pictures [m].
 SLIDER_SIZE = (0.030, 0.020)
-"""Width and height of the slider in pictures [m]."""
 
 
 @record
@@ -64,10 +64,8 @@ class SliderCrankData(Input):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.rod <= self.crank:
-            raise InputError(
-                f"SliderCrankData: rod is {self.rod:g} m; it must be longer than the crank, {self.crank:g} m, or the "
-                "crank cannot turn round."
-            )
+            text = f"SliderCrankData: rod is {self.rod:g} m; it must be longer than the crank,"
+            raise InputError(f"{text} {self.crank:g} m, or the crank cannot turn round.")
 
     @property
     def uniform_rod_inertia(self) -> float:
@@ -125,9 +123,8 @@ def slider_crank(
     """
     data = SliderCrankData() if data is None else data
     if not isinstance(data, SliderCrankData):
-        raise InputError(
-            f"slider_crank: data is {data!r}; it must be a SliderCrankData, e.g. SliderCrankData(rod=0.2)."
-        )
+        text = f"slider_crank: data is {data!r};"
+        raise InputError(f"{text} it must be a SliderCrankData, e.g. SliderCrankData(rod=0.2).")
     check_flag("slider_crank", "flexible", flexible)
     checks.count("slider_crank", "elements", elements)
     angle = checks.number("slider_crank", "start", start, "rad")

@@ -18,9 +18,8 @@ if TYPE_CHECKING:
 
 Coordinate = tuple[str, str, int]
 AXES = ("x", "y", "theta")
-
+# Uses of the factor of a part's element in a signal of the part.
 USES_OF_FACTOR = MULTIPLIES, ADDS, SUBTRACTS = "multiplies", "adds", "subtracts"
-"""Uses of the factor of a part's element in a signal of the part."""
 
 
 @dataclass(frozen=True)
@@ -66,15 +65,12 @@ def node_coordinates(part: str, node: str) -> tuple[Coordinate, Coordinate, Coor
 
 @dataclass(frozen=True)
 class ElementContribution:
-    """An element: force, inertia or both on some coordinates; `energy` is the kernel of its energies, or None.
+    """An element: force, inertia or both on some coordinates; `energy` is the kernel of its energies, or None."""
 
-    The kernels `force`, `tangent` and `account` give the same results at less cost (see `flexmb.kernels`); each may be
-    None.  The work of an element without `energy` counts as that of a load; it has no `account`.
-
-    The value of `factor` at the present time multiplies all results of the kernel: a load that changes in time.  Such a
-    force has no potential, hence no `energy`; its work counts as that of a load.
-    """
-
+    # The kernels `force`, `tangent` and `account` give the same results at less cost (see `flexmb.kernels`); each may
+    # be None. The work of an element without `energy` counts as that of a load; it has no `account`.
+    # The value of `factor` at the present time multiplies all results of the kernel: a load that changes in time. Such
+    # a force has no potential, hence no `energy`; its work counts as that of a load.
     part: str
     kernel: Kernel
     coordinates: tuple[Coordinate, ...]
@@ -106,11 +102,9 @@ class ElementContribution:
 
 @dataclass(frozen=True)
 class RowMotion:
-    """Prescribed motion of one constraint equation, subtracted from it; `name` distinguishes the rows of a part.
+    """Prescribed motion of one constraint equation, subtracted from it; `name` distinguishes the rows of a part."""
 
-    The only driven row of a part has the name "".  `units` : of the driven coordinate and of its force.
-    """
-
+    # The only driven row of a part has the name "". `units` : of the driven coordinate and of its force.
     row: int
     motion: Motion
     name: str = ""

@@ -18,20 +18,17 @@ from flexmb.model.part import Body, Pose, WatchedMotion
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
 
+# Strain under the loads at rest, and in a run, above which linear elasticity is no longer meant; above the last one the
+# run is not ok.
 STRAIN_AT_REST, LARGE_STRAIN, IMPOSSIBLE_STRAIN = 0.02, 0.05, 0.2
-"""Strain under the loads at rest, and in a run, above which linear elasticity is no longer meant; above the last one
-the run is not ok."""
-
 LEAST = 1e-6  # stress over yield stress up to which nothing is said: round-off of a body without loads
 
 
 class ElasticBody(Body):
-    """Base of bodies that bend, by beams or by meshes.
+    """Base of bodies that bend, by beams or by meshes."""
 
-    A new one: its class, a stub, `elastic/reduced/models.py` if it can be reduced, `results/stress.py` and, by its
-    `theory`, `results/positions.py` (docs/decisions/067-deformable-bodies.md).
-    """
-
+    # A new one: its class, a stub, `elastic/reduced/models.py` if it can be reduced, `results/stress.py` and, by its
+    # `theory`, `results/positions.py` (docs/decisions/067-deformable-bodies.md).
     is_elastic: ClassVar[bool] = True
     stress_name: ClassVar[str] = "von Mises stress"
     """The stress that the signal `von_mises` holds."""

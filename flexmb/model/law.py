@@ -20,8 +20,6 @@ from flexmb.errors import USER_ERRORS, InputError, KernelError
 from flexmb.fields import Input, field, instance, positive, record
 from flexmb.findings.finding import Finding
 
-# Linear elastic, isotropic material
-
 
 @record
 class Material(Input, Shown):
@@ -72,11 +70,8 @@ STEEL = Material(207e9, 7801.0, 0.29)
 Source: J. E. Shigley, C. R. Mischke, Mechanical Engineering Design, appendix A, physical constants of materials.
 """
 
-# Bases of laws: a kernel and its parameters
-
+# Largest deviation of chords over the swing of a motion; the number of such chords in a cycle of a sine.
 CHORD, CHORDS_OF_A_SINE = 0.0123, 20.0
-"""Largest deviation of chords over the swing of a motion; the number of such chords in a cycle of a sine."""
-
 SAMPLES, GOLDEN = 64, 0.6180339887498949  # of a motion of unknown course; their distance modulo 1, of no period
 HALVINGS = 60  # number of halvings by which the depth under a force is found
 
@@ -96,9 +91,8 @@ def require_kernel(cls: type, contract: kernels.Contract, name: str = "kernel") 
     if kernel is None:
         return  # an abstract base in between, or a kernel that may be left out
     if not isinstance(kernel, kernels.Kernel) or kernel.contract is not contract:
-        raise KernelError(
-            f"{cls.__name__}.{name} is {kernel!r}; it must be a function decorated as a {contract.name} kernel."
-        )
+        text = f"{cls.__name__}.{name} is {kernel!r};"
+        raise KernelError(f"{text} it must be a function decorated as a {contract.name} kernel.")
 
 
 def number_fields(owner: Any, skip: tuple[str, ...] = ()) -> tuple[float, ...]:

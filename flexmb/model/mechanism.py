@@ -61,18 +61,14 @@ def _row(part: Part) -> tuple[str, ...]:
     return part.name, type(part).__name__, ", ".join(part.references()), mass, values_text(_fields(part))
 
 
-# Description of a mechanism in plain values: parts with their classes, numbers and units
-
 LISTED_VALUES = 8  # number of values of a sequence at most; a longer one is described by its length
 
 
 def described(mechanism: Mechanism) -> dict[str, Any]:
-    """Plain values that describe a mechanism, for JSON: "gravity" [m/s^2] and "parts".
-
-    Each part has its "name", its "class", the kind "body" or "part", its "mass" [kg] (bodies alone), and "fields":
-    [value, unit] by the name of the field, without fields that are None.  Values are numbers, texts, lists of these, or
-    for laws, materials and sections such fields again, with "class".
-    """
+    """Plain values that describe a mechanism, for JSON: "gravity" [m/s^2] and "parts"."""
+    # Each part has its "name", its "class", the kind "body" or "part", its "mass" [kg] (bodies alone), and "fields":
+    # [value, unit] by the name of the field, without fields that are None. Values are numbers, texts, lists of these,
+    # or for laws, materials and sections such fields again, with "class".
     parts = []
     for part in mechanism.parts:
         kind = {"kind": "body", "mass": plain(part.total_mass())} if isinstance(part, Body) else {"kind": "part"}
@@ -132,10 +128,8 @@ def _value_text(value: Any) -> str:
     return number_text(value) if isinstance(value, float) else str(value)
 
 
-# Declaration of a mechanism: named parts and gravity
-
+# Names that no part may have, with their owners.
 RESERVED = {GROUND.name: "the ground, which is there already: fm.GROUND", "energy": "the signals of the energies"}
-"""Names that no part may have, with their owners."""
 
 
 class UnknownPartError(ModelError, UnknownNameError):
@@ -379,10 +373,8 @@ class Mechanism(metaclass=arguments.CheckedType):
                 stay = [p.name for p in parts.values() if name in p.references() and point in points_of(p)]
                 if stay:
                     listed = ", ".join(repr(other) for other in stay)
-                    raise ModelError(
-                        f"{self.label}: {old.label} moves its point ({point[0]:g}, {point[1]:g}), but {listed} would "
-                        f"stay there. Change it in the same call, for example {stay[0] + '.at'!r}."
-                    )
+                    text = f"{self.label}: {old.label} moves its point ({point[0]:g}, {point[1]:g}), but {listed} would"
+                    raise ModelError(f"{text} stay there. Change it in the same call, for example {stay[0] + '.at'!r}.")
 
     def nodes(self) -> tuple[tuple[str, Node], ...]:
         """All nodes as (part name, node), in order of declaration."""
@@ -435,8 +427,8 @@ class Mechanism(metaclass=arguments.CheckedType):
         return plot_mechanism(self, path, lengths=lengths, size=size)
 
 
+# Names of fields that hold points of the reference configuration, of bodies and of other parts.
 BODY_POINTS, OTHER_POINTS = ("at", "start", "end"), ("at", "to")
-"""Names of fields that hold points of the reference configuration, of bodies and of other parts."""
 
 
 def points_of(part: Part) -> set[tuple[float, float]]:

@@ -34,8 +34,6 @@ from flexmb.model.signal import Signals
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
 
-# Bases of parts, the named items of a mechanism
-
 Triple = tuple[float, float, float]
 
 
@@ -318,10 +316,8 @@ class Element(Part):
         for signal in cls.signals:
             fits = isinstance(signal, tuple) and len(signal) == 3 and isinstance(signal[2], kernels.Kernel)
             if not fits or signal[2].contract is not kernels.SIGNAL or not all(isinstance(x, str) for x in signal[:2]):
-                raise InputError(
-                    f"{cls.__name__}: signals has {signal!r}; each must be (name, unit, kernel) with a kernel made by "
-                    "@fm.kernels.signal_kernel, e.g. ('moment', 'N m', moment_kernel)."
-                )
+                text = f"{cls.__name__}: signals has {signal!r}; each must be (name, unit, kernel) with a kernel"
+                raise InputError(f"{text} made by @fm.kernels.signal_kernel, e.g. ('moment', 'N m', moment_kernel).")
 
     def parameters(self) -> tuple[float, ...]:
         """Parameters p of the kernel."""
@@ -363,13 +359,11 @@ class Element(Part):
 
 @record
 class Joint(Part):
-    """Base of joints between two bodies at a point of the reference configuration.
+    """Base of joints between two bodies at a point of the reference configuration."""
 
-    A new joint answers, besides `contributions`: `kind` (its mark in pictures: `MARKERS` of `show/pictures/pose.py` and
-    `assets/drawing.js` of reports), `is_guide`, `holds_point`, `shapes`; with a drive `drive_contribution`; with
-    clearance `idealised` and `contact_size`.
-    """
-
+    # A new joint answers, besides `contributions`: `kind` (its mark in pictures: `MARKERS` of `show/pictures/pose.py`
+    # and `assets/drawing.js` of reports), `is_guide`, `holds_point`, `shapes`; with a drive `drive_contribution`; with
+    # clearance `idealised` and `contact_size`.
     first: Part = field("first body; `GROUND` is the frame")
     second: Part = field("second body, on which reported forces act")
     at: tuple[float, float] = field("the joint's point", "m", point)
@@ -419,8 +413,6 @@ def refuse_one_body(part: Any, how: str = "joins {} to") -> None:
 
 
 # Motion of a run as its parts are asked about it: peaks over all steps, and poses of some steps
-
-
 class WatchedMotion(NamedTuple):
     """Motion of a run, whatever of it was saved."""
 
@@ -462,8 +454,6 @@ class WatchedMotion(NamedTuple):
 
 
 # Base of controllers: parts with inputs, states of their own, and outputs that are factors of loads
-
-
 @record
 class Controller(Part):
     """Base of parts that compute the factors of loads from signals."""
@@ -506,11 +496,9 @@ class Controller(Part):
 
 
 def refuse_controllers(mechanism: Mechanism, analysis: str, reason: str, *, with_memory: bool = False) -> None:
-    """Refuse an analysis of a mechanism with controllers.
-
-    With `with_memory` only controllers with states of their own and sampled ones are refused: the outputs of others are
-    functions of the motion.  The message begins with `analysis`.
-    """
+    """Refuse an analysis of a mechanism with controllers."""
+    # With `with_memory` only controllers with states of their own and sampled ones are refused: the outputs of others
+    # are functions of the motion. The message begins with `analysis`.
     controllers = getattr(mechanism, "controllers", ())  # the compiler refuses what is no mechanism
     if with_memory:
         controllers = [part for part in controllers if part.control().states or part.control().is_sampled]

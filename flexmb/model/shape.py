@@ -59,12 +59,10 @@ class BeamShape:
 
 @dataclass(frozen=True, slots=True)
 class MeshShape:
-    """The mesh of a plane body.
+    """The mesh of a plane body."""
 
-    Each point is carried by a node, at an offset in the frame of this node.  Of a reduced body, `basis` gives the
-    displacements of all points by the poses of all nodes against the frame of the body, and there are no carriers.
-    """
-
+    # Each point is carried by a node, at an offset in the frame of this node. Of a reduced body, `basis` gives the
+    # displacements of all points by the poses of all nodes against the frame of the body, and there are no carriers.
     part: str
     kind: str  # kind of the cells: "tri3", "tri6", "quad4" or "quad9"
     points: tuple[Point, ...]  # (n) places in the reference configuration [m]

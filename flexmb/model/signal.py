@@ -11,24 +11,17 @@ from flexmb import checks
 from flexmb.deprecation import warn_of_former
 from flexmb.errors import InputError
 
+# Former names of signals of bushings and markers, with the present ones; they go with version 0.3.
 FORMER = {"rotation": "angle", "rotation_rate": "omega", "angle": "theta"}
-"""Former names of signals of bushings and markers, with the present ones; they go with version 0.3."""
-
 MOST_COMPARED_NAMES = 2000  # number of names at most that are compared with an unknown one
 
 
 @dataclass(frozen=True, slots=True)
 class Signal:
-    """One signal of a run.
+    """One signal of a run."""
 
-    Parameters
-    ----------
-    name : full name, "PART.SIGNAL" or "PART.NODE.SIGNAL".
-    units : SI unit, e.g. "m/s2"; empty for a number without unit.
-    """
-
-    name: str
-    units: str = ""
+    name: str  # full name, "PART.SIGNAL" or "PART.NODE.SIGNAL"
+    units: str = ""  # SI unit, e.g. "m/s2"; empty for a number without unit.
 
 
 class Signals(Sequence[Signal]):

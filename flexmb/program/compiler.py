@@ -36,16 +36,14 @@ from flexmb.program.structure import flat, numbers, structure_of
 
 # Check of kernels: one call of each in plain Python, with errors that name part and kernel
 
+# Numbers that a kernel returns, by contract; others write to arrays.
 RETURNED = {"energy": 3, "account": 3, "normal": 3, "friction": 3, "motion": 3, "signal": 1, "extremum": 2}
-"""Numbers that a kernel returns, by contract; others write to arrays."""
 
 
 def call_each_kernel(contributions: Contributions, number: Numbering) -> None:
-    """Call every kernel once with the parameters of its part in the reference configuration.
-
-    A call that was good is not repeated in this process: a kernel is a pure function, so it would be good again.  A
-    `KernelError` on wrong unpacking or indexing, or results that are not finite, names part, kernel and remedy.
-    """
+    """Call every kernel once with the parameters of its part in the reference configuration."""
+    # A call that was good is not repeated in this process: a kernel is a pure function, so it would be good again. A
+    # `KernelError` on wrong unpacking or indexing, or results that are not finite, names part, kernel and remedy.
     pose = [*number.pose().tolist(), 0.0, 0.0, 0.0]
     seen: set[tuple[Any, ...]] = set()
     pieces: tuple[Any, ...] = (
@@ -84,9 +82,8 @@ def _distinct_elements(elements: Sequence[ElementContribution]) -> list[ElementC
 
 REMEMBERED_CALLS = 4096  # number of successful calls that are remembered
 KernelCall = tuple[Kernel, Sequence[float], Sequence[float], str]  # a kernel, p, its history, and the name of its class
-
+# Good calls: id of the kernel, p, history, pose. The kernel stands beside them, so its id is given to no other.
 _GOOD: dict[tuple[int, Sequence[float], Sequence[float], Sequence[float]], Kernel] = {}
-"""Good calls: id of the kernel, p, history, pose.  The kernel stands beside them, so its id is given to no other."""
 
 
 def _kernels_of(contribution: Any) -> list[KernelCall]:
@@ -163,15 +160,11 @@ def _call(part: str, kernel: Kernel, p: np.ndarray, arguments: list[Any], what: 
             reason = str(error) or "wrong number of values"
             if kernel.contract.name == "control":
                 sizes = [a.size for a in arguments[1:]]
-                raise KernelError(
-                    f"{label} failed with {len(p)} numbers p, {sizes[0]} inputs u, {sizes[1]} states x with rates dx "
-                    f"and {sizes[-1]} outputs y: {reason}. The law must fit the numbers, inputs, states and loads of "
-                    "its controller."
-                ) from error
-            raise KernelError(
-                f"{label} failed with {len(p)} parameters p = {_short(p)}: {reason}. "
-                "The kernel must unpack as many numbers as its class has numeric fields, in their order."
-            ) from error
+                text = f"{label} failed with {len(p)} numbers p, {sizes[0]} inputs u, {sizes[1]} states x"
+                text += f" with rates dx and {sizes[-1]} outputs y: {reason}. The law must fit the numbers,"
+                raise KernelError(f"{text} inputs, states and loads of its controller.") from error
+            text = f"{label} failed with {len(p)} parameters p = {_short(p)}: {reason}. The kernel must unpack"
+            raise KernelError(f"{text} as many numbers as its class has numeric fields, in their order.") from error
         if kernel.contract.name == "control" and isinstance(error, (ArithmeticError, ValueError)):
             return  # inputs of 0 may be none that the mechanism has
         safe = "It must be safe there, also for t = h = 0." if isinstance(error, ArithmeticError) else "Correct it."
@@ -204,9 +197,6 @@ def _short(p: np.ndarray) -> str:
     return f"({shown}{', ...' if len(p) > 8 else ''})"
 
 
-# The common period of the drives
-
-
 def common_period(program: Program) -> float:
     """The shortest time after which all drives are where they were [s]; refused where there is none."""
     known = [p for p in program.periods if p is not None]
@@ -214,10 +204,8 @@ def common_period(program: Program) -> float:
         raise InputError(f"Mechanism {program.name!r} has no periodic drive; give t_end= instead of periods=.")
     apart = clash(program)
     if apart is not None:
-        raise InputError(
-            f"Mechanism {program.name!r}: the periods of its drives, {apart[0]:g} s and {apart[1]:g} s, "
-            "have no small common multiple; give t_end= instead of periods=."
-        )
+        text = f"Mechanism {program.name!r}: the periods of its drives, {apart[0]:g} s and {apart[1]:g} s,"
+        raise InputError(f"{text} have no small common multiple; give t_end= instead of periods=.")
     return known[0] * math.lcm(*(_ratio(known[0], period).denominator for period in known))
 
 
@@ -240,9 +228,6 @@ def _ratio(first: float, second: float) -> Fraction:
 def just_before(instant: float) -> float:
     """Instant before `instant` by a few units of round-off; `t + h` cannot round beyond it."""
     return float(instant - 4.0 * np.spacing(instant))
-
-
-# Compiler from a mechanism to a program
 
 
 @checked
@@ -390,10 +375,8 @@ def chosen_contributions(
 
 
 def reference_configuration(mechanism: Mechanism, number: Numbering, z: np.ndarray) -> ReferenceConfiguration:
-    """Reference configuration with start displacements, declared velocities, and histories at the start.
-
-    A rigid motion is declared at the main node alone, so that it holds wherever closing the loops moves the body.
-    """
+    """Reference configuration with start displacements, declared velocities, and histories at the start."""
+    # A rigid motion is declared at the main node alone, so that it holds wherever closing the loops moves the body.
     q = number.pose()
     v = np.full(number.n_q, np.nan)
     owner = np.zeros(number.n_q, dtype=np.int64)

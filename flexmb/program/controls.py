@@ -147,11 +147,9 @@ class _Finder:
             if source is None:
                 raise self.refusal(control, wanted, name)
             if source.kind == MEASURED and self._needs_acceleration(source):
-                raise ModelError(
-                    f"{control.label}: input {wanted!r} depends on accelerations, which depend on the outputs at the "
-                    "same instant: an algebraic loop. Give sample=, so that the controller reads it at instants, or "
-                    "measure a position or a velocity."
-                )
+                text = f"{control.label}: input {wanted!r} depends on accelerations,"
+                text += " which depend on the outputs at the same instant: an algebraic loop. Give sample=, so that"
+                raise ModelError(f"{text} the controller reads it at instants, or measure a position or a velocity.")
             yield source
 
     def refusal(self, control: ControlContribution, wanted: str, name: str) -> ModelError:

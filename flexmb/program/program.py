@@ -40,17 +40,14 @@ LOAD_P, LOAD_P_END, SLIDING_P, SLIDING_P_END = range(4)  # columns of `Constrain
 GAP_KERNEL, NORMAL_LAW, FRICTION_LAW = range(3)  # columns of `Contacts.kernel`
 GAP_P, GAP_P_END, NORMAL_P, NORMAL_P_END, FRICTION_P, FRICTION_P_END = range(6)  # columns of `Contacts.p`
 COMMON_Z, NORMAL_Z, FRICTION_Z, Z_END = range(4)  # columns of `Contacts.z`: starts of the three histories; end
-
 PHASE, ONSET_TIME, LAST_GAP, LAST_FORCE, LAST_GAP_RATE = range(5)
 CONTACT_COMMON = 5  # history of every contact: phase, time of its onset; gap, force, gap rate at the last state
 
 
 class Elements(Record):
-    """Elements: numbers of their kernels (-1: none), where p, z, dofs, positions (row by row) are.
+    """Elements: numbers of their kernels (-1: none), where p, z, dofs, positions (row by row) are."""
 
-    An element with force, tangent and account is never called through `kernel` and `energy`, which then are -1.
-    """
-
+    # An element with force, tangent and account is never called through `kernel` and `energy`, which then are -1.
     kernel: Integers  # (n,)
     energy: Integers  # (n,)
     factor: Integers  # (n,) a motion
@@ -128,24 +125,19 @@ class Measured(Record):
     angle_out: Integers  # (m,) signal of the rotation, before that of its rate
 
 
+# Values of `Elements.factor` of an element without a factor, and of one whose factor is the first output of a control.
+# Output k is FIRST_OUTPUT - k.
 NO_FACTOR, FIRST_OUTPUT = -1, -2
-"""Values of `Elements.factor` of an element without a factor, and of one whose factor is the first output of a control.
-
-Output k is FIRST_OUTPUT - k."""
-
+# Columns of `Controls.source`: kind of the input; its coordinate, kernel or output; its numbers.
 SOURCE, SOURCE_NUMBER, SOURCE_P, SOURCE_P_END = range(4)
-"""Columns of `Controls.source`: kind of the input; its coordinate, kernel or output; its numbers."""
-
 COORDINATE, VELOCITY, MEASURED, MOTION_VALUE, MOTION_SPEED, OUTPUT = range(6)  # kinds of inputs of a control
 
 
 class Controls(Record):
-    """Controls: kernels, inputs, own states, outputs, and the coordinates that these depend on.
+    """Controls: kernels, inputs, own states, outputs, and the coordinates that these depend on."""
 
-    The coordinates of a control are those of its states, in threes, then those of its inputs.  A sampled control has
-    no coordinates; its history holds its states and its outputs.
-    """
-
+    # The coordinates of a control are those of its states, in threes, then those of its inputs. A sampled control has
+    # no coordinates; its history holds its states and its outputs.
     kernel: Integers  # (n,)
     p: IntegerTable  # (n, 2)
     z: IntegerTable  # (n, 2) empty for a control that acts at all times
@@ -216,9 +208,6 @@ class Addresses(Record):
 KINDS = tuple(Addresses._fields)  # kinds of kernels
 
 
-# Compiled mechanism: arrays, kernels and names; can be pickled
-
-
 @dataclass(frozen=True)
 class Sampler:
     """Control that acts at instants k sample, as a run needs it between its steps."""
@@ -278,11 +267,9 @@ class Names:
 
 @dataclass(frozen=True, eq=False)
 class Program:
-    """A compiled mechanism: read-only arrays, kernels, names, the pattern of its matrix.
+    """A compiled mechanism: read-only arrays, kernels, names, the pattern of its matrix."""
 
-    Made by `flexmb.compile`; it can be pickled and sent to other processes.
-    """
-
+    # Made by `flexmb.compile`; it can be pickled and sent to other processes.
     name: str
     tables: Tables
     kernels: tuple[tuple[Kernel, ...], ...]  # by contract, in the order of `Addresses`
@@ -420,13 +407,9 @@ def freeze(value: Any) -> None:
 
 
 # Groups of bodies that are connected by joints, contacts or elements; the ground connects nothing
-
-
 def body_groups(program: Program) -> np.ndarray:
-    """Number of the group of each coordinate, (n_q + 3,); -1: the ground.  Each state of a control is of group 0.
-
-    The motion of one group does not depend on that of another, unless a control reads it.
-    """
+    """Number of the group of each coordinate, (n_q + 3,); -1: the ground.  Each state of a control is of group 0."""
+    # The motion of one group does not depend on that of another, unless a control reads it.
     T, n_b = program.tables, program.tables.sizes.n_b
     label = np.arange((program.n_q + 3) // 3)
     pieces = [(T.elements.dof, T.elements.dofs), (T.constraints.dof, T.constraints.dofs)]

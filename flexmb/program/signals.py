@@ -32,9 +32,8 @@ CONTACT_SIGNALS = (
     ("force", "N"),
     ("mode", ""),
 )
+# Names and units of coordinate, velocity and acceleration of a state of a control, by its name and unit.
 STATE_SIGNALS = (("{}_integral", "{} s"), ("{}", "{}"), ("{}_rate", "{}/s"))
-"""Names and units of coordinate, velocity and acceleration of a state of a control, by its name and unit."""
-
 CONTACT_PENETRATION = [name for name, _ in CONTACT_SIGNALS].index("penetration")
 ENERGY_SIGNALS = (
     "kinetic",

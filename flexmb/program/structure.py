@@ -44,8 +44,6 @@ from flexmb.program.program import (
 )
 from flexmb.program.signals import force_signals, layout
 
-# Numbers of the parts, in the order in which they are packed
-
 NumberLists = dict[str, list[Sequence[float]]]  # lists of numbers by what they belong to, one behind the other
 
 
@@ -106,8 +104,6 @@ def ends_of(lengths: Iterable[int]) -> np.ndarray:
 
 
 # Packing: tables of numbered kernels, coordinates and places in the factored matrix
-
-
 @dataclass(frozen=True, eq=False)
 class Blocks:
     """Dense blocks of the matrix, row by row: where each begins, row and column numbers of all entries."""
@@ -385,18 +381,13 @@ def rate_of(contribution: ConstraintContribution, reaction: Reaction, rates: Map
     return rates[contribution.part, reaction.rate]
 
 
-# Structures: tables of the first mechanism of each, remembered for others that differ in numbers alone
-
 REMEMBERED_STRUCTURES = 16  # number of remembered structures; a mechanism has two, one in motion and one for its start
 REMEMBERED_UNKNOWNS = 50_000  # number of unknowns of all remembered structures but the latest: some hundred megabytes
 FIELDWISE_FROM = 100  # number of contributions above which their keys are read field by field, which is faster
-
+# Fields of contributions of which a structure depends on the length alone, which `numbers` knows, if at all.
 NUMBERS = ("p", "history", "start", "sample")
-"""Fields of contributions of which a structure depends on the length alone, which `numbers` knows, if at all."""
-
+# Fields of names and whole numbers, which are part of the key.
 NAMES = frozenset("part name coordinates second units drive_units signal holds rows row moment_row place".split())
-"""Fields of names and whole numbers, which are part of the key."""
-
 _LATEST: OrderedDict[Hashable, tuple[Structure, tuple[Kernel, ...]]] = OrderedDict()
 
 

@@ -32,7 +32,6 @@ COLUMNS = (  # names and units of the columns, in the order of the loop (`engine
 
 COLUMN = {name: k for k, (name, _) in enumerate(COLUMNS)}
 UNITS = {**dict(COLUMNS), "duration": "s", "flight": "s", "restitution": ""}
-
 IMPACT, CONTINUOUS = 1, 2
 MODES = {IMPACT: "impact", CONTINUOUS: "continuous"}
 SHOWN_ROWS = 20  # number of rows of a printed table; further rows are left out in its middle
@@ -178,8 +177,7 @@ class Episodes:
     @property
     def duration(self) -> np.ndarray:
         """(n,) times in contact [s]; NaN where start or end is."""
-        times: np.ndarray = self.end - self.start
-        return times
+        return np.asarray(self.end - self.start)
 
     @property
     def restitution(self) -> np.ndarray:
@@ -238,6 +236,7 @@ class Episodes:
 
 ARRAYS = tuple(f.name for f in fields(Episodes) if f.name not in ("_", "name"))
 QUANTITIES = ARRAYS[2:]
+# Heads of the printed columns, with their fields.
 TABLE_HEADS = {
     "start": "start",
     "end": "end",
@@ -249,7 +248,6 @@ TABLE_HEADS = {
     "lost": "dissipated_contact",
     "friction": "dissipated_friction",
 }
-"""Heads of the printed columns, with their fields."""
 
 
 def select(log: ContactLog, solution: str, name: str | None) -> Episodes:

@@ -28,9 +28,8 @@ from flexmb.model.shape import (
 )
 from flexmb.results.solution import Solution
 
+
 # Points in moved frames, and turns between them
-
-
 def carried(poses: np.ndarray, points: np.ndarray) -> np.ndarray:
     """Points (..., 2) in moved frames, carried along by their poses x, y, theta (..., 3); shapes are broadcast."""
     x, y, angle = np.moveaxis(poses, -1, 0)
@@ -48,24 +47,18 @@ def seen_from(poses: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 def turned_by(points: np.ndarray, moved: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Cosines and sines (n,) of the turn of points (m, 2) into others (n, m, 2) by least squares.
-
-    Both have a common factor: the sum of squares of the points, times the factor by which they grow.
-    """
+    """Cosines and sines (n,) of the turn of points (m, 2) into others (n, m, 2) by least squares."""
+    # Both have a common factor: the sum of squares of the points, times the factor by which they grow.
     across = (points[:, 0] * moved[..., 1] - points[:, 1] * moved[..., 0]).sum(axis=1)
     return (points * moved).sum(axis=(1, 2)), across
 
 
 def whole_turns(angle: np.ndarray) -> np.ndarray:
     """The nearest multiples of a turn [rad]."""
-    turns: np.ndarray = 2.0 * np.pi * np.round(angle / (2.0 * np.pi))
-    return turns
+    return np.asarray(2.0 * np.pi * np.round(angle / (2.0 * np.pi)))
 
-
-# Meshes of plane bodies at chosen instants: places of their points, stresses, outlines
 
 CORNERS = {"tri3": 3, "tri6": 3, "quad4": 4, "quad9": 4}  # number of corners of a cell, by kind
-
 
 PIECES = {  # triangles between the points of a cell, by kind
     "tri3": ((0, 1, 2),),
@@ -121,8 +114,7 @@ class Surface:
     def von_mises(self) -> np.ndarray:
         """(n, m) von Mises stress at the points [Pa]; of reduced beams the normal stress in the outer fibres."""
         if self.shape.fibres:
-            normal: np.ndarray = np.abs(self._shortened @ np.array(self.shape.fibres).T)
-            return normal
+            return np.asarray(np.abs(self._shortened @ np.array(self.shape.fibres).T))
         return von_mises(self.stress)
 
     @property
@@ -141,10 +133,8 @@ class Surface:
 
 
 def moved_points(shape: MeshShape, poses: np.ndarray) -> np.ndarray:
-    """Places (n, m, 2) of all points of a mesh by the poses (n, nodes, 3) x, y, theta of its nodes.
-
-    The frame of a reduced body carries the reference configuration and the displacements in it.
-    """
+    """Places (n, m, 2) of all points of a mesh by the poses (n, nodes, 3) x, y, theta of its nodes."""
+    # The frame of a reduced body carries the reference configuration and the displacements in it.
     if shape.basis:
         d, angle = deformed(shape, poses)
         own = np.array(shape.points) + (d.reshape(len(d), -1) @ np.array(shape.basis).T).reshape(len(d), -1, 2)
@@ -162,11 +152,9 @@ def turned(stress: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 
 def few_shapes(moved: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]:
-    """Factors (n, k) and shapes (k, m), as few as possible, of displacements (n, m), the sum within a limit [m].
-
-    Proper orthogonal decomposition, by the eigenvectors of the products of instants or of displacements, of which there
-    are fewer: a singular value decomposition takes ten times as long.
-    """
+    """Factors (n, k) and shapes (k, m), as few as possible, of displacements (n, m), the sum within a limit [m]."""
+    # Proper orthogonal decomposition, by the eigenvectors of the products of instants or of displacements, of which
+    # there are fewer: a singular value decomposition takes ten times as long.
     wide = len(moved) <= moved.shape[1]
     vectors = np.linalg.eigh(moved @ moved.T if wide else moved.T @ moved)[1][:, ::-1]
     factors, shapes = (vectors, vectors.T @ moved) if wide else (moved @ vectors, vectors.T)
@@ -177,10 +165,7 @@ def few_shapes(moved: np.ndarray, limit: float) -> tuple[np.ndarray, np.ndarray]
     return factors[:, :count], shapes[:count]
 
 
-# Drawing of a solution at chosen instants: lines and points in the plane, for files and pictures
-
 GROUND = "ground"
-
 RIGID, BEAM, MESH = "rigid", "beam", "mesh"  # kinds of lines of bodies
 
 
@@ -260,10 +245,8 @@ def require_nodes(sol: Solution) -> None:
         parts = list(dict.fromkeys(name.partition(".")[0] for name in missing))
         shown = ", ".join(missing[:3]) + (f" and {len(missing) - 3} more" if len(missing) > 3 else "")
         wanted = ", ".join(repr(f"{part}.*") for part in parts[:3]) + (", ..." if len(parts) > 3 else "")
-        raise InputError(
-            f"Solution of {sol.name!r}: to draw it, signals are missing that were not saved: {shown}. "
-            f"Add {wanted} to simulate(..., signals=[...]), or leave it out to save all."
-        )
+        text = f"Solution of {sol.name!r}: to draw it, signals are missing that were not saved: {shown}."
+        raise InputError(f"{text} Add {wanted} to simulate(..., signals=[...]), or leave it out to save all.")
 
 
 def path(sol: Solution, point: Place, instants: np.ndarray) -> np.ndarray:

@@ -118,12 +118,9 @@ def global_attributes(model: Mapping[str, Any]) -> dict[str, str]:
     }
 
 
-# Variables and attributes of a netCDF file in memory
-
 LARGEST_GROWTH = 50  # size of the data of a file over the size of the file, at most; flexmb does not compress
-
+# First words of the attribute NAME of a dimension without values, by the netCDF-4 format.
 NO_VARIABLE = b"This is a netCDF dimension but not a netCDF variable"
-"""First words of the attribute NAME of a dimension without values, by the netCDF-4 format."""
 
 
 class NetcdfContent:
@@ -178,10 +175,7 @@ class NetcdfContent:
         return values
 
 
-# A solution as a netCDF file
-
 FORMAT = 3  # version of the layout; files of former versions are read, newer ones are refused
-
 VERSION = "flexmb_format"
 RECORD = "flexmb_record"  # a variable, since an attribute of HDF5 holds at most 64 KiB
 TIME, SIGNAL, VALUES = "time", "signal", "values"
@@ -191,12 +185,10 @@ EPISODES = "episodes"
 
 
 def save(sol: Solution, path: str | Path) -> Path:
-    """Write `sol` to the file `path` and return it as a `Path`.
-
-    Folders that are missing are made.  The file is written beside its place and then renamed, so that an interrupted
-    run leaves either the old file or the new one.  Errors: a path that cannot be written; a `model` that cannot be
-    written as JSON.
-    """
+    """Write `sol` to the file `path` and return it as a `Path`."""
+    # Folders that are missing are made. The file is written beside its place and then renamed, so that an interrupted
+    # run leaves either the old file or the new one. Errors: a path that cannot be written; a `model` that cannot be
+    # written as JSON.
     groups: dict[str, Group] = {"": _contents(sol)}
     if sol.restart:
         comment = "state at the end of the run, from which flexmb.simulate(..., restart=...) goes on"
@@ -237,10 +229,8 @@ def load(path: str | Path) -> Solution:
             found = NetcdfContent(file, len(content))
             version = found.number(VERSION)
             if version is None or RECORD not in found.file:
-                raise FileFormatError(
-                    f"{str(source)!r}: a netCDF file, but not one of flexmb (no {VERSION!r}, no {RECORD!r}). "
-                    "Open it with xarray.open_dataset."
-                )
+                text = f"{str(source)!r}: a netCDF file, but not one of flexmb (no {VERSION!r}, no {RECORD!r})."
+                raise FileFormatError(f"{text} Open it with xarray.open_dataset.")
             if not 1 <= int(version) <= FORMAT:
                 text = f"{str(source)!r}: written in format {version:g}; this version of flexmb reads formats up to"
                 raise FileFormatError(f"{text} {FORMAT}. Install the version of flexmb that wrote it.")

@@ -26,9 +26,8 @@ from flexmb.results.stress import Places, Wanted, at_places, chosen_places, move
 if TYPE_CHECKING:
     import xarray as xr
 
+
 # Positions of points of flexible bodies at the saved instants: nodes of beams and of meshes, reduced ones too
-
-
 def positions(
     sol: Solution,
     body: str,
@@ -60,9 +59,6 @@ def positions(
     own = {"node": (places.nodes, ""), "x0": (places.points[:, 0], "m"), "y0": (places.points[:, 1], "m")}
     columns = {axis: (moved[..., k], {"units": "m"}) for k, axis in enumerate("xy")}
     return at_places(sol, part.name, instants, chosen, own, columns)
-
-
-# Mass, centre of mass and momenta over a run, from the masses that the equations of motion hold
 
 
 @dataclass(frozen=True)
@@ -167,12 +163,10 @@ COORDINATES = (".x", ".y", ".theta")  # endings of the names of coordinates
 
 
 def at_times(sol: Solution, times: np.ndarray) -> Solution:
-    """Solution whose rows belong to any instants between the first and the last saved row.
-
-    Coordinates follow cubic polynomials through both neighbouring rows, with the slopes there of the parabolas through
-    three rows (Catmull and Rom).  Other signals are interpolated linearly; modes keep the value of the row before.
-    `times` (n,) increase [s].
-    """
+    """Solution whose rows belong to any instants between the first and the last saved row."""
+    # Coordinates follow cubic polynomials through both neighbouring rows, with the slopes there of the parabolas
+    # through three rows (Catmull and Rom). Other signals are interpolated linearly; modes keep the value of the row
+    # before. `times` (n,) increase [s].
     rows = np.flatnonzero(np.append(np.diff(sol.time) > 0.0, True))  # the last of rows of one time
     time = sol.time[rows]
     left = np.clip(np.searchsorted(time, times, side="right") - 1, 0, max(len(rows) - 2, 0))
@@ -206,18 +200,16 @@ def with_values(sol: Solution, time: np.ndarray, values: np.ndarray) -> Solution
     return replace(sol, time=time, values=values, peaks=peaks)
 
 
+# Error of sums of shapes over the largest displacement, and over the size of a body; no magnification shows more.
 SEEN, ROUND_OFF = 2.5e-4, 1e-9
-"""Error of sums of shapes over the largest displacement, and over the size of a body; no magnification shows more."""
 
 
 @dataclass(frozen=True)
 class FlexibleMotion:
-    """A flexible body at n instants, and its unstressed shape, which is laid through its joints by least squares.
+    """A flexible body at n instants, and its unstressed shape, which is laid through its joints by least squares."""
 
-    Through its clamped end, if it has no other joint; through all its nodes, if it has none; with one joint that lets
-    it turn, it turns with all of them.
-    """
-
+    # Through its clamped end, if it has no other joint; through all its nodes, if it has none; with one joint that lets
+    # it turn, it turns with all of them.
     part: str
     nodes: tuple[str, ...]  # (m) their names
     reference: np.ndarray  # (m, 3) x, y, theta of the nodes of the unstressed body in a frame of its own [m, rad]
@@ -277,11 +269,9 @@ def flexible_motions(sol: Solution, instants: np.ndarray) -> list[FlexibleMotion
 
 
 def magnified(sol: Solution, factor: float) -> Solution:
-    """Solution with a magnified deformation of the flexible bodies, for pictures alone.
-
-    The deformation is the difference from the unstressed shape (`FlexibleMotion`), stretched as much as two joints are
-    apart.  So bodies stay together at their joints.  The factor 1 gives the solution itself.
-    """
+    """Solution with a magnified deformation of the flexible bodies, for pictures alone."""
+    # The deformation is the difference from the unstressed shape (`FlexibleMotion`), stretched as much as two joints
+    # are apart. So bodies stay together at their joints. The factor 1 gives the solution itself.
     if factor == 1.0:
         return sol
     values, rows = sol.values.copy(), np.arange(len(sol.time))

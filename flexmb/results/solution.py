@@ -26,36 +26,22 @@ if TYPE_CHECKING:
     from flexmb.model.part import Part
     from flexmb.results.stress import Fatigue, WoehlerLine
 
-# Statistics of a run: steps, iterations, time
-
 
 @dataclass(frozen=True, slots=True)
 class Stats:
-    """Statistics of a run.
+    """Statistics of a run."""
 
-    Parameters
-    ----------
-    steps : accepted steps.
-    rejected : steps tried again with a smaller size; all others than those of the last two numbers exceeded the error.
-    newton_iterations : iterations of all steps, the rejected ones included.
-    evaluations : evaluations of the equations of motion.
-    factorisations : factorisations of the iteration matrix.
-    smallest_step, largest_step : among the accepted steps [s].
-    wall_time : time that passed on the clock, without that of compilations [s].
-    rejected_at_contacts : rejected steps that reached beyond the beginning or the end of a contact.
-    not_converged : rejected steps whose Newton iteration did not converge.
-    """
-
-    steps: int = 0
+    steps: int = 0  # accepted steps
+    # steps tried again with a smaller size; all others than those of the last two numbers exceeded the error
     rejected: int = 0
-    newton_iterations: int = 0
-    evaluations: int = 0
-    factorisations: int = 0
-    smallest_step: float = 0.0
+    newton_iterations: int = 0  # iterations of all steps, the rejected ones included
+    evaluations: int = 0  # evaluations of the equations of motion
+    factorisations: int = 0  # factorisations of the iteration matrix
+    smallest_step: float = 0.0  # smallest_step, largest_step: among the accepted steps [s]
     largest_step: float = 0.0
-    wall_time: float = 0.0
-    rejected_at_contacts: int = 0
-    not_converged: int = 0
+    wall_time: float = 0.0  # time that passed on the clock, without that of compilations [s]
+    rejected_at_contacts: int = 0  # rejected steps that reached beyond the beginning or the end of a contact
+    not_converged: int = 0  # rejected steps whose Newton iteration did not converge
 
     @property
     def rejections(self) -> str:
@@ -68,14 +54,9 @@ class Stats:
 
     def __str__(self) -> str:
         """One line."""
-        return (
-            f"{self.steps} steps of {self.smallest_step:.3g} to {self.largest_step:.3g} s ({self.rejections}), "
-            f"{self.newton_iterations} Newton iterations, {self.evaluations} evaluations, "
-            f"{self.factorisations} factorisations, {self.wall_time:.3g} s on the clock"
-        )
-
-
-# Largest absolute values of signals over all accepted steps
+        text = f"{self.steps} steps of {self.smallest_step:.3g} to {self.largest_step:.3g} s ({self.rejections}),"
+        text += f" {self.newton_iterations} Newton iterations, {self.evaluations} evaluations,"
+        return f"{text} {self.factorisations} factorisations, {self.wall_time:.3g} s on the clock"
 
 
 class _Peak(NamedTuple):
@@ -112,8 +93,6 @@ class Peaks(NamedTuple):
 
 
 # Facts of a run: one list for the command line, notebooks and pages
-
-
 class Fact(NamedTuple):
     """A fact with its value as a text, unit and note."""
 
@@ -165,9 +144,8 @@ def contact_facts(sol: Solution, name: str) -> list[Fact]:
 
 # Text and HTML of a solution: end of the run, main peaks, notes, facts
 
+# Endings of the main signals: of drives, of contacts, of flexible links, of all bodies that deform.
 MAIN_ENDINGS = ("torque", "normal_force", "deflection", "von_mises")
-"""Endings of the main signals: of drives, of contacts, of flexible links, of all bodies that deform."""
-
 OTHER_ENDINGS = ("force", "ax", "ay", "alpha")  # endings of the signals that stand for the main ones if there are none
 MOST_OF_A_KIND = 6  # largest number of main signals with one ending
 ROUND_OFF = 1e-10  # peak over the largest one of its unit, up to which it is round-off
@@ -175,12 +153,10 @@ IN_TEXT, IN_TABLE = 3, 16  # number of peaks at most in a text and in a table
 
 
 def largest_signals(sol: Solution) -> list[str]:
-    """Names of the signals with the largest peaks.
-
-    These are torques, contact forces, deflections and stresses; without any of them forces and accelerations.  Of each
-    kind the `MOST_OF_A_KIND` largest ones are told.  Signals whose peaks are round-off beside those of other signals
-    are left out, such as the forces of contacts that never close.
-    """
+    """Names of the signals with the largest peaks."""
+    # These are torques, contact forces, deflections and stresses; without any of them forces and accelerations. Of each
+    # kind the `MOST_OF_A_KIND` largest ones are told. Signals whose peaks are round-off beside those of other signals
+    # are left out, such as the forces of contacts that never close.
     scales = _scales(sol)
     for endings in (MAIN_ENDINGS, OTHER_ENDINGS):
         told: list[str] = []
@@ -225,8 +201,6 @@ def _by_part(sol: Solution) -> dict[str, list[str]]:
         found.setdefault(part, []).append(own)
     return found
 
-
-# The record of a run: named signals over time, status, statistics, final state
 
 SAVED_KEY = "signals"  # key of `Solution.model` for the chosen signals, where not all were saved
 STEPS_KEY = "every_step"  # key of `Solution.model`: whether every accepted step was saved
@@ -379,8 +353,7 @@ class Solution:
 
     def array(self, name: str) -> np.ndarray:
         """The signal `name` as a read-only array (n,): `sol[name].values` without the cost of labels."""
-        column: np.ndarray = self.values[:, self._place(name)]
-        return column
+        return np.asarray(self.values[:, self._place(name)])
 
     def units(self, name: str) -> str:
         """SI unit of the signal `name`."""

@@ -17,8 +17,6 @@ from flexmb.model.part import GROUND, Body, Joint
 from flexmb.program.program import COMMON_Z, LAST_GAP, LAST_GAP_RATE, Program
 from flexmb.results.solution import Solution, largest_signals
 
-# Main signals of a run: acceleration of the output body, and the signals with the largest peaks
-
 MOST = 16  # largest number of main signals
 PANELS = 6  # largest number of panels of the picture
 GUIDES = ("Prismatic", "PrismaticClearance", "WornGuide")  # classes of joints whose second body is a slider

@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
     from flexmb.results.solution import Solution
 
-# Places of the nodes at which stresses of a body are known
-
 
 def place_of_stress(sol: Solution, part: str, node: int) -> tuple[float, float] | None:
     """Place of a node in the reference configuration [m]; None where the solution does not know it."""
@@ -45,7 +43,6 @@ def place_of_stress(sol: Solution, part: str, node: int) -> tuple[float, float] 
 # Stresses of flexible bodies at the saved instants: at the ends of beam elements, at the nodes of meshes
 
 Wanted = Sequence[tuple[float, float] | int | str]
-
 ENDS = np.array([0.0, 1.0])  # both ends of an element
 
 MEANINGS = {  # names and meanings of the stresses
@@ -161,8 +158,7 @@ def _of_reduced(sol: Solution, body: Any, shape: MeshShape, instants: np.ndarray
         raise InputError(f"{body.label} has no stresses.")
     d, _ = deformed(shape, poses(sol, shape.part, shape.nodes, instants))
     e = shortened(d, body.element.directions)
-    found: np.ndarray = np.einsum("msi,ti->tms", stresses(body.basis.shapes), e, optimize=True)
-    return found
+    return np.asarray(np.einsum("msi,ti->tms", stresses(body.basis.shapes), e, optimize=True))
 
 
 def chosen_places(label: str, places: Places, points: Wanted) -> np.ndarray:
@@ -205,8 +201,6 @@ def at_places(
     coords: dict[str, Any] = {"time": time, **own}
     return xr.Dataset(found, coords=coords, attrs={"mechanism": sol.name, "part": part})
 
-
-# Fatigue: cycles of a stress by rainflow counting, and their damage by a Woehler line
 
 CAPTURED = 0.98  # largest saved stress over the largest of all accepted steps, below which cycles are said to be missed
 

@@ -40,11 +40,8 @@ UNITS = {
 }
 TRACES = "traces.vtu"  # file of the paths of markers, beside the frames
 CELLS = {"tri3": "triangle", "tri6": "triangle6", "quad4": "quad", "quad9": "quad9"}  # kinds of cells, as in meshio
-
+# Kinds of cells by number; kinds that a user's own parts bring follow after these.
 KINDS = ("rigid", "beam", "joint", "revolute", "prismatic", "fixed", "clearance", "journal", "mesh")
-"""Kinds of cells by number; kinds that a user's own parts bring follow after these."""
-
-
 STRESSES = ("stress_x", "stress_y", "stress_xy")  # stresses of meshes in world axes
 
 

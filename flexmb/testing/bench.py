@@ -23,16 +23,13 @@ ROUND_OFF = float(np.finfo(float).eps)  # relative round-off of a float
 
 
 def slope(function: Callable[[float], Any], x: float, scale: float, noise: Any = 0.0) -> tuple[np.ndarray, np.ndarray]:
-    """df/dx and its uncertainty, entry by entry, from central differences with steps that shrink from scale / 8.
-
-    Each halving of the step is extrapolated (errors in h^2, h^4, ...).  The result is the value that differs least from
-    its neighbours, so the step suits the function, and the uncertainty is large at a kink and with round-off.  The
-    function of one number gives an array of any shape, and may change over the length `scale` > 0; `noise` is the
-    round-off of its values beyond that of their own size.
-
-    Source: C. J. F. Ridders, Accurate computation of F'(x) and F'(x)F''(x), Advances in Engineering Software 4 (1982)
-    75-76.
-    """
+    """df/dx and its uncertainty, entry by entry, from central differences with steps that shrink from scale / 8."""
+    # Each halving of the step is extrapolated (errors in h^2, h^4, ...). The result is the value that differs least
+    # from its neighbours, so the step suits the function, and the uncertainty is large at a kink and with round-off.
+    # The function of one number gives an array of any shape, and may change over the length `scale` > 0; `noise` is the
+    # round-off of its values beyond that of their own size.
+    # Source: C. J. F. Ridders, Accurate computation of F'(x) and F'(x)F''(x), Advances in Engineering Software 4 (1982)
+    # 75-76.
     best: Any = None
     uncertain: Any = np.inf
     before: list[np.ndarray] = []
@@ -93,7 +90,6 @@ RESULTS = {  # names of returned numbers by contract; other kernels write to arr
 }
 
 SAME = 1e-11  # largest difference of compiled and plain Python function, over the largest entry
-
 State = dict[str, Any]
 Values = dict[str, np.ndarray]
 
@@ -111,12 +107,10 @@ class TestedKernel:
         return self._outputs(self.kernel.dispatcher, state)
 
     def checked_call(self, state: State, sizes: dict[str, float] | None = None) -> Values:
-        """Outputs at a state, after the checks of a single call.
-
-        Round-off is related to `sizes` of outputs by name; other outputs: their own size.  A `KernelError` tells a call
-        that fails or changes its inputs, values that are not finite, a second call or a compiled function with another
-        result.
-        """
+        """Outputs at a state, after the checks of a single call."""
+        # Round-off is related to `sizes` of outputs by name; other outputs: their own size. A `KernelError` tells a
+        # call that fails or changes its inputs, values that are not finite, a second call or a compiled function with
+        # another result.
         first, second = self._python(state), self._python(state)
         for name, value in first.items():
             self._finite(name, value, state)
@@ -207,16 +201,12 @@ def at(values: Any, where: Any) -> float:
     return float(np.atleast_1d(values)[np.atleast_1d(where)][0])
 
 
-# Test bench for the kernels of a part: random states, comparisons, and the report of the comparisons
-
 TOLERANCE = 1e-6  # largest relative error of a derivative, over the largest entry of its row
 SMALL_ROW = 1e-4  # size of a row, over the largest row, below which its errors are related to the largest row
 HIDDEN = 1e-6  # change of a function over its scale, over the function, below which errors are over the function
 BALANCE = 1e-12  # largest imbalance of forces and moments, over the sum of their magnitudes
 TURNED = 1e-11  # largest relative change of a result by a rotation and shift of the frame
 MAGNITUDES = (1e-6, 1e-3, 0.05, 0.3)  # distances of states from the reference: over the size of the piece, in rad
-
-
 Round = TypeVar("Round")
 
 
@@ -312,12 +302,10 @@ class Bench:
         scale: Any,
         **sizes: Any,
     ) -> None:
-        """Compare a derivative of the kernel with differences of a function at x.
-
-        The formula begins with the name of the derivative; `scale` is that of the differences.  `sizes` are `rows`,
-        `columns`: weights that give all entries one unit; `floor`: smallest size of a row; `noise`: round-off of the
-        function beyond that of its own size.
-        """
+        """Compare a derivative of the kernel with differences of a function at x."""
+        # The formula begins with the name of the derivative; `scale` is that of the differences. `sizes` are `rows`,
+        # `columns`: weights that give all entries one unit; `floor`: smallest size of a row; `noise`: round-off of the
+        # function beyond that of its own size.
         expected, uncertain = gradient(function, x, scale, sizes.get("noise", 0.0))
         value = np.asarray(value, dtype=float)
         expected, uncertain = expected.reshape(value.shape), uncertain.reshape(value.shape)

@@ -15,8 +15,6 @@ from flexmb.model.part import GROUND
 from flexmb.program.program import Program
 from flexmb.testing.bench import ROUND_OFF, TOLERANCE, Bench, State, TestedKernel, Values
 
-# Checks of elements: tangents, energies, balance, frame
-
 REACTION = "action must equal reaction; a load from outside on two bodies is one part for each of them"
 
 
@@ -168,27 +166,20 @@ def check_frame(
     bench.turned(tested, "r", state, after["r"] * scale, (turn @ before["r"]) * scale, size)
 
 
-# Checks of controls: the law by itself, and the tangents of its loads and states in the mechanism
-
 INPUT_SIZES = (0.0, 1e-3, 1.0, 30.0)  # sizes of random inputs and states of a law
-
+# Sizes of random displacements, over the size of the mechanism and in rad, and of velocities per second.
 POSE_SIZES, SPEED_SIZES = (0.01, 0.3, 1.0, 2.0), (0.0, 0.1, 3.0)
-"""Sizes of random displacements, over the size of the mechanism and in rad, and of velocities per second."""
-
 ROUNDS = 6  # number of states of each size of displacement and velocity
 SETTLING = 5  # number of iterations that bring states of a control near rest, where the control is not saturated
 SMALL = 1e-9  # slopes relative to the largest one, below which they are round-off
-
+# Derivative relative to the forces, below which round-off of the differences of a law exceeds the tolerance: the
+# program finds tangents of laws by differences of its own, of at least 6e-7.
 LAW_NOISE = 4e-3
-"""Derivative relative to the forces, below which round-off of the differences of a law exceeds the tolerance: the
-program finds tangents of laws by differences of its own, of at least 6e-7."""
 
 
 def check_control(bench: Bench, contribution: ControlContribution) -> None:
-    """Check calls of a control law with random inputs: compiled = Python, repeatable, inputs unchanged.
-
-    Inputs at which the law is not finite are left out, since the mechanism may never have them.
-    """
+    """Check calls of a control law with random inputs: compiled = Python, repeatable, inputs unchanged."""
+    # Inputs at which the law is not finite are left out, since the mechanism may never have them.
     tested = tested_law(bench, contribution)
     name, finite = f"{contribution.kernel.name}: compiled = Python, repeatable, inputs unchanged", 0
     for size in INPUT_SIZES * ROUNDS:
@@ -212,11 +203,9 @@ def tested_law(bench: Bench, contribution: ControlContribution) -> TestedKernel:
 
 
 def check_control_tangents(bench: Bench, program: Program, contribution: ControlContribution) -> None:
-    """Compare the tangents of loads and states of a control with differences of the forces of the mechanism.
-
-    A state of the mechanism at which the outputs depend on nothing (a saturated controller) tells nothing of tangents;
-    so there must be others.  A sampled control has no tangents.
-    """
+    """Compare the tangents of loads and states of a control with differences of the forces of the mechanism."""
+    # A state of the mechanism at which the outputs depend on nothing (a saturated controller) tells nothing of
+    # tangents; so there must be others. A sampled control has no tangents.
     c, C = program.controls.index(contribution.part), program.tables.controls
     columns = np.asarray(C.dofs[C.dof[c] : C.dof[c + 1]]).astype(np.int64)
     if contribution.sample is not None or len(columns) == 0:
@@ -282,8 +271,7 @@ def _compare(
         def forces(x: np.ndarray, name: str = name) -> np.ndarray:
             moved = {**state, name: state[name].copy()}
             moved[name][columns] = x
-            found: np.ndarray = system.at(moved["q"], moved["v"], moved["a"], t=state["t"]).force[rows]
-            return found
+            return np.asarray(system.at(moved["q"], moved["v"], moved["a"], t=state["t"]).force[rows])
 
         floor = LAW_NOISE * float(force.max(initial=0.0) / scale.min())
         bench.derivative(tested, formula, state, value, forces, state[name][columns], scale, floor=floor)

@@ -112,10 +112,8 @@ def check_pickles(bench: Bench, mechanism: Mechanism, part_name: str, program: P
                 "that other processes can import; no open files, no locks, no lambdas."
             ) from error
     if copies["part"] != part:
-        raise KernelError(
-            f"{bench.owner}: its copy, pickled and read back, differs from it. Use plain numbers, texts, tuples and "
-            "frozen dataclasses as fields."
-        )
+        text = f"{bench.owner}: its copy, pickled and read back, differs from it."
+        raise KernelError(f"{text} Use plain numbers, texts, tuples and frozen dataclasses as fields.")
     n = program.n_q
     q = program.reference.q + 1e-3 * program.length * bench.random.uniform(-1.0, 1.0, n)
     v, a = bench.random.uniform(-1.0, 1.0, (2, n))

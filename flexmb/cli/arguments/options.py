@@ -19,8 +19,8 @@ from flexmb.fields import unit_of, with_unit
 
 Maker = Callable[..., Any]
 KINDS = {"bool": "flag", "float": "number", "int": "count", "str": "text"}
+# Kind by type, and value in the help by kind.
 SHOWN = {"number": "X", "count": "N", "numbers": "X,Y", "text": "TEXT"}
-"""Kind by type, and value in the help by kind."""
 
 
 @dataclass(frozen=True)
@@ -58,12 +58,10 @@ class Option:
 
 
 def options_of(maker: Maker) -> list[Option]:
-    """Options for the parameters of a function that are numbers, tuples of numbers, flags or texts.
-
-    A parameter has its unit in its annotation, length: Annotated[float, "m"], and its help in the numpydoc docstring,
-    "length : length of the rod"; a class has both in its fields.  Other parameters, such as laws or materials, have no
-    option.
-    """
+    """Options for the parameters of a function that are numbers, tuples of numbers, flags or texts."""
+    # A parameter has its unit in its annotation, length: Annotated[float, "m"], and its help in the numpydoc docstring,
+    # "length : length of the rod"; a class has both in its fields. Other parameters, such as laws or materials, have no
+    # option.
     described, options = parameters(maker), []
     try:
         signature = inspect.signature(maker, eval_str=True)  # aliases are then resolved

@@ -18,8 +18,6 @@ from flexmb.errors import USER_ERRORS, FlexmbError, InputError
 from flexmb.model.mechanism import Mechanism, require_field
 from flexmb.model.part import Part
 
-# Fields of parts set on the command line: --set PART.FIELD=VALUE
-
 
 class Field(Option):
     """A field of a part as an option; `name` is that of the option and the path of the field."""
@@ -50,10 +48,9 @@ def changed(mechanism: Mechanism, texts: Sequence[str]) -> Mechanism:
 
 
 def field_option(mechanism: Mechanism, path: str, flag: str) -> Option:
-    """The field of a part as an option, with the kind and the unit that its class declares.
-
-    The path is "PART.FIELD", "PART.FIELD.FIELD", or "gravity"; `flag` is the option that names the field, for messages.
-    """
+    """The field of a part as an option, with the kind and the unit that its class declares."""
+    # The path is "PART.FIELD", "PART.FIELD.FIELD", or "gravity"; `flag` is the option that names the field, for
+    # messages.
     if path == "gravity":
         return GRAVITY
     name, _, rest = path.partition(".")
@@ -73,8 +70,6 @@ def field_option(mechanism: Mechanism, path: str, flag: str) -> Option:
         raise InputError(f"{text}. Change it in a file of your own with mech.with_ or mech.with_part.")
     return Field(f"{flag} {path}", found.kind, found.default, found.unit, found.help)
 
-
-# Source of a mechanism: a ready one by its name, or FILE.py[:NAME]
 
 NAMES = ("mech", "mechanism")  # default names of a mechanism in a file
 

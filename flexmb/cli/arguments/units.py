@@ -13,7 +13,7 @@ from flexmb.errors import InputError
 
 Scale = tuple[Fraction, int]  # factor to SI, a fraction and a power of pi; by exact fractions 0.3mm is the double 3e-4
 
-
+# Quantity, for messages, and typed units with their factors, by SI unit of the parameter; "_" is a blank in a unit.
 KINDS = {
     "m": ("a length", "m=1 cm=1e-2 mm=1e-3 um=1e-6 μm=1e-6 nm=1e-9"),
     "s": ("a time", "s=1 ms=1e-3 us=1e-6 μs=1e-6 ns=1e-9 min=60"),
@@ -34,7 +34,6 @@ KINDS = {
     "Hz": ("", "Hz=1 kHz=1000"),
     "": ("a number without unit", ""),
 }
-"""Quantity, for messages, and typed units with their factors, by SI unit of the parameter; "_" is a blank in a unit."""
 
 NOUNS = {unit: quantity for unit, (quantity, _) in KINDS.items() if quantity}  # quantity of an SI unit, for messages
 
@@ -44,12 +43,10 @@ def _scales(text: str) -> dict[str, Scale]:
     return {unit.replace("_", " "): (Fraction(f.removesuffix("*pi")), int(f.endswith("*pi"))) for unit, f in pairs}
 
 
+# Units on the command line by SI unit of the parameter; "": a parameter without a unit.
 UNITS = {unit: _scales(text) for unit, (_, text) in KINDS.items()}
-"""Units on the command line by SI unit of the parameter; "": a parameter without a unit."""
-
 EXAMPLES = {"m": "0.5mm", "s": "0.1s", "kg": "200g", "rad/s": "2pi", "rad": "30deg"}
 WITH_PI = ("rad", "rad/s", "")  # SI units of the parameters that may be multiples of pi: 2pi, 2pi rad/s
-
 NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 TEXT = re.compile(rf"(?P<sign>[+-]?)(?:(?P<number>{NUMBER})\s*(?P<times>\*?)\s*)?(?P<pi>pi(?![A-Za-z]))?(?P<rest>.*)")
 DIVISOR = re.compile(rf"\s*/\s*({NUMBER})(.*)")

@@ -29,44 +29,32 @@ from flexmb.errors import KernelError
 from flexmb.kernels import compiled
 from flexmb.program.program import Constraints, Program
 
+# Columns of `Complement.pairs`: where both constraints have their G, its columns and rows; where the coordinates that
+# they share and the positions of their block begin.
 FIRST_G, FIRST_COLUMNS, FIRST_ROWS, SECOND_G, SECOND_COLUMNS, SECOND_ROWS, SHARED, SHARED_END, POSITION = range(9)
-"""Columns of `Complement.pairs`: where both constraints have their G, its columns and rows; where the coordinates that
-they share and the positions of their block begin."""
-
 FIRST_COLUMN, SECOND_COLUMN, COORDINATE = range(3)  # places in threes of `Complement.common`
-
 OTHER_POSE = 0.1  # movement to a second pose over the size of each coordinate, at which M must be the same
 
 
 class Complement(Record):
-    """S of a program: pattern, values or factors, vectors.
+    """S of a program: pattern, values or factors, vectors."""
 
-    usable : 1 if M is diagonal and constant, else 0
-    lu : pattern of the factors;  values : (size,) S, or its factors
-    pairs : (pairs, 9) pairs of constraints that share coordinates;  common : (3 k,) these coordinates
-    positions : of the entries of each pair, row by row, in the upper half of S
-    flexibility : (n_q + 3,) diagonal of M^-1 [1/kg, 1/(kg m^2)], 0 for the ground
-    rhs, x, y, scratch, seen : (n_c,);  pair : (2 n_c,)
-    """
-
-    usable: int
-    lu: LU
-    values: Vector
-    pairs: IntegerTable
-    common: Integers
-    positions: Integers
-    flexibility: Vector
-    rhs: Vector
+    usable: int  # 1 if M is diagonal and constant, else 0
+    lu: LU  # pattern of the factors
+    values: Vector  # (size,) S, or its factors
+    pairs: IntegerTable  # (pairs, 9) pairs of constraints that share coordinates
+    common: Integers  # (3 k,) these coordinates
+    positions: Integers  # of the entries of each pair, row by row, in the upper half of S
+    flexibility: Vector  # (n_q + 3,) diagonal of M^-1 [1/kg, 1/(kg m^2)], 0 for the ground
+    rhs: Vector  # rhs, x, y, scratch, seen: (n_c,)
     x: Vector
     y: Vector
     scratch: Vector
     seen: Vector
-    pair: Vector
+    pair: Vector  # (2 n_c,)
 
 
 # Pattern of S, and the masses of a program
-
-
 def complement(program: Program) -> Complement:
     """S of a compiled mechanism; not usable where M is not diagonal and constant, or joints have friction."""
     sizes, inverse = program.tables.sizes, inverse_masses(program)
@@ -145,8 +133,6 @@ def _pairs(C: Constraints, n: int) -> Iterator[tuple[int, int, list[tuple[int, i
 
 
 # S of a pose and its factors; accelerations, multipliers and projections with them
-
-
 @compiled
 def factor_complement(S, G, hold):
     """Factor S with the rows G of an evaluation; whether no pivot is lost or that of a row to be held."""

@@ -51,11 +51,9 @@ if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
     from flexmb.run.run import Run
 
+# Next step over the present one at most and at least; safety factor of the next step.
 LARGEST_GROWTH, LEAST_GROWTH, SAFETY = 6.0, 1.0 / 3.0, 0.9
-"""Next step over the present one at most and at least; safety factor of the next step."""
-
 FAILED_GROWTH = 0.25  # next trial over one whose stages could not be computed
-
 LEAST_STEPS = 50.0  # number of largest steps in a period or a run
 
 

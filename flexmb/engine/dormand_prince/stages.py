@@ -23,42 +23,33 @@ class Span(Record):
 
 
 class Stages(Record):
-    """Stages of a step, and its workspace.
-
-    tableau, instants, errors, weights : `A`, `C`, `ERRORS` and `DENSE_WEIGHTS` of the method
-    Q, V, A : (16, n_q + 3) positions, velocities and accelerations of the stages;  L : (16, n_c) multipliers
-    rates : (16, 11) rates of the ledger at the stages [W]
-    of_q, of_v, of_ledger : (7, ...) coefficients of the dense output
-    old, between : start of the last step, and an instant within it
-    error_q, error_v : (n_q + 3,) errors, and other sums over the stages;  x, y : (n_q + n_c,), pair : (2 (n_q + n_c),)
-    losses : (0, 2) none, since there are no contacts;  zero : (n_q + 3,);  signals : (n_y,) at an instant within
-    """
+    """Stages of a step, and its workspace."""
 
     span: Span
     complement: Complement
     works: Works
-    old: OldState
+    old: OldState  # old, between: start of the last step, and an instant within it
     between: OldState
-    tableau: Matrix
+    tableau: Matrix  # tableau, instants, errors, weights: `A`, `C`, `ERRORS` and `DENSE_WEIGHTS` of the method
     instants: Vector
     errors: Matrix
     weights: Matrix
-    Q: Matrix
+    Q: Matrix  # Q, V, A: (16, n_q + 3) positions, velocities and accelerations of the stages
     V: Matrix
     A: Matrix
-    L: Matrix
-    rates: Matrix
-    of_q: Matrix
+    L: Matrix  # (16, n_c) multipliers
+    rates: Matrix  # (16, 11) rates of the ledger at the stages [W]
+    of_q: Matrix  # of_q, of_v, of_ledger: (7, ...) coefficients of the dense output
     of_v: Matrix
     of_ledger: Matrix
-    error_q: Vector
+    error_q: Vector  # error_q, error_v: (n_q + 3,) errors, and other sums over the stages
     error_v: Vector
-    x: Vector
+    x: Vector  # x, y: (n_q + n_c,), pair : (2 (n_q + n_c),)
     y: Vector
     pair: Vector
-    losses: Matrix
-    zero: Vector
-    signals: Vector
+    losses: Matrix  # (0, 2) none, since there are no contacts
+    zero: Vector  # (n_q + 3,)
+    signals: Vector  # (n_y,) at an instant within
 
 
 def new_stages(program: Program) -> Stages:

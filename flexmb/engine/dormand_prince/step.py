@@ -19,13 +19,9 @@ from flexmb.engine.system.evaluate import evaluate
 from flexmb.kernels import compiled, copy
 
 PROJECTIONS = 3  # number of projections with the same factors at most
-
+# Weight of the square of the error estimate of order 3 beside that of order 5 (Hairer, II.10).
 THIRD_ORDER_SHARE = 0.01
-"""Weight of the square of the error estimate of order 3 beside that of order 5 (Hairer, II.10)."""
-
 FIRST_WEIGHTED = 5  # number of the first stage after the start of a step that has a weight
-
-# Accelerations of a state, and its projection
 
 
 @compiled
@@ -63,9 +59,6 @@ def project(tables, address, lu, t, h, options, flow, trial, work, record, D):
         if not largest <= LARGE_SHIFT * options.length:
             break
     return project_state(tables, address, lu, t, h, options, flow, trial, work, record, D)
-
-
-# Stages and error estimate
 
 
 @compiled
@@ -129,10 +122,8 @@ def find_stages(tables, address, lu, first, end, options, flow, trial, work, rec
 
 @compiled
 def try_step(tables, address, lu, h, options, flow, trial, work, record, D):
-    """Try a step of size h; a code, and the error over the accepted one, which is finite if all stages are.
-
-    A step of too large an error is not projected.
-    """
+    """Try a step of size h; a code, and the error over the accepted one, which is finite if all stages are."""
+    # A step of too large an error is not projected.
     start_step(h, flow, D)
     copy(flow.lam, trial.lam)
     code = find_stages(tables, address, lu, 1, STEP_STAGES, options, flow, trial, work, record, D)
@@ -152,12 +143,9 @@ def try_step(tables, address, lu, h, options, flow, trial, work, record, D):
 
 @compiled
 def step_error(tables, h, options, flow, trial, D):
-    """Estimated error of positions and velocities over the accepted error.
-
-    Errors e5 and e3 of formulas of order 5 and 3 give e5^2 / (e5^2 + 0.01 e3^2)^(1/2), which falls with h^8.
-
-    Equation (4.20) of docs/theory/integrators.md.
-    """
+    """Estimated error of positions and velocities over the accepted error."""
+    # Errors e5 and e3 of formulas of order 5 and 3 give e5^2 / (e5^2 + 0.01 e3^2)^(1/2), which falls with h^8.
+    # Equation (4.20) of docs/theory/integrators.md.
     find_speeds(tables.sizes.n_b, options, flow, trial)
     fifth = error_size(tables, D.errors[FIFTH], h, options, flow, trial, D)
     third = error_size(tables, D.errors[THIRD], h, options, flow, trial, D)
@@ -182,9 +170,6 @@ def error_size(tables, weights, h, options, flow, trial, D):
     for i in range(n):
         all_ += x[i] + y[i]
     return worst if math.isfinite(all_) else math.inf
-
-
-# Works of a step, and states within it
 
 
 @compiled

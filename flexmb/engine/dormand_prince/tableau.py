@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import numpy as np
 
+# Number of stages of a step, and with the end of the step and the three stages of the dense output.
 STEP_STAGES, ALL_STAGES = 12, 16
-"""Number of stages of a step, and with the end of the step and the three stages of the dense output."""
-
+# Numbers of the stages that are the start and the end of the step.
 START, END = 0, STEP_STAGES
-"""Numbers of the stages that are the start and the end of the step."""
-
+# Rows of `ERRORS`.
 FIFTH, THIRD = range(2)
-"""Rows of `ERRORS`."""
 
+# Weights a_ij of each stage, by the number j of an earlier stage; row 12 has the weights of the step.
 _ROWS: tuple[dict[int, float], ...] = (
     {},
     {0: 0.05260015195876773},
@@ -44,15 +43,15 @@ _ROWS: tuple[dict[int, float], ...] = (
     {0: -0.42889630158379194, 5: -4.697621415361164, 6: 7.683421196062599, 7: 4.06898981839711, 8: 0.3567271874552811,
      12: -0.0013990241651590145, 13: 2.9475147891527724, 14: -9.15095847217987},
 )  # fmt: skip
-"""Weights a_ij of each stage, by the number j of an earlier stage; row 12 has the weights of the step."""
 
+# Weights of the error estimate of order 5.
 _FIFTH = {0: 0.01312004499419488, 5: -1.2251564463762044, 6: -0.4957589496572502, 7: 1.6643771824549864,
  8: -0.35032884874997366, 9: 0.3341791187130175, 10: 0.08192320648511571, 11: -0.022355307863886294}  # fmt: skip
-"""Weights of the error estimate of order 5."""
 
+# Weights of a formula of order 3, whose difference is the other error estimate.
 _THIRD = {0: 0.2440944881889764, 8: 0.7338466882816118, 11: 0.022058823529411766}
-"""Weights of a formula of order 3, whose difference is the other error estimate."""
 
+# Weights of the last four coefficients of the dense output.
 _DENSE = (
     {0: -8.428938276109013, 5: 0.5667149535193777, 6: -3.0689499459498917, 7: 2.38466765651207, 8: 2.117034582445028,
      9: -0.871391583777973, 10: 2.2404374302607883, 11: 0.6315787787694688, 12: -0.08899033645133331,
@@ -67,7 +66,6 @@ _DENSE = (
      9: -37.45832313645163, 10: 104.0996495089623, 11: 29.8402934266605, 12: -43.53345659001114, 13: 96.32455395918828,
      14: -39.17726167561544, 15: -149.72683625798564},
 )  # fmt: skip
-"""Weights of the last four coefficients of the dense output."""
 
 
 def _array(rows: tuple[dict[int, float], ...], columns: int) -> np.ndarray:
@@ -75,12 +73,10 @@ def _array(rows: tuple[dict[int, float], ...], columns: int) -> np.ndarray:
 
 
 A = _array(_ROWS, ALL_STAGES)
+# Weights (16, 16) of the stages f_i = f(t + C_i h, y0 + h sum_j A_ij f_j).
 C = np.minimum(A.sum(axis=1), 1.0)
-"""Weights (16, 16) of the stages f_i = f(t + C_i h, y0 + h sum_j A_ij f_j)."""
-
 ERRORS = _array((_FIFTH, _THIRD), STEP_STAGES)
+# Weights (2, 12) of the error estimates of order 5 and 3.
 ERRORS[THIRD] = A[END, :STEP_STAGES] - ERRORS[THIRD]
-"""Weights (2, 12) of the error estimates of order 5 and 3."""
-
+# Weights (4, 16) of the dense output.
 DENSE_WEIGHTS = _array(_DENSE, ALL_STAGES)
-"""Weights (4, 16) of the dense output."""

@@ -32,9 +32,8 @@ from flexmb.engine.system.evaluate import evaluate_accepted
 from flexmb.engine.system.outputs import write_outputs
 from flexmb.kernels import compiled, copy
 
+
 # Poses of accepted steps, which a run keeps for its watch (`flexmb.engine.state.record`)
-
-
 @compiled
 def watch_step(strain, flow, record):
     """Keep the pose of the last step in its turn, and lows of signals; `strain`: place of the strain energy."""
@@ -79,16 +78,11 @@ def _thin(poses):
         copy(poses.z[2 * k], poses.z[k])
 
 
-# Acceptance of a step: forces, energies, signals and peaks of the trial state
-
-
 @compiled
 def accept(tables, address, h, options, flow, trial, work, record, exact):
-    """Make the trial state the accepted one.
-
-    Unless they shall be `exact`, extrema below their peaks are left out where nobody looks at them.  Returns RUNNING,
-    BUFFER_FULL when the buffers must be emptied, or a code of `check_balance`.
-    """
+    """Make the trial state the accepted one."""
+    # Unless they shall be `exact`, extrema below their peaks are left out where nobody looks at them. Returns RUNNING,
+    # BUFFER_FULL when the buffers must be emptied, or a code of `check_balance`.
     complete_evaluation(tables, address, h, flow, trial, work, record)
     update_energies(tables, address, h, options, flow, trial, work, record)
     if not options.adaptive:
@@ -219,10 +213,8 @@ def update_peaks(t, signals, record):
 
 @compiled
 def next_step_size(proposed, remaining):
-    """Next step [s]: the proposed one; near the end the remaining time, or half of it.
-
-    No step is stretched by more than round-off, so that an acceptable step stays acceptable, and none is tiny.
-    """
+    """Next step [s]: the proposed one; near the end the remaining time, or half of it."""
+    # No step is stretched by more than round-off, so that an acceptable step stays acceptable, and none is tiny.
     if remaining <= (1.0 + 1e-6) * proposed:
         return remaining
     if remaining < 2.0 * proposed:

@@ -17,44 +17,31 @@ from flexmb.parts.contact.onset import crossing, cubic
 from flexmb.places import GAP, GAP_RATE
 from flexmb.program.program import COMMON_Z, LAST_GAP, LAST_GAP_RATE
 
+# Columns of `Flow.impacts`: step that resolves the impact [s] (0: not known), acceleration of the gap in free flight
+# [m/s^2], 1 if the normal force jumps at the onset.
 IMPACT_STEP, GAP_ACCELERATION, FORCE_JUMPS = range(3)
-"""Columns of `Flow.impacts`: step that resolves the impact [s] (0: not known), acceleration of the gap in free flight
-[m/s^2], 1 if the normal force jumps at the onset."""
-
+# Time between the end of a step and an onset or separation, over the step that resolves the impact.
 ONSET_TOLERANCE = 0.04
-"""Time between the end of a step and an onset or separation, over the step that resolves the impact."""
-
+# First trial of an impact over its duration: long enough to measure how the contact brakes, and then rejected.
+# A step that changed within an elastic impact would leave the errors of compression and of restitution different.
 PROBE_FRACTION = 0.125
-"""First trial of an impact over its duration: long enough to measure how the contact brakes, and then rejected.
-
-A step that changed within an elastic impact would leave the errors of compression and of restitution different.
-"""
-
 JUMP_STEP_FRACTION = 1e-3  # step across an onset with a jump of the force, over the step that resolves the impact
-
+# Duration of an impact over depth / approach speed: pi for a linear spring, 2.94 for exponent 3/2, 2.6 for 3.
 DURATION_FACTOR, LEAST_DURATION_FACTOR = 3.0, 2.6
-"""Duration of an impact over depth / approach speed: pi for a linear spring, 2.94 for exponent 3/2, 2.6 for 3."""
-
+# Largest acceleration of an impact times duration / approach speed: pi for a linear spring, 3.7 for exponent 3/2.
 PEAK_ACCELERATION_FACTOR = 3.7
-"""Largest acceleration of an impact times duration / approach speed: pi for a linear spring, 3.7 for exponent 3/2."""
-
+# Required step within an impact over the present one, below and above which the step is changed.
 SHORTEN_BELOW, LENGTHEN_ABOVE = 0.8, 1.6
-"""Required step within an impact over the present one, below and above which the step is changed."""
-
+# Time in contact over the estimated duration, above which the error estimate alone chooses the steps.
 LONGEST_IMPACT = 3.0
-"""Time in contact over the estimated duration, above which the error estimate alone chooses the steps."""
-
 LEAST_DEPTH = 1e-13  # penetration relative to the size of the mechanism, below which it may be round-off
-
+# Part of the time to an onset that a step leaves, where no impact of the contact has been resolved so far.
 LEFT_BEFORE_ONSET = 0.05
-"""Part of the time to an onset that a step leaves, where no impact of the contact has been resolved so far."""
-
+# Gap relative to the size of the mechanism up to which a step may cross such an onset, to as deep behind it.
 NEAR_GAP = 1e-4
-"""Gap relative to the size of the mechanism up to which a step may cross such an onset, to as deep behind it."""
-
+# Number of points of a step at which its gaps are computed; difference of a gap from the cubic through both ends, over
+# the gap at an end, above which the cubic is not believed.
 LOOKS, UNEXPECTED_GAP = 8, 0.25
-"""Number of points of a step at which its gaps are computed; difference of a gap from the cubic through both ends, over
-the gap at an end, above which the cubic is not believed."""
 
 
 @compiled
@@ -112,10 +99,8 @@ def step_across_jump(arrival, step):
 
 @compiled
 def predicted_onset(tables, c, flow):
-    """Time until the open contact c closes [s], and its approach speed [m/s]; (inf, 0) if it does not close.
-
-    Equation (6.3) of docs/theory/events.md.
-    """
+    """Time until the open contact c closes [s], and its approach speed [m/s]; (inf, 0) if it does not close."""
+    # Equation (6.3) of docs/theory/events.md.
     k = tables.contacts.z[c, COMMON_Z]
     gap, rate, gap_acceleration = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE], flow.impacts[c, GAP_ACCELERATION]
     square = rate * rate - 2.0 * gap_acceleration * gap
@@ -295,13 +280,10 @@ def step_to_separation(c, h, gap0, rate0, gap, rate, flow, trial):
 
 @compiled
 def impact_step(tables, address, c, h, speed, gap, rate, braking, options, flow, trial, work):
-    """Step that resolves the impact which began in a trial of size h [s], from the work of the normal force so far.
-
-    The force is taken as a power of the depth.  A trial whose gap rate has changed its sign is too long; the mass then
-    follows from force and change of rate, as it does from `braking`, the change in the short trial of a first impact.
-
-    Equation (6.5) of docs/theory/events.md.
-    """
+    """Step that resolves the impact which began in a trial of size h [s], from the work of the normal force so far."""
+    # The force is taken as a power of the depth. A trial whose gap rate has changed its sign is too long; the mass then
+    # follows from force and change of rate, as it does from `braking`, the change in the short trial of a first impact.
+    # Equation (6.5) of docs/theory/events.md.
     depth = -gap
     N = normal_force(tables, address, c, -depth, -speed, flow, work)
     if not (N > 0.0 and depth > 0.0):
@@ -334,13 +316,10 @@ def depth_of_impact(tables, address, c, depth, speed, energy, flow, work):
 
 @compiled
 def impact_duration(alone, speed, gap_acceleration):
-    """Duration of an impact [s] under other forces, `alone` without them.
-
-    The limit without contact stiffness is 2 speed / gap_acceleration.  Between both limits, for a linear spring with
-    gap_acceleration = omega speed, the exact duration is (pi/2)/omega; this interpolation gives 1.52/omega.
-
-    Equation (6.6) of docs/theory/events.md.
-    """
+    """Duration of an impact [s] under other forces, `alone` without them."""
+    # The limit without contact stiffness is 2 speed / gap_acceleration. Between both limits, for a linear spring with
+    # gap_acceleration = omega speed, the exact duration is (pi/2)/omega; this interpolation gives 1.52/omega.
+    # Equation (6.6) of docs/theory/events.md.
     if gap_acceleration <= 0.0:
         return alone
     return (alone**-1.5 + (0.5 * gap_acceleration / speed) ** 1.5) ** (-2.0 / 3.0)
@@ -348,20 +327,16 @@ def impact_duration(alone, speed, gap_acceleration):
 
 @compiled
 def force_exponent(tables, address, c, depth, speed, N, flow, work):
-    """Exponent of the normal force of contact c near a depth, limited to 1 ... 3.
-
-    Equation (6.4) of docs/theory/events.md.
-    """
+    """Exponent of the normal force of contact c near a depth, limited to 1 ... 3."""
+    # Equation (6.4) of docs/theory/events.md.
     double = normal_force(tables, address, c, -2.0 * depth, -speed, flow, work)
     return min(max(math.log(max(double / N, 1.0)) / math.log(2.0), 1.0), 3.0)
 
 
 @compiled
 def update_impacts(tables, address, h, options, flow, trial, work):
-    """Update the steps of impacts after an accepted step; whether the next step is a starting step, as after a jump.
-
-    Called after `step_to_events`, while `flow` still is the state before the step.
-    """
+    """Update the steps of impacts after an accepted step; whether the next step is a starting step, as after a jump."""
+    # Called after `step_to_events`, while `flow` still is the state before the step.
     restarts = False
     for c in range(tables.contacts.kernel.shape[0]):
         k = tables.contacts.z[c, COMMON_Z]

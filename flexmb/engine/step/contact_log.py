@@ -30,30 +30,24 @@ from flexmb.program.program import (
     Tables,
 )
 
+# Columns of `Flow.episodes`: start [s], approach speed [m/s], impulse [N s], largest force [N] and depth [m], losses
+# [J].
 START, APPROACH, IMPULSE, PEAK_FORCE, PEAK_DEPTH, CONTACT_LOSS, FRICTION_LOSS = range(7)
-"""Columns of `Flow.episodes`: start [s], approach speed [m/s], impulse [N s], largest force [N] and depth [m], losses
-[J]."""
-
+# Columns of `RunRecord.episodes`: contact, mode, end [s], separation speed [m/s]; from CARRIED on the columns of
+# `Flow.episodes`.
 CONTACT, MODE, END, SEPARATION, CARRIED = range(5)
-"""Columns of `RunRecord.episodes`: contact, mode, end [s], separation speed [m/s]; from CARRIED on the columns of
-`Flow.episodes`."""
-
 IMPACT, LASTING = 1.0, 2.0  # modes of a contact interval, as in the signal `mode`
-
+# Phases of a contact (`system/contacts.py`): in its first compression; compressed again after its first rebound.
 CLOSING_PHASE, LASTING_PHASE = 1.0, 3.0
-"""Phases of a contact (`system/contacts.py`): in its first compression; compressed again after its first rebound."""
-
+# Gap at the start relative to the size of the mechanism, up to which it is round-off of closing the loops.
 ROUND_OFF_GAP = 2e-12
-"""Gap at the start relative to the size of the mechanism, up to which it is round-off of closing the loops."""
 
 
 @compiled
 def update_episodes(tables, h, options, flow, work, record):
-    """Update the running contact intervals to the state of the last evaluation.
-
-    Called before the ledger and the histories are updated.  Losses are those of the ledger (`work.loss`), so that the
-    losses of all intervals add up to its entries.  Impulses are sums of trapezoids, as in the Newmark family.
-    """
+    """Update the running contact intervals to the state of the last evaluation."""
+    # Called before the ledger and the histories are updated. Losses are those of the ledger (`work.loss`), so that the
+    # losses of all intervals add up to its entries. Impulses are sums of trapezoids, as in the Newmark family.
     K = tables.contacts
     for c in range(K.kernel.shape[0]):
         k = K.z[c, COMMON_Z]
@@ -112,11 +106,9 @@ def buffer_may_overflow(flow, record):
 
 
 def close_round_off_gaps(program: Program, z: np.ndarray, flow: Flow) -> None:
-    """Close the contacts whose gap at the start is round-off, with the histories of a gap of 0.
-
-    An onset in the first step would have an approach speed of round-off.  Histories z (n_z,) are those with which the
-    start state was evaluated; the histories of `flow` change.
-    """
+    """Close the contacts whose gap at the start is round-off, with the histories of a gap of 0."""
+    # An onset in the first step would have an approach speed of round-off. Histories z (n_z,) are those with which the
+    # start state was evaluated; the histories of `flow` change.
     K, laws = program.tables.contacts, program.kernels[Addresses._fields.index("normal")]
     for kernel, p, (begin, normal, end, _) in zip(
         K.kernel[:, NORMAL_LAW], K.p[:, NORMAL_P : NORMAL_P_END + 1], K.z, strict=True

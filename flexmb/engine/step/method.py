@@ -33,9 +33,8 @@ if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
     from flexmb.run.run import Run
 
+
 # Base of the integration methods: a frozen record of numbers that makes the `Stepper` of a model
-
-
 @dataclass(frozen=True)
 class Method(Input):
     """Base of `Newmark`, `RungeKutta4`, `RadauIIA`, `DormandPrince`, and of methods as in examples/nine_bar_study.
@@ -80,9 +79,6 @@ class Method(Input):
         if self.independent and redundant != "refuse":
             text = f"{label}: redundant is {redundant!r}"
             raise InputError(f"{text}; {name} needs independent joints. Use a Newmark method.")
-
-
-# Stepper of a method: start values, steps, signals, endings and restarts of one compiled model
 
 
 class Stepper:

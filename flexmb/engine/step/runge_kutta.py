@@ -96,13 +96,10 @@ def accelerate(tables, address, lu, t, fraction, h, load, options, flow, trial, 
 
 @compiled
 def accelerate_once(tables, address, lu, t, fraction, h, load, options, flow, trial, work, record, stages):
-    """Solve M a + G^T lam = load - r, G a = gamma at the trial positions and velocities.
-
-    Unknowns are a and the change of the multipliers, so that held multipliers keep their last values.
-    fraction : time since the start of the step over h;  load : (n_q + 3,) forces beside those of the model [N, N m]
-
-    Equations (1.3) and (1.11) of docs/theory/equations_of_motion.md.
-    """
+    """Solve M a + G^T lam = load - r, G a = gamma at the trial positions and velocities."""
+    # Unknowns are a and the change of the multipliers, so that held multipliers keep their last values. fraction : time
+    # since the start of the step over h;  load : (n_q + 3,) forces beside those of the model [N, N m]
+    # Equations (1.3) and (1.11) of docs/theory/equations_of_motion.md.
     n, m = tables.sizes.n_q, tables.sizes.n_c
     hold, lost = initial_hold(flow), ROWS_HELD
     while lost == ROWS_HELD:

@@ -80,10 +80,8 @@ def signals_within(tables, address, s, flow, trial, work, record):
 
 @compiled
 def interpolate_state(n, s, h, flow, trial, record):
-    """State at fraction s of the last step, in `trial`.
-
-    Accelerations and multipliers are quadratic through the state before the step, where the predictor knows it.
-    """
+    """State at fraction s of the last step, in `trial`."""
+    # Accelerations and multipliers are quadratic through the state before the step, where the predictor knows it.
     old, new, past, predictor = record.last_signals, record.signals, flow.past, flow.predictor
     f0, f1 = (1.0 + 2.0 * s) * (1.0 - s) ** 2, s * s * (3.0 - 2.0 * s)
     d0, d1 = h * s * (1.0 - s) ** 2, h * s * s * (s - 1.0)

@@ -10,17 +10,14 @@ from flexmb.errors import InputError
 from flexmb.fields import Input, count, field, positive, record
 
 RTOL = 1e-4  # accepted error of velocities in a step relative to the largest speed, by default
-
+# Number of steps of an impact at the default rtol; the error of the peak of a half sine is then 0.12 % at most.
 IMPACT_STEPS = 32
-"""Number of steps of an impact at the default rtol; the error of the peak of a half sine is then 0.12 % at most."""
 FEWEST_IMPACT_STEPS = 8  # number of steps of an impact at least, for any rtol
 FLIGHT_WEIGHT = 10.0  # factor of the error of positions in free flight
+# Number of largest steps in a period or a run, without and with clearance.
+# Rigid mechanisms without contacts hardly take smaller steps. Their velocities would allow longer ones, with a residual
+# of 2e-6 in the balance of energies.
 SMOOTH_STEPS, LARGEST_STEPS = 1000.0, 250.0
-"""Number of largest steps in a period or a run, without and with clearance.
-
-Rigid mechanisms without contacts hardly take smaller steps.  Their velocities would allow longer ones, with a residual
-of 2e-6 in the balance of energies.
-"""
 
 FIRST_STEP = 1e-3  # first step of a run over the largest one; the error estimate lets it grow
 

@@ -156,10 +156,8 @@ def call_constraint(tables, address, c, n, m, t, lam, work):
 
 @compiled
 def report_forces(tables, lam, work):
-    """Compute the reported forces of joints (on their second bodies), moments, and drive forces, with the last G.
-
-    Called for accepted states alone, after the last correction of the multipliers.
-    """
+    """Compute the reported forces of joints (on their second bodies), moments, and drive forces, with the last G."""
+    # Called for accepted states alone, after the last correction of the multipliers.
     C = tables.constraints
     for c in range(C.kernel.shape[0]):
         row, m = C.row[c], C.row[c + 1] - C.row[c]

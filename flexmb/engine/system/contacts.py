@@ -134,10 +134,8 @@ def call_friction(tables, address, k, h, slip, N, z, z_new):
 
 @compiled
 def _update_phase(t, h, gap, gap_rate, N, z, z_new):
-    """Phase (0 open, 1 closing, 2 rebounding, 3 lasting), time of the onset, gap, force, gap rate.
-
-    The onset is where the cubic through gap and rate at both ends of its step falls through zero.
-    """
+    """Phase (0 open, 1 closing, 2 rebounding, 3 lasting), time of the onset, gap, force, gap rate."""
+    # The onset is where the cubic through gap and rate at both ends of its step falls through zero.
     phase = z[PHASE]
     z_new[ONSET_TIME] = z[ONSET_TIME]
     if gap > 0.0:
@@ -168,10 +166,8 @@ def jacobians(out, S):
 
 @compiled
 def add_tangents(out, positions, kq, kv, N, T, N_gap, N_rate, T_slip, T_N, work):
-    """Add kq dr/dq + kv dr/dv of a contact to work.lu, column by column.
-
-    g, s : derivatives of J_n and J_t by coordinate j (J_t has (n_y, -n_x) where J_n has n).
-    """
+    """Add kq dr/dq + kv dr/dv of a contact to work.lu, column by column."""
+    # g, s : derivatives of J_n and J_t by coordinate j (J_t has (n_y, -n_x) where J_n has n).
     nx, ny, S, v = out[NORMAL_X], out[NORMAL_Y], work.contact_scratch, work.vl
     ax, ay, bx, by = out[ARM1_X], out[ARM1_Y], out[ARM2_X], out[ARM2_Y]
     for j in range(6):

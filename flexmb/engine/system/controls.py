@@ -23,22 +23,17 @@ from flexmb.program.program import (
     VELOCITY,
 )
 
+# Difference of an input or a state relative to its size, and least size, in central differences of a control law.
+# The cube root of round-off; derivatives of linear laws are exact to some 1e-8 with any difference.
 RELATIVE_DIFFERENCE, LEAST_SIZE = 6e-6, 0.1
-"""Difference of an input or a state relative to its size, and least size, in central differences of a control law.
-
-The cube root of round-off; derivatives of linear laws are exact to some 1e-8 with any difference.
-"""
-
+# Difference of coordinates and velocities in central differences of measured inputs [m, rad, m/s, rad/s].
 COORDINATE_DIFFERENCE = 1e-6
-"""Difference of coordinates and velocities in central differences of measured inputs [m, rad, m/s, rad/s]."""
 
 
 @compiled
 def evaluate_controls(tables, address, t, q, v, a, z, kq, kv, ka, matrix, work):
-    """Outputs of all controls in work.output; residuals of their states in work.r, tangents in work.lu if `matrix`.
-
-    Sampled controls keep their outputs.
-    """
+    """Outputs of all controls in work.output; residuals of their states in work.r, tangents in work.lu if `matrix`."""
+    # Sampled controls keep their outputs.
     C = tables.controls
     for c in range(C.kernel.shape[0]):
         if C.z[c, END] > C.z[c, BEGIN]:

@@ -120,11 +120,9 @@ def load_factor(tables, address, e, t, work):
 
 @compiled
 def evaluate_energies(tables, address, t, h, q, v, a, x, y, z, work):
-    """Evaluate the energies of all elements at a state, into work.power.
-
-    Kinetic energy 1/2 v M v, strain, gravity, power of damping; x M y, for the energy that the method dissipates.
-    work.load: forces of elements without energies of their own;  work.momentum: M v.
-    """
+    """Evaluate the energies of all elements at a state, into work.power."""
+    # Kinetic energy 1/2 v M v, strain, gravity, power of damping; x M y, for the energy that the method dissipates.
+    # work.load: forces of elements without energies of their own;  work.momentum: M v.
     E = tables.elements
     power = work.power
     power.kinetic = power.strain = power.gravity = power.damping = power.algorithm = 0.0

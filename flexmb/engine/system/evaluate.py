@@ -13,16 +13,12 @@ from flexmb.engine.system.contacts import add_contacts
 from flexmb.engine.system.elements import add_elements, call_element, call_tangent, evaluate_energies, gather_state
 from flexmb.kernels import compiled
 
-# Evaluation of all elements, contacts and constraints at one state
-
 
 @compiled
 def evaluate(tables, address, t, h, q, v, a, lam, z, kq, kv, ka, matrix, work):
-    """Evaluate forces and constraint residuals; if `matrix`, also [[kq (K + H) + kv C + ka M, G^T], [G, 0]].
-
-    q, v, a : (n_q + 3,) with zeros for the ground; h : time since the history z was accepted [s].  Without the matrix
-    work.lu is unchanged, so that its factors can be reused.
-    """
+    """Evaluate forces and constraint residuals; if `matrix`, also [[kq (K + H) + kv C + ka M, G^T], [G, 0]]."""
+    # q, v, a : (n_q + 3,) with zeros for the ground; h : time since the history z was accepted [s]. Without the matrix
+    # work.lu is unchanged, so that its factors can be reused.
     work.r[:] = 0.0
     work.Gl[:] = 0.0
     if matrix:
@@ -41,8 +37,6 @@ def evaluate_accepted(tables, address, t, h, q, v, a, lam, z, x, y, work):
     add_contacts(tables, address, t, h, q, v, z, 0.0, 0.0, False, work)
     add_constraints(tables, address, t, h, q, v, lam, z, 0.0, 0.0, False, work)
 
-
-# Slope of a stiffness by the turning of elements along a motion
 
 COORDINATES = 3  # coordinates of a node: x, y, theta
 ISOTROPIC = 1e-3  # change of a stiffness by a turn, over the stiffness, below which it has no direction
@@ -102,12 +96,9 @@ def turn_of(dofs, n, size, K, slope):
 
 @compiled
 def add_turns(tables, address, behind, q, ahead, v, stride, z, size, given, K, slope, work):
-    """Set work.lu to the sum of phi (S K - K S) over all elements.
-
-    behind, q, ahead : coordinates (n_q + 3,), a stride apart; v : zeros (n_q + 3,).
-    given : (elements,) phi where it is known, nan where it is not.
-    K, slope : room for the matrices of an element.
-    """
+    """Set work.lu to the sum of phi (S K - K S) over all elements."""
+    # behind, q, ahead : coordinates (n_q + 3,), a stride apart; v : zeros (n_q + 3,). given : (elements,) phi where it
+    # is known, nan where it is not. K, slope : room for the matrices of an element.
     E = tables.elements
     work.lu[:] = 0.0
     for e in range(E.p.shape[0]):

@@ -30,25 +30,20 @@ from flexmb.places import (
 )
 from flexmb.program.program import ADDED, BEGIN, COMMON_Z, END, FIRST, LOAD_KERNEL, MULTIPLIED, SECOND
 
+# Signals of a joint: force on its second body along X and Y, its size, the moment if one is reported.
 FX, FY, FORCE, JOINT_MOMENT = range(4)
-"""Signals of a joint: force on its second body along X and Y, its size, the moment if one is reported."""
-
 FRICTION_ALONE = 1  # number of signals of the forces of a coupling with friction, whose other forces are reactions
-
+# Signals of a driven row: coordinate, rate, force, power; their number.
 DRIVEN, SPEED, DRIVING, POWER, DRIVE_SIGNALS = range(5)
-"""Signals of a driven row: coordinate, rate, force, power; their number."""
-
 EX, EY, VEX, VEY, PENETRATION, PENETRATION_RATE = range(6)
+# Signals of a contact.
 NORMAL_SIGNAL, FRICTION_SIGNAL, CONTACT_FX, CONTACT_FY, CONTACT_FORCE, MODE = range(6, 12)
-"""Signals of a contact."""
 
 
 @compiled
 def write_outputs(tables, address, t, q, v, a, work, ledger, peak, exact, y):
-    """Write all signals y (n_y,) from the last accepted evaluation.
-
-    Unless they shall be `exact`, extrema that are not above their `peak` (n_y,) so far may have any such value.
-    """
+    """Write all signals y (n_y,) from the last accepted evaluation."""
+    # Unless they shall be `exact`, extrema that are not above their `peak` (n_y,) so far may have any such value.
     n = tables.sizes.n_q
     for i in range(n):
         y[i], y[n + i], y[2 * n + i] = q[i], v[i], a[i]

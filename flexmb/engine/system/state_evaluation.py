@@ -23,10 +23,7 @@ from flexmb.program.program import KINDS, Program
 if TYPE_CHECKING:
     import scipy.sparse as sp
 
-# Forces, residuals and matrices at one state
-
 Vector = Sequence[float] | np.ndarray
-
 LARGE_UNKNOWNS = 1000  # number of unknowns above which the factors of a matrix are kept for the next ones
 
 
@@ -55,10 +52,8 @@ class StateEvaluation:
         z: Vector | None = None,
         weights: Vector = (0.0, 0.0, 0.0),
     ) -> StateEvaluation:
-        """Evaluate at a state (n_q,); `weights`: factors of stiffness, damping and mass in the matrix.
-
-        The last three entries of arrays with n_q + 3 entries are the motion of the ground, else at rest.
-        """
+        """Evaluate at a state (n_q,); `weights`: factors of stiffness, damping and mass in the matrix."""
+        # The last three entries of arrays with n_q + 3 entries are the motion of the ground, else at rest.
         n, m = self.program.n_q, self.program.n_c
         state = _padded(q, n), _padded(v, n), _padded(a, n)
         lam = np.zeros(m) if lam is None else np.ascontiguousarray(lam, dtype=float)
@@ -143,10 +138,8 @@ class StateEvaluation:
         return A[:n, :n].tocsc(), A[n:, :n]
 
     def solve(self, b: np.ndarray, purpose: str, accuracy: float = 0.0) -> np.ndarray:
-        """Solve with the present matrix, with pivoting, for a right-hand side (n,), or several, (n, k).
-
-        `accuracy` is the error of the solution that suffices, relative to its largest entry; 0: round-off.
-        """
+        """Solve with the present matrix, with pivoting, for a right-hand side (n,), or several, (n, k)."""
+        # `accuracy` is the error of the solution that suffices, relative to its largest entry; 0: round-off.
         try:
             if self.small:
                 return solve_dense(self.dense, b)
@@ -180,9 +173,8 @@ def _padded(x: Vector | None, n: int) -> np.ndarray:
 
 MOST_CALLS = 20_000  # number of calls of kernels at a state at most: about half a second
 SHOWN_NUMBERS = 6  # number of entries of an array in a message at most
-
+# Names of the parameters that kernels write.
 OUTPUTS = frozenset("r K C M z_new g G g_t gamma H out A Mv My dx y".split())
-"""Names of the parameters that kernels write."""
 
 
 @dataclass(frozen=True)
@@ -236,10 +228,8 @@ class _Call:
 
 
 def failed_kernel(program: Program, instants: Sequence[Instant]) -> Finding | None:
-    """Finding on the first kernel that fails at one of several states, the likeliest first.
-
-    None: all are good, or the model is too large.
-    """
+    """Finding on the first kernel that fails at one of several states, the likeliest first."""
+    # None: all are good, or the model is too large.
     for instant in instants:
         with np.errstate(all="ignore"):
             for number, call in enumerate(_calls(program, instant)):

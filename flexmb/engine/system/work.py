@@ -16,15 +16,12 @@ from flexmb.program.program import Controls, Program
 # Templates of records of zeros, remembered for each structure of programs
 
 R = TypeVar("R", bound=Record)
-
 _TEMPLATES: WeakKeyDictionary[Symbolic, dict[Hashable, Any]] = WeakKeyDictionary()
 
 
 def new_from_template(program: Program, key: Hashable, make: Callable[[], R], **records: Record) -> R:
-    """A new record like the result of `make`, which is called once for each structure of programs and `key`.
-
-    The result of `make` depends on the structure and the key alone; `records` replace inner records.
-    """
+    """A new record like the result of `make`, which is called once for each structure of programs and `key`."""
+    # The result of `make` depends on the structure and the key alone; `records` replace inner records.
     known = _TEMPLATES.setdefault(program.symbolic, {})
     if key not in known:
         known[key] = make()
@@ -33,8 +30,6 @@ def new_from_template(program: Program, key: Hashable, make: Callable[[], R], **
 
 
 # Values of a list of coordinates, gathered for one element, signal or control
-
-
 @compiled
 def gather(values, dofs, begin, n, target):
     """target[:n] = values at the dofs begin .. begin + n."""
@@ -42,24 +37,17 @@ def gather(values, dofs, begin, n, target):
         target[i] = values[dofs[begin + i]]
 
 
-# Workspace of an evaluation, allocated once for all steps
-
+# Columns of `Work.drive`: s, s_dot and s_ddot of a driven row, and the force that drives it.
 MOTION, MOTION_RATE, MOTION_ACCELERATION, DRIVE_FORCE = range(4)
-"""Columns of `Work.drive`: s, s_dot and s_ddot of a driven row, and the force that drives it."""
-
+# Columns of `Work.joint`: force on the second body, multiplier of the row whose moment is reported.
 FORCE_X, FORCE_Y, MOMENT = range(3)
-"""Columns of `Work.joint`: force on the second body, multiplier of the row whose moment is reported."""
-
 JOINT_FRICTION_FORCE, JOINT_SLIP = range(2)  # columns of `Work.joint_friction`: friction force and slip of a joint
-
+# Columns of `Work.slopes` of a contact: dN/dgap, dN/drate, dT/dslip, dT/dN.
 N_BY_GAP, N_BY_RATE, T_BY_SLIP, T_BY_N = range(4)
-"""Columns of `Work.slopes` of a contact: dN/dgap, dN/drate, dT/dslip, dT/dN."""
-
 JOINT_T_BY_SLIP, JOINT_T_BY_LAM = range(2)  # columns of `Work.slopes` of a joint: dT/dslip, the first of three dT/dlam
-
+# Columns of `Work.loss` [J]: normal loss, tangential loss, dissipation of the method; from LOSS_MEMORY on the memory of
+# the contact for the next step (`CONTACT_MEMORY_SIZE` numbers).
 LOSS_NORMAL, LOSS_FRICTION, LOSS_BEYOND, LOSS_MEMORY = range(4)
-"""Columns of `Work.loss` [J]: normal loss, tangential loss, dissipation of the method; from LOSS_MEMORY on the memory
-of the contact for the next step (`CONTACT_MEMORY_SIZE` numbers)."""
 
 
 class Powers(Record):
@@ -73,35 +61,18 @@ class Powers(Record):
 
 
 class Work(Record):
-    """Results of an evaluation, and scratch space for one element, contact or constraint.
+    """Results of an evaluation, and scratch space for one element, contact or constraint."""
 
-    r : (n_q + 3,) residual, inertia less applied forces, without constraint forces
-    Gl : (n_q + 3,) G^T lambda;  g, gv, gamma : (n_c,) residual, residual of velocities G v + g_t, right side of G a
-    lu : values of the matrix;  z_new : history if the state is accepted
-    contact : (n, GAP_SIZE + 2) gap data, normal force, friction force;  drive : (n_c, 4) motion and force
-    joint : (n, 4) force on the second body (x, y), moment row, spare
-    joint_friction : (n, 2) friction force and slip of each joint
-    slopes : (contacts + joints, 4) dN/dgap, dN/drate, dT/dslip, dT/dN of contacts; dT/dslip, dT/dlam of joints
-    G : rows of all constraints, one after the other, on the dofs of their own
-    load : forces on the dofs of all elements without energies of their own, one after the other
-    momentum : (n_q + 3,) M v
-    loss : (n, 16) of every contact: losses normal, tangential, beyond its laws [J]; normal force, generalised forces
-    gap, z_between : gap data and histories between two states
-    output : outputs of all controls;  slope : their derivatives by the coordinates of their controls
-    u, x, law : inputs and states of one control, and rates of its states with its outputs
-    law_column, law_tangent : derivatives of `law` by an input or a state, and by all coordinates of the control
-    """
-
-    r: Vector
-    Gl: Vector
-    g: Vector
+    r: Vector  # (n_q + 3,) residual, inertia less applied forces, without constraint forces
+    Gl: Vector  # (n_q + 3,) G^T lambda
+    g: Vector  # g, gv, gamma: (n_c,) residual, residual of velocities G v + g_t, right side of G a
     gv: Vector
     gamma: Vector
-    lu: Vector
-    z_new: Vector
-    contact: Matrix
-    drive: Matrix
-    joint: Matrix
+    lu: Vector  # values of the matrix
+    z_new: Vector  # history if the state is accepted
+    contact: Matrix  # (n, GAP_SIZE + 2) gap data, normal force, friction force
+    drive: Matrix  # (n_c, 4) motion and force
+    joint: Matrix  # (n, 4) force on the second body (x, y), moment row, spare
     power: Powers
     ql: Vector
     vl: Vector
@@ -110,25 +81,27 @@ class Work(Record):
     Kl: Vector
     Cl: Vector
     Ml: Vector
-    G: Vector
+    G: Vector  # rows of all constraints, one after the other, on the dofs of their own
     contact_scratch: Matrix  # (2, 6)
-    joint_friction: Matrix
+    joint_friction: Matrix  # (n, 2) friction force and slip of each joint
     joint_friction_out: Vector
     joint_friction_curve: Matrix
     yl: Vector
     Mvl: Vector
     Myl: Vector
-    slopes: Matrix
-    load: Vector
-    momentum: Vector
+    slopes: Matrix  # (contacts + joints, 4) dN/dgap, dN/drate, dT/dslip, dT/dN of contacts; dT/dslip, dT/dlam of joints
+    load: Vector  # forces on the dofs of all elements without energies of their own, one after the other
+    momentum: Vector  # (n_q + 3,) M v
+    # (n, 16) of every contact: losses normal, tangential, beyond its laws [J]; normal force, generalised forces
     loss: Matrix
-    gap: Vector
+    gap: Vector  # gap, z_between: gap data and histories between two states
     z_between: Vector
-    output: Vector
-    slope: Vector
-    u: Vector
+    output: Vector  # outputs of all controls
+    slope: Vector  # their derivatives by the coordinates of their controls
+    u: Vector  # u, x, law: inputs and states of one control, and rates of its states with its outputs
     x: Vector
     law: Vector
+    # law_column, law_tangent: derivatives of `law` by an input or a state, and by all coordinates of the control
     law_column: Vector
     law_tangent: Vector
 

@@ -122,10 +122,8 @@ def _force(p: np.ndarray, e: float, speed: float, turn: float) -> tuple[np.ndarr
 
 
 def _whirl(K: np.ndarray, B: np.ndarray, speed: float) -> tuple[float, float, float]:
-    """Equivalent stiffness, whirl ratio and critical mass: where a rigid mass vibrates without growing or dying out.
-
-    Equation (15.8) of docs/theory/films.md.
-    """
+    """Equivalent stiffness, whirl ratio and critical mass: where a rigid mass vibrates without growing or dying out."""
+    # Equation (15.8) of docs/theory/films.md.
     k = K[0, 0] * B[1, 1] + K[1, 1] * B[0, 0] - K[0, 1] * B[1, 0] - K[1, 0] * B[0, 1]
     k /= B[0, 0] + B[1, 1]
     square = (K[0, 0] - k) * (K[1, 1] - k) - K[0, 1] * K[1, 0]

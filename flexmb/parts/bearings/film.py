@@ -12,14 +12,12 @@ import math
 
 from flexmb.kernels import compiled
 
+# Kinds of films, as parameters of the kernels hold them.
 SHORT, LONG, TABLE, PADS = 0.0, 1.0, 2.0, 3.0
-"""Kinds of films, as parameters of the kernels hold them."""
-
 TABLE_BEGIN = 13  # number of parameters before those of a table
-
+# Extents of a film: where its pressure is positive; from the widest to the narrowest gap in the sense of the spin
+# beside the line of centres, whatever the squeeze; all round.
 POSITIVE, HALF, WHOLE = 0.0, 1.0, 2.0
-"""Extents of a film: where its pressure is positive; from the widest to the narrowest gap in the sense of the spin
-beside the line of centres, whatever the squeeze; all round."""
 
 
 @compiled
@@ -34,10 +32,8 @@ def ends_of_sector(eps, alpha):
 
 @compiled
 def moments(eps, alpha, whole):
-    """Integrals over g of 1, cos, sin, cos^2, sin cos, sin^2, then their derivatives by eps; `whole`: all round.
-
-    The ends are fixed in theta: dg/deps = -sin g/(1 - eps^2).
-    """
+    """Integrals over g of 1, cos, sin, cos^2, sin cos, sin^2, then their derivatives by eps; `whole`: all round."""
+    # The ends are fixed in theta: dg/deps = -sin g/(1 - eps^2).
     if whole:
         return 2.0 * math.pi, 0.0, 0.0, math.pi, 0.0, math.pi, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     sin1, cos1, sin2, cos2, turn = ends_of_sector(eps, alpha)
@@ -66,11 +62,9 @@ def short_weights(eps, alpha, whole):
 
 @compiled
 def end_terms(eps, alpha, whole):
-    """(2 + eps cos)/H^2 at both ends times sin cos, cos^2, sin cos, differences, and their derivatives by eps.
-
-    These are what an integration by parts leaves.  Sine and cosine change their signs from one end to the other, so
-    their products are the same.
-    """
+    """(2 + eps cos)/H^2 at both ends times sin cos, cos^2, sin cos, differences, and their derivatives by eps."""
+    # These are what an integration by parts leaves. Sine and cosine change their signs from one end to the other, so
+    # their products are the same.
     if whole:
         return 0.0, 0.0, 0.0, 0.0
     x, y = math.cos(alpha), math.sin(alpha)
@@ -103,10 +97,8 @@ def long_weights(eps, alpha, whole):
 
 @compiled
 def film_force(kind, extent, eps, a, b):
-    """Force over its scale, outwards and along +theta, and derivatives of both by eps, a and b: eight numbers.
-
-    The pressure is zero at the ends of a positive film, so their motion adds nothing to first order.
-    """
+    """Force over its scale, outwards and along +theta, and derivatives of both by eps, a and b: eight numbers."""
+    # The pressure is zero at the ends of a positive film, so their motion adds nothing to first order.
     k, k_e = 1.0, 0.0
     if kind == LONG:
         k = 2.0 / (2.0 + eps * eps)
@@ -122,10 +114,8 @@ def film_force(kind, extent, eps, a, b):
     return Fr, Ft, Fr_e, Ft_e, -cc, k * sc, -sc, k * ss
 
 
-# Largest pressure
-
+# Number of places of the positive film that are compared, and of steps by which the best is refined.
 SAMPLES, REFINED = 8, 6
-"""Number of places of the positive film that are compared, and of steps by which the best is refined."""
 
 
 @compiled

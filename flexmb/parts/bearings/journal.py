@@ -24,11 +24,10 @@ if TYPE_CHECKING:
     from flexmb.parts.wear.laws import Wear
     from flexmb.parts.wear.worn_bearing import WornBearing
 
+# Clearance over radius up to which the gap counts as thin: the theory of thin films neglects terms of this size.
 THIN = 0.01
-"""Clearance over radius up to which the gap counts as thin: the theory of thin films neglects terms of this size."""
-
+# Reynolds number of the film times sqrt(clearance/radius) from which vortices stand in it (G. I. Taylor 1923).
 TAYLOR = 41.2
-"""Reynolds number of the film times sqrt(clearance/radius) from which vortices stand in it (G. I. Taylor 1923)."""
 
 
 @record

@@ -21,6 +21,8 @@ from flexmb.parts.bearings.film import PADS, TABLE, film_force, film_pressure
 from flexmb.parts.bearings.pads import pads_force, pads_scalar
 from flexmb.parts.bearings.reynolds import PEAK, SIDE, table_force, table_scalar
 
+# Parameters p: kind and extent of the film, clearance, height of the roughness; scales of force [N s], moment [N m s],
+# pressure [Pa s] and flow [m^3]; points in the frames of their nodes; number of the signal.
 (
     KIND,
     EXTENT,
@@ -36,11 +38,9 @@ from flexmb.parts.bearings.reynolds import PEAK, SIDE, table_force, table_scalar
     OFFSET2_Y,
     CHOSEN,
 ) = range(13)
-"""Parameters p: kind and extent of the film, clearance, height of the roughness; scales of force [N s], moment [N m s],
-pressure [Pa s] and flow [m^3]; points in the frames of their nodes; number of the signal."""
 
+# Least film between surfaces pressed into each other, over the height of the roughness: oil left in its valleys.
 KEPT = 0.5
-"""Least film between surfaces pressed into each other, over the height of the roughness: oil left in its valleys."""
 
 
 @compiled
@@ -225,11 +225,11 @@ def film_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
 
 
 THICKNESS, PEAK_PRESSURE, POWER, SIDE_FLOW, ATTITUDE, FILM_FX, FILM_FY, TORQUE = range(8)
+# Signals with their units, in the order of `film_signal`.
 SIGNALS = (
     ("film_thickness", "m"), ("pressure", "Pa"), ("power", "W"), ("flow", "m3/s"), ("attitude", "rad"),
     ("film_fx", "N"), ("film_fy", "N"), ("film_torque", "N m"),
 )  # fmt: skip
-"""Signals with their units, in the order of `film_signal`."""
 
 
 @signal_kernel

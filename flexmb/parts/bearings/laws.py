@@ -18,8 +18,8 @@ from flexmb.fields import Input, between, field, number, one_of, positive, recor
 from flexmb.parts.bearings import film, pads, reynolds
 from flexmb.parts.bearings.kernels import CLEARANCE, DRAG, EXTENT, FLOW, FORCE, KIND, PRESSURE
 
+# Kinds of cavitation, with the extents that they leave of a film.
 EXTENTS = {"positive": film.POSITIVE, "half": film.HALF, "none": film.WHOLE}
-"""Kinds of cavitation, with the extents that they leave of a film."""
 
 
 @record
@@ -135,9 +135,8 @@ class LongBearing(ClosedFilm):
 
 
 WIDEST, EVERYWHERE = "widest", "everywhere"
-
+# Least angle of film between two grooves [rad].
 NARROWEST = math.pi / 18.0
-"""Least angle of film between two grooves [rad]."""
 
 
 @record
@@ -187,10 +186,8 @@ class FiniteBearing(Film):
         ends = self.turned
         narrow = min((second - first for first, second in pairwise(ends)), default=math.inf) - self.groove_width
         if narrow < NARROWEST:
-            raise InputError(
-                f"FiniteBearing: grooves leave {narrow:.3g} rad of film between them; give directions that leave "
-                f"{NARROWEST:.3g} rad, or a smaller groove_width."
-            )
+            text = f"FiniteBearing: grooves leave {narrow:.3g} rad of film between them;"
+            raise InputError(f"{text} give directions that leave {NARROWEST:.3g} rad, or a smaller groove_width.")
 
     @property
     def turned(self) -> tuple[float, ...]:
@@ -223,20 +220,14 @@ class FiniteBearing(Film):
 def check_roughness(label: str, roughness: float, clearance: float) -> None:
     """Refuse a roughness that is not small beside the clearance [m], in the name of `label`."""
     if roughness >= 0.5 * clearance:
-        raise InputError(
-            f"{label}: roughness is {roughness:g} m; it must be smaller than half of the clearance {clearance:g} m. "
-            "Ground steel has 1e-7 to 1e-6 m."
-        )
+        text = f"{label}: roughness is {roughness:g} m; it must be smaller than half of the clearance {clearance:g} m."
+        raise InputError(f"{text} Ground steel has 1e-7 to 1e-6 m.")
 
 
-# Oil by temperature
-
+# Temperatures between which Walther's law is asked [degC].
 COLDEST, HOTTEST = -60.0, 250.0
-"""Temperatures between which Walther's law is asked [degC]."""
-
+# Kinematic viscosity [mm^2/s] from which Walther's double logarithm exists.
 THINNEST_OIL = 0.3
-"""Kinematic viscosity [mm^2/s] from which Walther's double logarithm exists."""
-
 ABSOLUTE = 273.15  # temperature of 0 degC [K]
 
 
@@ -267,9 +258,8 @@ class Oil(Input, Shown):
     def __post_init__(self) -> None:
         super().__post_init__()
         if len(self.viscosities) != 2:
-            raise InputError(
-                f"Oil: viscosities has {len(self.viscosities)} pairs; give two, e.g. ((40, .04), (100, .006))."
-            )
+            text = f"Oil: viscosities has {len(self.viscosities)} pairs;"
+            raise InputError(f"{text} give two, e.g. ((40, .04), (100, .006)).")
         (_, thick), (_, thin) = pairs = sorted((float(t), float(mu)) for t, mu in self.viscosities)
         for temperature, viscosity in pairs:
             checks.between("Oil", "temperature", temperature, COLDEST, HOTTEST, "degC", "")
@@ -328,10 +318,8 @@ class Oil(Input, Shown):
 
         end = min(inlet + missing(inlet), HOTTEST)  # thinner oil turns less power into heat, and more of it flows
         if end == HOTTEST and missing(end) > 0.0:
-            raise InputError(
-                f"Oil: the film gets warmer than {HOTTEST:g} degC, where Walther's law ends. Lower the speed, take a "
-                "thinner oil, or a larger clearance, through which more oil flows."
-            )
+            text = f"Oil: the film gets warmer than {HOTTEST:g} degC, where Walther's law ends. Lower the speed,"
+            raise InputError(f"{text} take a thinner oil, or a larger clearance, through which more oil flows.")
         found = scipy.optimize.brentq(missing, inlet, end, xtol=1e-9)
         of_film(self.viscosity(found))
         return float(found)

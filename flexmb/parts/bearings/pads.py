@@ -31,27 +31,21 @@ from flexmb.parts.bearings.reynolds import (
     spline,
 )
 
+# Number of values of psi and of beta in the table of a pad, of cells around it and on half of its width.
 TURNS, DIRECTIONS, PAD_CELLS, PAD_LAYERS = 48, 24, 48, 8
-"""Number of values of psi and of beta in the table of a pad, of cells around it and on half of its width."""
-
+# Numbers of coefficients of a field along psi, -log(1 - eps) and beta.
 ROWS, LINES, COLUMNS = TURNS + 3, ECCENTRICITIES + 2, DIRECTIONS + 3
-"""Numbers of coefficients of a field along psi, -log(1 - eps) and beta."""
-
 LEVEL = -math.log(THINNEST) / (ECCENTRICITIES - 1)  # step of -log(1 - eps)
-
 FIELD = ROWS * LINES * COLUMNS  # number of coefficients of a field
-
+# Numbers of each pad, behind their count: angle of its middle in the bearing, first coefficient of its table.
 MIDDLE, PLACE = 0, 1
-"""Numbers of each pad, behind their count: angle of its middle in the bearing, first coefficient of its table."""
 
 
 @lru_cache(maxsize=16)
 def pads_table(ratio: float, grooves: tuple[float, ...], width: float) -> tuple[float, ...]:
-    """Number of pads, their middles and places, and a table for each angle of a pad.
-
-    `ratio`: width over diameter of the bearing; `grooves`: directions of their middles, in turn, the first once more;
-    `width`: angle of one.
-    """
+    """Number of pads, their middles and places, and a table for each angle of a pad."""
+    # `ratio`: width over diameter of the bearing; `grooves`: directions of their middles, in turn, the first once more;
+    # `width`: angle of one.
     spans = [round(second - first - width, 12) for first, second in pairwise(grooves)]
     tables = {span: pad_table(ratio, span) for span in spans}
     first, kinds = TABLE_BEGIN + 1 + 2 * len(spans), list(tables)
@@ -116,10 +110,8 @@ def pad_place(p, pad, eps, beta, widest):
 
 @compiled
 def pads_force(p, eps, a, b, widest):
-    """Force over its scale and its derivatives by eps, a and b, as `film_force` gives them, then by `widest`.
-
-    `widest`: direction of the widest gap in the frame of the bearing.
-    """
+    """Force over its scale and its derivatives by eps, a and b, as `film_force` gives them, then by `widest`."""
+    # `widest`: direction of the widest gap in the frame of the bearing.
     R, R_x, R_y, R_z, T, T_x, T_y, T_z = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     if a == 0.0 and b == 0.0:
         return R, T, R, T, R, R, T, T, R, T

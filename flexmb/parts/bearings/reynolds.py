@@ -23,26 +23,19 @@ from flexmb.errors import SolveError
 from flexmb.kernels import compiled
 from flexmb.parts.bearings.film import TABLE_BEGIN
 
+# Number of cells around the bearing and on half of its width.
 CELLS, LAYERS = 96, 12
-"""Number of cells around the bearing and on half of its width."""
-
+# Number of values of -log(1 - eps) and of beta in a table.
 ECCENTRICITIES, ANGLES = 26, 48
-"""Number of values of -log(1 - eps) and of beta in a table."""
-
+# Least film over the clearance in a table.
 THINNEST = 1e-3
-"""Least film over the clearance in a table."""
-
 ROUND_OFF = 1e-13  # source over the largest one that is none
-
 COARSEST = 12  # number of cells around from which the part of the film with P > 0 is found by itself
-
 MOST_SETS = 60  # number of iterations at most by which the part of the film with P > 0 is found
-
+# Fields of a table: forces outwards and along +theta, largest pressure, flow at the sides.
 RADIAL, TANGENTIAL, PEAK, SIDE = range(4)
-"""Fields of a table: forces outwards and along +theta, largest pressure, flow at the sides."""
-
+# Parameters behind those of any film: numbers of coefficients, step of -log(1 - eps), first coefficient.
 ROWS, COLUMNS, STEP, FIRST = range(TABLE_BEGIN, TABLE_BEGIN + 4)
-"""Parameters behind those of any film: numbers of coefficients, step of -log(1 - eps), first coefficient."""
 
 
 class FilmResult(NamedTuple):
@@ -66,13 +59,10 @@ def solve_film(
     cells: int = CELLS,
     layers: int = LAYERS,
 ) -> FilmResult:
-    """Film at the rates a and b of a bearing with width over diameter `ratio`.
-
-    `from_widest`: the oil is supplied at the widest gap, where p = 0; else it is supplied everywhere, and p = 0 where
-    the gap widens most.  `pad`: theta at the begin of the part between two grooves, and its angle; p = 0 at both ends.
-
-    Cells are even in Sommerfeld's angle, so they follow the narrow peak of the pressure, and finer towards the sides.
-    """
+    """Film at the rates a and b of a bearing with width over diameter `ratio`."""
+    # `from_widest`: the oil is supplied at the widest gap, where p = 0; else it is supplied everywhere, and p = 0 where
+    # the gap widens most. `pad`: theta at the begin of the part between two grooves, and its angle; p = 0 at both ends.
+    # Cells are even in Sommerfeld's angle, so they follow the narrow peak of the pressure, and finer towards the sides.
     s = math.sqrt(1.0 - eps * eps)
     start, span = pad or (0.0 if from_widest else math.atan2(-b, a), 2.0 * math.pi)
     end, less = start + span, eps / (1.0 + s)
@@ -112,8 +102,7 @@ def _bands(around: np.ndarray, cubed: np.ndarray, dz: np.ndarray, gaps: np.ndarr
     bands[n, :, 1:] += along[:, :-1]
     bands[n - 1, :, 1:] = -along[:, :-1]
     bands[0, 1:] = -np.outer(around[1:-1], dz)
-    flat: np.ndarray = bands.reshape(n + 1, m * n)
-    return flat
+    return np.asarray(bands.reshape(n + 1, m * n))
 
 
 def _non_negative(bands: np.ndarray, f: np.ndarray, film: np.ndarray) -> np.ndarray:
@@ -172,16 +161,14 @@ def open_splines(values: np.ndarray) -> np.ndarray:
         A[i, i : i + 3] = 1.0 / 6.0, 4.0 / 6.0, 1.0 / 6.0
     A[n, :5] = A[n + 1, -5:] = 1.0, -4.0, 6.0, -4.0, 1.0
     right = np.concatenate([values, np.zeros_like(values[:, :2])], axis=1)
-    found: np.ndarray = np.einsum("ij,kjl->kil", np.linalg.inv(A), right)
-    return found
+    return np.asarray(np.einsum("ij,kjl->kil", np.linalg.inv(A), right))
 
 
 def periodic_splines(values: np.ndarray) -> np.ndarray:
     """Coefficients of periodic cubic splines along the last axis, the first three once more at its end."""
     n = values.shape[2]
     A = np.eye(n) * 4.0 + np.roll(np.eye(n), 1, axis=1) + np.roll(np.eye(n), -1, axis=1)
-    found: np.ndarray = np.einsum("ij,klj->kli", np.linalg.inv(A / 6.0), values)[:, :, np.arange(-1, n + 2) % n]
-    return found
+    return np.asarray(np.einsum("ij,klj->kli", np.linalg.inv(A / 6.0), values)[:, :, np.arange(-1, n + 2) % n])
 
 
 @compiled
@@ -225,10 +212,8 @@ def table_field(p, field, i, j, x, y):
 
 @compiled
 def scaled(eps, a, b, R, R_x, R_y, T, T_x, T_y):
-    """Force over its scale and its derivatives, as `film_force` gives them, from values of a table.
-
-    `R_x`, `R_y` and so on: their derivatives by -log(1 - eps) and beta.
-    """
+    """Force over its scale and its derivatives, as `film_force` gives them, from values of a table."""
+    # `R_x`, `R_y` and so on: their derivatives by -log(1 - eps) and beta.
     s2 = 1.0 - eps * eps
     s = math.sqrt(s2)
     B = s * b

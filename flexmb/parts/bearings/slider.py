@@ -33,13 +33,12 @@ from flexmb.parts.bearings.laws import ShortBearing, check_roughness
 from flexmb.parts.joints.prismatic_clearance import PrismaticClearance
 from flexmb.places import packed
 
+# Parameters p: direction of the guide, points in the frames of their nodes, angle of the slider; gap on either side,
+# height of the roughness, half of the length [m]; viscosity [Pa s], width [m]; number of the signal.
 (UX, UY, S1X, S1Y, S2X, S2Y, ANGLE, GAP, HEIGHT, HALF, VISCOSITY, WIDTH, CHOSEN) = range(13)
-"""Parameters p: direction of the guide, points in the frames of their nodes, angle of the slider; gap on either side,
-height of the roughness, half of the length [m]; viscosity [Pa s], width [m]; number of the signal."""
-
 NODES = 32
+# Number of places of Gauss' rule along the slider, and the places and weights between -1 and 1.
 PLACES, SHARES = (tuple(values) for values in np.polynomial.legendre.leggauss(NODES))
-"""Number of places of Gauss' rule along the slider, and the places and weights between -1 and 1."""
 
 
 @compiled
@@ -73,11 +72,9 @@ def rates(travel, offset, v):
 
 @compiled
 def pressed(p, y, tau, U, rate, turning):
-    """Integrals of the pressure along the slider, and the largest |f|, f = g/H^3.
-
-    They are those of f and f s, of the derivative of f by the offset times 1, s and s^2, of H^-3 times 1, s and s^2; H
-    is that of the face on which the oil presses at each place.
-    """
+    """Integrals of the pressure along the slider, and the largest |f|, f = g/H^3."""
+    # They are those of f and f s, of the derivative of f by the offset times 1, s and s^2, of H^-3 times 1, s and s^2;
+    # H is that of the face on which the oil presses at each place.
     g0, half, largest = rate - 0.5 * U * tau, p[HALF], 0.0
     f, fs, fy, fys, fyss, i0, i1, i2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(NODES):
@@ -228,11 +225,11 @@ def guide_film_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
 
 
 THICKNESS, PRESSURE, POWER, NORMAL, DRAG, MOMENT = range(6)
+# Signals with their units, in the order of `guide_film_signal`.
 SIGNALS = (
     ("film_thickness", "m"), ("pressure", "Pa"), ("power", "W"), ("film_force", "N"), ("film_drag", "N"),
     ("film_moment", "N m"),
 )  # fmt: skip
-"""Signals with their units, in the order of `guide_film_signal`."""
 
 
 @signal_kernel

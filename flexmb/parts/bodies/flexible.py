@@ -49,7 +49,6 @@ if TYPE_CHECKING:
 Triple = tuple[float, float, float]
 Field = tuple[Triple, ...]
 FieldLike = Sequence[Triple] | Callable[[float], Triple]
-
 VELOCITY = ("(vx, vy, omega)", ("m/s", "m/s", "rad/s"))
 DISPLACEMENT = ("(dx, dy, dtheta)", ("m", "m", "rad"))
 
@@ -78,10 +77,8 @@ def field(
     """One checked triple a node, from a list or a function of the place."""
     if callable(given):
         if places is None:
-            raise InputError(
-                f"{label}: {name} is a function, but a frame has no coordinate along it. "
-                f"Give one {form} per node, {nodes} in all, in the order of its nodes."
-            )
+            text = f"{label}: {name} is a function, but a frame has no coordinate along it."
+            raise InputError(f"{text} Give one {form} per node, {nodes} in all, in the order of its nodes.")
         function = cast("Callable[[float], object]", given)
         given = tuple(function(s) for s in places)
         whence = "the function returns {!r} at s = {:g}"
@@ -143,22 +140,18 @@ class Bosses:
 
 
 def fit_bosses(label: str, beam: RigidProperties, wanted: RigidProperties, corners: list[Point]) -> Bosses:
-    """Bosses that turn the mass properties of the bare `beam` into the `wanted` ones.
-
-    Unknowns are one mass a corner, one moment of inertia common to all corners and, with three corners or more, a mass
-    at their mean; none may be negative.  Among several solutions the one of least norm is taken.  Wanted values that
-    cannot be reached by adding mass at these places are refused with the difference.
-    """
+    """Bosses that turn the mass properties of the bare `beam` into the `wanted` ones."""
+    # Unknowns are one mass a corner, one moment of inertia common to all corners and, with three corners or more, a
+    # mass at their mean; none may be negative. Among several solutions the one of least norm is taken. Wanted values
+    # that cannot be reached by adding mass at these places are refused with the difference.
     points = np.array(corners)
     places = [*points, points.mean(axis=0)] if len(corners) > 2 else list(points)
     centre = np.array(wanted.centre)
     radius = max(float(np.abs(points - centre).max()), 1e-12)
     mass = wanted.mass - beam.mass
     if mass < -1e-9 * wanted.mass:
-        raise InputError(
-            f"{label}: mass is {wanted.mass:g} kg, but the beams alone weigh {beam.mass:g} kg. "
-            "Give a larger mass, a smaller section or density, or leave mass out."
-        )
+        text = f"{label}: mass is {wanted.mass:g} kg, but the beams alone weigh {beam.mass:g} kg."
+        raise InputError(f"{text} Give a larger mass, a smaller section or density, or leave mass out.")
     moment = wanted.mass * centre - beam.mass * np.array(beam.centre)
     shift = np.array(beam.centre) - centre
     inertia = wanted.inertia - beam.inertia - beam.mass * float(shift @ shift)
@@ -284,9 +277,7 @@ def fractions(elements: Elements) -> tuple[float, ...]:
 
 
 REMEMBERED = 4096  # number of beams whose matrices are kept besides those of the present call
-
 BeamKey = tuple[tuple[float, ...], Section, Material, float | None, float | None]
-
 _KNOWN: dict[BeamKey, BeamMatrices] = {}  # matrices of beams by their data
 
 
@@ -364,11 +355,9 @@ def beam_pieces(
 def mass_damping_pieces(
     part: str, beams: Sequence[Beam], axis: Beam, zeta: float, lumps: Mapping[str, tuple[float, float]]
 ) -> list[Contribution]:
-    """Contributions of mass-proportional damping, one an element; none when zeta is 0.
-
-    The body's frame runs from the first to the last node of `axis`.  `lumps` are (mass [kg], inertia [kg m^2]) by node;
-    each is counted with the first element that ends there.
-    """
+    """Contributions of mass-proportional damping, one an element; none when zeta is 0."""
+    # The body's frame runs from the first to the last node of `axis`. `lumps` are (mass [kg], inertia [kg m^2]) by
+    # node; each is counted with the first element that ends there.
     if zeta == 0.0:
         return []
     left = dict(lumps)
@@ -491,10 +480,8 @@ def nearest_node(
     by_distance = sorted(nodes, key=lambda n: planar.distance((n.x, n.y), point))
     near = ", ".join(f"{n.name} at ({n.x:.6g}, {n.y:.6g})" for n in by_distance[:3])
     gap = planar.distance((nearest.x, nearest.y), point)
-    raise InputError(
-        f"{owner}: the point ({point[0]:g}, {point[1]:g}) is no node of {label}; it lies {gap:.3g} m from the nearest. "
-        f"Nodes nearby: {near}. Move the point there, {remedy}."
-    )
+    text = f"{owner}: the point ({point[0]:g}, {point[1]:g}) is no node of {label}; it lies"
+    raise InputError(f"{text} {gap:.3g} m from the nearest. Nodes nearby: {near}. Move the point there, {remedy}.")
 
 
 @signal_kernel
@@ -505,8 +492,6 @@ def deflection_kernel(p, t, q, v, a):
 
 
 # Stresses of bodies of beams: the signals of the largest one, and the elements at which it is looked for
-
-
 def knows_stress(section: Section) -> bool:
     """Whether a section knows its outer fibre."""
     try:

@@ -47,26 +47,23 @@ from flexmb.parts.bodies.flexible import (
 )
 
 Point = tuple[float, float]
-
 LEAST_SLENDERNESS = 5.0  # length of a beam over its height, below which shear cannot be left out
 
 
 @record
 class FlexibleBody(ElasticBody):
-    """Base of bodies made of beams; a subclass lays them out and fits bosses to the nodes at its corners.
+    """Base of bodies made of beams; a subclass lays them out and fits bosses to the nodes at its corners."""
 
-    - elements: a number of equal elements, or increasing fractions of the length where inner nodes stand.
-    - mass, inertia: bosses at the corners add to the beams what is missing.
-    - rotary_inertia (Rayleigh beam): False for none, True for rho I, or a number >= 0; None: rho I with shear, none
-      without.
-    - shear (Timoshenko beam): False for none, True for the shear factor of the section (Cowper's, for Poisson's ratio
-      of the material), or the shear factor, such as 5/6.
-    - stress: the largest normal stress in the outer fibres, signals `von_mises` [Pa] and `von_mises_node`, the number
-      of its node.  None: where the material has a yield stress and all sections know their outer fibres.
-    - velocity: of a rigid motion, or one (vx, vy, omega) per node; displacement: per node [m, rad], added to the
-      reference configuration.
-    """
-
+    # - elements: a number of equal elements, or increasing fractions of the length where inner nodes stand.
+    # - mass, inertia: bosses at the corners add to the beams what is missing.
+    # - rotary_inertia (Rayleigh beam): False for none, True for rho I, or a number >= 0; None: rho I with shear, none
+    #   without.
+    # - shear (Timoshenko beam): False for none, True for the shear factor of the section (Cowper's, for Poisson's ratio
+    #   of the material), or the shear factor, such as 5/6.
+    # - stress: the largest normal stress in the outer fibres, signals `von_mises` [Pa] and `von_mises_node`, the number
+    #   of its node.  None: where the material has a yield stress and all sections know their outer fibres.
+    # - velocity: of a rigid motion, or one (vx, vy, omega) per node; displacement: per node [m, rad], added to the
+    #   reference configuration.
     stress_name: ClassVar[str] = "normal stress in the outer fibres"
     theory: ClassVar[str] = "beams"
     _: KW_ONLY
@@ -121,9 +118,8 @@ class FlexibleBody(ElasticBody):
             object.__setattr__(self, "section", tuple(self.section))
         for section in self._sections:
             if not isinstance(section, Section):
-                raise InputError(
-                    f"{self.label}: section is {section!r}; it must be a cross section such as Rectangle(...)."
-                )
+                text = f"{self.label}: section is {section!r};"
+                raise InputError(f"{text} it must be a cross section such as Rectangle(...).")
         if self.stress and not self.knows_stress:
             text = f"{self.label}: stress is True, and a section does not know its outer fibre"
             raise InputError(f"{text}. Give outer_fibre=... [m] to the section.")

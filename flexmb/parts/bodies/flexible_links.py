@@ -60,9 +60,8 @@ class Edges(Body):
         pairs = [frozenset(edge) for edge in self.edges]
         for i, pair in enumerate(pairs):
             if pair in pairs[:i]:
-                raise InputError(
-                    f"{self.label}: edges[{i}] is {self.edges[i]}, which joins two corners once more; remove it."
-                )
+                text = f"{self.label}: edges[{i}] is {self.edges[i]}, which joins two corners once more;"
+                raise InputError(f"{text} remove it.")
         lonely = set(range(len(self.points))) - {i for edge in self.edges for i in edge}
         if lonely or not self.edges:
             raise InputError(f"{self.label}: corners {sorted(lonely)} belong to no edge. Remove them or add edges.")
@@ -73,13 +72,9 @@ class Edges(Body):
         except (TypeError, ValueError) as error:
             raise InputError(f"{self.label}: edges[{i}] is {edge!r}; it must be a pair of corner numbers.") from error
         if max(a, b) >= len(self.points) or planar.distance(self.points[a], self.points[b]) <= 0.0:
-            raise InputError(
-                f"{self.label}: edges[{i}] is {edge!r}; it must join two different corners of {len(self.points)}."
-            )
+            text = f"{self.label}: edges[{i}] is {edge!r};"
+            raise InputError(f"{text} it must join two different corners of {len(self.points)}.")
         return a, b
-
-
-# Turns of arcs that follow a smooth curve through points
 
 
 def smooth_turns(points: Iterable[Point], closed: bool = False) -> tuple[float, ...]:
@@ -131,9 +126,6 @@ def smooth_turns(points: Iterable[Point], closed: bool = False) -> tuple[float, 
         text = f"{owner}: from points[{k}] to the next one the curve turns by {turns[k]:.3g} rad"
         raise InputError(f"{text}; give points between them, at most pi/2 apart.")
     return tuple(turns.tolist())
-
-
-# A flexible frame: beams, straight or arcs, welded at corners
 
 
 @variant
@@ -299,9 +291,6 @@ class FlexibleFrame(FlexibleBody, Edges):
         return fit_bosses(self.label, own, wanted, list(self.points))
 
 
-# A flexible bar between two points: a chain of corotational beam elements
-
-
 @variant
 class FlexibleLink(FlexibleBody, Bar):
     """A beam between two points, straight or an arc; theta of a node is the direction of its axis, counted from +X.
@@ -403,10 +392,8 @@ class FlexibleLink(FlexibleBody, Bar):
         station = mesh.stations(order)
         length = planar.distance(start, end)
         if abs(station[-1] - length) > 1e-6 * length:
-            raise InputError(
-                f"FlexibleLink {name!r}: {path} is {station[-1]:g} m long, but start and end are {length:g} m apart. "
-                "Move the ends, or take the mesh of the right link."
-            )
+            text = f"FlexibleLink {name!r}: {path} is {station[-1]:g} m long, but start and end are {length:g} m apart."
+            raise InputError(f"{text} Move the ends, or take the mesh of the right link.")
         label, tags = f"FlexibleLink {name!r}", set(mesh.tags.tolist())
         elements, section = beam_of_mesh(label, path, tags, station, sections)
         return cls(
@@ -488,9 +475,7 @@ def point_bosses(label: str, beam_mass: float, mass: float, second: float) -> Bo
     """Point masses at both ends, `second` at the end, that make mass and centre right, whatever the inertia."""
     first = mass - beam_mass - second
     if min(first, second) < -1e-9 * mass:
-        raise InputError(
-            f"{label}: mass {mass:g} kg cannot be reached by bosses at the ends: they would need {first:.4g} and "
-            f"{second:.4g} kg, since the beam alone weighs {beam_mass:g} kg. "
-            "Give a larger mass, a smaller section, or another centre."
-        )
+        text = f"{label}: mass {mass:g} kg cannot be reached by bosses at the ends:"
+        text += f" they would need {first:.4g} and {second:.4g} kg, since the beam alone weighs {beam_mass:g} kg."
+        raise InputError(f"{text} Give a larger mass, a smaller section, or another centre.")
     return Bosses((max(first, 0.0), max(second, 0.0)), 0.0, 0.0)

@@ -190,8 +190,6 @@ def mean_mass(part: str, nodes: Sequence[str], mass: float, gravity: Point) -> E
     )
 
 
-# Particle: a mass without rotation
-
 SAME_POINT = 1e-9  # distance from the particle, over its distance from the origin (at least 1 m), that counts as 0
 MANY_PARTS = 500  # number of parts of a mechanism above which compiled kernels are called, a hundred times as fast
 NO_MOMENT = 1e-9  # moment on a particle over the largest force [m], or change by its rotation, that counts as round-off
@@ -240,10 +238,8 @@ class PointMass(Body):
         """The point itself."""
         apart = planar.distance(self.at, point)
         if apart > SAME_POINT * max(1.0, *map(abs, self.at)):
-            raise InputError(
-                f"{owner}: the point ({point[0]:g}, {point[1]:g}) lies {apart:g} m beside {self.label}, which is one "
-                "point. Give its point, or use a RigidBody."
-            )
+            text = f"{owner}: the point ({point[0]:g}, {point[1]:g}) lies {apart:g} m beside {self.label},"
+            raise InputError(f"{text} which is one point. Give its point, or use a RigidBody.")
         return Attachment(self.name, "", (0.0, 0.0))
 
     def start_velocity(self) -> tuple[float, float, float] | None:
@@ -267,11 +263,9 @@ class PointMass(Body):
         """Refuse parts that need the rotation of the particle."""
         for part, contribution, place in mechanism.acting_on((self.name, "", 2)):
             if turns(mechanism, contribution, place):
-                raise ModelError(
-                    f"{part.label} needs the rotation of {self.label}, which has none. Use a RigidBody, or a part that "
-                    "holds the point alone: Revolute without drive and friction, PinSlot from another body, "
-                    "couplings.Distance, SpringDamper, Force."
-                )
+                text = f"{part.label} needs the rotation of {self.label}, which has none."
+                text += " Use a RigidBody, or a part that holds the point alone: Revolute without drive and friction,"
+                raise ModelError(f"{text} PinSlot from another body, couplings.Distance, SpringDamper, Force.")
 
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the point alone
         """The point."""

@@ -16,8 +16,6 @@ from flexmb.model.part import Body, Joint
 from flexmb.model.shape import RigidShape, Shapes
 from flexmb.parts.bodies.point_mass import node_mass
 
-# Base of rigid and flexible bars between two points
-
 Point = tuple[float, float]
 
 
@@ -61,9 +59,6 @@ class Bar(Body):
     def angle(self) -> float:
         """Direction of the axis in the reference configuration [rad]."""
         return math.atan2(self.end[1] - self.start[1], self.end[0] - self.start[0])
-
-
-# Rigid body with its node at the centre of mass
 
 
 @record
@@ -126,8 +121,6 @@ def held_points(body: Body, mechanism: Mechanism) -> list[Point]:
     joints = (p for p in mechanism.parts if isinstance(p, Joint) and body.name in p.references())
     return [end.offset for joint in joints for end in joint.ends(mechanism) if end.part == body.name]
 
-
-# A rigid bar between two points
 
 MASSLESS = 1e-8  # mass of a massless link over the smallest mass of the other bodies [1]
 AXIS_TOLERANCE = 1e-3  # distance from the axis over the length [1] up to which a point counts as one of the axis

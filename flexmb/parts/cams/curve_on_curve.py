@@ -32,10 +32,8 @@ def carrier(mechanism: Mechanism, part: str, owner: str) -> Node:
     body = mechanism.body(part, owner)
     nodes = body.nodes()
     if len(nodes) != 1:
-        raise ModelError(
-            f"{owner}: {body.label} is flexible and cannot carry a curve. Fix a RigidBody with the curve to one of its "
-            "nodes by Fixed(...)."
-        )
+        text = f"{owner}: {body.label} is flexible and cannot carry a curve."
+        raise ModelError(f"{text} Fix a RigidBody with the curve to one of its nodes by Fixed(...).")
     return nodes[0]
 
 
@@ -117,16 +115,12 @@ def shape(part: str, node: Node, points: tuple[tuple[float, float], ...]) -> Rig
     return RigidShape(part, node.name, (tuple(in_frame(node, p) for p in points),))
 
 
-# Two bodies that touch along curves: cam and follower, ideal or as a contact that can open
-
 PULL = 1e-3  # pull of an ideal pair relative to its largest force, above which there is a remark
 FAR = 0.25  # largest gap in the reference configuration that is closed at the start, over the size of the first curve
 OVERLAP = 1e-3  # largest overlap in the reference configuration with which a contact may start open, over the same
-
-
 NORMAL = instance(NormalLaw, "a normal law, e.g. HuntCrossley, or None")
+# Rules of the laws of a pair.
 FRICTION = instance(FrictionLaw, "a friction law, e.g. ModifiedCoulomb, or None")
-"""Rules of the laws of a pair."""
 
 
 @record
@@ -178,10 +172,8 @@ class CurveOnCurve(Part):
         if not all(isinstance(c, ClosedCurve | CircularCurve | Line) for c in curves) or not any(
             isinstance(c, ClosedCurve) for c in curves
         ):
-            raise InputError(
-                f"{self.label}: the curves are {curves[0]!r} and {curves[1]!r}; one must be a ClosedCurve, the other a "
-                "Line, cams.CircularCurve or ClosedCurve (fm.Circle is the section of a beam)."
-            )
+            text = f"{self.label}: the curves are {curves[0]!r} and {curves[1]!r}; one must be a ClosedCurve, the other"
+            raise InputError(f"{text} a Line, cams.CircularCurve or ClosedCurve (fm.Circle is the section of a beam).")
         curve, other = self._ordered()[1::2]
         least, _, (x, y) = curve.extreme_curvature()
         if isinstance(other, Line) and least <= 0.0:
@@ -298,13 +290,9 @@ def check_distance(part: Any, curve: ClosedCurve, other: Any) -> None:
             'axes of the frame; move them or the bodies until they touch, or give normal=... and start="open".'
         )
     if isinstance(other, Line) and not -OVERLAP * size <= place <= other.length + OVERLAP * size:
-        raise ModelError(
-            f"{part.label}: in the reference configuration the curve touches the line {place:.4g} m from its start, "
-            f"beyond its ends at 0 and {other.length:.4g} m. Make the line longer."
-        )
+        text = f"{part.label}: in the reference configuration the curve touches the line {place:.4g} m from its start,"
+        raise ModelError(f"{text} beyond its ends at 0 and {other.length:.4g} m. Make the line longer.")
 
-
-# A point of one body on a closed curve of another: knife edge, pin in a groove
 
 POINT = 1e-9  # radius that stands for a point in checks of distances, over the size of the curve
 

@@ -16,8 +16,6 @@ from flexmb.errors import InputError
 from flexmb.fields import Input, field, point, positive, record
 from flexmb.parts.cams.spans import area, crossing, curvatures, reversed_spans, sampled, values_at
 
-# Straight segment and circle of a body: flat face and roller
-
 CIRCLE_POINTS = 72  # number of segments of a drawn circle
 
 
@@ -36,9 +34,8 @@ class Line(Input, Shown):
     def __post_init__(self) -> None:
         super().__post_init__()
         if math.dist(self.start, self.end) == 0.0:
-            raise InputError(
-                f"Line: both ends are {self.start}; a segment needs a length. Use PointOnCurve for an edge."
-            )
+            text = f"Line: both ends are {self.start};"
+            raise InputError(f"{text} a segment needs a length. Use PointOnCurve for an edge.")
 
     @property
     def length(self) -> float:
@@ -140,10 +137,8 @@ class ClosedCurve(Input):
             spans = reversed_spans(spans)
         place = crossing(polygon)
         if place is not None:
-            raise InputError(
-                f"ClosedCurve: the curve crosses itself near ({place[0]:.6g}, {place[1]:.6g}) m. Sort the points along "
-                "the curve, or space them more evenly there."
-            )
+            text = f"ClosedCurve: the curve crosses itself near ({place[0]:.6g}, {place[1]:.6g}) m."
+            raise InputError(f"{text} Sort the points along the curve, or space them more evenly there.")
         object.__setattr__(self, "points", tuples(spans[:, :, 0]))
         object.__setattr__(self, "spans", tuples(spans))
 
@@ -168,10 +163,8 @@ class ClosedCurve(Input):
         ]
         gap, size = math.dist(values[0], values[-1]), float(np.ptp(np.array(values), axis=0).max())
         if gap > 1e-6 * size:
-            raise InputError(
-                f"ClosedCurve.from_function: function(0) and function(2 pi) are {gap:.4g} m apart, so the curve is not "
-                "closed. Give a function of period 2 pi."
-            )
+            text = f"ClosedCurve.from_function: function(0) and function(2 pi) are {gap:.4g} m apart,"
+            raise InputError(f"{text} so the curve is not closed. Give a function of period 2 pi.")
         return cls(values[:-1])
 
     def __repr__(self) -> str:
@@ -250,10 +243,8 @@ def check_joined(points: np.ndarray, spans: np.ndarray) -> None:
     if np.any(wrong):
         k = int(np.argmax(wrong))
         x, y = points[k]
-        raise InputError(
-            f"ClosedCurve: span {k} from ({x:.6g}, {y:.6g}) m begins elsewhere or has a corner at its end. Leave spans "
-            "out (None) where the points are others; a curve with corners is an Outline."
-        )
+        text = f"ClosedCurve: span {k} from ({x:.6g}, {y:.6g}) m begins elsewhere or has a corner at its end. Leave"
+        raise InputError(f"{text} spans out (None) where the points are others; a curve with corners is an Outline.")
 
 
 def point_array(owner: str, given: Any) -> np.ndarray:

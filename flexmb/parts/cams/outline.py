@@ -50,16 +50,14 @@ def _joints(points: np.ndarray, tangents: np.ndarray, ends: np.ndarray, end_tang
     bend = 1.0 - np.sum(tangents * end_tangents, axis=1)
     square = np.sum(chord * chord, axis=1)
     d = square / (along + np.sqrt(along * along + 2.0 * bend * square))
-    found: np.ndarray = 0.5 * (points + ends + d[:, None] * (tangents - end_tangents))
-    return found
+    return np.asarray(0.5 * (points + ends + d[:, None] * (tangents - end_tangents)))
 
 
 def _bulges(tangents: np.ndarray, chords: np.ndarray) -> np.ndarray:
     """Bulges of arcs by their first tangents and chords."""
     across = tangents[:, 0] * chords[:, 1] - tangents[:, 1] * chords[:, 0]
     along = np.sum(tangents * chords, axis=1)
-    found: np.ndarray = np.tan(0.5 * np.arctan2(across, along))
-    return found
+    return np.asarray(np.tan(0.5 * np.arctan2(across, along)))
 
 
 def _distance(points: np.ndarray, starts: np.ndarray, ends: np.ndarray, bulges: np.ndarray) -> np.ndarray:
@@ -72,11 +70,8 @@ def _distance(points: np.ndarray, starts: np.ndarray, ends: np.ndarray, bulges: 
     square = np.sum(chord * chord, axis=1)[:, None]
     power = 4.0 * b * (np.sum(to * to, axis=2) - 0.25 * square) - 2.0 * (1.0 - b * b) * along
     centre = 4.0 * b[:, :, None] * to - (1.0 - b * b)[:, :, None] * left[:, None, :]
-    found: np.ndarray = np.abs(power) / (np.hypot(*centre.transpose(2, 0, 1)) + np.sqrt(square) * (1.0 + b * b))
-    return found
+    return np.asarray(np.abs(power) / (np.hypot(*centre.transpose(2, 0, 1)) + np.sqrt(square) * (1.0 + b * b)))
 
-
-# Outline of a body with corners: a closed chain of straight lines and circular arcs
 
 ARC_POINTS = 48  # points of a drawn or examined quarter of a circle; shorter arcs have fewer
 LARGEST_BULGE = math.tan(math.pi / 8.0)  # bulge of a quarter of a circle; longer arcs are halved
@@ -130,9 +125,8 @@ class Outline(Input):
             points, bulges = points[::-1], -np.roll(bulges[::-1], -1)
         place = crossing(polygon)
         if place is not None:
-            raise InputError(
-                f"Outline: it crosses itself near ({place[0]:.6g}, {place[1]:.6g}) m. Sort its points along the way."
-            )
+            text = f"Outline: it crosses itself near ({place[0]:.6g}, {place[1]:.6g}) m."
+            raise InputError(f"{text} Sort its points along the way.")
         object.__setattr__(self, "points", tuples(points))
         object.__setattr__(self, "bulges", tuples(bulges))
 
@@ -278,8 +272,6 @@ def _polygon(points: np.ndarray, bulges: np.ndarray) -> np.ndarray:
         found.append(start + np.outer(along, chord) + np.outer(across, np.array([-chord[1], chord[0]])))
     return np.concatenate(found)
 
-
-# Rounds of an outline: runs of convex arcs and corners between straight and hollow pieces
 
 ROUNDED, POINTED, END = 0.0, 1.0, 2.0  # kinds of arcs of a round: an arc; a corner; end of an arc at a straight piece
 

@@ -24,9 +24,8 @@ from flexmb.parts.cams.outline_kernels import PART, PART_WITHOUT_START, WHOLE, o
 from flexmb.parts.cams.spans import meeting
 from flexmb.parts.contact.friction import Frictionless
 
+
 # Contact of an outline of one body with a circle of another: pin in a Geneva wheel, pawl and ratchet, roller
-
-
 @record
 class OutlineContact(Part):
     """Contact between an outline of the first body and a circle of the second, on the outside of both.
@@ -83,10 +82,8 @@ class OutlineContact(Part):
         super().validate(mechanism)
         gap = signed_distance(self.outline.polygon, self.circle.centre) - self.circle.radius
         if gap < -TOLERANCE_LENGTH * self.outline.size:
-            raise ModelError(
-                f"{self.label}: circle and outline overlap by {-gap:.4g} m in the reference configuration. Move one of "
-                "them apart; both are given in the reference configuration."
-            )
+            text = f"{self.label}: circle and outline overlap by {-gap:.4g} m in the reference configuration."
+            raise ModelError(f"{text} Move one of them apart; both are given in the reference configuration.")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One contact for each chain of pieces between hollow corners."""

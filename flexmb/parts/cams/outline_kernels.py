@@ -12,16 +12,13 @@ from flexmb.parts.cams.pair_kernels import put_gap, with_arms
 
 # A circle of the second body at a chain of straight lines and arcs of the first
 
+# Places in p: length for tolerances [m], centre of the circle in the frame of the second node [m], its radius [m],
+# extent of the chain, number of pieces, first piece.
 SCALE, CENTRE_X, CENTRE_Y, RADIUS, EXTENT, COUNT, FIRST_PIECE = range(7)
-"""Places in p: length for tolerances [m], centre of the circle in the frame of the second node [m], its radius [m],
-extent of the chain, number of pieces, first piece."""
-
+# Extents: the whole outline; a part of the outline; a part whose first point belongs to the part before.
 WHOLE, PART, PART_WITHOUT_START = 0.0, 1.0, 2.0
-"""Extents: the whole outline; a part of the outline; a part whose first point belongs to the part before."""
-
+# Places in a piece: ends [m], centre [m], radius [m] (0: straight, < 0: hollow), mean outward normals at both ends.
 X0, Y0, X1, Y1, ORIGIN_X, ORIGIN_Y, BEND, START_NX, START_NY, END_NX, END_NY, PIECE_SIZE = range(12)
-"""Places in a piece: ends [m], centre [m], radius [m] (0: straight, < 0: hollow), mean outward normals at both ends."""
-
 STRAIGHT, ARC, CORNER = range(3)  # kinds of nearest places
 
 
@@ -123,16 +120,13 @@ def outline_gap_kernel(p, q, v, out):
     put_gap(with_arms(q, X, Y, nx, ny, away - radius, a, b, radius, 1.0), q, v, out)
 
 
-# A round of one outline at a chain of pieces of another one
-
+# Places in p behind SCALE: whether the round belongs to the first body, and whether it counts contacts with convex arcs
+# and corners; numbers of arcs of the round, of pieces of the chain, of all pieces; first arc. Pieces follow the arcs,
+# those of the chain first.
 ROUND_IS_FIRST, MEETS_ROUNDS, ROUNDS, CHAIN, PIECES, FIRST_ROUND = range(1, 7)
-"""Places in p behind SCALE: whether the round belongs to the first body, and whether it counts contacts with convex
-arcs and corners; numbers of arcs of the round, of pieces of the chain, of all pieces; first arc.  Pieces follow the
-arcs, those of the chain first."""
 
+# Places in an arc of a round: centre and radius [m], outward normals at both ends, kind.
 ARC_X, ARC_Y, ARC_RADIUS, FROM_X, FROM_Y, TO_X, TO_Y, KIND, ARC_SIZE = range(9)
-"""Places in an arc of a round: centre and radius [m], outward normals at both ends, kind."""
-
 GAP = 4  # place of the distance in the numbers of a place
 ROUNDING = 1e-12  # sine of an angle [1] by which sectors overlap
 SAME = 1e-6  # difference of distances, over the length for tolerances, up to which they are the same
@@ -228,10 +222,8 @@ def arc_of_round(p, first, X, Y, radius, ax, ay, bx, by, best):
 
 @compiled
 def round_place(p, X, Y, c, s):
-    """Place of the contact on the outline, normal, gap, curvature, radius of the round and its sign.
-
-    (X, Y), c, s : node of the round, cosine and sine of its angle, in the frame of the outline.
-    """
+    """Place of the contact on the outline, normal, gap, curvature, radius of the round and its sign."""
+    # (X, Y), c, s : node of the round, cosine and sine of its angle, in the frame of the outline.
     count = int(p[ROUNDS])
     first = FIRST_ROUND + ARC_SIZE * count
     best = (0.0, 0.0, 0.0, 0.0, math.inf, 0.0, 1.0, 0.0, 1.0)

@@ -28,8 +28,6 @@ from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import put_column, put_eccentricity, put_point
 from flexmb.places import LOAD, LOAD_BY_LAM, SLIDING
 
-# Two curves of two bodies on their common normal: distance, rows of constraints, output of gap kernels
-
 
 @compiled
 def unit_motion(j, r1x, r1y, r2x, r2y):
@@ -152,8 +150,6 @@ def put_gap(pair, q, v, out):
     )
 
 
-# A closed curve of the second body on a closed curve of the first: constraint, gap and friction kernels
-
 CURVE_SCALE, SECOND, CURVE_UNDER_CURVE = range(3)  # places in p: length for tolerances [m], second curve, first curve
 
 
@@ -205,10 +201,8 @@ def curves_speed(p, t, q, v, a):
     return second_speed(curves_pair(p, q), v)
 
 
-# A point or roller of the second body on a closed curve of the first: constraint, gap and friction kernels
-
+# Places in p: length for tolerances [m], centre in the frame of the second node [m], radius [m], the curve.
 POINT_SCALE, CENTRE_X, CENTRE_Y, RADIUS, CURVE_UNDER_POINT = range(5)
-"""Places in p: length for tolerances [m], centre in the frame of the second node [m], radius [m], the curve."""
 
 
 @compiled
@@ -256,11 +250,9 @@ def roller_speed(p, t, q, v, a):
     return second_speed(roller_pair(p, q), v)
 
 
-# A straight face of the second body on a closed curve of the first: constraint, gap and friction kernels
-
+# Places in p: length for tolerances [m], first end of the line [m] and its direction in the frame of the second node,
+# +1 for a curve on the left of the line and -1 on the right, length of the line [m], the curve.
 LINE_SCALE, START_X, START_Y, ALONG_X, ALONG_Y, SIDE, LENGTH, CURVE_UNDER_LINE = range(8)
-"""Places in p: length for tolerances [m], first end of the line [m] and its direction in the frame of the second node,
-+1 for a curve on the left of the line and -1 on the right, length of the line [m], the curve."""
 
 
 @compiled

@@ -80,13 +80,9 @@ def root(jet: Jet) -> Jet:
     return found
 
 
-# Lift law of a follower over a turn of its cam
-
 ORDERS = 5  # number of derivatives of a lift, from the lift itself on
-
+# Coefficients of the normalised laws x(u), from the constant on.
 POLYNOMIALS = {"3-4-5": (0.0, 0.0, 0.0, 10.0, -15.0, 6.0), "4-5-6-7": (0.0, 0.0, 0.0, 0.0, 35.0, -84.0, 70.0, -20.0)}
-"""Coefficients of the normalised laws x(u), from the constant on."""
-
 LAWS = ("cycloidal", *POLYNOMIALS, "harmonic")  # names of the laws
 
 
@@ -127,10 +123,8 @@ class Lift(Input, Shown):
         angles = [angle for angle, _ in self.stations]
         for k, (before, after) in enumerate(pairwise([*angles, angles[0] + 2.0 * math.pi])):
             if after <= before:
-                raise InputError(
-                    f"Lift: the angle of station {k} is {before:g} rad and that of the next one {after:g} rad; angles "
-                    "must increase and span less than a turn (2 pi) in all."
-                )
+                text = f"Lift: the angle of station {k} is {before:g} rad and that of the next one {after:g} rad;"
+                raise InputError(f"{text} angles must increase and span less than a turn (2 pi) in all.")
 
     def intervals(self) -> list[tuple[float, float, float, float]]:
         """Angles at both ends [rad] and lifts at both ends of each interval."""
@@ -182,11 +176,8 @@ def normalised(law: str, u: np.ndarray) -> np.ndarray:
     return np.array(found)
 
 
-# Profiles of cams that give their followers a lift law
-
 ACCURACY = 1e-9  # largest error of the second derivative of a profile by the cam angle, over its largest value
 FEWEST_SPANS, MOST_SPANS = 4, 256  # numbers of spans of an interval of the lift law
-
 Pair = tuple[Jet, Jet]
 
 
@@ -300,9 +291,8 @@ def roller_profile(
     radius = checks.not_negative("roller_profile", "roller", roller, "m")
     side = checks.number("roller_profile", "offset", offset, "m")
     if abs(side) >= base + radius:
-        raise InputError(
-            f"roller_profile: offset is {side:g} m; it must be less than base radius + roller, {base + radius:g} m."
-        )
+        text = f"roller_profile: offset is {side:g} m;"
+        raise InputError(f"{text} it must be less than base radius + roller, {base + radius:g} m.")
     dx, dy = checks.direction("roller_profile", "along", along)
     ux, uy = dx / math.hypot(dx, dy), dy / math.hypot(dx, dy)
     low = math.sqrt((base + radius) ** 2 - side**2)
@@ -384,10 +374,8 @@ def _parallel(centre: Callable[[Jet, Jet], Pair], radius: float) -> Callable[[Je
 
 
 def _profile(name: str, lift: Lift, curve: Any, at: tuple[float, float]) -> ClosedCurve:
-    """The profile with as many spans as ACCURACY needs, or `InputError` for undercut.
-
-    The curve gives x, y and a number > 0 by the jets of cam angle and lift; `at` is the axis of the cam [m].
-    """
+    """The profile with as many spans as ACCURACY needs, or `InputError` for undercut."""
+    # The curve gives x, y and a number > 0 by the jets of cam angle and lift; `at` is the axis of the cam [m].
     if not isinstance(lift, Lift):
         raise InputError(f"{name}: lift is {lift!r}; it must be a Lift.")
     x, y = checks.point(name, "at", at)

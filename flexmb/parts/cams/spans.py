@@ -14,6 +14,7 @@ from flexmb.kernels import compiled
 
 # Geometry of polygons and spans: areas, crossings, coefficients of spans, curvatures
 
+# Coefficients of the polynomial of degree 7 on [0, 1] by value and three derivatives at 0, then at 1.
 HERMITE = np.linalg.inv(
     np.array(
         [
@@ -26,21 +27,17 @@ HERMITE = np.linalg.inv(
         ]
     )
 )
-"""Coefficients of the polynomial of degree 7 on [0, 1] by value and three derivatives at 0, then at 1."""
 
 CROSSING_BLOCK = 256  # number of segments that are compared with all others at once
 
 
 def hermite_spans(starts: np.ndarray, ends: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Spans (n, 2, 8) of a curve in the coordinates (x, y) by derivatives at both ends of each.
-
-    `starts` and `ends` (4, 2, n) are values and three derivatives of x and y by the parameter; `steps` (n,) are changes
-    of the parameter over each span.
-    """
+    """Spans (n, 2, 8) of a curve in the coordinates (x, y) by derivatives at both ends of each."""
+    # `starts` and `ends` (4, 2, n) are values and three derivatives of x and y by the parameter; `steps` (n,) are
+    # changes of the parameter over each span.
     factors = steps[None, :] ** np.arange(4)[:, None]
     data = np.concatenate([starts * factors[:, None, :], ends * factors[:, None, :]])
-    coefficients: np.ndarray = np.einsum("ij,jan->nai", HERMITE, data)
-    return coefficients
+    return np.asarray(np.einsum("ij,jan->nai", HERMITE, data))
 
 
 def sampled(spans: np.ndarray, samples: int, order: int = 0) -> np.ndarray:
@@ -51,15 +48,13 @@ def sampled(spans: np.ndarray, samples: int, order: int = 0) -> np.ndarray:
 def values_at(spans: np.ndarray, u: np.ndarray, order: int) -> np.ndarray:
     """Derivatives (n, samples, 2) of spans at the parameters u (samples,)."""
     powers = np.array([math.perm(k, order) * u ** max(0, k - order) * (k >= order) for k in range(8)])
-    found: np.ndarray = np.einsum("nai,iu->nua", spans, powers)
-    return found
+    return np.asarray(np.einsum("nai,iu->nua", spans, powers))
 
 
 def reversed_spans(spans: np.ndarray) -> np.ndarray:
     """Spans (n, 2, 8) of a curve traversed the other way."""
     flip = np.array([[math.comb(j, i) * (-1.0) ** i for j in range(8)] for i in range(8)])
-    found: np.ndarray = np.einsum("ij,naj->nai", flip, spans)[::-1]
-    return found
+    return np.asarray(np.einsum("ij,naj->nai", flip, spans)[::-1])
 
 
 def area(points: np.ndarray) -> float:
@@ -110,8 +105,6 @@ def curvatures(spans: np.ndarray, samples: int) -> tuple[np.ndarray, np.ndarray]
     (dx, dy), (ddx, ddy) = sampled(spans, samples, 1).T, sampled(spans, samples, 2).T
     return sampled(spans, samples), (dx * ddy - dy * ddx) / np.hypot(dx, dy) ** 3
 
-
-# Closed curves as numbers of kernels: spans of polynomials, boxes around them, closest points
 
 SPANS, BOXES, FIRST_BOX = range(3)  # places at the begin of a curve: number of spans, number of boxes, first box
 BOX_X, BOX_Y, BOX_RADIUS, BOX_FIRST, BOX_END, BOX_SIZE = range(6)  # places in a box, and its length

@@ -25,22 +25,17 @@ from flexmb.parts.contact.hysteresis import RESTITUTION, DampedElasticLaw, dampe
 from flexmb.parts.contact.onset import LARGEST, LEAST_APPROACH, ONSET, reference_speed
 from flexmb.parts.contact.restitution import exact_chi
 
-# Base of the normal laws of a cylinder in a cylindrical hollow, depth = sigma f ln(A/f), and their kernel
-
+# ln(A/f) at the end of use. The printed laws end at ln(A/f) = 1, where their stiffness is infinite; here it has reached
+# 1/sigma a length, and from here on the force follows its tangent.
 END = 2.0
-"""ln(A/f) at the end of use.  The printed laws end at ln(A/f) = 1, where their stiffness is infinite; here it has
-reached 1/sigma a length, and from here on the force follows its tangent."""
-
 END_DEPTH = END * math.exp(-END)  # depth/(sigma A) at the end of use
 
 
 @compiled
 def line_load(sigma, A, depth):
-    """f of depth = sigma f ln(A/f), and its derivative; beyond the end of use along the tangent.
-
-    With y = ln(A/f) it is y - ln(y) = -ln(depth/(sigma A)): convex, slope at least 1/2 where y >= 2, so Newton's
-    method cannot fail; it needs three to six steps.
-    """
+    """f of depth = sigma f ln(A/f), and its derivative; beyond the end of use along the tangent."""
+    # With y = ln(A/f) it is y - ln(y) = -ln(depth/(sigma A)): convex, slope at least 1/2 where y >= 2, so Newton's
+    # method cannot fail; it needs three to six steps.
     s = depth / (sigma * A)
     if s <= 0.0:
         return 0.0, 0.0
@@ -161,8 +156,6 @@ class CylinderLaw(DampedElasticLaw):
 
 
 # Published normal laws of a cylinder in a hollow: a class for each, with its formula, range and source
-
-
 @variant
 class Johnson(CylinderLaw):
     """Cylinder in a cylindrical hollow, depth = sigma f [ln(4 (R1 - R2)/(sigma f)) - 1].

@@ -10,8 +10,6 @@ from flexmb.fields import field, not_negative, positive, record
 from flexmb.kernels import friction_law
 from flexmb.model.law import FrictionLaw
 
-# Slip speed at which a friction law balances a load
-
 SCANNED = 4000  # number of speeds at which a law is evaluated before bisection finds its balance with the load
 
 
@@ -23,10 +21,8 @@ def checked_ratio(owner: str, value: object) -> float:
 def static_not_below_kinetic(law: Any) -> None:
     """Refuse a static coefficient below the kinetic one."""
     if law.static < law.kinetic:
-        raise InputError(
-            f"{type(law).__name__}: static is {law.static:g}; it must be >= kinetic = {law.kinetic:g}. "
-            "Did you exchange the two?"
-        )
+        text = f"{type(law).__name__}: static is {law.static:g};"
+        raise InputError(f"{text} it must be >= kinetic = {law.kinetic:g}. Did you exchange the two?")
 
 
 def first_balance(law: FrictionLaw, wanted: float, fastest: float) -> float:
@@ -61,8 +57,6 @@ def _halved(balance: Callable[[float], float], low: float, high: float) -> float
 
 
 # Contact without friction
-
-
 @friction_law
 def frictionless_kernel(p, h, slip, N, z, z_new):
     """T = 0."""
@@ -78,9 +72,6 @@ class Frictionless(FrictionLaw):
     def creep_speed(self, load_ratio: float) -> float:
         """Slip speed [m/s] that balances a tangential load of `load_ratio`: 0 without a load, inf with one."""
         return math.inf if checked_ratio("Frictionless", load_ratio) > 0.0 else 0.0
-
-
-# Modified Coulomb friction of Ambrosio
 
 
 @friction_law
@@ -135,8 +126,6 @@ class ModifiedCoulomb(FrictionLaw):
 
 
 # Coulomb friction smoothed by a hyperbolic tangent
-
-
 @friction_law
 def smooth_coulomb_kernel(p, h, slip, N, z, z_new):
     """T = -mu N tanh(slip / v0)."""
@@ -174,8 +163,6 @@ class SmoothCoulomb(FrictionLaw):
 
 
 # Stribeck friction, smoothed at rest
-
-
 @friction_law
 def stribeck_kernel(p, h, slip, N, z, z_new):
     """T = -N [(mu_k + (mu_s - mu_k) exp(-|slip/vs|^n)) tanh(slip/v0) + c slip]."""
@@ -238,9 +225,6 @@ class Stribeck(FrictionLaw):
         return first_balance(self, r * self.static, 3.0 * self.stribeck_speed)
 
 
-# Friction law of Bengisu and Akay
-
-
 @friction_law
 def bengisu_akay_kernel(p, h, slip, N, z, z_new):
     """|T| = N mu(|slip|): a parabola up to (v0, mu_s), then an exponential down to mu_k."""
@@ -294,9 +278,6 @@ class BengisuAkay(FrictionLaw):
         return self.v0 * (1.0 - math.sqrt(1.0 - r)) if r <= 1.0 else math.inf
 
 
-# Friction law of Brown and McPhee
-
-
 @friction_law
 def brown_mcphee_kernel(p, h, slip, N, z, z_new):
     """T = -N [mu_k tanh(4 s) + (mu_s - mu_k) s / (s^2/4 + 3/4)^2] - c slip tanh(4 N/N_t), s = slip/v_t."""
@@ -348,9 +329,6 @@ class BrownMcPhee(FrictionLaw):
         return first_balance(dry, r * self.static, 3.0 * self.transition_speed)
 
 
-# Friction law of Threlfall
-
-
 @friction_law
 def threlfall_kernel(p, h, slip, N, z, z_new):
     """T = -mu N (1 - exp(-3 |slip| / v0)) sign(slip)."""
@@ -388,24 +366,18 @@ class Threlfall(FrictionLaw):
         return -self.v0 / 3.0 * math.log1p(-r) if r < 1.0 else math.inf
 
 
-# LuGre friction: elastic bristles
-
+# Largest damping sigma_1 v_s/mu_k [1] of passive bristles: sigma_1(v) v is largest at v_s/sqrt(2), with the value
+# sigma_1 v_s/sqrt(2 e), and must not exceed 4 mu_k.
 PASSIVE = 4.0 * math.sqrt(2.0 * math.e)
-"""Largest damping sigma_1 v_s/mu_k [1] of passive bristles: sigma_1(v) v is largest at v_s/sqrt(2), with the value
-sigma_1 v_s/sqrt(2 e), and must not exceed 4 mu_k."""
-
 (DEFLECTION,) = range(1)  # place in the history: bristle deflection [m]
 
 
 @friction_law
 def lugre_kernel(p, h, slip, N, z, z_new):
-    """z' = slip - sigma0 |slip| z/(g N), T = -[sigma0 z + N (sigma1(slip) z' + sigma2 slip)]; implicit in z.
-
-    From z_new = z + h (slip - sigma0 |slip| z_new/(g N)) follows z_new = (z + h slip) g N/(g N + h sigma0 |slip|).
-    Quotients are formed so that each stays finite however small N is.
-
-    Equations (5.15) and (5.16) of docs/theory/contact.md.
-    """
+    """z' = slip - sigma0 |slip| z/(g N), T = -[sigma0 z + N (sigma1(slip) z' + sigma2 slip)]; implicit in z."""
+    # From z_new = z + h (slip - sigma0 |slip| z_new/(g N)) follows z_new = (z + h slip) g N/(g N + h sigma0 |slip|).
+    # Quotients are formed so that each stays finite however small N is.
+    # Equations (5.15) and (5.16) of docs/theory/contact.md.
     mu_s, mu_k, vs, sigma0, sigma1, sigma2 = p
     if N < 1e-200:
         z_new[DEFLECTION] = 0.0
@@ -486,10 +458,8 @@ class LuGre(FrictionLaw):
         static_not_below_kinetic(self)
         most = PASSIVE * self.kinetic / self.stribeck_speed
         if self.damping > most:
-            raise InputError(
-                f"LuGre: damping is {self.damping:g} s/m; it must be <= 9.33 kinetic/stribeck_speed = {most:g} s/m, or "
-                "the bristles could produce energy. Lower it or the stribeck_speed."
-            )
+            text = f"LuGre: damping is {self.damping:g} s/m; it must be <= 9.33 kinetic/stribeck_speed = {most:g} s/m,"
+            raise InputError(f"{text} or the bristles could produce energy. Lower it or the stribeck_speed.")
 
     def history(self) -> tuple[float, ...]:
         """Deflection of the bristles [m]."""

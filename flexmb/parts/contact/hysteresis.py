@@ -21,8 +21,6 @@ from flexmb.parts.contact import validity
 from flexmb.parts.contact.onset import APPROACH, LARGEST, LEAST_APPROACH, ONSET, reference_speed
 from flexmb.parts.contact.restitution import delivered_restitution, hertz_stiffness
 
-# Base of the families of normal laws that multiply an elastic force by a hysteresis factor
-
 SMALL_SHARE = 0.01  # share of impulses or losses in contacts slower than `least_approach`, up to which all is well
 
 
@@ -46,15 +44,12 @@ def damped(elastic, slope, chi, e, gap_rate, speed, by_gap, by_rate):
 
 
 class DampedElasticLaw(NormalLaw):
-    """Base of laws that multiply an elastic force by (1 + chi depth_rate/w) and cut the product at zero.
+    """Base of laws that multiply an elastic force by (1 + chi depth_rate/w) and cut the product at zero."""
 
-    w is the reference speed: by default the approach speed, which is located inside the step.
-
-    A contact that begins slower than `least_approach`, at rest or grazing, refers to the largest speed since its onset
-    instead.  `reference_speed` "onset": the approach speed, as published; "largest": the largest speed since the onset,
-    for contacts that are pressed together or released faster than they met (docs/contact.md).
-    """
-
+    # w is the reference speed: by default the approach speed, which is located inside the step.
+    # A contact that begins slower than `least_approach`, at rest or grazing, refers to the largest speed since its
+    # onset instead. `reference_speed` "onset": the approach speed, as published; "largest": the largest speed since the
+    # onset, for contacts that are pressed together or released faster than they met (docs/contact.md).
     restitution: float
     least_approach: float
     reference_speed: str
@@ -141,8 +136,6 @@ def two_materials(name: str, field_name: str, materials: object, *_: str) -> Any
         raise InputError(f"{name}: materials are {pair!r}; they must be two Material(...), bearing first.")
     return materials
 
-
-# Base of the normal laws N = K depth^n (1 + chi depth_rate/w), and their kernel
 
 MISS = 0.05  # fraction of the coefficient of restitution asked for by which a law may miss it without a warning
 
@@ -263,9 +256,6 @@ def _levels_inside() -> int:
     while frame.f_back is not None and frame.f_globals.get("__name__", "").split(".")[0] in ("flexmb", "dataclasses"):
         frame, levels = frame.f_back, levels + 1
     return levels
-
-
-# Elastic normal law of Hertz
 
 
 @record

@@ -2,9 +2,8 @@
 
 from flexmb.kernels import compiled
 
+
 # Zero of the gap within a step: the onset of a contact, and with signs turned its end
-
-
 @compiled
 def crossing(h, gap0, rate0, gap1, rate1):
     """Fraction s of a step at which the cubic of gap0 > 0 >= gap1 and rates falls through zero, to round-off."""
@@ -27,10 +26,8 @@ def crossing(h, gap0, rate0, gap1, rate1):
 
 @compiled
 def cubic(s, h, gap0, rate0, gap1, rate1):
-    """Value of the cubic Hermite interpolant at fraction s, and its derivative by s.
-
-    Equation (6.1) of docs/theory/events.md.
-    """
+    """Value of the cubic Hermite interpolant at fraction s, and its derivative by s."""
+    # Equation (6.1) of docs/theory/events.md.
     d0, d1 = h * rate0, h * rate1
     rise = gap1 - gap0
     c2, c3 = 3.0 * rise - 2.0 * d0 - d1, d0 + d1 - 2.0 * rise
@@ -39,33 +36,27 @@ def cubic(s, h, gap0, rate0, gap1, rate1):
 
 # Reference speed of contact laws: the approach speed at the onset, which is located inside a step
 
+# Places at the beginning of a law's history: reference speed (0: open), gap and gap rate at the last accepted state;
+# with `reference_speed` also the approach speed.
 SPEED, LAST_GAP, LAST_RATE, APPROACH = range(4)
-"""Places at the beginning of a law's history: reference speed (0: open), gap and gap rate at the last accepted state;
-with `reference_speed` also the approach speed."""
-
 HISTORY = (0.0, 1.0, 0.0)  # start values: reference speed (0: open), gap and gap rate at the last accepted state
 
+# Least approach speed [m/s] by default; a slower contact refers to the largest speed since its onset.
+# Contacts of machines begin with some 1e-3 m/s; with 1e-4 to 1e-6 m/s the means of the nine-bar mechanism agree
+# (docs/numbers.md).
 LEAST_APPROACH = 1e-6
-"""Least approach speed [m/s] by default; a slower contact refers to the largest speed since its onset.
 
-Contacts of machines begin with some 1e-3 m/s; with 1e-4 to 1e-6 m/s the means of the nine-bar mechanism agree
-(docs/numbers.md).
-"""
-
+# Reference speeds: the closing speed at the onset, as the laws are published; the largest speed since the onset.
 ONSET, LARGEST = "onset", "largest"
-"""Reference speeds: the closing speed at the onset, as the laws are published; the largest speed since the onset."""
 
 
 @compiled
 def approach_speed(h, gap, gap_rate, least, z, z_new):
-    """Approach speed of the present contact and its derivatives by gap and gap rate; 0 while the gap is open.
-
-    The approach speed is the closing speed at the instant between the last accepted state (z) and now at which the gap
-    falls through zero.  It stays the same as long as the contact lasts; its lower bound is `least`.  For laws as they
-    are published.
-
-    Equation (6.2) of docs/theory/events.md.
-    """
+    """Approach speed of the present contact and its derivatives by gap and gap rate; 0 while the gap is open."""
+    # The approach speed is the closing speed at the instant between the last accepted state (z) and now at which the
+    # gap falls through zero. It stays the same as long as the contact lasts; its lower bound is `least`. For laws as
+    # they are published.
+    # Equation (6.2) of docs/theory/events.md.
     speed, by_gap, by_rate = z[SPEED], 0.0, 0.0
     if gap > 0.0:
         speed = 0.0
@@ -79,15 +70,12 @@ def approach_speed(h, gap, gap_rate, least, z, z_new):
 
 @compiled
 def reference_speed(h, gap, gap_rate, least, largest, e, z, z_new):
-    """Reference speed w of the present contact and its derivatives by gap and gap rate; 0 while the gap is open.
-
-    w is the approach speed, which the history holds.  If `largest`, or if the contact began slower than `least` (at
-    rest, or grazing), w is the largest value since the onset of closing speed and opening speed/e.  In a free impact
-    with the coefficient of restitution e this value is the approach speed.  So the factor 1 + chi depth_rate/w stays
-    within 1 - chi e and 1 + chi under any further forces.
-
-    Equation (5.9) of docs/theory/contact.md.
-    """
+    """Reference speed w of the present contact and its derivatives by gap and gap rate; 0 while the gap is open."""
+    # w is the approach speed, which the history holds. If `largest`, or if the contact began slower than `least` (at
+    # rest, or grazing), w is the largest value since the onset of closing speed and opening speed/e. In a free impact
+    # with the coefficient of restitution e this value is the approach speed. So the factor 1 + chi depth_rate/w stays
+    # within 1 - chi e and 1 + chi under any further forces.
+    # Equation (5.9) of docs/theory/contact.md.
     speed, onset, by_gap, by_rate = z[SPEED], z[APPROACH], 0.0, 0.0
     if gap > 0.0:
         speed, onset = 0.0, 0.0

@@ -19,8 +19,6 @@ from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.model.law import Material
 
-# Coefficient of restitution of an elastic force with the factor (1 + chi depth_rate/approach), and chi by its inverse
-
 SMALL_CHI = 0.5  # damping factor chi [1] below which phi is summed as a series, since x - ln(1 + x) cancels
 TERMS = 90
 SERIES_FROM = 0.75  # coefficient of restitution [1] from which the exact chi is small enough for the series
@@ -63,11 +61,9 @@ def exact_chi(restitution: float) -> float:
 
 
 def _series(chi: float, e: float) -> float:
-    """[phi(-chi e) - phi(chi)] / (chi^2 (1 + e)), whose root is sought; the factor 1 - e is not multiplied out.
-
-    Summed from (e^k - (-1)^k)/(1 + e) = -(1 - e)(1 + e^2 + ... + e^(k-2)) for even k, 1 - e + e^2 - ... + e^(k-1) for
-    odd k.
-    """
+    """[phi(-chi e) - phi(chi)] / (chi^2 (1 + e)), whose root is sought; the factor 1 - e is not multiplied out."""
+    # Summed from (e^k - (-1)^k)/(1 + e) = -(1 - e)(1 + e^2 + ... + e^(k-2)) for even k, 1 - e + e^2 - ... + e^(k-1) for
+    # odd k.
     total, power = 0.0, 1.0
     even, odd = 1.0, 1.0 - e + e * e  # the sums for k = 2 and k = 3
     high = e * e  # e^k of the next even k
@@ -109,20 +105,14 @@ def _bisect(function: Callable[[float], float], low: float, high: float) -> floa
 
 
 # Stiffness of Hertzian contact between a journal and a bearing
-
-
 def hertz_stiffness(first: Material, second: Material, bearing_radius: float, journal_radius: float) -> float:
-    """K of N = K depth^1.5 for a ball of `journal_radius` in a hollow of `bearing_radius`, or on a plane [N/m^1.5].
-
-    K = 4 / (3 (s1 + s2)) sqrt(R1 R2 / (R1 - R2)),  s = (1 - nu^2) / E
-
-    Equation (5.6) of docs/theory/contact.md.
-
-    R1 > R2 > 0 are the radii of bearing and journal [m], R1 = math.inf for a plane.  Not for a close fit: the radii
-    must differ by more than the contact is wide.
-
-    Source: Chen, Jiang, Deng, Wang, Nonlinear Dynamics (2018), equation (4) with the sign of the hollow radius mended.
-    """
+    """K of N = K depth^1.5 for a ball of `journal_radius` in a hollow of `bearing_radius`, or on a plane [N/m^1.5]."""
+    # K = 4 / (3 (s1 + s2)) sqrt(R1 R2 / (R1 - R2)),  s = (1 - nu^2) / E
+    # Equation (5.6) of docs/theory/contact.md.
+    # R1 > R2 > 0 are the radii of bearing and journal [m], R1 = math.inf for a plane. Not for a close fit: the radii
+    # must differ by more than the contact is wide.
+    # Source: Chen, Jiang, Deng, Wang, Nonlinear Dynamics (2018), equation (4) with the sign of the hollow radius
+    # mended.
     compliance = first.compliance + second.compliance
     if bearing_radius == math.inf:
         return (
@@ -131,7 +121,6 @@ def hertz_stiffness(first: Material, second: Material, bearing_radius: float, jo
     R1 = checks.positive("hertz_stiffness", "bearing_radius", bearing_radius, "m")
     R2 = checks.positive("hertz_stiffness", "journal_radius", journal_radius, "m")
     if R2 >= R1:
-        raise InputError(
-            f"hertz_stiffness: journal_radius is {R2:g} m; it must be smaller than the bearing's {R1:g} m."
-        )
+        text = f"hertz_stiffness: journal_radius is {R2:g} m;"
+        raise InputError(f"{text} it must be smaller than the bearing's {R1:g} m.")
     return 4.0 / (3.0 * compliance) * math.sqrt(R1 * R2 / (R1 - R2))

@@ -7,34 +7,23 @@ from flexmb.kernels import compiled
 from flexmb.model.law import Material
 from flexmb.parts.contact.onset import APPROACH, HISTORY
 
+# Start values: history of the onset; approach speed of the present contact; largest approach speed, depth, force, cut
+# tension and excess of the whole run.
 HISTORY_WITH_EXTREMES = (*HISTORY, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-"""Start values: history of the onset; approach speed of the present contact; largest approach speed, depth, force, cut
-tension and excess of the whole run."""
-
 MOST_APPROACH, DEPTH, FORCE, TENSION, EXCESS = range(4, 9)  # places of the extremes in the history
 
-
+# Approach speed over sqrt(E/rho) [1] above which an impact is not elastic.
+# Source: A. E. H. Love, A Treatise on the Mathematical Theory of Elasticity, as taken up by H. M. Lankarani, P. E.
+# Nikravesh, Continuous contact force models for impact analysis in multibody systems, Nonlinear Dynamics 5 (1994)
+# 193-207.
 LOVE = 1e-5
-"""Approach speed over sqrt(E/rho) [1] above which an impact is not elastic.
 
-Source: A. E. H. Love, A Treatise on the Mathematical Theory of Elasticity, as taken up by H. M. Lankarani, P. E.
-Nikravesh, Continuous contact force models for impact analysis in multibody systems, Nonlinear Dynamics 5 (1994)
-193-207.
-"""
-
+# Peak pressure over yield stress [1] at which a contact begins to yield by von Mises' criterion: of a point, of a line.
+# Source: K. L. Johnson, Contact Mechanics, Cambridge University Press 1985, eq. (6.9) for nu = 0.3, and eq. (6.4).
 YIELD_OF_POINT, YIELD_OF_LINE = 1.60, 1.79
-"""Peak pressure over yield stress [1] at which a contact begins to yield by von Mises' criterion: of a point, of a
-line.
-
-Source: K. L. Johnson, Contact Mechanics, Cambridge University Press 1985, eq. (6.9) for nu = 0.3, and eq. (6.4).
-"""
-
+# Half-width of a contact over the radius [1] above which a run has a remark.
+# Hertz's theory asks for a ratio much smaller than 1 (Johnson 1985, section 4.2) without a number; 0.3 is our choice.
 WIDE = 0.3
-"""Half-width of a contact over the radius [1] above which a run has a remark.
-
-Hertz's theory asks for a ratio much smaller than 1 (Johnson 1985, section 4.2) without a number; 0.3 is our choice.
-"""
-
 SMALL_TENSION, SMALL_EXCESS = 0.01, 0.01  # cut tension and excess over the largest force [1] up to which all is well
 
 
@@ -59,10 +48,8 @@ def relative_radius(bearing_radius: float, journal_radius: float) -> float:
 
 
 def cut_or_pressed(tension: float, excess: float, force: float) -> Iterator[str]:
-    """A remark on surfaces that further forces pressed together or released faster than a free impact does.
-
-    Else one on the tension [N] that was cut; `excess` and the largest `force` [N].
-    """
+    """A remark on surfaces that further forces pressed together or released faster than a free impact does."""
+    # Else one on the tension [N] that was cut; `excess` and the largest `force` [N].
     if excess > SMALL_EXCESS * force:
         yield (
             "the surfaces were pressed together, or let go, faster than they had met, and the law takes its damping "

@@ -19,13 +19,10 @@ from flexmb.parts.controllers.control import checked_sample, signal
 
 FILTER_RATIO = 10.0  # ratio kd / kp of derivative action over the time constant of its filter, where none is given [1]
 (INTEGRAL,) = range(1)  # place of the integral among the states, before that of the filter
-
 MEASUREMENT, ERROR = "measurement", "error"
-
+# Time before an instant, relative to the instant, from which a change is a jump; time until which targets are examined
+# [s].
 JUST_BEFORE, LATEST_BREAK = 1e-9, 1e3
-"""Time before an instant, relative to the instant, from which a change is a jump; time until which targets are
-examined [s]."""
-
 TARGETS = 256  # number of intervals of a run at whose ends a moving target is read for its range
 
 

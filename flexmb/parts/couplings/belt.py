@@ -134,8 +134,6 @@ def belt_signal(p, t, q, v, a):
     return force if which == FORCE else (r1 * force if which == FIRST_TORQUE else r2 * force)
 
 
-# Belt or chain over two wheels, open or crossed, ideal or with friction that limits its force
-
 LARGE_STRETCH = 0.02  # change of the length that a belt would need, over its length, above which there is a remark
 
 
@@ -185,10 +183,8 @@ class Belt(Wheels):
         given = {"coefficient": self.coefficient, "pretension": self.pretension, "creep": self.creep}
         missing = [name for name, value in given.items() if value is None]
         if missing and not (self.coefficient is None and self.creep is None):
-            raise InputError(
-                f"{self.label}: {' and '.join(missing)} not given; a belt with friction needs coefficient, pretension "
-                "and creep. For an ideal belt leave coefficient and creep out."
-            )
+            text = f"{self.label}: {' and '.join(missing)} not given; a belt with friction needs coefficient,"
+            raise InputError(f"{text} pretension and creep. For an ideal belt leave coefficient and creep out.")
 
     def least_wrap(self, mechanism: Mechanism) -> float:
         """Least angle that the belt wraps around a wheel in the reference configuration [rad].
@@ -202,10 +198,8 @@ class Belt(Wheels):
         ModelError : wheels that overlap or lie within one another, or a wheel that is the ground.
         """
         if GROUND.name in (self.first.name, self.second.name):
-            raise ModelError(
-                f"{self.label}: one wheel is the ground, which has no centre; with friction both must be bodies. "
-                "Hold a body by Fixed(...) for a wheel at rest."
-            )
+            text = f"{self.label}: one wheel is the ground, which has no centre; with friction both must be bodies."
+            raise ModelError(f"{text} Hold a body by Fixed(...) for a wheel at rest.")
         bodies = [mechanism.body(wheel.name, self.label) for wheel in (self.first, self.second)]
         first, second = (body.node(body.main) for body in bodies)
         apart, (r1, r2) = planar.distance((first.x, first.y), (second.x, second.y)), self.radii

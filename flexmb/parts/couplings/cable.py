@@ -27,19 +27,15 @@ from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import dot
 from flexmb.parts.joints.stop import NO_CLEARANCE, own_stiffness, strand, strand_gap_kernel, strand_length
 
-# Massless rod: two points that keep their distance
-
 FIRST_ANGLE, SECOND_ANGLE = 2, 5  # places of the angles of two nodes among their coordinates
 
 
 @compiled
 def line_between(s1x, s1y, s2x, s2y, q):
-    """Line from a point of the first node to one of the second: length, direction e; derivatives by q (6,).
-
-    With d = x2 + R2 s2 - x1 - R1 s1 these are along = e . dd/dq, that of the length, and across = n . dd/dq with
-    n = (-ey, ex), that of the angle times the length.  Second derivatives of the length are across across^T/length, of
-    the angle -(along across^T + across along^T)/length^2; besides, by (2, 2) and (5, 5), -across and along/length.
-    """
+    """Line from a point of the first node to one of the second: length, direction e; derivatives by q (6,)."""
+    # With d = x2 + R2 s2 - x1 - R1 s1 these are along = e . dd/dq, that of the length, and across = n . dd/dq with n =
+    # (-ey, ex), that of the angle times the length. Second derivatives of the length are across across^T/length, of the
+    # angle -(along across^T + across along^T)/length^2; besides, by (2, 2) and (5, 5), -across and along/length.
     c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
     ax, ay = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y
     bx, by = c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
@@ -167,9 +163,8 @@ class Cable(Part):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.free_length is None and planar.distance(self.at, self.to) == 0.0:
-            raise InputError(
-                f"{self.label}: both points are {self.at}, so the cable needs a length. Give free_length= in m."
-            )
+            text = f"{self.label}: both points are {self.at}, so the cable needs a length."
+            raise InputError(f"{text} Give free_length= in m.")
         refuse_one_body(self, "ties {} to")
 
     @property

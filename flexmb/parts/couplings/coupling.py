@@ -16,8 +16,6 @@ from flexmb.parts.joints.contact_point import curvature_times, direction, dot
 from flexmb.parts.joints.prismatic import Prismatic, joint_with_coordinate
 from flexmb.parts.joints.revolute import Revolute, drawn_angle
 
-# Linear relation of angles: kernel and contribution
-
 
 @constraint_kernel
 def angles_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
@@ -43,9 +41,6 @@ def angles_contribution(
     value = sum(factor * angles[coordinate] for coordinate, factor in factors.items())
     p = (*factors.values(), value)
     return ConstraintContribution(name, angles_kernel, tuple(factors), p, 1, reactions=reactions)
-
-
-# Equal rotation of two bodies
 
 
 @record
@@ -76,16 +71,14 @@ class SameRotation(Part):
         return [angles_contribution(self.name, factors, angles, (Reaction("torque", "N m", 0, 1.0),))]
 
 
-# Linear relation of the angles and travels of any joints
-
 COUNT, VALUE, BEGIN = range(3)  # places in p: number of joints, value of the sum; where the joints begin
 
 TURNS, FACTOR, X1, Y1, THETA1, X2, Y2, THETA2, DRAWN, AXIS_Y, OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, SIZE = range(
     15
 )
+# Numbers of a joint: whether its angle counts, factor, places of the six coordinates; then the angle as it is drawn, or
+# direction of the guide and both points in the frames of their nodes. SIZE: their number.
 AXIS_X = DRAWN
-"""Numbers of a joint: whether its angle counts, factor, places of the six coordinates; then the angle as it is drawn,
-or direction of the guide and both points in the frames of their nodes.  SIZE: their number."""
 
 
 @compiled

@@ -28,9 +28,8 @@ from flexmb.parts.couplings.wheels import (
 )
 
 LARGE_PLAY = 0.2  # error of the distance of the axes in a motion, over the module, above which there is a remark
-
+# Names of the contacts of a pair with backlash; 1 where the first wheel pushes while it turns counter-clockwise.
 FLANKS = {"forward": 1.0, "backward": -1.0}
-"""Names of the contacts of a pair with backlash; 1 where the first wheel pushes while it turns counter-clockwise."""
 
 
 @record
@@ -102,14 +101,12 @@ class Gear(Wheels):
         """Check that backlash and normal law are given together."""
         if self.backlash is None:
             if self.normal is not None:
-                raise InputError(
-                    f"{self.label}: normal is given without backlash; give backlash=... in m, or leave it."
-                )
+                text = f"{self.label}: normal is given without backlash;"
+                raise InputError(f"{text} give backlash=... in m, or leave it.")
             return
         if not isinstance(self.normal, NormalLaw):
-            raise InputError(
-                f"{self.label}: normal is {self.normal!r}; a pair with backlash needs a normal law, e.g. KelvinVoigt."
-            )
+            text = f"{self.label}: normal is {self.normal!r};"
+            raise InputError(f"{text} a pair with backlash needs a normal law, e.g. KelvinVoigt.")
 
     def radii(self, mechanism: Mechanism) -> tuple[float, float]:
         """Pitch radii of both wheels [m].
@@ -207,10 +204,8 @@ class Gear(Wheels):
             )
         pitch = 2.0 * math.pi * abs(r1) / self.teeth[0]
         if backlash >= 0.5 * pitch:
-            raise InputError(
-                f"{self.label}: backlash is {backlash:g} m, but a tooth and its gap are {pitch:.4g} m long together; "
-                "it must be less than half of that."
-            )
+            text = f"{self.label}: backlash is {backlash:g} m, but a tooth and its gap are {pitch:.4g} m long together;"
+            raise InputError(f"{text} it must be less than half of that.")
         c = math.cos(self.pressure_angle)
         direction = math.atan2(second.y - first.y, second.x - first.x)
         offset = c * (r1 * (first.theta - direction) + r2 * (second.theta - direction))

@@ -18,10 +18,8 @@ from flexmb.places import LOAD, LOAD_BY_Q, SLIDING
 
 LARGE_WIND_UP = 0.5  # wind-up above which there is a remark [rad]
 COARSE_STEP = 0.35  # fixed step over the time of an engagement above which there is a remark: speeds are off by 2 %
-
+# Places in the history: wind-up [rad]; its rate [rad/s] and the angle [rad] at the last state; 1 from then on.
 WIND_UP, LAST_RATE, LAST_ANGLE, BEGUN = range(4)
-"""Places in the history: wind-up [rad]; its rate [rad/s] and the angle [rad] at the last state; 1 from then on."""
-
 COUNTER_CLOCKWISE, CLOCKWISE = "counter-clockwise", "clockwise"
 
 
@@ -118,11 +116,9 @@ class OneWayClutch(Joint):
             yield found("coarse-step", (self.name,), text, remedy, step=h, duration=duration)
 
     def _duration(self, mechanism: Mechanism, motion: WatchedMotion, torque: float) -> float:
-        """Time in which the largest `torque` [N m] of a run changes the speed of the bodies [s]; inf without torque.
-
-        It is J/damping or sqrt(J/stiffness), whichever is shorter.  J is the torque over the largest acceleration, at
-        least the moment of inertia of the rigid bodies, since impacts accelerate them more.
-        """
+        """Time in which the largest `torque` [N m] of a run changes the speed of the bodies [s]; inf without torque."""
+        # It is J/damping or sqrt(J/stiffness), whichever is shorter. J is the torque over the largest acceleration, at
+        # least the moment of inertia of the rigid bodies, since impacts accelerate them more.
         acceleration, inverse = 0.0, 0.0
         for end in self.ends(mechanism):
             name = f"{end.part}.{end.node}.alpha" if end.node else f"{end.part}.alpha"

@@ -61,9 +61,8 @@ class Rack(Part):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.pinion.name in (self.rack.name, GROUND.name):
-            raise ModelError(
-                f"{self.label}: the pinion is {self.pinion.name!r}; give a moving body other than the rack."
-            )
+            text = f"{self.label}: the pinion is {self.pinion.name!r};"
+            raise ModelError(f"{text} give a moving body other than the rack.")
 
     def radius(self, mechanism: Mechanism) -> float:
         """Radius of the pitch circle [m]; negative for a pinion to the right of the direction of its rack.

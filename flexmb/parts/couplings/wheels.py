@@ -37,11 +37,9 @@ STEEPEST = 1.0 - 1e-9  # largest cosine of the operating pressure angle: closer 
 
 @gap_kernel
 def tooth_gap_kernel(p, q, v, out):
-    """Gap of involute flanks: half the play, opened by the distance of the axes, closed by the relative rotation.
-
-    With B = rb1 + rb2 (rb2 < 0: internal), the distance D and direction psi of the axes and cos alpha = |B|/D:
-    gap = half + B (inv alpha - inv alpha_0) -+ [rb1 (theta1 - psi) + rb2 (theta2 - psi) - offset], inv x = tan x - x.
-    """
+    """Gap of involute flanks: half the play, opened by the distance of the axes, closed by the relative rotation."""
+    # With B = rb1 + rb2 (rb2 < 0: internal), the distance D and direction psi of the axes and cos alpha = |B|/D: gap =
+    # half + B (inv alpha - inv alpha_0) -+ [rb1 (theta1 - psi) + rb2 (theta2 - psi) - offset], inv x = tan x - x.
     _, half, rb1, rb2, side, inv_a, offset, pitch = p
     dx, dy = q[3] - q[0], q[4] - q[1]
     D, B = math.sqrt(dx * dx + dy * dy), rb1 + rb2
@@ -83,18 +81,14 @@ def involute(angle: float) -> float:
     return math.tan(angle) - angle
 
 
-# Wheels that roll on one another or are tied by a belt: kernels on the line of their centres
-
 STANDARD_PRESSURE_ANGLE = math.radians(20.0)  # pressure angle of standard gears [rad] (ISO 53)
 ARM = 6  # place of the arm's angle among the coordinates, where it is the last one; it says which turn phi is in
 
 
 @constraint_kernel
 def rolling_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
-    """g = r1 theta1 + r2 theta2 - R phi - value; phi within half a turn of the arm's angle plus `drawn`.
-
-    Equations (13.1) and (13.2) of docs/theory/wheels.md.
-    """
+    """g = r1 theta1 + r2 theta2 - R phi - value; phi within half a turn of the arm's angle plus `drawn`."""
+    # Equations (13.1) and (13.2) of docs/theory/wheels.md.
     r1, r2, s1x, s1y, s2x, s2y, drawn, value = p
     D, ex, ey, along, across = line_between(s1x, s1y, s2x, s2y, q)
     R, expected = r1 + r2, drawn
@@ -119,10 +113,8 @@ def rolling_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
 
 @compiled
 def put_along(w, slope, D, along, across, out, H):
-    """Direction w dD/dq of a force along the line of centres, and its derivatives; slope = dw/dD.
-
-    Equation (13.3) of docs/theory/wheels.md.
-    """
+    """Direction w dD/dq of a force along the line of centres, and its derivatives; slope = dw/dD."""
+    # Equation (13.3) of docs/theory/wheels.md.
     for i in range(6):
         out[SLIDING + i] = w * along[i]
         for j in range(6):
@@ -184,10 +176,7 @@ class Push(FrictionLaw):
     kernel = push_kernel
 
 
-# Two wheels that turn one another: base of gears and belts
-
 Point = tuple[float, float]
-
 FITS = 1e-3  # difference of the distance of the axes from the sum of the pitch radii, relative to it, that still fits
 COAXIAL = 1e-9  # distance of two centres over their radii, below which they are one: a gearbox with shafts in line
 
@@ -241,10 +230,8 @@ class Wheels(Part):
             fits = [p.at for p in pins if apart and abs(planar.distance(p.at, other) - apart) <= FITS * apart]
             found = [point or (fits and fits[0]) for point in found]
         if not all(found):
-            raise ModelError(
-                f"{self.label}: one wheel is the ground, which has no centre. Give distance= of the axes and a pin of "
-                "the arm at its centre, or centres=."
-            )
+            text = f"{self.label}: one wheel is the ground, which has no centre."
+            raise ModelError(f"{text} Give distance= of the axes and a pin of the arm at its centre, or centres=.")
         return found
 
     def _axis(self, mechanism: Mechanism, wheel: Part) -> Point:
@@ -270,11 +257,9 @@ class Wheels(Part):
     def _rolling(
         self, mechanism: Mechanism, radii: Point, along: tuple[Kernel, tuple[float, ...]] | None
     ) -> ConstraintContribution:
-        """Equation r1 theta1 + r2 theta2 - (r1 + r2) phi = constant, with the direction phi of the line of centres.
-
-        radii : of the wheels [m], negative for a wheel that turns with the first one;  along : kernel of the force
-        along the line of centres, and its parameters behind the points
-        """
+        """Equation r1 theta1 + r2 theta2 - (r1 + r2) phi = constant, with the direction phi of the line of centres."""
+        # radii : of the wheels [m], negative for a wheel that turns with the first one;  along : kernel of the force
+        # along the line of centres, and its parameters behind the points
         (first, second), ((x1, y1), (x2, y2)) = self._mounts(mechanism), self._axes(mechanism)
         if math.hypot(x2 - x1, y2 - y1) <= COAXIAL * (abs(radii[0]) + abs(radii[1])):
             return self._coaxial(mechanism, radii)

@@ -16,11 +16,9 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Joint, Part, WatchedMotion
 
 FASTEST = 2e4  # angular speed of a drive above which there is a finding [rad/s]
-
+# Centripetal acceleration of a joint on a driven body above which there is one [m/s^2]; pistons of racing engines reach
+# 0.9e5.
 LARGEST_ACCELERATION = 1e5
-"""Centripetal acceleration of a joint on a driven body above which there is one [m/s^2]; pistons of racing engines
-reach 0.9e5."""
-
 STANDARD_GRAVITY = 9.80665
 
 
@@ -46,11 +44,9 @@ class Drive(Part):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not self.motion.is_smooth:
-            raise InputError(
-                f"{self.label}: motion is {type(self.motion).__name__}(...), whose value or speed jumps; a joint would "
-                "need an infinite force to follow. Drive it with Table, Ramp, CycloidalRamp or Harmonic; "
-                "a motion that jumps can be the history of a Force or Torque."
-            )
+            text = f"{self.label}: motion is {type(self.motion).__name__}(...), whose value or speed jumps;"
+            text += " a joint would need an infinite force to follow. Drive it with Table, Ramp, CycloidalRamp"
+            raise InputError(f"{text} or Harmonic; a motion that jumps can be the history of a Force or Torque.")
 
     def validate(self, mechanism: Mechanism) -> None:
         """Check that the joint exists, can be driven, and is driven once."""
@@ -90,17 +86,13 @@ class Drive(Part):
 
     def _measure(self, mechanism: Mechanism) -> ConstraintContribution:
         if self.joint not in (*mechanism.names, GROUND.name):
-            raise ModelError(
-                f"{self.label} drives joint {self.joint!r}, but mechanism {mechanism.name!r} has no such part. "
-                f"{self._drivable(mechanism)}"
-            )
+            text = f"{self.label} drives joint {self.joint!r}, but mechanism {mechanism.name!r} has no such part."
+            raise ModelError(f"{text} {self._drivable(mechanism)}")
         part = mechanism.find(self.joint)
         contribution = part.drive_contribution(mechanism) if isinstance(part, Joint) else None
         if contribution is None:
-            raise ModelError(
-                f"{self.label}: {part.label} cannot be driven. "
-                f"Drive the angle of a Revolute or the travel of a Prismatic. {self._drivable(mechanism)}"
-            )
+            text = f"{self.label}: {part.label} cannot be driven. Drive the angle of a"
+            raise ModelError(f"{text} Revolute or the travel of a Prismatic. {self._drivable(mechanism)}")
         return contribution
 
     def _drivable(self, mechanism: Mechanism) -> str:

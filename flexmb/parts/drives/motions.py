@@ -10,8 +10,6 @@ from flexmb.fields import field, number, positive, record, several, variant
 from flexmb.kernels import drive_kernel
 from flexmb.model.law import CHORDS_OF_A_SINE, Motion
 
-# Motion at constant speed
-
 
 @drive_kernel
 def constant_speed_kernel(p, t):
@@ -36,8 +34,6 @@ class ConstantSpeed(Motion):
 
 
 # Sinusoidal motion
-
-
 @drive_kernel
 def harmonic_kernel(p, t):
     """s = m + A sin(w t + phi)."""
@@ -87,8 +83,6 @@ class Harmonic(Motion):
 
 
 # Motion given by a polynomial in time
-
-
 @drive_kernel
 def polynomial_kernel(p, t):
     """s = p0 + p1 t + p2 t^2 + ... by Horner's rule."""
@@ -122,9 +116,6 @@ class Polynomial(Motion):
     def parameters(self) -> tuple[float, ...]:
         """The coefficients."""
         return tuple(self.coefficients)
-
-
-# Starts from rest to a constant speed
 
 
 @drive_kernel

@@ -27,15 +27,11 @@ def checked_points(owner: str, times: object, values: object, least: int) -> tup
     instants = tuple(checks.number(owner, f"times[{i}]", t, "s") for i, t in enumerate(given[0]))
     numbers = tuple(checks.number(owner, f"values[{i}]", v) for i, v in enumerate(given[1]))
     if len(instants) < least or len(instants) != len(numbers):
-        raise InputError(
-            f"{owner}: {len(instants)} times and {len(numbers)} values; give at least {least} of each, equally many."
-        )
+        text = f"{owner}: {len(instants)} times and {len(numbers)} values;"
+        raise InputError(f"{text} give at least {least} of each, equally many.")
     if any(b <= a for a, b in pairwise(instants)):
         raise InputError(f"{owner}: times do not increase; sort them and remove duplicates.")
     return instants, numbers
-
-
-# Straight lines between points in time, as the history of a load
 
 
 @drive_kernel
@@ -100,8 +96,6 @@ class PiecewiseLinear(Motion):
 
 
 # A value between two instants, as the history of a load
-
-
 @drive_kernel
 def pulse_kernel(p, t):
     """s = value for start <= t < end."""
@@ -149,11 +143,9 @@ class Pulse(Motion):
         return tuple(t for t in self.parameters()[1:] if 0.0 < t <= t_end)
 
 
-# Motion given by points in time
-
 COUNT, PERIODIC, TIMES = range(3)
+# Places at the beginning of p, see `table_kernel`, and of the coefficients of a piece.
 CUBIC, SQUARE, LINEAR, CONSTANT = range(4)
-"""Places at the beginning of p, see `table_kernel`, and of the coefficients of a piece."""
 
 
 @drive_kernel

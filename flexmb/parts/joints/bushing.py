@@ -26,11 +26,10 @@ from flexmb.parts.joints.revolute import coincidence_piece, drawn_angle
 from flexmb.places import packed
 
 Pair = float | tuple[float, float]
-
 STIFFNESS_X, STIFFNESS_Y, TORSION, DAMPING_X, DAMPING_Y, TORSION_DAMPING = range(6)
+# Parameters p: stiffness and damping of both axes and of the rotation; direction of the first axis, points in the
+# frames of their nodes, rotation without moment; number of the signal.
 AXIS_X, AXIS_Y, OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, ANGLE, CHOSEN = range(6, 14)
-"""Parameters p: stiffness and damping of both axes and of the rotation; direction of the first axis, points in the
-frames of their nodes, rotation without moment; number of the signal."""
 
 
 @compiled

@@ -36,9 +36,8 @@ from flexmb.places import (
     SLIP,
 )
 
+
 # Output of gap kernels: gap, slip and geometry of the contact point (see `flexmb.kernels.GAP_SIZE`)
-
-
 @compiled
 def put_point(out, q, v, gap, nx, ny, X, Y):
     """Gap, its rate, slip, normal and arms for a contact point (X, Y) of both bodies."""
@@ -87,8 +86,6 @@ def difference_column(j, ax, ay, bx, by):
 
 
 # Distance of a point of the second node along a direction of the first: value, gradient, second derivatives
-
-
 @compiled
 def direction(mx, my, s1x, s1y, s2x, s2y, q):
     """d, its gradient, and n, far, near."""
@@ -129,14 +126,10 @@ def dot(x, y):
 
 
 # Joint friction: normal load from the multipliers, and direction of sliding
-
-
 @joint_friction_kernel
 def journal_friction(p, q, lam, out, H):
-    """Pin of radius R: N = |force| + preload, slip = R (omega2 - omega1).
-
-    Equation (1.8) of docs/theory/equations_of_motion.md.
-    """
+    """Pin of radius R: N = |force| + preload, slip = R (omega2 - omega1)."""
+    # Equation (1.8) of docs/theory/equations_of_motion.md.
     R, preload = p
     F = math.sqrt(lam[0] * lam[0] + lam[1] * lam[1])
     out[LOAD] = F + preload
@@ -149,10 +142,8 @@ def journal_friction(p, q, lam, out, H):
 
 @joint_friction_kernel
 def guide_friction(p, q, lam, out, H):
-    """Slider of length l: N = |F/2 + M/l| + |F/2 - M/l| + preload, slip = rate of its travel.
-
-    Equation (1.9) of docs/theory/equations_of_motion.md.
-    """
+    """Slider of length l: N = |F/2 + M/l| + |F/2 - M/l| + preload, slip = rate of its travel."""
+    # Equation (1.9) of docs/theory/equations_of_motion.md.
     ux, uy, s1x, s1y, s2x, s2y, length, preload = p
     across, couple = abs(lam[0]), 2.0 * abs(lam[1]) / length
     if across >= couple:
@@ -167,8 +158,8 @@ def guide_friction(p, q, lam, out, H):
     add_curvature(1.0, nx, ny, far, near, H)
 
 
+# Rule of the friction of an ideal joint.
 JOINT_FRICTION = instance(FrictionLaw, "a friction law, e.g. ModifiedCoulomb, or None")
-"""Rule of the friction of an ideal joint."""
 
 
 def check_friction(joint: Any, size: str) -> None:

@@ -48,10 +48,8 @@ def slot_friction(p, q, lam, out, H):
 
 @gap_kernel
 def slot_gap_kernel(p, q, v, out):
-    """Round pin in a slot with round ends: e from the nearest point of the middle line, gap = c - |e|, n = e/|e|.
-
-    The contact point lies half the depth beyond the pin's surface, so both bodies are pushed at one point.
-    """
+    """Round pin in a slot with round ends: e from the nearest point of the middle line, gap = c - |e|, n = e/|e|."""
+    # The contact point lies half the depth beyond the pin's surface, so both bodies are pushed at one point.
     c, reach, radius, mx, my, s1x, s1y, s2x, s2y = p
     c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
     ax, ay, bx, by = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y, c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y

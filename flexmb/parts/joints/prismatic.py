@@ -34,9 +34,8 @@ from flexmb.parts.joints.contact_point import (
 )
 from flexmb.parts.joints.revolute import Revolute, drawn_angle
 
+
 # Ideal prismatic joint between any two bodies, and its travel
-
-
 @compiled
 def direction_row(dx, dy, s1x, s1y, s2x, s2y, q, v, lam, row, g, G, gamma, H):
     """g = n . (x2 + R2 s2 - x1 - R1 s1), where n = R1 (dx, dy) turns with the first node."""
@@ -95,10 +94,9 @@ def speed_signal(p, t, q, v, a):
 def travel_contributions(
     part: str, coordinates: tuple[Coordinate, ...], p: tuple[float, ...]
 ) -> tuple[SignalContribution, SignalContribution]:
-    """Signals travel [m] and speed [m/s] of a point of the second body along a line of the first.
-
-    `coordinates` are the six of both nodes, `p` the direction of the line and both points in the frames of their nodes.
-    """
+    """Signals travel [m] and speed [m/s] of a point of the second body along a line of the first."""
+    # `coordinates` are the six of both nodes, `p` the direction of the line and both points in the frames of their
+    # nodes.
     return (
         SignalContribution(part, "travel", "m", travel_signal, coordinates, p),
         SignalContribution(part, "speed", "m/s", speed_signal, coordinates, p),
@@ -192,8 +190,8 @@ def joint_with_coordinate(mechanism: Mechanism, label: str, name: Part | str) ->
 
 # Moving clamp: a rigid connection whose relative angle and position are prescribed
 
+# Coordinates of the second body in the frame of the first, with units of coordinate and force.
 ROWS = (("x", "m", "N"), ("y", "m", "N"), ("angle", "rad", "N m"))
-"""Coordinates of the second body in the frame of the first, with units of coordinate and force."""
 
 
 @constraint_kernel

@@ -122,10 +122,8 @@ class PrismaticClearance(Guide):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.clearance >= self.half_length:
-            raise InputError(
-                f"{self.label}: clearance is {self.clearance:g} m, half_length {self.half_length:g} m; the slider "
-                "would turn in its guide. Did you mix up metres and millimetres?"
-            )
+            text = f"{self.label}: clearance is {self.clearance:g} m, half_length {self.half_length:g} m;"
+            raise InputError(f"{text} the slider would turn in its guide. Did you mix up metres and millimetres?")
 
     @property
     def play(self) -> float:
@@ -179,8 +177,6 @@ class PrismaticClearance(Guide):
         try:
             self.normal.parameters()
         except InputError as error:
-            raise InputError(
-                f"{self.label}: the stiffness of its law depends on the radius of the corners; give corner_radius=..., "
-                "or a law with a stiffness of its own."
-            ) from error
+            text = f"{self.label}: the stiffness of its law depends on the radius of the corners;"
+            raise InputError(f"{text} give corner_radius=..., or a law with a stiffness of its own.") from error
         return self.normal

@@ -23,10 +23,8 @@ from flexmb.parts.joints.contact_point import JOINT_FRICTION, check_friction, jo
 
 @compiled
 def coincide(s1x, s1y, s2x, s2y, q, v, lam, g, G, gamma, H):
-    """Constraint equations 0 and 1: g = x2 + R2 s2 - x1 - R1 s1 in X and Y.
-
-    Equations (1.4) and (1.5) of docs/theory/equations_of_motion.md.
-    """
+    """Constraint equations 0 and 1: g = x2 + R2 s2 - x1 - R1 s1 in X and Y."""
+    # Equations (1.4) and (1.5) of docs/theory/equations_of_motion.md.
     c1, d1 = math.cos(q[2]), math.sin(q[2])
     c2, d2 = math.cos(q[5]), math.sin(q[5])
     ax, ay = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y

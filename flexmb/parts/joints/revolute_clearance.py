@@ -34,12 +34,9 @@ if TYPE_CHECKING:
 
 @gap_kernel
 def journal_gap_kernel(p, q, v, out):
-    """Journal in a bearing: e = journal centre - bearing centre, gap = c - |e|, normal n = e/|e|.
-
-    The contact point lies at R1 + depth/2 from the bearing's centre, so both bodies are pushed at one point.
-
-    Equations (5.1) and (5.2) of docs/theory/contact.md.
-    """
+    """Journal in a bearing: e = journal centre - bearing centre, gap = c - |e|, normal n = e/|e|."""
+    # The contact point lies at R1 + depth/2 from the bearing's centre, so both bodies are pushed at one point.
+    # Equations (5.1) and (5.2) of docs/theory/contact.md.
     c, R1, s1x, s1y, s2x, s2y = p
     c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
     ax, ay = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y
@@ -142,10 +139,8 @@ class RevoluteClearance(Joint):
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.clearance >= self.bearing_radius:
-            raise InputError(
-                f"{self.label}: clearance is {self.clearance:g} m; it must be smaller than the bearing radius "
-                f"{self.bearing_radius:g} m. Did you mix up metres and millimetres?"
-            )
+            text = f"{self.label}: clearance is {self.clearance:g} m; it must be smaller than the"
+            raise InputError(f"{text} bearing radius {self.bearing_radius:g} m. Did you mix up metres and millimetres?")
         self._check_start()
 
     def _check_start(self) -> None:

@@ -29,9 +29,8 @@ from flexmb.parts.joints.prismatic import Prismatic, joint_with_coordinate
 from flexmb.parts.joints.revolute import Revolute, drawn_angle
 from flexmb.places import GAP, GAP_RATE
 
+
 # Straight strand between two points or drums: gap kernel of cables and of stops along a distance
-
-
 @compiled
 def strand(R, dx, dy):
     """Direction u and free length of a strand, and inverse of the length; 0 for points that coincide."""
@@ -44,11 +43,9 @@ def strand(R, dx, dy):
 
 @gap_kernel
 def strand_gap_kernel(p, q, v, out):
-    """gap = side (value - E), n = side u: side 1 pulls where the strand is drawn out, -1 pushes where it is short.
-
-    The angle psi counts from `drawn`, within half a turn.  Both forces act at the point where the first drum is left.
-    Equation (13.4) of docs/theory/wheels.md.
-    """
+    """gap = side (value - E), n = side u: side 1 pulls where the strand is drawn out, -1 pushes where it is short."""
+    # The angle psi counts from `drawn`, within half a turn. Both forces act at the point where the first drum is left.
+    # Equation (13.4) of docs/theory/wheels.md.
     _, side, value, s1x, s1y, s2x, s2y, R1, R2, drawn = p
     c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
     ax, ay, bx, by = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y, c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
@@ -81,10 +78,7 @@ def strand_length(p, t, q, v, a):
     return math.sqrt(max(dx * dx + dy * dy - R * R, 0.0))
 
 
-# Stop: limits of the angle of a joint, of its travel, or of the way between two points of bodies
-
 ABOVE, BELOW = "above", "below"
-
 Pieces = list[tuple[str, Kernel, tuple[float, ...]]]  # per limit: name, gap kernel, its parameters behind the clearance
 NO_CLEARANCE = 0.0  # first parameter p of a contact without a clearance [m]
 
@@ -98,11 +92,9 @@ def put_gap_vector(out, nx, ny, turn):
 
 @gap_kernel
 def turn_gap_kernel(p, q, v, out):
-    """Face of the second body against one of the first, at a radius from the pin: gap = side radius (limit - angle).
-
-    n is fixed to the first body, across the direction from the pin to its face.  The play of the pin along n counts,
-    so the gradient of the gap belongs to one contact point for any positions.
-    """
+    """Face of the second body against one of the first, at a radius from the pin: gap = side radius (limit - angle)."""
+    # n is fixed to the first body, across the direction from the pin to its face. The play of the pin along n counts,
+    # so the gradient of the gap belongs to one contact point for any positions.
     _, side, limit, radius, dx, dy, s1x, s1y, s2x, s2y = p
     c1, d1, c2, d2 = math.cos(q[2]), math.sin(q[2]), math.cos(q[5]), math.sin(q[5])
     ax, ay, bx, by = c1 * s1x - d1 * s1y, d1 * s1x + c1 * s1y, c2 * s2x - d2 * s2y, d2 * s2x + c2 * s2y
@@ -224,10 +216,8 @@ class Stop(Part):
         if isinstance(self.joint, str) and ends == (None, None, None) and self.to is None:
             return
         if self.joint is not None or not all(isinstance(body, Part) for body in ends[:2]) or self.at is None:
-            raise InputError(
-                f"{self.label}: joint is {self.joint!r}; it must be a joint or its name. For bodies without a common "
-                "joint leave it out and give first=, second= and at=."
-            )
+            text = f"{self.label}: joint is {self.joint!r}; it must be a joint or its name."
+            raise InputError(f"{text} For bodies without a common joint leave it out and give first=, second= and at=.")
         refuse_one_body(self, "stops {} against")
         if self.to is None:
             object.__setattr__(self, "to", self.at)
@@ -249,10 +239,8 @@ class Stop(Part):
                 math.inf if self.above is None else self.above,
             )
             if not low <= start <= high:
-                raise ModelError(
-                    f"{self.label}: {part.label} begins at {start:g}, beyond the limits {low:g} and {high:g} of joint "
-                    f"{self.joint!r}. Begin between them, or move the stop."
-                )
+                text = f"{self.label}: {part.label} begins at {start:g}, beyond the limits {low:g}"
+                raise ModelError(f"{text} and {high:g} of joint {self.joint!r}. Begin between them, or move the stop.")
 
     def contact_size(self, mechanism: Mechanism) -> float | None:
         """Radius of the faces of a revolute joint, so that the angle beyond the limit is judged."""

@@ -16,8 +16,6 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Part
 from flexmb.model.shape import ArrowShape, Shapes
 
-# Line between a point of one node and a point of another: vectors, and a force along the line
-
 
 @compiled
 def arms_of(s1x, s1y, s2x, s2y, q):
@@ -34,8 +32,6 @@ def put_line_force(F, nx, ny, ax, ay, bx, by, r):
     r[0], r[1], r[2] = -F * nx, -F * ny, F * (nx * ay - ny * ax)
     r[3], r[4], r[5] = F * nx, F * ny, F * (ny * bx - nx * by)
 
-
-# A force on a point of a body, dead or following the body, constant or changing in time
 
 FORCE_SIGNALS = (("fx", "N"), ("fy", "N"), ("force", "N"), ("power", "W"))  # with units, in the order of `force_signal`
 
@@ -79,8 +75,8 @@ def force_signal(p, t, q, v, a):
     return fx * (v[0] - v[2] * by) + fy * (v[1] + v[2] * bx)
 
 
+# Rule of the history of a load.
 HISTORY = instance(Motion, "a motion whose value multiplies the load, e.g. Pulse(end=0.1), or None for a constant load")
-"""Rule of the history of a load."""
 
 
 @record
@@ -154,8 +150,6 @@ def check_loaded(load: Part, body: Part) -> None:
     if body.name == GROUND.name:
         raise ModelError(f"{load.label} acts on the ground, which cannot move. Give a moving body.")
 
-
-# A torque on a body, constant or changing in time
 
 TORQUE_SIGNALS = (("torque", "N m"), ("power", "W"))  # signals with their units, in the order of `torque_signal`
 

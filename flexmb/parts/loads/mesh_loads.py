@@ -22,19 +22,13 @@ from flexmb.model.part import Part, WatchedMotion
 from flexmb.model.shape import ArrowShape, Shapes
 from flexmb.parts.loads.force import HISTORY
 
-# Base of loads on plane bodies
-
 ARROWS = 5  # largest number of arrows that a drawing shows of a load
-
+# Share of the strain energy of a load that the kept shapes of a reduced body may leave out [1]; stresses are then off
+# by some tenth.
 LEFT_OUT = 0.01
-"""Share of the strain energy of a load that the kept shapes of a reduced body may leave out [1]; stresses are then off
-by some tenth."""
-
 NO_ARROW = 1e-9  # nodal force over the largest one [1] up to which a drawing shows none
-
-
+# Rules of a load on all of an edge or body: two numbers or one, or a function of points.
 FIELD, STRESS = either(Callable, vector), either(Callable, number)
-"""Rules of a load on all of an edge or body: two numbers or one, or a function of points."""
 
 
 @record
@@ -71,10 +65,8 @@ class MeshLoad(Part):
 
     def _refuse(self, body: Part) -> NoReturn:
         """Refuse a body without a mesh."""
-        raise ModelError(
-            f"{self.label} acts on the nodes of a mesh, and {body.label} has none. Give a PlaneBody or its Reduced; a "
-            "Force acts on any body."
-        )
+        text = f"{self.label} acts on the nodes of a mesh, and {body.label} has none."
+        raise ModelError(f"{text} Give a PlaneBody or its Reduced; a Force acts on any body.")
 
     def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:  # noqa: ARG002 - alone
         """Finding on a load whose deflection the kept shapes of a reduced body cannot show."""
@@ -134,9 +126,6 @@ def _turn(plane: PlaneBody) -> loads.Array:
     """Rotation (2, 2) of rows from the axes of the mesh to the world."""
     c, s = np.cos(plane.direction), np.sin(plane.direction)
     return np.array([[c, s], [-s, c]])
-
-
-# Loads on edges of plane bodies: a traction of given direction, and stresses that follow the edge
 
 
 @record
@@ -248,9 +237,6 @@ def scaled(value: Any, part: float) -> Any:
 
 def _placed(plane: PlaneBody, stress: loads.Stress) -> loads.Stress:
     return at_places(plane, stress) if callable(stress) else stress
-
-
-# Force per volume in plane bodies
 
 
 @record

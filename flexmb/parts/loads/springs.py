@@ -31,9 +31,8 @@ from flexmb.model.shape import DAMPER, SPRING, LineShape, Shapes
 from flexmb.parts.loads.force import arms_of, put_line_force
 from flexmb.places import packed
 
+
 # Springs whose rest length or rest angle moves: the force by which the moving end differs from a fixed one
-
-
 @element_kernel
 def line_pull_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     """Tension F of constant size along the line of two points; q (6,)."""
@@ -76,10 +75,8 @@ def checked_rest(label: str, name: str, rest: Any, unit: str, _: str) -> float |
         return rest
     if isinstance(rest, Real) and not isinstance(rest, bool):
         return checks.number(label, name, rest, unit)
-    raise InputError(
-        f"{label}: {name} is {rest!r}; it must be a number in {unit}, or a motion whose value it is, e.g. "
-        "Harmonic(0.01, frequency=2.0, mean=0.2)."
-    )
+    text = f"{label}: {name} is {rest!r}; it must be a number in {unit}, or a motion whose value it is, e.g."
+    raise InputError(f"{text} Harmonic(0.01, frequency=2.0, mean=0.2).")
 
 
 def moving_end(
@@ -91,11 +88,9 @@ def moving_end(
     start: float,
     more: tuple[float, ...],
 ) -> list[ElementContribution]:
-    """Loads -k rest(t) and k rest(0), which make a spring with the rest length rest(0) one whose rest length moves.
-
-    k is `stiffness`; `kernel` is that of a force of constant size, which is its first parameter, followed by `more`.
-    With a number for `rest` nothing moves; `start` is its value at t = 0.
-    """
+    """Loads -k rest(t) and k rest(0), which make a spring with the rest length rest(0) one whose rest length moves."""
+    # k is `stiffness`; `kernel` is that of a force of constant size, which is its first parameter, followed by `more`.
+    # With a number for `rest` nothing moves; `start` is its value at t = 0.
     if not isinstance(rest, Motion) or stiffness == 0.0:
         return []
     found = [ElementContribution(part, kernel, coordinates, (-stiffness, *more), factor=rest)]
@@ -106,11 +101,10 @@ def moving_end(
 
 # Linear spring and damper between two points
 
+# Parameters p: k, d, l0, and the points in the frames of their nodes; number of the signal.
 STIFFNESS, DAMPING, FREE_LENGTH, OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, CHOSEN = range(8)
-"""Parameters p: k, d, l0, and the points in the frames of their nodes; number of the signal."""
-
+# Signals with their units, in the order of `spring_damper_signal`.
 SPRING_SIGNALS = (("length", "m"), ("rate", "m/s"), ("force", "N"), ("energy", "J"))
-"""Signals with their units, in the order of `spring_damper_signal`."""
 
 
 @compiled
@@ -292,8 +286,8 @@ class SpringDamper(Part):
 
 # Linear spring and damper between the rotations of two bodies
 
+# Signals with their units, in the order of `torsion_spring_signal`.
 TORSION_SIGNALS = (("angle", "rad"), ("rate", "rad/s"), ("torque", "N m"), ("energy", "J"))
-"""Signals with their units, in the order of `torsion_spring_signal`."""
 
 
 @compiled

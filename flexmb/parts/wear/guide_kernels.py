@@ -14,14 +14,12 @@ from flexmb.parts.joints.contact_point import put_column, put_eccentricity, put_
 
 (PLAY, HALF, RADIUS, SIDE, ALONG_X, ALONG_Y, OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, STEP, STEEPEST, DEEPEST,
  CHOSEN) = range(14)  # fmt: skip
+# Place of the first depth; of a pin the left side of the slot comes first.
 DEPTHS = 14
-"""Place of the first depth; of a pin the left side of the slot comes first."""
-
+# Number of trials at most for the foot; bisection alone has found it to round-off by then.
 MOST_TRIALS = 60
-"""Number of trials at most for the foot; bisection alone has found it to round-off by then."""
-
+# Error of the foot over the distance of two places [1] that ends the search.
 CLOSE = 1e-13
-"""Error of the foot over the distance of two places [1] that ends the search."""
 
 
 @compiled
@@ -115,8 +113,8 @@ def worn_side_gap_kernel(p, q, v, out):
 
 
 PLACE, SLIDING = range(2)
+# Signals with their units, in the order of `worn_side_signal`; the last one of a pin alone.
 SIGNALS = (("place", "m"), ("slip", "m/s"), ("offset", "m"))
-"""Signals with their units, in the order of `worn_side_signal`; the last one of a pin alone."""
 
 
 @signal_kernel

@@ -13,16 +13,14 @@ from flexmb.kernels import compiled, gap_kernel, signal_kernel
 from flexmb.parts.joints.contact_point import put_column, put_eccentricity, put_point
 
 CLEARANCE, BEARING_RADIUS, OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, ON_JOURNAL, CHOSEN = range(8)
+# Place of the first number of the tables of a `Surface`, one behind the other.
 TABLES = 8
-"""Place of the first number of the tables of a `Surface`, one behind the other."""
 
 
 @compiled
 def nearest(p, n, ex, ey):
-    """Depth D, normal, and 1/(rho + D), by which the normal turns; (ex, ey) in the axes of the worn body.
-
-    Between two angles sigma is rho_0 + r x + a cos x + b sin x, so the largest value has a closed form.
-    """
+    """Depth D, normal, and 1/(rho + D), by which the normal turns; (ex, ey) in the axes of the worn body."""
+    # Between two angles sigma is rho_0 + r x + a cos x + b sin x, so the largest value has a closed form.
     cos, sin, support, slope, radius = TABLES, TABLES + n, TABLES + 2 * n, TABLES + 3 * n, TABLES + 4 * n
     k, best = 0, -math.inf
     for i in range(n):
@@ -47,10 +45,9 @@ def nearest(p, n, ex, ey):
 
 @compiled
 def arm(p, n, ex, ey, depth, nx, ny, inverse):
-    """Factor of the arm of friction, and its derivatives by e.
-
-    It is the sum of the pressures over the size of their resultant, beside the same of an unworn bearing at this depth.
-    """
+    """Factor of the arm of friction, and its derivatives by e."""
+    # It is the sum of the pressures over the size of their resultant, beside the same of an unworn bearing at this
+    # depth.
     c, tx, ty = p[CLEARANCE], -ny, nx
     A, B, A0, B0 = 0.0, 0.0, 0.0, 0.0
     Ax, Ay, Bx, By, turn = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -125,8 +122,8 @@ def worn_gap_kernel(p, q, v, out):
 
 
 PLACE_X, PLACE_Y, ANGLE, SLIDING = range(4)
+# Signals with their units, in the order of `worn_signal`.
 SIGNALS = (("x", "m"), ("y", "m"), ("contact_angle", "rad"), ("slip", "m/s"))
-"""Signals with their units, in the order of `worn_signal`."""
 
 
 @signal_kernel

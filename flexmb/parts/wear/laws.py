@@ -10,11 +10,10 @@ from flexmb.display import Shown
 from flexmb.errors import InputError
 from flexmb.fields import Input, count, field, not_negative, positive, record
 
+# Coefficient of wear [1/Pa] above which a number cannot be one: dry steel has 1e-15 to 1e-11.
 LARGEST_COEFFICIENT = 1e-9
-"""Coefficient of wear [1/Pa] above which a number cannot be one: dry steel has 1e-15 to 1e-11."""
-
+# Least and largest number of angles: below, a bin is wider than a contact; each step passes all of them.
 FEWEST_BINS, MOST_BINS = 60, 7200
-"""Least and largest number of angles: below, a bin is wider than a contact; each step passes all of them."""
 
 
 @record

@@ -45,10 +45,8 @@ def surface(clearance: float, depths: Sequence[float] | np.ndarray) -> Surface:
 
 
 def _reached(clearance: float, h: np.ndarray, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Depths that a journal can reach (n,): the largest support of a convex set below c + h, less c.
-
-    The lines that bound the set are the corners of the convex hull of the points u/(c + h), polar to it.
-    """
+    """Depths that a journal can reach (n,): the largest support of a convex set below c + h, less c."""
+    # The lines that bound the set are the corners of the convex hull of the points u/(c + h), polar to it.
     n, scale = len(h), 1.0 / (clearance + h)
     first = int(np.argmin(h))
     order = [*range(first, n), *range(first), first]
@@ -77,10 +75,8 @@ def _turns_right(a: tuple[float, float], b: tuple[float, float], c: tuple[float,
 
 
 def shares(tables: Surface, x: np.ndarray, y: np.ndarray, angle: np.ndarray) -> np.ndarray:
-    """Shares of the angles in the pressure (rows, n), each row with the sum 1.
-
-    x, y : centre of the journal in the axes of the worn body (rows,) [m]; angle : of the normal there (rows,) [rad].
-    """
+    """Shares of the angles in the pressure (rows, n), each row with the sum 1."""
+    # x, y : centre of the journal in the axes of the worn body (rows,) [m]; angle : of the normal there (rows,) [rad].
     depth = np.outer(x, tables.cos) + np.outer(y, tables.sin) - tables.wall
     np.maximum(depth, 0.0, out=depth)
     total, n = depth.sum(axis=1), len(tables.cos)

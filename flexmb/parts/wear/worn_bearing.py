@@ -35,12 +35,11 @@ from flexmb.parts.bearings.kernels import SIGNALS, thickness
 from flexmb.parts.bearings.laws import ShortBearing
 from flexmb.parts.wear.worn_clearance import WornClearance
 
+# Parameters p: points in the frames of their nodes, whether the journal wears, roughness, scales of force and drag of
+# an angle, width, radius; of a signal its number comes last.
 OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, ON_JOURNAL, HEIGHT, FORCE, DRAG, WIDTH, RADIUS = range(10)
-"""Parameters p: points in the frames of their nodes, whether the journal wears, roughness, scales of force and drag of
-an angle, width, radius; of a signal its number comes last."""
-
+# Place of the first number of the tables by angle: cosine, sine, thickness about the centred journal, its slope.
 TABLES = 10
-"""Place of the first number of the tables by angle: cosine, sine, thickness about the centred journal, its slope."""
 
 
 @compiled
@@ -89,10 +88,8 @@ def sums(p, ex, ey, vx, vy, w):
 
 @compiled
 def stiffness(p, ex, ey, vx, vy, w):
-    """Sums of W y y' with P = W s, of dP/dh y u', and derivatives of the drag by e.
-
-    A film at rest presses on the side to which the journal goes: of both sides the mean counts.
-    """
+    """Sums of W y y' with P = W s, of dP/dh y u', and derivatives of the drag by e."""
+    # A film at rest presses on the side to which the journal goes: of both sides the mean counts.
     n = (p.shape[0] - TABLES) // 4
     w00, w01, w11, w02, w12, w22 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     q00, q01, q11, q02, q12, by_x, by_y = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0

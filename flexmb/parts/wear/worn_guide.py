@@ -18,11 +18,10 @@ from flexmb.parts.wear import guide_kernels as kernels
 from flexmb.parts.wear.laws import Wear
 from flexmb.parts.wear.worn_joint import WornJoint
 
+# Names of the sides: upper is left of `along`.
 UPPER, LOWER = "upper", "lower"
-"""Names of the sides: upper is left of `along`."""
-
+# Number of places to which the wear goes from each half of a step.
 WAYS = 4
-"""Number of places to which the wear goes from each half of a step."""
 
 
 @record

@@ -18,8 +18,8 @@ from flexmb.parts.wear.laws import Wear
 if TYPE_CHECKING:
     from flexmb.model.law import FrictionLaw
 
+# Signals of each contact whose integral is its wear.
 FORCES = ("slip", "normal_force", "friction_force")
-"""Signals of each contact whose integral is its wear."""
 
 
 @dataclass(frozen=True)
@@ -47,11 +47,9 @@ class Worn:
 
 @record
 class WornJoint(Part):
-    """Base of joints with clearance whose surfaces wear; studies and pictures ask it by `Part.wearing`.
+    """Base of joints with clearance whose surfaces wear; studies and pictures ask it by `Part.wearing`."""
 
-    A profile is the depth of one surface at `bins` places; `depths` holds those of all surfaces that wear.
-    """
-
+    # A profile is the depth of one surface at `bins` places; `depths` holds those of all surfaces that wear.
     _: KW_ONLY
     wear: Wear = field("law of wear", rule=instance(Wear, "a law of wear, e.g. Archard(bearing=1e-13)"))
     profile: tuple[float, ...] = field(
@@ -80,16 +78,12 @@ class WornJoint(Part):
             )
         if isinstance(self.friction, Frictionless) and not self.wear.load(np.ones(1), np.zeros(1)).any():
             law = type(self.wear).__name__
-            raise InputError(
-                f"{self.label}: {law} wears by the work of friction, and the joint has none. Give it a friction law, "
-                "or take Archard, which wears by pressure and slip."
-            )
+            text = f"{self.label}: {law} wears by the work of friction, and the joint has none."
+            raise InputError(f"{text} Give it a friction law, or take Archard, which wears by pressure and slip.")
         name, size = self.deepest
         if max(self.profile, default=0.0) >= size:
-            raise InputError(
-                f"{self.label}: profile is up to {max(self.profile):g} m deep; it must stay below the {name} "
-                f"{size:g} m. Depths are in metres."
-            )
+            text = f"{self.label}: profile is up to {max(self.profile):g} m deep;"
+            raise InputError(f"{text} it must stay below the {name} {size:g} m. Depths are in metres.")
 
     @property
     @abstractmethod

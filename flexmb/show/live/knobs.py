@@ -20,44 +20,29 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, Part
 
 LABEL = "explore"
-
+# Factor by which a guessed range reaches below and above the value of its parameter.
 WIDER = 5.0
-"""Factor by which a guessed range reaches below and above the value of its parameter."""
-
 LOGARITHMIC = 20.0  # ratio of the ends of a positive range from which its slider has a logarithmic scale
 NEARER = (0.5, 0.25, 0.125, 0.06, 0.03, 0.01)  # shares of a guessed range that are tried where a part refuses it
 MOST_KNOBS = 200  # largest number of numbers and choices of a page
 DEPTH = 2  # records within one another, in a part, whose numbers are found: "B.normal.restitution"
 DIGITS = 3  # significant digits of a start value in the middle of a range
-
 Value = float | int | bool | str | None
 
 
 @dataclass(frozen=True)
 class Knob:
-    """A number or a choice that may vary.
+    """A number or a choice that may vary."""
 
-    Parameters
-    ----------
-    name : name of the argument, or path of the number of a part.
-    kind : "number", "count" or "choice".
-    value : value at the start; of a choice its label.
-    low, high : range of a number.
-    unit : SI unit; "" for none.
-    meaning : what it is.
-    optional : whether a number may be None.
-    choices : labels and values of a choice.
-    """
-
-    name: str
-    kind: str
-    value: Any
-    low: float = 0.0
+    name: str  # name of the argument, or path of the number of a part
+    kind: str  # "number", "count" or "choice"
+    value: Any  # value at the start; of a choice its label
+    low: float = 0.0  # low, high: range of a number
     high: float = 0.0
-    unit: str = ""
-    meaning: str = ""
-    optional: bool = False
-    choices: tuple[tuple[str, Any], ...] = ()
+    unit: str = ""  # SI unit; "" for none
+    meaning: str = ""  # what it is
+    optional: bool = False  # whether a number may be None
+    choices: tuple[tuple[str, Any], ...] = ()  # labels and values of a choice
 
     def checked(self, value: Any) -> Value:
         """A value within the range, or the label of a choice, or `InputError`."""
@@ -253,8 +238,8 @@ class Knobs:
         return replace(made, value=_within(value, low, high, whole=whole))
 
 
+# Largest number of guessed knobs with a slider at the start; the page adds others one by one.
 MOST_SHOWN = 8
-"""Largest number of guessed knobs with a slider at the start; the page adds others one by one."""
 
 
 def _within(value: Any, low: float, high: float, *, whole: bool) -> float | int:

@@ -22,8 +22,6 @@ FRAMES = 300  # largest number of frames of a message
 MAIN, MOST_WANTED = 2, 40  # numbers of main signals, and of other ones at most, in a message
 RESULT = "run"  # kind of the messages of views
 
-# From the page
-
 
 def run_message(view: View, wanted: tuple[str, ...], code: str, command: str) -> str:
     """Message of a view with the main signals and other ones, and with texts that make the mechanism."""
@@ -80,8 +78,6 @@ def refusal(text: str) -> str:
     """Message on something refused."""
     return embedded({"type": "refused", "text": text})
 
-
-# From browsers
 
 KINDS = ("set", "want", "go", "study", "stop", "open")  # kinds of messages from browsers
 

@@ -40,9 +40,8 @@ if TYPE_CHECKING:
     from flexmb.show.live.widget import Widget
 
 SCRIPTS = ("mesh.js", "scene.js", "drawing.js", "player.js", "journals.js", "diagram.js")
+# Scripts of a report, and those of the live page alone.
 OWN = ("controls.js", "panels.js", "studies.js", "live.js")
-"""Scripts of a report, and those of the live page alone."""
-
 MOST_PAGES = 8  # pages of a notebook at a time; the oldest one is closed then
 MOST_WIDGETS = 16  # widgets of a page at a time; the oldest ones are still then
 TOKEN_BYTES = 24  # length of the token [bytes]
@@ -128,8 +127,8 @@ def length_of(periods: float | None, t_end: float | None) -> tuple[str, float] |
     return None if periods is None else (PERIODS, checks.positive(LABEL, "periods", periods))
 
 
+# Pages of a notebook, the oldest one first.
 _SHOWN: list[Page] = []
-"""Pages of a notebook, the oldest one first."""
 
 
 class Page:

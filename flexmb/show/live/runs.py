@@ -21,43 +21,31 @@ from flexmb.run.run import AFTER_BLOCK, Run
 from flexmb.run.simulate import clock, period_or_none, simulate
 from flexmb.show.live.knobs import LABEL, Knobs, Value
 
+# Keywords of `simulate` for the length of a run.
 PERIODS, SECONDS = "periods", "t_end"
-"""Keywords of `simulate` for the length of a run."""
-
 DEFAULT_PERIODS, DEFAULT_SECONDS = 2.0, 1.0  # lengths of a run where none is given: periods; time [s]
 SHORTEST, LONGEST = 0.05, 250.0  # shortest and longest run over the first length
+# Saved instants of a run, about; of a period at most and at least.
 ROWS, ROWS_OF_A_PERIOD, FEWEST_OF_A_PERIOD = 2000, 400, 40
-"""Saved instants of a run, about; of a period at most and at least."""
-
 MOST_SECONDS = 120.0  # time on the clock after which a run is ended [s]
 EVERY = 0.4  # time between two views of a run that lasts [s on the clock]
 QUIET = 0.2  # time without other values after which a mechanism is examined [s on the clock]
 MOST_POINTS, MOST_NUMBERS = 5000, 1_000_000  # points of a section at most; numbers of these points in all
 JOIN = 5.0  # longest time for which a closing page waits for its thread [s on the clock]
-
 CLOSED = f"{LABEL}: the page is closed. Open another one, in a notebook by its cell."
 REPLACED, TOO_LONG = "Ended for newer values", f"Stopped after {MOST_SECONDS:g} s on the clock"
 
 
 @dataclass(frozen=True)
 class View:
-    """Result of a run of a live page.
+    """Result of a run of a live page."""
 
-    Parameters
-    ----------
-    values : values of the knobs, by name.
-    length : length of the run, in periods or seconds.
-    status : how the run ended, a sentence; or the error that kept it from beginning.
-    ok : whether it reached its end.
-    solution : the run; None after an error.
-    largest : largest absolute values of all signals over all accepted steps, by name.
-    """
-
-    values: Mapping[str, Value]
-    length: float
-    status: str
-    ok: bool = False
-    solution: Solution | None = field(default=None, repr=False)
+    values: Mapping[str, Value]  # values of the knobs, by name
+    length: float  # length of the run, in periods or seconds
+    status: str  # how the run ended, a sentence; or the error that kept it from beginning
+    ok: bool = False  # whether it reached its end
+    solution: Solution | None = field(default=None, repr=False)  # the run; None after an error
+    # largest absolute values of all signals over all accepted steps, by name
     largest: Mapping[str, float] = field(default_factory=dict, repr=False)
     mechanism: Mechanism | None = field(default=None, repr=False)
     section: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
@@ -154,7 +142,7 @@ class Runner:
         return checks.between(LABEL, self.unit, length, self.shortest, self.longest, unit)
 
     def outdated(self, request: Request) -> bool:
-        """Whether newer values were asked for, or the page is closed."""
+        """Presence of newer values, or the end of the page."""
         return self.closed or self.request.number != request.number
 
     def _work(self) -> None:

@@ -30,12 +30,10 @@ from flexmb.show.live.messages import refusal
 
 LOOPBACK = "127.0.0.1"
 HOSTS = (LOOPBACK, "localhost")
-
 MOST_CLIENTS = 16  # connections of browsers at a time
 MOST_BYTES = 1 << 16  # size of a message from a browser [bytes]
+# Messages of a browser in a second, on average; messages at once. A browser that sends more is disconnected.
 RATE, BURST = 100.0, 300.0
-"""Messages of a browser in a second, on average; messages at once. A browser that sends more is disconnected."""
-
 STARTED = 10.0  # longest time for which the start of the server is waited for [s on the clock]
 POLICY_VIOLATION, TRY_LATER = 1008, 1013  # codes with which a connection is closed
 

@@ -25,7 +25,6 @@ from flexmb.show.live.knobs import LABEL, Knobs, Value
 EXPONENT, DIAGRAM = "exponent", "diagram"
 STAGES, SKIP = (50, 200), 50  # periods of an exponent, first few and then many; periods before it
 MOST_VALUES, MOST_KEPT = 400, 200  # points of a diagram along the parameter; section points of each at most
-
 Told = Callable[[dict[str, Any]], None]
 Point = tuple[float, Outcome]
 

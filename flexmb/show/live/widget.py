@@ -11,18 +11,15 @@ import traitlets
 from flexmb.errors import FlexmbError
 from flexmb.show.live.messages import refusal
 
+# Kinds of messages whose newest one the widget keeps, also in a saved notebook; others are sent and forgotten.
 KEPT = ("run", "findings")
-"""Kinds of messages whose newest one the widget keeps, also in a saved notebook; others are sent and forgotten."""
-
 MOST_KEPT = 2_000_000  # length of a message at most that is kept, in signs
 
 
 class Widget(anywidget.AnyWidget):
-    """Live page in a cell of a notebook; made by `Page.widget`.
+    """Live page in a cell of a notebook; made by `Page.widget`."""
 
-    In: script of the frame, text of the page, what hears its messages as of `Server`, newest messages by kind.
-    """
-
+    # In: script of the frame, text of the page, what hears its messages as of `Server`, newest messages by kind.
     page = traitlets.Unicode().tag(sync=True)
     run = traitlets.Unicode().tag(sync=True)
     findings = traitlets.Unicode().tag(sync=True)

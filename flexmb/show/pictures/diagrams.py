@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 # Bifurcation diagrams as matplotlib figures
 
 DIAGRAM_SIZE = (9.0, 5.2)  # [inch]
+# Colours of the verdicts, in the order of the legend; readers with colour blindness can distinguish them.
 VERDICT_COLOURS = {
     "periodic-1": "#0072b2",
     "periodic-2": "#56b4e9",
@@ -49,7 +50,6 @@ VERDICT_COLOURS = {
     "inconclusive": "0.55",
     "": "black",
 }
-"""Colours of the verdicts, in the order of the legend; readers with colour blindness can distinguish them."""
 
 MARKERS = {"up": "^", "down": "v", "cold": "o"}
 MANY_POINTS = 4000  # number of points above which the markers are smallest
@@ -162,7 +162,6 @@ def _legend(ax: Axes, pieces: dict[tuple[str, str], list[Any]]) -> None:
 # Branches of periodic orbits and basins of attraction as matplotlib figures
 
 ORBITS_SIZE = (8.0, 5.0)  # of a figure [inch]
-
 STABLE, UNSTABLE = COLOURS[0], COLOURS[1]
 
 MARKS = {
@@ -304,7 +303,6 @@ def _edges(values: np.ndarray) -> tuple[float, float]:
 # Phase portraits, section points and the convergence of exponents, as matplotlib figures
 
 PORTRAIT_SIZE = (7.0, 5.0)  # of a figure [inch]
-
 MANY_DOTS = 2000  # number of points above which dots are small
 ALONG = ("period", "crossing")  # dimensions of a dataset of section points
 
@@ -447,10 +445,8 @@ def _labels(ax: Axes, data: xr.Dataset, x: str, y: str) -> None:
 # Pictures of a report on a motion: sections, phase portraits, convergence of the exponents, spectra
 
 HARMONICS = 25.0  # largest frequency of a drawn spectrum, over the frequency of the section
-
+# Spread of a section, over the spread of the motion, below which it is not enlarged; margin of the picture.
 LEAST_SPREAD, MARGIN = 1e-3, 0.1
-"""Spread of a section, over the spread of the motion, below which it is not enlarged; margin of the picture."""
-
 PORTRAIT = 20  # number of periods of a phase portrait
 
 
@@ -566,8 +562,6 @@ def _columns(motion: Motion, values: np.ndarray, axis: str, along: np.ndarray) -
         data[name] = (axis, values_shown, {"units": unit})
     return xr.Dataset(data, {axis: (axis, along)})
 
-
-# Profiles of worn surfaces
 
 WEAR_SIZE = (9.6, 5.0)  # [inch]
 DEEPEST = 0.45  # depth of the deepest place in a picture of wear, over the radius of the unworn surface

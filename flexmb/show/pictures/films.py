@@ -27,9 +27,8 @@ if TYPE_CHECKING:
 
 # Frames of a film as images; axes and labels are drawn once, moving parts for each frame
 
+# Fields of beams and their units by the word of `colour`.
 FIELDS = {"moment": ("bending_moment", "N m"), "axial": ("axial_force", "N"), "shear": ("shear_force", "N")}
-"""Fields of beams and their units by the word of `colour`."""
-
 STRESS = "von_mises"  # word of `colour` for the stress of meshes
 WIDTH = 800  # default width of a film [pixel]
 WIDEST = 8192  # largest width and height of a film [pixel]
@@ -205,11 +204,9 @@ QUALITY = 8  # quality of an MP4 file, 0 to 10
 
 
 def write_gif(path: Path, film: Film, fps: float) -> None:
-    """Write a film as a GIF that is repeated for ever.
-
-    All frames have one palette, so that only the changed part of a frame is stored.  Times in a GIF are hundredths of a
-    second; they are rounded so that the film as a whole has its length.
-    """
+    """Write a film as a GIF that is repeated for ever."""
+    # All frames have one palette, so that only the changed part of a frame is stored. Times in a GIF are hundredths of
+    # a second; they are rounded so that the film as a whole has its length.
     from PIL import Image
 
     chosen = np.unique(np.linspace(0, len(film) - 1, min(len(film), PALETTE_FRAMES)).round().astype(int))
@@ -248,10 +245,7 @@ def write_mp4(path: Path, film: Film, fps: float) -> None:
         raise OSError(f"ffmpeg wrote {written} of {len(film)} frames; is the disk full?")
 
 
-# Films of a run: GIF and MP4 files, and the moving picture of the HTML report
-
 ENDINGS = (".mp4", ".gif", ".html")
-
 MOST_FRAMES, MOST_PIXELS = 20_000, 4e9  # of a film, and pixels of all frames of a GIF, which is made in memory
 
 

@@ -32,12 +32,9 @@ from flexmb.version import installed_version
 if TYPE_CHECKING:
     from flexmb.results.solution import Solution
 
-# Binary glTF 2.0 files: meshes, nodes, materials, and motions of nodes
-
 MAGIC, VERSION, JSON_CHUNK, BIN_CHUNK = 0x46546C67, 2, 0x4E4F534A, 0x004E4942
 FLOAT, UINT = 5126, 5125  # component types of accessors
 WEIGHTS = "weights"  # path of the motion of a mesh between its shapes
-
 KINDS = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
 ARRAY_BUFFER, ELEMENT_BUFFER = 34962, 34963
 
@@ -76,11 +73,9 @@ class Glb:
         colours: np.ndarray | None = None,
         shapes: Sequence[np.ndarray] = (),
     ) -> int:
-        """Number of a new mesh of triangles `faces` (m, 3) on positions (n, 3) [m] with unit normals (n, 3).
-
-        Linear colours (n, 3) of the points multiply that of the material; None: that of the material.  `shapes` are
-        displacements (n, 3) [m] that `deform` adds up (morph targets).
-        """
+        """Number of a new mesh of triangles `faces` (m, 3) on positions (n, 3) [m] with unit normals (n, 3)."""
+        # Linear colours (n, 3) of the points multiply that of the material; None: that of the material. `shapes` are
+        # displacements (n, 3) [m] that `deform` adds up (morph targets).
         attributes = {
             "POSITION": self._accessor(positions, ARRAY_BUFFER, limits=True),
             "NORMAL": self._accessor(normals, ARRAY_BUFFER),
@@ -170,8 +165,6 @@ class Glb:
             mine |= {"min": array.min(axis=0).tolist(), "max": array.max(axis=0).tolist()}
         return self._append("accessors", mine)
 
-
-# The motion of a run as a glTF file, for viewers of 3-D models and web pages
 
 MOST_FRAMES = 200  # default number of instants, at most
 BAR = 0.006  # half width of the bars of rigid bodies, over the width of the mechanism
@@ -376,5 +369,4 @@ def _linear_of(colour: str) -> tuple[float, float, float]:
 
 def _linear(values: np.ndarray) -> np.ndarray:
     """Linear red, green, blue of colours of the screen, 0 to 1 (IEC 61966-2-1)."""
-    found: np.ndarray = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
-    return found
+    return np.asarray(np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4))

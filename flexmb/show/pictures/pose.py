@@ -30,9 +30,8 @@ DIRECTIONS = 16  # number of directions that are tried at each distance
 LEADER = 15.0  # distance from which on a thin line leads from the name to its point [pt]
 POINT_SIZE = 12.0  # side of the square around a point that names keep free [pt]
 FOOT = 5.0  # distance of the middle of a triangle from the point that stands on it [pt]
-
+# Costs of a place: on another name, outside the axes, on a point, for each sample of a line beneath it.
 ON_NAME, OUTSIDE, ON_POINT, ON_LINE = 1e4, 2e3, 3e2, 8.0
-"""Costs of a place: on another name, outside the axes, on a point, for each sample of a line beneath it."""
 
 
 def place_names(
@@ -42,12 +41,10 @@ def place_names(
     keep_free: Sequence[np.ndarray] = (),
     feet: Sequence[np.ndarray] = (),
 ) -> list[Annotation]:
-    """Names beside their points; the layout of the figure is settled by this call.
-
-    Each name takes the cheapest of some hundred places around its point: the nearest one that is free of other names,
-    of points, and, if possible, of lines.  Points, polylines (m, 2) that are better not hidden, further points to be
-    kept free, and the feet of triangles are places in data.
-    """
+    """Names beside their points; the layout of the figure is settled by this call."""
+    # Each name takes the cheapest of some hundred places around its point: the nearest one that is free of other names,
+    # of points, and, if possible, of lines. Points, polylines (m, 2) that are better not hidden, further points to be
+    # kept free, and the feet of triangles are places in data.
     figure = ax.figure.get_figure(root=True)
     if figure is None:
         return []
@@ -140,7 +137,6 @@ SYMBOLS: dict[str, dict[str, Any]] = {
     "guide": {"color": "0.55", "linewidth": 1.0, "linestyle": (0, (8, 2, 2, 2)), "zorder": 1.2},
 }
 MARKERS = {"prismatic": "s", "slot": "o", "fixed": "D", "clearance": "o", "bushing": "h"}
-
 VON_MISES = "von_mises"  # field of meshes by which a `Colouring` colours them
 THINNEST = 0.004  # half of the least drawn depth of a beam, over the width of the picture
 RING = 0.014  # radius of the ring that stands for a joint with clearance, over the width of the picture
@@ -317,10 +313,8 @@ class Pose:
 
 
 def with_arms(scene: Scene) -> list[Line]:
-    """Lines of a scene; a body without extent that carries curves of contacts is no dot.
-
-    Instead, a line joins its centre with each closed curve that lies beside it, such as the pin of a Geneva drive.
-    """
+    """Lines of a scene; a body without extent that carries curves of contacts is no dot."""
+    # Instead, a line joins its centre with each closed curve that lies beside it, such as the pin of a Geneva drive.
     found = []
     for line in scene.lines:
         centre = line.points[0, 0]

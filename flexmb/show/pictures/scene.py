@@ -69,11 +69,9 @@ def scene_of(
     forces: Sequence[str] = (),
     true: Solution | None = None,
 ) -> Scene:
-    """Scene of saved rows with numbers (n,) of a solution; `box`: limits of the axes, None: room for all poses.
-
-    `paths` are paths of points by name, with their instants; None: those of the markers with a trace.  Section forces
-    and stresses are those of `true` where the deformation of `sol` is magnified.
-    """
+    """Scene of saved rows with numbers (n,) of a solution; `box`: limits of the axes, None: room for all poses."""
+    # `paths` are paths of points by name, with their instants; None: those of the markers with a trace. Section forces
+    # and stresses are those of `true` where the deformation of `sol` is magnified.
     traced = {name: (path, sol.time) for name, path in drawing.traces(sol).items()} if paths is None else paths
     limits = box_of_run(sol, list(traced.values())) if box is None else box
     size = limits[0][1] - limits[0][0]
@@ -124,11 +122,9 @@ def box_about(sol: Solution, row: int, centre: np.ndarray) -> Box:
 def joint_forces(
     sol: Solution, rows: np.ndarray, marks: Sequence[Mark], joints: Sequence[str], size: float
 ) -> list[Line]:
-    """Arrows of the forces of joints on their second bodies, at saved instants with numbers (n,).
-
-    Their lengths are proportional to the forces up to the 98th percentile of all of them, which has the length of a
-    load's arrow; larger forces, those of impacts, have the same length.  The size of the picture is in m.
-    """
+    """Arrows of the forces of joints on their second bodies, at saved instants with numbers (n,)."""
+    # Their lengths are proportional to the forces up to the 98th percentile of all of them, which has the length of a
+    # load's arrow; larger forces, those of impacts, have the same length. The size of the picture is in m.
     places = {mark.part: mark.points for mark in marks if mark.kind != "journal"}
     vectors = {name: np.stack([sol.array(f"{name}.fx"), sol.array(f"{name}.fy")], axis=-1)[rows] for name in joints}
     sizes = np.concatenate([np.zeros(1), *(np.hypot(*v.T) for v in vectors.values())])
@@ -143,15 +139,11 @@ def joint_forces(
     return found
 
 
-# Poses of a mechanism at several instants, as a matplotlib figure
-
 SIZES = 0.5, 100.0  # least and largest width and height of a picture [inch]
 PANELS = 6  # default number of instants
 TRACE_POSES = 6  # number of earlier poses behind each instant
 MOST_NAMES = 24  # largest number of names in a legend, and of names of joints in a panel; of more joints none is named
 NEAR = 0.012  # distance of joints that share a name, over the width of the picture
-
-
 CORNERS = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])  # of a ring names keep free, over its radius
 
 
@@ -283,8 +275,6 @@ def _columns(lengths: list[int], width: float) -> int:
             return columns
     return 1
 
-
-# Picture of a mechanism before it moves
 
 UNITS = {"x": "m", "y": "m", "theta": "rad"}
 

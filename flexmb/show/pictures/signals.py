@@ -52,12 +52,10 @@ def is_dense(time: np.ndarray, values: np.ndarray, columns: int = COLUMNS) -> bo
 
 
 def envelope(time: np.ndarray, values: np.ndarray, columns: int = COLUMNS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Middles of the columns, and the least and the largest value in each.
-
-    Every value lies in the band: the last value of a column also counts in the next one, as its line does.  Columns
-    without values are left out.  The signal (n,) belongs to increasing instants (n,) [s]; columns lie evenly over the
-    time.
-    """
+    """Middles of the columns, and the least and the largest value in each."""
+    # Every value lies in the band: the last value of a column also counts in the next one, as its line does. Columns
+    # without values are left out. The signal (n,) belongs to increasing instants (n,) [s]; columns lie evenly over the
+    # time.
     place = _column(time, columns)
     starts = np.flatnonzero(np.append(True, np.diff(place) > 0))
     low, high = np.fmin.reduceat(values, starts), np.fmax.reduceat(values, starts)
@@ -74,11 +72,9 @@ def _column(time: np.ndarray, columns: int) -> np.ndarray:
 
 
 def draw_signal(ax: Axes, time: np.ndarray, values: np.ndarray, k: int, label: str, **style: Any) -> None:
-    """Draw a signal over time: a line, or the band of its envelope where single lines would be a solid block.
-
-    The signal (n,) belongs to instants (n,) [s]; its number k in the panel gives colour and line style.  Further
-    keywords are those of matplotlib for a line.
-    """
+    """Draw a signal over time: a line, or the band of its envelope where single lines would be a solid block."""
+    # The signal (n,) belongs to instants (n,) [s]; its number k in the panel gives colour and line style. Further
+    # keywords are those of matplotlib for a line.
     from matplotlib.colors import to_rgba
 
     look = curve(k)
@@ -165,11 +161,8 @@ def _draw(ax: Axes, sol: Solution, panel: list[str], x: str) -> None:
         ax.set_aspect("equal", adjustable="datalim")  # the orbit of a journal in its bearing is a circle
 
 
-# Signals of several runs over one another, and the balance of energies of one run
-
 STORED = ("energy.kinetic", "energy.strain", "energy.gravity")  # energies that the mechanism holds
 TURNED_OVER = "energy.turned_over"  # scale of a balance, which is no part of it
-
 RESIDUAL, GRAVITY = "energy.residual", "energy.gravity"
 
 
@@ -261,8 +254,6 @@ def panels_of_time(count: int, title: str) -> tuple[Figure, Sequence[Axes]]:
 
 
 # Signals beside measured ones
-
-
 def columns_of(fit: Any, name: str) -> np.ndarray:
     """Time, measured and computed signal, residual over its noise, (n, 4), with a row of NaN between two pieces."""
     left, computed, time = fit.residuals[name], fit.computed[name].values, fit.residuals["time"].values
@@ -311,10 +302,7 @@ def plot_residuals(fit: Any, *, title: str | None = None) -> Figure:
     return figure
 
 
-# The power spectrum of a signal as a matplotlib figure
-
 SPECTRUM_SIZE = (8.0, 4.5)  # [inch]
-
 DEEP = 1e-14  # smallest density that is drawn, over the highest density; below are side lobes and round-off
 ROOM = 100.0  # upper limit of the ordinate, over the highest density, with room for the legend
 MARKED = 12  # largest number of marked lines, the strongest first
@@ -363,8 +351,6 @@ def plot_spectrum(
     ax.legend(loc="upper right", ncols=3, fontsize="small", framealpha=0.9)
     return figure
 
-
-# Campbell diagram: natural frequencies of a turning mechanism over its speed
 
 CAMPBELL_SIZE = (7.5, 5.0)  # of a figure [inch]
 
@@ -429,8 +415,6 @@ def _frequencies(mechanism: Mechanism, speed: float, count: int, about: tuple[fl
     elastic = [f for f, kind in zip(found.frequencies, found.kinds, strict=True) if kind == "elastic"][:count]
     return np.array([*elastic, *[np.nan] * (count - len(elastic))])
 
-
-# Journals in their bearings: orbit in the clearance circle, contact force over the direction of the contact
 
 JOURNAL_SIZE = (5.6, 5.4)  # of a figure [inch]
 

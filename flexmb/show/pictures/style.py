@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.text import Text
 
-# Texts of figures in characters that a font of the machine has; other characters as their escapes
-
 EMPTY = "Last Resort"  # beginning of the name of a font of matplotlib that has a box for each script, and no characters
 
 
@@ -60,8 +58,6 @@ def _has(file: str, character: str) -> bool:
 
 
 # Figures that are saved into folders which need not exist, and write names in any script
-
-
 def new_figure(size: tuple[float, float]) -> Figure:
     """Figure of a size [inch]; saving it makes the folder of the file, drawing it finds fonts for all characters."""
     return _picture()(figsize=size, layout="constrained")
@@ -84,11 +80,9 @@ def _picture() -> type[Figure]:
             super().draw(renderer)
 
         def savefig(self, fname: Any, **options: Any) -> None:
-            """Save the figure as a file, which is there as a whole or not at all, or into an open file.
-
-            Options are those of `matplotlib.figure.Figure.savefig`.  A path that cannot be written and an ending that
-            is no kind of picture raise `InputError`.
-            """
+            """Save the figure as a file, which is there as a whole or not at all, or into an open file."""
+            # Options are those of `matplotlib.figure.Figure.savefig`. A path that cannot be written and an ending that
+            # is no kind of picture raise `InputError`.
             if not isinstance(fname, (str, Path)):
                 super().savefig(fname, **options)
                 return
@@ -101,25 +95,18 @@ def _picture() -> type[Figure]:
     return Picture
 
 
-# Style of all figures: colours, line styles, grid, labels of axes
-
+# Colours of curves, and of bodies and beams without a field, also on pages; the colour-blind can tell them apart.
+# Sources: M. Okabe, K. Ito, Color universal design, 2008; P. Tol, Colour schemes, 2021.
 COLOURS = (
     "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#882255", "#117733", "#332288", "#999933",
 )  # fmt: skip
-"""Colours of curves, and of bodies and beams without a field, also on pages; the colour-blind can tell them apart.
 
-Sources: M. Okabe, K. Ito, Color universal design, 2008; P. Tol, Colour schemes, 2021.
-"""
-
+# Line styles of the curves of a panel, which differ in print without colours.
 STYLES = ("-", (0, (5, 1.5)), (0, (6, 1.5, 1, 1.5)), (0, (1.2, 1.2)), (0, (6, 1.5, 1, 1.5, 1, 1.5)))
-"""Line styles of the curves of a panel, which differ in print without colours."""
-
+# Colour of joints with clearance.
 CLEARANCE = "#c00000"
-"""Colour of joints with clearance."""
-
+# Colour of markers and of their paths.
 TRACED = "#7a3fb5"
-"""Colour of markers and of their paths."""
-
 DIVERGING = "RdYlBu_r"  # colours of fields of both signs; pages: --low to --high of reports/assets/page.css
 SEQUENTIAL = "viridis"  # colour map of fields from 0 on
 WIDTH = 1.1  # width of a curve [pt]
@@ -166,10 +153,8 @@ FLAT = 1e-4  # extent of an axis over its largest number, below which labels sho
 
 
 def prefixed(units: str, largest: float) -> tuple[int, str]:
-    """Power of ten and unit with a prefix in which `largest` has one to three digits before the point.
-
-    Metres and seconds get no prefix above 1; the power is 0 for a unit that takes none, such as "rad" or "m2".
-    """
+    """Power of ten and unit with a prefix in which `largest` has one to three digits before the point."""
+    # Metres and seconds get no prefix above 1; the power is 0 for a unit that takes none, such as "rad" or "m2".
     takes = re.match(r"(m|s|N|Pa|J|W|Hz|A|V)(?![A-Za-z0-9^])", units)
     if takes is None or not 0.0 < largest < math.inf or LEAST <= largest < MOST:
         return 0, units
@@ -180,11 +165,9 @@ def prefixed(units: str, largest: float) -> tuple[int, str]:
 
 
 def label_axis(axis: Axis, name: str, units: str, between: str = " ", equal: Axis | None = None) -> None:
-    """Label and numbers of an axis on which everything is drawn: small and large numbers by a prefix of the unit.
-
-    Where the unit takes no prefix, a common power of ten stands at the end of the axis.  `equal` is another axis of
-    this unit that gets the same prefix.
-    """
+    """Label and numbers of an axis on which everything is drawn: small and large numbers by a prefix of the unit."""
+    # Where the unit takes no prefix, a common power of ten stands at the end of the axis. `equal` is another axis of
+    # this unit that gets the same prefix.
     from matplotlib.ticker import FuncFormatter, ScalarFormatter
 
     low, high = axis.get_view_interval()

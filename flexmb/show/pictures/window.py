@@ -32,9 +32,8 @@ from flexmb.show.pictures.style import CLEARANCE, DIVERGING, SEQUENTIAL, TRACED,
 if TYPE_CHECKING:
     import pyvista
 
+
 # Pictures of VTK files, drawn by pyvista without a display
-
-
 def screenshot_vtk(
     source: str | Path, path: str | Path, *, time: float | None = None, field: str = "bending_moment"
 ) -> Path:
@@ -98,12 +97,9 @@ def _frame(source: Path, time: float | None) -> Any:
         raise FileFormatError(text) from error
 
 
-# A run in a window of pyvista: slider of the time, play by a key
-
 MOST_FRAMES = 500  # number of poses that are prepared, at most
 INTERVAL = 30  # time between two frames while the motion plays [ms]
 SIZE = (1200, 800)  # size of the window [pixel]
-
 KEYS = "space: play and stop    left, right: frame by frame    mouse: move and zoom    r: whole picture    q: close"
 
 

@@ -17,19 +17,16 @@ if TYPE_CHECKING:
 
 SCRIPTS = ("diagram.js", "chaos.js")
 MOST_SIGNALS = 60  # number of signals on a page where none are chosen
-
 EVIDENCE = "evidence_"
 HINT = "Drag pans, + and - zoom while the diagram has the focus, 0 or a double click fits."
 LINKS = {"section": "Section", "exponents": "Exponents", "evidence": "Evidence", "settings": "Settings"}
 
 
 def write_chaos(groups: Mapping[str, xr.Dataset], path: Path, signals: Sequence[str] | None, title: str | None) -> Path:
-    """Write the page of a study of a motion; see `flexmb.report`.
-
-    `groups` are datasets of `flexmb chaos` by the name of their group: "" and, where there are fine samples, "motion".
-    Without `signals` those with fine samples come first, then others; the title is by default the name of the
-    mechanism.
-    """
+    """Write the page of a study of a motion; see `flexmb.report`."""
+    # `groups` are datasets of `flexmb chaos` by the name of their group: "" and, where there are fine samples,
+    # "motion". Without `signals` those with fine samples come first, then others; the title is by default the name of
+    # the mechanism.
     root, motion = groups[""], groups.get("motion")
     if not root.sizes.get("period", 0):
         raise InputError("report: the study has no section points; its status tells why.")

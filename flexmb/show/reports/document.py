@@ -24,9 +24,8 @@ from flexmb.display import pretty
 from flexmb.dynamics.jobs.files import write_text
 from flexmb.show.pictures.style import COLOURS
 
+
 # HTML whose texts are escaped when it is made
-
-
 class Markup(str):
     """Text that is HTML already; any other text is escaped where it enters."""
 
@@ -38,11 +37,9 @@ VOID = frozenset({"input", "meta", "br"})  # elements without content
 
 
 def tag(name: str, *content: Content, **attributes: str | bool | None) -> Markup:
-    """An element with pieces inside it, of which plain text is escaped, and attributes by name.
-
-    "_" stands for "-", and a "_" at the end is left out.  None and False: no such attribute, True: an attribute without
-    a value.
-    """
+    """An element with pieces inside it, of which plain text is escaped, and attributes by name."""
+    # "_" stands for "-", and a "_" at the end is left out. None and False: no such attribute, True: an attribute
+    # without a value.
     written = ""
     for key, value in attributes.items():
         if value is None or value is False:
@@ -97,9 +94,8 @@ def quantity(value: float, unit: str = "", digits: int = 6) -> str:
 
 # Arrays as compressed texts inside a page
 
+# Steps between the smallest and the largest value: of colours, of lengths on a screen, of coordinates.
 COARSE, MIDDLE, FINE = 2**10 - 1, 2**12 - 1, 2**24 - 1
-"""Steps between the smallest and the largest value: of colours, of lengths on a screen, of coordinates."""
-
 FLOAT = 4  # bytes of a float of single precision, which keeps seven digits
 
 
@@ -152,8 +148,6 @@ def _short(numbers: np.ndarray) -> list[float]:
 
 
 # Pieces that all pages share
-
-
 def state_of(fault: str, *content: Content, also: str = "") -> Markup:
     """State of a result, finished or a fault, and its first numbers, for the head of a page; `also`: another class."""
     badge = tag("span", fault or "finished", class_=f"badge {'error' if fault else 'good'}")
@@ -165,8 +159,6 @@ def chosen_signals(signals: Sequence[str], known: Sequence[str]) -> list[str]:
     given = checks.sequence("report", "signals", signals, "names")
     return [checks.one_of("report", "signal", name, known) for name in given]
 
-
-# The page: styles, scripts and data in one file that forbids every access to a network
 
 STYLES = ("uPlot.min.css", "page.css", "player.css")
 LIBRARY = "uPlot.iife.min.js"
@@ -204,11 +196,9 @@ def document(
     own: tuple[str, str] = ("", ""),
     network: str = "",
 ) -> str:
-    """Text of a page, with scripts after the common ones, and plain values for them.
-
-    `own` are the texts of a style and of a script of this page alone; `network` is the one address that scripts may
-    reach.
-    """
+    """Text of a page, with scripts after the common ones, and plain values for them."""
+    # `own` are the texts of a style and of a script of this page alone; `network` is the one address that scripts may
+    # reach.
     style = "\n".join([*(asset(name) for name in STYLES), own[0], palette()])
     texts = [*(asset(name) for name in (*COMMON, *scripts)), own[1]]
     program = "\n".join(['"use strict";(function () {', *texts, "})();"])

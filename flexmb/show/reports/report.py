@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from flexmb.design.fitting import Fit
 
 MOST_FRAMES = 1000  # default number of frames at most
-
 ENDINGS = {".html", ".htm"}
 
 

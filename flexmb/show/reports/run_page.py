@@ -50,11 +50,9 @@ NODE_DOTS = 2  # number of dots in the name of a signal of a node of a flexible 
 
 
 def chosen_names(sol: Solution, signals: Any) -> list[str]:
-    """Names of the signals on the page, the main ones first.
-
-    `signals` are names and patterns in which * stands for any text; None: the main signals, energies, signals of joints
-    and loads, motions of bodies, `MOST_CURVES` of them.
-    """
+    """Names of the signals on the page, the main ones first."""
+    # `signals` are names and patterns in which * stands for any text; None: the main signals, energies, signals of
+    # joints and loads, motions of bodies, `MOST_CURVES` of them.
     if signals is None:
         plain = [name for name in sol.names if name.count(".") < NODE_DOTS]
         bodies = {name.rpartition(".")[0] for name in plain if name.endswith(".alpha")}
@@ -83,11 +81,9 @@ def _in_turn(names: list[str]) -> list[str]:
 
 
 def curves(sol: Solution, names: list[str], frames: np.ndarray) -> dict[str, Any]:
-    """Signals for the page: values at the frames, and curves over the time.
-
-    A curve with more rows than `ROWS_PER_FRAME` for each frame becomes an envelope: for each of as many equal shares of
-    the rows as there are frames, the smallest and the largest value, in the order in which they occur.
-    """
+    """Signals for the page: values at the frames, and curves over the time."""
+    # A curve with more rows than `ROWS_PER_FRAME` for each frame becomes an envelope: for each of as many equal shares
+    # of the rows as there are frames, the smallest and the largest value, in the order in which they occur.
     values = np.stack([sol.array(name) for name in names], axis=1) if names else np.zeros((len(sol.time), 0))
     first = panels(sol, None if set(main_signals(sol)) <= set(names) else names) or [names[:1]]
     found: dict[str, Any] = {
@@ -104,10 +100,8 @@ def curves(sol: Solution, names: list[str], frames: np.ndarray) -> dict[str, Any
 
 
 def envelope(time: np.ndarray, values: np.ndarray, buckets: int) -> tuple[np.ndarray, np.ndarray]:
-    """Smallest and largest values (2 b, m) of b shares of the rows, and times (2 b,) [s] within these shares.
-
-    Times are (n,) [s], values (n, m); numbers that are not finite are left out.  b is n / 2 at most.
-    """
+    """Smallest and largest values (2 b, m) of b shares of the rows, and times (2 b,) [s] within these shares."""
+    # Times are (n,) [s], values (n, m); numbers that are not finite are left out. b is n / 2 at most.
     edges = np.linspace(0, len(time), buckets + 1).astype(int)
     times, narrow = np.empty(2 * buckets), np.empty((2 * buckets, values.shape[1]))
     columns = np.arange(values.shape[1])
@@ -120,8 +114,6 @@ def envelope(time: np.ndarray, values: np.ndarray, buckets: int) -> tuple[np.nda
         times[2 * k], times[2 * k + 1] = time[begin], time[(begin + end) // 2]
     return times, narrow
 
-
-# Joints with clearance on a page: path of the journal in its bearing, contact intervals
 
 ROUND = 1e-6  # relative spread of |e| + gap, below which the journal moves in a circle
 MOST_POINTS = 4000  # number of points of a path
@@ -276,8 +268,6 @@ def _check_section(report: Report | str) -> Markup:
     return section("Examination", facts(rows), table("Findings", heads, found) if found else None, anchor="check")
 
 
-# Tables of a run: peaks, balance of energies, statistics, settings and versions
-
 CAPTION = "Energies [J] at the first and the last saved instant, and their largest absolute values"
 
 
@@ -350,9 +340,8 @@ def _head(sol: Solution) -> Markup:
     return joined([numbers, tag("p", sol.status, class_=f"told {kind}", role="status")])
 
 
-# Page of a run: the moving mechanism, plots, joints with clearance, tables
-
 SCRIPTS = ("plots.js", "mesh.js", "scene.js", "drawing.js", "player.js", "journals.js", "run.js")
+# Texts of the links to the sections, as far as they are there.
 LINKS = {
     "peaks": "Largest values",
     "clearances": "Clearances",
@@ -362,7 +351,6 @@ LINKS = {
     "check": "Examination",
     "settings": "Settings",
 }
-"""Texts of the links to the sections, as far as they are there."""
 
 
 def write_run(

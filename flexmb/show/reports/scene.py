@@ -17,15 +17,12 @@ from flexmb.results.solution import Solution
 from flexmb.results.stress import of_beams
 from flexmb.show.reports.document import COARSE, FINE, MIDDLE, Markup, asset, joined, quantised, tag
 
+
 # Stresses of flexible parts, and meshes with few points
-
-
 def stresses(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> np.ndarray | None:
-    """Largest stress (n, m) of each beam element, >= 0 [Pa], at its ends as of `Solution.stress`.
-
-    None where the mechanism is unknown, or a section does not know its outer fibre.  Elements stand in the order of the
-    shapes, instants by the numbers (n,) of saved ones.
-    """
+    """Largest stress (n, m) of each beam element, >= 0 [Pa], at its ends as of `Solution.stress`."""
+    # None where the mechanism is unknown, or a section does not know its outer fibre. Elements stand in the order of
+    # the shapes, instants by the numbers (n,) of saved ones.
     parts = dict.fromkeys(shape.part for shape in sol.shapes if isinstance(shape, BeamShape))
     known = dict(zip(mechanism.names, mechanism.parts, strict=True)) if mechanism is not None else {}
     columns = []
@@ -63,11 +60,9 @@ def _mesh(body: FlexibleMotion, surface: Surface, frame: int, most: int) -> dict
 
 
 def coarse(surface: Surface, most: int) -> tuple[np.ndarray, np.ndarray, list[np.ndarray]]:
-    """Numbers of representative points of a mesh, and the triangles and loops between these.
-
-    Squares of one size lie over the mesh; one point of each stands for the others, one of the outline where there is
-    one.  Triangles whose corners fall together are left out.
-    """
+    """Numbers of representative points of a mesh, and the triangles and loops between these."""
+    # Squares of one size lie over the mesh; one point of each stands for the others, one of the outline where there is
+    # one. Triangles whose corners fall together are left out.
     points, triangles = np.array(surface.shape.points), surface.triangles
     loops = [np.array(loop)[:: -(-len(loop) // LOOP_POINTS)] for loop in surface.shape.loops]
     if len(points) > most:
@@ -229,12 +224,9 @@ def _joint_forces(sol: Solution, instants: np.ndarray) -> dict[str, Any]:
     return {"forced": names, "forces": quantised(np.nan_to_num(np.stack(columns, axis=1)), MIDDLE)}
 
 
-# Moving picture of a mechanism with its controls, as HTML
-
 MAGNIFICATIONS = ("1", "3", "10", "30", "100", "300", "1000", "3000", "10000")  # of displacements of flexible parts
-
+# Names of the fields by which bodies are coloured.
 COLOURED = {"moment": "bending moment", "axial": "axial force", "stress": "stress"}
-"""Names of the fields by which bodies are coloured."""
 
 
 def player(sol: Solution, heading: str, *, fields: Sequence[str]) -> Markup:

@@ -19,10 +19,8 @@ if TYPE_CHECKING:
 
 SCRIPTS = ("diagram.js", "sweep.js")
 MOST_SIGNALS = 24  # number of signals on a page where none are chosen
-
+# Colour of motions without a verdict.
 GREY = "#8c8c8c"
-"""Colour of motions without a verdict."""
-
 KEYS = "Click a point to open the report of its run, where there is one; arrows choose a value, Enter opens its report."
 ZOOM = "Drag pans, + and - zoom, 0 or a double click fits."
 
