@@ -113,6 +113,7 @@ engine.newmark.jacobian_reuse.NEGLIGIBLE_CORRECTION | 1 | what is wanted | last 
 engine.newmark.jacobian_reuse.NEGLIGIBLE_WITH_FRICTION | 1 | what is wanted | the same where a contact is closed
 engine.newmark.jacobian_reuse.first_correction_suffices#0.001 | 1 | what is wanted | a first correction below it has not grown
 engine.newmark.jacobian_reuse.measure_contraction#0.05 | 1 | what is wanted | below it, theta cannot be told from round-off
+run.run.LARGEST_ROUND_OFF | 1 | size of the mechanism | round-off of coordinates that have no digits left
 run.run.NEWTON_TOLERANCE | 1 | way h^2 a | what is wanted of corrections
 run.run.NEWTON_ITERATIONS | iterations | nothing | most iterations of Newton's method | 0.1 0.5 10
 run.run.step_limits#0.001 | 1 | size of the mechanism | error of positions over rtol, without clearance

@@ -18,7 +18,7 @@ from flexmb.dynamics.jobs.executors import is_ended, is_in_job
 from flexmb.dynamics.jobs.progress import ProgressBar
 from flexmb.engine.compiled.notice import notice
 from flexmb.engine.compiled.records import fitting
-from flexmb.engine.energy import check_balance_at_end, idle_energy, start_balance
+from flexmb.engine.energy import COORDINATE_ROUND_OFF, check_balance_at_end, idle_energy, start_balance
 from flexmb.engine.linalg import lu
 from flexmb.engine.linalg.rank import row_rank
 from flexmb.engine.state.flow import new_flow
@@ -186,6 +186,8 @@ NEWTON_TOLERANCE = 1e-6
 
 NEWTON_ITERATIONS = 30  # number of Newton iterations of a step at most
 NOT_SAVING = -1.0  # value of `Clock.save_start` before saving has begun [s]
+# Round-off of coordinates over the size of the mechanism from which they have no digits left.
+LARGEST_ROUND_OFF = 1e-3
 STOPPED_AFTER = "Stopped after"
 # Observer of the runs of this context after each block of steps; its `KeyboardInterrupt(text)` ends the run.
 AFTER_BLOCK: ContextVar[Callable[[Run], None] | None] = ContextVar("function after each block of a run", default=None)
@@ -333,6 +335,10 @@ class Run:
             self._advance_to(end, interval, bar)
         if self.code == DONE and not self.note and ends:
             flow.balance.idle = idle_energy(self.program, begun, 0.5 * flow.v[:n] * flow.momentum[:n])
+            if COORDINATE_ROUND_OFF * np.abs(flow.q[:n]).max(initial=0.0) > LARGEST_ROUND_OFF * max(
+                self.program.length, 1.0
+            ):
+                flow.balance.round_off = 0.0  # a state without digits excuses no residual
             self.code = check_balance_at_end(flow.ledger, flow.balance) or DONE
 
     def _advance_to(self, target: float, interval: float, bar: ProgressBar, *, ahead: bool = False) -> bool:

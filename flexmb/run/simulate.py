@@ -156,7 +156,8 @@ def simulate(
         run.after_block, run.interruption = kept_file.after_block, Interruption([KEYBOARD, TERMINATION])
     begun = 0.0 if restart is None else float(restart["clock"][0])
     grid = save_grid(label, save, period, begin, end, begun)
-    run.saved.require_room(label, (end - max(begin, begun)) / grid.interval if grid.interval else 0.0)
+    rows = len(grid.times) or ((end - max(begin, begun)) / grid.interval if grid.interval else 0.0)
+    run.saved.require_room(label, rows)
     started = clock()
     try:
         _run_through(run, stopping, begin, end, grid, fresh=restart is None)
