@@ -172,6 +172,27 @@ def test_parallel_cranks_that_repeat_one_another():
     assert np.abs(sol.array("rod.x") - newmark.array("rod.x")).max() < 1e-6
 
 
+@pytest.mark.parametrize("rtol", [1e-4, 1e-8])
+def test_joints_that_repeat_one_another_share_the_force_between_steps(rtol):
+    """Rows of a grid lie within steps; without a choice of least norm the share of each joint was anything."""
+    crank = fm.RigidLink("crank", (0.0, 0.0), (0.3, 0.0), 1.0, 0.01)
+    rod = fm.RigidLink("rod", (0.3, 0.0), (0.6, 0.0), 1.0, 0.01)
+    once = [fm.Revolute("O", fm.GROUND, crank, (0.0, 0.0)), fm.Revolute("A", crank, rod, (0.3, 0.0))]
+    twice = [*once, fm.Revolute("O2", fm.GROUND, crank, (0.0, 0.0))]
+    runs = [
+        fm.simulate(
+            fm.Mechanism("pendulum", (crank, rod, *joints), gravity=(0.0, -G)),
+            t_end=0.5, save=37, step=fm.Adaptive(rtol=rtol), method=RADAU, redundant="least-norm",
+        )
+        for joints in (once, twice)
+    ]  # fmt: skip
+    alone, shared = (run.array("O.fx") for run in runs)
+    assert all(run.ok for run in runs)
+    np.testing.assert_allclose(shared, runs[1].array("O2.fx"), rtol=0.0, atol=1e-5 * np.abs(alone).max())
+    np.testing.assert_allclose(2.0 * shared, alone, rtol=0.0, atol=20.0 * rtol * np.abs(alone).max())
+    assert abs(runs[1].peak("O.fx").value) <= 0.501 * abs(runs[0].peak("O.fx").value)
+
+
 def test_a_step_that_is_far_too_long_says_so():
     sol = fm.simulate(fm.mechanisms.slider_crank(), t_end=0.1, method=RADAU, step=0.05)
     assert not sol.ok

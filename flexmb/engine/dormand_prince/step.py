@@ -11,7 +11,7 @@ from flexmb.engine.dormand_prince.complement import accelerate_by_complement, fa
 from flexmb.engine.dormand_prince.tableau import ALL_STAGES, END, FIFTH, START, STEP_STAGES, THIRD
 from flexmb.engine.energy import GRAVITY, KINETIC, STRAIN, update_residual
 from flexmb.engine.newmark.error_control import find_speeds, state_scale
-from flexmb.engine.newmark.jacobian_reuse import initial_hold, record_held_rows
+from flexmb.engine.newmark.jacobian_reuse import initial_hold, take_least_norm
 from flexmb.engine.radau.step import CLOSED_SHIFT, LARGE_SHIFT, add_powers, close_joints, has_work
 from flexmb.engine.state.record import NOT_FINITE, RUNNING
 from flexmb.engine.step.runge_kutta import accelerate, project_state
@@ -253,12 +253,8 @@ def find_between(tables, address, lu, s, options, flow, trial, work, record, D):
     code = project(tables, address, lu, t, s * h, options, flow, trial, work, record, D)
     if code == RUNNING:
         code = find_accelerations(tables, address, lu, t, s, h, options, flow, trial, work, record, D)
-    held = 0
     if record.count.held_code % 2 == 1:
-        for place in range(trial.pivot_scale.shape[0]):
-            held += 1 if trial.pivot_scale[place] < 0.0 else 0
-    if 0 < held == trial.free_multipliers.shape[0]:  # redundant joints: their forces of least norm
-        record_held_rows(n, tables.sizes.n_c, lu, True, trial, work, record)
+        take_least_norm(tables, lu, trial, work, record)
     return code
 
 

@@ -77,6 +77,16 @@ def update_held_multipliers(tables, lu, t, flow, trial, work, record):
 
 
 @compiled
+def take_least_norm(tables, lu, trial, work, record):
+    """Choose multipliers of least norm for a state within a step, after its factorisation."""
+    held = 0
+    for place in range(trial.pivot_scale.shape[0]):
+        held += 1 if trial.pivot_scale[place] < 0.0 else 0
+    if 0 < held == trial.free_multipliers.shape[0]:  # joints that are redundant in every pose
+        record_held_rows(tables.sizes.n_q, tables.sizes.n_c, lu, True, trial, work, record)
+
+
+@compiled
 def record_held_rows(n, m, lu, least_norm, trial, work, record):
     """Record the constraint equations whose multipliers are not unique; `least_norm`: choose them of least norm."""
     number = 0

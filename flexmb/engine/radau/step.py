@@ -25,7 +25,7 @@ from flexmb.engine.linalg.complex_lu import factor_complex, solve_complex
 from flexmb.engine.linalg.lu import LOST_PIVOT, factor, solve, solve_two
 from flexmb.engine.newmark.error_control import LEAST_STATE, find_speeds, in_free_flight, state_scale
 from flexmb.engine.newmark.implicit_step import ANGLE_ALLOWANCE, ROUND_OFF, STATE_ROUND_OFF
-from flexmb.engine.newmark.jacobian_reuse import initial_hold
+from flexmb.engine.newmark.jacobian_reuse import initial_hold, take_least_norm
 from flexmb.engine.radau.collocation import (
     AT_END,
     AT_START,
@@ -453,6 +453,7 @@ def find_between(tables, address, lu, t, s, h, q1, v1, a1, lam1, options, flow, 
         apart, largest = max(apart, size * abs(trial.a[i] - a)), max(largest, size * max(abs(old.a[i]), abs(a1[i])))
         R.of_q[i], R.of_v[i] = a, trial.a[i]
     if code == RUNNING and apart <= ACCELERATION_MISMATCH * largest:
+        take_least_norm(tables, lu, trial, work, record)
         return
     changed = 0.0
     for end in range(2):
@@ -466,6 +467,7 @@ def find_between(tables, address, lu, t, s, h, q1, v1, a1, lam1, options, flow, 
     copy(R.lam, trial.lam)
     if code == RUNNING and changed <= INSENSITIVE * apart:
         accelerate(tables, address, lu, t + s * h, s, h, R.zero, options, flow, trial, work, record, R)
+        take_least_norm(tables, lu, trial, work, record)
     else:
         copy(R.of_q, trial.a)
 
