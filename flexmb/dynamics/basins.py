@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import KW_ONLY, dataclass
+from numbers import Integral
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -281,7 +282,7 @@ def basin(
     if executor is None:
         found: list[list[Track]] = [tracks_of(moved.copy(), starts, rules).values["tracks"]]
     else:
-        at_once = executor if isinstance(executor, int) else workers
+        at_once = int(executor) if isinstance(executor, Integral) else workers
         chunks = np.array_split(starts, min(CHUNKS * at_once, len(starts)))
         found = [[] for _ in chunks]
 

@@ -300,6 +300,27 @@ def test_a_run_that_fails_ends_the_study_with_its_status():
     assert np.isnan(life["B.volume"].values).all()
 
 
+def test_what_is_refused_in_the_middle_of_a_study_is_a_status(monkeypatch):
+    """A depth or a contact that is no longer admissible after some turns; at the first one it is an error."""
+    rate, calls = study.Turns.rate, []
+
+    def limited(turns, depths):
+        calls.append(depths)
+        if len(calls) in limit:
+            raise fm.errors.InputError("B: the contact lies outside of the known places.")
+        return rate(turns, depths)
+
+    monkeypatch.setattr(study.Turns, "rate", limited)
+    limit = range(4, 99)
+    life = fm.wear_out(DRY.with_part(WORN), turns=2000.0, keep=4)
+    assert life["ok"].values[0]
+    assert not life["ok"].values[-1]
+    assert "outside of the known places" in " ".join(life["status"].values.tolist())
+    limit = range(len(calls) + 1, 99)
+    with pytest.raises(fm.errors.InputError, match="outside of the known places"):
+        fm.wear_out(DRY.with_part(WORN), turns=2000.0, keep=4)
+
+
 def test_the_journal_wears_as_well():
     joint = DRY["B"].worn_by(fm.Archard(journal=1e-13, width=B))
     life = fm.wear_out(DRY.with_part(joint), turns=500.0, keep=1)

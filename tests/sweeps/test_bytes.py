@@ -67,7 +67,8 @@ def test_a_function_over_a_grid_does_too(pool, tmp_path):
 
 def test_a_mechanism_does_too(tmp_path):
     settings = {"skip": 2, "keep": 3, "direction": "up", "chunks": 2, "period": 2.0 * np.pi}
-    for name, pool in (("alone", None), ("threads", 2), ("more threads", 5), ("pool", ProcessPoolExecutor(2))):
+    pools = {"alone": None, "threads": 2, "more threads": np.int64(5), "pool": ProcessPoolExecutor(2)}
+    for name, pool in pools.items():
         fm.bifurcation(
             bistable(), "well.amplitude", [0.1, 0.2, 0.3, 0.4], store=tmp_path / name, executor=pool, **settings
         )

@@ -10,6 +10,7 @@ from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExec
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
+from numbers import Integral
 from typing import Any, NamedTuple, Self
 
 from flexmb import checks
@@ -129,8 +130,8 @@ def drive(chains: Iterable[Chain], executor: Executor | int | None, owner: str, 
     # Chains are taken as there is room for them, with at most `pending` jobs with the executor at the same time; a
     # number is one of threads; without an executor they run in this process, one after the other. A `WorkerError` tells
     # workers that died or cannot be reached.
-    if isinstance(executor, int):
-        with threads(executor) as pool:
+    if isinstance(executor, Integral):
+        with threads(int(executor)) as pool:
             drive(chains, pool, owner, pending)
         return
     if executor is None:
@@ -164,7 +165,7 @@ def require_executor(owner: str, executor: Any) -> None:
     """Refuse an object of another kind than a number of threads or an executor of concurrent.futures."""
     if executor is None or isinstance(executor, Executor):
         return
-    if isinstance(executor, int) and not isinstance(executor, bool):
+    if isinstance(executor, Integral) and not isinstance(executor, bool):
         checks.count(owner, "executor (a number of threads)", executor)
         return
     text = f"{owner}: executor is {type(executor).__name__}; it must be None, a number of threads or an executor of "
@@ -175,7 +176,7 @@ def require_executor(owner: str, executor: Any) -> None:
 def require_picklable(owner: str, executor: Executor | int | None, what: Any, name: str) -> None:
     """Refuse objects that cannot be sent to the processes of the executor, before anything starts."""
     # Threads need nothing; Dask sends functions by value.
-    if executor is None or isinstance(executor, (int, ThreadPoolExecutor)):
+    if executor is None or isinstance(executor, Integral | ThreadPoolExecutor):
         return
     if type(executor).__module__.partition(".")[0] == "distributed":
         return

@@ -336,7 +336,9 @@ def _study(label: str, life: Life, record: Record, marks: np.ndarray, *, progres
                     rate = life.turns.rate(life.depths) if k > 0 else life.rate(life.depths)
                 if k > 0:
                     rate = life.advance(marks[k] - marks[k - 1], rate)
-            except StoppedError as stopped:
+            except (StoppedError, InputError) as stopped:
+                if isinstance(stopped, InputError) and k == first:
+                    raise
                 record.keep((k,), {"ok": False, STATUS: str(stopped)})
                 return
             record.keep((k,), {**life.results(rate), "ok": True, STATUS: "done"})

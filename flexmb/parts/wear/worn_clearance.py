@@ -43,7 +43,8 @@ class WornClearance(WornJoint, RevoluteClearance):
 
     Examples
     --------
-    >>> new = slider_crank(clearance=5e-5)["B"].worn_by(fm.Archard(bearing=1e-13, width=0.02))
+    >>> import flexmb as fm
+    >>> new = fm.mechanisms.slider_crank(clearance=5e-5)["B"].worn_by(fm.Archard(bearing=1e-13, width=0.02))
     >>> worn = new.with_depths(new.depths + 1e-5)
     >>> f"{1e9 * worn.volume:.1f} mm^3, {1e6 * worn.half_play:.0f} um"
     '12.6 mm^3, 60 um'

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
+from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.fields import field, instance, not_negative, record, several
 from flexmb.model.part import Joint, Part
@@ -150,7 +151,9 @@ class WornJoint(Part):
 
     def with_depths(self, depths: Sequence[float] | np.ndarray) -> Self:
         """The joint with other depths by place, in the order of `depths` [m]."""
-        return replace(self, profile=tuple(np.asarray(depths, dtype=float).tolist()))
+        listed = checks.sequence(self.label, "depths", depths, "depths")
+        profile = (checks.not_negative(self.label, f"depths[{k}]", depth, "m") for k, depth in enumerate(listed))
+        return replace(self, profile=tuple(profile))
 
     def worn_in(self, sol: Any) -> Worn:
         """Wear in a run `sol` that saved all steps, `save="steps"`; its profile is that of this joint.
