@@ -206,7 +206,7 @@ def test_action_is_reaction_moments_included(name, seed):
     q, v = np.array(program.reference.q), rng.standard_normal(program.n_q)
     if program.n_c == 0:
         direction = THERE.angle + rng.uniform(0.25, 0.45) * math.pi + math.pi * (seed % 2)
-        q[3:5] += 5.0 * PLAY * np.array([math.cos(direction), math.sin(direction)])
+        q[3:5] += 8.0 * PLAY * np.array([math.cos(direction), math.sin(direction)])
         q[5] += 0.02 * rng.standard_normal()
     lam = 50.0 * rng.standard_normal(program.n_c)
     sizes = []

@@ -130,15 +130,15 @@ def drive(chains: Iterable[Chain], executor: Executor | int | None, owner: str, 
     # Chains are taken as there is room for them, with at most `pending` jobs with the executor at the same time; a
     # number is one of threads; without an executor they run in this process, one after the other. A `WorkerError` tells
     # workers that died or cannot be reached.
-    if isinstance(executor, Integral):
-        with threads(int(executor)) as pool:
-            drive(chains, pool, owner, pending)
-        return
     if executor is None:
         for chain in chains:
             job = next(chain, None)
             while job is not None:
                 job = _after(chain, attempted(job.function, *job.arguments))
+        return
+    if not isinstance(executor, Executor):
+        with threads(int(executor)) as pool:
+            drive(chains, pool, owner, pending)
         return
     ahead, running = iter(chains), dict[Future[Outcome], Chain]()
     try:
