@@ -141,7 +141,9 @@ class DormandPrinceStepper(Stepper):
 
     def save(self, run: Run, options: Options) -> None:
         """Save the remaining instants within the last step."""
-        save_between(*run.arguments(options), self.stages)
+        code = int(save_between(*run.arguments(options), self.stages))
+        if code not in (RUNNING, BUFFER_FULL):
+            run.code = code
 
     def saved(self) -> dict[str, np.ndarray]:
         """Mark of accelerations of this method."""
@@ -230,20 +232,19 @@ def accept_stages(tables, address, lu, h, options, flow, trial, work, record, D)
     write_outputs(tables, address, t, flow.q, flow.v, flow.a, work, flow.ledger, peak, True, signals)
     update_peaks(flow.clock.t, record.signals, record)
     watch_step(tables.sizes.energy + STRAIN, flow, record)
-    full = save_between(tables, address, lu, options, flow, trial, work, record, D) != RUNNING
+    saved = save_between(tables, address, lu, options, flow, trial, work, record, D)
     if condition_met(record):
         return CONDITION_MET
-    if full:
-        return BUFFER_FULL
+    if saved != RUNNING:
+        return saved
     return check_balance(flow.ledger, flow.balance) if flow.balance.steps >= STEPS_BEFORE_CHECK else RUNNING
 
 
 @compiled
 def save_between(tables, address, lu, options, flow, trial, work, record, D):
-    """Save the end of the last step, or the instants of the save grid within it; BUFFER_FULL when the buffer is full.
-
-    The buffer must then be emptied, and `save_between` called again before the next step.
-    """
+    """Save the end of the last step, or the instants of the save grid within it; a code."""
+    # BUFFER_FULL: the buffer must be emptied, and `save_between` called again before the next step. Other codes but
+    # RUNNING: the state at an instant cannot be computed.
     if options.save_interval == 0.0:
         save_step(flow, record)
         return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
@@ -251,9 +252,13 @@ def save_between(tables, address, lu, options, flow, trial, work, record, D):
         due, row = next_due(options, flow, record), record.count.rows
         s = (due - D.span.start) / D.span.size
         if s < END_OF_STEP:
+            code = RUNNING
             if D.span.dense == 0:
-                find_dense_output(tables, address, lu, options, flow, trial, work, record, D)
-            signals_at(tables, address, lu, s, options, flow, trial, work, record, D, D.signals)
+                code = find_dense_output(tables, address, lu, options, flow, trial, work, record, D)
+            if code == RUNNING:
+                code = signals_at(tables, address, lu, s, options, flow, trial, work, record, D, D.signals)
+            if code != RUNNING:
+                return code
             update_peaks(due, D.signals, record)
             store_signals(D.signals, record, row)
         else:
@@ -264,11 +269,14 @@ def save_between(tables, address, lu, options, flow, trial, work, record, D):
 
 @compiled
 def signals_at(tables, address, lu, s, options, flow, trial, work, record, D, target):
-    """All signals at fraction s of the last step."""
+    """Set `target` to all signals at fraction s of the last step; RUNNING, or a code."""
     h, ledger = D.span.size, D.between.ledger
     t, q, v, a, lam = D.span.start + s * h, trial.q, trial.v, trial.a, trial.lam
-    find_between(tables, address, lu, s, options, flow, trial, work, record, D)
+    code = find_between(tables, address, lu, s, options, flow, trial, work, record, D)
+    if code != RUNNING:
+        return code
     evaluate_accepted(tables, address, t, s * h, q, v, a, lam, flow.z, D.zero, D.zero, work)
     report_forces(tables, lam, work)
     complete_ledger(flow, work, ledger)
     write_outputs(tables, address, t, q, v, a, work, ledger, record.peak, True, target)
+    return RUNNING
