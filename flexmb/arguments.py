@@ -12,9 +12,8 @@ from flexmb.deprecation import warn_of_former
 from flexmb.docstrings import parameters
 from flexmb.errors import ArgumentError, InputError
 
+# Names that other packages give to arguments of `Adaptive`.
 OF_STEPS = {"rtol": "rtol", "atol": "atol", "max_step": "max", "min_step": "min"}
-"""Names that other packages give to arguments of `Adaptive`."""
-
 P = ParamSpec("P")
 T = TypeVar("T")
 
@@ -52,9 +51,8 @@ def _refuse_assignment(owner: Any, name: str, value: Any) -> None:
     label = getattr(owner, "label", None)
     path = name if label is None or "parts" in vars(owner) else f"{owner.name}.{name}"
     way = f"dataclasses.replace(..., {name}={value!r})" if label is None else f"mech.with_({{{path!r}: {value!r}}})"
-    raise FrozenInstanceError(
-        f"{label or type(owner).__name__}: {name} cannot be assigned, since nothing changes. Make another: {way}."
-    )
+    text = f"{label or type(owner).__name__}: {name} cannot be assigned, since nothing changes."
+    raise FrozenInstanceError(f"{text} Make another: {way}.")
 
 
 class _Former(cached_property[Any]):
@@ -71,12 +69,10 @@ class _Former(cached_property[Any]):
 
 
 class Checked(metaclass=CheckedType):
-    """Base of classes whose objects tell all errors of their arguments at once, when they are constructed.
+    """Base of classes whose objects tell all errors of their arguments at once, when they are constructed."""
 
-    `formerly` declares former names of fields and the version in which they go, (("mu", "coefficient", "0.3"),): as
-    arguments, as attributes and in `Mechanism.with_` they are taken with a `DeprecationWarning` until then.
-    """
-
+    # `formerly` declares former names of fields and the version in which they go, (("mu", "coefficient", "0.3"),): as
+    # arguments, as attributes and in `Mechanism.with_` they are taken with a `DeprecationWarning` until then.
     formerly: ClassVar[tuple[tuple[str, str, str], ...]] = ()
 
     def __init_subclass__(cls, **keywords: Any) -> None:
@@ -128,10 +124,8 @@ def require_arguments(label: str, function: Callable[..., Any], given: Iterable[
 
 
 def refuse_call(label: str, function: Callable[..., Any], given: tuple[Any, ...], keywords: Mapping[str, Any]) -> None:
-    """Refuse a call whose arguments do not fit: too many without names, unknown names, missing ones, in this order.
-
-    The docstring of the function or class tells the meaning of missing arguments.
-    """
+    """Refuse a call whose arguments do not fit: too many without names, unknown names, missing ones, in this order."""
+    # The docstring of the function or class tells the meaning of missing arguments.
     found = signature(function).parameters.values()
     placed = [one.name for one in found if one.kind is Parameter.POSITIONAL_OR_KEYWORD]
     known = placed + [one.name for one in found if one.kind is Parameter.KEYWORD_ONLY]

@@ -14,8 +14,8 @@ from typing import Any
 
 from flexmb.errors import USER_ERRORS, FlexmbError, InputError, MissingPackageError
 
+# Errors of the object that is under construction; None: an error is raised at once.
 _COLLECTED: ContextVar[list[str] | None] = ContextVar("collected", default=None)
-"""Errors of the object that is under construction; None: an error is raised at once."""
 
 
 def collecting(check: Callable[[Any], None]) -> Callable[[Any], None]:
@@ -201,10 +201,8 @@ def one_of(owner: str, name: str, value: object, allowed: Iterable[str]) -> str:
 
 
 def did_you_mean(word: object, names: Iterable[str], common: str = "", what: str = "Known") -> str:
-    """Hint on an unknown name: the nearest name, then all names.
-
-    common : beginning of all names, which is not compared; what : noun before the list of them.
-    """
+    """Hint on an unknown name: the nearest name, then all names."""
+    # common : beginning of all names, which is not compared; what : noun before the list of them.
     known = list(names)
     ends, likeness = [name.removeprefix(common) for name in known], 0.5 if common else 0.6
     near = get_close_matches(str(word).removeprefix(common), ends, n=1, cutoff=likeness)

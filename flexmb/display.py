@@ -109,10 +109,8 @@ def _entry(name: str, value: Any, *, nested: bool) -> str:
 
 
 def cut(text: str, lines: int = 1, indent: str = "  ") -> str:
-    """A text wrapped to lines of 110 characters, the last of which ends with "..." where there is more.
-
-    `indent` are the first characters of all lines but the first one.
-    """
+    """A text wrapped to lines of 110 characters, the last of which ends with "..." where there is more."""
+    # `indent` are the first characters of all lines but the first one.
     whole = textwrap.wrap(
         text, WIDTH, subsequent_indent=indent, max_lines=lines, placeholder=" ...", break_on_hyphens=False
     )
@@ -153,12 +151,11 @@ def in_notebook() -> bool:
     return marimo is not None and bool(marimo.running_in_notebook())
 
 
+# Styles; lines and texts have the colour of the page, so they suit light and dark ones.
 CELL = "text-align: left; padding: 0.1em 0.8em 0.1em 0"
 SHORT = f"{CELL}; white-space: nowrap"
 TABLE = "border-collapse: collapse; color: inherit"
 FAINT = "opacity: 0.7"
-"""Styles; lines and texts have the colour of the page, so they suit light and dark ones."""
-
 SHORT_TEXT = 24  # length of a text that is not wrapped
 MOST_ROWS = 60  # largest number of rows of a table
 

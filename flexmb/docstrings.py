@@ -8,7 +8,13 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 TITLE = re.compile(r"(?:^|\n)(\w[\w ]*)\n-{3,}\n")  # title of a section with the line under it
-ORDER = ("Parameters", "Raises", "Notes", "Examples")  # titles in the order in which a joined docstring has them
+ORDER = (
+    "Parameters",
+    "Attributes",
+    "Raises",
+    "Notes",
+    "Examples",
+)  # titles in the order in which a joined docstring has them
 
 
 def sections(doc: str) -> dict[str, str]:

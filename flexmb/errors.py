@@ -5,9 +5,8 @@ __all__ = [
     "MissingPackageError", "ModelError", "RestitutionWarning", "SolveError", "WorkerError",
 ]  # fmt: skip
 
-
+# Exceptions of a user's function, which may raise any; `KeyboardInterrupt` and `SystemExit` are not among them.
 USER_ERRORS = (Exception,)
-"""Exceptions of a user's function, which may raise any; `KeyboardInterrupt` and `SystemExit` are not among them."""
 
 
 class FlexmbError(Exception):

@@ -31,16 +31,11 @@ Kind = TypeVar("Kind", bound=type)
 
 
 class Rule(NamedTuple):
-    """Rule of the values of a field.
+    """Rule of the values of a field."""
 
-    Parameters
-    ----------
-    check : function (owner, name, value, unit, hint) that refuses a wrong value, and returns what the field keeps.
-    shown : the rule in documentation, "> 0".
-    """
-
+    # function (owner, name, value, unit, hint) that refuses a wrong value, and returns what the field keeps
     check: Callable[[str, str, Any, str, str], Any]
-    shown: str = ""
+    shown: str = ""  # the rule in documentation, "> 0"
 
 
 number = Rule(lambda owner, name, value, unit, _: checks.number(owner, name, value, unit))
@@ -194,13 +189,22 @@ def unit_of(thing: Any, name: str) -> str:
 @dataclass_transform(frozen_default=True, field_specifiers=(field, dataclasses.field))
 def record(cls: Kind) -> Kind:
     """Decorator: the class `cls` as a frozen dataclass whose docstring has an entry for each of its fields."""
-    made: Any = dataclasses.dataclass(frozen=True)(cls)
-    texts = sections(inspect.cleandoc(made.__doc__ or ""))
-    taken = [field.name for field in dataclasses.fields(made) if field.init]
-    said = [field for field in fields_of(made) if field.name in taken and field.meaning]
-    texts["Parameters"] = "\n".join(f"{field.name} : {field.text}" for field in said)
-    made.__doc__ = joined(texts)
-    return made  # type: ignore[no-any-return]
+    return record_with()(cls)
+
+
+@dataclass_transform(frozen_default=True, field_specifiers=(field, dataclasses.field))
+def record_with(**options: bool) -> Callable[[Kind], Kind]:
+    """Decorator: `record` with options of `dataclasses.dataclass`, such as eq=False where fields are arrays."""
+
+    def documented(cls: Any) -> Any:
+        made: Any = dataclasses.dataclass(frozen=True, **options)(cls)
+        texts, declared = sections(inspect.cleandoc(made.__doc__ or "")), dataclasses.fields(made)
+        said = [own for own, field in zip(fields_of(cls), declared, strict=True) if field.init and own.meaning]
+        texts["Parameters"] = "\n".join(f"{field.name} : {field.text}" for field in said)
+        made.__doc__ = joined(texts)
+        return made
+
+    return documented
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field, dataclasses.field))
@@ -216,10 +220,9 @@ def variant(cls: Kind) -> Kind:
 
 
 class Input(Checked):
-    """Base of all inputs: parts, laws, sections, materials, steps, data; fields are checked at the construction.
+    """Base of all inputs: parts, laws, sections, materials, steps, data; fields are checked at the construction."""
 
-    A subclass that relates several fields to one another does so in its `__post_init__`, after that of the base.
-    """
+    # A subclass that relates several fields to one another does so in its `__post_init__`, after that of the base.
 
     @collecting
     def __post_init__(self) -> None:

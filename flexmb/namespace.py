@@ -20,13 +20,11 @@ _IMPORT = re.compile(r"^from (\S+) import (\w+) as \2$", re.MULTILINE)  # a line
 def lazy_names(
     module: str, file: str, former: Mapping[str, tuple[str, str]] | None = None
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
-    """`__getattr__`, `__dir__` and `__all__` of a module whose public names stand in the stub beside it.
-
-    They are a function that imports a name when it is first used, one that lists the names, and their list; `module`
-    and `file` are the module's `__name__` and `__file__`.  Each line of the stub is `from package.module import name as
-    name`; `name` may be a module itself.  `former` has former names, with the present one and
-    the version in which the former goes.
-    """
+    """`__getattr__`, `__dir__` and `__all__` of a module whose public names stand in the stub beside it."""
+    # They are a function that imports a name when it is first used, one that lists the names, and their list; `module`
+    # and `file` are the module's `__name__` and `__file__`. Each line of the stub is `from package.module import name
+    # as name`; `name` may be a module itself. `former` has former names, with the present one and the version in which
+    # the former goes.
     stub = Path(file).with_suffix(".pyi").read_text(encoding="utf-8")
     homes = {name: home for home, name in _IMPORT.findall(stub)}
     names = sorted(homes)
@@ -81,8 +79,7 @@ def state(file: str) -> tuple[int, ...]:
     return found.st_mtime_ns, found.st_size, found.st_ino
 
 
+# State of each source file when the package was imported.
 IMPORTED = states()
-"""State of each source file when the package was imported."""
-
+# Why compiled code is neither read nor kept.
 CHANGED = "files of flexmb have changed since it was imported; start Python anew"
-"""Why compiled code is neither read nor kept."""

@@ -6,6 +6,7 @@ there, columns of tables in `flexmb.program.program`, those of results in `flexm
 
 from collections.abc import Mapping
 
+# Places in the output of a gap kernel: gap, gap rate, slip, normal, arms to the contact point, eccentricity.
 (
     GAP,
     GAP_RATE,
@@ -21,19 +22,15 @@ from collections.abc import Mapping
     ECCENTRICITY_RATE_X,
     ECCENTRICITY_RATE_Y,
 ) = range(13)
-"""Places in the output of a gap kernel: gap, gap rate, slip, normal, arms to the contact point, eccentricity."""
 
+# Places of the first of six derivatives of each component, by the six coordinates.
 NORMAL_X_Q, NORMAL_Y_Q, ARM1_X_Q, ARM1_Y_Q, ARM2_X_Q, ARM2_Y_Q = range(13, 49, 6)
-"""Behind it the first of six derivatives of each component, by the six coordinates."""
-
 NORMAL_FORCE, FRICTION_FORCE = range(49, 51)  # what a contact's row holds behind that
 NORMAL, TANGENTIAL = range(2)  # rows of the Jacobian of a contact: of the gap rate J_n v, and of the slip J_t v
-
+# Places in the output of a joint-friction kernel: normal load [N], first of its three derivatives by multipliers.
 LOAD, LOAD_BY_LAM = range(2)
-"""Places in the output of a joint-friction kernel: normal load [N], first of its three derivatives by multipliers."""
-
+# Places of the first of the six entries of J, with the slip J v, and of the six derivatives of the load.
 SLIDING, LOAD_BY_Q = range(4, 16, 6)
-"""Behind it the first of the six entries of J, with the slip J v, and of six derivatives of the load."""
 
 
 def packed(numbers: Mapping[int, float]) -> tuple[float, ...]:

@@ -4,8 +4,8 @@ import platform
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 
+# Versions of numba, from and below, whose inner pipeline is known here: others compile some five times as long.
 FAST_NUMBA = ((0, 68), (0, 69))
-"""Versions of numba, from and below, whose inner pipeline is known here: others compile some five times as long."""
 
 
 @cache

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +19,7 @@ from flexmb.engine.state.record import DONE
 from flexmb.engine.step.method import Method
 from flexmb.engine.step.step_size import Adaptive
 from flexmb.errors import InputError, SolveError
+from flexmb.fields import field, record_with
 from flexmb.late import xr
 from flexmb.model.signal import hint, resolved
 from flexmb.program.compiler import common_period
@@ -184,27 +184,23 @@ class Measures(display.Inside):
         return f"{head}\n{columns(('measure', 'parameter', 'derivative', 'unit', 'relative'), self.table())}"
 
 
-@dataclass(frozen=True, repr=False)
+@record_with(repr=False)
 class Sensitivity(Measures):
     """Derivatives of signals and of their measures by parameters.
 
     `s["slider.x"]` is the derivative of a signal, (parameter, time); `s.signals["slider.x"]` the signal itself.
-
-    Parameters
-    ----------
-    dataset : derivatives of the signals [unit of the signal / unit of the parameter], with the values and units of the
-        parameters beside them.
-    signals : the signals themselves.
-    measures : `amount`, `derivative` and `relative` derivative (NaN or infinite of an amount of 0) of each measure.
-    growth : factor by which a small difference of the state grew during the run.
-    status : sentence on the end of the run.
     """
 
-    dataset: xr.Dataset
-    signals: xr.Dataset
-    measures: xr.Dataset
-    growth: float
-    status: str
+    dataset: xr.Dataset = field(
+        "derivatives of the signals [unit of the signal / unit of the parameter], with the values and units of the "
+        "parameters beside them"
+    )
+    signals: xr.Dataset = field("the signals themselves")
+    measures: xr.Dataset = field(
+        "`amount`, `derivative` and `relative` derivative (NaN or infinite of an amount of 0) of each measure"
+    )
+    growth: float = field("factor by which a small difference of the state grew during the run")
+    status: str = field("sentence on the end of the run")
 
     def __getitem__(self, name: str) -> xr.DataArray:
         """Derivative of a signal at the saved instants, (parameter, time).

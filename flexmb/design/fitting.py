@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ from flexmb.engine.newmark.method import Newmark
 from flexmb.engine.step.method import Method
 from flexmb.engine.step.step_size import Adaptive
 from flexmb.errors import AssemblyError, FlexmbError, InputError, ModelError, SolveError
+from flexmb.fields import field, record_with
 from flexmb.late import scipy, xr
 from flexmb.run.saving import SAME_INSTANT
 from flexmb.run.simulate import Step
@@ -48,44 +48,33 @@ SAME_POINT = 1e-3  # distance of two points, relative to the bounds, within whic
 FAILURES, REFUSED = (AssemblyError, ModelError, SolveError), 1e4
 
 
-@dataclass(frozen=True, repr=False)
+@record_with(repr=False)
 class Fit(display.Inside):
-    """Fitted parameters.
+    """Fitted parameters."""
 
-    Parameters
-    ----------
-    parameters, errors, bounds : value, standard error and bounds of each parameter, by name.
-    correlation : (n, n) correlations, in the order of the parameters.
-    offsets : fitted constant offsets by signal.
-    unseen : combinations of parameters that the data do not tell apart, as texts.
-    residuals : measured less computed signals, xarray; attributes: unit, `noise` (the given level, else that of the
-        scatter), `correlation` from one instant to the next.
-    rms : root of the mean square of the residuals over their levels: the given noise, else a tenth of the signal.
-    runs : number of runs that were made.
-    ok, message : whether the search converged, and a sentence on its end.
-    corrected : standard errors with the correlation of the residuals; those of `errors` where it is not clear.
-    computed : computed signals with their offsets, xarray.
-    begins : times at which the pieces of the record begin [s].
-    units : unit of each parameter, "" where it is unknown or none.
-    about : settings of the fit as texts.
-    """
-
-    parameters: dict[str, float]
-    errors: dict[str, float]
-    bounds: dict[str, tuple[float, float]]
-    correlation: np.ndarray
-    offsets: dict[str, float]
-    unseen: tuple[str, ...]
-    residuals: xr.Dataset
-    rms: float
-    runs: int
-    ok: bool
-    message: str
-    corrected: dict[str, float]
-    computed: xr.Dataset
-    begins: tuple[float, ...]
-    units: dict[str, str]
-    about: dict[str, str]
+    parameters: dict[str, float] = field("value of each parameter by name")
+    errors: dict[str, float] = field("standard error of each parameter by name")
+    bounds: dict[str, tuple[float, float]] = field("bounds of each parameter by name")
+    correlation: np.ndarray = field("(n, n) correlations, in the order of the parameters")
+    offsets: dict[str, float] = field("fitted constant offsets by signal")
+    unseen: tuple[str, ...] = field("combinations of parameters that the data do not tell apart, as texts")
+    residuals: xr.Dataset = field(
+        "measured less computed signals, xarray; attributes: unit, `noise` (the given level, else that of the "
+        "scatter), `correlation` from one instant to the next"
+    )
+    rms: float = field(
+        "root of the mean square of the residuals over their levels: the given noise, else a tenth of the signal"
+    )
+    runs: int = field("number of runs that were made")
+    ok: bool = field("whether the search converged")
+    message: str = field("end of the search, in a sentence")
+    corrected: dict[str, float] = field(
+        "standard errors with the correlation of the residuals; those of `errors` where it is not clear"
+    )
+    computed: xr.Dataset = field("computed signals with their offsets, xarray")
+    begins: tuple[float, ...] = field("times at which the pieces of the record begin", "s")
+    units: dict[str, str] = field('unit of each parameter, "" where it is unknown or none')
+    about: dict[str, str] = field("settings of the fit as texts")
 
     def table(self) -> tuple[list[str], list[list[str]]]:
         """Head and rows of texts: parameter, value, standard errors, bounds, correlations."""

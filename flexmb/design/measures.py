@@ -2,36 +2,30 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
+from flexmb.fields import field, record
 
 KINDS = ("mean", "rms", "peak", "end")  # kinds of measures that a signal has by its name
 EXTREMES = ("peak", "largest", "smallest")  # kinds whose derivatives jump where another instant takes over
 
 
-@dataclass(frozen=True)
+@record
 class Measure:
     """A number of a signal over a whole run; `mean`, `rms`, `peak`, `largest`, `smallest` and `at_end` make it.
-
-    Parameters
-    ----------
-    kind : "mean", "rms", "peak", "largest", "smallest" or "end".
-    signal : name of a signal.
-    norm : order of a smooth peak, see `peak`.
 
     Raises
     ------
     InputError : an unknown kind; a norm below 1.
     """
 
-    kind: str
-    signal: str
-    norm: float | None = None
+    kind: str = field('"mean", "rms", "peak", "largest", "smallest" or "end"')
+    signal: str = field("name of a signal")
+    norm: float | None = field("order of a smooth peak, see `peak`", default=None)
 
     def __post_init__(self) -> None:
         checks.one_of("Measure", "kind", self.kind, [*KINDS, *EXTREMES[1:]])

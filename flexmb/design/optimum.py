@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,6 +18,7 @@ from flexmb.dynamics.jobs.files import write_text
 from flexmb.dynamics.sweeps.parameter_sweep import settings_of
 from flexmb.engine.step.method import Method
 from flexmb.errors import FlexmbError, InputError, SolveError
+from flexmb.fields import field, record_with
 from flexmb.late import scipy, xr
 from flexmb.run.simulate import Step
 
@@ -41,29 +41,23 @@ class Design(NamedTuple):
     status: str
 
 
-@dataclass(frozen=True, repr=False)
+@record_with(repr=False)
 class Optimum(display.Inside):
-    """Result of a search for a better design.
+    """Result of a search for a better design."""
 
-    Parameters
-    ----------
-    parameters : value of each parameter.
-    objective, first : objective there, and at the start.
-    limits : values of the limits by their texts; negative ones are violated.
-    history : all designs in the order of their evaluation: parameters, objective, limits, status, xarray.
-    check : error of derivatives by central differences at start and end, over the largest derivative of all designs;
-        NaN where no neighbour succeeds.
-    ok, message : whether the search converged, and a sentence on its end.
-    """
-
-    parameters: dict[str, float]
-    objective: float
-    first: float
-    limits: dict[str, float]
-    history: xr.Dataset
-    check: tuple[float, float]
-    ok: bool
-    message: str
+    parameters: dict[str, float] = field("value of each parameter")
+    objective: float = field("objective of the best design")
+    first: float = field("objective at the start")
+    limits: dict[str, float] = field("values of the limits by their texts; negative ones are violated")
+    history: xr.Dataset = field(
+        "all designs in the order of their evaluation: parameters, objective, limits, status, xarray"
+    )
+    check: tuple[float, float] = field(
+        "error of derivatives by central differences at start and end, over the largest derivative of all designs; "
+        "NaN where no neighbour succeeds"
+    )
+    ok: bool = field("whether the search converged")
+    message: str = field("end of the search, in a sentence")
 
     def __repr__(self) -> str:
         rows = [(name, f"{value:.6g}") for name, value in self.parameters.items()]

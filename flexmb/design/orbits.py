@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from keyword import iskeyword
 from typing import Any, NamedTuple
 
@@ -23,6 +22,7 @@ from flexmb.dynamics.systems.mechanism_flow import MechanismFlow
 from flexmb.engine.sensitivity.parameter_run import ParameterRun
 from flexmb.engine.sensitivity.tangent_step import pack_differences, synchronise
 from flexmb.errors import InputError, SolveError
+from flexmb.fields import field, record_with
 from flexmb.late import scipy, xr
 from flexmb.statics.start.consistent import Start
 
@@ -35,24 +35,22 @@ DOUBTFUL = 1e-2  # error of a derivative, over its size, from which it is named
 NOTHING = 1e-4  # error of a relative derivative that is never named
 
 
-@dataclass(frozen=True, repr=False)
+@record_with(repr=False)
 class OrbitSensitivity(Measures):
-    """Derivatives of a periodic orbit by parameters.
+    """Derivatives of a periodic orbit by parameters."""
 
-    Parameters
-    ----------
-    dataset : derivatives of the start `state`, the `period`, the multipliers (`multiplier.real`, `multiplier.imag`) and
-        of signals at instants [unit / unit of the parameter].
-    measures : `amount`, `derivative`, `relative` derivative and `error` of the derivative (NaN: not known) of period,
-        sizes and product of the multipliers, exponents ln|multiplier| / period, and measures of signals.
-    orbit : the orbit.
-    status : sentences on the error of the derivatives of the start, and on missing or doubtful derivatives.
-    """
-
-    dataset: xr.Dataset
-    measures: xr.Dataset
-    orbit: PeriodicOrbit
-    status: str
+    dataset: xr.Dataset = field(
+        "derivatives of the start `state`, the `period`, the multipliers (`multiplier.real`, `multiplier.imag`) and "
+        "of signals at instants [unit / unit of the parameter]"
+    )
+    measures: xr.Dataset = field(
+        "`amount`, `derivative`, `relative` derivative and `error` of the derivative (NaN: not known) of period, "
+        "sizes and product of the multipliers, exponents ln|multiplier| / period, and measures of signals"
+    )
+    orbit: PeriodicOrbit = field("the orbit")
+    status: str = field(
+        "sentences on the error of the derivatives of the start, and on missing or doubtful derivatives"
+    )
 
     def to_dataset(self) -> xr.Dataset:
         """All derivatives in one dataset."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from flexmb.engine.sensitivity.signal_rows import signal_rows
 from flexmb.engine.step.step_size import FixedStep
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
+from flexmb.fields import field, record_with
 from flexmb.late import xr
 from flexmb.program.program import Program
 from flexmb.statics.equilibrium import static_equilibrium
@@ -30,19 +31,15 @@ EQUAL = 1e-6  # relative difference of the squares of two frequencies below whic
 SECOND = 1.0  # step of the run that evaluates signals at rest, which takes none [s]
 
 
-@dataclass(frozen=True, repr=False)
+@record_with(repr=False)
 class StaticSensitivity(Measures):
-    """Derivatives of signals in an equilibrium, and of natural frequencies about it.
+    """Derivatives of signals in an equilibrium, and of natural frequencies about it."""
 
-    Parameters
-    ----------
-    measures : `amount`, `derivative` and `relative` derivative (NaN or infinite of an amount of 0) of each signal and
-        of each frequency, "frequency 1" [Hz] the lowest.
-    equilibrium : the equilibrium.
-    """
-
-    measures: xr.Dataset
-    equilibrium: Equilibrium
+    measures: xr.Dataset = field(
+        "`amount`, `derivative` and `relative` derivative (NaN or infinite of an amount of 0) of each signal and of "
+        'each frequency, "frequency 1" [Hz] the lowest'
+    )
+    equilibrium: Equilibrium = field("the equilibrium")
 
     def __repr__(self) -> str:
         return self._below("StaticSensitivity about an equilibrium")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,28 +15,24 @@ from flexmb.design.parameters import Model, ParameterModel, box_points, refuse_t
 from flexmb.dynamics.sweeps.parameter_sweep import RESERVED, sweep
 from flexmb.engine.step.method import Method
 from flexmb.errors import InputError, SolveError
+from flexmb.fields import field, record, record_with
 from flexmb.late import scipy, xr
 from flexmb.run.simulate import Step, simulate
 
 TAILS = (0.05, 0.95)  # quantiles of the samples that are told
 
 
-@dataclass(frozen=True)
+@record
 class Normal:
     """Normal distribution of a parameter.
-
-    Parameters
-    ----------
-    mean : mean value.
-    deviation : standard deviation.
 
     Raises
     ------
     InputError : a deviation that is not positive.
     """
 
-    mean: float
-    deviation: float
+    mean: float = field("mean value")
+    deviation: float = field("standard deviation")
 
     def __post_init__(self) -> None:
         checks.number("Normal", "mean", self.mean)
@@ -48,21 +43,17 @@ class Normal:
         return np.asarray(scipy.stats.norm.ppf(u, self.mean, self.deviation))
 
 
-@dataclass(frozen=True)
+@record
 class Uniform:
     """Uniform distribution of a parameter.
-
-    Parameters
-    ----------
-    low, high : bounds.
 
     Raises
     ------
     InputError : bounds that are not low < high.
     """
 
-    low: float
-    high: float
+    low: float = field("lower bound")
+    high: float = field("upper bound")
 
     def __post_init__(self) -> None:
         if not checks.number("Uniform", "low", self.low) < checks.number("Uniform", "high", self.high):
@@ -83,25 +74,22 @@ class Uniform:
         return self.low + u * (self.high - self.low)
 
 
-@dataclass(frozen=True, repr=False)
+@record_with(repr=False)
 class Spread(display.Inside):
-    """Spread of measures.
+    """Spread of measures."""
 
-    Parameters
-    ----------
-    first_order : by measure: `amount` at the means of the parameters, `deviation`, and the `share` of each parameter in
-        the variance; None if small differences grow so far that derivatives say nothing.
-    samples : each sampled machine: parameters, measures, status; None without samples.
-    statistics : by measure: `mean`, `deviation`, `low` and `high` quantiles (5 and 95 %) of the samples.
-    indices : Sobol's indices of the samples, `first` and `total` by measure and parameter; None if not asked for.
-    message : sentence on failed samples and on derivatives.
-    """
-
-    first_order: xr.Dataset | None
-    samples: xr.Dataset | None
-    statistics: xr.Dataset | None
-    indices: xr.Dataset | None
-    message: str
+    first_order: xr.Dataset | None = field(
+        "by measure: `amount` at the means of the parameters, `deviation`, and the `share` of each parameter in the "
+        "variance; None if small differences grow so far that derivatives say nothing"
+    )
+    samples: xr.Dataset | None = field("each sampled machine: parameters, measures, status; None without samples")
+    statistics: xr.Dataset | None = field(
+        "by measure: `mean`, `deviation`, `low` and `high` quantiles (5 and 95 %) of the samples"
+    )
+    indices: xr.Dataset | None = field(
+        "Sobol's indices of the samples, `first` and `total` by measure and parameter; None if not asked for"
+    )
+    message: str = field("sentence on failed samples and on derivatives")
 
     def __repr__(self) -> str:
         head, rows = ["measure"], []

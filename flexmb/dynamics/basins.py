@@ -15,6 +15,7 @@ from flexmb.dynamics.jobs.executors import Chain, Job, Outcome, drive, require_e
 from flexmb.dynamics.orbits.shooting import Shooting, StateSpace
 from flexmb.dynamics.systems.dynamics import Dynamics, Period, as_dynamics
 from flexmb.errors import AssemblyError, InputError, SolveError
+from flexmb.fields import field, record_with
 from flexmb.late import xr
 
 if TYPE_CHECKING:
@@ -144,37 +145,27 @@ CHUNKS = 4  # number of pieces of work for each worker
 Axis = tuple[str | int, Sequence[float] | np.ndarray]
 
 
-@dataclass(frozen=True, eq=False)
+@record_with(eq=False)
 class Basin:
-    """The attractor of the motion from each point of a grid of states.
-
-    Parameters
-    ----------
-    name : name of the system.
-    axes : names of the two entries of the state.
-    units : units of the axes, "" if unknown.
-    places : indices of the axes in the state.
-    x, y : values (nx,), (ny,) of the axes.
-    number : number (ny, nx) of the attractor, from 1 on; 0: undecided in the time given; -1: lost (a state that is not
-        finite or out of bounds, or failed steps).
-    attractors : section points (k, size) of each attractor, in the order of the motion.
-    periods : number of periods after which each attractor repeats itself; 0: quasi-periodic or chaotic.
-    taken : number (ny, nx) of periods until the repetition was found, or of all periods.
-    status : result in a sentence.
-    """
+    """The attractor of the motion from each point of a grid of states."""
 
     _: KW_ONLY
-    name: str
-    axes: tuple[str, str]
-    units: tuple[str, str]
-    places: tuple[int, int]
-    x: np.ndarray
-    y: np.ndarray
-    number: np.ndarray
-    attractors: tuple[np.ndarray, ...]
-    periods: tuple[int, ...]
-    taken: np.ndarray
-    status: str
+    name: str = field("name of the system")
+    axes: tuple[str, str] = field("names of the two entries of the state")
+    units: tuple[str, str] = field('units of the axes, "" if unknown')
+    places: tuple[int, int] = field("indices of the axes in the state")
+    x: np.ndarray = field("values (nx,) of the first axis")
+    y: np.ndarray = field("values (ny,) of the second axis")
+    number: np.ndarray = field(
+        "number (ny, nx) of the attractor, from 1 on; 0: undecided in the time given; -1: lost (a state that is not "
+        "finite or out of bounds, or failed steps)"
+    )
+    attractors: tuple[np.ndarray, ...] = field("section points (k, size) of each attractor, in the order of the motion")
+    periods: tuple[int, ...] = field(
+        "number of periods after which each attractor repeats itself; 0: quasi-periodic or chaotic"
+    )
+    taken: np.ndarray = field("number (ny, nx) of periods until the repetition was found, or of all periods")
+    status: str = field("result in a sentence")
 
     @property
     def fractions(self) -> dict[int, float]:

@@ -23,6 +23,7 @@ from flexmb.dynamics.series.zero_one import ZeroOne, zero_one_test
 from flexmb.dynamics.systems.dynamics import as_dynamics
 from flexmb.dynamics.verdict import MEANING, meaning_of
 from flexmb.errors import InputError
+from flexmb.fields import field, record, record_with
 from flexmb.late import xr
 
 if TYPE_CHECKING:
@@ -39,27 +40,17 @@ ENOUGH = 100  # largest number of samples a period for estimates whose cost grow
 LEAST = 20  # smallest number of points of the 0-1 test
 
 
-@dataclass(frozen=True)
+@record
 class Motion:
-    """Signals of the motion, once a period and finely sampled.
+    """Signals of the motion, once a period and finely sampled."""
 
-    Parameters
-    ----------
-    names, units : names and units (m,) of the signals.
-    points : signals (n, m) once a period [units].
-    period : time between two points [s].
-    times : times (k,) of the fine samples [s].
-    fine : fine samples (k, m) [units]; k = 0 without fine samples.
-    trouble : reason why the fine samples end early, or "".
-    """
-
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    points: np.ndarray
-    period: float
-    times: np.ndarray
-    fine: np.ndarray
-    trouble: str = ""
+    names: tuple[str, ...] = field("names (m,) of the signals")
+    units: tuple[str, ...] = field("their units (m,)")
+    points: np.ndarray = field("signals (n, m) once a period [units]")
+    period: float = field("time between two points", "s")
+    times: np.ndarray = field("times (k,) of the fine samples", "s")
+    fine: np.ndarray = field("fine samples (k, m) [units]; k = 0 without fine samples")
+    trouble: str = field('reason why the fine samples end early, or ""', default="")
 
 
 @dataclass(frozen=True)
@@ -76,26 +67,18 @@ class SignalEstimates:
     recurrence: Recurrence | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@record_with(eq=False)
 class ChaosReport:
-    """Report on a motion: its text is a table of all results with errors, units and meanings.
+    """Report on a motion: its text is a table of all results with errors, units and meanings."""
 
-    Parameters
-    ----------
-    exponents : exponents, section points, verdict.
-    period : time between two points [s].
-    skip : number of periods before the first point.
-    motion : signals once a period and finely sampled.
-    signals : estimates from each selected signal.
-    planes : pairs of signals to be drawn; the second one is None for a signal without a partner.
-    """
-
-    exponents: Exponents
-    period: float
-    skip: int
-    motion: Motion
-    signals: tuple[SignalEstimates, ...]
-    planes: tuple[tuple[str, str | None], ...]
+    exponents: Exponents = field("exponents, section points, verdict")
+    period: float = field("time between two points", "s")
+    skip: int = field("number of periods before the first point")
+    motion: Motion = field("signals once a period and finely sampled")
+    signals: tuple[SignalEstimates, ...] = field("estimates from each selected signal")
+    planes: tuple[tuple[str, str | None], ...] = field(
+        "pairs of signals to be drawn; the second one is None for a signal without a partner"
+    )
 
     @property
     def ok(self) -> bool:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from numbers import Real
 from types import MappingProxyType
 from typing import Any
@@ -31,6 +30,7 @@ from flexmb.dynamics.evidence import (
 from flexmb.dynamics.series.samples import LARGEST
 from flexmb.dynamics.series.zero_one import CHAOTIC, growth_correlations, kind_of
 from flexmb.errors import InputError
+from flexmb.fields import field, record
 
 # Meaning of exponents and of the evidence of a verdict in words, for tables
 
@@ -80,22 +80,22 @@ REGULAR, PARTED, TOGETHER = 0.2, 0.5, 0.05
 RELATIVE = 1e-4  # difference that counts as none, over the spread of the signal
 
 
-@dataclass(frozen=True)
+@record
 class Verdict:
-    """Kind of a motion; `str` gives "periodic-3", "quasi-periodic", "chaotic", "transient" or "inconclusive".
+    """Kind of a motion; `str` gives "periodic-3", "quasi-periodic", "chaotic", "transient" or "inconclusive"."""
 
-    Parameters
-    ----------
-    kind : "periodic", "quasi-periodic", "chaotic", "transient" or "inconclusive".
-    reason : reason, and advice after an inconclusive or transient verdict, in a sentence or two.
-    k : number of points of the cycle of a periodic motion, or of the cycle that a transient approaches; 0: no cycle.
-    evidence : numbers on which the verdict rests; see `judge`.
-    """
-
-    kind: str
-    reason: str
-    k: int = 0
-    evidence: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}), repr=False, hash=False)
+    kind: str = field('"periodic", "quasi-periodic", "chaotic", "transient" or "inconclusive"')
+    reason: str = field("reason, and advice after an inconclusive or transient verdict, in a sentence or two")
+    k: int = field(
+        "number of points of the cycle of a periodic motion, or of the cycle that a transient approaches; 0: no cycle",
+        default=0,
+    )
+    evidence: Mapping[str, float] = field(
+        "numbers on which the verdict rests; see `judge`",
+        default_factory=lambda: MappingProxyType({}),
+        repr=False,
+        hash=False,
+    )
 
     def __post_init__(self) -> None:
         checks.one_of("Verdict", "kind", self.kind, KINDS)

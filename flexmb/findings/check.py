@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, replace
 from functools import partial
 from typing import Any
 
@@ -15,6 +15,7 @@ from flexmb import arguments, checks, display
 from flexmb.display import counted, cut
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import AssemblyError, FlexmbError, InputError, KernelError
+from flexmb.fields import field, record
 from flexmb.findings import loads, loops
 from flexmb.findings.dimensions import dimension_findings
 from flexmb.findings.finding import CODES, ERROR, NOTHING_MOVES, SEVERITIES, WHAT_MOVES, Finding, found
@@ -32,44 +33,35 @@ from flexmb.statics.start.redundant_joints import redundancy
 LISTED_PARTS = 30  # number of parts at most whose signals are printed
 
 
-@dataclass(frozen=True)
+@record
 class Report:
     """Result of `check`; `print(report)` shows a small table.
 
     Numbers are 0 and names empty where a mechanism is too wrong to compute them.
-
-    Parameters
-    ----------
-    name : the mechanism.
-    findings : errors, warnings and notes, in this order.
-    bodies, joints, contacts : names.
-    coordinates : number of coordinates.
-    rows : number of constraint rows, drives included.
-    freedom : degrees of freedom of the bodies taken as rigid, clearance joints as ideal, without the drives.
-    gruebler : degrees of freedom by the count of Gruebler: 3 for each body, less the constraint rows of the joints.
-    drives : names of the drives.
-    free : degrees of freedom that the drives leave.
-    redundant : joints that repeat what others say.
-    mass : total mass [kg].
-    frequencies : lowest natural frequencies [Hz] in the reference configuration, drives held fast.
-    signals : full names of all signals that a run reports.
     """
 
-    name: str
-    findings: tuple[Finding, ...] = ()
-    bodies: tuple[str, ...] = ()
-    joints: tuple[str, ...] = ()
-    contacts: tuple[str, ...] = ()
-    coordinates: int = 0
-    rows: int = 0
-    freedom: int = 0
-    gruebler: int = 0
-    drives: tuple[str, ...] = ()
-    free: int = 0
-    redundant: tuple[str, ...] = ()
-    mass: float = 0.0
-    frequencies: tuple[float, ...] = ()
-    signals: tuple[str, ...] = ()
+    name: str = field("the mechanism")
+    findings: tuple[Finding, ...] = field("errors, warnings and notes, in this order", default=())
+    bodies: tuple[str, ...] = field("names of the bodies", default=())
+    joints: tuple[str, ...] = field("names of the joints", default=())
+    contacts: tuple[str, ...] = field("names of the contacts", default=())
+    coordinates: int = field("number of coordinates", default=0)
+    rows: int = field("number of constraint rows, drives included", default=0)
+    freedom: int = field(
+        "degrees of freedom of the bodies taken as rigid, clearance joints as ideal, without the drives", default=0
+    )
+    gruebler: int = field(
+        "degrees of freedom by the count of Gruebler: 3 for each body, less the constraint rows of the joints",
+        default=0,
+    )
+    drives: tuple[str, ...] = field("names of the drives", default=())
+    free: int = field("degrees of freedom that the drives leave", default=0)
+    redundant: tuple[str, ...] = field("joints that repeat what others say", default=())
+    mass: float = field("total mass", "kg", default=0.0)
+    frequencies: tuple[float, ...] = field(
+        "lowest natural frequencies [Hz] in the reference configuration, drives held fast", default=()
+    )
+    signals: tuple[str, ...] = field("full names of all signals that a run reports", default=())
 
     @property
     def ok(self) -> bool:

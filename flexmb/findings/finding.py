@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict
 from typing import Any
 
 from flexmb import checks
 from flexmb.display import cut
+from flexmb.fields import field, record
 
 ERROR, WARNING, NOTE = "error", "warning", "note"
 SEVERITIES = (ERROR, WARNING, NOTE)  # no right result; a result that is hardly what was meant; worth knowing
@@ -88,26 +89,19 @@ NOTHING_MOVES = "Nothing sets the mechanism in motion."
 WHAT_MOVES = "Give gravity=(0, -9.81), a load, a drive such as Drive(..., ConstantSpeed(10.0)), or a start velocity."
 
 
-@dataclass(frozen=True)
+@record
 class Finding:
-    """One finding of `check` or of a run.
+    """One finding of `check` or of a run."""
 
-    Parameters
-    ----------
-    code : stable name of the kind, one of `CODES` or `CODES_OF_RUNS`.
-    parts : names of the parts concerned.
-    text : a sentence on what is wrong, with numbers.
-    remedy : a sentence on what to do.
-    severity : "error", "warning" or "note".
-    numbers : numbers of the text by name, in SI units; the one that is passed, if there is one, has the name "limit".
-    """
-
-    code: str
-    parts: tuple[str, ...]
-    text: str
-    remedy: str
-    severity: str
-    numbers: dict[str, float] = field(default_factory=dict)
+    code: str = field("stable name of the kind, one of `CODES` or `CODES_OF_RUNS`")
+    parts: tuple[str, ...] = field("names of the parts concerned")
+    text: str = field("a sentence on what is wrong, with numbers")
+    remedy: str = field("a sentence on what to do")
+    severity: str = field('"error", "warning" or "note"')
+    numbers: dict[str, float] = field(
+        'numbers of the text by name, in SI units; the one that is passed, if there is one, has the name "limit"',
+        default_factory=dict,
+    )
 
     def __post_init__(self) -> None:
         checks.one_of("Finding", "severity", self.severity, SEVERITIES)

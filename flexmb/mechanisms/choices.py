@@ -82,14 +82,7 @@ def pin(
     if clearance is None:
         return Revolute(name, first, second, at=at)
     return RevoluteClearance(
-        name,
-        first,
-        second,
-        at=at,
-        clearance=clearance,
-        bearing_radius=bearing_radius,
-        normal=normal,
-        friction=friction,
+        name, first, second, at=at, clearance=clearance, bearing_radius=bearing_radius, normal=normal, friction=friction
     )
 
 

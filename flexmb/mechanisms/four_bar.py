@@ -142,10 +142,7 @@ def four_bar(
 def _beams(data: FourBarData, elements: int, O: Point, A: Point, B: Point, D: Point) -> list[FlexibleLink]:
     """Beams of crank, coupler (with the bearing at its end) and rocker."""
     make = partial(
-        FlexibleLink,
-        material=Material(data.young, data.density, data.poisson),
-        elements=elements,
-        damping=data.damping,
+        FlexibleLink, material=Material(data.young, data.density, data.poisson), elements=elements, damping=data.damping
     )
     crank, coupler, rocker = (
         Rectangle(width=data.width, height=h) for h in (data.crank_depth, data.coupler_depth, data.rocker_depth)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, get_args
 
 from flexmb.errors import KernelError
+from flexmb.fields import field, record
 from flexmb.kernels import Kernel
 
 if TYPE_CHECKING:
@@ -33,19 +34,13 @@ class Node:
     turns: bool = True
 
 
-@dataclass(frozen=True)
+@record
 class Attachment:
-    """Point of attachment on a body.
+    """Point of attachment on a body."""
 
-    Parameters
-    ----------
-    part, node : body and its node.
-    offset : the point in the frame of the node [m].
-    """
-
-    part: str
-    node: str
-    offset: tuple[float, float]
+    part: str = field("name of the body")
+    node: str = field("its node")
+    offset: tuple[float, float] = field("the point in the frame of the node", "m")
 
     @property
     def place(self) -> tuple[str, str, tuple[float, float]]:
@@ -151,44 +146,39 @@ class Reaction:
     power: bool = False
 
 
-@dataclass(frozen=True)
+@record
 class ConstraintContribution:
     """Constraint equations g(q, t) = 0 between some coordinates.
 
     A constraint without `second`, `reactions` and `is_drive` reports its forces on each body: BODY_fx, BODY_fy [N],
     BODY_moment (about the node) [N m] and BODY_power [W], as far as it has the coordinates.
-
-    Parameters
-    ----------
-    part : name of the part.
-    kernel : constraint kernel.
-    coordinates : coordinates (part, node, axis) of the kernel, each once; axis 0, 1, 2 for x, y, theta.
-    p : parameters of the kernel.
-    rows : number of equations.
-    second : coordinates of the body on which the reported force acts.
-    moment_row : row whose multiplier is a moment or a drive force; -1: no such row.
-    motions : prescribed motions, in the order of their rows, from which they are subtracted.
-    is_drive : whether the constraint reports motions and no force.
-    drive_units : units of the coordinate and of the force of a joint that a drive can move.
-    joint_friction : friction that depends on the multipliers.
-    holds : "always"; "closed" in place of a contact (at the start, for modes, for inverse dynamics); "start" in place
-        of an elastic joint, while start values are computed.
-    reactions : reported forces in place of those on a second body.
     """
 
-    part: str
-    kernel: Kernel
-    coordinates: tuple[Coordinate, ...]
-    p: tuple[float, ...]
-    rows: int
-    second: tuple[Coordinate, ...] | None = None
-    moment_row: int = -1
-    motions: tuple[RowMotion, ...] = ()
-    is_drive: bool = False
-    drive_units: tuple[str, str] = ("rad", "N m")
-    joint_friction: JointFriction | None = None
-    holds: str = "always"
-    reactions: tuple[Reaction, ...] = ()
+    part: str = field("name of the part")
+    kernel: Kernel = field("constraint kernel")
+    coordinates: tuple[Coordinate, ...] = field(
+        "coordinates (part, node, axis) of the kernel, each once; axis 0, 1, 2 for x, y, theta"
+    )
+    p: tuple[float, ...] = field("parameters of the kernel")
+    rows: int = field("number of equations")
+    second: tuple[Coordinate, ...] | None = field(
+        "coordinates of the body on which the reported force acts", default=None
+    )
+    moment_row: int = field("row whose multiplier is a moment or a drive force; -1: no such row", default=-1)
+    motions: tuple[RowMotion, ...] = field(
+        "prescribed motions, in the order of their rows, from which they are subtracted", default=()
+    )
+    is_drive: bool = field("whether the constraint reports motions and no force", default=False)
+    drive_units: tuple[str, str] = field(
+        "units of the coordinate and of the force of a joint that a drive can move", default=("rad", "N m")
+    )
+    joint_friction: JointFriction | None = field("friction that depends on the multipliers", default=None)
+    holds: str = field(
+        '"always"; "closed" in place of a contact (at the start, for modes, for inverse dynamics); "start" in place '
+        "of an elastic joint, while start values are computed",
+        default="always",
+    )
+    reactions: tuple[Reaction, ...] = field("reported forces in place of those on a second body", default=())
 
     def __post_init__(self) -> None:
         if self.second is None and not (self.reactions or self.is_drive or self.joint_friction):
@@ -211,28 +201,25 @@ def reactions_of_bodies(coordinates: tuple[Coordinate, ...]) -> Iterator[Reactio
         yield Reaction(f"{body}_power", "W", on=tuple(own), power=True)
 
 
-@dataclass(frozen=True)
+@record
 class ContactContribution:
-    """Unilateral contact of two nodes: gap kernel, normal law, friction law.
+    """Unilateral contact of two nodes: gap kernel, normal law, friction law."""
 
-    Parameters
-    ----------
-    part, gap, normal, friction : name of the part, gap kernel, laws.
-    coordinates : x, y, theta of both nodes.
-    p : parameters of the gap kernel; the first one is the clearance [m], a length that errors of steps are held
-        against, and 0 where a contact has none.
-    name : name among the contacts of a part; "" for the only one.
-    period : by which the gap jumps where its direction has made half a turn from the one drawn [m]; 0: it does not.
-    """
-
-    part: str
-    gap: Kernel
-    coordinates: tuple[Coordinate, ...]
-    p: tuple[float, ...]
-    normal: NormalLaw
-    friction: FrictionLaw
-    name: str = ""
-    period: float = 0.0
+    part: str = field("name of the part")
+    gap: Kernel = field("gap kernel")
+    coordinates: tuple[Coordinate, ...] = field("x, y, theta of both nodes")
+    p: tuple[float, ...] = field(
+        "parameters of the gap kernel; the first one is the clearance [m], a length that errors of steps are held "
+        "against, and 0 where a contact has none"
+    )
+    normal: NormalLaw = field("law of the normal force")
+    friction: FrictionLaw = field("law of the friction force")
+    name: str = field('name among the contacts of a part; "" for the only one', default="")
+    period: float = field(
+        "by which the gap jumps where its direction has made half a turn from the one drawn; 0: it does not",
+        "m",
+        default=0.0,
+    )
 
     @property
     def label(self) -> str:
@@ -240,32 +227,29 @@ class ContactContribution:
         return f"{self.part}.{self.name}" if self.name else self.part
 
 
-@dataclass(frozen=True)
+@record
 class SignalContribution:
-    """Signal computed from coordinates at every step, reported as `part.name`.
+    """Signal computed from coordinates at every step, reported as `part.name`."""
 
-    Parameters
-    ----------
-    part : name of the part.
-    name, units : of the signal.
-    kernel : signal kernel; with `place` an extremum kernel.
-    coordinates : coordinates of the kernel.
-    p : parameters of the kernel.
-    is_mode : whether the values number states, so that an instant within a step takes the value of the nearer end.
-    use_of_factor : `MULTIPLIES`: the factor of the part's element multiplies the value; `ADDS`, `SUBTRACTS`: its first
-        parameter times its factor is added or subtracted; "": nothing.
-    place : name of the signal of the place's number; its peak is its value at the peak of this one.  "": no place.
-    """
-
-    part: str
-    name: str
-    units: str
-    kernel: Kernel
-    coordinates: tuple[Coordinate, ...]
-    p: tuple[float, ...] = ()
-    is_mode: bool = False
-    use_of_factor: str = ""
-    place: str = ""
+    part: str = field("name of the part")
+    name: str = field("name of the signal")
+    units: str = field("its unit")
+    kernel: Kernel = field("signal kernel; with `place` an extremum kernel")
+    coordinates: tuple[Coordinate, ...] = field("coordinates of the kernel")
+    p: tuple[float, ...] = field("parameters of the kernel", default=())
+    is_mode: bool = field(
+        "whether the values number states, so that an instant within a step takes the value of the nearer end",
+        default=False,
+    )
+    use_of_factor: str = field(
+        "`MULTIPLIES`: the factor of the part's element multiplies the value; `ADDS`, `SUBTRACTS`: its first "
+        'parameter times its factor is added or subtracted; "": nothing',
+        default="",
+    )
+    place: str = field(
+        'name of the signal of the place\'s number; its peak is its value at the peak of this one. "": no place',
+        default="",
+    )
 
 
 def signal_contributions(

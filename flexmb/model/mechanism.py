@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import fields, is_dataclass, replace
 from difflib import get_close_matches
 from functools import cached_property
 from pathlib import Path
@@ -15,7 +15,7 @@ import numpy as np
 from flexmb import arguments, checks, display
 from flexmb.display import counted, cut, listed, number_text, pretty
 from flexmb.errors import FlexmbError, InputError, ModelError, UnknownNameError
-from flexmb.fields import unit_of
+from flexmb.fields import field, record_with, unit_of
 from flexmb.model.contributions import (
     ConstraintContribution,
     ContactContribution,
@@ -136,17 +136,11 @@ class UnknownPartError(ModelError, UnknownNameError):
     """A name that is no part of a mechanism; also a `KeyError`, as of any mapping."""
 
 
-@dataclass(frozen=True, repr=False)
+@record_with(repr=False)
 class Mechanism(metaclass=arguments.CheckedType):
     """A planar mechanism: parts with unique names, in a reference configuration.
 
     `mech["crank"]` is a part, `"crank" in mech` tells whether there is one; names are iterated over.
-
-    Parameters
-    ----------
-    name : name of the mechanism.
-    parts : bodies, joints, drives, loads and elements in any order.
-    gravity : acceleration of gravity (gx, gy) [m/s^2].
 
     Raises
     ------
@@ -155,9 +149,9 @@ class Mechanism(metaclass=arguments.CheckedType):
     InputError : a value that is not a part, a gravity that is not a pair of finite numbers.
     """
 
-    name: str
-    parts: Sequence[Part]
-    gravity: tuple[float, float] = (0.0, 0.0)
+    name: str = field("name of the mechanism")
+    parts: Sequence[Part] = field("bodies, joints, drives, loads and elements in any order")
+    gravity: tuple[float, float] = field("acceleration of gravity (gx, gy)", "m/s^2", default=(0.0, 0.0))
 
     def __post_init__(self) -> None:
         checks.identifier("Mechanism", self.name)

@@ -232,12 +232,7 @@ def just_before(instant: float) -> float:
 
 @checked
 def compile(
-    mechanism: Mechanism,
-    *,
-    closed: bool = False,
-    start: bool = False,
-    controlled: bool = False,
-    touching: bool = False,
+    mechanism: Mechanism, *, closed: bool = False, start: bool = False, controlled: bool = False, touching: bool = False
 ) -> Program:
     """Flat arrays, kernels and names of a mechanism.
 

@@ -213,10 +213,7 @@ class Episodes:
         if not len(self):
             return head
         keep = len(self) if len(self) <= SHOWN_ROWS else SHOWN_ROWS // 2
-        rows = [
-            ("contact", "mode", *TABLE_HEADS),
-            ("", "", *(f"[{UNITS[key]}]" for key in TABLE_HEADS.values())),
-        ]
+        rows = [("contact", "mode", *TABLE_HEADS), ("", "", *(f"[{UNITS[key]}]" for key in TABLE_HEADS.values()))]
         rows += [self._row(k) for k in range(len(self)) if k < keep or k >= len(self) - keep]
         widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
         lines = ["  ".join(text.rjust(width) for text, width in zip(row, widths, strict=True)) for row in rows]

@@ -1,7 +1,7 @@
 """Drawing of a solution at chosen instants: lines, points, symbols, meshes of plane bodies."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -10,6 +10,7 @@ from flexmb.elastic.beams import shapes as hermite
 from flexmb.elastic.planes.stress import linear_stresses, nodal_stresses, von_mises
 from flexmb.elastic.reduced.accuracy import deformed, shortened
 from flexmb.errors import InputError
+from flexmb.fields import field, record
 from flexmb.model.shape import (
     DAMPER,
     SPRING,
@@ -169,26 +170,19 @@ GROUND = "ground"
 RIGID, BEAM, MESH = "rigid", "beam", "mesh"  # kinds of lines of bodies
 
 
-@dataclass(frozen=True)
+@record
 class Line:
-    """A polyline of a part at n instants.
-
-    Parameters
-    ----------
-    kind : RIGID, BEAM (the axis of an element), MESH (an outline or a hole), or that of a symbol: "spring", "damper",
-        "rod", "cable", "force", "pitch circle", "belt", "guide".
-    points : (n, m, 2) [m].
-    fields : (n, m) section forces of a beam by name.
-    depth : (m,) depth of a beam in the plane [m], 0 where it is unknown.
-    body : the body that a circle turns with; "" for other lines.
-    """
+    """A polyline of a part at n instants."""
 
     part: str
-    kind: str
-    points: np.ndarray
-    fields: dict[str, np.ndarray] = field(default_factory=dict)
-    depth: np.ndarray | None = None
-    body: str = ""
+    kind: str = field(
+        'RIGID, BEAM (the axis of an element), MESH (an outline or a hole), or that of a symbol: "spring", "damper", '
+        '"rod", "cable", "force", "pitch circle", "belt", "guide"'
+    )
+    points: np.ndarray = field("(n, m, 2)", "m")
+    fields: dict[str, np.ndarray] = field("(n, m) section forces of a beam by name", default_factory=dict)
+    depth: np.ndarray | None = field("(m,) depth of a beam in the plane [m], 0 where it is unknown", default=None)
+    body: str = field('the body that a circle turns with; "" for other lines', default="")
 
     @property
     def is_beam(self) -> bool:

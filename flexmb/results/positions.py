@@ -13,6 +13,7 @@ from flexmb import arguments, checks
 from flexmb.display import counted
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
+from flexmb.fields import field, record
 from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.shape import BeamShape, MeshShape, PointShape
@@ -61,24 +62,15 @@ def positions(
     return at_places(sol, part.name, instants, chosen, own, columns)
 
 
-@dataclass(frozen=True)
+@record
 class Momentum:
-    """Mass and momenta at n instants.
+    """Mass and momenta at n instants."""
 
-    Parameters
-    ----------
-    time : (n,) instants [s].
-    mass : the mass [kg].
-    centre : (n, 2) centre of mass [m].
-    linear : (n, 2) linear momentum [kg m/s].
-    angular : (n,) angular momentum about the origin [kg m^2/s].
-    """
-
-    time: np.ndarray
-    mass: float
-    centre: np.ndarray
-    linear: np.ndarray
-    angular: np.ndarray
+    time: np.ndarray = field("(n,) instants", "s")
+    mass: float = field("the mass", "kg")
+    centre: np.ndarray = field("(n, 2) centre of mass", "m")
+    linear: np.ndarray = field("(n, 2) linear momentum [kg m/s]")
+    angular: np.ndarray = field("(n,) angular momentum about the origin [kg m^2/s]")
 
     def __repr__(self) -> str:
         span = f", {self.time[0]:.6g} to {self.time[-1]:.6g} s" if len(self.time) else ""

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -17,7 +15,7 @@ from flexmb.elastic.beams.shapes import section_forces
 from flexmb.elastic.planes.stress import principal, von_mises
 from flexmb.elastic.reduced.accuracy import deformed, shortened
 from flexmb.errors import InputError
-from flexmb.fields import Input, field, not_negative, positive, record
+from flexmb.fields import Input, field, not_negative, positive, record, record_with
 from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.shape import BeamShape, MeshShape
@@ -252,21 +250,9 @@ class WoehlerLine(Input):
         return float(np.sum(counts / self.life(amplitudes)))
 
 
-@dataclass(frozen=True, eq=False)
+@record_with(eq=False)
 class Fatigue:
     """Cycles of the stress at one point of a body during a run, and their damage.
-
-    Parameters
-    ----------
-    body : name of the body.
-    node : number of the node.
-    place : its place as that of a peak [m].
-    ranges : (n,) differences of the largest and smallest stress of each cycle [Pa].
-    means : (n,) their means [Pa].
-    counts : (n,) 1 of a full cycle, 0.5 of a half one.
-    duration : time over which cycles were counted [s].
-    woehler : the Woehler line; None: no damage.
-    captured : largest saved stress at the point over that of all accepted steps [1]; NaN at a chosen point.
 
     Notes
     -----
@@ -276,15 +262,19 @@ class Fatigue:
     Source of the count: ASTM E1049-85 (2017), section 5.4.4, by the package rainflow.
     """
 
-    body: str
-    node: int
-    place: tuple[float, float]
-    ranges: np.ndarray = dataclasses.field(repr=False)
-    means: np.ndarray = dataclasses.field(repr=False)
-    counts: np.ndarray = dataclasses.field(repr=False)
-    duration: float
-    woehler: WoehlerLine | None
-    captured: float = math.nan
+    body: str = field("name of the body")
+    node: int = field("number of the node")
+    place: tuple[float, float] = field("its place as that of a peak", "m")
+    ranges: np.ndarray = field("(n,) differences of the largest and smallest stress of each cycle", "Pa", repr=False)
+    means: np.ndarray = field("(n,) their means", "Pa", repr=False)
+    counts: np.ndarray = field("(n,) 1 of a full cycle, 0.5 of a half one", repr=False)
+    duration: float = field("time over which cycles were counted", "s")
+    woehler: WoehlerLine | None = field("the Woehler line; None: no damage")
+    captured: float = field(
+        "largest saved stress at the point over that of all accepted steps; NaN at a chosen point",
+        "1",
+        default=math.nan,
+    )
 
     @property
     def damage(self) -> float:

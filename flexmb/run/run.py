@@ -90,10 +90,8 @@ class Interruption:
         self.asked = number
 
     def act(self) -> None:
-        """Raise `KeyboardInterrupt` if a signal came, with a text on a signal that is not of the keyboard.
-
-        The end of the jobs of a thread does the same.
-        """
+        """Raise `KeyboardInterrupt` if a signal came, with a text on a signal that is not of the keyboard."""
+        # The end of the jobs of a thread does the same.
         if is_ended():
             raise KeyboardInterrupt
         number, self.asked = self.asked, None
@@ -183,7 +181,6 @@ FIRST_BLOCK_UPDATES = 20_000  # number of unknowns times steps of the first bloc
 # Others: `ITERATION_FRACTION` of engine/radau/step.py, `STEP_ROUND_OFF` and `REST_STRIDE` of statics/equilibrium.py,
 # `CLOSED_GAP` of statics/start/assemble.py; all values and what they change: docs/numbers.md.
 NEWTON_TOLERANCE = 1e-6
-
 NEWTON_ITERATIONS = 30  # number of Newton iterations of a step at most
 NOT_SAVING = -1.0  # value of `Clock.save_start` before saving has begun [s]
 # Round-off of coordinates over the size of the mechanism from which they have no digits left.

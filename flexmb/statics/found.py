@@ -2,45 +2,37 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from flexmb import checks, display
 from flexmb.display import counted, cut
+from flexmb.fields import field, record
 from flexmb.model.part import Part, name_of
 from flexmb.program.program import resolve
 
 
-@dataclass(frozen=True)
+@record
 class Equilibrium:
     """A static equilibrium.
 
     `equilibrium["rod.end.y"]` is a coordinate [m, rad]; `force("O")` the reaction of a joint.
-
-    Parameters
-    ----------
-    q : (n_q,) coordinates.
-    lam : (n_c,) multipliers.
-    names : (n_q,) names of the coordinates.
-    aliases : other names of nodes.
-    reactions : (fx, fy, moment) on the second body of every joint [N, N m]; moment 0 where the joint carries none.
-        What a body keeps within itself, such as the rotation of a particle, is no reaction.
-    iterations : Newton iterations of all load steps.
-    spin : speed of the frame in which the mechanism is at rest, counter-clockwise [rad/s].
-    about : centre of that rotation [m].
-    stable : whether small motions about it have positive stiffness; None for follower forces, and near a limit.
     """
 
-    q: np.ndarray
-    lam: np.ndarray
-    names: tuple[str, ...]
-    aliases: dict[str, str]
-    reactions: dict[str, tuple[float, float, float]]
-    iterations: int
-    spin: float = 0.0
-    about: tuple[float, float] = (0.0, 0.0)
-    stable: bool | None = None
+    q: np.ndarray = field("(n_q,) coordinates")
+    lam: np.ndarray = field("(n_c,) multipliers")
+    names: tuple[str, ...] = field("(n_q,) names of the coordinates")
+    aliases: dict[str, str] = field("other names of nodes")
+    reactions: dict[str, tuple[float, float, float]] = field(
+        "(fx, fy, moment) on the second body of every joint [N, N m]; moment 0 where the joint carries none. What a "
+        "body keeps within itself, such as the rotation of a particle, is no reaction"
+    )
+    iterations: int = field("Newton iterations of all load steps")
+    spin: float = field("speed of the frame in which the mechanism is at rest, counter-clockwise", "rad/s", default=0.0)
+    about: tuple[float, float] = field("centre of that rotation", "m", default=(0.0, 0.0))
+    stable: bool | None = field(
+        "whether small motions about it have positive stiffness; None for follower forces, and near a limit",
+        default=None,
+    )
 
     def __getitem__(self, name: str) -> float:
         place = resolve(name, self.aliases)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ import scipy.sparse as sp
 from flexmb import arguments, checks, display
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError, SolveError
+from flexmb.fields import field, record
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import refuse_controllers
 from flexmb.program.compiler import compile as compile_mechanism
@@ -30,37 +30,32 @@ REMEDY = "Give at=fm.static_equilibrium(mechanism) of a pose in which they carry
 SHOWN_MODES = 6  # number of frequencies at most in a text
 
 
-@dataclass(frozen=True)
+@record
 class Modes:
-    """Modes about a pose, drives held fast; `print(modes)` shows a table.
+    """Modes about a pose, drives held fast; `print(modes)` shows a table."""
 
-    Parameters
-    ----------
-    frequencies : (n,) natural frequencies [Hz], ascending; 0 for a rigid motion, negative for an unstable one
-        (-sqrt(|omega^2|)/2 pi).  With damping or rotation those of the damped vibration, |Im s|/2 pi, ordered by |s|.
-    shapes : (n_q, n) mode shapes, normalised to x^T M x = 1; complex with damping or rotation.
-    names : (n_q,) names of the coordinates.
-    aliases : other names of nodes.
-    rigid : number of rigid motions; they come first.
-    kinds : (n,) what each mode is: "rigid: rotation of 'rod'", "elastic", "overdamped", "unstable", or "not resolved"
-        where the strain energy is lost in the round-off of the stiffness.
-    moves : (n,) name of the coordinate that each mode moves most, rotations counted with the size of the mechanism.
-    eigenvalues : (n,) complex s [1/s]: motions grow as exp(s t).
-    damping : (n,) damping ratios -Re s/|s|; negative where the motion grows, 0 where s is 0.
-    left_out : names of contacts without a part in these modes: all about the reference configuration, the open ones
-        about an equilibrium.
-    """
-
-    frequencies: np.ndarray
-    shapes: np.ndarray
-    names: tuple[str, ...]
-    aliases: dict[str, str]
-    rigid: int
-    kinds: tuple[str, ...]
-    moves: tuple[str, ...]
-    eigenvalues: np.ndarray
-    damping: np.ndarray
-    left_out: tuple[str, ...] = ()
+    frequencies: np.ndarray = field(
+        "(n,) natural frequencies [Hz], ascending; 0 for a rigid motion, negative for an unstable one "
+        "(-sqrt(|omega^2|)/2 pi). With damping or rotation those of the damped vibration, |Im s|/2 pi, ordered by |s|"
+    )
+    shapes: np.ndarray = field("(n_q, n) mode shapes, normalised to x^T M x = 1; complex with damping or rotation")
+    names: tuple[str, ...] = field("(n_q,) names of the coordinates")
+    aliases: dict[str, str] = field("other names of nodes")
+    rigid: int = field("number of rigid motions; they come first")
+    kinds: tuple[str, ...] = field(
+        '(n,) what each mode is: "rigid: rotation of \'rod\'", "elastic", "overdamped", "unstable", or "not '
+        'resolved" where the strain energy is lost in the round-off of the stiffness'
+    )
+    moves: tuple[str, ...] = field(
+        "(n,) name of the coordinate that each mode moves most, rotations counted with the size of the mechanism"
+    )
+    eigenvalues: np.ndarray = field("(n,) complex s [1/s]: motions grow as exp(s t)")
+    damping: np.ndarray = field("(n,) damping ratios -Re s/|s|; negative where the motion grows, 0 where s is 0")
+    left_out: tuple[str, ...] = field(
+        "names of contacts without a part in these modes: all about the reference configuration, the open ones about "
+        "an equilibrium",
+        default=(),
+    )
 
     def shape(self, mode: int, name: str) -> float | complex:
         """Amplitude of a coordinate in a mode.

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import numpy as np
 
 from flexmb.errors import KernelError
+from flexmb.fields import field, record
 from flexmb.kernels import Kernel
 from flexmb.model.contributions import Coordinate
 from flexmb.model.mechanism import Mechanism
@@ -210,36 +210,22 @@ MAGNITUDES = (1e-6, 1e-3, 0.05, 0.3)  # distances of states from the reference: 
 Round = TypeVar("Round")
 
 
-@dataclass(frozen=True)
+@record
 class Check:
-    """One line of a report.
+    """One line of a report."""
 
-    Parameters
-    ----------
-    name : kernel and checked property.
-    states : number of states.
-    error : largest relative error.
-    skipped : number of further states at a kink, which were left out.
-    """
-
-    name: str
-    states: int
-    error: float = 0.0
-    skipped: int = 0
+    name: str = field("kernel and checked property")
+    states: int = field("number of states")
+    error: float = field("largest relative error", default=0.0)
+    skipped: int = field("number of further states at a kink, which were left out", default=0)
 
 
-@dataclass(frozen=True)
+@record
 class Report:
-    """Result of `check_part`; `str(report)` is a readable table.
+    """Result of `check_part`; `str(report)` is a readable table."""
 
-    Parameters
-    ----------
-    part : name and class of the part.
-    checks : lines of the report.
-    """
-
-    part: str
-    checks: tuple[Check, ...]
+    part: str = field("name and class of the part")
+    checks: tuple[Check, ...] = field("lines of the report")
 
     def __str__(self) -> str:
         width = max((len(c.name) for c in self.checks), default=0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from flexmb.display import cut
 from flexmb.dynamics.sections.points import SectionSignals
 from flexmb.dynamics.verdict import Verdict
 from flexmb.errors import InputError
+from flexmb.fields import field, record_with
 
 # Number of blocks whose means are compared; the smallest number of blocks, of two entries each, in short records.
 BLOCKS, FEWEST_BLOCKS = 20, 9
@@ -112,28 +113,9 @@ class Confirmed:
         return f"second run ({steps}another start, {self.periods} points): {listed}"
 
 
-@dataclass(frozen=True, eq=False)
+@record_with(eq=False)
 class Exponents(arguments.Checked):
     """Lyapunov exponents of a system, the largest first.
-
-    Parameters
-    ----------
-    name : name of the system.
-    spectrum : exponents (k,) [unit].
-    errors : standard deviations (k,) [unit], with the difference of a second run, if there was one
-        (`confirmed` of `lyapunov.py`); NaN after an early failure.
-    time : times (n,) of the history [s], or iterations of a map.
-    history : exponents (n, k) of the run up to each time [unit].
-    units : "1/s", "1/iteration" or "1/period".
-    ok : whether the run came to its end.
-    status : end of the run, in a sentence.
-    points : section points (m, signals), one a period (iteration, crossing).
-    signals : names, units and resolution of the signals of the points.
-    period : mean time from one point to the next [s]; NaN for a map.
-    verdict : verdict on the points with the largest exponent; None for points that are no section.
-    statistical : errors (k,) of the record alone [unit]; by default `errors`.
-    confirmed : exponents of the second run; None: no second run.
-    unconfirmed : reason why a requested second run failed; "" otherwise.
 
     Notes
     -----
@@ -142,21 +124,28 @@ class Exponents(arguments.Checked):
     """
 
     formerly = (("unit", "units", "0.3"),)
-    name: str
-    spectrum: np.ndarray
-    errors: np.ndarray
-    time: np.ndarray
-    history: np.ndarray
-    units: str
-    ok: bool
-    status: str
-    points: np.ndarray = field(repr=False)
-    signals: SectionSignals = field(repr=False)
-    period: float = float("nan")
-    verdict: Verdict | None = None
-    statistical: np.ndarray = field(default_factory=lambda: np.empty(0), repr=False)
-    confirmed: Confirmed | None = None
-    unconfirmed: str = field(default="", repr=False)
+    name: str = field("name of the system")
+    spectrum: np.ndarray = field("exponents (k,) [unit]")
+    errors: np.ndarray = field(
+        "standard deviations (k,) [unit], with the difference of a second run, if there was one (`confirmed` of "
+        "`lyapunov.py`); NaN after an early failure"
+    )
+    time: np.ndarray = field("times (n,) of the history [s], or iterations of a map")
+    history: np.ndarray = field("exponents (n, k) of the run up to each time [unit]")
+    units: str = field('"1/s", "1/iteration" or "1/period"')
+    ok: bool = field("whether the run came to its end")
+    status: str = field("end of the run, in a sentence")
+    points: np.ndarray = field("section points (m, signals), one a period (iteration, crossing)", repr=False)
+    signals: SectionSignals = field("names, units and resolution of the signals of the points", repr=False)
+    period: float = field("mean time from one point to the next; NaN for a map", "s", default=float("nan"))
+    verdict: Verdict | None = field(
+        "verdict on the points with the largest exponent; None for points that are no section", default=None
+    )
+    statistical: np.ndarray = field(
+        "errors (k,) of the record alone [unit]; by default `errors`", default_factory=lambda: np.empty(0), repr=False
+    )
+    confirmed: Confirmed | None = field("exponents of the second run; None: no second run", default=None)
+    unconfirmed: str = field('reason why a requested second run failed; "" otherwise', default="", repr=False)
 
     def __post_init__(self) -> None:
         if len(self.statistical) == 0:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass, field
+from dataclasses import KW_ONLY
 from typing import Any
 
 import numpy as np
@@ -12,81 +12,55 @@ from flexmb.dynamics.orbits.orbit_newton import ArclengthPlane, Direction, Newto
 from flexmb.dynamics.orbits.periodic_orbit import BRANCH, FLIP, PeriodicOrbit, is_real, orbit_of
 from flexmb.dynamics.orbits.shooting import Shooting, ShootingRun
 from flexmb.errors import InputError
+from flexmb.fields import field, record_with
 from flexmb.late import xr
 
 
-@dataclass(frozen=True, eq=False)
+@record_with(eq=False)
 class BranchPoint:
-    """An orbit on a branch.
-
-    Parameters
-    ----------
-    value : value of the parameter.
-    kind : "" for an ordinary point; else the kind of the event.
-    period : period of the orbit [s, or iterations].
-    state : start state (size,).
-    signals : signals (names,) at the start.
-    multipliers : Floquet multipliers (d,), largest first, without the multiplier of a shift in time.
-    stable : whether all multipliers lie inside the unit circle.
-    residual : gap between end and start, over the size of the state.
-    extremes : smallest and largest values (names, 2) on the orbit; NaN if not requested.
-    grazing : turning point nearest to 0 of each gap [m].
-    rising : change of the parameter along the branch over the whole change, -1 ... 1.
-    impact_speeds : closing speeds of the impacts of rigid surfaces in a period (`ImpactODE`).
-    shooting_run : the motion over the period.
-    """
+    """An orbit on a branch."""
 
     _: KW_ONLY
-    value: float
-    kind: str
-    period: float
-    state: np.ndarray
-    signals: np.ndarray
-    multipliers: np.ndarray
-    stable: bool
-    residual: float
-    extremes: np.ndarray
-    grazing: dict[str, float]
-    rising: float
-    shooting_run: ShootingRun
-    impact_speeds: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    value: float = field("value of the parameter")
+    kind: str = field('"" for an ordinary point; else the kind of the event')
+    period: float = field("period of the orbit [s, or iterations]")
+    state: np.ndarray = field("start state (size,)")
+    signals: np.ndarray = field("signals (names,) at the start")
+    multipliers: np.ndarray = field(
+        "Floquet multipliers (d,), largest first, without the multiplier of a shift in time"
+    )
+    stable: bool = field("whether all multipliers lie inside the unit circle")
+    residual: float = field("gap between end and start, over the size of the state")
+    extremes: np.ndarray = field("smallest and largest values (names, 2) on the orbit; NaN if not requested")
+    grazing: dict[str, float] = field("turning point nearest to 0 of each gap", "m")
+    rising: float = field("change of the parameter along the branch over the whole change, -1 ... 1")
+    shooting_run: ShootingRun = field("the motion over the period")
+    impact_speeds: np.ndarray = field(
+        "closing speeds of the impacts of rigid surfaces in a period (`ImpactODE`)", default_factory=lambda: np.zeros(0)
+    )
 
 
-@dataclass(frozen=True, eq=False)
+@record_with(eq=False)
 class Branch(arguments.Checked):
-    """Periodic orbits along a parameter.
-
-    Parameters
-    ----------
-    name : name of the system.
-    parameter : name of the parameter.
-    period_units : unit of the period.
-    names, units : names and units of the signals.
-    points : orbits in the order of the branch.
-    events : located orbits at which stability changes or surfaces graze, in the same order.
-    ok : whether the branch ended at the end of the range.
-    status : end of the branch, in a sentence.
-    shooting : shooting that found the orbits.
-    tolerance : largest residual of an orbit.
-    span : range of the parameter.
-    gaps : number and sign of the signals of gaps.
-    """
+    """Periodic orbits along a parameter."""
 
     formerly = (("unit", "period_units", "0.3"),)
     _: KW_ONLY
-    name: str
-    parameter: str
-    period_units: str
-    names: tuple[str, ...]
-    units: tuple[str, ...]
-    points: tuple[BranchPoint, ...]
-    events: tuple[BranchPoint, ...]
-    ok: bool
-    status: str
-    shooting: Shooting
-    tolerance: float
-    span: tuple[float, float]
-    gaps: dict[str, tuple[int, float]]
+    name: str = field("name of the system")
+    parameter: str = field("name of the parameter")
+    period_units: str = field("unit of the period")
+    names: tuple[str, ...] = field("names of the signals")
+    units: tuple[str, ...] = field("units of the signals")
+    points: tuple[BranchPoint, ...] = field("orbits in the order of the branch")
+    events: tuple[BranchPoint, ...] = field(
+        "located orbits at which stability changes or surfaces graze, in the same order"
+    )
+    ok: bool = field("whether the branch ended at the end of the range")
+    status: str = field("end of the branch, in a sentence")
+    shooting: Shooting = field("shooting that found the orbits")
+    tolerance: float = field("largest residual of an orbit")
+    span: tuple[float, float] = field("range of the parameter")
+    gaps: dict[str, tuple[int, float]] = field("number and sign of the signals of gaps")
 
     def orbit(self, point: int | BranchPoint) -> PeriodicOrbit:
         """The periodic orbit at a point, computed again.

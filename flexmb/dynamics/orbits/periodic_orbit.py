@@ -14,6 +14,7 @@ from flexmb.dynamics.orbits.shooting import SAMPLES, Shooting, ShootingRun, clos
 from flexmb.dynamics.systems.dynamics import Dynamics, Period, as_dynamics
 from flexmb.dynamics.systems.given import state_of
 from flexmb.errors import InputError
+from flexmb.fields import field, record_with
 from flexmb.late import xr
 
 if TYPE_CHECKING:
@@ -111,52 +112,38 @@ AMPLIFIED = 1e4  # largest growth of differences in one segment; a period with m
 AT_REST = 1e-6
 
 
-@dataclass(frozen=True, eq=False)
+@record_with(eq=False)
 class PeriodicOrbit(arguments.Checked):
-    """A motion that returns to its start, or the result of a failed search.
-
-    Parameters
-    ----------
-    name : name of the system.
-    ok : whether the motion returns within the tolerance; the multipliers are valid only then.
-    status : result of the search, in a sentence.
-    state : start state (size,).
-    time : start time [s, or iterations].
-    period : length of the orbit, all `times` periods together [s, or iterations].
-    times : number of periods of the drives, or of iterations.
-    units : unit of period and time.
-    residual : gap between end and start, over the size of the state.
-    residuals : residuals of all iterations; each is about the square of the one before if Newton's method converges.
-    multipliers : Floquet multipliers (d,), largest first, without the multiplier of a shift in time.
-    shift : multiplier of a shift in time of an autonomous flow, 1 up to errors; None for a driven flow.
-    monodromy : derivative (d, d) of the state after the period by the state before, in the basis.
-    basis : basis (size, d) of the differences of states, orthonormal in the weights of the system.
-    parameters : parameters of the system with their values.
-    grazing : turning point nearest to 0 of each gap [m]: > 0 just misses, < 0 just touches; NaN: no turning point.
-    loss : nearest loss of stability.
-    shooting : shooting that found the orbit.
-    """
+    """A motion that returns to its start, or the result of a failed search."""
 
     formerly = (("unit", "units", "0.3"),)
     _: KW_ONLY
-    name: str
-    ok: bool
-    status: str
-    state: np.ndarray
-    time: float
-    period: float
-    times: int
-    units: str
-    residual: float
-    residuals: tuple[float, ...]
-    multipliers: np.ndarray
-    shift: complex | None
-    monodromy: np.ndarray
-    basis: np.ndarray
-    parameters: Mapping[str, Any]
-    grazing: Mapping[str, float]
-    loss: StabilityLoss
-    shooting: Shooting
+    name: str = field("name of the system")
+    ok: bool = field("whether the motion returns within the tolerance; the multipliers are valid only then")
+    status: str = field("result of the search, in a sentence")
+    state: np.ndarray = field("start state (size,)")
+    time: float = field("start time [s, or iterations]")
+    period: float = field("length of the orbit, all `times` periods together [s, or iterations]")
+    times: int = field("number of periods of the drives, or of iterations")
+    units: str = field("unit of period and time")
+    residual: float = field("gap between end and start, over the size of the state")
+    residuals: tuple[float, ...] = field(
+        "residuals of all iterations; each is about the square of the one before if Newton's method converges"
+    )
+    multipliers: np.ndarray = field(
+        "Floquet multipliers (d,), largest first, without the multiplier of a shift in time"
+    )
+    shift: complex | None = field(
+        "multiplier of a shift in time of an autonomous flow, 1 up to errors; None for a driven flow"
+    )
+    monodromy: np.ndarray = field("derivative (d, d) of the state after the period by the state before, in the basis")
+    basis: np.ndarray = field("basis (size, d) of the differences of states, orthonormal in the weights of the system")
+    parameters: Mapping[str, Any] = field("parameters of the system with their values")
+    grazing: Mapping[str, float] = field(
+        "turning point nearest to 0 of each gap [m]: > 0 just misses, < 0 just touches; NaN: no turning point"
+    )
+    loss: StabilityLoss = field("nearest loss of stability")
+    shooting: Shooting = field("shooting that found the orbit")
 
     @property
     def iterations(self) -> int:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ from flexmb import checks
 from flexmb.dynamics.series.embedding import LEAST, Embedding, embed, embedding, spread
 from flexmb.dynamics.series.samples import is_constant, mean_period, samples, standardised
 from flexmb.errors import InputError
+from flexmb.fields import field, record_with
 from flexmb.late import scipy
 
 LEAST_OF_DIMENSION = 1000  # smallest number of samples for a dimension
@@ -22,34 +22,26 @@ SPAN = 1.5  # smallest logarithm of the ratio of the radii at the ends of a scal
 EVEN = 0.10
 
 
-@dataclass(frozen=True, eq=False)
+@record_with(eq=False)
 class CorrelationDimension:
-    """The correlation dimension of the set of states behind a signal.
+    """The correlation dimension of the set of states behind a signal."""
 
-    Parameters
-    ----------
-    value : dimension; NaN without a value, for the reason in `status`.
-    error : half width of the error band: spread of the local slopes and of the embeddings.
-    ok : whether there is a value.
-    status : result in a sentence.
-    dimensions : embedding dimensions (d,).
-    values : correlation dimension in each embedding (d,); NaN without a scaling region.
-    region : smallest and largest radius of the scaling region, in standard deviations of the signal.
-    radius : radii (k,), in standard deviations of the signal.
-    sums : correlation sums (d, k): fraction of the pairs that are nearer than the radius.
-    embedding : delay and dimension of the first embedding; None for a constant or too short signal.
-    """
-
-    value: float
-    error: float
-    ok: bool
-    status: str
-    dimensions: tuple[int, ...]
-    values: tuple[float, ...]
-    region: tuple[float, float]
-    radius: np.ndarray = field(repr=False)
-    sums: np.ndarray = field(repr=False)
-    embedding: Embedding | None = field(repr=False)
+    value: float = field("dimension; NaN without a value, for the reason in `status`")
+    error: float = field("half width of the error band: spread of the local slopes and of the embeddings")
+    ok: bool = field("whether there is a value")
+    status: str = field("result in a sentence")
+    dimensions: tuple[int, ...] = field("embedding dimensions (d,)")
+    values: tuple[float, ...] = field("correlation dimension in each embedding (d,); NaN without a scaling region")
+    region: tuple[float, float] = field(
+        "smallest and largest radius of the scaling region, in standard deviations of the signal"
+    )
+    radius: np.ndarray = field("radii (k,), in standard deviations of the signal", repr=False)
+    sums: np.ndarray = field(
+        "correlation sums (d, k): fraction of the pairs that are nearer than the radius", repr=False
+    )
+    embedding: Embedding | None = field(
+        "delay and dimension of the first embedding; None for a constant or too short signal", repr=False
+    )
 
 
 def correlation_dimension(
@@ -171,44 +163,30 @@ def _agreed(values: tuple[float, ...], spreads: tuple[float, ...], count: int) -
 BLOCK = 2_000_000  # largest number of distances in memory
 
 
-@dataclass(frozen=True, eq=False)
+@record_with(eq=False)
 class Recurrence:
-    """Recurrence quantification of a signal.
+    """Recurrence quantification of a signal."""
 
-    Parameters
-    ----------
-    rate : fraction of the pairs of states that are nearer than the threshold.
-    determinism : fraction of the recurrences on diagonal lines of at least `shortest`: states that stay near each
-        other.
-    laminarity : fraction of the recurrences on vertical lines of at least `shortest`: states that stay near one state.
-    mean_diagonal, longest_diagonal : lengths of diagonal lines [samples].
-    entropy : entropy of the distribution of the lengths of diagonal lines [nat].
-    trapping_time, longest_vertical : mean and largest length of vertical lines [samples].
-    threshold : distance below which a state recurs, in standard deviations of the signal.
-    theiler : smallest distance in time of a pair [samples].
-    embedding : delay and dimension of the states.
-    ok : whether there are recurrences.
-    status : result in a sentence.
-    diagonals, verticals : number of lines of length 0, 1, 2, ... [samples].
-    states : the states (n, m), in standard deviations.
-    """
-
-    rate: float
-    determinism: float
-    laminarity: float
-    mean_diagonal: float
-    longest_diagonal: int
-    entropy: float
-    trapping_time: float
-    longest_vertical: int
-    threshold: float
-    theiler: int
-    embedding: Embedding | None = field(repr=False)
-    ok: bool
-    status: str
-    diagonals: np.ndarray = field(repr=False)
-    verticals: np.ndarray = field(repr=False)
-    states: np.ndarray = field(repr=False)
+    rate: float = field("fraction of the pairs of states that are nearer than the threshold")
+    determinism: float = field(
+        "fraction of the recurrences on diagonal lines of at least `shortest`: states that stay near each other"
+    )
+    laminarity: float = field(
+        "fraction of the recurrences on vertical lines of at least `shortest`: states that stay near one state"
+    )
+    mean_diagonal: float = field("mean length of diagonal lines [samples]")
+    longest_diagonal: int = field("largest length of diagonal lines [samples]")
+    entropy: float = field("entropy of the distribution of the lengths of diagonal lines [nat]")
+    trapping_time: float = field("mean length of vertical lines [samples]")
+    longest_vertical: int = field("largest length of vertical lines [samples]")
+    threshold: float = field("distance below which a state recurs, in standard deviations of the signal")
+    theiler: int = field("smallest distance in time of a pair [samples]")
+    embedding: Embedding | None = field("delay and dimension of the states", repr=False)
+    ok: bool = field("whether there are recurrences")
+    status: str = field("result in a sentence")
+    diagonals: np.ndarray = field("number of lines of length 0, 1, 2, ... [samples]", repr=False)
+    verticals: np.ndarray = field("number of lines of length 0, 1, 2, ... [samples]", repr=False)
+    states: np.ndarray = field("the states (n, m), in standard deviations", repr=False)
 
     def matrix(self, first: int = 0, count: int = 1000) -> np.ndarray:
         """Recurrence matrix (k, k) of successive states, bool.

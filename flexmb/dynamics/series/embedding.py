@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.dynamics.series.samples import is_constant, mean_period, samples, standardised
 from flexmb.errors import InputError
+from flexmb.fields import field, record_with
 from flexmb.late import scipy
 
 BLOCK = 1_000_000  # largest number of distances in memory
@@ -80,28 +80,17 @@ LEAST = 100  # smallest number of samples for a delay or a dimension
 FALSE_SHARE = 0.01  # fraction of false neighbours below which a dimension is sufficient
 
 
-@dataclass(frozen=True, eq=False)
+@record_with(eq=False)
 class Embedding:
-    """Delay and dimension of the embedding of a signal.
+    """Delay and dimension of the embedding of a signal."""
 
-    Parameters
-    ----------
-    delay : distance of two entries of a vector [samples].
-    dimension : number of entries of a vector.
-    mean_period : inverse of the mean frequency of the power spectrum [samples].
-    information : mutual information at lags 0, 1, ... [nat].
-    false_share : fraction of false neighbours in dimensions 1, 2, ...
-    ok : whether the fraction of false neighbours is small enough in this dimension.
-    status : result in a sentence.
-    """
-
-    delay: int
-    dimension: int
-    mean_period: float
-    information: np.ndarray = field(repr=False)
-    false_share: np.ndarray = field(repr=False)
-    ok: bool
-    status: str
+    delay: int = field("distance of two entries of a vector [samples]")
+    dimension: int = field("number of entries of a vector")
+    mean_period: float = field("inverse of the mean frequency of the power spectrum [samples]")
+    information: np.ndarray = field("mutual information at lags 0, 1, ... [nat]", repr=False)
+    false_share: np.ndarray = field("fraction of false neighbours in dimensions 1, 2 and so on", repr=False)
+    ok: bool = field("whether the fraction of false neighbours is small enough in this dimension")
+    status: str = field("result in a sentence")
 
     @property
     def window(self) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -20,6 +20,7 @@ from flexmb.dynamics.series.embedding import (
     typical_log_distance,
 )
 from flexmb.dynamics.series.samples import is_constant, mean_period, samples, spacing, standardised
+from flexmb.fields import field, record, record_with
 from flexmb.late import scipy
 
 # The largest exponent from one signal: record, and fit of the straight part of a divergence curve
@@ -32,42 +33,36 @@ MARGIN = 1.5
 LEAST_RISE = 1.0  # smallest rise of the straight part, as a logarithm
 
 
-@dataclass(frozen=True, eq=False)
+@record_with(eq=False)
 class SeriesExponent(arguments.Checked):
-    """The largest exponent of a system, estimated from one of its signals.
-
-    Parameters
-    ----------
-    value : exponent [unit]; NaN without a value, for the reason in `status`.
-    error : half width of the error band [unit]: twice the scatter over parts of the record and over the halves of the
-        straight part, the change with one dimension more, and 5 % for the finite distance of neighbours.
-    units : "1/s" or "1/iteration".
-    ok : whether there is a value; False for constant, periodic, quasi-periodic and random signals.
-    status : result in a sentence.
-    method : "wolf", "rosenstein" or "kantz".
-    embedding : delay and dimension of the embedding; None for a constant or too short signal.
-    theiler : smallest distance in time of neighbours [samples].
-    region : first and last time of the straight part [s or iterations]; NaN without a straight part.
-    time : times of the curve (k,) [s or iterations].
-    curve : mean logarithm of the distance of neighbours (k,), in standard deviations of the signal; for "wolf" the
-        running estimate [unit].
-    """
+    """The largest exponent of a system, estimated from one of its signals."""
 
     formerly = (("unit", "units", "0.3"),)
-    value: float
-    error: float
-    units: str
-    ok: bool
-    status: str
-    method: str
-    embedding: Embedding | None = field(repr=False)
-    theiler: int
-    region: tuple[float, float]
-    time: np.ndarray = field(repr=False)
-    curve: np.ndarray = field(repr=False)
+    value: float = field("exponent [unit]; NaN without a value, for the reason in `status`")
+    error: float = field(
+        "half width of the error band [unit]: twice the scatter over parts of the record and over the halves of the "
+        "straight part, the change with one dimension more, and 5 % for the finite distance of neighbours"
+    )
+    units: str = field('"1/s" or "1/iteration"')
+    ok: bool = field("whether there is a value; False for constant, periodic, quasi-periodic and random signals")
+    status: str = field("result in a sentence")
+    method: str = field('"wolf", "rosenstein" or "kantz"')
+    embedding: Embedding | None = field(
+        "delay and dimension of the embedding; None for a constant or too short signal", repr=False
+    )
+    theiler: int = field("smallest distance in time of neighbours [samples]")
+    region: tuple[float, float] = field(
+        "first and last time of the straight part [s or iterations]; NaN without a straight part"
+    )
+    time: np.ndarray = field("times of the curve (k,) [s or iterations]", repr=False)
+    curve: np.ndarray = field(
+        'mean logarithm of the distance of neighbours (k,), in standard deviations of the signal; for "wolf" the '
+        "running estimate [unit]",
+        repr=False,
+    )
 
 
-@dataclass(frozen=True)
+@record
 class Slope:
     """Slope and its error in one embedding dimension [1/sample], or the reason for no value."""
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from flexmb import arguments, checks
 from flexmb.errors import InputError
+from flexmb.fields import field, record_with
 from flexmb.late import scipy
 
 # Samples of a signal: checked, evenly spaced, standardised
@@ -96,31 +96,19 @@ AROUND = 101  # number of bins of the running median
 LINES, BROAD = 0.99, 0.5
 
 
-@dataclass(frozen=True, eq=False)
+@record_with(eq=False)
 class PowerSpectrum(arguments.Checked):
-    """The power spectrum of a signal.
-
-    Parameters
-    ----------
-    frequency : frequencies (k,) [Hz or 1/iteration].
-    density : one-sided density (k,) [unit of the signal squared / Hz].
-    floor : running median of the density (k,).
-    peaks : frequencies of the lines, strongest first.
-    power : mean square of each line [unit of the signal squared].
-    line_share : fraction of the power in lines.
-    kind : "lines" (99 % of the power in lines), "mixed", "broad" (less than half) or "constant".
-    units : "Hz" or "1/iteration".
-    """
+    """The power spectrum of a signal."""
 
     formerly = (("unit", "units", "0.3"),)
-    frequency: np.ndarray = field(repr=False)
-    density: np.ndarray = field(repr=False)
-    floor: np.ndarray = field(repr=False)
-    peaks: np.ndarray
-    power: np.ndarray
-    line_share: float
-    kind: str
-    units: str
+    frequency: np.ndarray = field("frequencies (k,) [Hz or 1/iteration]", repr=False)
+    density: np.ndarray = field("one-sided density (k,) [unit of the signal squared / Hz]", repr=False)
+    floor: np.ndarray = field("running median of the density (k,)", repr=False)
+    peaks: np.ndarray = field("frequencies of the lines, strongest first")
+    power: np.ndarray = field("mean square of each line [unit of the signal squared]")
+    line_share: float = field("fraction of the power in lines")
+    kind: str = field('"lines" (99 % of the power in lines), "mixed", "broad" (less than half) or "constant"')
+    units: str = field('"Hz" or "1/iteration"')
 
 
 def power_spectrum(signal: Any, interval: Any = None) -> PowerSpectrum:

@@ -2,44 +2,34 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from flexmb import checks
 from flexmb.dynamics.series.samples import is_constant, mean_period, samples, standardised
+from flexmb.fields import field, record_with
 from flexmb.late import scipy
 
 ENOUGH = 200  # smallest number of samples after thinning
 REGULAR, CHAOTIC = 0.3, 0.7  # limits of K: below the first the signal is regular, above the second chaotic
 
 
-@dataclass(frozen=True, eq=False)
+@record_with(eq=False)
 class ZeroOne:
-    """Result of the 0-1 test.
+    """Result of the 0-1 test."""
 
-    Parameters
-    ----------
-    value : median of the correlations K, about 0 for regular and about 1 for chaotic or random signals; NaN if ok is
-        False.
-    spread : half the distance of the quartiles of the correlations.
-    kind : "regular" (below 0.3), "chaotic" (above 0.7) or "undecided".
-    ok : whether there are enough samples.
-    status : result in a sentence.
-    thin : distance of the samples that are used [samples].
-    frequencies : angles c (k,) [rad/sample].
-    correlations : K_c (k,).
-    """
-
-    value: float
-    spread: float
-    kind: str
-    ok: bool
-    status: str
-    thin: int
-    frequencies: np.ndarray = field(repr=False)
-    correlations: np.ndarray = field(repr=False)
+    value: float = field(
+        "median of the correlations K, about 0 for regular and about 1 for chaotic or random signals; NaN if ok is "
+        "False"
+    )
+    spread: float = field("half the distance of the quartiles of the correlations")
+    kind: str = field('"regular" (below 0.3), "chaotic" (above 0.7) or "undecided"')
+    ok: bool = field("whether there are enough samples")
+    status: str = field("result in a sentence")
+    thin: int = field("distance of the samples that are used [samples]")
+    frequencies: np.ndarray = field("angles c (k,) [rad/sample]", repr=False)
+    correlations: np.ndarray = field("K_c (k,)", repr=False)
 
 
 def zero_one_test(signal: Any, *, thin: int | None = None, count: int = 100, seed: int = 0) -> ZeroOne:

@@ -26,23 +26,18 @@ if TYPE_CHECKING:
     from flexmb.parts.wear.worn_joint import WornJoint
     from flexmb.run.simulate import Step
 
+# Kind of the dataset.
 KIND = "wear"
-"""Kind of the dataset."""
-
+# Largest depth that is carried on at once, over the clearance [1]; beyond it ridges grow between the angles.
 LARGEST_INCREMENT = 0.05
-"""Largest depth that is carried on at once, over the clearance [1]; beyond it ridges grow between the angles."""
-
+# Depth over the clearance [1] that counts beside the largest one in the error of an increment.
 SMALL_DEPTH = 0.05
-"""Depth over the clearance [1] that counts beside the largest one in the error of an increment."""
-
+# Factor of a new increment beside the one that would just do, and its least and largest change.
 SAFETY, LEAST_FACTOR, MOST_FACTOR = 0.8, 0.3, 2.0
-"""Factor of a new increment beside the one that would just do, and its least and largest change."""
-
+# Ending of the signals of normal forces.
 FORCE = "normal_force"
-"""Ending of the signals of normal forces."""
-
+# Depths by joint [m].
 Depths = Mapping[str, np.ndarray]
-"""Depths by joint [m]."""
 
 
 class Rate(NamedTuple):
@@ -59,21 +54,13 @@ class StoppedError(Exception):
 
 @dataclass(frozen=True)
 class Turns:
-    """The runs of a wear study: mechanism, turns before and of each measurement, step and method.
+    """The runs of a wear study: mechanism, turns before and of each measurement, step and method."""
 
-    Parameters
-    ----------
-    mechanism : with its worn joints.
-    joints : the worn joints by name.
-    settle, sample : turns that are left out, and turns whose wear is taken.
-    options : step and method of `simulate`.
-    """
-
-    mechanism: Mechanism
-    joints: Mapping[str, WornJoint]
-    settle: int
+    mechanism: Mechanism  # with its worn joints
+    joints: Mapping[str, WornJoint]  # the worn joints by name
+    settle: int  # settle, sample: turns that are left out, and turns whose wear is taken
     sample: int
-    options: Mapping[str, Any]
+    options: Mapping[str, Any]  # step and method of `simulate`
 
     def worn(self, depths: Depths) -> Mechanism:
         """The mechanism with some depths."""
@@ -306,9 +293,8 @@ def wear_out(
         **{name: repr(value) for name, value in settings.items()},
     }
     if resume and store is None:
-        raise InputError(
-            f"{label}: resume is True without a store. Give store='out/wear.zarr', which keeps what is done."
-        )
+        text = f"{label}: resume is True without a store."
+        raise InputError(f"{text} Give store='out/wear.zarr', which keeps what is done.")
     kept = None if store is None else opened(store, fingerprint, KIND, resume=resume)
     record = Record(("turns",), (keep + 1,), kept)
     record.add(_columns(joints))

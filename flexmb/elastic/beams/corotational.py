@@ -99,7 +99,6 @@ M11, M12, M22, G11, G12, G21, G22, H11, H12, H22, J, J1, J2, K11, K12, K22 = ran
 # shortening of the chord is L/30 (BOW11 u1^2 - BOW12 u1 u2 + BOW22 u2^2), with 2, 1, 2 without shear. FREE1, FREE2:
 # rotations u1, u2 of the unstressed element; FREE_LENGTH: chord and shortening of the unstressed element.
 BOW11, BOW12, BOW22, FREE_LENGTH, FREE1, FREE2, PARAMETERS = range(26, 33)
-
 TURN, REST = 6.28125, 0.0019353071795864769  # 2 pi in two parts: the first times a number of turns below 2^40 is exact
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any, TypeAlias, TypeVar
@@ -18,6 +17,7 @@ from flexmb import checks
 from flexmb.elastic.meshes.cell_kinds import KINDS, CellKind, Edges, area_inside, edge_rule, edges_of, loops_of
 from flexmb.elastic.meshes.checks import checked_cells, checked_groups, checked_points, require_sound
 from flexmb.errors import InputError
+from flexmb.fields import field, record_with
 from flexmb.model.law import Material
 
 Array = npt.NDArray[np.float64]
@@ -26,21 +26,11 @@ ON_CIRCLE = 1e-3  # spread of distances from the centre over the radius [1] up t
 PLACES = 13  # decimal places of centres, counted from the leading digit of the size of the mesh
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@record_with(eq=False, repr=False)
 class PlaneMesh:
     """A plane mesh of cells of one kind, with names for parts of its boundary and for groups of cells.
 
     Two meshes are equal if all their numbers and names are equal.  All arrays are read-only.
-
-    Parameters
-    ----------
-    points : (n, 2) nodes [m].
-    cells : (m, k) nodes of the cells, counted from 0: corners counter-clockwise, then the middles of the edges in the
-        same order, then the centre (the order of VTK and gmsh).
-    kind : "tri3", "tri6", "quad4" or "quad9".
-    sets : node numbers by the name of a part of the boundary, such as a hole or an edge.
-    regions : cell numbers by the name of a region, for bodies of several materials or thicknesses.
-    name : name of the mesh in messages.
 
     Raises
     ------
@@ -56,12 +46,19 @@ class PlaneMesh:
     1.0
     """
 
-    points: Array
-    cells: Indices
-    kind: str
-    sets: Mapping[str, Indices] = field(default_factory=dict)
-    regions: Mapping[str, Indices] = field(default_factory=dict)
-    name: str = "mesh"
+    points: Array = field("(n, 2) nodes", "m")
+    cells: Indices = field(
+        "(m, k) nodes of the cells, counted from 0: corners counter-clockwise, then the middles of the edges in the "
+        "same order, then the centre (the order of VTK and gmsh)"
+    )
+    kind: str = field('"tri3", "tri6", "quad4" or "quad9"')
+    sets: Mapping[str, Indices] = field(
+        "node numbers by the name of a part of the boundary, such as a hole or an edge", default_factory=dict
+    )
+    regions: Mapping[str, Indices] = field(
+        "cell numbers by the name of a region, for bodies of several materials or thicknesses", default_factory=dict
+    )
+    name: str = field("name of the mesh in messages", default="mesh")
 
     def __post_init__(self) -> None:
         label = self.label

@@ -107,7 +107,6 @@ def vibrations(
 # Its nodes have as much less, so that no rigid motion of the body has another inertia. Frequencies of motions that
 # deform the hole change by less than this share. With a hundredth of it steps find the pins without mass.
 PIN_SHARE = 1e-7
-
 Point = tuple[float, float]
 FORMULATIONS = {"corotated": COROTATED, "total-lagrange": TOTAL_LAGRANGE}  # formulations of cells by name
 TOO_STIFF = 0.1  # share by which a body is too stiff in bending, above which there is a finding

@@ -201,7 +201,6 @@ def principal(stress: Array) -> tuple[Array, Array, Array]:
 # d11, d12, d33 times area, sz over sx + sy; then the ties of the nodes, as of a cell
 # (`flexmb.elastic.planes.elements`).
 NODES, WIDTH, CELLS, HEAD = range(4)
-
 D11, D12, D33, ACROSS = range(4)  # numbers of the material of a cell
 XX, YY, XY, ZZ, PARTS = range(5)  # components of a stress; PARTS is their count
 

@@ -47,12 +47,10 @@ class LoadAccuracy(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Accuracy:
-    """A reduced body beside the body with all its displacements; both have the same pins.
+    """A reduced body beside the body with all its displacements; both have the same pins."""
 
-    Displacements of pins are exact under any static load, since the static shapes do no work on motions inside.
-    `repr` is a table.
-    """
-
+    # Displacements of pins are exact under any static load, since the static shapes do no work on motions inside.
+    # `repr` is a table.
     label: str  # class and name of the body
     modes: int  # number of kept vibrations
     coordinates: int  # number of coordinates of the reduced body

@@ -48,7 +48,6 @@ from flexmb.kernels import account_kernel, element_kernel, energy_kernel, fast, 
 # Then, at HEAD: X (n) poses of the undeformed body, A (n) weights of the frame, E (2 n) int rho Psi, the matrices M, G,
 # H, P + Kc, Kc, K and D (n x n each), and of each direction l, K l, D l (n each) and Q (n x n); D has no part by zeta.
 COUNT, DIRECTIONS, BY_PIN, MODAL, ZETA, GRAVITY_X, GRAVITY_Y, MASS, MOMENT_X, MOMENT_Y, HEAD = range(11)
-
 MOST = 96  # largest number of coordinates
 # Rows of the scratch matrix: d, d', w, alpha, u, s, forces on e, E, g and its rates, G d, Kc d, H d, work, Q d.
 D, DD, W, AL, U, S, E, EF, G, G1, G2, GD, KD, HD, T1, T2, T3, QD = range(18)
@@ -375,7 +374,6 @@ def gravity_energy(p, q, c, s, x):
 # with products of them; the derivative of f; work.
 # The third scratch matrix holds Q_a d'.
 F, SU, SW, SA, VT, VS, BD, BU, KU, KW, DF, X1, X2, X3, X4, X5, X6, X7 = range(18)
-
 ROWS = 18
 second_scratch, third_scratch = stack_matrix(ROWS, MOST), stack_matrix(MOST, MOST)
 

@@ -29,7 +29,6 @@ LANES = 16  # number of nodes side by side, a group; of groups side by side, a b
 # coordinate their mean stresses side by side; for every group the numbers of its LANES nodes, and of each coordinate
 # their stresses side by side. The last group repeats its last node, the last groups and blocks are followed by zeros.
 GROUPS, PARTS, HEAD = range(3)
-
 SX, SY, TXY, SZ = range(0, 4 * LANES, LANES)  # places of the stresses of what is side by side, among all of them
 SURE = 1.0 + 1e-9  # factor of the bounds, for their round-off
 LEAST = 1e-16  # part of the largest mean square of stresses by which deformations without stress count in R

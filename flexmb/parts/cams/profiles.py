@@ -216,12 +216,7 @@ def flat_profile(
 
 
 def oscillating_flat_profile(
-    lift: Lift,
-    pivot: tuple[float, float],
-    *,
-    angle: float,
-    offset: float = 0.0,
-    at: tuple[float, float] = (0.0, 0.0),
+    lift: Lift, pivot: tuple[float, float], *, angle: float, offset: float = 0.0, at: tuple[float, float] = (0.0, 0.0)
 ) -> ClosedCurve:
     """Profile of a cam for a flat face that swings about a pivot.
 

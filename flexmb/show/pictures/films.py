@@ -134,12 +134,7 @@ class Film:
 
 
 def _scene(
-    sol: Solution,
-    true: Solution,
-    magnify: float,
-    points: dict[str, Place],
-    joints: tuple[str, ...],
-    box: Box | None,
+    sol: Solution, true: Solution, magnify: float, points: dict[str, Place], joints: tuple[str, ...], box: Box | None
 ) -> Scene:
     """Scene of all frames: section forces of the true deformation at the places of the magnified one."""
     first, last = np.searchsorted(sol.time, true.time[0]), np.searchsorted(sol.time, true.time[-1], side="right")
