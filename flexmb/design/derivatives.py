@@ -196,9 +196,7 @@ class Sensitivity(Measures):
         "parameters beside them"
     )
     signals: xr.Dataset = field("the signals themselves")
-    measures: xr.Dataset = field(
-        "`amount`, `derivative` and `relative` derivative (NaN or infinite of an amount of 0) of each measure"
-    )
+    measures: xr.Dataset = field("`amount`, `derivative`, `relative` derivative (no number of 0) by measure")
     growth: float = field("factor by which a small difference of the state grew during the run")
     status: str = field("sentence on the end of the run")
 

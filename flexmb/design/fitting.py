@@ -62,15 +62,11 @@ class Fit(display.Inside):
         "measured less computed signals, xarray; attributes: unit, `noise` (the given level, else that of the "
         "scatter), `correlation` from one instant to the next"
     )
-    rms: float = field(
-        "root of the mean square of the residuals over their levels: the given noise, else a tenth of the signal"
-    )
+    rms: float = field("root mean square of the residuals over the given noise, else over a tenth of the signal")
     runs: int = field("number of runs that were made")
     ok: bool = field("whether the search converged")
     message: str = field("end of the search, in a sentence")
-    corrected: dict[str, float] = field(
-        "standard errors with the correlation of the residuals; those of `errors` where it is not clear"
-    )
+    corrected: dict[str, float] = field("standard errors for correlated residuals; `errors` where it is not clear")
     computed: xr.Dataset = field("computed signals with their offsets, xarray")
     begins: tuple[float, ...] = field("times at which the pieces of the record begin", "s")
     units: dict[str, str] = field('unit of each parameter, "" where it is unknown or none')

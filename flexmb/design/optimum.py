@@ -49,9 +49,7 @@ class Optimum(display.Inside):
     objective: float = field("objective of the best design")
     first: float = field("objective at the start")
     limits: dict[str, float] = field("values of the limits by their texts; negative ones are violated")
-    history: xr.Dataset = field(
-        "all designs in the order of their evaluation: parameters, objective, limits, status, xarray"
-    )
+    history: xr.Dataset = field("all designs in order: parameters, objective, limits, status")
     check: tuple[float, float] = field(
         "error of derivatives by central differences at start and end, over the largest derivative of all designs; "
         "NaN where no neighbour succeeds"

@@ -48,9 +48,7 @@ class OrbitSensitivity(Measures):
         "sizes and product of the multipliers, exponents ln|multiplier| / period, and measures of signals"
     )
     orbit: PeriodicOrbit = field("the orbit")
-    status: str = field(
-        "sentences on the error of the derivatives of the start, and on missing or doubtful derivatives"
-    )
+    status: str = field("sentences on errors of the derivatives, and on missing or doubtful ones")
 
     def to_dataset(self) -> xr.Dataset:
         """All derivatives in one dataset."""

@@ -83,12 +83,8 @@ class Spread(display.Inside):
         "variance; None if small differences grow so far that derivatives say nothing"
     )
     samples: xr.Dataset | None = field("each sampled machine: parameters, measures, status; None without samples")
-    statistics: xr.Dataset | None = field(
-        "by measure: `mean`, `deviation`, `low` and `high` quantiles (5 and 95 %) of the samples"
-    )
-    indices: xr.Dataset | None = field(
-        "Sobol's indices of the samples, `first` and `total` by measure and parameter; None if not asked for"
-    )
+    statistics: xr.Dataset | None = field("`mean`, `deviation`, quantiles `low` and `high` (5, 95 %) of each measure")
+    indices: xr.Dataset | None = field("Sobol's indices `first`, `total` by measure and parameter; None: not asked")
     message: str = field("sentence on failed samples and on derivatives")
 
     def __repr__(self) -> str:

@@ -161,9 +161,7 @@ class Basin:
         "finite or out of bounds, or failed steps)"
     )
     attractors: tuple[np.ndarray, ...] = field("section points (k, size) of each attractor, in the order of the motion")
-    periods: tuple[int, ...] = field(
-        "number of periods after which each attractor repeats itself; 0: quasi-periodic or chaotic"
-    )
+    periods: tuple[int, ...] = field("periods until each attractor repeats; 0: quasi-periodic or chaotic")
     taken: np.ndarray = field("number (ny, nx) of periods until the repetition was found, or of all periods")
     status: str = field("result in a sentence")
 

@@ -76,9 +76,7 @@ class ChaosReport:
     skip: int = field("number of periods before the first point")
     motion: Motion = field("signals once a period and finely sampled")
     signals: tuple[SignalEstimates, ...] = field("estimates from each selected signal")
-    planes: tuple[tuple[str, str | None], ...] = field(
-        "pairs of signals to be drawn; the second one is None for a signal without a partner"
-    )
+    planes: tuple[tuple[str, str | None], ...] = field("pairs of signals to be drawn; None: no partner")
 
     @property
     def ok(self) -> bool:

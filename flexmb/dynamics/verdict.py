@@ -86,15 +86,9 @@ class Verdict:
 
     kind: str = field('"periodic", "quasi-periodic", "chaotic", "transient" or "inconclusive"')
     reason: str = field("reason, and advice after an inconclusive or transient verdict, in a sentence or two")
-    k: int = field(
-        "number of points of the cycle of a periodic motion, or of the cycle that a transient approaches; 0: no cycle",
-        default=0,
-    )
+    k: int = field("points of the cycle of a periodic motion, or of the one it approaches; 0: none", default=0)
     evidence: Mapping[str, float] = field(
-        "numbers on which the verdict rests; see `judge`",
-        default_factory=lambda: MappingProxyType({}),
-        repr=False,
-        hash=False,
+        "numbers of the verdict; see `judge`", default_factory=lambda: MappingProxyType({}), repr=False, hash=False
     )
 
     def __post_init__(self) -> None:

@@ -47,20 +47,13 @@ class Report:
     contacts: tuple[str, ...] = field("names of the contacts", default=())
     coordinates: int = field("number of coordinates", default=0)
     rows: int = field("number of constraint rows, drives included", default=0)
-    freedom: int = field(
-        "degrees of freedom of the bodies taken as rigid, clearance joints as ideal, without the drives", default=0
-    )
-    gruebler: int = field(
-        "degrees of freedom by the count of Gruebler: 3 for each body, less the constraint rows of the joints",
-        default=0,
-    )
+    freedom: int = field("degrees of freedom, all bodies rigid, joints ideal, without drives", default=0)
+    gruebler: int = field("degrees of freedom by Gruebler: 3 a body, less the rows of the joints", default=0)
     drives: tuple[str, ...] = field("names of the drives", default=())
     free: int = field("degrees of freedom that the drives leave", default=0)
     redundant: tuple[str, ...] = field("joints that repeat what others say", default=())
     mass: float = field("total mass", "kg", default=0.0)
-    frequencies: tuple[float, ...] = field(
-        "lowest natural frequencies [Hz] in the reference configuration, drives held fast", default=()
-    )
+    frequencies: tuple[float, ...] = field("lowest natural frequencies [Hz], drives held fast", default=())
     signals: tuple[str, ...] = field("full names of all signals that a run reports", default=())
 
     @property

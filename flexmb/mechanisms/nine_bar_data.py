@@ -95,12 +95,7 @@ class NineBarData(Input):
     depth: float = field("depth of all bars in the plane of motion", "m", positive, default=0.025)
     thickness: float = field("thickness of all bars but that of link 3", "m", positive, default=0.012)
     thickness3: float = field("thickness of the bar of link 3", "m", positive, default=0.006)
-    damping: float = field(
-        "zeta2, stiffness-proportional damping of the beams; inferred: `INFERRED_DAMPING`",
-        "s",
-        not_negative,
-        default=INFERRED_DAMPING,
-    )
+    damping: float = field("zeta2, damping of the beams; inferred", "s", not_negative, default=INFERRED_DAMPING)
     mass_damping: float = field("zeta1, mass-proportional damping of the beams", "1/s", not_negative, default=0.0)
     gravity: float = field("acceleration of gravity along X", "m/s^2", default=-9.81)
 

@@ -161,21 +161,14 @@ class ConstraintContribution:
     )
     p: tuple[float, ...] = field("parameters of the kernel")
     rows: int = field("number of equations")
-    second: tuple[Coordinate, ...] | None = field(
-        "coordinates of the body on which the reported force acts", default=None
-    )
+    second: tuple[Coordinate, ...] | None = field("coordinates of the body with the reported force", default=None)
     moment_row: int = field("row whose multiplier is a moment or a drive force; -1: no such row", default=-1)
-    motions: tuple[RowMotion, ...] = field(
-        "prescribed motions, in the order of their rows, from which they are subtracted", default=()
-    )
+    motions: tuple[RowMotion, ...] = field("prescribed motions, subtracted from rows in order", default=())
     is_drive: bool = field("whether the constraint reports motions and no force", default=False)
-    drive_units: tuple[str, str] = field(
-        "units of the coordinate and of the force of a joint that a drive can move", default=("rad", "N m")
-    )
+    drive_units: tuple[str, str] = field("units of the coordinate and of the force of a drive", default=("rad", "N m"))
     joint_friction: JointFriction | None = field("friction that depends on the multipliers", default=None)
     holds: str = field(
-        '"always"; "closed" in place of a contact (at the start, for modes, for inverse dynamics); "start" in place '
-        "of an elastic joint, while start values are computed",
+        '"always"; "closed": in place of a contact (start, modes, inverse dynamics); "start": of an elastic joint',
         default="always",
     )
     reactions: tuple[Reaction, ...] = field("reported forces in place of those on a second body", default=())
@@ -215,11 +208,7 @@ class ContactContribution:
     normal: NormalLaw = field("law of the normal force")
     friction: FrictionLaw = field("law of the friction force")
     name: str = field('name among the contacts of a part; "" for the only one', default="")
-    period: float = field(
-        "by which the gap jumps where its direction has made half a turn from the one drawn; 0: it does not",
-        "m",
-        default=0.0,
-    )
+    period: float = field("jump of the gap where its direction has made half a turn; 0: none", "m", default=0.0)
 
     @property
     def label(self) -> str:
@@ -237,18 +226,14 @@ class SignalContribution:
     kernel: Kernel = field("signal kernel; with `place` an extremum kernel")
     coordinates: tuple[Coordinate, ...] = field("coordinates of the kernel")
     p: tuple[float, ...] = field("parameters of the kernel", default=())
-    is_mode: bool = field(
-        "whether the values number states, so that an instant within a step takes the value of the nearer end",
-        default=False,
-    )
+    is_mode: bool = field("whether the values number states, which are not interpolated", default=False)
     use_of_factor: str = field(
         "`MULTIPLIES`: the factor of the part's element multiplies the value; `ADDS`, `SUBTRACTS`: its first "
         'parameter times its factor is added or subtracted; "": nothing',
         default="",
     )
     place: str = field(
-        'name of the signal of the place\'s number; its peak is its value at the peak of this one. "": no place',
-        default="",
+        'signal of the number of the place, with its value at the peak of this one; "": none', default=""
     )
 
 

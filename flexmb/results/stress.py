@@ -270,11 +270,7 @@ class Fatigue:
     counts: np.ndarray = field("(n,) 1 of a full cycle, 0.5 of a half one", repr=False)
     duration: float = field("time over which cycles were counted", "s")
     woehler: WoehlerLine | None = field("the Woehler line; None: no damage")
-    captured: float = field(
-        "largest saved stress at the point over that of all accepted steps; NaN at a chosen point",
-        "1",
-        default=math.nan,
-    )
+    captured: float = field("largest saved stress over that of all steps; NaN at a chosen point", "1", default=math.nan)
 
     @property
     def damage(self) -> float:

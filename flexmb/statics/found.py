@@ -29,10 +29,7 @@ class Equilibrium:
     iterations: int = field("Newton iterations of all load steps")
     spin: float = field("speed of the frame in which the mechanism is at rest, counter-clockwise", "rad/s", default=0.0)
     about: tuple[float, float] = field("centre of that rotation", "m", default=(0.0, 0.0))
-    stable: bool | None = field(
-        "whether small motions about it have positive stiffness; None for follower forces, and near a limit",
-        default=None,
-    )
+    stable: bool | None = field("whether all stiffness is positive; None of follower forces", default=None)
 
     def __getitem__(self, name: str) -> float:
         place = resolve(name, self.aliases)

@@ -46,15 +46,11 @@ class Modes:
         '(n,) what each mode is: "rigid: rotation of \'rod\'", "elastic", "overdamped", "unstable", or "not '
         'resolved" where the strain energy is lost in the round-off of the stiffness'
     )
-    moves: tuple[str, ...] = field(
-        "(n,) name of the coordinate that each mode moves most, rotations counted with the size of the mechanism"
-    )
+    moves: tuple[str, ...] = field("(n,) coordinates that the modes move most, rotations times the size")
     eigenvalues: np.ndarray = field("(n,) complex s [1/s]: motions grow as exp(s t)")
     damping: np.ndarray = field("(n,) damping ratios -Re s/|s|; negative where the motion grows, 0 where s is 0")
     left_out: tuple[str, ...] = field(
-        "names of contacts without a part in these modes: all about the reference configuration, the open ones about "
-        "an equilibrium",
-        default=(),
+        "contacts without a part in these modes: all, about an equilibrium the open ones", default=()
     )
 
     def shape(self, mode: int, name: str) -> float | complex:

@@ -138,12 +138,8 @@ class Exponents(arguments.Checked):
     points: np.ndarray = field("section points (m, signals), one a period (iteration, crossing)", repr=False)
     signals: SectionSignals = field("names, units and resolution of the signals of the points", repr=False)
     period: float = field("mean time from one point to the next; NaN for a map", "s", default=float("nan"))
-    verdict: Verdict | None = field(
-        "verdict on the points with the largest exponent; None for points that are no section", default=None
-    )
-    statistical: np.ndarray = field(
-        "errors (k,) of the record alone [unit]; by default `errors`", default_factory=lambda: np.empty(0), repr=False
-    )
+    verdict: Verdict | None = field("verdict on the points; None where they are no section", default=None)
+    statistical: np.ndarray = field("errors (k,) of the record alone", default_factory=lambda: np.empty(0), repr=False)
     confirmed: Confirmed | None = field("exponents of the second run; None: no second run", default=None)
     unconfirmed: str = field('reason why a requested second run failed; "" otherwise', default="", repr=False)
 

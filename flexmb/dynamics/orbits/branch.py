@@ -26,18 +26,14 @@ class BranchPoint:
     period: float = field("period of the orbit [s, or iterations]")
     state: np.ndarray = field("start state (size,)")
     signals: np.ndarray = field("signals (names,) at the start")
-    multipliers: np.ndarray = field(
-        "Floquet multipliers (d,), largest first, without the multiplier of a shift in time"
-    )
+    multipliers: np.ndarray = field("Floquet multipliers (d,), largest first, without that of a shift in time")
     stable: bool = field("whether all multipliers lie inside the unit circle")
     residual: float = field("gap between end and start, over the size of the state")
     extremes: np.ndarray = field("smallest and largest values (names, 2) on the orbit; NaN if not requested")
     grazing: dict[str, float] = field("turning point nearest to 0 of each gap", "m")
     rising: float = field("change of the parameter along the branch over the whole change, -1 ... 1")
     shooting_run: ShootingRun = field("the motion over the period")
-    impact_speeds: np.ndarray = field(
-        "closing speeds of the impacts of rigid surfaces in a period (`ImpactODE`)", default_factory=lambda: np.zeros(0)
-    )
+    impact_speeds: np.ndarray = field("closing speeds of impacts (`ImpactODE`)", default_factory=lambda: np.zeros(0))
 
 
 @record_with(eq=False)
@@ -52,9 +48,7 @@ class Branch(arguments.Checked):
     names: tuple[str, ...] = field("names of the signals")
     units: tuple[str, ...] = field("units of the signals")
     points: tuple[BranchPoint, ...] = field("orbits in the order of the branch")
-    events: tuple[BranchPoint, ...] = field(
-        "located orbits at which stability changes or surfaces graze, in the same order"
-    )
+    events: tuple[BranchPoint, ...] = field("orbits at which stability changes or surfaces graze, in order")
     ok: bool = field("whether the branch ended at the end of the range")
     status: str = field("end of the branch, in a sentence")
     shooting: Shooting = field("shooting that found the orbits")

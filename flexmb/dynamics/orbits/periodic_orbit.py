@@ -127,21 +127,13 @@ class PeriodicOrbit(arguments.Checked):
     times: int = field("number of periods of the drives, or of iterations")
     units: str = field("unit of period and time")
     residual: float = field("gap between end and start, over the size of the state")
-    residuals: tuple[float, ...] = field(
-        "residuals of all iterations; each is about the square of the one before if Newton's method converges"
-    )
-    multipliers: np.ndarray = field(
-        "Floquet multipliers (d,), largest first, without the multiplier of a shift in time"
-    )
-    shift: complex | None = field(
-        "multiplier of a shift in time of an autonomous flow, 1 up to errors; None for a driven flow"
-    )
+    residuals: tuple[float, ...] = field("residuals of all iterations; squared from one to the next at the end")
+    multipliers: np.ndarray = field("Floquet multipliers (d,), largest first, without that of a shift in time")
+    shift: complex | None = field("multiplier of a shift in time, 1 up to errors; None for a driven flow")
     monodromy: np.ndarray = field("derivative (d, d) of the state after the period by the state before, in the basis")
     basis: np.ndarray = field("basis (size, d) of the differences of states, orthonormal in the weights of the system")
     parameters: Mapping[str, Any] = field("parameters of the system with their values")
-    grazing: Mapping[str, float] = field(
-        "turning point nearest to 0 of each gap [m]: > 0 just misses, < 0 just touches; NaN: no turning point"
-    )
+    grazing: Mapping[str, float] = field("turning point next to 0 of each gap [m]: > 0 misses, < 0 touches; NaN: none")
     loss: StabilityLoss = field("nearest loss of stability")
     shooting: Shooting = field("shooting that found the orbit")
 

@@ -32,16 +32,10 @@ class CorrelationDimension:
     status: str = field("result in a sentence")
     dimensions: tuple[int, ...] = field("embedding dimensions (d,)")
     values: tuple[float, ...] = field("correlation dimension in each embedding (d,); NaN without a scaling region")
-    region: tuple[float, float] = field(
-        "smallest and largest radius of the scaling region, in standard deviations of the signal"
-    )
+    region: tuple[float, float] = field("radii of the scaling region, in standard deviations of the signal")
     radius: np.ndarray = field("radii (k,), in standard deviations of the signal", repr=False)
-    sums: np.ndarray = field(
-        "correlation sums (d, k): fraction of the pairs that are nearer than the radius", repr=False
-    )
-    embedding: Embedding | None = field(
-        "delay and dimension of the first embedding; None for a constant or too short signal", repr=False
-    )
+    sums: np.ndarray = field("correlation sums (d, k): fraction of the pairs nearer than the radius", repr=False)
+    embedding: Embedding | None = field("the first embedding; None for a constant or short signal", repr=False)
 
 
 def correlation_dimension(
@@ -168,12 +162,8 @@ class Recurrence:
     """Recurrence quantification of a signal."""
 
     rate: float = field("fraction of the pairs of states that are nearer than the threshold")
-    determinism: float = field(
-        "fraction of the recurrences on diagonal lines of at least `shortest`: states that stay near each other"
-    )
-    laminarity: float = field(
-        "fraction of the recurrences on vertical lines of at least `shortest`: states that stay near one state"
-    )
+    determinism: float = field("fraction of recurrences on diagonals of at least `shortest`: states stay together")
+    laminarity: float = field("fraction of recurrences on verticals of at least `shortest`: states stay near one state")
     mean_diagonal: float = field("mean length of diagonal lines [samples]")
     longest_diagonal: int = field("largest length of diagonal lines [samples]")
     entropy: float = field("entropy of the distribution of the lengths of diagonal lines [nat]")

@@ -47,19 +47,11 @@ class SeriesExponent(arguments.Checked):
     ok: bool = field("whether there is a value; False for constant, periodic, quasi-periodic and random signals")
     status: str = field("result in a sentence")
     method: str = field('"wolf", "rosenstein" or "kantz"')
-    embedding: Embedding | None = field(
-        "delay and dimension of the embedding; None for a constant or too short signal", repr=False
-    )
+    embedding: Embedding | None = field("the embedding; None for a constant or short signal", repr=False)
     theiler: int = field("smallest distance in time of neighbours [samples]")
-    region: tuple[float, float] = field(
-        "first and last time of the straight part [s or iterations]; NaN without a straight part"
-    )
+    region: tuple[float, float] = field("first and last time of the straight part [s or iterations]; NaN: none")
     time: np.ndarray = field("times of the curve (k,) [s or iterations]", repr=False)
-    curve: np.ndarray = field(
-        'mean logarithm of the distance of neighbours (k,), in standard deviations of the signal; for "wolf" the '
-        "running estimate [unit]",
-        repr=False,
-    )
+    curve: np.ndarray = field('mean logarithm of the distance (k,); of "wolf" the running estimate', repr=False)
 
 
 @record

@@ -19,10 +19,7 @@ REGULAR, CHAOTIC = 0.3, 0.7  # limits of K: below the first the signal is regula
 class ZeroOne:
     """Result of the 0-1 test."""
 
-    value: float = field(
-        "median of the correlations K, about 0 for regular and about 1 for chaotic or random signals; NaN if ok is "
-        "False"
-    )
+    value: float = field("median of the correlations K: about 0 of regular, 1 of chaotic or random signals, or NaN")
     spread: float = field("half the distance of the quartiles of the correlations")
     kind: str = field('"regular" (below 0.3), "chaotic" (above 0.7) or "undecided"')
     ok: bool = field("whether there are enough samples")

@@ -52,9 +52,7 @@ class PlaneMesh:
         "same order, then the centre (the order of VTK and gmsh)"
     )
     kind: str = field('"tri3", "tri6", "quad4" or "quad9"')
-    sets: Mapping[str, Indices] = field(
-        "node numbers by the name of a part of the boundary, such as a hole or an edge", default_factory=dict
-    )
+    sets: Mapping[str, Indices] = field("node numbers by the name of a hole or an edge", default_factory=dict)
     regions: Mapping[str, Indices] = field(
         "cell numbers by the name of a region, for bodies of several materials or thicknesses", default_factory=dict
     )

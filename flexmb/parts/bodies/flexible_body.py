@@ -84,9 +84,7 @@ class FlexibleBody(ElasticBody):
         rule=instance(bool, "True, False or None"),
         default=None,
     )
-    velocity: Triple | FieldLike | None = field(
-        "(vx, vy, omega) at the start, see above; None: as driven", default=None
-    )
+    velocity: Triple | FieldLike | None = field("(vx, vy, omega) at the start; None: as driven", default=None)
     displacement: FieldLike | None = field("(dx, dy, dtheta) at the start, see above; None: none", default=None)
 
     @property

@@ -158,9 +158,7 @@ class FlexibleFrame(FlexibleBody, Edges):
     """
 
     _: KW_ONLY
-    centre: Point | None = field(
-        "of mass, when mass or inertia is given; None: the beams' own", "m", point, default=None
-    )
+    centre: Point | None = field("of mass, with mass or inertia; None: the beams' own", "m", point, default=None)
     turns: float | tuple[float, ...] = field("turns of all arcs, or one an edge; 0: straight", "rad", default=0.0)
 
     def __post_init__(self) -> None:
@@ -330,9 +328,7 @@ class FlexibleLink(FlexibleBody, Bar):
     _: KW_ONLY
     section: Section = field("cross section")
     elements: Elements = field("number of elements, or fractions of the length where inner nodes stand", default=4)
-    centre: float = field(
-        "of mass, from start (0) to end (1), when `mass` is given", rule=between(0.0, 1.0), default=0.5
-    )
+    centre: float = field("of mass, from start (0) to end (1), with `mass`", rule=between(0.0, 1.0), default=0.5)
     pivot_inertia: float = field("at the start node, not counted in `inertia`", "kg m^2", not_negative, default=0.0)
     turn: float = field("turn of an arc from start to end, see above; 0: straight", "rad", default=0.0)
 

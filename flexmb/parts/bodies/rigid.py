@@ -81,7 +81,7 @@ class RigidBody(Body):
         default=None,
     )
     outline: Sequence[Point] = field(
-        "polyline, for pictures; empty: a line to every joint", "m", several(point, "points"), default=()
+        "polyline in pictures, or lines to joints", "m", several(point, "points"), default=()
     )
 
     def nodes(self) -> tuple[Node, ...]:

@@ -140,9 +140,7 @@ class Control(Controller):
     numbers: Sequence[float] = field("parameters p of the law", rule=several(number, "numbers"), default=())
     states: Any = field("number of own states, or their start values", rule=Rule(checked_states), default=())
     outputs: Sequence[str] | None = field("names of the outputs; None: output1, ...", rule=Rule(names), default=None)
-    sample: float | None = field(
-        "time between the instants at which the law acts", "s", Rule(checked_sample), default=None
-    )
+    sample: float | None = field("time between the actions of the law", "s", Rule(checked_sample), default=None)
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -100,9 +100,7 @@ class PID(Controller):
     filter_time: float | None = field("time constant of the filter of the derivative", "s", positive, default=None)
     tracking_time: float | None = field("time constant of the limited integral", "s", positive, default=None)
     weight: float = field("weight b of the target in proportional action", default=1.0)
-    derivative_of: str = field(
-        '"measurement" or "error", see above', rule=one_of(MEASUREMENT, ERROR), default=MEASUREMENT
-    )
+    derivative_of: str = field('"measurement" or "error"', rule=one_of(MEASUREMENT, ERROR), default=MEASUREMENT)
     sample: float | None = field("time between instants; None: at all times", "s", Rule(checked_sample), default=None)
 
     def __post_init__(self) -> None:

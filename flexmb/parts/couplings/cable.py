@@ -154,9 +154,7 @@ class Cable(Part):
     at: tuple[float, float] = field("point of the first body, or centre of its drum", "m", point)
     to: tuple[float, float] = field("the same of the second body", "m", point)
     _: KW_ONLY
-    free_length: float | None = field(
-        "length without tension; None: distance of the points", "m", positive, default=None
-    )
+    free_length: float | None = field("length without tension; None: of the points", "m", positive, default=None)
     normal: NormalLaw = field("tension over elongation", rule=Rule(own_stiffness))
     radii: tuple[float, float] = field("radii of both drums, see above; 0: a point", "m", vector, default=(0.0, 0.0))
 

@@ -95,9 +95,7 @@ class OneWayClutch(Joint):
     _: KW_ONLY
     stiffness: float = field("torsional stiffness of the engaged clutch", "N m/rad", positive)
     damping: float = field("damping of the engaged clutch", "N m s/rad", not_negative, default=0.0)
-    free: str = field(
-        "free rotation of the second body", rule=one_of(COUNTER_CLOCKWISE, CLOCKWISE), default=COUNTER_CLOCKWISE
-    )
+    free: str = field("free turn of the second", rule=one_of(COUNTER_CLOCKWISE, CLOCKWISE), default=COUNTER_CLOCKWISE)
 
     kind = "revolute"
 

@@ -207,9 +207,7 @@ class EdgePressure(MeshLoad):
 
     edge: str = field("name of a set of the mesh")
     pressure: float | Callable[[loads.Array], Any] = field("> 0 into the body, or a function, see above", "Pa", STRESS)
-    shear: float | Callable[[loads.Array], Any] = field(
-        "along the edge, or a function, see above", "Pa", STRESS, default=0.0
-    )
+    shear: float | Callable[[loads.Array], Any] = field("along the edge, or a function", "Pa", STRESS, default=0.0)
 
     def share(self, part: float) -> EdgePressure:
         """The load with the fraction `part` of its stresses."""

@@ -228,9 +228,7 @@ class SpringDamper(Part):
     _: KW_ONLY
     stiffness: float = field("k", "N/m", not_negative)
     damping: float = field("d", "N s/m", not_negative, default=0.0)
-    free_length: float | Motion | None = field(
-        "length without force; None: as drawn", "m", Rule(checked_rest), default=None
-    )
+    free_length: float | Motion | None = field("without force; None: as drawn", "m", Rule(checked_rest), default=None)
 
     def __post_init__(self) -> None:
         super().__post_init__()
