@@ -289,18 +289,9 @@ def basin(
     lost, open_ = int(np.sum(number == LOST)), int(np.sum(number == UNDECIDED))
     status = f"{len(attractors)} attractors; {lost} motions were lost, {open_} are undecided."
     return Basin(
-        name=moved.name,
-        axes=(ax, by),
-        units=(ua, ub),
-        places=(a, b),
-        x=xs,
-        y=ys,
-        number=number.reshape(shape),
-        attractors=attractors,
-        periods=periods,
-        taken=taken,
-        status=status,
-    )
+        name=moved.name, axes=(ax, by), units=(ua, ub), places=(a, b), x=xs, y=ys, number=number.reshape(shape),
+        attractors=attractors, periods=periods, taken=taken, status=status,
+    )  # fmt: skip
 
 
 def _place(system: Dynamics, axis: Any, which: str) -> tuple[int, str, str, np.ndarray]:

@@ -326,12 +326,8 @@ def wrapped(unit: str, values: np.ndarray) -> np.ndarray:
 
 
 # Meaning of the kinds of a power spectrum.
-SPECTRUM = {
-    "lines": "periodic or nearly so",
-    "mixed": "lines on a floor",
-    "broad": "chaotic or random",
-    "constant": "the signal is constant",
-}
+BROAD, EVEN = "chaotic or random", "the signal is constant"
+SPECTRUM = {"lines": "periodic or nearly so", "mixed": "lines on a floor", "broad": BROAD, "constant": EVEN}
 
 MORE_THAN = 2.0  # smallest dimension of a chaotic motion in time: curves on a surface cannot cross
 ROUND_OFF = 1e-14  # magnitude below which a number is shown as 0

@@ -26,15 +26,8 @@ LARGE_CLEARANCE = 0.2  # clearance over the radius or length beside it, above wh
 def dimension_findings(mechanism: Mechanism) -> list[Finding]:
     """Findings on the numbers of all parts."""
     own = [finding for part in mechanism.parts for finding in part.answers("findings_before", mechanism)]
-    return [
-        *_sizes(mechanism),
-        *_place(mechanism),
-        *_gravity(mechanism),
-        *_materials(mechanism),
-        *implausible_findings(mechanism),
-        *_clearances(mechanism),
-        *own,
-    ]
+    found = [*_sizes(mechanism), *_place(mechanism), *_gravity(mechanism), *_materials(mechanism)]
+    return [*found, *implausible_findings(mechanism), *_clearances(mechanism), *own]
 
 
 def size_of(mechanism: Mechanism, body: Body | None = None) -> float:

@@ -129,12 +129,9 @@ def four_bar(
     normal = LankaraniNikravesh.from_materials(steel, steel, restitution=data.restitution)
     coulomb = ModifiedCoulomb(data.friction_coefficient, data.v0, data.v1)
     law = friction_law("four_bar", friction, coulomb)
-    joints = [
-        Revolute("O", GROUND, crank, at=O),
-        Revolute("D", GROUND, rocker, at=D),
-        Revolute("A", crank, coupler, at=A),
-        pin("B", coupler, rocker, B, clearance, data.bearing_radius, normal, law),
-    ]
+    worn = pin("B", coupler, rocker, B, clearance, data.bearing_radius, normal, law)
+    ends = Revolute("O", GROUND, crank, at=O), Revolute("D", GROUND, rocker, at=D)
+    joints = [*ends, Revolute("A", crank, coupler, at=A), worn]
     motor = Drive("motor", "O", crank_motion("four_bar", speed, ramp))
     return Mechanism(NAME, (crank, coupler, rocker, *joints, motor))
 

@@ -106,13 +106,9 @@ def nine_bar(
 
 def _ends(data: NineBarData, pose: NineBarPose) -> dict[int, tuple[Point, Point]]:
     return {
-        1: (data.pivot1, pose.P1),
-        2: (pose.P1, pose.B),
-        3: (pose.P4, pose.B),
-        4: (data.pivot4, pose.P4),
-        6: (data.pivot6, pose.A),
-        8: (pose.C, pose.S),
-    }
+        1: (data.pivot1, pose.P1), 2: (pose.P1, pose.B), 3: (pose.P4, pose.B),
+        4: (data.pivot4, pose.P4), 6: (data.pivot6, pose.A), 8: (pose.C, pose.S),
+    }  # fmt: skip
 
 
 def _ideal_joints(data: NineBarData, pose: NineBarPose, body: dict[str, Body]) -> list[Joint]:

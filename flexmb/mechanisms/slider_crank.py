@@ -138,12 +138,9 @@ def slider_crank(
     normal = LankaraniNikravesh.from_materials(steel, steel, restitution=data.restitution)
     coulomb = ModifiedCoulomb(data.friction_coefficient, data.v0, data.v1)
     law = friction_law("slider_crank", friction, coulomb)
-    joints = [
-        Revolute("O", GROUND, crank, at=O),
-        Revolute("A", crank, rod, at=A),
-        pin("B", rod, slider, B, clearance, data.bearing_radius, normal, law),
-        Prismatic("guide", GROUND, slider, at=B, along=(1.0, 0.0)),
-    ]
+    worn = pin("B", rod, slider, B, clearance, data.bearing_radius, normal, law)
+    guide = Prismatic("guide", GROUND, slider, at=B, along=(1.0, 0.0))
+    joints = [Revolute("O", GROUND, crank, at=O), Revolute("A", crank, rod, at=A), worn, guide]
     motor = Drive("motor", "O", crank_motion("slider_crank", speed, ramp))
     return Mechanism(NAME, (crank, rod, slider, *joints, motor))
 

@@ -185,15 +185,9 @@ SPRING, DAMPER, ROD, CABLE = "spring", "damper", "rod", "cable"  # kinds of line
 MARKER, TRACE = "marker", "trace"  # kinds of points that are no joints: a marker, and a marker whose path is drawn
 
 KINDS: dict[str, type[Shape]] = {
-    "rigid": RigidShape,
-    "beam": BeamShape,
-    "mesh": MeshShape,
-    "point": PointShape,
-    "line": LineShape,
-    "arrow": ArrowShape,
-    "circle": CircleShape,
-    "belt": BeltShape,
-}
+    "rigid": RigidShape, "beam": BeamShape, "mesh": MeshShape, "point": PointShape, "line": LineShape,
+    "arrow": ArrowShape, "circle": CircleShape, "belt": BeltShape,
+}  # fmt: skip
 
 
 def nodes_of(shape: Shape) -> list[tuple[str, str]]:

@@ -12,42 +12,22 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.signal import Signals
 
 COORDINATE_SIGNALS = (
-    (("x", "m"), ("y", "m"), ("theta", "rad")),
-    (("vx", "m/s"), ("vy", "m/s"), ("omega", "rad/s")),
+    (("x", "m"), ("y", "m"), ("theta", "rad")), (("vx", "m/s"), ("vy", "m/s"), ("omega", "rad/s")),
     (("ax", "m/s2"), ("ay", "m/s2"), ("alpha", "rad/s2")),
-)
+)  # fmt: skip
 ANGLE_SIGNALS = (("angle", "rad"), ("omega", "rad/s"))
 FORCE_SIGNALS = (("fx", "N"), ("fy", "N"), ("force", "N"))
 CONTACT_SIGNALS = (
-    ("ex", "m"),
-    ("ey", "m"),
-    ("vex", "m/s"),
-    ("vey", "m/s"),
-    ("penetration", "m"),
-    ("penetration_rate", "m/s"),
-    ("normal_force", "N"),
-    ("friction_force", "N"),
-    ("fx", "N"),
-    ("fy", "N"),
-    ("force", "N"),
-    ("mode", ""),
-)
+    ("ex", "m"), ("ey", "m"), ("vex", "m/s"), ("vey", "m/s"), ("penetration", "m"), ("penetration_rate", "m/s"),
+    ("normal_force", "N"), ("friction_force", "N"), ("fx", "N"), ("fy", "N"), ("force", "N"), ("mode", ""),
+)  # fmt: skip
 # Names and units of coordinate, velocity and acceleration of a state of a control, by its name and unit.
 STATE_SIGNALS = (("{}_integral", "{} s"), ("{}", "{}"), ("{}_rate", "{}/s"))
 CONTACT_PENETRATION = [name for name, _ in CONTACT_SIGNALS].index("penetration")
 ENERGY_SIGNALS = (
-    "kinetic",
-    "strain",
-    "gravity",
-    "drive_work",
-    "load_work",
-    "dissipated_contact",
-    "dissipated_friction",
-    "dissipated_damping",
-    "dissipated_algorithm",
-    "residual",
-    "turned_over",
-)
+    "kinetic", "strain", "gravity", "drive_work", "load_work", "dissipated_contact", "dissipated_friction",
+    "dissipated_damping", "dissipated_algorithm", "residual", "turned_over",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

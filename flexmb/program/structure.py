@@ -481,35 +481,19 @@ def new_structure(
     sources = [source for control in contributions.controls for source in control.sources]
     read = [*contributions.elements, *contributions.constraints, *contributions.signals, *sources]
     p, z = flat(listed)
-    sizes = Sizes(
-        number.n_q,
-        number.n_b,
-        packer.n_c,
-        len(z),
-        len(places.signals),
-        places.energy,
-        max([len(contribution.coordinates) for contribution in read], default=1),
-        max([c.rows for c in contributions.constraints], default=1),
-        any(c.joint_friction is not None for c in contributions.constraints),
-    )
+    widest = max([len(contribution.coordinates) for contribution in read], default=1)
+    rows = max([c.rows for c in contributions.constraints], default=1)
+    rubs = any(c.joint_friction is not None for c in contributions.constraints)
+    signals = len(places.signals), places.energy
+    sizes = Sizes(number.n_q, number.n_b, packer.n_c, len(z), *signals, widest, rows, rubs)
     in_order = np.arange(number.n_q)
     kind = ((in_order % 3 == 2) & (in_order < number.n_b)).astype(np.int64)
     tables = Tables(sizes, p, elements, constraints, contacts, measured, controls, kind)
     freeze(tables)
-    names = Names(
-        tuple(map(attrgetter("part"), contributions.elements)),
-        packer.names,
-        tuple(f"{c.part}[{i}]" for c in contributions.constraints for i in range(c.rows)),
-        tuple(c.label for c in contributions.contacts),
-        (),
-        places.signals,
-        {},
-    )
+    equations = tuple(f"{c.part}[{i}]" for c in contributions.constraints for i in range(c.rows))
+    owners, labels = (tuple(c.part for c in contributions.elements), tuple(c.label for c in contributions.contacts))
+    names = Names(owners, packer.names, equations, labels, (), places.signals, {})
     driven = [(c.part, row) for c in contributions.constraints for row in c.motions]
-    return Structure(
-        tables,
-        tuple(tuple(kernel for _, kernel in packer.kernels[kind].values()) for kind in KINDS),
-        packer.symbolic,
-        names,
-        tuple(f"{part}.{row.name}" if row.name else part for part, row in driven),
-    )
+    kernels = tuple(tuple(kernel for _, kernel in packer.kernels[kind].values()) for kind in KINDS)
+    drives = tuple(f"{part}.{row.name}" if row.name else part for part, row in driven)
+    return Structure(tables, kernels, packer.symbolic, names, drives)

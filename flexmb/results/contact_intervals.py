@@ -235,16 +235,10 @@ ARRAYS = tuple(f.name for f in fields(Episodes) if f.name not in ("_", "name"))
 QUANTITIES = ARRAYS[2:]
 # Heads of the printed columns, with their fields.
 TABLE_HEADS = {
-    "start": "start",
-    "end": "end",
-    "approach": "approach_speed",
-    "separation": "separation_speed",
-    "impulse": "impulse",
-    "force": "peak_force",
-    "depth": "peak_penetration",
-    "lost": "dissipated_contact",
-    "friction": "dissipated_friction",
-}
+    "start": "start", "end": "end", "approach": "approach_speed", "separation": "separation_speed",
+    "impulse": "impulse", "force": "peak_force", "depth": "peak_penetration",
+    "lost": "dissipated_contact", "friction": "dissipated_friction",
+}  # fmt: skip
 
 
 def select(log: ContactLog, solution: str, name: str | None) -> Episodes:

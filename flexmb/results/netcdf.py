@@ -109,13 +109,11 @@ def global_attributes(model: Mapping[str, Any]) -> dict[str, str]:
     typed = shlex.join(["flexmb", *map(str, command)]) if isinstance(command, list) else "flexmb.Solution.to_netcdf"
     made = os.fsencode(typed).decode("utf-8", "replace")  # names of files need not be texts
     versions = [f"flexmb {installed_version()}", f"Python {platform.python_version()}"]
-    return {
-        "Conventions": CONVENTIONS,
-        "title": f"Motion of the mechanism {model.get('name', '')!r}",
-        "source": f"flexmb {model.get('flexmb', installed_version())}",
-        "history": f"{now}: {made}",
-        "versions": ", ".join([*versions, *(f"{package} {metadata.version(package)}" for package in WRITERS)]),
-    }
+    packages = [*versions, *(f"{package} {metadata.version(package)}" for package in WRITERS)]
+    title = f"Motion of the mechanism {model.get('name', '')!r}"
+    head = {"Conventions": CONVENTIONS, "title": title}
+    head["source"] = f"flexmb {model.get('flexmb', installed_version())}"
+    return {**head, "history": f"{now}: {made}", "versions": ", ".join(packages)}
 
 
 LARGEST_GROWTH = 50  # size of the data of a file over the size of the file, at most; flexmb does not compress

@@ -127,11 +127,9 @@ def of_beams(sol: Solution, body: Any, instants: np.ndarray) -> tuple[Places, di
         bending.append(-forces.M * factor[:, 1])
     numbers = np.array([number_of(name) for shape in shapes for name in (shape.start, shape.end)])
     stations = [np.repeat(beam.stations, 2)[1:-1] for beam in body.beams]
-    more = {
-        "beam": (np.repeat(np.arange(len(stations)), [len(s) for s in stations]), ""),
-        "element": (np.repeat(np.arange(len(shapes)), 2), ""),
-        "station": (np.concatenate(stations), "m"),
-    }
+    element, station = np.repeat(np.arange(len(shapes)), 2), np.concatenate(stations)
+    beam = np.repeat(np.arange(len(stations)), [len(s) for s in stations])
+    more = {"beam": (beam, ""), "element": (element, ""), "station": (station, "m")}
     known = {node.name: number_of(node.name) for node in body.nodes()}
     known |= {alias: known[name] for alias, name in body.aliases.items()}
     places = Places(numbers, body.reference_points()[numbers], known, more)

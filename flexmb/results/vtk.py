@@ -25,19 +25,10 @@ if TYPE_CHECKING:
 MOST_FRAMES = 200
 FIELDS = ("axial_force", "bending_moment", "shear_force", "curvature", "bending_stiffness")
 UNITS = {
-    "displacement": "m",
-    "deformation": "m",
-    "axial_force": "N",
-    "bending_moment": "N m",
-    "shear_force": "N",
-    "curvature": "1/m",
-    "bending_stiffness": "N m2",
-    "normal_force": "N",
-    "stress_x": "Pa",
-    "stress_y": "Pa",
-    "stress_xy": "Pa",
-    "von_mises": "Pa",
-}
+    "displacement": "m", "deformation": "m", "axial_force": "N", "bending_moment": "N m", "shear_force": "N",
+    "curvature": "1/m", "bending_stiffness": "N m2", "normal_force": "N",
+    "stress_x": "Pa", "stress_y": "Pa", "stress_xy": "Pa", "von_mises": "Pa",
+}  # fmt: skip
 TRACES = "traces.vtu"  # file of the paths of markers, beside the frames
 CELLS = {"tri3": "triangle", "tri6": "triangle6", "quad4": "quad", "quad9": "quad9"}  # kinds of cells, as in meshio
 # Kinds of cells by number; kinds that a user's own parts bring follow after these.

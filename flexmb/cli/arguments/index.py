@@ -142,11 +142,8 @@ CHECK = (
     ("--step TIME", "fixed step that a run is to take: is it short enough?"),
     ("--json", "print the report as JSON"),
 )
-VTK = (
-    FILE,
-    ("--frames N", "number of frames (default: all instants, at most 200)", int),
-    ("--out PLACE", "a folder, or FILE.pvd (default: beside RUN.nc)", Path),
-)
+FRAMES = ("--frames N", "number of frames (default: all instants, at most 200)", int)
+VTK = (FILE, FRAMES, ("--out PLACE", "a folder, or FILE.pvd (default: beside RUN.nc)", Path))
 REPORT = (
     ("file RUN.nc", "file of `flexmb run`, `sweep` or `chaos`", Path),
     ("name NAME", TRUSTED.format("for its examination "), {"nargs": "?"}),

@@ -40,13 +40,9 @@ class Layout(argparse.HelpFormatter):
 
 def parser_of(source: Source | None, wanted: str) -> tuple[argparse.ArgumentParser, list[Option]]:
     """Parser of all commands; the options of a mechanism, where there is a source, join the command `wanted`."""
-    parser = argparse.ArgumentParser(
-        prog="flexmb",
-        description="Planar flexible multibody dynamics with imperfect joints.",
-        epilog=f"{EXAMPLES}\n\n{STATUSES}\n\n`flexmb COMMAND --help` shows the options of a command.",
-        allow_abbrev=False,
-        formatter_class=Layout,
-    )
+    text = f"{EXAMPLES}\n\n{STATUSES}\n\n`flexmb COMMAND --help` shows the options of a command."
+    about = "Planar flexible multibody dynamics with imperfect joints."
+    parser = argparse.ArgumentParser("flexmb", None, about, text, formatter_class=Layout, allow_abbrev=False)
     parser.add_argument("--version", action="version", version=versions())
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", title="commands")
     found: list[Option] = []

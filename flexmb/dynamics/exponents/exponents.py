@@ -82,8 +82,8 @@ CLEARLY = 3.0  # multiple of its error above which a second exponent > 0 contrad
 
 # Sentence on exponents that pair to zero, added to a verdict that is inconclusive or transient.
 CONSERVATIVE = (
-    "The exponents pair to zero, so the system is conservative: its motions do not settle, and may stick to tori for "
-    "a long time; neighbours that part like a power of time have an exponent of log(t) / t. A finite record need not "
+    "The exponents pair to zero, so the system is conservative: its motions do not settle, and may stick to tori for a "
+    "long time; neighbours that part like a power of time have an exponent of log(t) / t. A finite record need not "
     "decide it."
 )
 

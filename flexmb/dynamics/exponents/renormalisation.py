@@ -170,19 +170,10 @@ def _recorded(schedule: Schedule, logs: np.ndarray, times: np.ndarray, begin: fl
         order = np.argsort(-sums[-1], kind="stable")
         values, sums = sums[-1][order], sums[:, order]
         errors = np.array([error_of(column, times) for column in logs.T])[order]
-    return Exponents(
-        name=system.name,
-        spectrum=values,
-        errors=errors,
-        time=begin + spent,
-        history=sums,
-        units="1/s" if timed else "1/iteration",
-        ok=ok,
-        status=status,
-        points=points,
-        signals=SectionSignals.of(system),
-        period=float(np.mean(times)) if schedule.is_section and timed and len(times) else float("nan"),
-    )
+    time, unit = begin + spent, "1/s" if timed else "1/iteration"
+    period = float(np.mean(times)) if schedule.is_section and timed and len(times) else float("nan")
+    signals = SectionSignals.of(system)
+    return Exponents(system.name, values, errors, time, sums, unit, ok, status, points, signals, period)
 
 
 def growth_to_next_point(schedule: Schedule, perturbation: Perturbation | None, number: int) -> np.ndarray | None:

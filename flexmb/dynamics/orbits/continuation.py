@@ -314,20 +314,12 @@ class Continuation:
         rising = ahead.value / self.lengths[2]
         tests = {FOLD: rising, FLIP: flip_test(multipliers), NEIMARK_SACKER: torus_test(multipliers), BRANCH: volume}
         tests |= {f"{GRAZING} {name}": least for name, least in approaches.items()}
+        stable = bool((np.abs(multipliers) < 1.0).all())
         point = BranchPoint(
-            value=float(run.value),
-            kind="",
-            period=run.period,
-            state=run.starts[0],
-            signals=signals,
-            multipliers=multipliers,
-            stable=bool((np.abs(multipliers) < 1.0).all()),
-            residual=result.residuals[-1],
-            extremes=extremes,
-            grazing=approaches,
-            rising=rising,
-            shooting_run=run,
-        )
+            value=float(run.value), kind="", period=run.period, state=run.starts[0], signals=signals, stable=stable,
+            multipliers=multipliers, residual=result.residuals[-1], extremes=extremes, grazing=approaches,
+            rising=rising, shooting_run=run,
+        )  # fmt: skip
         return ContinuationPoint(point, ahead, tests, touches, len(result.residuals) - 1, run)
 
     def _events(self, old: ContinuationPoint, new: ContinuationPoint) -> list[BranchPoint]:

@@ -73,14 +73,9 @@ class Turns:
         """Wear of a turn with the present depths."""
         mechanism = self.worn(depths)
         worn = _wearing(mechanism)
-        sol = simulate(
-            mechanism,
-            periods=self.settle + self.sample,
-            save_from_period=self.settle,
-            save="steps",
-            signals=[f"{name}.{signal}" for name, joint in worn.items() for signal in joint.wear_signals],
-            **self.options,
-        )
+        turns: Any = {"periods": self.settle + self.sample, "save_from_period": self.settle}
+        signals = [f"{name}.{signal}" for name, joint in worn.items() for signal in joint.wear_signals]
+        sol = simulate(mechanism, **turns, save="steps", signals=signals, **self.options)
         if not sol.ok:
             raise StoppedError(sol.status)
         found = {name: joint.worn_in(sol) for name, joint in worn.items()}
@@ -286,12 +281,8 @@ def wear_out(
     runs = Turns(mechanism, joints, settle, sample, {"step": step, "method": method})
     marks = number * np.arange(keep + 1) / keep
     settings = {"turns": number, "keep": keep, "settle": settle, "sample": sample, "tolerance": bound}
-    fingerprint = {
-        "flexmb": installed_version(),
-        "mechanism": digest(mechanism),
-        "runs": digest([step, method]),
-        **{name: repr(value) for name, value in settings.items()},
-    }
+    fingerprint = {"flexmb": installed_version(), "mechanism": digest(mechanism), "runs": digest([step, method])}
+    fingerprint |= {name: repr(value) for name, value in settings.items()}
     if resume and store is None:
         text = f"{label}: resume is True without a store."
         raise InputError(f"{text} Give store='out/wear.zarr', which keeps what is done.")

@@ -63,13 +63,10 @@ class PlaneMesh:
         checks.one_of(label, "kind", self.kind, KINDS)
         points = checked_points(label, self.points)
         cells = checked_cells(label, self.cells, self.kind, len(points))
-        values = {
-            "points": points,
-            "cells": cells,
-            "sets": MappingProxyType(checked_groups(label, "sets", self.sets, "node", len(points))),
-            "regions": MappingProxyType(checked_groups(label, "regions", self.regions, "cell", len(cells))),
-        }
-        for name, value in values.items():
+        sets = checked_groups(label, "sets", self.sets, "node", len(points))
+        regions = checked_groups(label, "regions", self.regions, "cell", len(cells))
+        groups = {"sets": MappingProxyType(sets), "regions": MappingProxyType(regions)}
+        for name, value in {"points": points, "cells": cells, **groups}.items():
             object.__setattr__(self, name, value)
         require_sound(label, points, cells, self.kind, self.edges)
 

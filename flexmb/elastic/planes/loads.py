@@ -320,12 +320,9 @@ def load_contributions(body: PlaneBody, name: str, load: NodalLoad, history: Mot
     for place, p in parts:
         numbers += [float(len(place)), float(len(p)), *p]
         coordinates += place
-    return [
-        *(ElementContribution(name, kernel, place, p, factor=history) for place, p in parts),
-        *signal_contributions(
-            name, mesh_load_signal, SIGNALS, tuple(coordinates), tuple(numbers), use_of_factor=MULTIPLIES
-        ),
-    ]
+    dofs = tuple(coordinates), tuple(numbers)
+    signals = signal_contributions(name, mesh_load_signal, SIGNALS, *dofs, use_of_factor=MULTIPLIES)
+    return [*(ElementContribution(name, kernel, place, p, factor=history) for place, p in parts), *signals]
 
 
 def _edges(body: PlaneBody, edges: FollowedEdges) -> Iterator[tuple[tuple[Coordinate, ...], tuple[float, ...]]]:

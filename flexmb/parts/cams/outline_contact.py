@@ -94,12 +94,8 @@ class OutlineContact(Part):
         found = []
         for number, chain in enumerate(chains, 1):
             extent = PART if chain[0] in hollow else (PART_WITHOUT_START if hollow else WHOLE)
-            p = (
-                *head,
-                extent,
-                float(len(chain)),
-                *(x for k in chain for x in piece_numbers(self.outline, k, nodes[0])),
-            )
+            pieces = [x for k in chain for x in piece_numbers(self.outline, k, nodes[0])]
+            p = (*head, extent, float(len(chain)), *pieces)
             side = f"side{number}" if hollow else ""
             name = self.names.get(side, side)
             found.append(

@@ -163,18 +163,8 @@ def curves_pair(p, q):
         p, CURVE_UNDER_CURVE, int(p[SECOND]), math.cos(turn), math.sin(turn), c * ex + s * ey, -s * ex + c * ey
     )
     distance = (X - x) * ty - (Y - y) * tx
-    return with_arms(
-        q,
-        q[0] + c * x - s * y,
-        q[1] + s * x + c * y,
-        c * ty + s * tx,
-        s * ty - c * tx,
-        distance,
-        1.0,
-        bend,
-        1.0,
-        other_bend,
-    )
+    fx, fy, ux, uy = q[0] + c * x - s * y, q[1] + s * x + c * y, c * ty + s * tx, s * ty - c * tx
+    return with_arms(q, fx, fy, ux, uy, distance, 1.0, bend, 1.0, other_bend)
 
 
 @constraint_kernel

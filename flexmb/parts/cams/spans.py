@@ -15,18 +15,10 @@ from flexmb.kernels import compiled
 # Geometry of polygons and spans: areas, crossings, coefficients of spans, curvatures
 
 # Coefficients of the polynomial of degree 7 on [0, 1] by value and three derivatives at 0, then at 1.
-HERMITE = np.linalg.inv(
-    np.array(
-        [
-            [
-                (0.0 if power < order else math.perm(power, order) * (1.0 if end or power == order else 0.0))
-                for power in range(8)
-            ]
-            for end in (0, 1)
-            for order in range(4)
-        ]
-    )
-)
+HERMITE = np.linalg.inv([
+    [0.0 if power < order else math.perm(power, order) * (1.0 if end or power == order else 0.0) for power in range(8)]
+    for end in (0, 1) for order in range(4)
+])  # fmt: skip
 
 CROSSING_BLOCK = 256  # number of segments that are compared with all others at once
 

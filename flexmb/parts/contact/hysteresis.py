@@ -209,12 +209,8 @@ class HysteresisLaw(DampedElasticLaw):
         bearing, journal : materials.
         restitution, least_approach, reference_speed : see the class.
         """
-        return cls(
-            materials=(bearing, journal),
-            restitution=restitution,
-            least_approach=least_approach,
-            reference_speed=reference_speed,
-        )
+        speeds: Any = {"least_approach": least_approach, "reference_speed": reference_speed}
+        return cls(materials=(bearing, journal), restitution=restitution, **speeds)
 
     def for_radii(self, bearing_radius: float, journal_radius: float) -> Self:
         """The law with its stiffness for these radii [m]."""

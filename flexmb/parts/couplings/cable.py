@@ -205,11 +205,7 @@ class Cable(Part):
         period = 2.0 * math.pi * abs(sum(self.radii))
         wound = self.radii[0] * turns[0] + self.radii[1] * turns[1]
         p = (NO_CLEARANCE, 1.0, self.slack_length + wound, *offsets, *self.radii, math.atan2(uy, ux))
-        return [
-            ContactContribution(
-                self.name, strand_gap_kernel, coordinates, p, self.normal, Frictionless(), period=period
-            ),
-            SignalContribution(
-                self.name, "distance", "m", strand_length, coordinates, (*offsets, abs(sum(self.radii)))
-            ),
-        ]
+        laws, least = (self.normal, Frictionless()), abs(sum(self.radii))
+        contact = ContactContribution(self.name, strand_gap_kernel, coordinates, p, *laws, period=period)
+        length = SignalContribution(self.name, "distance", "m", strand_length, coordinates, (*offsets, least))
+        return [contact, length]

@@ -113,11 +113,8 @@ class Rack(Part):
         value = travel + radius * (node.theta - turned)
         u = math.cos(direction - turned), math.sin(direction - turned)
         coordinates = (*end.coordinates, *((pinion.name, pinion.main, axis) for axis in (0, 1, 2)))
-        reactions = (
-            Reaction("force", "N", 0, 1.0),
-            Reaction("torque", "N m", 0, radius),
-            Reaction("power", "W", on=(3, 4, 5), power=True),
-        )
+        power = Reaction("power", "W", on=(3, 4, 5), power=True)
+        reactions = (Reaction("force", "N", 0, 1.0), Reaction("torque", "N m", 0, radius), power)
         p = (*u, *end.offset, 0.0, 0.0, radius, value)
         off = math.copysign(math.tan(self.pressure_angle), radius)
         push = JointFriction(rack_pressure, (-u[1], u[0], *p[2:6], off), Push(), ("", ""))

@@ -288,12 +288,8 @@ class Wheels(Part):
 
 def _reactions(radii: Point, place: int) -> tuple[Reaction, ...]:
     """Tangential force, torques on both wheels, power of the second wheel, whose angle stands at `place`."""
-    return (
-        Reaction("force", "N", 0, 1.0),
-        Reaction("first_torque", "N m", 0, radii[0]),
-        Reaction("second_torque", "N m", 0, radii[1]),
-        Reaction("power", "W", 0, radii[1] if place >= 0 else 0.0, place),
-    )
+    torques = (Reaction(f"{side}_torque", "N m", 0, r) for side, r in zip(("first", "second"), radii, strict=True))
+    return (Reaction("force", "N", 0, 1.0), *torques, Reaction("power", "W", 0, radii[1] if place >= 0 else 0.0, place))
 
 
 def _pins(mechanism: Mechanism, body: Part) -> list[Joint]:

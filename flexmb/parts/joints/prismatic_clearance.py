@@ -23,11 +23,8 @@ if TYPE_CHECKING:
     from flexmb.parts.wear.worn_guide import WornGuide
 
 CORNERS = (  # name, sign along the guide, sign across it (upper: to its left)
-    ("upper_front", 1.0, 1.0),
-    ("upper_rear", -1.0, 1.0),
-    ("lower_front", 1.0, -1.0),
-    ("lower_rear", -1.0, -1.0),
-)
+    ("upper_front", 1.0, 1.0), ("upper_rear", -1.0, 1.0), ("lower_front", 1.0, -1.0), ("lower_rear", -1.0, -1.0),
+)  # fmt: skip
 
 
 @gap_kernel

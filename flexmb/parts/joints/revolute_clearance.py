@@ -228,11 +228,8 @@ class RevoluteClearance(Joint):
         coordinates = (*first.coordinates, *second.coordinates)
         p = (self.play, self.bearing_radius, *first.offset, *second.offset)
         normal = self.normal.for_radii(self.bearing_radius, self.journal_radius)
-        return [
-            ContactContribution(self.name, journal_gap_kernel, coordinates, p, normal, self.friction),
-            angle_contribution(self.name, mechanism, ends),
-            self._held(mechanism, coordinates, p[2:]),
-        ]
+        contact = ContactContribution(self.name, journal_gap_kernel, coordinates, p, normal, self.friction)
+        return [contact, angle_contribution(self.name, mechanism, ends), self._held(mechanism, coordinates, p[2:])]
 
     def _held(
         self, mechanism: Mechanism, coordinates: tuple[Coordinate, ...], offsets: tuple[float, ...]

@@ -254,12 +254,9 @@ class Stop(Part):
         """One contact for each limit."""
         coordinates, found = self._at_joint(mechanism) if self.joint is not None else self._at_points(mechanism)
         law, several = self.normal, len(found) > 1
-        return [
-            ContactContribution(
-                self.name, kernel, coordinates, (NO_CLEARANCE, *p), law, Frictionless(), name if several else ""
-            )
-            for name, kernel, p in found
-        ]
+        laws = law, Frictionless()
+        return [ContactContribution(self.name, kernel, coordinates, (NO_CLEARANCE, *p), *laws, name if several else "")
+                for name, kernel, p in found]  # fmt: skip
 
     def _at_joint(self, mechanism: Mechanism) -> tuple[tuple[Coordinate, ...], Pieces]:
         """Coordinates, and name, kernel and parameters of each limit of the joint."""

@@ -257,15 +257,8 @@ class SpringDamper(Part):
         laws = {STIFFNESS: self.stiffness, DAMPING: self.damping, FREE_LENGTH: length}
         p = packed({**laws, OFFSET1_X: x1, OFFSET1_Y: y1, OFFSET2_X: x2, OFFSET2_Y: y2})
         coordinates = (*first.coordinates, *second.coordinates)
-        element = ElementContribution(
-            self.name,
-            spring_damper_kernel,
-            coordinates,
-            p,
-            energy=spring_damper_energy,
-            force=spring_damper_force,
-            account=spring_damper_account,
-        )
+        kernels: Any = {"energy": spring_damper_energy, "force": spring_damper_force, "account": spring_damper_account}
+        element = ElementContribution(self.name, spring_damper_kernel, coordinates, p, **kernels)
         offsets = (*first.offset, *second.offset)
         moving = moving_end(self.name, line_pull_kernel, coordinates, self.stiffness, rest, length, offsets)
         return [element, *moving, *self._signals(coordinates, p, moves=bool(moving))]
@@ -383,15 +376,8 @@ class TorsionSpring(Part):
             drawn += sign * body.node(node).theta
         p = (self.stiffness, self.damping, rest + drawn)
         pair = tuple(coordinates)
-        element = ElementContribution(
-            self.name,
-            torsion_spring_kernel,
-            pair,
-            p,
-            energy=torsion_spring_energy,
-            force=torsion_spring_force,
-            account=torsion_spring_account,
-        )
+        short: Any = {"force": torsion_spring_force, "account": torsion_spring_account}
+        element = ElementContribution(self.name, torsion_spring_kernel, pair, p, energy=torsion_spring_energy, **short)
         moving = moving_end(self.name, couple_kernel, pair, self.stiffness, self.free_angle, rest, ())
         signals = signal_contributions(self.name, torsion_spring_signal, TORSION_SIGNALS, pair, (*p, drawn))
         if moving:

@@ -39,17 +39,10 @@ if TYPE_CHECKING:
 DIAGRAM_SIZE = (9.0, 5.2)  # [inch]
 # Colours of the verdicts, in the order of the legend; readers with colour blindness can distinguish them.
 VERDICT_COLOURS = {
-    "periodic-1": "#0072b2",
-    "periodic-2": "#56b4e9",
-    "periodic-3": "#009e73",
-    "periodic-4": "#6b8e23",
-    "periodic-5 and more": "#b8860b",
-    "quasi-periodic": "#e69f00",
-    "chaotic": "#c0392b",
-    "transient": "#cc79a7",
-    "inconclusive": "0.55",
-    "": "black",
-}
+    "periodic-1": "#0072b2", "periodic-2": "#56b4e9", "periodic-3": "#009e73", "periodic-4": "#6b8e23",
+    "periodic-5 and more": "#b8860b", "quasi-periodic": "#e69f00", "chaotic": "#c0392b",
+    "transient": "#cc79a7", "inconclusive": "0.55", "": "black",
+}  # fmt: skip
 
 MARKERS = {"up": "^", "down": "v", "cold": "o"}
 MANY_POINTS = 4000  # number of points above which the markers are smallest

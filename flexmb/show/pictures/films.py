@@ -119,15 +119,10 @@ class Film:
         from matplotlib.cm import ScalarMappable
 
         wide = self.size[0] > self.size[1]
-        bar = self._figure.colorbar(
-            ScalarMappable(colouring.scale, colouring.colours),
-            ax=self._ax,
-            extend="neither" if field == STRESS else "both",
-            location="bottom" if wide else "right",
-            aspect=40.0,
-            fraction=0.06,
-            shrink=0.7,
-        )
+        ends, place = "neither" if field == STRESS else "both", "bottom" if wide else "right"
+        scale = ScalarMappable(colouring.scale, colouring.colours)
+        size = {"aspect": 40.0, "fraction": 0.06, "shrink": 0.7}
+        bar = self._figure.colorbar(scale, ax=self._ax, extend=ends, location=place, **size)
         label_axis(bar.ax.xaxis if wide else bar.ax.yaxis, words_of(field), units)
         (bar.ax.xaxis if wide else bar.ax.yaxis).label.set_fontsize("small")
         bar.ax.tick_params(labelsize="x-small")
@@ -301,16 +296,10 @@ def animate(
         return Path(import_module("flexmb.show.reports.report").report(sol, target))
     rate = checks.positive("animate", "fps", fps)
     count = _count(checks.positive("animate", "seconds", seconds, "s") * rate)
-    film = Film(
-        sol,
-        instants(sol, times, count),
-        checks.not_negative("animate", "magnify", magnify),
-        colour,
-        traced_points(sol, traces),
-        joints_with_forces("animate", sol, forces),
-        size,
-        None if follow is None else known_point("animate", sol, "follow", follow),
-    )
+    magnify, shown = checks.not_negative("animate", "magnify", magnify), instants(sol, times, count)
+    kept = None if follow is None else known_point("animate", sol, "follow", follow)
+    drawn = traced_points(sol, traces), joints_with_forces("animate", sol, forces)
+    film = Film(sol, shown, magnify, colour, *drawn, size, kept)
     is_gif = target.suffix.lower() == ".gif"
     pixels = float(count) * film.size[0] * film.size[1]
     if is_gif and pixels > MOST_PIXELS:

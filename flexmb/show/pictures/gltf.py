@@ -45,17 +45,9 @@ class Glb:
     def __init__(self, generator: str) -> None:
         self._data = bytearray()
         self._inputs: dict[bytes, int] = {}
-        self.document: dict[str, Any] = {
-            "asset": {"version": "2.0", "generator": generator},
-            "scene": 0,
-            "scenes": [{"nodes": []}],
-            "nodes": [],
-            "meshes": [],
-            "materials": [],
-            "accessors": [],
-            "bufferViews": [],
-            "animations": [{"name": "motion", "channels": [], "samplers": []}],
-        }
+        lists: dict[str, Any] = {name: [] for name in ("nodes", "meshes", "materials", "accessors", "bufferViews")}
+        head: Any = {"asset": {"version": "2.0", "generator": generator}, "scene": 0, "scenes": [{"nodes": []}]}
+        self.document = head | lists | {"animations": [{"name": "motion", "channels": [], "samplers": []}]}
 
     def material(self, name: str, rgb: tuple[float, float, float]) -> int:
         """Number of a new material, seen from both sides; `rgb`: linear colour, 0 to 1."""
@@ -271,15 +263,9 @@ class Export:
             colours = _linear(colormaps[SEQUENTIAL](surface.von_mises.max(axis=0) / top)[:, :3])
             name = f"{surface.part}: largest von Mises stress, 0 to {top:.4g} Pa"
             material = self._glb.material(name, (1.0, 1.0, 1.0))
-        mesh = self._glb.mesh(
-            surface.part,
-            np.hstack([first, zeros]),
-            np.tile([0.0, 0.0, 1.0], (len(first), 1)),
-            surface.triangles,
-            material,
-            colours=colours,
-            shapes=[np.hstack([one, zeros]) for one in shapes],
-        )
+        up, morphs = np.tile([0.0, 0.0, 1.0], (len(first), 1)), [np.hstack([one, zeros]) for one in shapes]
+        plane = np.hstack([first, zeros])
+        mesh = self._glb.mesh(surface.part, plane, up, surface.triangles, material, colours=colours, shapes=morphs)
         node = self._glb.node(surface.part, [mesh])
         self._glb.move(node, self._time, body.motion[:, :2], body.motion[:, 2], None)
         if len(shapes):

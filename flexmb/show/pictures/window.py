@@ -290,20 +290,14 @@ class Window:
     def _controls(self) -> None:
         time = self._scene.time
         end = float(time[-1]) if len(time) > 1 else float(time[0]) + 1.0
-        self._slider = self.plotter.add_slider_widget(
-            lambda value: self.go_to(int(np.abs(time - value).argmin())),
-            (float(time[0]), end),
-            title="t [s]",
-            color="black",
-            pointa=(0.08, 0.12),
-            pointb=(0.82, 0.12),
-            interaction_event="always",
-            style="modern",
-            fmt="%.4g",
-            slider_width=0.02,
-            tube_width=0.004,
-            title_height=0.02,
-        )
+
+        def shown(value: float) -> None:
+            self.go_to(int(np.abs(time - value).argmin()))
+
+        at = {"pointa": (0.08, 0.12), "pointb": (0.82, 0.12), "slider_width": 0.02, "tube_width": 0.004}
+        look = {"title": "t [s]", "title_height": 0.02, "color": "black", "style": "modern", "fmt": "%.4g"}
+        span = float(time[0]), end
+        self._slider = self.plotter.add_slider_widget(shown, span, interaction_event="always", **at, **look)
         self.plotter.add_text(KEYS, position=(10, 8), font_size=7, color="gray")
         self.plotter.add_key_event("space", self._toggle)
         self.plotter.add_key_event("Right", lambda: self._step(1))

@@ -89,15 +89,9 @@ def _main(root: xr.Dataset, *, has_motion: bool) -> html.Markup:
     picture = html.section("Section", controls, canvas, html.tag("p", HINT, class_="hint"), anchor="section")
     keys = ("status", "second_run", "period", "skip", "flexmb")
     settings = [(key.replace("_", " "), str(root.attrs[key])) for key in keys if key in root.attrs]
-    return html.tag(
-        "main",
-        html.tag("section", html.tag("p", reason), aria_label="Reason of the verdict"),
-        picture,
-        _exponents(root),
-        _evidence(root),
-        html.section("Settings and versions", html.facts(settings), anchor="settings"),
-        id="top",
-    )
+    why = html.tag("section", html.tag("p", reason), aria_label="Reason of the verdict")
+    versions = html.section("Settings and versions", html.facts(settings), anchor="settings")
+    return html.tag("main", why, picture, _exponents(root), _evidence(root), versions, id="top")
 
 
 def _exponents(root: xr.Dataset) -> html.Markup:
@@ -110,16 +104,8 @@ def _exponents(root: xr.Dataset) -> html.Markup:
         if "exponent_second" in root:
             second = _with_error(root["exponent_second"].values[k], root["exponent_second_error"].values[k])
         alone = _with_error(value, root["exponent_statistical"].values[k])
-        rows.append(
-            [
-                f"{k + 1}",
-                html.number(float(value), 4),
-                html.number(error, 2),
-                alone,
-                second,
-                meaning_of(float(value), error, period),
-            ]
-        )
+        own = f"{k + 1}", html.number(float(value), 4), html.number(error, 2)
+        rows.append([*own, alone, second, meaning_of(float(value), error, period)])
     heads = ["number", f"exponent [{unit}]", "error", "this run alone", "second run", "meaning"]
     label = "Convergence of the Lyapunov exponents over the time"
     history = html.tag("canvas", label, id="history", class_="diagram", tabindex="0", role="img", aria_label=label)

@@ -265,11 +265,7 @@ def write_page(
     """Write a whole page or none: title, theme, numbers, links by anchor, main part; scripts as of `document`."""
     switch = tag("button", "Theme: system", type="button", id="theme", class_="quiet")
     anchors = [tag("a", text, href=f"#{anchor}") for anchor, text in links.items()]
-    head = tag(
-        "header",
-        tag("a", "Skip to the sections", href=f"#{next(iter(links))}", class_="skip"),
-        tag("div", tag("h1", heading), switch, class_="title"),
-        key_numbers,
-        tag("nav", *anchors, aria_label="Sections"),
-    )
+    skip = tag("a", "Skip to the sections", href=f"#{next(iter(links))}", class_="skip")
+    title = tag("div", tag("h1", heading), switch, class_="title")
+    head = tag("header", skip, title, key_numbers, tag("nav", *anchors, aria_label="Sections"))
     return write_text(path, document(f"{heading} - flexmb", joined([head, main]), scripts, data), "report")

@@ -343,14 +343,9 @@ def _head(sol: Solution) -> Markup:
 SCRIPTS = ("plots.js", "mesh.js", "scene.js", "drawing.js", "player.js", "journals.js", "run.js")
 # Texts of the links to the sections, as far as they are there.
 LINKS = {
-    "peaks": "Largest values",
-    "clearances": "Clearances",
-    "energy": "Energies",
-    "statistics": "Statistics",
-    "model": "Model",
-    "check": "Examination",
-    "settings": "Settings",
-}
+    "peaks": "Largest values", "clearances": "Clearances", "energy": "Energies", "statistics": "Statistics",
+    "model": "Model", "check": "Examination", "settings": "Settings",
+}  # fmt: skip
 
 
 def write_run(
