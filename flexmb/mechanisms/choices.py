@@ -59,15 +59,9 @@ def crank_motion(owner: str, speed: float, ramp: float | None) -> Motion:
 
 
 def pin(
-    name: str,
-    first: Body,
-    second: Body,
-    at: Point,
-    clearance: float | None,
-    bearing_radius: float,
-    normal: NormalLaw,
-    friction: FrictionLaw,
-) -> Joint:
+    name: str, first: Body, second: Body, at: Point, clearance: float | None, bearing_radius: float,
+    normal: NormalLaw, friction: FrictionLaw,
+) -> Joint:  # fmt: skip
     """A revolute joint, with clearance if it is given.
 
     Parameters

@@ -30,13 +30,9 @@ if TYPE_CHECKING:
 
 # Positions of points of flexible bodies at the saved instants: nodes of beams and of meshes, reduced ones too
 def positions(
-    sol: Solution,
-    body: str,
-    points: Wanted | None = None,
-    *,
-    times: Sequence[float] | None = None,
-    mechanism: Mechanism | None = None,
-) -> xr.Dataset:
+    sol: Solution, body: str, points: Wanted | None = None,
+    *, times: Sequence[float] | None = None, mechanism: Mechanism | None = None,
+) -> xr.Dataset:  # fmt: skip
     """Positions of points of a flexible body over time; see `Solution.positions`."""
     part = moved_mechanism(sol, body, mechanism).find(body)
     if not isinstance(part, ElasticBody):

@@ -168,13 +168,9 @@ class BeamMatrices:
 
 
 def beam_matrices(
-    stations: npt.ArrayLike,
-    section: Section,
-    material: Material,
-    *,
-    rotary_inertia: bool | float = False,
-    shear: bool | float = False,
-) -> BeamMatrices:
+    stations: npt.ArrayLike, section: Section, material: Material,
+    *, rotary_inertia: bool | float = False, shear: bool | float = False,
+) -> BeamMatrices:  # fmt: skip
     """Matrices of every element of one beam.
 
     The section is evaluated at s = (x - x_first) / (x_last - x_first) in every quadrature point, so tapered beams and

@@ -194,14 +194,9 @@ class HysteresisLaw(DampedElasticLaw):
 
     @classmethod
     def from_materials(
-        cls,
-        bearing: Material,
-        journal: Material,
-        *,
-        restitution: float = 0.9,
-        least_approach: float = LEAST_APPROACH,
-        reference_speed: str = ONSET,
-    ) -> Self:
+        cls, bearing: Material, journal: Material,
+        *, restitution: float = 0.9, least_approach: float = LEAST_APPROACH, reference_speed: str = ONSET,
+    ) -> Self:  # fmt: skip
         """The law with Hertz's stiffness for n = 3/2, from two materials and the radii of the joint.
 
         Parameters
