@@ -95,17 +95,11 @@ def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: RunR
     template = SENTENCES.get(code, "Not finished, at {t}.")
     cause, remedy = rejected_sentence(program, flow, trial, record)
     text = template.format(
-        t=f"t = {flow.clock.t:.6g} s",
-        h=f"{record.report.rejected_size or flow.clock.step_size:.3g} s",
-        cause=cause,
-        remedy=remedy,
-        lost=names[int(record.count.lost_pivot)],
-        last=record.report.correction,
-        wanted=record.report.tolerance,
-        finer=finer_steps(trial.control.rtol),
-        worst=_last_correction(program, flow, trial),
-        **energy_texts(flow.ledger, flow.balance),
-    )
+        t=f"t = {flow.clock.t:.6g} s", h=f"{record.report.rejected_size or flow.clock.step_size:.3g} s", cause=cause,
+        remedy=remedy, lost=names[int(record.count.lost_pivot)], last=record.report.correction,
+        wanted=record.report.tolerance, finer=finer_steps(trial.control.rtol),
+        worst=_last_correction(program, flow, trial), **energy_texts(flow.ledger, flow.balance),
+    )  # fmt: skip
     return (
         text + held_rows_sentence(program, trial, record) + balance_warnings(flow.ledger, flow.balance)
         if code == ends.DONE

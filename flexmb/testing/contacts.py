@@ -80,16 +80,9 @@ def check_gap_at(
         derivatives = out[begin_of_derivatives : begin_of_derivatives + 12].reshape(2, 6)
         floor = 1e-6 * float(np.abs(out[begin : begin + 2]).max())
         bench.derivative(
-            tested,
-            f"{name} = its derivatives by q",
-            state,
-            derivatives,
-            entries(begin, begin + 2),
-            q,
-            step,
-            floor=floor,
-            **units,
-        )
+            tested, f"{name} = its derivatives by q", state, derivatives, entries(begin, begin + 2), q, step,
+            floor=floor, **units,
+        )  # fmt: skip
     for name, value, row in (("gap rate and J_n v", out[GAP_RATE], normal), ("slip and J_t v", out[SLIP], tangent)):
         bench.balanced(tested, name, state, [value, *(-row * v)], "they must be equal")
     rule = "both arms must end in one point, or the forces have a moment"

@@ -147,13 +147,10 @@ def follow(
     if rigid:
         from flexmb.dynamics.orbits.grazing import ImpactContinuation
     continuation = (ImpactContinuation if rigid else Continuation)(
-        shooting=shooting.copy(shooting.times, 1) if rigid else shooting,
-        span=(begin, end),
-        bounds=(step, largest, smallest),
-        tolerance=tolerance_of(shooting.system, tolerance),
-        gaps=gap_signals(shooting.system, grazing, LABEL),
-        extremes=checks.count(LABEL, "extremes", extremes, 0),
-    )
+        shooting=shooting.copy(shooting.times, 1) if rigid else shooting, span=(begin, end),
+        bounds=(step, largest, smallest), tolerance=tolerance_of(shooting.system, tolerance),
+        gaps=gap_signals(shooting.system, grazing, LABEL), extremes=checks.count(LABEL, "extremes", extremes, 0),
+    )  # fmt: skip
     return continuation.run(orbit, checks.count(LABEL, "points", points, 2))
 
 
@@ -354,17 +351,7 @@ class Continuation:
     def _branch(self, points: list[ContinuationPoint], events: list[BranchPoint], *, ok: bool, status: str) -> Branch:
         system = self.shooting.system
         return Branch(
-            name=system.name,
-            parameter=str(self.shooting.parameter),
-            period_units=system.unit,
-            names=system.names,
-            units=system.units,
-            points=tuple(s.point for s in points),
-            events=tuple(events),
-            ok=ok,
-            status=status,
-            shooting=self.shooting,
-            tolerance=self.tolerance,
-            span=self.span,
-            gaps=self.gaps,
-        )
+            name=system.name, parameter=str(self.shooting.parameter), period_units=system.unit, names=system.names,
+            units=system.units, points=tuple(s.point for s in points), events=tuple(events), ok=ok, status=status,
+            shooting=self.shooting, tolerance=self.tolerance, span=self.span, gaps=self.gaps,
+        )  # fmt: skip

@@ -313,25 +313,13 @@ def orbit_of(shooting: Shooting, result: NewtonResult, gaps: dict[str, tuple[int
     fractions = [least / travel for least, travel, _ in approaches.values() if travel > 0.0 and not np.isnan(least)]
     system.reset(state, time=shooting.origin)
     return PeriodicOrbit(
-        name=system.name,
-        ok=ok,
-        status=status,
-        state=state,
-        time=shooting.origin,
-        period=period,
-        times=shooting.times,
-        units=system.unit,
-        residual=result.residuals[-1] if result.residuals else np.nan,
-        residuals=result.residuals,
-        multipliers=multipliers,
-        shift=shift,
-        monodromy=monodromy,
-        basis=run.bases[0] if run is not None else np.zeros((system.size, d)),
-        parameters=system.parameters,
+        name=system.name, ok=ok, status=status, state=state, time=shooting.origin, period=period,
+        times=shooting.times, units=system.unit, residual=result.residuals[-1] if result.residuals else np.nan,
+        residuals=result.residuals, multipliers=multipliers, shift=shift, monodromy=monodromy,
+        basis=run.bases[0] if run is not None else np.zeros((system.size, d)), parameters=system.parameters,
         grazing={name: least for name, (least, _, _) in approaches.items()},
-        loss=nearest_loss(multipliers, min(fractions, key=abs, default=None)),
-        shooting=shooting,
-    )
+        loss=nearest_loss(multipliers, min(fractions, key=abs, default=None)), shooting=shooting,
+    )  # fmt: skip
 
 
 def _checked_orbit(shooting: Shooting, run: ShootingRun, status: str) -> tuple[bool, str]:

@@ -151,20 +151,10 @@ class Reduced(MeshBody):
             raise InputError(f"Reduced: body is {body!r}; it must be a flexible body such as a PlaneBody.")
         ratios = damping_ratios if np.ndim(damping_ratios) == 0 else tuple(damping_ratios)  # type: ignore[arg-type]
         values: dict[str, Any] = {
-            "name": body.name if name is None else name,
-            "body": body,
-            "modes": modes,
-            "up_to": up_to,
-            "pins": pins,
-            "frame": frame,
-            "stiffening": stiffening,
-            "inertia_shapes": inertia_shapes,
-            "load_shapes": load_shapes,
-            "damping": damping,
-            "mass_damping": mass_damping,
-            "damping_ratios": ratios,
-            "stress": stress,
-        }
+            "name": body.name if name is None else name, "body": body, "modes": modes, "up_to": up_to, "pins": pins,
+            "frame": frame, "stiffening": stiffening, "inertia_shapes": inertia_shapes, "load_shapes": load_shapes,
+            "damping": damping, "mass_damping": mass_damping, "damping_ratios": ratios, "stress": stress,
+        }  # fmt: skip
         vars(self).update(values)
         self.__post_init__()
 

@@ -299,16 +299,10 @@ def reference_solution(mechanism: Mechanism) -> Solution:
             values.append(value)
     row = np.array([values])
     return Solution(
-        time=np.zeros(1),
-        values=row,
-        signals=Signals.of(tuple(signals)),
-        peaks=Peaks(np.abs(row[0]), np.zeros(len(values))),
-        status="Reference configuration.",
-        ok=True,
-        stats=Stats(),
-        shapes=mechanism.shapes(),
-        model={"name": mechanism.name},
-    )
+        time=np.zeros(1), values=row, signals=Signals.of(tuple(signals)),
+        peaks=Peaks(np.abs(row[0]), np.zeros(len(values))), status="Reference configuration.", ok=True,
+        stats=Stats(), shapes=mechanism.shapes(), model={"name": mechanism.name},
+    )  # fmt: skip
 
 
 def _lengths(scene: Scene) -> list[tuple[np.ndarray, str]]:
