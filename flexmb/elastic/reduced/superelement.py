@@ -345,11 +345,9 @@ def _inertia(found: Basis) -> tuple[dict[str, Array], float, Array, Array]:
     mx, my, mt = Ms @ x, Ms @ y, Jt @ turns
     wx, wy, wt = Ms @ phi_x, Ms @ phi_y, Jt @ phi_t
     matrices = {
-        "M": mx.T @ x + my.T @ y + mt.T @ turns,
-        "G": x.T @ wx + y.T @ wy + turns.T @ wt,
-        "H": phi_x.T @ wx + phi_y.T @ wy + phi_t.T @ wt,
-        "P": -x.T @ wy + y.T @ wx,
-    }
+        "M": mx.T @ x + my.T @ y + mt.T @ turns, "G": x.T @ wx + y.T @ wy + turns.T @ wt,
+        "H": phi_x.T @ wx + phi_y.T @ wy + phi_t.T @ wt, "P": -x.T @ wy + y.T @ wx,
+    }  # fmt: skip
     for name in "MH":
         matrices[name] = 0.5 * (matrices[name] + matrices[name].T)
     total = np.asarray(Ms.sum(axis=0)).ravel()

@@ -87,11 +87,9 @@ def curves(sol: Solution, names: list[str], frames: np.ndarray) -> dict[str, Any
     values = np.stack([sol.array(name) for name in names], axis=1) if names else np.zeros((len(sol.time), 0))
     first = panels(sol, None if set(main_signals(sol)) <= set(names) else names) or [names[:1]]
     found: dict[str, Any] = {
-        "names": names,
-        "units": [sol.units(name) for name in names],
-        "panels": [panel[:MOST_IN_PANEL] for panel in first],
-        "time": instants(sol.time[frames]),
-    }
+        "names": names, "units": [sol.units(name) for name in names],
+        "panels": [panel[:MOST_IN_PANEL] for panel in first], "time": instants(sol.time[frames]),
+    }  # fmt: skip
     if len(sol.time) <= ROWS_PER_FRAME * len(frames) + 1:
         return {**found, "rows": frames.tolist(), "abscissae": instants(sol.time), "curves": floats(values)}
     times, narrow = envelope(sol.time, values, len(frames))
