@@ -52,12 +52,7 @@ class Inside:
     """Base of records whose text inside of another record differs from their own."""
 
     def text_inside(self, *, nested: bool) -> str:
-        """Text of the record as a field of another one.
-
-        Parameters
-        ----------
-        nested : whether its fields are shown.
-        """
+        """Text of the record as a field of another one; `nested`: whether its fields are shown."""
         return " ".join(repr(self).split()) if nested else f"{type(self).__name__}(...)"
 
 
@@ -88,12 +83,7 @@ def _is_default(field: Field[Any], value: Any) -> bool:
 
 
 def record_text(record: Any) -> str:
-    """Class, name and fields that differ from their defaults, in three lines at most.
-
-    Parameters
-    ----------
-    record : a dataclass instance.
-    """
+    """Class, name and fields of a dataclass `record` that differ from their defaults, in three lines at most."""
     given, text = given_fields(record), ""
     for nested in (True, False):
         entries = [_entry(name, value, nested=nested) for name, value in given.items()]

@@ -201,12 +201,7 @@ class Sensitivity(Measures):
     status: str = field("sentence on the end of the run")
 
     def __getitem__(self, name: str) -> xr.DataArray:
-        """Derivative of a signal at the saved instants, (parameter, time).
-
-        Parameters
-        ----------
-        name : name of a signal that was asked for.
-        """
+        """Derivative of a signal, by its `name`, at the saved instants, (parameter, time)."""
         checks.one_of("Sensitivity", "signal", name, [str(key) for key in self.dataset.data_vars])
         return self.dataset[name]
 

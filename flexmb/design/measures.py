@@ -71,32 +71,17 @@ class Limit(NamedTuple):
 
 
 def mean(signal: str) -> Measure:
-    """Mean over the run.
-
-    Parameters
-    ----------
-    signal : name of a signal.
-    """
+    """Mean of a `signal`, by its name, over the run."""
     return Measure("mean", signal)
 
 
 def rms(signal: str) -> Measure:
-    """Root of the mean square over the run.
-
-    Parameters
-    ----------
-    signal : name of a signal.
-    """
+    """Root of the mean square of a `signal`, by its name, over the run."""
     return Measure("rms", signal)
 
 
 def at_end(signal: str) -> Measure:
-    """Value at the end of the run.
-
-    Parameters
-    ----------
-    signal : name of a signal.
-    """
+    """Value of a `signal`, by its name, at the end of the run."""
     return Measure("end", signal)
 
 
@@ -118,22 +103,12 @@ def peak(signal: str, *, norm: float | None = None) -> Measure:
 
 
 def largest(signal: str) -> Measure:
-    """Largest value over the run, with its sign.
-
-    Parameters
-    ----------
-    signal : name of a signal.
-    """
+    """Largest value of a `signal`, by its name, over the run, with its sign."""
     return Measure("largest", signal)
 
 
 def smallest(signal: str) -> Measure:
-    """Smallest value over the run, with its sign.
-
-    Parameters
-    ----------
-    signal : name of a signal.
-    """
+    """Smallest value of a `signal`, by its name, over the run, with its sign."""
     return Measure("smallest", signal)
 
 

@@ -132,12 +132,7 @@ class ChaosReport:
         return write_netcdf(checks.path("ChaosReport.to_netcdf", path), self.groups)
 
     def text(self, option: str = "") -> str:
-        """Table of all results.
-
-        Parameters
-        ----------
-        option : text before the names of arguments in advice: "--" on the command line.
-        """
+        """Table of all results; `option` stands before names of arguments in advice, "--" on the command line."""
         return "\n".join(_table(self, option))
 
     def __repr__(self) -> str:

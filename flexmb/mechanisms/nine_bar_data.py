@@ -128,12 +128,7 @@ class NineBarData(Input):
         return float(inertia - steiner)
 
     def section(self, number: int) -> Rectangle:
-        """Cross section of the beams of a link.
-
-        Parameters
-        ----------
-        number : number of the link.
-        """
+        """Cross section of the beams of the link of a `number`."""
         return Rectangle(width=self.thickness3 if number == 3 else self.thickness, height=self.depth)
 
     @property

@@ -216,12 +216,7 @@ class Motion(Law):
         return None
 
     def longest_chord(self, begin: float, end: float) -> float:
-        """Longest distance of instants whose chords follow the values to `CHORD` of their swing [s]; inf: any will do.
-
-        Parameters
-        ----------
-        begin, end : time without a jump inside [s].
-        """
+        """Longest distance of instants in `begin` to `end` [s] whose chords keep to `CHORD` of the swing; or inf."""
         if not self.swings:
             return math.inf
         p, d = np.array(self.parameters(), dtype=float), 1e-6 * (end - begin)

@@ -299,13 +299,7 @@ class Mechanism(metaclass=arguments.CheckedType):
         return replace(self, parts=tuple(p for p in self.parts if p is not gone))
 
     def with_loads(self, parts: Iterable[Part], gravity: tuple[float, float]) -> Mechanism:
-        """The mechanism with other loads, whose parts are not validated again.
-
-        Parameters
-        ----------
-        parts : the parts of this mechanism, loads left out or changed.
-        gravity : acceleration of gravity (gx, gy) [m/s^2].
-        """
+        """The mechanism with its `parts`, whose loads have changed, not validated again, and `gravity` [m/s^2]."""
         other = object.__new__(Mechanism)
         other.__dict__.update(name=self.name, parts=tuple(parts), gravity=gravity)
         other._raise([*other._missing_parts()])

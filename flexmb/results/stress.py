@@ -218,25 +218,14 @@ class WoehlerLine(Input):
     limit: float = field("amplitude without damage; 0: every cycle counts", "Pa", not_negative, default=0.0)
 
     def life(self, amplitude: float | np.ndarray) -> np.ndarray:
-        """Cycles to failure; infinite up to the limit.
-
-        Parameters
-        ----------
-        amplitude : stress amplitudes [Pa].
-        """
+        """Cycles to failure for stress amplitudes `amplitude` [Pa]; infinite up to the limit."""
         size = np.asarray(amplitude, dtype=float)
         bears = (size <= self.limit) | (size <= 0.0)
         ratio = self.amplitude / np.where(bears, self.amplitude, size)
         return np.asarray(np.where(bears, math.inf, self.cycles * ratio**self.slope))
 
     def damage(self, amplitudes: np.ndarray, counts: np.ndarray) -> float:
-        """Sum of counts over cycles to failure, 1 at failure (Palmgren and Miner).
-
-        Parameters
-        ----------
-        amplitudes : (n,) stress amplitudes [Pa].
-        counts : (n,) numbers of cycles.
-        """
+        """Sum of `counts` (n,) over cycles to failure of `amplitudes` (n,) [Pa], 1 at failure (Palmgren and Miner)."""
         return float(np.sum(counts / self.life(amplitudes)))
 
 

@@ -330,13 +330,7 @@ class Buckling:
         return sentences(self.findings)
 
     def shape(self, mode: int, name: str) -> float:
-        """Amplitude of a coordinate in a shape.
-
-        Parameters
-        ----------
-        mode : number of the shape, from 0.
-        name : the coordinate, e.g. "column.node3.y".
-        """
+        """Amplitude of a coordinate, `name` "column.node3.y", in the shape of the number `mode`, from 0."""
         if not 0 <= checks.count("Buckling", "mode", mode, 0) < len(self.factors):
             raise InputError(f"Buckling: mode is {mode}; there are shapes 0 to {len(self.factors) - 1}.")
         place = resolve(name, self.aliases)

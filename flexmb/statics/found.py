@@ -64,10 +64,5 @@ class Equilibrium:
         return display.page(self._title(), "", reactions, display.folded("coordinates", display.table(coordinates)))
 
     def force(self, joint: Part | str) -> tuple[float, float, float]:
-        """(fx, fy, moment) that a joint exerts on its second body [N, N m].
-
-        Parameters
-        ----------
-        joint : the joint, or its name.
-        """
+        """(fx, fy, moment) that a `joint`, or that of this name, exerts on its second body [N, N m]."""
         return self.reactions[checks.one_of("Equilibrium", "joint", name_of(joint), self.reactions)]

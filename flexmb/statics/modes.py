@@ -54,13 +54,7 @@ class Modes:
     )
 
     def shape(self, mode: int, name: str) -> float | complex:
-        """Amplitude of a coordinate in a mode.
-
-        Parameters
-        ----------
-        mode : number of the mode, from 0.
-        name : the coordinate, e.g. "rod.node3.y".
-        """
+        """Amplitude of a coordinate, `name` "rod.node3.y", in the `mode` of this number, from 0."""
         if not 0 <= checks.count("Modes", "mode", mode, 0) < self.shapes.shape[1]:
             raise InputError(f"Modes: mode is {mode}; there are modes 0 to {self.shapes.shape[1] - 1}.")
         place = resolve(name, self.aliases)

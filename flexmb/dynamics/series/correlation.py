@@ -179,13 +179,7 @@ class Recurrence:
     states: np.ndarray = field("the states (n, m), in standard deviations", repr=False)
 
     def matrix(self, first: int = 0, count: int = 1000) -> np.ndarray:
-        """Recurrence matrix (k, k) of successive states, bool.
-
-        Parameters
-        ----------
-        first : number of the first state.
-        count : number of states; fewer at the end of the record.
-        """
+        """Recurrence matrix (k, k) of `count` states from number `first` on, bool; fewer at the end of the record."""
         states = self.states[checks.count("matrix", "first", first, 0) :][: checks.count("matrix", "count", count)]
         return np.asarray(scipy.spatial.distance.cdist(states, states, "chebyshev") < self.threshold)
 

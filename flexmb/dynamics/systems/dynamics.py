@@ -267,13 +267,7 @@ class Dynamics(ABC):
         return self.copy()
 
     def another_start(self, distance: float, seed: int) -> np.ndarray:
-        """A state (size,) at a small distance from the present one, in a random direction.
-
-        Parameters
-        ----------
-        distance : distance over the length of the state.
-        seed : seed of the direction.
-        """
+        """A state (size,) at a `distance` from the present one, over its length, in a random direction of a `seed`."""
         x, direction = self.state(), self.tangent_basis(1, seed)[:, 0]
         return x + distance * (float(np.sqrt(self.weights @ x**2)) or 1.0) * direction
 
@@ -350,13 +344,7 @@ class ContinuousFlow(Dynamics):
 
     @abstractmethod
     def slopes(self, signal: int, tangents: np.ndarray) -> np.ndarray:
-        """Changes (k,) of a signal by small differences of the present state.
-
-        Parameters
-        ----------
-        signal : number of the signal in `names`.
-        tangents : differences (size, k) of the state.
-        """
+        """Changes (k,) of the signal of number `signal` by small differences `tangents` (size, k) of the state."""
 
     def number_of(self, owner: str, signal: str) -> int:
         """Number of a signal in `names`.

@@ -434,12 +434,7 @@ class MechanismFlow(ContinuousFlow):
         return other
 
     def another_start(self, distance: float, seed: int) -> np.ndarray:
-        """Changed velocities in the same pose, so that no journal is pushed into its bearing.
-
-        Parameters
-        ----------
-        distance, seed : see `Dynamics.another_start`.
-        """
+        """Changed velocities in the same pose, so that no journal is pushed into its bearing; see `Dynamics`."""
         n, direction = self.program.n_q, self.tangent_basis(1, seed)[:, 0]
         x, weights = self.state(), self.weights
         size = float(np.sqrt(weights[n : 2 * n] @ x[n : 2 * n] ** 2))

@@ -400,13 +400,7 @@ class PlaneBody(MeshBody):
         return RigidProperties(mass, self._world(centre), inertia)
 
     def frequencies(self, count: int = 6, held: Sequence[str] = ()) -> np.ndarray:
-        """Lowest natural frequencies (count,) of the whole mesh [Hz], without motions as a rigid body.
-
-        Parameters
-        ----------
-        count : number of frequencies.
-        held : names of pins that neither move nor turn; without them the body is free.
-        """
+        """Lowest natural frequencies (`count`,) of the whole mesh [Hz]; pins `held` neither move nor turn."""
         return vibrations(self.matrices, count, self.tie, held)[0]
 
     def total_mass(self) -> float:

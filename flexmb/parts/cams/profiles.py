@@ -140,13 +140,7 @@ class Lift(Input, Shown):
         return float(values[0, 0]), float(values[1, 0]), float(values[2, 0])
 
     def derivatives(self, piece: Any, angles: np.ndarray) -> np.ndarray:
-        """Lift and its derivatives (ORDERS, n) at `angles` [rad] within an interval.
-
-        Parameters
-        ----------
-        piece : angles and lifts at both ends of the interval.
-        angles : (n,) cam angles [rad].
-        """
+        """Lift and derivatives (ORDERS, n) at `angles` (n,) [rad] in a `piece`: angles and lifts at both ends."""
         begin, end, low, high = piece
         span = end - begin
         found: np.ndarray = (high - low) * normalised(self.law, (angles - begin) / span)

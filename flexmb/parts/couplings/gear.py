@@ -129,21 +129,11 @@ class Gear(Wheels):
         return distance * z1 / sum_of_teeth, distance * z2 / sum_of_teeth
 
     def module_of(self, mechanism: Mechanism) -> float:
-        """Module of the teeth [m].
-
-        Parameters
-        ----------
-        mechanism : the mechanism.
-        """
+        """Module of the teeth in a `mechanism` [m]."""
         return 2.0 * self.radii(mechanism)[0] / self.teeth[0]
 
     def signed_radii(self, mechanism: Mechanism) -> tuple[float, float]:
-        """Pitch radii of both wheels [m], that of a ring below 0.
-
-        Parameters
-        ----------
-        mechanism : the mechanism.
-        """
+        """Pitch radii of both wheels in a `mechanism` [m], that of a ring below 0."""
         r1, r2 = self.radii(mechanism)
         return r1, -r2 if self.internal else r2
 

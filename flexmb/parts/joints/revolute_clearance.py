@@ -192,12 +192,7 @@ class RevoluteClearance(Joint):
         return self.bearing_radius - self.clearance
 
     def worn_by(self, wear: Wear) -> WornClearance:
-        """The joint with a surface that wears, unworn so far.
-
-        Parameters
-        ----------
-        wear : law of wear, e.g. Archard(bearing=1e-13).
-        """
+        """The joint with a surface that wears by the law `wear`, e.g. Archard(bearing=1e-13); unworn so far."""
         from flexmb.parts.wear.worn_clearance import WornClearance  # noqa: PLC0415 - it is a joint with clearance itself
         from flexmb.parts.wear.worn_joint import worn  # noqa: PLC0415
 

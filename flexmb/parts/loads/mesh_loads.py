@@ -170,12 +170,7 @@ class EdgeLoad(MeshLoad):
         return replace(self, traction=scaled(self.traction, part)) if self.follower else self
 
     def nodal(self, plane: PlaneBody) -> loads.NodalLoad:
-        """Forces on the nodes of a body, in the axes of its mesh.
-
-        Parameters
-        ----------
-        plane : the body with all nodes.
-        """
+        """Forces on the nodes of the body `plane` with all nodes, in the axes of its mesh."""
         forces = loads.edge_load(plane.mesh, self.edge, in_mesh_axes(plane, self.traction), plane.thickness)
         nodes = np.unique(plane.mesh.edges_in(self.edge))
         return loads.NodalLoad(forces.reshape(-1, 2), nodes, self.follower)
@@ -214,12 +209,7 @@ class EdgePressure(MeshLoad):
         return replace(self, pressure=scaled(self.pressure, part), shear=scaled(self.shear, part))
 
     def nodal(self, plane: PlaneBody) -> loads.NodalLoad:
-        """Forces on the nodes of a body, in the axes of its mesh.
-
-        Parameters
-        ----------
-        plane : the body with all nodes.
-        """
+        """Forces on the nodes of the body `plane` with all nodes, in the axes of its mesh."""
         edges = loads.loaded_edges(plane.mesh, self.edge, plane.thickness)
         normal, along = (loads.edge_products(plane.mesh, edges, _placed(plane, s)) for s in (self.pressure, self.shear))
         followed = loads.FollowedEdges(edges.nodes, normal, along)
@@ -268,11 +258,6 @@ class BodyForce(MeshLoad):
         return replace(self, force=scaled(self.force, part)) if self.follower else self
 
     def nodal(self, plane: PlaneBody) -> loads.NodalLoad:
-        """Forces on the nodes of a body, in the axes of its mesh.
-
-        Parameters
-        ----------
-        plane : the body with all nodes.
-        """
+        """Forces on the nodes of the body `plane` with all nodes, in the axes of its mesh."""
         forces = loads.body_force(plane.mesh, in_mesh_axes(plane, self.force), plane.thickness)
         return loads.NodalLoad(forces.reshape(-1, 2), np.arange(len(plane.mesh.points)), self.follower)
