@@ -188,10 +188,8 @@ class Kernel:
             raise KernelError(f"The {contract.name} kernel is {function!r}; it must be a function.") from None
         if taken != len(contract.parameters):
             expected = ", ".join(contract.parameters)
-            raise KernelError(
-                f"Kernel {function.__qualname__!r} takes {taken} parameters; "
-                f"the {contract.name} contract has {len(contract.parameters)}: ({expected})."
-            )
+            text = f"Kernel {function.__qualname__!r} takes {taken} parameters;"
+            raise KernelError(f"{text} the {contract.name} contract has {len(contract.parameters)}: ({expected}).")
         self.function = function
         self.contract = contract
         self._dispatcher: Any = None

@@ -567,10 +567,8 @@ def _correlated(left: xr.Dataset, errors: Mapping[str, float], corrected: Mappin
         return
     of = [f"{x.correlation:.2f} ({name})" for name, x in left.items()]
     grown = [f"{name} {x:.2g} ({x / errors[name]:.2g} times)" for name, x in corrected.items() if math.isfinite(x)]
-    yield (
-        f"Residuals are correlated from one instant to the next by {', '.join(of)}: n (1 - r)/(1 + r) of n numbers "
-        f"count, and standard errors are too small. Corrected: {display.listed(grown, 6)}."
-    )
+    text = f"Residuals are correlated from one instant to the next by {', '.join(of)}: n (1 - r)/(1 + r)"
+    yield (f"{text} of n numbers count, and standard errors are too small. Corrected: {display.listed(grown, 6)}.")
 
 
 def _combinations(names: Sequence[str], directions: np.ndarray) -> Iterator[str]:

@@ -184,10 +184,8 @@ class Mechanism(metaclass=arguments.CheckedType):
         for part in self.parts:
             for name in part.references():
                 if name != GROUND.name and name not in self._by_name:
-                    yield ModelError(
-                        f"{part.label} refers to {name!r}, which is not in mechanism {self.name!r}. "
-                        f"Add it to the parts. {checks.did_you_mean(name, self.names)}"
-                    )
+                    text = f"{part.label} refers to {name!r}, which is not in mechanism {self.name!r}."
+                    yield ModelError(f"{text} Add it to the parts. {checks.did_you_mean(name, self.names)}")
 
     def _invalid_parts(self) -> Iterator[FlexmbError]:
         for part in self.parts:

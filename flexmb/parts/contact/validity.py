@@ -74,10 +74,8 @@ def too_fast(approach: float, materials: Sequence[Material]) -> Iterator[str]:
 def too_wide(half_width: float, radius: float) -> Iterator[str]:
     """A remark on the half-width of the contact [m] against the journal's radius [m]."""
     if half_width > WIDE * radius:
-        yield (
-            f"the area of contact grew to a half-width of {half_width / radius:.2g} of the journal's radius; the "
-            "stiffness is that of a much smaller area (Johnson 1985, section 4.2)"
-        )
+        text = f"the area of contact grew to a half-width of {half_width / radius:.2g} of the journal's radius;"
+        yield (f"{text} the stiffness is that of a much smaller area (Johnson 1985, section 4.2)")
 
 
 def yielded(pressure: float, factor: float, materials: Sequence[Material]) -> Iterator[str]:
