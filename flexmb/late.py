@@ -3,7 +3,7 @@
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-__all__ = ["h5py", "scipy", "sp", "xr"]
+__all__ = ["h5py", "meshio", "mpl", "pyvista", "scipy", "sp", "xr"]
 
 
 class Late:
@@ -13,14 +13,20 @@ class Late:
         self._package = package
 
     def __getattr__(self, name: str) -> Any:
-        value = getattr(import_module(self._package), name)
+        if name.startswith("__"):  # questions of inspect and copy, which packages do not answer either
+            raise AttributeError(name)
+        value = getattr(import_module(self._package), name, None) or import_module(f"{self._package}.{name}")
         setattr(self, name, value)
         return value
 
 
 if TYPE_CHECKING:
     import h5py
+    import matplotlib as mpl
+    import meshio
+    import pyvista
     import scipy.integrate
+    import scipy.interpolate
     import scipy.linalg.lapack
     import scipy.ndimage
     import scipy.optimize
@@ -32,4 +38,5 @@ if TYPE_CHECKING:
     import scipy.stats
     import xarray as xr
 else:
-    h5py, scipy, sp, xr = map(Late, ("h5py", "scipy", "scipy.sparse", "xarray"))
+    h5py, meshio, mpl, pyvista = map(Late, ("h5py", "meshio", "matplotlib", "pyvista"))
+    scipy, sp, xr = map(Late, ("scipy", "scipy.sparse", "xarray"))

@@ -14,6 +14,7 @@ from flexmb.engine.linalg.rank import RANK_TOLERANCE, row_rank
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import AssemblyError
 from flexmb.findings.finding import NOTE, WARNING, Finding, found
+from flexmb.late import scipy
 from flexmb.model.law import values_of
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Body, Joint
@@ -169,15 +170,13 @@ def free_motions(closed: Program, q: np.ndarray) -> list[Finding]:
 
 def free_coordinates(closed: Program, q: np.ndarray) -> tuple[str, ...]:
     """Coordinates of bodies whose rates can be chosen freely and then fix all others."""
-    from scipy.linalg import null_space, qr
-
     rigid = RigidMotion(closed)
     A = plain(StateEvaluation(closed).at(q).blocks[1] @ rigid.plain_basis(q))
     scale = np.tile([1.0, 1.0, PREFERENCE / max(closed.length, 1e-300)], rigid.count)
-    ways = null_space(A * scale, rcond=RANK_TOLERANCE) if len(A) else np.eye(3 * rigid.count)
+    ways = scipy.linalg.null_space(A * scale, rcond=RANK_TOLERANCE) if len(A) else np.eye(3 * rigid.count)
     if ways.shape[1] == 0:
         return ()
-    order = qr(ways.T, mode="r", pivoting=True)[1][: ways.shape[1]]
+    order = scipy.linalg.qr(ways.T, mode="r", pivoting=True)[1][: ways.shape[1]]
     axes = ("x", "y", "theta")
     return tuple(f"{closed.names.bodies[k // 3]}.{axes[k % 3]}" for k in sorted(order.tolist()))
 

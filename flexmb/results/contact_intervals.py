@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import KW_ONLY, dataclass, fields
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,9 +12,7 @@ from flexmb import checks, display
 from flexmb.display import Shown, counted
 from flexmb.errors import InputError, UnknownNameError
 from flexmb.fields import field, record
-
-if TYPE_CHECKING:
-    import xarray as xr
+from flexmb.late import xr
 
 COLUMNS = (  # names and units of the columns, in the order of the loop (`engine/step/contact_log.py`)
     ("contact", ""),
@@ -197,8 +195,6 @@ class Episodes:
 
     def to_dataset(self) -> xr.Dataset:
         """All arrays over `episode`, with units."""
-        import xarray as xr
-
         columns = {key: xr.Variable("episode", getattr(self, key), {"units": UNITS[key]}) for key in QUANTITIES}
         flags = {"flag_values": list(MODES), "flag_meanings": " ".join(MODES.values())}
         names = {

@@ -35,6 +35,7 @@ from flexmb.dynamics.jobs.files import (
 )
 from flexmb.errors import FileFormatError, InputError
 from flexmb.findings.finding import Finding
+from flexmb.late import h5py
 from flexmb.model import shape
 from flexmb.model.signal import Signal, Signals
 from flexmb.results.contact_intervals import COLUMNS, MODES, ContactLog
@@ -211,8 +212,6 @@ def load(path: str | Path) -> Solution:
     ------
     FileFormatError : a file that is missing, truncated, not written by flexmb, or in a format newer than this version.
     """
-    import h5py
-
     source = checks.path("load", path)
     if source.suffix == ".py":
         text = f"{str(source)!r}: a file of Python, and no result of a run. Run it first (flexmb run {source.name})"

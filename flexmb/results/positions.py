@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from flexmb.display import counted
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
 from flexmb.fields import field, record
+from flexmb.late import xr
 from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.shape import BeamShape, MeshShape, PointShape
@@ -23,9 +24,6 @@ from flexmb.program.program import Program
 from flexmb.results import drawing
 from flexmb.results.solution import SAVED_KEY, Peaks, Solution
 from flexmb.results.stress import Places, Wanted, at_places, chosen_places, moved_mechanism
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 # Positions of points of flexible bodies at the saved instants: nodes of beams and of meshes, reduced ones too

@@ -14,13 +14,13 @@ from flexmb import display
 from flexmb.display import counted, cut, listed, number_text
 from flexmb.errors import InputError, SolveError, UnknownNameError
 from flexmb.findings.finding import Finding, sentences
+from flexmb.late import xr
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.model.signal import Signals, hint, resolved
 from flexmb.results.contact_intervals import ContactLog, Episodes, impacts, select
 
 if TYPE_CHECKING:
     import pandas as pd
-    import xarray as xr
 
     from flexmb.model.mechanism import Mechanism
     from flexmb.model.part import Part
@@ -299,8 +299,6 @@ class Solution:
 
     def __getitem__(self, name: Any) -> xr.DataArray | xr.Dataset:
         """The signal of that name over `time`; a dataset for several names or patterns; or `UnknownSignalError`."""
-        import xarray as xr
-
         from flexmb.results.netcdf import long_name
 
         if isinstance(name, list | tuple) or (isinstance(name, str) and "*" in name):
@@ -334,8 +332,6 @@ class Solution:
 
     def _dataset(self, names: Sequence[str]) -> xr.Dataset:
         """Signals of these names."""
-        import xarray as xr
-
         from flexmb.results.netcdf import long_name
 
         time = xr.Variable("time", self.time, {"units": "s", "long_name": "time"})

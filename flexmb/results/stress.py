@@ -16,6 +16,7 @@ from flexmb.elastic.planes.stress import principal, von_mises
 from flexmb.elastic.reduced.accuracy import deformed, shortened
 from flexmb.errors import InputError
 from flexmb.fields import Input, field, not_negative, positive, record, record_with
+from flexmb.late import xr
 from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.shape import BeamShape, MeshShape
@@ -23,8 +24,6 @@ from flexmb.parts.bodies.flexible import number_of, section_factors
 from flexmb.results.drawing import nearest_to_each, pose, poses, surface, turned, turned_by
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from flexmb.results.solution import Solution
 
 
@@ -181,8 +180,6 @@ def at_places(
     coordinates: Mapping[str, tuple[np.ndarray, str]], columns: Mapping[str, tuple[np.ndarray, Mapping[str, str]]],
 ) -> xr.Dataset:  # fmt: skip
     """Values (n, m) with attributes, by name, over instants and chosen places; coordinates (m,) with their units."""
-    import xarray as xr
-
     time = xr.Variable("time", sol.time[instants], {"units": "s", "long_name": "time"})
     own = {name: ("place", values[chosen], {"units": unit}) for name, (values, unit) in coordinates.items()}
     found = {name: (("time", "place"), values[:, chosen], attrs) for name, (values, attrs) in columns.items()}

@@ -16,10 +16,9 @@ import numpy as np
 from flexmb import arguments, checks
 from flexmb.dynamics.jobs.files import unwritable
 from flexmb.errors import InputError
+from flexmb.late import meshio
 
 if TYPE_CHECKING:
-    import meshio
-
     from flexmb.results.solution import Solution
 
 MOST_FRAMES = 200
@@ -107,8 +106,6 @@ def _chosen(sol: Solution, frames: int | None) -> np.ndarray:
 
 def _frames(sol: Solution, instants: np.ndarray, points_per_element: int) -> tuple[tuple[str, ...], list[meshio.Mesh]]:
     """Names of the kinds by their numbers, and the meshes of all frames."""
-    import meshio
-
     from flexmb.results import drawing
     from flexmb.results.positions import magnified, with_values
 
@@ -169,8 +166,6 @@ def _places(pieces: list[Piece]) -> np.ndarray:
 
 def _write(sol: Solution, meshes: list[meshio.Mesh], kinds: tuple[str, ...], times: np.ndarray, target: Path) -> Path:
     """Write all files into a folder of their own first, so that a full disk leaves the old frames whole."""
-    import meshio
-
     from flexmb.results.drawing import parts
 
     folder = target.with_suffix("")
@@ -202,8 +197,6 @@ def _write(sol: Solution, meshes: list[meshio.Mesh], kinds: tuple[str, ...], tim
 
 def _trace_mesh(sol: Solution) -> meshio.Mesh | None:
     """Paths of all markers with a trace over the saved instants; None without such markers."""
-    import meshio
-
     from flexmb.results.drawing import traces
 
     paths = list(traces(sol).values())

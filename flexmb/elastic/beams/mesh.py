@@ -19,6 +19,7 @@ from scipy.spatial import cKDTree
 from flexmb import checks
 from flexmb.dynamics.jobs.files import READ_ERRORS
 from flexmb.errors import FileFormatError, InputError
+from flexmb.late import meshio
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
@@ -116,8 +117,6 @@ def members(mesh: LineMesh) -> list[Indices]:
 
 def read_file(file: Path) -> Any:
     """The mesh of meshio in a file, or `FileFormatError`."""
-    import meshio
-
     if not file.is_file():
         raise FileFormatError(f"{file}: no such file. The current folder is {Path.cwd()}.")
     said = io.StringIO()

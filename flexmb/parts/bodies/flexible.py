@@ -35,6 +35,7 @@ from flexmb.elastic.beams.section import Section, checked_factor
 from flexmb.elastic.beams.stress import BeamElements, beam_stress_kernel, outer_fibres
 from flexmb.errors import InputError
 from flexmb.kernels import signal_kernel
+from flexmb.late import scipy
 from flexmb.model.contributions import Contribution, ElementContribution, Node, SignalContribution, node_coordinates
 from flexmb.model.law import Material
 from flexmb.model.shape import BeamShape
@@ -173,17 +174,15 @@ def fit_bosses(label: str, beam: RigidProperties, wanted: RigidProperties, corne
 
 def _least_norm_not_negative(A: np.ndarray, b: np.ndarray, scale: float) -> np.ndarray | None:
     """The x >= 0 of least norm with A x = b, or None."""
-    from scipy.optimize import nnls  # noqa: PLC0415 - takes long to import, and only bosses need it
-
     small = 1e-7
     n = A.shape[1]
-    rough, _ = nnls(np.vstack([A, small * np.eye(n)]), np.concatenate([b, np.zeros(n)]))
+    rough, _ = scipy.optimize.nnls(np.vstack([A, small * np.eye(n)]), np.concatenate([b, np.zeros(n)]))
     active = rough > 1e-6 * scale
     x = np.zeros(n)
     x[active] = np.linalg.lstsq(A[:, active], b, rcond=None)[0]
     good = np.abs(A @ x - b).max() <= 1e-9 * scale and x.min() >= 0.0
     if not good:
-        x, _ = nnls(A, b)
+        x, _ = scipy.optimize.nnls(A, b)
         good = np.abs(A @ x - b).max() <= 1e-9 * scale
     return x if good else None
 

@@ -14,6 +14,7 @@ from flexmb.elastic.beams.corotational import checked_turn, points, tangents
 from flexmb.elastic.beams.section import Section
 from flexmb.errors import InputError
 from flexmb.fields import between, field, not_negative, point, record, several, variant
+from flexmb.late import scipy
 from flexmb.model.contributions import Contribution, Node, SignalContribution
 from flexmb.model.law import Material
 from flexmb.model.mechanism import Mechanism
@@ -105,8 +106,6 @@ def smooth_turns(points: Iterable[Point], closed: bool = False) -> tuple[float, 
     >>> [round(turn, 3) for turn in smooth_turns(corner)]
     [1.0, 0.587, 1.0]
     """
-    from scipy.interpolate import CubicSpline  # noqa: PLC0415 - takes long to import
-
     owner = "smooth_turns"
     given = checks.sequence(owner, "points", points, "points (x, y)")
     path = np.array([checks.point(owner, f"points[{i}]", p) for i, p in enumerate(given)])
@@ -118,7 +117,8 @@ def smooth_turns(points: Iterable[Point], closed: bool = False) -> tuple[float, 
     if not np.all(steps > 0.0):
         k = int(np.argmin(steps > 0.0))
         raise InputError(f"{owner}: points[{k}] and the next one are both {tuple(path[k].tolist())}; remove one.")
-    spline = CubicSpline(np.cumsum([0.0, *steps]), path, bc_type="periodic" if closed else "not-a-knot")
+    ends = "periodic" if closed else "not-a-knot"
+    spline = scipy.interpolate.CubicSpline(np.cumsum([0.0, *steps]), path, bc_type=ends)
     slopes = spline(spline.x, 1)
     turns = np.diff(np.unwrap(np.arctan2(slopes[:, 1], slopes[:, 0])))
     if np.abs(turns).max() >= 0.5 * math.pi:

@@ -14,6 +14,7 @@ from flexmb.dynamics.orbits.branch import Branch, BranchPoint
 from flexmb.dynamics.orbits.periodic_orbit import BRANCH, FLIP, FOLD, GRAZING, NEIMARK_SACKER
 from flexmb.dynamics.report import ChaosReport, Motion, wrapped
 from flexmb.errors import InputError
+from flexmb.late import mpl, xr
 from flexmb.model.part import Part, name_of
 from flexmb.results.solution import Solution
 from flexmb.show.pictures.signals import plot_spectrum
@@ -30,7 +31,6 @@ from flexmb.show.pictures.style import (
 )
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
@@ -66,9 +66,7 @@ def plot_bifurcation(diagram: xr.Dataset, signal: str, *, title: str | None = No
     ------
     InputError : a dataset of another kind, an unknown signal.
     """
-    import xarray
-
-    attributes = diagram.attrs if isinstance(diagram, xarray.Dataset) else {}
+    attributes = diagram.attrs if isinstance(diagram, xr.Dataset) else {}
     if attributes.get("kind") != "bifurcation":
         text = f"plot_bifurcation: the dataset is of kind {attributes.get('kind')!r}"
         raise InputError(f"{text}; give the result of fm.bifurcation.")
@@ -136,18 +134,17 @@ def _draw(ax: Axes, pieces_of: dict[tuple[str, str], list[Any]]) -> None:
 
 def _legend(ax: Axes, pieces: dict[tuple[str, str], list[Any]]) -> None:
     """Draw the legend: colours of the verdicts, markers of two directions, crosses and dotted lines."""
-    from matplotlib.lines import Line2D
-
     style: dict[str, Any] = {"linestyle": "none", "markersize": 6.0}
     verdicts = [name for name in VERDICT_COLOURS if name and any(name == verdict for verdict, _ in pieces)]
-    handles = [Line2D([], [], color=VERDICT_COLOURS[name], marker="o", label=name, **style) for name in verdicts]
+    line = mpl.lines.Line2D
+    handles = [line([], [], color=VERDICT_COLOURS[name], marker="o", label=name, **style) for name in verdicts]
     directions = sorted({name for _, name in pieces}, reverse=True)
     if len(directions) > 1:
-        handles += [Line2D([], [], color="0.3", marker=MARKERS[name], label=name, **style) for name in directions]
-    if any(np.size(line.get_xdata()) for line in ax.lines if line.get_marker() == "x"):
-        handles.append(Line2D([], [], color="black", marker="x", label="failed", **style))
-    if any(line.get_linestyle() == ":" for line in ax.lines):
-        handles.append(Line2D([], [], color="0.75", linestyle=":", label="seam"))
+        handles += [line([], [], color="0.3", marker=MARKERS[name], label=name, **style) for name in directions]
+    if any(np.size(one.get_xdata()) for one in ax.lines if one.get_marker() == "x"):
+        handles.append(line([], [], color="black", marker="x", label="failed", **style))
+    if any(one.get_linestyle() == ":" for one in ax.lines):
+        handles.append(line([], [], color="0.75", linestyle=":", label="seam"))
     if handles:
         legend_beside(ax, handles=handles)
 
@@ -257,16 +254,13 @@ def plot_basin(basin: Basin, *, title: str | None = None) -> Figure:
     ------
     InputError : another kind of object.
     """
-    from matplotlib.colors import ListedColormap
-    from matplotlib.patches import Patch
-
     if not isinstance(basin, Basin):
         raise InputError(f"plot_basin: basin is {basin!r}; it must be the result of basin().")
     count = len(basin.attractors)
     colours = [LOST_COLOUR, OPEN_COLOUR, *(COLOURS[k % len(COLOURS)] for k in range(count))]
     figure, ax = panel_of(ORBITS_SIZE, basin.name if title is None else title)
     ax.grid(visible=False)  # hidden by the cells
-    colour_map, top = ListedColormap(colours), count + 0.5
+    colour_map, top = mpl.colors.ListedColormap(colours), count + 0.5
     ax.pcolormesh(basin.x, basin.y, basin.number, cmap=colour_map, vmin=-1.5, vmax=top, shading="nearest")
     (ax_name, ay_name), (ax_unit, ay_unit) = basin.axes, basin.units
     ax.set_xlim(*_edges(basin.x))
@@ -279,7 +273,7 @@ def plot_basin(basin: Basin, *, title: str | None = None) -> Figure:
     names = {-1: "lost", 0: "undecided"}
     names |= {k: f"{k} (period {n})" if n else f"{k} (not periodic)" for k, n in enumerate(basin.periods, 1)}
     patches = [
-        Patch(facecolor=colours[k + 1], label=f"{names[k]}: {100.0 * fraction:.1f} %")
+        mpl.patches.Patch(facecolor=colours[k + 1], label=f"{names[k]}: {100.0 * fraction:.1f} %")
         for k, fraction in basin.fractions.items()
     ]
     figure.legend(handles=patches, loc="outside right upper", frameon=False, fontsize="small")
@@ -332,8 +326,6 @@ def plot_phase(
 
 def _signals(sol: Solution, names: tuple[str, ...]) -> xr.Dataset:
     """Dataset of some signals of a solution."""
-    import xarray as xr
-
     columns = {name: ("time", sol.array(name), {"units": sol.units(name)}) for name in names}
     return xr.Dataset(columns, {"time": ("time", sol.time, {"units": "s"})}, {"name": sol.name})
 
@@ -413,8 +405,6 @@ def plot_exponents(exponents: Exponents, *, title: str | None = None) -> Figure:
 
 
 def _dataset(label: str, given: xr.Dataset) -> xr.Dataset:
-    import xarray as xr
-
     if not isinstance(given, xr.Dataset):
         raise InputError(f"{label}: the motion is {given!r}; it must be a dataset of signals.")
     return given
@@ -545,8 +535,6 @@ def _widened(figure: Figure, motion: Motion, x: str, y: str | None) -> None:
 
 def _columns(motion: Motion, values: np.ndarray, axis: str, along: np.ndarray) -> xr.Dataset:
     """Signals along an axis for a picture; a curve breaks where an angle passes -pi or pi."""
-    import xarray as xr
-
     data = {}
     for name, unit, column in zip(motion.names, motion.units, values.T, strict=True):
         values_shown = wrapped(unit, column).copy()
@@ -577,9 +565,7 @@ def plot_wear(life: xr.Dataset, joint: Part | str, *, title: str | None = None) 
     ------
     InputError : a dataset of another kind, an unknown joint.
     """
-    import xarray
-
-    attributes = life.attrs if isinstance(life, xarray.Dataset) else {}
+    attributes = life.attrs if isinstance(life, xr.Dataset) else {}
     if attributes.get("kind") != "wear":
         text = f"plot_wear: the dataset is of kind {attributes.get('kind')!r}"
         raise InputError(f"{text}; give the result of fm.wear_out.")
@@ -613,8 +599,6 @@ def plot_wear(life: xr.Dataset, joint: Part | str, *, title: str | None = None) 
 
 def _turns_bar(figure: Figure, ax: Any, turns: np.ndarray) -> np.ndarray:
     """Colours of the turns (turns, 4), with their bar below."""
-    import matplotlib as mpl
-
     colours = mpl.colormaps[SEQUENTIAL]
     shades = mpl.colors.Normalize(0.0, float(turns[-1]) if len(turns) and turns[-1] > 0.0 else 1.0)
     bar = figure.colorbar(mpl.cm.ScalarMappable(shades, colours), ax=ax, location="bottom", shrink=0.7, pad=0.09)

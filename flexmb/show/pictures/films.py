@@ -13,6 +13,7 @@ import numpy as np
 from flexmb import arguments, checks
 from flexmb.dynamics.jobs.files import whole_file
 from flexmb.errors import InputError
+from flexmb.late import mpl
 from flexmb.model.shape import MARKER, TRACE, Place, PointShape, nodes_of
 from flexmb.results import drawing
 from flexmb.results.positions import at_times, magnified
@@ -97,10 +98,10 @@ class Film:
             yield np.asarray(self._canvas.buffer_rgba())[:, :, :3].copy()
 
     def _make(self) -> tuple[Figure, Axes]:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-
         figure, ax = panel_of((self.size[0] / DPI, self.size[1] / DPI))
         figure.set_dpi(DPI)
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+
         FigureCanvasAgg(figure)
         ax.set(xlim=self.scene.box[0], ylim=self.scene.box[1], aspect="equal")
         ax.set_xlabel("x [m]", fontsize="small")
@@ -109,12 +110,10 @@ class Film:
         return figure, ax
 
     def _bar(self, colouring: Colouring, field: str, units: str) -> None:
-        from matplotlib.cm import ScalarMappable
-
         wide = self.size[0] > self.size[1]
         ends, place = "neither" if field == STRESS else "both", "bottom" if wide else "right"
-        scale = ScalarMappable(colouring.scale, colouring.colours)
-        size = {"aspect": 40.0, "fraction": 0.06, "shrink": 0.7}
+        scale = mpl.cm.ScalarMappable(colouring.scale, colouring.colours)
+        size: Any = {"aspect": 40.0, "fraction": 0.06, "shrink": 0.7}
         bar = self._figure.colorbar(scale, ax=self._ax, extend=ends, location=place, **size)
         label_axis(bar.ax.xaxis if wide else bar.ax.yaxis, words_of(field), units)
         (bar.ax.xaxis if wide else bar.ax.yaxis).label.set_fontsize("small")
@@ -152,14 +151,11 @@ def _pixels(box: Box, size: tuple[int, int] | None) -> tuple[int, int]:
 
 def _colouring(scene: Scene, field: str) -> Colouring:
     """Colours of a field, the same for both signs; of a stress from 0 to the largest."""
-    import matplotlib
-    from matplotlib.colors import Normalize
-
     if field == STRESS:
         top = stress_limit(scene)
-        return Colouring(field, Normalize(0.0, top), matplotlib.colormaps[SEQUENTIAL])
+        return Colouring(field, mpl.colors.Normalize(0.0, top), mpl.colormaps[SEQUENTIAL])
     top = field_limit(scene, field)
-    return Colouring(field, Normalize(-top, top), matplotlib.colormaps[DIVERGING])
+    return Colouring(field, mpl.colors.Normalize(-top, top), mpl.colormaps[DIVERGING])
 
 
 def field_of(scene: Scene, colour: str | None) -> tuple[str, str] | None:

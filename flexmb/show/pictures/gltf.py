@@ -18,6 +18,7 @@ import numpy as np
 from flexmb import checks
 from flexmb.dynamics.jobs.files import whole_file
 from flexmb.errors import InputError
+from flexmb.late import mpl
 from flexmb.model.shape import CircleShape, LineShape, PointShape, RigidShape
 from flexmb.results import drawing
 from flexmb.results.drawing import Line, Surface, circle_line, directions, symbols
@@ -246,14 +247,12 @@ class Export:
 
     def _mesh(self, surface: Surface, body: FlexibleMotion) -> None:
         """A mesh that moves as a rigid body, with the shapes of its deformation."""
-        from matplotlib import colormaps
-
         first = np.array(surface.shape.points)
         weights, shapes = body.deformation(surface.points, first)
         zeros, colours, material = np.zeros((len(first), 1)), None, self._materials[surface.part]
         if surface.has_stress:
             top = stress_limit(self._scene)
-            colours = _linear(colormaps[SEQUENTIAL](surface.von_mises.max(axis=0) / top)[:, :3])
+            colours = _linear(mpl.colormaps[SEQUENTIAL](surface.von_mises.max(axis=0) / top)[:, :3])
             name = f"{surface.part}: largest von Mises stress, 0 to {top:.4g} Pa"
             material = self._glb.material(name, (1.0, 1.0, 1.0))
         up, morphs = np.tile([0.0, 0.0, 1.0], (len(first), 1)), [np.hstack([one, zeros]) for one in shapes]

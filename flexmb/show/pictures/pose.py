@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from flexmb.late import mpl
 from flexmb.model.shape import MARKER, TRACE
 from flexmb.results.drawing import RIGID, Line, Mark, Surface, directions
 from flexmb.show.pictures.style import CLEARANCE, COLOURS, TRACED, make_drawable
@@ -76,17 +77,13 @@ def place_names(
 
 def boxes(names: Sequence[Annotation]) -> list[Bbox]:
     """Boxes of names on the canvas [pixel]."""
-    from matplotlib.text import Text
-
-    return [Text.get_window_extent(name) for name in names]
+    return [mpl.text.Text.get_window_extent(name) for name in names]
 
 
 def _annotation(ax: Axes, point: np.ndarray, name: str) -> Annotation:
     """Name at its point, with a leader that is not shown yet."""
-    from matplotlib.patheffects import withStroke
-
     style: dict[str, Any] = {"ha": "left", "va": "bottom", "fontsize": "x-small", "zorder": 5}
-    style |= {"path_effects": [withStroke(linewidth=2.0, foreground="white")], "annotation_clip": False}
+    style |= {"path_effects": [mpl.patheffects.withStroke(linewidth=2.0, foreground="white")], "annotation_clip": False}
     style["arrowprops"] = {"arrowstyle": "-", "color": "0.55", "linewidth": 0.5, "shrinkA": 0.0, "shrinkB": 3.0}
     place = (float(point[0]), float(point[1]))
     text = ax.annotate(name, place, xytext=(0.0, 0.0), textcoords="offset points", **style)
@@ -195,9 +192,7 @@ class Pose:
         self._polyline(line.points, "", {"color": colour, "linewidth": 2.6, "zorder": 2.0, **style})
 
     def _area(self, points: np.ndarray, style: dict[str, Any]) -> None:
-        from matplotlib.patches import Polygon
-
-        artist = Polygon(points[0], closed=True, **style)
+        artist = mpl.patches.Polygon(points[0], closed=True, **style)
         self._ax.add_patch(artist)
         self.artists.append(artist)
         self._updates.append(lambda now: artist.set_xy(points[now]))
@@ -236,9 +231,7 @@ class Pose:
 
     def _polygons(self, points: np.ndarray, values: np.ndarray | None, style: dict[str, Any]) -> None:
         """Polygons (n, k, m, 2), coloured by `values` (n, k) or as `style` tells."""
-        from matplotlib.collections import PolyCollection
-
-        artist = PolyCollection(list(points[0]), **style)
+        artist = mpl.collections.PolyCollection(list(points[0]), **style)
         self._ax.add_collection(artist, autolim=False)
         self.artists.append(artist)
 
@@ -251,9 +244,7 @@ class Pose:
 
     def _edges(self, points: np.ndarray) -> None:
         """Thin lines (n, k, m, 2)."""
-        from matplotlib.collections import LineCollection
-
-        artist = LineCollection(list(points[0]), colors="0.25", linewidths=0.7, zorder=2.0)
+        artist = mpl.collections.LineCollection(list(points[0]), colors="0.25", linewidths=0.7, zorder=2.0)
         self._ax.add_collection(artist, autolim=False)
         self.artists.append(artist)
         self._updates.append(lambda now: artist.set_segments(list(points[now])))
@@ -289,8 +280,6 @@ class Pose:
 
     def _ring(self, mark: Mark) -> None:
         """Ring with the journal inside; its eccentricity is drawn over the largest one of the scene."""
-        from matplotlib.patches import Circle
-
         radius = RING * self._scene.size
         inside = next((m for m in self._scene.marks if m.part == mark.part and m.kind == "journal"), mark)
         away = inside.points - mark.points
@@ -301,7 +290,7 @@ class Pose:
             (mark.points, radius, ring),
             (centres, JOURNAL * radius, {"facecolor": "0.3", "edgecolor": "none", "zorder": 4.1}),
         ):
-            self._circle(Circle((0.0, 0.0), size, gid=f"clearance {mark.part}", **style), points)
+            self._circle(mpl.patches.Circle((0.0, 0.0), size, gid=f"clearance {mark.part}", **style), points)
 
     def _circle(self, artist: Any, points: np.ndarray) -> None:
         self._ax.add_patch(artist)

@@ -13,6 +13,7 @@ import numpy as np
 
 from flexmb import arguments, checks
 from flexmb.errors import InputError
+from flexmb.late import mpl
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.signal import Signal, Signals
 from flexmb.results import drawing
@@ -245,17 +246,15 @@ def joint_names(ax: Axes, scene: Scene, now: int, others: Sequence[tuple[np.ndar
 
 def legend(figure: Figure, scene: Scene) -> None:
     """Legend of bodies and joints with clearance, below the panels."""
-    from matplotlib.lines import Line2D
-
     colours = body_colours(scene)
-    handles = [Line2D([], [], color=colour, linewidth=2.4, label=part) for part, colour in colours.items()]
+    handles = [mpl.lines.Line2D([], [], color=colour, linewidth=2.4, label=part) for part, colour in colours.items()]
     if any(m.kind == "clearance" for m in scene.marks):
         ring: dict[str, Any] = {"marker": "o", "markersize": 8, "markerfacecolor": "white"}
         ring |= {"markeredgecolor": CLEARANCE, "markeredgewidth": 1.8}
-        handles.append(Line2D([], [], linestyle="", label="joint with clearance", **ring))
+        handles.append(mpl.lines.Line2D([], [], linestyle="", label="joint with clearance", **ring))
     if len(handles) > MOST_NAMES:
         more = len(handles) - MOST_NAMES + 1
-        handles = [*handles[: MOST_NAMES - 1], Line2D([], [], linestyle="", label=f"and {more} more")]
+        handles = [*handles[: MOST_NAMES - 1], mpl.lines.Line2D([], [], linestyle="", label=f"and {more} more")]
     if handles:
         columns = _columns([len(str(handle.get_label())) for handle in handles], figure.get_size_inches()[0])
         figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False, fontsize="small")

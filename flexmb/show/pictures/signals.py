@@ -10,6 +10,7 @@ import numpy as np
 from flexmb import arguments, checks
 from flexmb.dynamics.series.samples import PowerSpectrum
 from flexmb.errors import InputError
+from flexmb.late import mpl
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part, name_of
 from flexmb.model.shape import PointShape
@@ -75,15 +76,13 @@ def draw_signal(ax: Axes, time: np.ndarray, values: np.ndarray, k: int, label: s
     """Draw a signal over time: a line, or the band of its envelope where single lines would be a solid block."""
     # The signal (n,) belongs to instants (n,) [s]; its number k in the panel gives colour and line style. Further
     # keywords are those of matplotlib for a line.
-    from matplotlib.colors import to_rgba
-
     look = curve(k)
     if not is_dense(time, values):
         ax.plot(time, values, label=label, **{**look, **style})
         return
     middle, low, high = envelope(time, values)
     rim = {"edgecolor": look["color"], "linestyle": look["linestyle"], "linewidth": 0.6}
-    ax.fill_between(middle, low, high, facecolor=to_rgba(look["color"], 0.3), label=label, **rim)
+    ax.fill_between(middle, low, high, facecolor=mpl.colors.to_rgba(look["color"], 0.3), label=label, **rim)
 
 
 # Signals over time or over one another, as a matplotlib figure

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from flexmb.dynamics.jobs.files import whole_file
+from flexmb.late import mpl
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,13 +23,11 @@ EMPTY = "Last Resort"  # beginning of the name of a font of matplotlib that has 
 
 def make_drawable(texts: Iterable[Text]) -> None:
     r"""Set the fonts of texts by their characters; characters without a font become escapes such as \u66f2."""
-    from matplotlib.font_manager import findfont
-
     for text in texts:
         words = text.get_text()
         if words.isascii():
             continue
-        own = findfont(text.get_fontproperties())
+        own = mpl.font_manager.findfont(text.get_fontproperties())
         fonts = {c: _family(own, c) for c in words}
         shown = (c.encode("ascii", "backslashreplace").decode() if fonts[c] is None else c for c in words)
         text.set_text("".join(shown))
@@ -39,20 +38,17 @@ def make_drawable(texts: Iterable[Text]) -> None:
 @cache
 def _family(own: str, character: str) -> str | None:
     """Family of a font that has a character: "" for the file `own`, None where no font has it."""
-    from matplotlib.font_manager import fontManager
-
     if character.isspace() or _has(own, character):
         return ""
-    fonts = [font for font in fontManager.ttflist if font.style == "normal" and not font.name.startswith(EMPTY)]
+    known = mpl.font_manager.fontManager.ttflist
+    fonts = [font for font in known if font.style == "normal" and not font.name.startswith(EMPTY)]
     return next((font.name for font in fonts if _has(font.fname, character)), None)
 
 
 def _has(file: str, character: str) -> bool:
     """Whether a file is a font that can be drawn and has a character."""
-    from matplotlib.font_manager import get_font
-
     try:
-        return get_font(file).get_char_index(ord(character)) > 0
+        return mpl.font_manager.get_font(file).get_char_index(ord(character)) > 0
     except (OSError, RuntimeError):  # fonts of coloured pictures, and damaged files
         return False
 
@@ -64,19 +60,16 @@ def new_figure(size: tuple[float, float]) -> Figure:
 
 
 @cache
-def _picture() -> type[Figure]:
+def _picture() -> type[mpl.figure.Figure]:
     """Class of these figures; pages of reports read this file, and need no matplotlib."""
-    from matplotlib import rcParams
-    from matplotlib.figure import Figure
-    from matplotlib.text import Text
 
-    class Picture(Figure):
+    class Picture(mpl.figure.Figure):
         def __reduce__(self) -> tuple[Any, ...]:
             return new_figure, (tuple(self.get_size_inches()),), self.__getstate__()
 
         def draw(self, renderer: Any) -> None:
             """Draw the figure."""
-            make_drawable(text for text in self.findobj(Text) if isinstance(text, Text))
+            make_drawable(text for text in self.findobj(mpl.text.Text) if isinstance(text, mpl.text.Text))
             super().draw(renderer)
 
         def savefig(self, fname: Any, **options: Any) -> None:
@@ -88,7 +81,7 @@ def _picture() -> type[Figure]:
                 return
             path = Path(fname)
             if not path.suffix:
-                path = path.with_name(f"{path.name}.{options.get('format') or rcParams['savefig.format']}")
+                path = path.with_name(f"{path.name}.{options.get('format') or mpl.rcParams['savefig.format']}")
             with whole_file(path) as part:
                 super().savefig(part, **options)
 
@@ -168,15 +161,14 @@ def label_axis(axis: Axis, name: str, units: str, between: str = " ", equal: Axi
     """Label and numbers of an axis on which everything is drawn: small and large numbers by a prefix of the unit."""
     # Where the unit takes no prefix, a common power of ten stands at the end of the axis. `equal` is another axis of
     # this unit that gets the same prefix.
-    from matplotlib.ticker import FuncFormatter, ScalarFormatter
-
     low, high = axis.get_view_interval()
     largest = max(abs(float(end)) for one in (axis, equal or axis) for end in one.get_view_interval())
     power, shown = prefixed(units, largest) if abs(high - low) > FLAT * largest else (0, units)
     if power:
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value * 10.0**-power:.6g}".replace("-", "−")))
+        shorten = mpl.ticker.FuncFormatter(lambda value, _: f"{value * 10.0**-power:.6g}".replace("-", "−"))
+        axis.set_major_formatter(shorten)
     else:
-        numbers = ScalarFormatter(useMathText=True)
+        numbers = mpl.ticker.ScalarFormatter(useMathText=True)
         numbers.set_powerlimits((-3, 4))
         axis.set_major_formatter(numbers)
     axis.set_label_text(label_of(name, shown, between))

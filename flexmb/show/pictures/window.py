@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from flexmb import arguments, checks
 from flexmb.dynamics.jobs.files import whole_file
 from flexmb.errors import FileFormatError
+from flexmb.late import mpl, pyvista
 from flexmb.results import drawing
 from flexmb.results.drawing import MESH
 from flexmb.results.positions import magnified
@@ -28,9 +29,6 @@ from flexmb.show.pictures.films import (
 from flexmb.show.pictures.pose import SYMBOLS, THINNEST, body_colours, edges, is_point, with_arms
 from flexmb.show.pictures.scene import Scene, box_about, scene_of
 from flexmb.show.pictures.style import CLEARANCE, DIVERGING, SEQUENTIAL, TRACED, words_of
-
-if TYPE_CHECKING:
-    import pyvista
 
 
 # Pictures of VTK files, drawn by pyvista without a display
@@ -53,8 +51,6 @@ def screenshot_vtk(
     FileFormatError : a missing file, or a file that is no VTK file.
     InputError : an unknown field; a path that cannot be written.
     """
-    import pyvista
-
     mesh = _frame(checks.path("screenshot_vtk", source), time)
     checks.one_of("screenshot_vtk", "field", field, mesh.point_data.keys())
     target = checks.path("screenshot_vtk", path)
@@ -80,8 +76,6 @@ def bar_title(field: str, units: str) -> str:
 
 def _frame(source: Path, time: float | None) -> Any:
     """The mesh of a .vtu file, or of the frame of a collection nearest to `time`."""
-    import pyvista
-
     if not source.is_file():
         raise FileFormatError(f"{str(source)!r}: there is no such file. Check the path; write_vtk(...) writes one.")
     try:
@@ -157,8 +151,6 @@ class Window:
     def __init__(
         self, scene: Scene, colour: str | None, *, off_screen: bool, centres: np.ndarray | None = None
     ) -> None:
-        import pyvista
-
         self.plotter = pyvista.Plotter(off_screen=off_screen, window_size=list(SIZE))
         self.plotter.set_background("white")
         self._scene, self._now, self._plays = scene, 0, False
@@ -191,8 +183,6 @@ class Window:
 
     def _add(self, points: np.ndarray, data: dict[str, np.ndarray], style: dict[str, Any], **cells: np.ndarray) -> None:
         """Add a mesh that moves: points (n, m, 2) and point data (n, m)."""
-        import pyvista
-
         depth = np.full((*points.shape[:2], 1), style.pop("depth", 0.0) * self._scene.size)
         flat = np.concatenate([points, depth], axis=2)
         mesh = pyvista.PolyData(flat[0], **cells)
@@ -254,11 +244,9 @@ class Window:
         self._add(points[:, None], {}, style, verts=np.array([1, 0]))
 
     def _signs(self) -> None:
-        from matplotlib.colors import to_hex
-
         for sign in (*self._scene.signs, *self._scene.forces):
             look = SYMBOLS[sign.kind]
-            style = {"color": to_hex(look["color"]), "line_width": 1.6 * look["linewidth"]}
+            style = {"color": mpl.colors.to_hex(look["color"]), "line_width": 1.6 * look["linewidth"]}
             self._lines([sign.points], {**style, "depth": 0.002 if sign.kind == "force" else -0.002})
         for path, _ in self._scene.paths.values():
             self._lines([np.repeat(path[None], len(self._scene.time), axis=0)], {"color": TRACED, "line_width": 2})

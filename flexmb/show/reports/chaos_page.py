@@ -4,16 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from flexmb.dynamics.verdict import MEANING, meaning_of
 from flexmb.errors import InputError
+from flexmb.late import xr
 from flexmb.show.reports import document as html
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 SCRIPTS = ("diagram.js", "chaos.js")
 MOST_SIGNALS = 60  # number of signals on a page where none are chosen

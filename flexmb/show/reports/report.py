@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from flexmb import arguments, checks
 from flexmb.dynamics.report import ChaosReport
 from flexmb.errors import InputError
+from flexmb.late import xr
 from flexmb.model.mechanism import Mechanism
 from flexmb.results.solution import Solution
 from flexmb.show.reports.chaos_page import write_chaos
@@ -17,8 +18,6 @@ from flexmb.show.reports.run_page import write_run
 from flexmb.show.reports.sweep_page import write_sweep
 
 if TYPE_CHECKING:
-    import xarray as xr
-
     from flexmb.design.fitting import Fit
 
 MOST_FRAMES = 1000  # default number of frames at most
@@ -74,8 +73,6 @@ def report(
         return write_run(result, target, mechanism, most, signals, title)
     if isinstance(result, ChaosReport):
         return write_chaos(result.groups, target, signals, title)
-    import xarray as xr
-
     from flexmb.design.fitting import Fit  # takes long to import
 
     if isinstance(result, Fit):

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from urllib.parse import quote
 
 import numpy as np
 
 from flexmb.display import pretty
 from flexmb.errors import InputError
+from flexmb.late import xr
 from flexmb.show.pictures.diagrams import VERDICT_COLOURS, default_signal, entry_of
 from flexmb.show.reports import document as html
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 SCRIPTS = ("diagram.js", "sweep.js")
 MOST_SIGNALS = 24  # number of signals on a page where none are chosen
