@@ -8,13 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 TITLE = re.compile(r"(?:^|\n)(\w[\w ]*)\n-{3,}\n")  # title of a section with the line under it
-ORDER = (
-    "Parameters",
-    "Attributes",
-    "Raises",
-    "Notes",
-    "Examples",
-)  # titles in the order in which a joined docstring has them
+ORDER = ("Parameters", "Attributes", "Raises", "Notes", "Examples")  # order of the titles of a joined docstring
 
 
 def sections(doc: str) -> dict[str, str]:

@@ -46,10 +46,8 @@ not_negative = Rule(checks.not_negative, ">= 0")
 flag = Rule(lambda owner, name, value, *_: checks.flag(owner, name, value))
 vector = Rule(lambda owner, name, value, unit, _: checks.point(owner, name, value, unit))
 point = Rule(vector.check, "in the reference configuration")
-directed = Rule(
-    lambda owner, name, value, *_: checks.direction(owner, name, value),
-    "in the reference configuration (any length > 0)",
-)
+DIRECTED = "in the reference configuration (any length > 0)"
+directed = Rule(lambda owner, name, value, *_: checks.direction(owner, name, value), DIRECTED)
 
 
 def between(low: float, high: float) -> Rule:

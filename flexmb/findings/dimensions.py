@@ -76,9 +76,8 @@ def _materials(mechanism: Mechanism) -> Iterator[Finding]:
                 yield found("odd-units", (part.name,), text, "Steel has 2.1e11 Pa and 7850 kg/m^3.", speed=speed)
             strain = (material.yield_stress or 1e-3 * material.young) / material.young
             if not YIELD_STRAINS[0] <= strain <= YIELD_STRAINS[1]:
-                text = (
-                    f"The material of {part.name!r} yields at {material.yield_stress:.4g} Pa, a strain of {strain:.3g}."
-                )
+                limit = material.yield_stress
+                text = f"The material of {part.name!r} yields at {limit:.4g} Pa, a strain of {strain:.3g}."
                 yield found("odd-units", (part.name,), text, "Steel yields at some 3e8 Pa.", strain=strain)
 
 
@@ -111,9 +110,8 @@ def implausible_findings(mechanism: Mechanism) -> list[Finding]:
     """Findings on angles and gravity as declared."""
     findings = []
     if mechanism.gravity[1] > abs(mechanism.gravity[0]):
-        text = (
-            f"Gravity points upwards, Y is up: gravity is ({mechanism.gravity[0]:g}, {mechanism.gravity[1]:g}) m/s^2."
-        )
+        gx, gy = mechanism.gravity
+        text = f"Gravity points upwards, Y is up: gravity is ({gx:g}, {gy:g}) m/s^2."
         findings.append(found("upward-gravity", (), text, "Downwards it is gravity=(0, -9.81)."))
     for part in mechanism.parts:
         for name, value in _angles(part):
@@ -125,9 +123,8 @@ def implausible_findings(mechanism: Mechanism) -> list[Finding]:
             if joint is None or (joint and not (isinstance(held, Joint) and held.can_be_turned(mechanism))):  # travels
                 continue
             text = f"{part.label}: {name} is {value:.4g} rad, {value / TURN:.3g} turns."
-            remedy = (
-                f"Angles are in rad: {value:.4g} degrees are math.radians({value:.4g}) = {math.radians(value):.4g} rad."
-            )
+            angle = math.radians(value)
+            remedy = f"Angles are in rad: {value:.4g} degrees are math.radians({value:.4g}) = {angle:.4g} rad."
             findings.append(found("odd-units", (part.name,), text, remedy, angle=value))
     return findings
 

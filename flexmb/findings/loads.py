@@ -83,9 +83,8 @@ def loop_findings(mechanism: Mechanism, program: Program, q: np.ndarray) -> list
     moved = moves_most(program.names.coordinates, program.length, np.abs(x[: program.tables.sizes.n_b, worst]))
     text = f"With {quoted(names)} a small motion, mostly of {moved!r}, grows by exp({s[worst].real:.4g} t), t in s."
     remedy = "Check the sign of the feedback, and reduce the gains."
-    return [
-        found("unstable-loop", names, text, remedy, rate=s[worst].real, frequency=abs(s[worst].imag) / (2.0 * np.pi))
-    ]
+    rate, frequency = s[worst].real, abs(s[worst].imag) / (2.0 * np.pi)
+    return [found("unstable-loop", names, text, remedy, rate=rate, frequency=frequency)]
 
 
 def equilibrium_beside(program: Program, q: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
@@ -143,11 +142,9 @@ def _buckling(ideal: Mechanism) -> list[Finding]:
     positive = [float(f) for f in found_loads.factors if f > 0.0]
     if not positive or min(positive) >= SAFE_LOAD or found_loads.notes:
         return []
-    text = (
-        f"The loads are 1/{min(positive):.3g} of the buckling load."
-        if min(positive) >= 1.0
-        else (f"The loads are {1.0 / min(positive):.3g} times the buckling load.")
-    )
+    least = min(positive)
+    size = f"1/{least:.3g} of" if least >= 1.0 else f"{1.0 / least:.3g} times"
+    text = f"The loads are {size} the buckling load."
     code = "near-buckling" if min(positive) >= 1.0 else "buckled"
     return [found(code, (), text, "Reduce the loads, or stiffen the slender beams.", factor=min(positive))]
 
@@ -189,10 +186,8 @@ def step_findings(mechanism: Mechanism, ideal: Program, closed: Program, q: np.n
     if not len(coarse):
         return findings
     k = int(coarse[np.argmax(begun[coarse])])
-    period, moves = (
-        2.0 * math.pi / float(modes.omega[k]),
-        moves_most(ideal.names.coordinates, ideal.length, modes.shapes[:, k]),
-    )
+    period = 2.0 * math.pi / float(modes.omega[k])
+    moves = moves_most(ideal.names.coordinates, ideal.length, modes.shapes[:, k])
     body = ideal.names.bodies[int(ideal.reference.body[ideal.names.coordinates.index(moves)])]
     text = f"A fixed step of {h:.3g} s is {h / period:.2g} periods of the vibration of {1.0 / period:.4g} Hz (mostly"
     text = f"{text} {moves}), which carries {100.0 * float(begun[k] / begun.sum()):.3g} % of what the start excites."

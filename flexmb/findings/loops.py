@@ -239,9 +239,8 @@ def other_branch(closed: Program, q: np.ndarray) -> list[Finding]:
     """Findings on loops that are assembled on another branch than the one drawn, by the closed pose (n_q,) at t = 0."""
     if orientation(closed, np.array(closed.reference.q), 0.0) * orientation(closed, q, 0.0) >= 0.0:
         return []
-    begin = ", ".join(
-        f"{name!r} at {x:.6g}" for name, x in zip(closed.drives, *drive_positions(closed, np.zeros(1)), strict=True)
-    )
+    positions = drive_positions(closed, np.zeros(1))
+    begin = ", ".join(f"{name!r} at {x:.6g}" for name, x in zip(closed.drives, *positions, strict=True))
     parts = weakest_parts(closed, StateEvaluation(closed).at(q).blocks[1] @ RigidMotion(closed).plain_basis(q))
     text = (
         f"Between the drawn pose and the start, {begin} (rad or m), the loops pass a singular pose: {quoted(parts)} are"

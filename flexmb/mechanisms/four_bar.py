@@ -133,20 +133,15 @@ def four_bar(
 
 def _beams(data: FourBarData, elements: int, O: Point, A: Point, B: Point, D: Point) -> list[FlexibleLink]:
     """Beams of crank, coupler (with the bearing at its end) and rocker."""
-    make = partial(
-        FlexibleLink, material=Material(data.young, data.density, data.poisson), elements=elements, damping=data.damping
-    )
-    crank, coupler, rocker = (
-        Rectangle(width=data.width, height=h) for h in (data.crank_depth, data.coupler_depth, data.rocker_depth)
-    )
+    steel = Material(data.young, data.density, data.poisson)
+    make = partial(FlexibleLink, material=steel, elements=elements, damping=data.damping)
+    depths = data.crank_depth, data.coupler_depth, data.rocker_depth
+    crank, coupler, rocker = (Rectangle(width=data.width, height=h) for h in depths)
     bar = data.density * data.width * data.coupler_depth * data.coupler
     total = bar + data.bearing_mass
     centre = (0.5 * bar + data.bearing_mass) / total
-    return [
-        make("crank", O, A, section=crank),
-        make("coupler", A, B, section=coupler, mass=total, centre=centre),
-        make("rocker", D, B, section=rocker),
-    ]
+    middle = make("coupler", A, B, section=coupler, mass=total, centre=centre)
+    return [make("crank", O, A, section=crank), middle, make("rocker", D, B, section=rocker)]
 
 
 def _rigid(beam: FlexibleLink) -> Body:

@@ -11,31 +11,12 @@ LEFT, RIGHT = 1.0, -1.0  # side of a corner, seen in the direction from the firs
 
 
 def at_angle(start: Point, length: float, angle: float) -> Point:
-    """The point at a distance and direction from another point.
-
-    Parameters
-    ----------
-    start : the other point [m].
-    length : distance [m].
-    angle : direction, from +X [rad].
-    """
+    """The point at a distance [m] and direction, from +X [rad], from another point."""
     return start[0] + length * math.cos(angle), start[1] + length * math.sin(angle)
 
 
 def corner(loop: str, first: Point, r1: float, second: Point, r2: float, side: float) -> Point:
-    """The point at distances r1 and r2 from two points, on one side of the line through both.
-
-    Parameters
-    ----------
-    loop : name of the loop, for messages.
-    first, second : the two points [m].
-    r1, r2 : distances [m].
-    side : LEFT or RIGHT.
-
-    Raises
-    ------
-    AssemblyError : circles that do not meet; the message names the loop and the distance between the circles.
-    """
+    """The point at distances r1 and r2 [m] from two points, on the side LEFT or RIGHT; `loop` is named in messages."""
     dx, dy = second[0] - first[0], second[1] - first[1]
     d = math.hypot(dx, dy)
     if d > r1 + r2:
@@ -55,20 +36,7 @@ def corner(loop: str, first: Point, r1: float, second: Point, r2: float, side: f
 
 
 def on_line(loop: str, start: Point, length: float, height: float, direction: float) -> Point:
-    """The point of the line y = `height` at a distance from a point.
-
-    Parameters
-    ----------
-    loop : name of the loop, for messages.
-    start : the point [m].
-    length : distance [m].
-    height : Y of the line [m].
-    direction : 1 towards +X, -1 towards -X.
-
-    Raises
-    ------
-    AssemblyError : a rod that does not reach the line; the message names the loop and the missing length.
-    """
+    """The point of the line y = `height` [m] at a distance from a point, towards +X (direction 1) or -X (-1)."""
     away = abs(height - start[1])
     if away > length:
         raise AssemblyError(
@@ -79,12 +47,6 @@ def on_line(loop: str, start: Point, length: float, height: float, direction: fl
 
 
 def box(centre: Point, width: float, height: float) -> tuple[Point, ...]:
-    """Outline of a rectangle, closed.
-
-    Parameters
-    ----------
-    centre : centre [m].
-    width, height : side lengths [m].
-    """
+    """Outline of a rectangle, closed."""
     (x, y), a, b = centre, 0.5 * width, 0.5 * height
     return ((x - a, y - b), (x + a, y - b), (x + a, y + b), (x - a, y + b), (x - a, y - b))

@@ -92,10 +92,8 @@ def nine_bar(
     body["slider"] = RigidBody("slider", pose.S, data.mass9, data.inertia9, outline=box(pose.S, *SLIDER_SIZE))
     law = friction_law("nine_bar", friction, data.coulomb)
     play = pin("P1", body["crank1"], body["link2"], pose.P1, clearance, data.bearing_radius, data.normal, law)
-    drives = [
-        Drive("motor1", "O1", crank_motion("nine_bar", -speed, ramp)),
-        Drive("motor4", "O4", crank_motion("nine_bar", speed, ramp)),
-    ]
+    cranks = ("motor1", "O1", -speed), ("motor4", "O4", speed)
+    drives = [Drive(name, joint, crank_motion("nine_bar", w, ramp)) for name, joint, w in cranks]
     return Mechanism(NAME, (*body.values(), *_ideal_joints(data, pose, body), play, *drives), (data.gravity, 0.0))
 
 

@@ -107,16 +107,7 @@ class NineBarData(Input):
             raise InputError(f"{text} the longest must be shorter than the other two together.")
 
     def own_inertia(self, number: int) -> float:
-        """Moment of inertia of link 1, 2, 3, 4, 6 or 8 about its centre of mass, midway between its hinges [kg m^2].
-
-        Parameters
-        ----------
-        number : number of the link.
-
-        Raises
-        ------
-        InputError : a crank or rocker whose moment of inertia is less than that of its mass at its centre.
-        """
+        """Moment of inertia of link 1, 2, 3, 4, 6 or 8 about its centre of mass, midway between its hinges [kg m^2]."""
         inertia = float(getattr(self, f"inertia{number}"))
         if number not in (1, 4, 6):
             return inertia
@@ -163,17 +154,7 @@ class NineBarPose:
 
     @classmethod
     def at(cls, data: NineBarData, theta1: float, theta4: float) -> NineBarPose:
-        """The pose in closed form, in the branch of each loop that the paper draws.
-
-        Parameters
-        ----------
-        data : lengths and axes.
-        theta1, theta4 : angles of the cranks, counted from +X [rad].
-
-        Raises
-        ------
-        AssemblyError : a loop that cannot close; the message names the loop and the missing length.
-        """
+        """The pose at angles of the cranks from +X [rad], in closed form, in the branch of each loop of the paper."""
         loop = f"nine_bar at start = ({theta1:g}, {theta4:g}) rad: loop"
         P1 = at_angle(data.pivot1, data.length1, theta1)
         P4 = at_angle(data.pivot4, data.length4, theta4)

@@ -295,13 +295,9 @@ class ControlContribution:
 
 
 Contribution = (
-    ElementContribution
-    | ConstraintContribution
-    | ContactContribution
-    | SignalContribution
-    | AngleContribution
-    | ControlContribution
-)
+    ElementContribution | ConstraintContribution | ContactContribution
+    | SignalContribution | AngleContribution | ControlContribution
+)  # fmt: skip
 
 
 @dataclass(frozen=True)

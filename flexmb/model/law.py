@@ -227,9 +227,8 @@ class Motion(Law):
             return math.inf  # told by other checks
         bend, swing = np.abs(before - 2.0 * now + after).max() / d**2, swing_of(times, now)
         found = math.sqrt(8.0 * CHORD * swing / bend) if bend > 0.0 else math.inf
-        return (
-            found if found < 0.1 * (end - begin) else math.inf
-        )  # longer ones are slow, or round-off of straight lines
+        # longer ones are slow, or round-off of straight lines
+        return found if found < 0.1 * (end - begin) else math.inf
 
 
 def swing_of(times: np.ndarray, values: np.ndarray) -> float:

@@ -175,9 +175,8 @@ class Mechanism(metaclass=arguments.CheckedType):
                 raise InputError(f"{self.label}: {part!r} is not a part.")
             if part.name in seen or part.name in RESERVED:
                 other = f"{seen[part.name].label}" if part.name in seen else RESERVED[part.name]
-                yield ModelError(
-                    f"{self.label} has two parts named {part.name!r}: {part.label} and {other}. Rename one."
-                )
+                text = f"{self.label} has two parts named {part.name!r}: {part.label} and {other}."
+                yield ModelError(f"{text} Rename one.")
             seen[part.name] = part
 
     def _missing_parts(self) -> Iterator[ModelError]:

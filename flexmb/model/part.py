@@ -498,6 +498,5 @@ def refuse_controllers(mechanism: Mechanism, analysis: str, reason: str, *, with
         listed = ", ".join(part.label for part in controllers)
         loads = ", ".join(repr(name) for part in controllers for name in part.control().loads)
         text = f"{analysis}: {reason}; {mechanism.label} has {listed}"
-        raise ModelError(
-            f"{text}. Remove it with without_part(...), then the loads {loads or '-'} have their full values."
-        )
+        full = f"the loads {loads or '-'} have their full values"
+        raise ModelError(f"{text}. Remove it with without_part(...), then {full}.")

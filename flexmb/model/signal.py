@@ -25,17 +25,7 @@ class Signal:
 
 
 class Signals(Sequence[Signal]):
-    """Names and units of many signals, and their places; equal to any sequence of the same signals.
-
-    Parameters
-    ----------
-    names : full names.
-    units : SI units.
-
-    Raises
-    ------
-    InputError : two signals of one name, when their places are asked for.
-    """
+    """Names and SI units of many signals, and their places; equal to any sequence of the same signals."""
 
     def __init__(self, names: Iterable[str], units: Iterable[str]) -> None:
         self.names, self.units = tuple(names), tuple(units)

@@ -97,15 +97,11 @@ def _kernels_of(contribution: Any) -> list[KernelCall]:
         found += [(kernel, contribution.p, contribution.history, "element") for kernel in short if kernel is not None]
         return found if contribution.factor is None else [*found, _law(contribution.factor)]
     if isinstance(contribution, ConstraintContribution):
-        found = [
-            (contribution.kernel, contribution.p, (), "constraint"),
-            *(_law(row.motion) for row in contribution.motions),
-        ]
+        motions = [_law(row.motion) for row in contribution.motions]
+        found = [(contribution.kernel, contribution.p, (), "constraint"), *motions]
         if contribution.joint_friction is not None:
-            found += [
-                (contribution.joint_friction.kernel, contribution.joint_friction.p, (), "joint_friction"),
-                _law(contribution.joint_friction.friction),
-            ]
+            rubbing = contribution.joint_friction
+            found += [(rubbing.kernel, rubbing.p, (), "joint_friction"), _law(rubbing.friction)]
         return found
     if isinstance(contribution, ContactContribution):
         return [(contribution.gap, contribution.p, (), "gap"), _law(contribution.normal), _law(contribution.friction)]
@@ -251,9 +247,8 @@ def compile(
     KernelError : a user's kernel that unpacks a wrong number of parameters, cannot be compiled or returns NaN.
     """
     with _without_collector():
-        contributions = chosen_contributions(
-            _contributions(mechanism), closed=closed or start, start=start, controlled=controlled, touching=touching
-        )
+        kept: Any = {"closed": closed or start, "start": start, "controlled": controlled, "touching": touching}
+        contributions = chosen_contributions(_contributions(mechanism), **kept)
         number = Numbering(mechanism, controls=not (closed or start))
         return _compiled(mechanism, contributions, number, LateShapes(mechanism.shapes))
 
@@ -268,9 +263,8 @@ def compile_with_start(mechanism: Mechanism) -> tuple[Program, Program]:
             return program, program
         if contributions.controls:
             number = Numbering(mechanism, controls=False)
-        return program, _compiled(
-            mechanism, chosen_contributions(contributions, closed=True, start=True), number, shapes
-        )
+        ideal = chosen_contributions(contributions, closed=True, start=True)
+        return program, _compiled(mechanism, ideal, number, shapes)
 
 
 @contextmanager

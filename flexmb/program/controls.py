@@ -114,11 +114,8 @@ class _Finder:
                 self.known[name] = Source(MEASURED, signal.coordinates, signal.kernel, signal.p)
         placed = [one for one in contributions.signals if one.place]
         self.extrema = {f"{one.part}.{name}" for one in placed for name, _ in kernel_signals(one)}
-        self.outputs = {
-            f"{control.part}.{name}": (control, k)
-            for control in contributions.controls
-            for k, name in enumerate(control.outputs)
-        }
+        controls = contributions.controls
+        self.outputs = {f"{c.part}.{name}": (c, k) for c in controls for k, name in enumerate(c.outputs)}
         self.states = {
             f"{control.part}.{name}": Source(VELOCITY, (coordinate,))
             for control in contributions.controls

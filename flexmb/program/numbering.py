@@ -57,10 +57,8 @@ class Numbering:
         """Numbers of the `coordinates` of each piece, remembered for the same sequence of pieces."""
         if id(contributions) not in self._lists:
             number = self._number.__getitem__
-            self._lists[id(contributions)] = (
-                contributions,
-                Lists.of([list(map(number, contribution.coordinates)) for contribution in contributions]),
-            )
+            numbers = [list(map(number, contribution.coordinates)) for contribution in contributions]
+            self._lists[id(contributions)] = (contributions, Lists.of(numbers))
         return self._lists[id(contributions)][1]
 
     def names(self) -> tuple[str, ...]:

@@ -343,9 +343,8 @@ class Program:
         """
         kernels = [k for group in self.kernels for k in group]
         words = (*self.names.coordinates, *self.names.rows, *self.names.contacts, *(k.identity for k in kernels))
-        numbers = b"".join(
-            np.ascontiguousarray(a).tobytes() for a in (self.tables.p, self.reference.q, self.reference.z)
-        )
+        arrays = self.tables.p, self.reference.q, self.reference.z
+        numbers = b"".join(np.ascontiguousarray(a).tobytes() for a in arrays)
         places = {
             name: {k: v for k, v in table.as_dict().items() if not k.startswith("pos")}
             for name, table in self.tables.as_dict().items()

@@ -74,11 +74,9 @@ def kernel_signals(contribution: SignalContribution) -> tuple[tuple[str, str], .
 
 def constraint_signals(contribution: ConstraintContribution) -> tuple[tuple[str, str], ...]:
     """Signals of a constraint: the force of a joint, the motions of its driven rows, its own reactions."""
-    return (
-        *force_signals(contribution),
-        *(signal for driven in contribution.motions for signal in motion_signals(driven)),
-        *((reaction.name, reaction.units) for reaction in contribution.reactions),
-    )
+    motions = (signal for driven in contribution.motions for signal in motion_signals(driven))
+    reactions = ((reaction.name, reaction.units) for reaction in contribution.reactions)
+    return (*force_signals(contribution), *motions, *reactions)
 
 
 def layout(contributions: Contributions, coordinate_names: tuple[str, ...], n_b: int | None = None) -> Layout:
@@ -104,9 +102,7 @@ def layout(contributions: Contributions, coordinate_names: tuple[str, ...], n_b:
         units.extend([unit for _, unit in found])
         return first
 
-    constraints = tuple(
-        [more(contribution.part, constraint_signals(contribution)) for contribution in contributions.constraints]
-    )
+    constraints = tuple([more(one.part, constraint_signals(one)) for one in contributions.constraints])
     contacts = tuple([more(contribution.label, CONTACT_SIGNALS) for contribution in contributions.contacts])
     angles = tuple([more(contribution.part, ANGLE_SIGNALS) for contribution in contributions.angles])
     measured = tuple([more(contribution.part, kernel_signals(contribution)) for contribution in contributions.signals])

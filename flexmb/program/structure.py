@@ -284,11 +284,9 @@ class Packer:
     def contacts(self) -> Contacts:
         """Arrays of the contacts."""
         found = self.contributions.contacts
-        kernels = (
-            self.numbered("gap", [contribution.gap for contribution in found]),
-            self.numbered("normal", [contribution.normal.kernel for contribution in found]),
-            self.numbered("friction", [contribution.friction.kernel for contribution in found]),
-        )
+        gaps = self.numbered("gap", [one.gap for one in found])
+        normals = self.numbered("normal", [one.normal.kernel for one in found])
+        kernels = (gaps, normals, self.numbered("friction", [one.friction.kernel for one in found]))
         return Contacts(
             np.column_stack(kernels),
             self.p["contact"].reshape(-1, 6),
@@ -406,11 +404,9 @@ def structure_of(contributions: Contributions, number: Numbering, listed: tuple[
     """Structure of contributions with the `numbers` of their parts, remembered or new."""
     kernels: list[Kernel] = []
     groups = tuple(getattr(contributions, group.name) for group in fields(contributions))
-    key = (
-        tuple([(part, node.name) for part, node in number.nodes]),
-        tuple([tuple(map(len, group)) for lists in listed for group in lists.values()]),
-        *(_read_all(group, number, kernels) for group in groups),
-    )
+    nodes = tuple([(part, node.name) for part, node in number.nodes])
+    lengths = tuple([tuple(map(len, group)) for lists in listed for group in lists.values()])
+    key = (nodes, lengths, *(_read_all(group, number, kernels) for group in groups))
     try:
         known = _LATEST.get(key)
     except TypeError:  # a part of one's own put something into its pieces that cannot be compared

@@ -197,10 +197,8 @@ class Episodes:
         """All arrays over `episode`, with units."""
         columns = {key: xr.Variable("episode", getattr(self, key), {"units": UNITS[key]}) for key in QUANTITIES}
         flags = {"flag_values": list(MODES), "flag_meanings": " ".join(MODES.values())}
-        names = {
-            "contact": xr.Variable("episode", self.contact.astype(str)),
-            "mode": xr.Variable("episode", self.mode, flags),
-        }
+        contact = xr.Variable("episode", self.contact.astype(str))
+        names = {"contact": contact, "mode": xr.Variable("episode", self.mode, flags)}
         return xr.Dataset({**names, **columns}, attrs={"name": self.name})
 
     def __repr__(self) -> str:

@@ -321,13 +321,9 @@ def _beam(sol: Solution, beam: BeamShape, instants: np.ndarray, xi: np.ndarray) 
     begin, end = (pose(sol, beam.part, node, instants) for node in (beam.start, beam.end))
     forces = hermite.section_forces(begin, end, beam, xi)
     shape = (len(instants), len(xi))
-    fields = {
-        "axial_force": forces.N,
-        "bending_moment": forces.M,
-        "shear_force": forces.V,
-        "curvature": hermite.curvature(begin, end, beam, xi),
-        "bending_stiffness": np.broadcast_to(hermite.bending_stiffness(beam, xi), shape),
-    }
+    bending = hermite.curvature(begin, end, beam, xi), np.broadcast_to(hermite.bending_stiffness(beam, xi), shape)
+    fields = {"axial_force": forces.N, "bending_moment": forces.M, "shear_force": forces.V}
+    fields |= dict(zip(("curvature", "bending_stiffness"), bending, strict=True))
     depth = beam.depth[0] + xi * (beam.depth[1] - beam.depth[0])
     return Line(beam.part, BEAM, hermite.element_shape(begin, end, beam, xi), fields, depth)
 
@@ -439,8 +435,6 @@ def _belt(sol: Solution, belt: BeltShape, instants: np.ndarray) -> np.ndarray:
         back = angle + np.pi - half[:, None] - (2.0 * np.pi - 2.0 * half)[:, None] * turn
     else:
         back = angle - half[:, None] + 2.0 * half[:, None] * turn
-    arcs = [
-        centre[:, None] + radius * np.stack([np.cos(a), np.sin(a)], axis=-1)
-        for centre, radius, a in ((first, r1, around), (second, r2, back))
-    ]
+    circles = (first, r1, around), (second, r2, back)
+    arcs = [c[:, None] + r * np.stack([np.cos(a), np.sin(a)], axis=-1) for c, r, a in circles]
     return np.concatenate([*arcs, arcs[0][:, :1]], axis=1)

@@ -271,10 +271,9 @@ def _contents(sol: Solution) -> Group:
         VALUES: ((TIME, SIGNAL), sol.values, of_values),
         TIME: ((TIME,), sol.time, {"units": "s", "long_name": TIME}),
     }
-    variables |= {
-        name: ((SIGNAL,), np.array(own, dtype=float if name in (PEAK, PEAK_TIME) else str), attrs)
-        for name, (own, attrs) in of_signals.items()
-    }
+    numbers = PEAK, PEAK_TIME
+    arrays = {name: np.array(own, dtype=float if name in numbers else str) for name, (own, _) in of_signals.items()}
+    variables |= {name: ((SIGNAL,), own, of_signals[name][1]) for name, own in arrays.items()}
     attrs = {"mechanism": sol.name, "status": sol.status, "ok": int(sol.ok), VERSION: FORMAT}
     return variables, attrs | global_attributes(sol.model)
 
@@ -312,9 +311,8 @@ def _columns(file: NetcdfContent, names: tuple[str, ...], n: int, tables: list[s
 def _check_record(record: dict[str, Any]) -> None:
     """Refuse a record whose status or statistics no run has."""
     if not isinstance(record["ok"], bool) or not isinstance(record["status"], str):
-        raise ValueError(
-            f"ok is {record['ok']!r} and status {record['status']!r}; they must be a truth value and a text"
-        )
+        text = f"ok is {record['ok']!r} and status {record['status']!r}"
+        raise ValueError(f"{text}; they must be a truth value and a text")
     wrong = {key: value for key, value in record["stats"].items() if isinstance(value, str) or not 0 <= value < np.inf}
     if wrong:
         raise ValueError(f"statistics of the run are {wrong!r}; they must be numbers from 0 on")

@@ -35,9 +35,8 @@ def positions(
     part = moved_mechanism(sol, body, mechanism).find(body)
     if not isinstance(part, ElasticBody):
         raise InputError(f"{part.label} is no flexible body; its signals {body}.x, .y, .theta tell where it is.")
-    instants = (
-        np.arange(len(sol.time)) if times is None else drawing.nearest_to_each(sol, np.asarray(times, dtype=float))
-    )
+    every = np.arange(len(sol.time))
+    instants = every if times is None else drawing.nearest_to_each(sol, np.asarray(times, dtype=float))
     if part.theory == "beams":
         known = {node.name: number_of(node.name) for node in part.nodes()}
         moved = drawing.poses(sol, part.name, known, instants)[..., :2]

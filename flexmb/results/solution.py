@@ -67,18 +67,10 @@ class _Peak(NamedTuple):
 
 
 class Peak(_Peak):
-    """The largest absolute value of a signal over all accepted steps; `value, time = peak`.
+    """The largest absolute value of a signal over all accepted steps, and its time [s]; `value, time = peak`."""
 
-    Attributes
-    ----------
-    value : the largest absolute value, in the unit of the signal.
-    time : when it was reached [s].
-    node : number of the node where a stress was largest, of a mesh that in the mesh; None of other signals.
-    place : place of this node in the reference configuration [m]; None of other signals, and of beams and reduced
-        bodies of a file.
-    """
-
-    node: int | None = None
+    node: int | None = None  # where a stress was largest, of a mesh that in the mesh; None of other signals
+    # Place of this node in the reference configuration [m]; None also of beams and reduced bodies of a file.
     place: tuple[float, float] | None = None
 
     def __repr__(self) -> str:
@@ -176,10 +168,8 @@ def _scales(sol: Solution) -> dict[str, float]:
     for unit, value in zip(sol.signals.units, sol.peaks.values, strict=True):
         found[unit] = max(found.get(unit, 0.0), float(value))  # a NaN is passed over
     energy, length = found.get("J", 0.0), found.get("m", 0.0)
-    return found | {
-        "N m": max(found.get("N m", 0.0), energy),
-        "N": max(found.get("N", 0.0), energy / length if length > 0.0 else 0.0),
-    }
+    force = energy / length if length > 0.0 else 0.0
+    return found | {"N m": max(found.get("N m", 0.0), energy), "N": max(found.get("N", 0.0), force)}
 
 
 def _largest(sol: Solution) -> list[str]:

@@ -100,11 +100,9 @@ def sentence(program: Program, code: int, flow: Flow, trial: Trial, record: RunR
         wanted=record.report.tolerance, finer=finer_steps(trial.control.rtol),
         worst=_last_correction(program, flow, trial), **energy_texts(flow.ledger, flow.balance),
     )  # fmt: skip
-    return (
-        text + held_rows_sentence(program, trial, record) + balance_warnings(flow.ledger, flow.balance)
-        if code == ends.DONE
-        else text
-    )
+    if code != ends.DONE:
+        return text
+    return text + held_rows_sentence(program, trial, record) + balance_warnings(flow.ledger, flow.balance)
 
 
 def finer_steps(rtol: float) -> str:
@@ -177,9 +175,8 @@ def balance_warnings(ledger: np.ndarray, balance: EnergyBalance) -> str:
     elif abs(balance.lost_in_contacts) > WARNING_FRACTION * energy.CONTACT_LIMIT * through:
         found += " But the steps {in_verb} {in_contacts} of {through} that went through contacts: {remedy}."
     if ledger[energy.CONTACT] < -WARNING_FRACTION * energy.CONTACT_LIMIT * through:
-        found += (
-            f" But the laws of contact made {-ledger[energy.CONTACT]:.3g} J of {{through}} that went through contacts."
-        )
+        made = -ledger[energy.CONTACT]
+        found += f" But the laws of contact made {made:.3g} J of {{through}} that went through contacts."
     verbs = ["took" if x > 0.0 else "made" for x in (ledger[energy.ALGORITHM], balance.lost_in_contacts)]
     return found.format(**named, verb=verbs[0], in_verb=verbs[1], remedy="try smaller ones to see what changes")
 

@@ -117,9 +117,8 @@ def check_frame(
     speed = float(np.abs(state["v"]).max()) * max(1.0, float(scale.max()))
     blur = length / max(gap, 1e-300)  # round-off of the normal over round-off of positions
     bench.turned(tested, "gap", state, after[GAP:GAP_RATE], out[GAP:GAP_RATE], length)
-    bench.turned(
-        tested, "gap_rate and slip", state, after[GAP_RATE:NORMAL_X], out[GAP_RATE:NORMAL_X], speed * max(blur, 1.0)
-    )
+    rates, others = after[GAP_RATE:NORMAL_X], out[GAP_RATE:NORMAL_X]
+    bench.turned(tested, "gap_rate and slip", state, rates, others, speed * max(blur, 1.0))
     bench.turned(tested, "normal", state, after[NORMAL_X:ARM1_X], turn[:2, :2] @ out[NORMAL_X:ARM1_X], max(blur, 1.0))
     for name, k in (("first arm", ARM1_X), ("second arm", ARM2_X)):
         bench.turned(tested, name, state, after[k : k + 2], turn[:2, :2] @ out[k : k + 2], length * max(blur, 1.0))

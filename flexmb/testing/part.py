@@ -118,9 +118,8 @@ def check_pickles(bench: Bench, mechanism: Mechanism, part_name: str, program: P
     q = program.reference.q + 1e-3 * program.length * bench.random.uniform(-1.0, 1.0, n)
     v, a = bench.random.uniform(-1.0, 1.0, (2, n))
     lam = bench.random.uniform(-1.0, 1.0, program.n_c)
-    mine, theirs = (
-        StateEvaluation(p).at(q, v, a, lam, t=0.1, weights=(1.0, 1.0, 1.0)) for p in (program, copies["program"])
-    )
+    programs = program, copies["program"]
+    mine, theirs = (StateEvaluation(p).at(q, v, a, lam, t=0.1, weights=(1.0, 1.0, 1.0)) for p in programs)
     others = theirs.work.saved()
     for name, values in mine.work.saved().items():
         if not np.array_equal(values, others[name]):

@@ -83,11 +83,9 @@ class Kind(NamedTuple):
 
 
 KINDS = {
-    "number": Kind(np.float64, "float64", np.nan),
+    "number": Kind(np.float64, "float64", np.nan), "flag": Kind(np.bool_, "bool", False), "text": Kind(object, str, ""),
     "complex": Kind(np.complex128, "complex128", complex(np.nan, np.nan)),
-    "flag": Kind(np.bool_, "bool", False),
-    "text": Kind(object, str, ""),
-}
+}  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -91,25 +91,13 @@ class Turns:
 
 
 class Life:
-    """Depths over turns.
-
-    Parameters
-    ----------
-    turns : the runs.
-    tolerance : error of an increment over the largest depth [1].
-    depths, stride : present depths, and turns of the next increment.
-
-    Attributes
-    ----------
-    error : sum of the errors of all increments by joint [m].
-    runs : number of runs.
-    """
+    """Depths over turns."""
 
     def __init__(self, turns: Turns, tolerance: float) -> None:
-        self.turns, self.tolerance = turns, tolerance
+        self.turns, self.tolerance = turns, tolerance  # tolerance: of an increment, over the largest depth [1]
         self.depths: Depths = {name: joint.depths for name, joint in turns.joints.items()}
-        self.error = dict.fromkeys(turns.joints, 0.0)
-        self.stride, self.runs = np.inf, 0
+        self.error = dict.fromkeys(turns.joints, 0.0)  # sum of the errors of all increments by joint [m]
+        self.stride, self.runs = np.inf, 0  # turns of the next increment, number of runs
 
     def rate(self, depths: Depths) -> Rate:
         """Wear of a turn, counted."""

@@ -347,17 +347,7 @@ class ContinuousFlow(Dynamics):
         """Changes (k,) of the signal of number `signal` by small differences `tangents` (size, k) of the state."""
 
     def number_of(self, owner: str, signal: str) -> int:
-        """Number of a signal in `names`.
-
-        Parameters
-        ----------
-        owner : name of the caller, for messages.
-        signal : name of the signal.
-
-        Raises
-        ------
-        InputError : an unknown signal.
-        """
+        """Number in `names` of a `signal`, or an `InputError` of the caller `owner`."""
         return self.names.index(checks.one_of(owner, "signal", signal, self.names))
 
     def has_cheap_rate(self, signal: int) -> bool:  # noqa: ARG002 - most flows know the rates of all signals

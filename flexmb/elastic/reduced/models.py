@@ -36,24 +36,13 @@ from flexmb.parts.bodies.flexible_body import FlexibleBody
 Array = npt.NDArray[np.float64]
 PLACES = np.linspace(0.0, 1.0, 4)  # places on an element whose displacements carry its mass: four of a cubic say all
 
-HERMITE = np.stack(  # (4, 4) displacements there by (w1, L theta1, w2, L theta2)
-    [
-        1.0 - 3.0 * PLACES**2 + 2.0 * PLACES**3,
-        PLACES - 2.0 * PLACES**2 + PLACES**3,
-        3.0 * PLACES**2 - 2.0 * PLACES**3,
-        PLACES**3 - PLACES**2,
-    ],
-    axis=1,
-)
+P2, P3 = PLACES**2, PLACES**3
+# (4, 4) displacements there by (w1, L theta1, w2, L theta2)
+HERMITE = np.stack([1.0 - 3.0 * P2 + 2.0 * P3, PLACES - 2.0 * P2 + P3, 3.0 * P2 - 2.0 * P3, P3 - P2], axis=1)
 
-SLOPES = np.stack(  # (4, 4) slopes there, times L
-    [
-        -6.0 * PLACES + 6.0 * PLACES**2,
-        1.0 - 4.0 * PLACES + 3.0 * PLACES**2,
-        6.0 * PLACES - 6.0 * PLACES**2,
-        3.0 * PLACES**2 - 2.0 * PLACES,
-    ],
-    axis=1,
+# (4, 4) slopes there, times L
+SLOPES = np.stack(
+    [-6.0 * PLACES + 6.0 * P2, 1.0 - 4.0 * PLACES + 3.0 * P2, 6.0 * PLACES - 6.0 * P2, 3.0 * P2 - 2.0 * PLACES], axis=1
 )
 
 

@@ -453,10 +453,8 @@ def load_contributions(
     head[COUNT], head[BY_PIN], head[KIND] = float(shapes.shape[1]), float(element.by_pin), kind
     head[ANGLE], head[STIFFENS] = found.model.direction, float(stiffening)
     p = (*head, *np.concatenate([np.ravel(block) for block in blocks]).tolist())
-    return [
-        ElementContribution(name, reduced_load_kernel, coordinates, p, factor=history),
-        *signal_contributions(name, reduced_load_signal, SIGNALS, coordinates, p, use_of_factor=MULTIPLIES),
-    ]
+    signals = signal_contributions(name, reduced_load_signal, SIGNALS, coordinates, p, use_of_factor=MULTIPLIES)
+    return [ElementContribution(name, reduced_load_kernel, coordinates, p, factor=history), *signals]
 
 
 def checked_loads(body: MeshBody, given: object) -> tuple[MeshLoad, ...]:

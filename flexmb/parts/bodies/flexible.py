@@ -316,12 +316,8 @@ def beam_parameters(beam: Beam, nodes: dict[str, Node], damping: float, gravity:
     """p of every element of a beam."""
     load, data = (float(damping), *map(float, gravity)), matrices(beam)
     free = unstressed_shape(beam, data).tolist() if beam.turn else data.straight
-    return [
-        (*head, first, second, *load, *tail, *rest)
-        for (head, tail), (first, second), rest in zip(
-            data.parameters, pairwise(_offsets(beam, nodes)), free, strict=True
-        )
-    ]
+    each = zip(data.parameters, pairwise(_offsets(beam, nodes)), free, strict=True)
+    return [(*head, first, second, *load, *tail, *rest) for (head, tail), (first, second), rest in each]
 
 
 def unstressed_shape(beam: Beam, data: BeamMatrices) -> Array:
@@ -514,9 +510,8 @@ def beam_stress_signal(part: str, beams: Sequence[Beam], nodes: Mapping[str, Nod
     coordinates = tuple(c for name in nodes for c in node_coordinates(part, name))
     rows = [row for beam in beams for row in _rows(beam, dict(nodes), place)]
     count, p = float(len(rows)), tuple(x for row in rows for x in row)
-    return SignalContribution(
-        part, "von_mises", "Pa", beam_stress_kernel, coordinates, (count, *p), place="von_mises_node"
-    )
+    p = (count, *p)
+    return SignalContribution(part, "von_mises", "Pa", beam_stress_kernel, coordinates, p, place="von_mises_node")
 
 
 def _rows(beam: Beam, nodes: dict[str, Node], place: Mapping[str, float]) -> Iterator[tuple[float, ...]]:

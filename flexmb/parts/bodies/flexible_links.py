@@ -223,9 +223,8 @@ class FlexibleFrame(FlexibleBody, Edges):
             beam = beam_of_mesh(label, path, tags, mesh.stations(nodes), sections)
             elements.append(beam[0])
             chosen.append(beam[1])
-        points = tuple(
-            planar.from_frame(at, angle, (float(mesh.points[n][0]), float(mesh.points[n][1]))) for n in corners
-        )
+        places = (mesh.points[n].tolist() for n in corners)
+        points = tuple(planar.from_frame(at, angle, (x, y)) for x, y, *_ in places)
         return cls(
             name, points, tuple(edges), section=tuple(chosen), material=material, elements=tuple(elements), mass=mass,
             inertia=inertia, centre=centre, damping=damping, mass_damping=mass_damping, rotary_inertia=rotary_inertia,

@@ -25,11 +25,9 @@ def checked_velocity(label: str, name: str, velocity: Any, *_: str) -> tuple[flo
         vx, vy, omega = velocity
     except (TypeError, ValueError):
         raise InputError(f"{label}: velocity is {velocity!r}; it must be (vx, vy, omega).") from None
-    return (
-        checks.number(label, "velocity[0]", vx, "m/s"),
-        checks.number(label, "velocity[1]", vy, "m/s"),
-        checks.number(label, "velocity[2]", omega, "rad/s"),
-    )
+    parts = (vx, "m/s"), (vy, "m/s"), (omega, "rad/s")
+    x, y, turn = (checks.number(label, f"velocity[{k}]", value, unit) for k, (value, unit) in enumerate(parts))
+    return x, y, turn
 
 
 @record
@@ -107,9 +105,8 @@ class RigidBody(Body):
     def shapes(self, mechanism: Mechanism) -> Shapes:
         """The outline, or a star from the centre of mass to the joints."""
         if self.outline:
-            lines: tuple[tuple[Point, ...], ...] = (
-                tuple(planar.to_frame(self.at, self.theta, p) for p in self.outline),
-            )
+            outline = tuple(planar.to_frame(self.at, self.theta, p) for p in self.outline)
+            lines: tuple[tuple[Point, ...], ...] = (outline,)
         else:
             held = held_points(self, mechanism)
             lines = tuple(((0.0, 0.0), p) for p in held if p != (0.0, 0.0)) or (((0.0, 0.0), (0.0, 0.0)),)

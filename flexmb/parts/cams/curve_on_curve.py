@@ -348,12 +348,8 @@ class PointOnCurve(Part):
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """One constraint equation or one contact."""
         nodes, coordinates = carriers(mechanism, self)
-        p = (
-            TOLERANCE_LENGTH * self.curve.size,
-            *in_frame(nodes[1], self.at),
-            0.0,
-            *curve_numbers(self.curve, nodes[0]),
-        )
+        size, numbers = TOLERANCE_LENGTH * self.curve.size, curve_numbers(self.curve, nodes[0])
+        p = (size, *in_frame(nodes[1], self.at), 0.0, *numbers)
         return ROLLER.contributions(self, coordinates, p)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:

@@ -98,9 +98,8 @@ class OutlineContact(Part):
             p = (*head, extent, float(len(chain)), *pieces)
             side = f"side{number}" if hollow else ""
             name = self.names.get(side, side)
-            found.append(
-                ContactContribution(self.name, outline_gap_kernel, coordinates, p, normal, self.friction, name)
-            )
+            laws = normal, self.friction, name
+            found.append(ContactContribution(self.name, outline_gap_kernel, coordinates, p, *laws))
         return found
 
     def shapes(self, mechanism: Mechanism) -> Shapes:

@@ -318,18 +318,15 @@ class PairKernels:
     def contributions(self, part: Any, coordinates: tuple[Coordinate, ...], p: tuple[float, ...]) -> list[Contribution]:
         """Constraint equation of an ideal pair; contact and its ideal form at the start."""
         rubbing = None if part.friction is None else JointFriction(self.sliding, p, part.friction)
-        ideal = ConstraintContribution(
-            part.name, self.equation, coordinates, p, 1, coordinates[3:], joint_friction=rubbing, holds="closed"
-        )
+        first, second = (part.name, self.equation, coordinates, p, 1), coordinates[3:]
+        ideal = ConstraintContribution(*first, second, joint_friction=rubbing, holds="closed")
         if part.normal is not None:
             friction = part.friction or Frictionless()
             contact = ContactContribution(part.name, self.gap, coordinates, p, part.contact_law(), friction)
             return [contact] if part.start == OPEN else [contact, ideal]
         reactions = Reaction("force", "N", 0), Reaction("power", "W", 0, rate="normal_speed")
-        return [
-            replace(ideal, holds="always", reactions=reactions),
-            SignalContribution(part.name, "normal_speed", "m/s", self.speed, coordinates, p),
-        ]
+        speed = SignalContribution(part.name, "normal_speed", "m/s", self.speed, coordinates, p)
+        return [replace(ideal, holds="always", reactions=reactions), speed]
 
 
 FACE = PairKernels(face_kernel, face_gap_kernel, face_friction, face_speed)  # pair of a closed curve with a line

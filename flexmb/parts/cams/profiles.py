@@ -152,12 +152,9 @@ class Lift(Input, Shown):
 def normalised(law: str, u: np.ndarray) -> np.ndarray:
     """A law from 0 to 1 over u from 0 to 1, and its derivatives (ORDERS, n)."""
     if law in POLYNOMIALS:
-        return np.array(
-            [
-                sum(c * math.perm(k, order) * u ** (k - order) for k, c in enumerate(POLYNOMIALS[law]) if k >= order)
-                for order in range(ORDERS)
-            ]
-        )
+        terms = list(enumerate(POLYNOMIALS[law]))
+        rows = [[c * math.perm(k, order) * u ** (k - order) for k, c in terms if k >= order] for order in range(ORDERS)]
+        return np.array([sum(row) for row in rows])
     turn = math.pi if law == "harmonic" else 2.0 * math.pi
     waves = [turn**order * np.sin(turn * u + 0.5 * math.pi * order) for order in range(ORDERS)]
     if law == "harmonic":

@@ -115,9 +115,8 @@ def hertz_stiffness(first: Material, second: Material, bearing_radius: float, jo
     # mended.
     compliance = first.compliance + second.compliance
     if bearing_radius == math.inf:
-        return (
-            4.0 / (3.0 * compliance) * math.sqrt(checks.positive("hertz_stiffness", "journal_radius", journal_radius))
-        )
+        root = math.sqrt(checks.positive("hertz_stiffness", "journal_radius", journal_radius))
+        return 4.0 / (3.0 * compliance) * root
     R1 = checks.positive("hertz_stiffness", "bearing_radius", bearing_radius, "m")
     R2 = checks.positive("hertz_stiffness", "journal_radius", journal_radius, "m")
     if R2 >= R1:

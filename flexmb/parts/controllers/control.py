@@ -158,9 +158,9 @@ class Control(Controller):
     @property
     def output_names(self) -> tuple[str, ...]:
         """Names of the outputs."""
-        return (
-            tuple(f"output{k}" for k in range(1, len(self.loads) + 1)) if self.outputs is None else tuple(self.outputs)
-        )
+        if self.outputs is None:
+            return tuple(f"output{k}" for k in range(1, len(self.loads) + 1))
+        return tuple(self.outputs)
 
     def control(self) -> ControlContribution:
         """Law, inputs, states and outputs."""

@@ -128,9 +128,8 @@ class PID(Controller):
             (r0, v0, _), (r1, v1, _) = (self.target.kernel(p, x) for x in (t - dt, t))
             if abs(r1 - r0) > 10.0 * max(abs(v0), abs(v1)) * dt + JUST_BEFORE * max(abs(r0), abs(r1)):
                 text = f"{self.label}: the target jumps at t = {t:g} s; the derivative of its error is infinite there"
-                raise InputError(
-                    f"{text}. Give filter_time= in place of rate=, or derivative_of={MEASUREMENT!r}, or a Ramp."
-                )
+                remedy = f"Give filter_time= in place of rate=, or derivative_of={MEASUREMENT!r}, or a Ramp."
+                raise InputError(f"{text}. {remedy}")
 
     @property
     def is_limited(self) -> bool:

@@ -239,9 +239,7 @@ class Belt(Wheels):
         bodies = [mechanism.body(wheel.name, self.label) for wheel in (self.first, self.second)]
         coordinates = tuple(c for body in bodies for c in node_coordinates(body.name, body.main))
         p = (largest, self.creep, self.pretension, r1, r2)
-        friction: list[Contribution] = [
-            ElementContribution(self.name, belt_kernel, coordinates, p, energy=belt_energy),
-            *signal_contributions(self.name, belt_signal, SIGNALS, coordinates, p),
-        ]
+        element = ElementContribution(self.name, belt_kernel, coordinates, p, energy=belt_energy)
+        friction: list[Contribution] = [element, *signal_contributions(self.name, belt_signal, SIGNALS, coordinates, p)]
         ideal = self._rolling(mechanism, (r1, r2), None)  # the element pulls with the pretension
         return [*friction, replace(ideal, holds="closed")]

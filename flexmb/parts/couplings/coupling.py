@@ -73,9 +73,8 @@ class SameRotation(Part):
 
 COUNT, VALUE, BEGIN = range(3)  # places in p: number of joints, value of the sum; where the joints begin
 
-TURNS, FACTOR, X1, Y1, THETA1, X2, Y2, THETA2, DRAWN, AXIS_Y, OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, SIZE = range(
-    15
-)
+TURNS, FACTOR, X1, Y1, THETA1, X2, Y2, THETA2, DRAWN, AXIS_Y = range(10)
+OFFSET1_X, OFFSET1_Y, OFFSET2_X, OFFSET2_Y, SIZE = range(10, 15)
 # Numbers of a joint: whether its angle counts, factor, places of the six coordinates; then the angle as it is drawn, or
 # direction of the guide and both points in the frames of their nodes. SIZE: their number.
 AXIS_X = DRAWN
@@ -221,7 +220,6 @@ class Coupling(Part):
             reactions.append(Reaction(f"{joint.name}_power", "W", 0, factor, rate=speed))
             rate = (angle_rate, coordinates[2::3], ()) if turns else (travel_rate, coordinates, own)
             signals.append(SignalContribution(self.name, speed, "rad/s" if turns else "m/s", *rate))
-        row = ConstraintContribution(
-            self.name, coupling_kernel, tuple(places), tuple(numbers), 1, reactions=tuple(reactions)
-        )
+        p, told = tuple(numbers), tuple(reactions)
+        row = ConstraintContribution(self.name, coupling_kernel, tuple(places), p, 1, reactions=told)
         return [row, *signals]

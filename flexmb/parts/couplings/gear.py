@@ -202,9 +202,6 @@ class Gear(Wheels):
         coordinates = (*node_coordinates(one.name, first.name), *node_coordinates(two.name, second.name))
         play = backlash, 0.5 * backlash * c, r1 * c, r2 * c
         rest = involute(self.pressure_angle), offset, pitch * c
-        return [
-            ContactContribution(
-                self.name, tooth_gap_kernel, coordinates, (*play, side, *rest), normal, Frictionless(), name
-            )
-            for name, side in FLANKS.items()
-        ]
+        flanks = ((name, (*play, side, *rest)) for name, side in FLANKS.items())
+        laws = normal, Frictionless()
+        return [ContactContribution(self.name, tooth_gap_kernel, coordinates, p, *laws, name) for name, p in flanks]

@@ -221,9 +221,8 @@ class Wheels(Part):
         """Centres of both wheels in the reference configuration [m]."""
         wheels = self.first, self.second
         given = list(self.centres or (None, None))
-        found: list[Any] = [
-            c or (w.name != GROUND.name and self._axis(mechanism, w)) for c, w in zip(given, wheels, strict=True)
-        ]
+        pairs = zip(given, wheels, strict=True)
+        found: list[Any] = [c or (w.name != GROUND.name and self._axis(mechanism, w)) for c, w in pairs]
         other, apart = found[0] or found[1], getattr(self, "distance", None)
         if not all(found):  # the ground, whose centre is a pin of the arm
             pins = sorted(_pins(mechanism, self.arm), key=lambda joint: GROUND.name not in _names(joint))

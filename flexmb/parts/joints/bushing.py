@@ -198,6 +198,5 @@ class Bushing(Joint):
         ux, uy = p[AXIS_X], p[AXIS_Y]
         free = (ux, uy) if self.stiffness[0] == 0.0 else (-uy, ux)  # type: ignore[index]
         coordinates, offsets = (*ends[0].coordinates, *ends[1].coordinates), p[OFFSET1_X:ANGLE]
-        return ConstraintContribution(
-            self.name, slot_kernel, coordinates, (*free, *offsets), 1, second=coordinates[3:], holds="start"
-        )
+        p = (*free, *offsets)
+        return ConstraintContribution(self.name, slot_kernel, coordinates, p, 1, second=coordinates[3:], holds="start")

@@ -186,13 +186,9 @@ class PinSlotClearance(PinSlot):
         coordinates, p = self._geometry(mechanism)
         reach = 1e300 if self.length is None else 0.5 * self.length
         normal = self.normal.for_radii(math.inf, self.pin_radius)
-        contact = ContactContribution(
-            self.name, slot_gap_kernel, coordinates, (self.clearance, reach, self.pin_radius, *p), normal, self.friction
-        )
+        sizes, laws = (self.clearance, reach, self.pin_radius), (normal, self.friction)
+        contact = ContactContribution(self.name, slot_gap_kernel, coordinates, (*sizes, *p), *laws)
         row, *signals = super().contributions(mechanism)
         friction = rubbing(self.friction, slot_friction, (*p, self.pin_radius))
-        return [
-            contact,
-            *signals,
-            replace(cast("ConstraintContribution", row), joint_friction=friction, holds="closed"),
-        ]
+        ideal = replace(cast("ConstraintContribution", row), joint_friction=friction, holds="closed")
+        return [contact, *signals, ideal]

@@ -97,10 +97,8 @@ def travel_contributions(
     """Signals travel [m] and speed [m/s] of a point of the second body along a line of the first."""
     # `coordinates` are the six of both nodes, `p` the direction of the line and both points in the frames of their
     # nodes.
-    return (
-        SignalContribution(part, "travel", "m", travel_signal, coordinates, p),
-        SignalContribution(part, "speed", "m/s", speed_signal, coordinates, p),
-    )
+    travel = SignalContribution(part, "travel", "m", travel_signal, coordinates, p)
+    return travel, SignalContribution(part, "speed", "m/s", speed_signal, coordinates, p)
 
 
 @record
@@ -171,9 +169,8 @@ class Prismatic(Guide):
     def drive_contribution(self, mechanism: Mechanism) -> ConstraintContribution | None:
         """The travel of the second body along the guide, 0 in the reference configuration."""
         coordinates, p, _ = self.geometry(mechanism)
-        return ConstraintContribution(
-            self.name, travel_kernel, coordinates, p, 1, is_drive=True, drive_units=("m", "N")
-        )
+        drive: Any = {"is_drive": True, "drive_units": ("m", "N")}
+        return ConstraintContribution(self.name, travel_kernel, coordinates, p, 1, **drive)
 
 
 def joint_with_coordinate(mechanism: Mechanism, label: str, name: Part | str) -> Revolute | Prismatic:
@@ -255,8 +252,5 @@ class Clamp(Joint):
         p = (*first.offset, *second.offset, drawn_angle(mechanism, ends))
         driven = ((row, getattr(self, name), name, units) for row, (name, *units) in enumerate(ROWS))
         motions = tuple(RowMotion(row, law, name, (u, f)) for row, law, name, (u, f) in driven if law is not None)
-        return [
-            ConstraintContribution(
-                self.name, clamp_kernel, coordinates, p, 3, second=second.coordinates, moment_row=2, motions=motions
-            )
-        ]
+        about: Any = {"second": second.coordinates, "moment_row": 2, "motions": motions}
+        return [ConstraintContribution(self.name, clamp_kernel, coordinates, p, 3, **about)]

@@ -153,16 +153,14 @@ class PrismaticClearance(Guide):
             x, y = along * self.half_length, across * self.half_height
             corner = (s2x + x * ux - y * uy, s2y + x * uy + y * ux)
             numbers = (self.play, self.half_height, across, mx, my, s1x, s1y, *corner)
-            contribution = ContactContribution(
-                self.name, corner_gap_kernel, coordinates, numbers, normal, self.friction, name
-            )
+            laws = normal, self.friction, name
+            contribution = ContactContribution(self.name, corner_gap_kernel, coordinates, numbers, *laws)
             found.append(contribution)
         sizes = (self.play, self.half_length, self.half_height)
         for k, (name, unit) in enumerate(SIGNALS):
             values = (*p, angle, *sizes, float(k))
-            found.append(
-                SignalContribution(self.name, name, unit, slider_signal, coordinates, values, is_mode=name == "mode")
-            )
+            told = self.name, name, unit, slider_signal, coordinates, values
+            found.append(SignalContribution(*told, is_mode=name == "mode"))
         _, speed = travel_contributions(self.name, coordinates, p)
         friction = rubbing(self.friction, guide_friction, (*p, 2.0 * self.half_length, 0.0))
         return [*found, speed, replace(self.ideal(mechanism), joint_friction=friction, holds="closed")]

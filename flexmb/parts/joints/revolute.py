@@ -157,6 +157,5 @@ class Fixed(Joint):
         first, second = ends = self.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
         p = (*first.offset, *second.offset, drawn_angle(mechanism, ends))
-        return [
-            ConstraintContribution(self.name, weld_kernel, coordinates, p, 3, second=second.coordinates, moment_row=2)
-        ]
+        held = second.coordinates
+        return [ConstraintContribution(self.name, weld_kernel, coordinates, p, 3, second=held, moment_row=2)]

@@ -232,9 +232,8 @@ class RevoluteClearance(Joint):
         """The two constraint equations that hold the journal in its place at the start."""
         p = (*offsets, *self.eccentricity(mechanism))
         friction = rubbing(self.friction, journal_friction, (self.journal_radius, 0.0))
-        return ConstraintContribution(
-            self.name, held_journal_kernel, coordinates, p, 2, coordinates[3:], joint_friction=friction, holds="closed"
-        )
+        place = self.name, held_journal_kernel, coordinates, p, 2, coordinates[3:]
+        return ConstraintContribution(*place, joint_friction=friction, holds="closed")
 
 
 def rubbing(law: FrictionLaw, kernel: Kernel, p: tuple[float, ...]) -> JointFriction | None:

@@ -139,10 +139,8 @@ class Force(Part):
             kernel, force = follower_force_kernel, planar.to_frame((0.0, 0.0), body.node(end.node).theta, self.force)
         place, p = end.coordinates, (*force, *end.offset)
         own = (*p, float(self.follower))
-        return [
-            ElementContribution(self.name, kernel, place, p, factor=self.history),
-            *signal_contributions(self.name, force_signal, FORCE_SIGNALS, place, own, use_of_factor=MULTIPLIES),
-        ]
+        signals = signal_contributions(self.name, force_signal, FORCE_SIGNALS, place, own, use_of_factor=MULTIPLIES)
+        return [ElementContribution(self.name, kernel, place, p, factor=self.history), *signals]
 
 
 def check_loaded(load: Part, body: Part) -> None:
@@ -204,9 +202,6 @@ class Torque(Part):
         body = mechanism.body(self.body.name, self.label)
         node = body.main if self.at is None else body.attach(self.label, self.at).node
         theta = ((body.name, node, 2),)
-        return [
-            ElementContribution(self.name, torque_kernel, theta, (self.torque,), factor=self.history),
-            *signal_contributions(
-                self.name, torque_signal, TORQUE_SIGNALS, theta, (self.torque,), use_of_factor=MULTIPLIES
-            ),
-        ]
+        p = (self.torque,)
+        signals = signal_contributions(self.name, torque_signal, TORQUE_SIGNALS, theta, p, use_of_factor=MULTIPLIES)
+        return [ElementContribution(self.name, torque_kernel, theta, p, factor=self.history), *signals]

@@ -272,10 +272,8 @@ def plot_basin(basin: Basin, *, title: str | None = None) -> Figure:
         ax.plot(x, y, "o", color=colours[k + 2], markeredgecolor="black", markersize=5, linestyle="none")
     names = {-1: "lost", 0: "undecided"}
     names |= {k: f"{k} (period {n})" if n else f"{k} (not periodic)" for k, n in enumerate(basin.periods, 1)}
-    patches = [
-        mpl.patches.Patch(facecolor=colours[k + 1], label=f"{names[k]}: {100.0 * fraction:.1f} %")
-        for k, fraction in basin.fractions.items()
-    ]
+    shares = {k: f"{names[k]}: {100.0 * fraction:.1f} %" for k, fraction in basin.fractions.items()}
+    patches = [mpl.patches.Patch(facecolor=colours[k + 1], label=label) for k, label in shares.items()]
     figure.legend(handles=patches, loc="outside right upper", frameon=False, fontsize="small")
     return figure
 
@@ -386,9 +384,8 @@ def plot_exponents(exponents: Exponents, *, title: str | None = None) -> Figure:
     for k, curve in enumerate(history.T):
         colour = COLOURS[k % len(COLOURS)]
         value, error = float(exponents.spectrum[k]), float(exponents.errors[k])
-        ax.plot(
-            exponents.time, curve, color=colour, linewidth=1.1, label=f"{value:.4g} ± {error:.2g} {exponents.units}"
-        )
+        label = f"{value:.4g} ± {error:.2g} {exponents.units}"
+        ax.plot(exponents.time, curve, color=colour, linewidth=1.1, label=label)
         if np.isfinite(error):
             ax.axhspan(value - error, value + error, color=colour, alpha=0.2, linewidth=0)
     ax.axhline(0.0, color="black", linewidth=0.7)

@@ -206,9 +206,8 @@ def write_mp4(path: Path, film: Film, fps: float) -> None:
     ffmpeg = checks.package("imageio_ffmpeg", "film", "An .mp4 film")
     wide, high = film.size
     even = (wide + wide % 2, high + high % 2)
-    writer = ffmpeg.write_frames(
-        str(path), even, fps=fps, codec="libx264", quality=QUALITY, macro_block_size=1, ffmpeg_log_level="error"
-    )
+    how = {"codec": "libx264", "quality": QUALITY, "macro_block_size": 1, "ffmpeg_log_level": "error"}
+    writer = ffmpeg.write_frames(str(path), even, fps=fps, **how)
     writer.send(None)
     try:
         for frame in film.frames():

@@ -62,10 +62,8 @@ class Glb:
         """Number of a new mesh of triangles `faces` (m, 3) on positions (n, 3) [m] with unit normals (n, 3)."""
         # Linear colours (n, 3) of the points multiply that of the material; None: that of the material. `shapes` are
         # displacements (n, 3) [m] that `deform` adds up (morph targets).
-        attributes = {
-            "POSITION": self._accessor(positions, ARRAY_BUFFER, limits=True),
-            "NORMAL": self._accessor(normals, ARRAY_BUFFER),
-        }
+        place = self._accessor(positions, ARRAY_BUFFER, limits=True)
+        attributes = {"POSITION": place, "NORMAL": self._accessor(normals, ARRAY_BUFFER)}
         if colours is not None:
             attributes["COLOR_0"] = self._accessor(colours, ARRAY_BUFFER)
         indices = self._accessor(faces.reshape(-1, 1), ELEMENT_BUFFER)
@@ -113,9 +111,8 @@ class Glb:
         key = time.tobytes()
         if key not in self._inputs:
             self._inputs[key] = self._accessor(time.reshape(-1, 1), None, limits=True)
-        motion["samplers"].append(
-            {"input": self._inputs[key], "output": self._accessor(values, None), "interpolation": "LINEAR"}
-        )
+        output = self._accessor(values, None)
+        motion["samplers"].append({"input": self._inputs[key], "output": output, "interpolation": "LINEAR"})
         target = {"node": node, "path": path}
         motion["channels"].append({"sampler": len(motion["samplers"]) - 1, "target": target})
 
@@ -285,10 +282,8 @@ class Export:
 
     def _pins(self) -> None:
         """Joints as short prisms."""
-        dark, red = (
-            self._glb.material("joints", _linear_of("#101010")),
-            self._glb.material("clearance", _linear_of(CLEARANCE)),
-        )
+        dark = self._glb.material("joints", _linear_of("#101010"))
+        red = self._glb.material("clearance", _linear_of(CLEARANCE))
         names = {shape.part for shape in self._sol.shapes if isinstance(shape, PointShape)}
         turn = 2.0 * np.pi * np.arange(PIN_SIDES) / PIN_SIDES
         rim = np.column_stack([np.cos(turn), np.sin(turn)])

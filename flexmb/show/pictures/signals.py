@@ -390,9 +390,8 @@ def plot_campbell(
         line = order * np.array(given) / (2.0 * np.pi)
         ax.plot(given, line, color="0.6", linewidth=0.9, linestyle=(0, (4, 3)), zorder=1.5)
         text = f"{order:g}x"
-        ax.annotate(
-            text, (given[-1], line[-1]), xytext=(4, 0), textcoords="offset points", va="center", fontsize="small"
-        )
+        beside: Any = {"xytext": (4, 0), "textcoords": "offset points", "va": "center", "fontsize": "small"}
+        ax.annotate(text, (given[-1], line[-1]), **beside)
     for k, frequency in enumerate(found.T):
         ax.plot(given, frequency, marker="o", markersize=3.0, label=f"mode {k + 1}", **curve(k))
     label_axis(ax.xaxis, "speed", "rad/s")

@@ -206,9 +206,8 @@ class Window:
             sides = [edges(line, THINNEST * self._scene.size) for line in mine]
             points = np.concatenate([side for pair in sides for side in pair], axis=1)
             cells = _quads([line.points.shape[1] for line in mine])
-            self._lines(
-                [side for pair in sides for side in pair], {"color": "#404040", "line_width": 1.5, "depth": 1e-3}
-            )
+            style = {"color": "#404040", "line_width": 1.5, "depth": 1e-3}
+            self._lines([side for pair in sides for side in pair], style)
             if field is None or field[0] == STRESS:
                 self._add(points, {}, {"color": own[name] if field is None else "#b0b0b0"}, faces=cells)
                 continue

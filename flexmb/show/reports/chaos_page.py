@@ -108,11 +108,8 @@ def _exponents(root: xr.Dataset) -> html.Markup:
     label = "Convergence of the Lyapunov exponents over the time"
     history = html.tag("canvas", label, id="history", class_="diagram", tabindex="0", role="img", aria_label=label)
     dimension = float(root.attrs.get("lyapunov_dimension", float("nan")))
-    more = (
-        html.facts([("Lyapunov dimension of the section", html.number(dimension, 4))])
-        if np.isfinite(dimension)
-        else None
-    )
+    shown = html.facts([("Lyapunov dimension of the section", html.number(dimension, 4))])
+    more = shown if np.isfinite(dimension) else None
     drawn = history if root.sizes.get("history_time", 0) else None
     listing = html.table("Lyapunov exponents", heads, rows, numbers=[1, 2])
     return html.section("Exponents", listing, more, drawn, anchor="exponents")
@@ -125,9 +122,8 @@ def _with_error(value: float, error: float) -> str:
 def _evidence(root: xr.Dataset) -> html.Markup:
     """Table of the numbers on which the verdict rests."""
     found = {key.removeprefix(EVIDENCE): value for key, value in root.attrs.items() if key.startswith(EVIDENCE)}
-    rows: list[list[html.Content]] = [
-        [MEANING[key], html.number(float(found[key]), 4)] for key in MEANING if key in found
-    ]
+    rows: list[list[html.Content]] = []
+    rows += [[text, html.number(float(found[key]), 4)] for key, text in MEANING.items() if key in found]
     if not rows:
         return html.section("Evidence", html.tag("p", "The motion has no verdict."), anchor="evidence")
     listing = html.table("Evidence of the verdict", ["quantity", "value"], rows, numbers=[1])

@@ -217,28 +217,17 @@ def _model_section(sol: Solution, description: Mapping[str, Any]) -> Markup:
         return section("Model", tag("p", UNKNOWN), facts([("signals of", names)]), anchor="model")
     bodies = [part for part in parts if part["kind"] == "body"]
     masses = [part["mass"] if isinstance(part.get("mass"), int | float) else None for part in bodies]
-    others = [
-        [p["name"], p["class"], _ends(p["fields"]), values_text(p["fields"])] for p in parts if p["kind"] != "body"
-    ]
+    other = (part for part in parts if part["kind"] != "body")
+    others = [[p["name"], p["class"], _ends(p["fields"]), values_text(p["fields"])] for p in other]
     gx, gy = description.get("gravity", (0.0, 0.0))
-    summary = [
-        ("parts", f"{len(parts)}"),
-        ("mass", quantity(sum(mass or 0.0 for mass in masses), "kg")),
-        ("gravity", f"({number(gx)}, {number(gy)}) {pretty('m/s^2')}"),
-    ]
-    rows = [
-        [p["name"], p["class"], "-" if mass is None else number(mass), values_text(p["fields"])]
-        for p, mass in zip(bodies, masses, strict=True)
-    ]
-    return section(
-        "Model",
-        facts(summary),
-        table("Bodies", ["name", "class", "mass [kg]", "values"], rows, numbers=[2]) if bodies else None,
-        table("Joints, drives, loads and other parts", ["name", "class", "between", "values"], others)
-        if others
-        else None,
-        anchor="model",
-    )
+    mass, accelerated = quantity(sum(mass or 0.0 for mass in masses), "kg"), pretty("m/s^2")
+    summary = [("parts", f"{len(parts)}"), ("mass", mass), ("gravity", f"({number(gx)}, {number(gy)}) {accelerated}")]
+    texts = ["-" if mass is None else number(mass) for mass in masses]
+    rows = [[p["name"], p["class"], text, values_text(p["fields"])] for p, text in zip(bodies, texts, strict=True)]
+    heads, more = ["name", "class", "mass [kg]", "values"], ["name", "class", "between", "values"]
+    listed = table("Bodies", heads, rows, numbers=[2]) if bodies else None
+    rest = table("Joints, drives, loads and other parts", more, others) if others else None
+    return section("Model", facts(summary), listed, rest, anchor="model")
 
 
 def _ends(fields: Mapping[str, Any]) -> str:

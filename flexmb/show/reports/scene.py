@@ -136,11 +136,9 @@ class Nodes:
     def packed(self) -> dict[str, Any]:
         """Nodes and motions for the page."""
         none = np.zeros((len(self.instants), 0))
-        return {
-            "nodes": self.rows,
-            "frames": quantised(np.concatenate([none, *self.frames], axis=1), FINE),
-            "displacements": quantised(np.concatenate([none, *self.displacements], axis=1), MIDDLE),
-        }
+        frames = quantised(np.concatenate([none, *self.frames], axis=1), FINE)
+        moved = quantised(np.concatenate([none, *self.displacements], axis=1), MIDDLE)
+        return {"nodes": self.rows, "frames": frames, "displacements": moved}
 
 
 def scene(sol: Solution, mechanism: Mechanism | None, instants: np.ndarray) -> dict[str, Any]:

@@ -130,9 +130,8 @@ def _values(diagram: xr.Dataset, rows: list[dict[str, Any]]) -> html.Markup:
     for row in rows:
         link = html.tag("a", "report", href=row["link"]) if row["link"] else ""
         exponent = "-" if row["exponent"] is None else html.number(row["exponent"], 4)
-        cells.append(
-            [html.number(values[row["place"]]), row["direction"], row["verdict"], exponent, row["status"], link]
-        )
+        value = html.number(values[row["place"]])
+        cells.append([value, row["direction"], row["verdict"], exponent, row["status"], link])
     head = f"{parameter} [{pretty(unit)}]" if unit else parameter
     heads = [head, "direction", "verdict", "exponent [1/s]", "status", "run"]
     return html.section("Values", html.table("Verdicts of all values", heads, cells, numbers=[3]), anchor="values")

@@ -160,9 +160,8 @@ def _remedy_of_velocities(closed: Program, declared: np.ndarray) -> str:
         flexible[owner[declared]] = False
         names = ", ".join(f"{name!r}" for name, free in zip(closed.names.bodies, flexible, strict=True) if free)
         if names:
-            remedies.append(
-                f"Flexible bodies begin as rigid ones: {names} without velocity= (of each node) cannot bend."
-            )
+            text = f"Flexible bodies begin as rigid ones: {names}"
+            remedies.append(f"{text} without velocity= (of each node) cannot bend.")
     if closed.drives:
         remedies.append("A drive cannot move a dead centre: start elsewhere.")
         if len(closed.reference.q) > 3 * len(closed.names.bodies):
