@@ -12,18 +12,8 @@ from flexmb.model.contributions import Contributions, ControlContribution, Coord
 from flexmb.model.law import Motion
 from flexmb.model.part import GROUND
 from flexmb.model.signal import Signals, hint, resolved
+from flexmb.program import program as tables
 from flexmb.program.numbering import Numbering, state_coordinates
-from flexmb.program.program import (
-    BEGIN,
-    COORDINATE,
-    MEASURED,
-    MOTION_SPEED,
-    MOTION_VALUE,
-    OUTPUT,
-    VELOCITY,
-    Names,
-    Sampler,
-)
 from flexmb.program.signals import COORDINATE_SIGNALS, kernel_signals, layout
 
 
@@ -102,22 +92,22 @@ class _Finder:
         self.known: dict[str, Source] = {}
         for part, node in number.nodes[: number.n_b // 3]:
             stem = f"{part}.{node.name}" if node.name else part
-            for kind, signals in zip((COORDINATE, VELOCITY), COORDINATE_SIGNALS[:2], strict=True):
+            for kind, signals in zip((tables.COORDINATE, tables.VELOCITY), COORDINATE_SIGNALS[:2], strict=True):
                 for axis, (name, _) in enumerate(signals):
                     self.known[f"{stem}.{name}"] = Source(kind, ((part, node.name, axis),))
         for joint in contributions.angles:
-            self.known[f"{joint.part}.angle"] = Source(MEASURED, joint.coordinates, relative_angle, joint.p)
-            self.known[f"{joint.part}.omega"] = Source(MEASURED, joint.coordinates, relative_rate, joint.p)
+            self.known[f"{joint.part}.angle"] = Source(tables.MEASURED, joint.coordinates, relative_angle, joint.p)
+            self.known[f"{joint.part}.omega"] = Source(tables.MEASURED, joint.coordinates, relative_rate, joint.p)
         for signal in contributions.signals:
             if not signal.is_mode and not signal.use_of_factor and not signal.place:
                 name = f"{signal.part}.{signal.name}"
-                self.known[name] = Source(MEASURED, signal.coordinates, signal.kernel, signal.p)
+                self.known[name] = Source(tables.MEASURED, signal.coordinates, signal.kernel, signal.p)
         placed = [one for one in contributions.signals if one.place]
         self.extrema = {f"{one.part}.{name}" for one in placed for name, _ in kernel_signals(one)}
         controls = contributions.controls
         self.outputs = {f"{c.part}.{name}": (c, k) for c in controls for k, name in enumerate(c.outputs)}
         self.states = {
-            f"{control.part}.{name}": Source(VELOCITY, (coordinate,))
+            f"{control.part}.{name}": Source(tables.VELOCITY, (coordinate,))
             for control in contributions.controls
             for name, coordinate in zip(control.states, state_coordinates(control), strict=False)
         }
@@ -133,17 +123,17 @@ class _Finder:
         """Sources of the inputs of a control; `wired`: controls that are evaluated before it."""
         for wanted in control.inputs:
             if isinstance(wanted, MotionInput):
-                yield Source(MOTION_SPEED if wanted.rate else MOTION_VALUE, motion=wanted.motion)
+                yield Source(tables.MOTION_SPEED if wanted.rate else tables.MOTION_VALUE, motion=wanted.motion)
                 continue
             name = self.name(wanted)
             if name in self.outputs:
                 other, k = self.outputs[name]
-                yield Source(OUTPUT, wired[other.part].coordinates, control=other.part, output=k)
+                yield Source(tables.OUTPUT, wired[other.part].coordinates, control=other.part, output=k)
                 continue
             source = self.known.get(name) or self.states.get(name)
             if source is None:
                 raise self.refusal(control, wanted, name)
-            if source.kind == MEASURED and self._needs_acceleration(source):
+            if source.kind == tables.MEASURED and self._needs_acceleration(source):
                 text = f"{control.label}: input {wanted!r} depends on accelerations,"
                 text += " which depend on the outputs at the same instant: an algebraic loop. Give sample=, so that"
                 raise ModelError(f"{text} the controller reads it at instants, or measure a position or a velocity.")
@@ -205,10 +195,10 @@ def _read_outputs(control: ControlContribution, finder: _Finder) -> Iterator[tup
 
 
 def samplers(
-    controls: Sequence[ControlContribution], wired_controls: Sequence[Any], z: np.ndarray, names: Names
-) -> tuple[Sampler, ...]:
+    controls: Sequence[ControlContribution], wired_controls: Sequence[Any], z: np.ndarray, names: tables.Names
+) -> tuple[tables.Sampler, ...]:
     """Controls that act at instants."""
-    place = {control.part: int(z[k, BEGIN]) for k, control in enumerate(wired_controls)}
+    place = {control.part: int(z[k, tables.BEGIN]) for k, control in enumerate(wired_controls)}
     found = []
     for control in controls:
         if control.sample is None:
@@ -221,5 +211,5 @@ def samplers(
                 raise ModelError(f"{text}. {hint(str(wanted), names.signals, names.aliases)}")
             inputs.append(wanted if isinstance(wanted, MotionInput) else read)
         own, sizes = (control.part, control.kernel, control.p), (len(control.states), len(control.outputs))
-        found.append(Sampler(*own, tuple(inputs), control.sample, *sizes, place[control.part], control.settled))
+        found.append(tables.Sampler(*own, tuple(inputs), control.sample, *sizes, place[control.part], control.settled))
     return tuple(found)

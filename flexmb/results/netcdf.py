@@ -23,16 +23,7 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.arguments import checked
-from flexmb.dynamics.jobs.files import (
-    READ_ERRORS,
-    Group,
-    Variable,
-    is_stored_within,
-    netcdf_image,
-    read_sealed,
-    refuse_other_files,
-    write_sealed,
-)
+from flexmb.dynamics.jobs import files
 from flexmb.errors import FileFormatError, InputError
 from flexmb.findings.finding import Finding
 from flexmb.late import h5py
@@ -126,7 +117,7 @@ class NetcdfContent:
     """Content of an open HDF5 file of `size` bytes in memory; `ValueError` for values that would fill the memory."""
 
     def __init__(self, file: Any, size: int) -> None:
-        refuse_other_files(file, datasets=False)
+        files.refuse_other_files(file, datasets=False)
         self.file, self.size, self.read = file, size, 0
 
     def names(self, group: str) -> list[str]:
@@ -142,7 +133,7 @@ class NetcdfContent:
     def variable(self, name: str) -> Any:
         """Variable `name` as h5py has it; refused where its values lie in another file."""
         found = self.file[name]
-        if not is_stored_within(found.id):
+        if not files.is_stored_within(found.id):
             raise ValueError(f"{name!r} leads to another file, which is not read")
         return found
 
@@ -188,16 +179,16 @@ def save(sol: Solution, path: str | Path) -> Path:
     # Folders that are missing are made. The file is written beside its place and then renamed, so that an interrupted
     # run leaves either the old file or the new one. Errors: a path that cannot be written; a `model` that cannot be
     # written as JSON.
-    groups: dict[str, Group] = {"": _contents(sol)}
+    groups: dict[str, files.Group] = {"": _contents(sol)}
     if sol.restart:
         comment = "state at the end of the run, from which flexmb.simulate(..., restart=...) goes on"
-        arrays: dict[str, Variable] = {
+        arrays: dict[str, files.Variable] = {
             name: (tuple(f"{name}_{i}" for i in range(a.ndim)), a, {}) for name, a in sol.restart.items()
         }
         groups[RESTART] = arrays, {"comment": comment}
     if sol.contacts.names:
         groups[EPISODES] = _episodes(sol), {}
-    return write_sealed(checks.path("Solution", path), netcdf_image(groups), "Solution")
+    return files.write_sealed(checks.path("Solution", path), files.netcdf_image(groups), "Solution")
 
 
 @checked
@@ -221,7 +212,7 @@ def load(path: str | Path) -> Solution:
             text = f"{str(source)!r}: there is no such file"
             text += " but a folder, as of a sweep's store, which xarray.open_zarr reads" if source.is_dir() else ""
             raise FileFormatError(f"{text}. Check the path; sol.to_netcdf(...) writes one.")
-        content = read_sealed(source)
+        content = files.read_sealed(source)
         with h5py.File(io.BytesIO(content), "r") as file:
             found = NetcdfContent(file, len(content))
             version = found.number(VERSION)
@@ -232,12 +223,12 @@ def load(path: str | Path) -> Solution:
                 text = f"{str(source)!r}: written in format {version:g}; this version of flexmb reads formats up to"
                 raise FileFormatError(f"{text} {FORMAT}. Install the version of flexmb that wrote it.")
             return _solution(found)
-    except READ_ERRORS as error:
+    except files.READ_ERRORS as error:
         text = f"{str(source)!r}: cannot be read as a solution; it is damaged, truncated or no netCDF file ({error})."
         raise FileFormatError(f"{text} Write it again with sol.to_netcdf(...).") from error
 
 
-def _contents(sol: Solution) -> Group:
+def _contents(sol: Solution) -> files.Group:
     """Signals and record as variables, and global attributes."""
     record = {
         "signals": [[s.name, s.units] for s in sol.signals],
@@ -266,7 +257,7 @@ def _contents(sol: Solution) -> Group:
     }
     of_values = {"long_name": "values of the signals, each in its unit"}
     of_values["coordinates"] = " ".join(sorted(set(of_signals) - {SIGNAL}))
-    variables: dict[str, Variable] = {
+    variables: dict[str, files.Variable] = {
         RECORD: ((), text, {"long_name": "record of the run as JSON, which flexmb.load reads"}),
         VALUES: ((TIME, SIGNAL), sol.values, of_values),
         TIME: ((TIME,), sol.time, {"units": "s", "long_name": TIME}),
@@ -278,7 +269,7 @@ def _contents(sol: Solution) -> Group:
     return variables, attrs | global_attributes(sol.model)
 
 
-def _episodes(sol: Solution) -> dict[str, Variable]:
+def _episodes(sol: Solution) -> dict[str, files.Variable]:
     """All episodes in the order in which they ended; the contact as its number, named by `flag_meanings`."""
     names, rows = sol.contacts
     attrs: dict[str, dict[str, Any]] = {

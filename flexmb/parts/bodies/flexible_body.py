@@ -22,29 +22,7 @@ from flexmb.model.law import Material
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Pose, WatchedMotion
 from flexmb.model.shape import Shapes
-from flexmb.parts.bodies.flexible import (
-    Beam,
-    Bosses,
-    Elements,
-    Field,
-    FieldLike,
-    RigidProperties,
-    Triple,
-    assemble,
-    beam_elements,
-    beam_pieces,
-    beam_shapes,
-    beam_stress_signal,
-    boss_pieces,
-    knows_stress,
-    mass_damping_pieces,
-    mass_parts,
-    nearest_node,
-    rotary_inertia_of,
-    shear_of,
-    start_displacement,
-    start_velocity,
-)
+from flexmb.parts.bodies import flexible
 
 Point = tuple[float, float]
 LEAST_SLENDERNESS = 5.0  # length of a beam over its height, below which shear cannot be left out
@@ -69,7 +47,7 @@ class FlexibleBody(ElasticBody):
     _: KW_ONLY
     section: Section | tuple[Section, ...] = field("cross section of all beams, or one a beam")
     material: Material = field("material", rule=instance(Material, "a Material(...)"))
-    elements: Elements | tuple[Elements, ...] = field(
+    elements: flexible.Elements | tuple[flexible.Elements, ...] = field(
         "elements a beam, or fractions of its length, or such a beam", default=4
     )
     mass: float | None = field("total mass; None: the beams' own", "kg", positive, default=None)
@@ -84,8 +62,12 @@ class FlexibleBody(ElasticBody):
         rule=instance(bool, "True, False or None"),
         default=None,
     )
-    velocity: Triple | FieldLike | None = field("(vx, vy, omega) at the start; None: as driven", default=None)
-    displacement: FieldLike | None = field("(dx, dy, dtheta) at the start, see above; None: none", default=None)
+    velocity: flexible.Triple | flexible.FieldLike | None = field(
+        "(vx, vy, omega) at the start; None: as driven", default=None
+    )
+    displacement: flexible.FieldLike | None = field(
+        "(dx, dy, dtheta) at the start, see above; None: none", default=None
+    )
 
     @property
     @abstractmethod
@@ -99,11 +81,11 @@ class FlexibleBody(ElasticBody):
 
     @property
     @abstractmethod
-    def beams(self) -> tuple[Beam, ...]:
+    def beams(self) -> tuple[flexible.Beam, ...]:
         """The beams; the frame of mass-proportional damping lies on the first one."""
 
     @abstractmethod
-    def _fit(self, own: RigidProperties, mass: float) -> Bosses:
+    def _fit(self, own: flexible.RigidProperties, mass: float) -> flexible.Bosses:
         """Bosses that turn the beams' `own` properties into the declared ones, with the total `mass` [kg]."""
 
     @abstractmethod
@@ -125,23 +107,23 @@ class FlexibleBody(ElasticBody):
 
     def _check_fields(self, count: int, places: Sequence[float] | None) -> None:
         """Check the start fields of `count` nodes; functions are evaluated at `places`, or refused without them."""
-        for name, checked in (("velocity", start_velocity), ("displacement", start_displacement)):
+        for name, checked in (("velocity", flexible.start_velocity), ("displacement", flexible.start_displacement)):
             object.__setattr__(self, name, checked(self.label, getattr(self, name), count, places))
 
     @cached_property
-    def _bosses(self) -> Bosses:
+    def _bosses(self) -> flexible.Bosses:
         """Masses and moments of inertia at the corners, which give the body its declared mass properties."""
         if self.mass is None and self.inertia is None:
-            return Bosses((0.0,) * len(self.corners), 0.0, 0.0)
-        own = RigidProperties.of(self._mass_parts())
+            return flexible.Bosses((0.0,) * len(self.corners), 0.0, 0.0)
+        own = flexible.RigidProperties.of(self._mass_parts())
         return self._fit(own, own.mass if self.mass is None else self.mass)
 
-    def properties(self) -> RigidProperties:
+    def properties(self) -> flexible.RigidProperties:
         """Mass, centre of mass and moment of inertia as a rigid body in the reference configuration."""
         bosses = self._bosses
         ends = zip(bosses.masses, self.corner_points, strict=True)
         corners = [(mass, point, bosses.inertia) for mass, point in ends]
-        return RigidProperties.of([*self._mass_parts(), *corners, self._further_mass()])
+        return flexible.RigidProperties.of([*self._mass_parts(), *corners, self._further_mass()])
 
     @property
     def seeks_stress(self) -> bool:
@@ -153,7 +135,7 @@ class FlexibleBody(ElasticBody):
     @property
     def knows_stress(self) -> bool:
         """Whether all sections know their outer fibres."""
-        return all(map(knows_stress, self._sections))
+        return all(map(flexible.knows_stress, self._sections))
 
     def reference_points(self) -> np.ndarray:
         """Places (n, 2) of the nodes in the reference configuration [m]."""
@@ -175,7 +157,9 @@ class FlexibleBody(ElasticBody):
         nodes, found_here = {node.name: node for node in self.nodes()}, []
         for beam in self.beams:
             names = [f"{self.name}.{node}.{axis}" for axis in ("x", "y", "theta") for node in beam.nodes]
-            found_here.append(beam_elements(beam, nodes).strains(*np.split(rows(names), 3, axis=1)).max(axis=1))
+            found_here.append(
+                flexible.beam_elements(beam, nodes).strains(*np.split(rows(names), 3, axis=1)).max(axis=1)
+            )
         return np.asarray(np.max(found_here, axis=0))
 
     def odd_sizes(self) -> Iterator[Finding]:
@@ -197,38 +181,40 @@ class FlexibleBody(ElasticBody):
         """The node at `point`; `owner` names who asks, for messages."""
         points = self.corner_points
         size = max([planar.distance(points[0], corner) for corner in points[1:]])
-        return Attachment(self.name, nearest_node(self.label, owner, self.nodes(), point, size).name, (0.0, 0.0))
+        return Attachment(
+            self.name, flexible.nearest_node(self.label, owner, self.nodes(), point, size).name, (0.0, 0.0)
+        )
 
-    def start_velocity(self) -> Triple | Field | None:
+    def start_velocity(self) -> flexible.Triple | flexible.Field | None:
         """The declared start velocity."""
-        return cast("Triple | Field | None", self.velocity)
+        return cast("flexible.Triple | flexible.Field | None", self.velocity)
 
-    def start_displacement(self) -> Field | None:
+    def start_displacement(self) -> flexible.Field | None:
         """The declared start displacement."""
-        return cast("Field | None", self.displacement)
+        return cast("flexible.Field | None", self.displacement)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
         """Elements, bosses, damping and the largest stress."""
         nodes = {n.name: n for n in self.nodes()}
         return [
-            *beam_pieces(self.name, self.beams, nodes, self.damping, mechanism.gravity),
+            *flexible.beam_pieces(self.name, self.beams, nodes, self.damping, mechanism.gravity),
             *self._boss_pieces(mechanism.gravity),
-            *mass_damping_pieces(self.name, self.beams, self.beams[0], self.mass_damping, self._lumps()),
-            *([beam_stress_signal(self.name, self.beams, nodes)] if self.seeks_stress else []),
+            *flexible.mass_damping_pieces(self.name, self.beams, self.beams[0], self.mass_damping, self._lumps()),
+            *([flexible.beam_stress_signal(self.name, self.beams, nodes)] if self.seeks_stress else []),
         ]
 
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the beams alone
         """The elements."""
-        return beam_shapes(self.name, self.beams, {n.name: n for n in self.nodes()})
+        return flexible.beam_shapes(self.name, self.beams, {n.name: n for n in self.nodes()})
 
     @classmethod
     def prepare(cls, parts: Sequence[FlexibleBody]) -> None:
         """Matrices of all beams in one assembly."""
-        assemble(beam for part in parts for beam in part.beams)
+        flexible.assemble(beam for part in parts for beam in part.beams)
 
     def _boss_pieces(self, gravity: Point) -> list[Contribution]:
         """Contributions of the masses at the corners and at their mean."""
-        return boss_pieces(self.name, self.corners, self._bosses, gravity)
+        return flexible.boss_pieces(self.name, self.corners, self._bosses, gravity)
 
     def _lumps(self) -> dict[str, tuple[float, float]]:
         """Mass [kg] and moment of inertia [kg m^2] at the corners, by node."""
@@ -236,7 +222,7 @@ class FlexibleBody(ElasticBody):
 
     def _mass_parts(self) -> list[tuple[float, Point, float]]:
         """Mass, centre of mass and moment of inertia of every element."""
-        return [part for beam in self.beams for part in mass_parts(beam)]
+        return [part for beam in self.beams for part in flexible.mass_parts(beam)]
 
     @property
     def _sections(self) -> tuple[Section, ...]:
@@ -246,29 +232,29 @@ class FlexibleBody(ElasticBody):
     @cached_property
     def _options(self) -> tuple[float | None, float | None]:
         """Rotary inertia and shear of a `Beam`."""
-        shear = shear_of(self.label, self.shear, self._sections, self.material.poisson)
-        return rotary_inertia_of(self.label, self.rotary_inertia, shear), shear
+        shear = flexible.shear_of(self.label, self.shear, self._sections, self.material.poisson)
+        return flexible.rotary_inertia_of(self.label, self.rotary_inertia, shear), shear
 
     def _beam(
         self, names: Sequence[str], ends: tuple[Point, Point], places: Sequence[float], section: Section, turn: float
-    ) -> Beam:
+    ) -> flexible.Beam:
         """A beam between two points with nodes of these names at fractions of its length."""
         length = planar.distance(*ends) / chord_share(turn)
         stations = tuple([s * length for s in places])
-        return Beam(tuple(names), *ends, stations, section, self.material, *self._options, turn)
+        return flexible.Beam(tuple(names), *ends, stations, section, self.material, *self._options, turn)
 
 
 def _outer_fibre(section: Section) -> float:
     """Largest distance of the outer fibre [m]; where it is unknown that of a rectangle of the same A and I."""
     places = np.array([0.0, 0.5, 1.0])
-    if knows_stress(section):
+    if flexible.knows_stress(section):
         return float(np.max(section.outer_fibre_at(places)))
     return float(np.max(np.sqrt(3.0 * section.second_moment_at(places) / section.area_at(places))))
 
 
 def beam_of_mesh(
     label: str, path: str, tags: set[int], stations: np.ndarray, sections: Mapping[int, Section]
-) -> tuple[Elements, Section]:
+) -> tuple[flexible.Elements, Section]:
     """Inner nodes as fractions of the length, and the one section of a straight beam, by stations (n,) and `tags`."""
     missing = sorted(tags - set(sections))
     if missing:

@@ -17,15 +17,7 @@ from flexmb.results.drawing import MESH
 from flexmb.results.positions import magnified
 from flexmb.results.solution import Solution, require_rows
 from flexmb.results.vtk import UNITS
-from flexmb.show.pictures.films import (
-    FIELDS,
-    STRESS,
-    field_limit,
-    field_of,
-    joints_with_forces,
-    known_point,
-    stress_limit,
-)
+from flexmb.show.pictures import films
 from flexmb.show.pictures.pose import SYMBOLS, THINNEST, body_colours, edges, is_point, with_arms
 from flexmb.show.pictures.scene import Scene, box_about, scene_of
 from flexmb.show.pictures.style import CLEARANCE, DIVERGING, SEQUENTIAL, TRACED, words_of
@@ -129,13 +121,13 @@ def view(
     """
     require_rows("view", sol)
     if colour is not None:
-        checks.one_of("view", "colour", colour, (*FIELDS, STRESS))
+        checks.one_of("view", "colour", colour, (*films.FIELDS, films.STRESS))
     rows = np.unique(np.linspace(0, len(sol.time) - 1, min(len(sol.time), MOST_FRAMES)).round().astype(int))
     shown = magnified(sol, checks.not_negative("view", "magnify", magnify))
-    centres = None if follow is None else drawing.path(shown, known_point("view", sol, "follow", follow), rows)
+    centres = None if follow is None else drawing.path(shown, films.known_point("view", sol, "follow", follow), rows)
     box = None if centres is None else box_about(shown, 0, centres[0])
     true = sol if magnify != 1.0 else None
-    scene = scene_of(shown, rows, box=box, forces=joints_with_forces("view", sol, forces), true=true)
+    scene = scene_of(shown, rows, box=box, forces=films.joints_with_forces("view", sol, forces), true=true)
     window = Window(scene, colour, off_screen=off_screen, centres=centres)
     if time is not None:
         when = checks.between("view", "time", time, float(sol.time[0]), float(sol.time[-1]), "s")
@@ -157,7 +149,7 @@ class Window:
         self._slider: Any = None
         self._centres = np.zeros((len(scene.time), 2)) if centres is None else centres
         self._moving: list[tuple[Any, np.ndarray, dict[str, np.ndarray]]] = []
-        field = field_of(scene, colour) or field_of(scene, None if colour is None else STRESS)
+        field = films.field_of(scene, colour) or films.field_of(scene, None if colour is None else films.STRESS)
         self._bodies(field)
         self._meshes(field)
         self._signs()
@@ -208,11 +200,11 @@ class Window:
             cells = _quads([line.points.shape[1] for line in mine])
             style = {"color": "#404040", "line_width": 1.5, "depth": 1e-3}
             self._lines([side for pair in sides for side in pair], style)
-            if field is None or field[0] == STRESS:
+            if field is None or field[0] == films.STRESS:
                 self._add(points, {}, {"color": own[name] if field is None else "#b0b0b0"}, faces=cells)
                 continue
             values = np.concatenate([line.fields[field[0]] for line in mine for _ in (0, 1)], axis=1)
-            top = field_limit(self._scene, field[0])
+            top = films.field_limit(self._scene, field[0])
             style = {"clim": (-top, top), "cmap": DIVERGING}
             self._add(points, {field[0]: values}, {**style, **_coloured(field)}, faces=cells)
 
@@ -222,12 +214,12 @@ class Window:
         for surface in self._scene.surfaces:
             triangles = surface.triangles
             cells = np.column_stack([np.full(len(triangles), 3), triangles]).ravel()
-            if field is None or field[0] != STRESS:
+            if field is None or field[0] != films.STRESS:
                 style: dict[str, Any] = {"color": own[surface.part] if field is None else "#b0b0b0", "opacity": 0.35}
                 self._add(surface.points, {}, {**style, "depth": -1e-3}, faces=cells)
                 continue
-            style = {"clim": (0.0, stress_limit(self._scene)), "cmap": SEQUENTIAL, "depth": -1e-3}
-            self._add(surface.points, {STRESS: surface.von_mises}, {**style, **_coloured(field)}, faces=cells)
+            style = {"clim": (0.0, films.stress_limit(self._scene)), "cmap": SEQUENTIAL, "depth": -1e-3}
+            self._add(surface.points, {films.STRESS: surface.von_mises}, {**style, **_coloured(field)}, faces=cells)
 
     def _lines(self, lines: list[np.ndarray], style: dict[str, Any]) -> None:
         """Add polylines (n, m, 2) of one style."""
