@@ -1,6 +1,12 @@
-"""Small helpers for vectors and angles in the plane."""
+"""Small helpers for vectors and angles in the plane; types of arrays."""
 
 import math
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
 
 
 def to_frame(origin: tuple[float, float], angle: float, point: tuple[float, float]) -> tuple[float, float]:

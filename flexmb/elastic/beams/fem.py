@@ -39,8 +39,8 @@ from skfem import Basis, BilinearForm, ElementLineHermite, ElementLineP1, Functi
 from flexmb.elastic.beams.section import Section, checked_factor, shear_factors
 from flexmb.errors import InputError
 from flexmb.model.law import Material
+from flexmb.planar import Array
 
-Array = npt.NDArray[np.float64]
 BOW = (2.0, 1.0, 2.0)  # shortening of the chord by bending without shear: L/30 (2 u1^2 - u1 u2 + 2 u2^2)
 
 

@@ -13,16 +13,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from flexmb import checks
 from flexmb.dynamics.jobs.files import READ_ERRORS
 from flexmb.errors import FileFormatError, InputError
 from flexmb.late import meshio
+from flexmb.planar import Array, Indices
 
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
 Walk = tuple[list[int], list[int]]  # nodes in order, and the lines between them
 TAG_NAMES = ("gmsh:physical", "cell_tags", "section")  # names of cell data with tags; the first that a file has counts
 SAME_PLACE = 1e-9  # distance over the size of the mesh [1] below which two points are one

@@ -13,8 +13,8 @@ from flexmb import checks
 from flexmb.display import Shown
 from flexmb.errors import InputError
 from flexmb.fields import Input, Rule, field, instance, positive, record
+from flexmb.planar import Array
 
-Array = npt.NDArray[np.float64]
 Place = npt.ArrayLike  # place along the beam: s in [0, 1], a number or an array of any shape
 
 

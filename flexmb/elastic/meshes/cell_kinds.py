@@ -8,9 +8,9 @@ import numpy.typing as npt
 import skfem as fe
 from skfem.quadrature import get_quadrature
 
-# Kinds of plane cells: local order of nodes, edges, shape functions, degrees of quadrature
+from flexmb.planar import Array, Indices
 
-Array = npt.NDArray[np.float64]
+# Kinds of plane cells: local order of nodes, edges, shape functions, degrees of quadrature
 
 
 @dataclass(frozen=True)
@@ -76,9 +76,6 @@ def jacobians(points: Array, cells: npt.NDArray[np.int64], kind: str) -> Array:
     x = points[cells]
     J = np.einsum("mka,bkq->abmq", x, slopes, optimize=True)
     return np.asarray(J[0, 0] * J[1, 1] - J[0, 1] * J[1, 0])
-
-
-Indices = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,6 @@
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
@@ -12,9 +11,8 @@ from flexmb import checks
 from flexmb.elastic.beams.mesh import FARTHEST, at, require_distinct
 from flexmb.elastic.meshes.cell_kinds import KINDS, Edges, jacobians
 from flexmb.errors import InputError
+from flexmb.planar import Array, Indices
 
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
 FLAT = 1e-6  # Jacobian determinant over the square of a cell's longest side [1] up to which the cell counts as flat
 ON_EDGE = 1e-6  # distance of a node from another cell's edge over the edge's length [1] up to which it is on the edge
 

@@ -8,16 +8,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from flexmb import checks
 from flexmb.elastic.beams.mesh import plane_points, read_file
 from flexmb.elastic.meshes.fillings import halved
 from flexmb.elastic.meshes.mesh import PlaneMesh, with_centres
 from flexmb.errors import FileFormatError
+from flexmb.planar import Array, Indices
 
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
 Groups = dict[str, list[Indices]]
 # Kind of the cells of meshio.
 CELLS = {"triangle": "tri3", "triangle6": "tri6", "quad": "quad4", "quad8": "quad9", "quad9": "quad9"}

@@ -18,11 +18,10 @@ from scipy.spatial import Delaunay, cKDTree
 from flexmb.elastic.meshes.cell_kinds import KINDS
 from flexmb.elastic.meshes.mesh import PlaneMesh
 from flexmb.errors import InputError
+from flexmb.planar import Array, Indices
 
 # Blocks of quadrilaterals between two curves, joined into one mesh of any kind of cells
 
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
 Curve = Callable[[Array], Array]  # function of numbers s (n,) from 0 to 1 that returns points of a curve (n, 2) [m]
 SAME_PLACE = 1e-7  # distance over the size of the mesh [1] below which nodes of two blocks are one
 MOST_NODES = 4_000_000  # largest number of nodes of a block; more is a length in millimetres or a slip of the size

@@ -19,9 +19,8 @@ from flexmb.elastic.meshes.checks import checked_cells, checked_groups, checked_
 from flexmb.errors import InputError
 from flexmb.fields import field, record_with
 from flexmb.model.law import Material
+from flexmb.planar import Array, Indices
 
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
 ON_CIRCLE = 1e-3  # spread of distances from the centre over the radius [1] up to which nodes lie on a circle
 PLACES = 13  # decimal places of centres, counted from the leading digit of the size of the mesh
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import numpy.typing as npt
 from scipy.spatial import cKDTree
 
 from flexmb import checks
@@ -29,9 +28,8 @@ from flexmb.elastic.meshes.fillings import (
 )
 from flexmb.elastic.meshes.mesh import PlaneMesh
 from flexmb.errors import InputError
+from flexmb.planar import Array, Indices
 
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
 FEWEST_ON_ARC = 3  # least number of edges on an arc, so its nodes show a circle
 SAME_PLACE = 1e-9  # distance over the longest edge [1] below which the ends of two arcs are one point
 STRAIGHT = 1e-6  # turn of the outline at a corner up to which it is straight [rad]

@@ -15,15 +15,14 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 from scipy.sparse import bsr_array, coo_array, csr_array, kron
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 from skfem import Basis, BilinearForm
 
 from flexmb.elastic.meshes.mesh import STRESS, Materials, PlaneMesh, Thickness, densities, elasticity, numbers_of_cells
 from flexmb.errors import InputError
+from flexmb.planar import Array
 
-Array = npt.NDArray[np.float64]
 _PRODUCT = BilinearForm(lambda u, v, w: w.weight * u * v)
 _SLOPES = BilinearForm(lambda u, v, w: w.x_x * u.grad[0] * v.grad[0] + w.y_y * u.grad[1] * v.grad[1])
 _CROSSED = BilinearForm(lambda u, v, w: w.bulk * u.grad[1] * v.grad[0] + w.shear * u.grad[0] * v.grad[1])

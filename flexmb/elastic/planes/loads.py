@@ -51,13 +51,13 @@ from flexmb.model.contributions import (
     signal_contributions,
 )
 from flexmb.model.law import Motion
+from flexmb.planar import Array
 
 if TYPE_CHECKING:
     from flexmb.elastic.planes.plane_body import PlaneBody
 
 # Nodal forces of loads on plane bodies: fields in the body, tractions and pressures on its edges
 
-Array = npt.NDArray[np.float64]
 # A constant vector (x, y), or a function of points (p, 2) [m] that returns vectors (p, 2).
 Field: TypeAlias = Sequence[float] | Callable[[Array], Any]
 Stress: TypeAlias = float | Callable[[Array], Any]  # number, or function of points (p, 2) [m] that gives numbers (p,)

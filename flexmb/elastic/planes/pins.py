@@ -20,7 +20,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from scipy.linalg import qr
 from scipy.sparse import coo_array, csr_array
 
@@ -30,6 +29,7 @@ from flexmb.elastic.meshes.mesh import PlaneMesh
 from flexmb.errors import InputError
 from flexmb.kernels import constraint_kernel
 from flexmb.model.contributions import ConstraintContribution, Coordinate
+from flexmb.planar import Array, Indices
 
 # Constraint of an averaged pin: it moves with the mean of nodes that stay free to deform (RBE3)
 
@@ -76,8 +76,6 @@ def averaged_pin(
     return ConstraintContribution(part, averaged_pin_kernel, coordinates, numbers, 3, is_drive=True)
 
 
-Array = npt.NDArray[np.float64]
-Indices = npt.NDArray[np.int64]
 RIGID, AVERAGED = "rigid", "averaged"  # kinds of interfaces
 NO_ARM = 1e-9  # distance of nodes over the size of the mesh [1] below which they cannot turn a pin
 

@@ -14,7 +14,6 @@ from functools import cached_property, lru_cache
 from typing import cast
 
 import numpy as np
-import numpy.typing as npt
 from scipy.sparse.linalg import ArpackError
 
 from flexmb import checks, planar
@@ -43,6 +42,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.shape import Shapes
 from flexmb.parts.bodies.flexible import Field, RigidProperties, Triple, start_displacement, start_velocity
 from flexmb.parts.bodies.point_mass import held_rotation_kernel, node_mass
+from flexmb.planar import Array
 
 
 # Base of bodies whose shape is a plane mesh: all nodes of it, or a few modes
@@ -68,7 +68,6 @@ class MeshBody(ElasticBody):
         """Contributions of a `load` on the mesh, in its axes, times the value of `history`; None: constant."""
 
 
-Array = npt.NDArray[np.float64]
 RIGID_MOTIONS = 3  # motions of a free body without deformation
 SHIFT = 1e-6  # shift of the squared angular frequency below 0, over that of a wave along the body's length [1]
 

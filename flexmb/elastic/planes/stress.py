@@ -13,7 +13,6 @@ Equation (11.10) of docs/theory/plane_bodies.md.
 import math
 
 import numpy as np
-import numpy.typing as npt
 from scipy.sparse import bsr_array, csr_array
 from skfem.quadrature import get_quadrature
 
@@ -25,6 +24,7 @@ from flexmb.engine.compiled.arrays import stack_space
 from flexmb.kernels import extremum_kernel, fast
 from flexmb.model.contributions import Coordinate, SignalContribution
 from flexmb.model.shape import MeshShape
+from flexmb.planar import Array
 
 
 # Drawing record of a mesh
@@ -165,8 +165,6 @@ def von_mises(stress: np.ndarray) -> np.ndarray:
 
 
 # Stresses at the nodes of plane bodies as a linear function of small displacements; principal stresses
-
-Array = npt.NDArray[np.float64]
 
 
 def stress_operator(mesh: PlaneMesh, material: Materials, state: str = STRESS) -> csr_array:

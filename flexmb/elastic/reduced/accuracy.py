@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 import scipy.linalg as la
 import scipy.sparse.linalg as sla
 
@@ -23,13 +22,13 @@ from flexmb.findings.finding import Finding, found
 from flexmb.model.part import WatchedMotion
 from flexmb.model.shape import MeshShape
 from flexmb.parts.loads.mesh_loads import LEFT_OUT
+from flexmb.planar import Array
 
 if TYPE_CHECKING:
     from flexmb.elastic.reduced.reduced import Reduced
 
 # Accuracy of reduced bodies: frequencies, deflections and stresses beside the ones of all displacements
 
-Array = npt.NDArray[np.float64]
 # Accelerations (S, 2) of gravity [m/s^2] as a function of points (S, 2) [m], or forces (S, 2) at all points [N].
 Load = Callable[[Array], Any] | Array
 SHIFT = 1e-3  # shift of the squared angular frequencies of a free body below 0, over the lowest one reduced [1]

@@ -23,7 +23,6 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 import scipy.linalg as la
 
 from flexmb import planar
@@ -32,10 +31,10 @@ from flexmb.elastic.reduced.kernel import MOST
 from flexmb.errors import InputError
 from flexmb.model.contributions import Node
 from flexmb.model.shape import MeshShape
+from flexmb.planar import Array
 
 # Stiffness and mass of an elastic body by displacements of its pins and of its inside
 
-Array = npt.NDArray[np.float64]
 Sparse: TypeAlias = Any  # sparse matrix of scipy, which has no types
 
 

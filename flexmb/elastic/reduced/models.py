@@ -12,7 +12,6 @@ from itertools import pairwise
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 import scipy.linalg as la
 import scipy.sparse as sp
 
@@ -30,10 +29,10 @@ from flexmb.model.contributions import Node
 from flexmb.model.shape import MeshShape
 from flexmb.parts.bodies.flexible import Beam, chord_directions, knows_stress, matrices, unstressed_shape
 from flexmb.parts.bodies.flexible_body import FlexibleBody
+from flexmb.planar import Array
 
 # A beam element as the reduction of its body sees it: displacements of its axis and sides, stiffness, string
 
-Array = npt.NDArray[np.float64]
 PLACES = np.linspace(0.0, 1.0, 4)  # places on an element whose displacements carry its mass: four of a cubic say all
 
 P2, P3 = PLACES**2, PLACES**3

@@ -22,7 +22,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 import scipy.linalg as la
 
 from flexmb import checks
@@ -62,6 +61,7 @@ from flexmb.model.contributions import (
 )
 from flexmb.model.law import Motion
 from flexmb.parts.loads.mesh_loads import MeshLoad
+from flexmb.planar import Array
 
 if TYPE_CHECKING:
     from flexmb.elastic.reduced.reduced import Reduced
@@ -264,7 +264,6 @@ def reduced_load_signal(p, t, q, v, a):
 
 # Constant matrices of a reduced body, and the parameters of its element
 
-Array = npt.NDArray[np.float64]
 ROUND_OFF = 1e-10  # part of the largest shortening that counts as round-off
 
 

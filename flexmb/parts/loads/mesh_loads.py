@@ -21,6 +21,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Part, WatchedMotion
 from flexmb.model.shape import ArrowShape, Shapes
 from flexmb.parts.loads.force import HISTORY
+from flexmb.planar import Array
 
 ARROWS = 5  # largest number of arrows that a drawing shows of a load
 # Share of the strain energy of a load that the kept shapes of a reduced body may leave out [1]; stresses are then off
@@ -109,20 +110,20 @@ def in_mesh_axes(plane: PlaneBody, field: loads.Field) -> loads.Field:
         return planar.to_frame((0.0, 0.0), plane.direction, (field[0], field[1]))
     turn, given = _turn(plane), at_places(plane, field)
 
-    def turned(points: loads.Array) -> Any:
+    def turned(points: Array) -> Any:
         values = loads.real_values(given(points))
         return values @ turn.T if values.shape == points.shape else values
 
     return turned
 
 
-def at_places(plane: PlaneBody, function: Callable[[loads.Array], Any]) -> Callable[[loads.Array], Any]:
+def at_places(plane: PlaneBody, function: Callable[[Array], Any]) -> Callable[[Array], Any]:
     """A function of points (p, 2) of the reference configuration as one of points in the axes of the mesh."""
     turn, origin = _turn(plane), np.asarray(plane.origin)
     return lambda points: function(points @ turn + origin)
 
 
-def _turn(plane: PlaneBody) -> loads.Array:
+def _turn(plane: PlaneBody) -> Array:
     """Rotation (2, 2) of rows from the axes of the mesh to the world."""
     c, s = np.cos(plane.direction), np.sin(plane.direction)
     return np.array([[c, s], [-s, c]])
@@ -161,7 +162,7 @@ class EdgeLoad(MeshLoad):
     """
 
     edge: str = field("name of a set of the mesh")
-    traction: Sequence[float] | Callable[[loads.Array], Any] = field("(tx, ty), or a function, see above", "Pa", FIELD)
+    traction: Sequence[float] | Callable[[Array], Any] = field("(tx, ty), or a function, see above", "Pa", FIELD)
     _: KW_ONLY
     follower: bool = field("whether the direction turns with the first pin of the body", rule=flag, default=False)
 
@@ -201,8 +202,8 @@ class EdgePressure(MeshLoad):
     """
 
     edge: str = field("name of a set of the mesh")
-    pressure: float | Callable[[loads.Array], Any] = field("> 0 into the body, or a function, see above", "Pa", STRESS)
-    shear: float | Callable[[loads.Array], Any] = field("along the edge, or a function", "Pa", STRESS, default=0.0)
+    pressure: float | Callable[[Array], Any] = field("> 0 into the body, or a function, see above", "Pa", STRESS)
+    shear: float | Callable[[Array], Any] = field("along the edge, or a function", "Pa", STRESS, default=0.0)
 
     def share(self, part: float) -> EdgePressure:
         """The load with the fraction `part` of its stresses."""
@@ -249,7 +250,7 @@ class BodyForce(MeshLoad):
     Equation (11.12) of docs/theory/plane_bodies.md.
     """
 
-    force: Sequence[float] | Callable[[loads.Array], Any] = field("(fx, fy), or a function, see above", "N/m^3", FIELD)
+    force: Sequence[float] | Callable[[Array], Any] = field("(fx, fy), or a function, see above", "N/m^3", FIELD)
     _: KW_ONLY
     follower: bool = field("whether the direction turns with the first pin of the body", rule=flag, default=False)
 
