@@ -344,8 +344,8 @@ statics.start.consistent.SETTLED | 1 | a state of a control | last correction of
 run.sampling.SETTLED | 1 | a state of a control | the same of sampled controllers
 run.sampling.DIFFERENCE | 1 | a state of a control | differences of a sampled law
 run.sampling.MOST_ITERATIONS | iterations | nothing | most rounds to states that begin at rest
-statics.start.projection.CLOSED_GAP | 1 | size of the mechanism | gap of a projected pose
-statics.start.projection.MOST_PROJECTIONS | iterations | nothing | most rounds of a projection
+statics.start.consistent.CLOSED_GAP | 1 | size of the mechanism | gap of a projected pose
+statics.start.consistent.MOST_PROJECTIONS | iterations | nothing | most rounds of a projection
 parts.bodies.rigid.MASSLESS | 1 | smallest mass of other bodies | mass of a massless link
 elastic.planes.plane_body.PIN_SHARE | 1 | mass of the body | mass of an averaged pin, taken from its nodes
 engine.newmark.jacobian_reuse.ROUND_OFF_SPREAD | 1 | correction that was round-off | another one that may be
@@ -533,7 +533,7 @@ def _left_out() -> dict[str, str]:
     the default of an argument that is varied: parts.contact.onset.LEAST_APPROACH engine.step.step_size.RTOL
     a factor of a formula: dynamics.report.HALF dynamics.exponents.exponents.LATE parts.contact.friction.PASSIVE
         engine.energy.GAUSS_POINT
-        statics.start.projection.WHOLE_TURN
+        statics.start.consistent.WHOLE_TURN
         dynamics.evidence.TURN dynamics.orbits.shooting.TURN elastic.beams.corotational.TURN
         elastic.beams.corotational.REST elastic.beams.fem.BOW engine.step.saved_instants.PAST_OF_QUADRATIC
     printed with the theory, and only a remark: parts.contact.validity.LOVE parts.contact.validity.YIELD_OF_POINT

@@ -23,15 +23,14 @@ from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import refuse_controllers
-from flexmb.parts.contact.onset import HISTORY
 from flexmb.parts.contact.validity import HISTORY_WITH_EXTREMES
+from flexmb.parts.contact.onset import HISTORY
 from flexmb.program.compiler import clash, common_period, compile_with_start
 from flexmb.program.program import Program
 from flexmb.results.contact_intervals import COLUMN
 from flexmb.results.status import followed
 from flexmb.run.simulate import Step, period_or_none
-from flexmb.statics.start.consistent import Start, accelerations, consistent_start
-from flexmb.statics.start.projection import metric_of, projected
+from flexmb.statics.start.consistent import Start, accelerations, consistent_start, metric_of, projected
 
 # Scales of a mechanism's state and signals: weights, resolution, bookkeeping histories, signals of the motion
 

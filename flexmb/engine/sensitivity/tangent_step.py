@@ -59,7 +59,7 @@ from flexmb.kernels import compiled, copy
 from flexmb.parts.contact.onset import crossing, cubic
 from flexmb.program.program import COMMON_Z, LAST_GAP, LAST_GAP_RATE, PHASE, Program
 from flexmb.run.run import Run
-from flexmb.statics.start.projection import metric_of, shortest_correction
+from flexmb.statics.start.consistent import metric_of, shortest_correction
 
 # Number of rounds at most that solve for position shifts and positions in turn; two or three are usual.
 MOST_ROUNDS = 10
