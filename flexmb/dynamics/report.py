@@ -449,16 +449,11 @@ def _root(report: ChaosReport) -> xr.Dataset:
     coords["number"] = ("number", np.arange(1, len(exponents.spectrum) + 1))
     coords["history_time"] = ("history_time", exponents.time, {"units": "s"})
     attrs = {
-        "name": exponents.name,
-        "kind": "chaos",
-        "ok": int(exponents.ok and not report.motion.trouble),
-        "status": report.trouble or exponents.status,
-        "period": report.period,
-        "skip": report.skip,
-        "lyapunov_dimension": report.dimension,
-        "second_run": str(exponents.confirmed or exponents.unconfirmed),
+        "name": exponents.name, "kind": "chaos", "ok": int(exponents.ok and not report.motion.trouble),
+        "status": report.trouble or exponents.status, "period": report.period, "skip": report.skip,
+        "lyapunov_dimension": report.dimension, "second_run": str(exponents.confirmed or exponents.unconfirmed),
         "flexmb": installed_version(),
-    }
+    }  # fmt: skip
     if exponents.verdict is not None:
         attrs |= {"verdict": str(exponents.verdict), "reason": exponents.verdict.reason}
         attrs |= {f"evidence_{name}": value for name, value in exponents.verdict.evidence.items()}

@@ -47,12 +47,9 @@ def call_each_kernel(contributions: Contributions, number: Numbering) -> None:
     pose = [*number.pose().tolist(), 0.0, 0.0, 0.0]
     seen: set[tuple[Any, ...]] = set()
     pieces: tuple[Any, ...] = (
-        *_distinct_elements(contributions.elements),
-        *contributions.constraints,
-        *contributions.contacts,
-        *contributions.signals,
-        *contributions.controls,
-    )
+        *_distinct_elements(contributions.elements), *contributions.constraints, *contributions.contacts,
+        *contributions.signals, *contributions.controls,
+    )  # fmt: skip
     for contribution in pieces:
         for kernel, p, z, what in _kernels_of(contribution):
             sizes = _sizes_of(contribution) if kernel.contract.name == "control" else ()

@@ -15,18 +15,10 @@ from flexmb.fields import field, record
 from flexmb.late import xr
 
 COLUMNS = (  # names and units of the columns, in the order of the loop (`engine/step/contact_log.py`)
-    ("contact", ""),
-    ("mode", ""),
-    ("end", "s"),
-    ("separation_speed", "m/s"),
-    ("start", "s"),
-    ("approach_speed", "m/s"),
-    ("impulse", "N s"),
-    ("peak_force", "N"),
-    ("peak_penetration", "m"),
-    ("dissipated_contact", "J"),
-    ("dissipated_friction", "J"),
-)
+    ("contact", ""), ("mode", ""), ("end", "s"), ("separation_speed", "m/s"), ("start", "s"),
+    ("approach_speed", "m/s"), ("impulse", "N s"), ("peak_force", "N"), ("peak_penetration", "m"),
+    ("dissipated_contact", "J"), ("dissipated_friction", "J"),
+)  # fmt: skip
 
 COLUMN = {name: k for k, (name, _) in enumerate(COLUMNS)}
 UNITS = {**dict(COLUMNS), "duration": "s", "flight": "s", "restitution": ""}

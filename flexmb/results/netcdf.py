@@ -39,39 +39,21 @@ CONVENTIONS = "CF-1.11"
 WRITERS = ("numpy", "h5py")  # packages whose versions a file tells, beside flexmb and Python
 
 MEANINGS = {  # long names of signals whose own names are letters; docs/conventions.md defines them
-    "x": "coordinate x",
-    "y": "coordinate y",
-    "theta": "rotation",
-    "vx": "velocity along x",
-    "vy": "velocity along y",
-    "omega": "angular velocity",
-    "ax": "acceleration along x",
-    "ay": "acceleration along y",
-    "alpha": "angular acceleration",
-    "ex": "eccentricity along x",
-    "ey": "eccentricity along y",
-    "vex": "rate of the eccentricity along x",
-    "vey": "rate of the eccentricity along y",
-    "fx": "force along x",
-    "fy": "force along y",
-    "dx": "deflection along x",
-    "dy": "deflection along y",
-    "mode": "state of the contact",
-}
+    "x": "coordinate x", "y": "coordinate y", "theta": "rotation", "vx": "velocity along x",
+    "vy": "velocity along y", "omega": "angular velocity", "ax": "acceleration along x",
+    "ay": "acceleration along y", "alpha": "angular acceleration", "ex": "eccentricity along x",
+    "ey": "eccentricity along y", "vex": "rate of the eccentricity along x",
+    "vey": "rate of the eccentricity along y", "fx": "force along x", "fy": "force along y",
+    "dx": "deflection along x", "dy": "deflection along y", "mode": "state of the contact",
+}  # fmt: skip
 
 ENERGIES = {  # long names of the signals of the part `energy`
-    "kinetic": "kinetic energy",
-    "strain": "strain energy",
-    "gravity": "potential energy of gravity",
-    "drive_work": "work of the drives",
-    "load_work": "work of the loads",
-    "dissipated_contact": "energy lost in normal contact",
-    "dissipated_friction": "energy lost by friction",
-    "dissipated_damping": "energy lost by damping",
-    "dissipated_algorithm": "energy lost by the time integration",
-    "residual": "error of the balance of energies",
-    "turned_over": "energy turned over",
-}
+    "kinetic": "kinetic energy", "strain": "strain energy", "gravity": "potential energy of gravity",
+    "drive_work": "work of the drives", "load_work": "work of the loads",
+    "dissipated_contact": "energy lost in normal contact", "dissipated_friction": "energy lost by friction",
+    "dissipated_damping": "energy lost by damping", "dissipated_algorithm": "energy lost by the time integration",
+    "residual": "error of the balance of energies", "turned_over": "energy turned over",
+}  # fmt: skip
 
 
 def long_name(signal: str) -> str:
@@ -231,18 +213,11 @@ def load(path: str | Path) -> Solution:
 def _contents(sol: Solution) -> files.Group:
     """Signals and record as variables, and global attributes."""
     record = {
-        "signals": [[s.name, s.units] for s in sol.signals],
-        "aliases": dict(sol.aliases),
-        "shapes": shape.to_json(sol.shapes),
-        "status": sol.status,
-        "ok": bool(sol.ok),
-        "stats": asdict(sol.stats),
-        "notes": sol.notes,
-        "findings": [finding.as_dict() for finding in sol.findings],
-        "contacts": list(sol.contacts.names),
-        "model": dict(sol.model),
-        "mechanism": sol.described(),
-    }
+        "signals": [[s.name, s.units] for s in sol.signals], "aliases": dict(sol.aliases),
+        "shapes": shape.to_json(sol.shapes), "status": sol.status, "ok": bool(sol.ok), "stats": asdict(sol.stats),
+        "notes": sol.notes, "findings": [finding.as_dict() for finding in sol.findings],
+        "contacts": list(sol.contacts.names), "model": dict(sol.model), "mechanism": sol.described(),
+    }  # fmt: skip
     try:
         text = json.dumps(record)
     except (TypeError, ValueError) as error:

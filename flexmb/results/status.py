@@ -150,14 +150,11 @@ def held_rows_sentence(program: Program, trial: Trial, record: RunRecord) -> str
 def energy_texts(ledger: np.ndarray, balance: EnergyBalance) -> dict[str, str]:
     """Energies as texts for the status [J]."""
     return {
-        "missing": f"{ledger[energy.RESIDUAL]:.3g} J",
-        "taken": f"{abs(ledger[energy.ALGORITHM]):.3g} J",
-        "in_contacts": f"{abs(balance.lost_in_contacts):.3g} J",
-        "through": f"{balance.through_contacts:.3g} J",
-        "kinetic": f"{ledger[energy.KINETIC]:.3g} J",
-        "scale": f"{energy.energy_scale(ledger, balance):.3g} J",
+        "missing": f"{ledger[energy.RESIDUAL]:.3g} J", "taken": f"{abs(ledger[energy.ALGORITHM]):.3g} J",
+        "in_contacts": f"{abs(balance.lost_in_contacts):.3g} J", "through": f"{balance.through_contacts:.3g} J",
+        "kinetic": f"{ledger[energy.KINETIC]:.3g} J", "scale": f"{energy.energy_scale(ledger, balance):.3g} J",
         "put_in": f"{energy.energy_supplied(ledger, balance):.3g} J",
-    }
+    }  # fmt: skip
 
 
 def balance_warnings(ledger: np.ndarray, balance: EnergyBalance) -> str:

@@ -80,14 +80,10 @@ def gradient(function: Callable[[Any], Any], x: Any, scale: Any, noise: Any = 0.
 # A kernel under test, with checks of every call
 
 RESULTS = {  # names of returned numbers by contract; other kernels write to arrays
-    "energy": ("strain", "gravity", "damping"),
-    "account": ("strain", "gravity", "damping"),
-    "normal": ("N", "dN_dgap", "dN_drate"),
-    "friction": ("T", "dT_dslip", "dT_dN"),
-    "motion": ("s", "s_dot", "s_ddot"),
-    "signal": ("value",),
-    "extremum": ("value", "place"),
-}
+    "energy": ("strain", "gravity", "damping"), "account": ("strain", "gravity", "damping"),
+    "normal": ("N", "dN_dgap", "dN_drate"), "friction": ("T", "dT_dslip", "dT_dN"),
+    "motion": ("s", "s_dot", "s_ddot"), "signal": ("value",), "extremum": ("value", "place"),
+}  # fmt: skip
 
 SAME = 1e-11  # largest difference of compiled and plain Python function, over the largest entry
 State = dict[str, Any]

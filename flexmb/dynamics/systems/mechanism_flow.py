@@ -23,8 +23,8 @@ from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import refuse_controllers
-from flexmb.parts.contact.validity import HISTORY_WITH_EXTREMES
 from flexmb.parts.contact.onset import HISTORY
+from flexmb.parts.contact.validity import HISTORY_WITH_EXTREMES
 from flexmb.program.compiler import clash, common_period, compile_with_start
 from flexmb.program.program import Program
 from flexmb.results.contact_intervals import COLUMN
