@@ -526,15 +526,12 @@ def _settings(search: _Search, x: np.ndarray, loss: str, *, known: bool) -> tupl
     own, held = search.measured, search.at(x, 0)
     units = {search.names[k]: one.unit for each in search.columns for k, one in zip(each, held.parameters, strict=True)}
     return units, {
-        "mechanism": held.at(held.values).name,
-        "runs": f"{search.runs}, of which {search.failed} failed",
+        "mechanism": held.at(held.values).name, "runs": f"{search.runs}, of which {search.failed} failed",
         "data": f"{own.count} numbers of {display.counted(len(own.signals), 'signal')}, from {own.begin:g} s on",
-        "noise": "as given" if known else "from the scatter of the residuals",
-        "loss": loss,
+        "noise": "as given" if known else "from the scatter of the residuals", "loss": loss,
         "step": display.value_text(search.step or Adaptive()),
-        "method": display.value_text(search.method or Newmark.generalised_alpha()),
-        "flexmb": installed_version(),
-    }
+        "method": display.value_text(search.method or Newmark.generalised_alpha()), "flexmb": installed_version(),
+    }  # fmt: skip
 
 
 def _promise(J: np.ndarray, residuals: np.ndarray, x: np.ndarray) -> float:

@@ -36,20 +36,17 @@ from flexmb.fields import field, record
 
 # Meaning of the evidence of a verdict, by name.
 MEANING = {
-    "zero_one": "0-1 test: 0 regular, 1 chaotic",
-    "separation": "separation of neighbours: 0 stay together, 1 part",
-    "k": "points of the cycle",
-    "since": "first point on the cycle",
+    "zero_one": "0-1 test: 0 regular, 1 chaotic", "separation": "separation of neighbours: 0 stay together, 1 part",
+    "k": "points of the cycle", "since": "first point on the cycle",
     "shrink": "factor by which steps shrink from point to point",
     "level": "change of the means between the halves, in deviations",
     "loudness": "change of the deviations between the halves",
     "swelling": "change of the amplitude, first to last quarter",
     "drift": "step by which a signal moves on from point to point",
     "doublings": "doublings of the bands, as far as the points can show",
-    "bands": "parts of the section that are visited in turn",
-    "signals": "signals on which the verdict rests",
+    "bands": "parts of the section that are visited in turn", "signals": "signals on which the verdict rests",
     "points": "points, one a period",
-}
+}  # fmt: skip
 
 
 def meaning_of(value: float, error: float, period: float) -> str:

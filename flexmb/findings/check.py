@@ -291,18 +291,12 @@ def _numbers(moving: Program, ideal: Program, q: np.ndarray, frequencies: tuple[
     return {
         "bodies": ideal.names.bodies,
         "joints": tuple(name for name in joints if name not in drives and name not in ideal.names.bodies),
-        "contacts": moving.names.contacts,
-        "coordinates": moving.n_q,
-        "rows": moving.n_c,
-        "freedom": freedom,
-        "gruebler": 3 * len(ideal.names.bodies) - (ideal.n_c - driven - held),
-        "drives": moving.drives,
-        "free": free,
+        "contacts": moving.names.contacts, "coordinates": moving.n_q, "rows": moving.n_c, "freedom": freedom,
+        "gruebler": 3 * len(ideal.names.bodies) - (ideal.n_c - driven - held), "drives": moving.drives, "free": free,
         "redundant": tuple(sorted(repeated.parts)) if repeated else (),
-        "mass": total_mass(ideal.n_q, StateEvaluation(ideal).mass(q)),
-        "frequencies": frequencies,
+        "mass": total_mass(ideal.n_q, StateEvaluation(ideal).mass(q)), "frequencies": frequencies,
         "signals": moving.reported.names,
-    }
+    }  # fmt: skip
 
 
 def total_mass(n_q: int, M: Any) -> float:

@@ -446,21 +446,15 @@ class Run:
         kept = slice(None) if self.kept is None else self.kept
         names, (time, values) = program.names.signals, self.saved.finished()
         return Solution(
-            time=time,
-            values=values,
-            signals=names if self.kept is None else names.chosen(self.kept),
+            time=time, values=values, signals=names if self.kept is None else names.chosen(self.kept),
             peaks=Peaks(self.record.peak[kept].copy(), self.record.peak_time[kept].copy()),
             status=" ".join([status, *(f"Not ok: {fault}" for fault in faults)]),
-            ok=self.code == DONE and not self.note and not faults,
-            stats=self.stats(wall_time),
-            aliases=program.names.aliases,
-            shapes=program.shapes,
-            restart=self.restart(),
-            contacts=self.contact_log(),
-            findings=(*findings, *own),
+            ok=self.code == DONE and not self.note and not faults, stats=self.stats(wall_time),
+            aliases=program.names.aliases, shapes=program.shapes, restart=self.restart(),
+            contacts=self.contact_log(), findings=(*findings, *own),
             model={**model, "flexmb": installed_version(), "method": repr(self.method), "step": repr(self.step)},
             mechanism=self.mechanism,
-        )
+        )  # fmt: skip
 
     def restart(self) -> dict[str, np.ndarray]:
         """Present state by name, from which a run of the same model continues bit for bit."""

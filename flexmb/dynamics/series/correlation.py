@@ -241,23 +241,16 @@ def _counted(embedded: Embedding | None, states: np.ndarray, threshold: float, w
     if embedded is None:
         text = "The signal is constant: every state recurs."
     return Recurrence(
-        rate=total / pairs if total else np.nan,
-        determinism=_ratio(long_diagonals @ length, total),
+        rate=total / pairs if total else np.nan, determinism=_ratio(long_diagonals @ length, total),
         laminarity=_ratio(long_verticals @ length, verticals @ length),
         mean_diagonal=_ratio(long_diagonals @ length, long_diagonals.sum()),
         longest_diagonal=int(np.flatnonzero(diagonals)[-1]) if total else 0,
         entropy=float(-(fractions * np.log(fractions)).sum()) if len(fractions) else np.nan,
         trapping_time=_ratio(long_verticals @ length, long_verticals.sum()),
-        longest_vertical=int(np.flatnonzero(verticals)[-1]) if verticals.any() else 0,
-        threshold=threshold,
-        theiler=w,
-        embedding=embedded,
-        ok=total > 0,
-        status=text,
-        diagonals=diagonals,
-        verticals=verticals,
+        longest_vertical=int(np.flatnonzero(verticals)[-1]) if verticals.any() else 0, threshold=threshold,
+        theiler=w, embedding=embedded, ok=total > 0, status=text, diagonals=diagonals, verticals=verticals,
         states=states,
-    )
+    )  # fmt: skip
 
 
 def _ratio(value: Any, whole: Any) -> float:

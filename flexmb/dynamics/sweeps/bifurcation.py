@@ -303,20 +303,12 @@ class _Diagram:
             last = digest(family.at(self.numbers[-1].item()))
         period = family.period
         return settings_of(family.fixed, family.make) | {
-            "make": label_of(family.make),
-            "model": f"{digest(self.first)} {last}",
-            "parameter": family.parameter,
-            "values": shown_values(self.numbers.tolist()),
-            "skip": section.skip,
-            "keep": section.keep,
-            "signals": shown_values(section.signals),
-            "exponent": "points" if section.together else section.exponent,
+            "make": label_of(family.make), "model": f"{digest(self.first)} {last}", "parameter": family.parameter,
+            "values": shown_values(self.numbers.tolist()), "skip": section.skip, "keep": section.keep,
+            "signals": shown_values(section.signals), "exponent": "points" if section.together else section.exponent,
             "period": f"{label_of(period)} ({digest(period)})" if callable(period) else period,
-            "step": repr(family.step),
-            "method": repr(family.method),
-            "direction": self.direction,
-            "chunks": chunks,
-        }
+            "step": repr(family.step), "method": repr(family.method), "direction": self.direction, "chunks": chunks,
+        }  # fmt: skip
 
     def lay_out(self, record: Record) -> None:
         """Set columns, coordinates and attributes of a diagram."""

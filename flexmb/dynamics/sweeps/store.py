@@ -182,15 +182,12 @@ class Store:
         kind = KINDS[column.kind]
         if not (self.path / column.name / GROUP_FILE).is_file():
             self._lay_out(
-                column.name,
-                shape=(*shape, *column.shape),
-                chunks=(*(1,) * len(shape), *(max(n, 1) for n in column.shape)),
-                dtype=kind.stored,
-                fill_value=kind.fill,
-                dimension_names=[*dims, *column.dims],
+                column.name, shape=(*shape, *column.shape),
+                chunks=(*(1,) * len(shape), *(max(n, 1) for n in column.shape)), dtype=kind.stored,
+                fill_value=kind.fill, dimension_names=[*dims, *column.dims],
                 attributes={"units": column.units} if column.units else {},
                 compressors=[_zarr().codecs.GzipCodec(level=0), _zarr().codecs.Crc32cCodec()],
-            )
+            )  # fmt: skip
         with _reading(self.path):
             return np.array(self._array(column.name)[...], dtype=kind.dtype)
 
@@ -198,14 +195,10 @@ class Store:
         """Write a whole array of numbers or texts along dimensions."""
         text = values.dtype.kind in "UO"
         self._lay_out(
-            name,
-            values.astype(object) if text else values,
-            shape=values.shape,
-            chunks=tuple(max(n, 1) for n in values.shape),
-            dtype=str if text else values.dtype,
-            dimension_names=list(dims),
-            attributes=dict(attributes),
-        )
+            name, values.astype(object) if text else values, shape=values.shape,
+            chunks=tuple(max(n, 1) for n in values.shape), dtype=str if text else values.dtype,
+            dimension_names=list(dims), attributes=dict(attributes),
+        )  # fmt: skip
 
     def write(self, column: Column, index: Index, value: Any) -> None:
         """Write the value of a column at one point."""

@@ -45,15 +45,12 @@ def _mesh(body: FlexibleMotion, surface: Surface, frame: int, most: int) -> dict
     points, reference = surface.points[:, kept], np.array(surface.shape.points)[kept]
     weights, shapes = body.deformation(points, reference)
     found: dict[str, Any] = {
-        "part": body.part,
-        "frame": frame,
-        "points": quantised(reference, FINE),
-        "triangles": triangles.ravel().tolist(),
-        "loops": [loop.tolist() for loop in loops],
+        "part": body.part, "frame": frame, "points": quantised(reference, FINE),
+        "triangles": triangles.ravel().tolist(), "loops": [loop.tolist() for loop in loops],
         "largest": float(np.abs(body.seen(points) - reference).max(initial=0.0)),
         "weights": quantised(weights, FINE),
         "shapes": quantised(shapes.transpose(2, 1, 0).reshape(-1, len(shapes)), FINE),
-    }
+    }  # fmt: skip
     if surface.has_stress:
         found["stress"] = quantised(surface.von_mises[:, kept], COARSE, common=True)
     return found

@@ -31,15 +31,12 @@ def write_sweep(diagram: xr.Dataset, path: Path, signals: Sequence[str] | None, 
         raise InputError("report: the diagram has no finished point. Continue it with resume=True.")
     parameter = diagram.attrs["parameter"]
     data = {
-        "kind": "sweep",
-        "parameter": parameter,
-        "unit": diagram[parameter].attrs.get("units", ""),
+        "kind": "sweep", "parameter": parameter, "unit": diagram[parameter].attrs.get("units", ""),
         "unit_of_exponent": diagram["exponent"].attrs.get("units", "1/s") if "exponent" in diagram else "",
-        "values": html.instants(diagram[parameter].values.astype(float)),
-        "rows": rows,
+        "values": html.instants(diagram[parameter].values.astype(float)), "rows": rows,
         "legend": {row["entry"]: row["colour"] for row in rows if row["entry"]},
         "signals": [_points(diagram, name, rows) for name in names],
-    }
+    }  # fmt: skip
     heading = str(diagram.attrs["name"]) if title is None else title
     return html.write_page(path, heading, _key_numbers(diagram, rows), LINKS, _main(diagram, rows), SCRIPTS, data)
 
