@@ -245,10 +245,6 @@ def sensitivity(
     save : instants of the derivatives, as in `simulate`.
     step, method : as in `simulate`; methods of the Newmark family alone, with the steps of flexmb.
 
-    Returns
-    -------
-    Sensitivity : derivatives with units, elasticities, and the growth of small differences.
-
     Raises
     ------
     InputError : unknown parameters and signals, with the nearest name; whole numbers and switches; parameters that

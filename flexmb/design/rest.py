@@ -60,10 +60,6 @@ def static_sensitivity(
     of : names of signals at rest, "rod.end.y" or "O.force".
     frequencies : number of natural frequencies without damping, from the lowest.
 
-    Returns
-    -------
-    StaticSensitivity : derivatives with units, and elasticities.
-
     Raises
     ------
     InputError : unknown parameters and signals; neither signals nor frequencies; a frequency of 0, as of a rigid

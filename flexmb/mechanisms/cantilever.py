@@ -33,10 +33,6 @@ def cantilever(
     moment : moment on the tip, counter-clockwise.
     gravity : acceleration (gx, gy) of gravity.
 
-    Returns
-    -------
-    Mechanism : for `static_equilibrium`, `modes` or `simulate`.
-
     Raises
     ------
     InputError : a length, section, material or number of elements that `FlexibleLink` refuses.

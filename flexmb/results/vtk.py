@@ -70,8 +70,7 @@ def write_vtk(sol: Solution, path: str | Path, frames: int | None = None, *, poi
 
     Returns
     -------
-    Path
-        The .pvd file.
+    Path : the .pvd file.
 
     Raises
     ------

@@ -43,10 +43,6 @@ def check_part(mechanism: Mechanism, part_name: str, *, seed: int = 0) -> Report
     part_name : name of the part.
     seed : seed of the random states.
 
-    Returns
-    -------
-    Report : checks, numbers of states, and largest errors.
-
     Raises
     ------
     KernelError : the first broken contract, with part, kernel, entry, both numbers and the state.

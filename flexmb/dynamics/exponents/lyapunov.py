@@ -145,10 +145,6 @@ def benettin(
     distance : distance of the trajectories in the weights of the system (for a mechanism [m]); None: 1e-6 of the length
         of the state, 1e-9 for a mechanism with contacts.
 
-    Returns
-    -------
-    Exponents : see `lyapunov`; one exponent.
-
     Raises
     ------
     InputError : see `lyapunov`; a distance that is not > 0.

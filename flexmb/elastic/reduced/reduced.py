@@ -263,8 +263,7 @@ class Reduced(MeshBody):
 
         Returns
         -------
-        Accuracy
-            Frequencies, deflections and stresses of both, and their errors; `print` shows a table.
+        Accuracy : frequencies, deflections and stresses of both, and their errors; `print` shows a table.
 
         Raises
         ------

@@ -93,8 +93,7 @@ def smooth_turns(points: Iterable[Point], closed: bool = False) -> tuple[float, 
 
     Returns
     -------
-    tuple of float
-        One turn [rad] for each pair of neighbours, counter-clockwise > 0.
+    tuple of float : one turn [rad] for each pair of neighbours, counter-clockwise > 0.
 
     Raises
     ------

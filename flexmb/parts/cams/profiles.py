@@ -219,10 +219,6 @@ def oscillating_flat_profile(
     offset : distance of the face from the pivot along this normal [m].
     at : axis of the cam in the reference configuration [m].
 
-    Returns
-    -------
-    ClosedCurve : the profile in the reference configuration.
-
     Raises
     ------
     InputError : undercut, named with its cam angle.
@@ -255,10 +251,6 @@ def roller_profile(
     along : direction of the motion of the follower.
     offset : distance of the path of the roller's centre from the axis, to the right of the motion [m].
     at : axis of the cam in the reference configuration [m].
-
-    Returns
-    -------
-    ClosedCurve : the profile in the reference configuration.
 
     Raises
     ------
@@ -300,10 +292,6 @@ def oscillating_roller_profile(
     angle : direction from the pivot to the roller at lift 0 [rad].
     roller : radius of the roller [m]; 0: a knife edge.
     at : axis of the cam in the reference configuration [m].
-
-    Returns
-    -------
-    ClosedCurve : the profile in the reference configuration.
 
     Raises
     ------

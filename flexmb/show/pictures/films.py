@@ -257,11 +257,6 @@ def animate(
     follow : name of a marker, body or node that stays in the middle, for mechanisms that travel; the picture is as wide
         as the mechanism in the first frame.  None: the picture stands still and holds the whole run.
 
-    Returns
-    -------
-    Path
-        The file.
-
     Raises
     ------
     InputError : another ending, numbers that are not positive, more than 20000 frames, a .gif of more than 4e9 pixels

@@ -170,11 +170,6 @@ def export_gltf(sol: Solution, path: str | Path, *, frames: int | None = None, m
     frames : number of instants, >= 2, evenly over the time, replaced by the nearest rows; None: all, at most 200.
     magnify : factor of the deformation of flexible bodies; 0: undeformed.
 
-    Returns
-    -------
-    Path
-        The file.
-
     Raises
     ------
     InputError : another ending, a solution without rows or shapes, a path that cannot be written.

@@ -110,11 +110,6 @@ def view(
     time : instant of the first pose [s], replaced by the nearest row; None: the first row.
     follow : name of a marker, body or node that the view moves with; None: the view holds the whole run.
 
-    Returns
-    -------
-    pyvista.Plotter
-        The plotter.
-
     Raises
     ------
     InputError : no saved rows, no shapes, an unknown colour or joint, a time outside the run.

@@ -48,10 +48,6 @@ def report(
         signals, energies, and others up to 24.
     title : title of the page; None: name of the mechanism.
 
-    Returns
-    -------
-    Path : the file.
-
     Notes
     -----
     A point of a diagram opens the report of its run, where the folder of the page has one: "PARAMETER-VALUE.html" with
