@@ -122,9 +122,8 @@ def _ideal_joints(data: NineBarData, pose: NineBarPose, body: dict[str, Body]) -
 
 def _rigid_bodies(data: NineBarData, pose: NineBarPose) -> dict[str, Body]:
     ends = _ends(data, pose)
-    bodies: dict[str, Body] = {
-        name: RigidLink(name, *ends[k], getattr(data, f"mass{k}"), data.own_inertia(k)) for k, name in LINKS.items()
-    }
+    masses = {k: (getattr(data, f"mass{k}"), data.own_inertia(k)) for k in LINKS}
+    bodies: dict[str, Body] = {name: RigidLink(name, *ends[k], *masses[k]) for k, name in LINKS.items()}
     corners = (pose.A, pose.B, pose.C, pose.A)
     bodies["panel7"] = RigidBody("panel7", pose.centre7, data.mass7, data.inertia7, outline=corners)
     return bodies

@@ -94,9 +94,8 @@ def resolved(name: str, signals: Signals, aliases: Mapping[str, str]) -> str:
     if now in signals.places:
         warn_of_former("Signals", name, now, "0.3")
         return now
-    return next(
-        (old for old in (f"{owner}.{k}" for k, v in FORMER.items() if v == last) if old in signals.places), name
-    )
+    former = (f"{owner}.{k}" for k, v in FORMER.items() if v == last)
+    return next((old for old in former if old in signals.places), name)
 
 
 def hint(name: str, signals: Signals, aliases: Mapping[str, str]) -> str:

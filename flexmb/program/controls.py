@@ -106,11 +106,8 @@ class _Finder:
         self.extrema = {f"{one.part}.{name}" for one in placed for name, _ in kernel_signals(one)}
         controls = contributions.controls
         self.outputs = {f"{c.part}.{name}": (c, k) for c in controls for k, name in enumerate(c.outputs)}
-        self.states = {
-            f"{control.part}.{name}": Source(tables.VELOCITY, (coordinate,))
-            for control in contributions.controls
-            for name, coordinate in zip(control.states, state_coordinates(control), strict=False)
-        }
+        pairs = ((c.part, zip(c.states, state_coordinates(c), strict=False)) for c in controls)
+        self.states = {f"{part}.{name}": Source(tables.VELOCITY, (x,)) for part, own in pairs for name, x in own}
         self.loads = {element.part: element.coordinates for element in contributions.elements}
         self.pose = number.pose()
         self.number = number

@@ -83,11 +83,8 @@ def layout(contributions: Contributions, coordinate_names: tuple[str, ...], n_b:
     """Signals of a mechanism; n_b: number of coordinates of bodies, before the states of controls; None: all."""
     n_b = len(coordinate_names) if n_b is None else n_b
     stems = [name.rpartition(".")[0] for name in coordinate_names[:n_b:3]]
-    given = {
-        f"{control.part}.{state}": unit
-        for control in contributions.controls
-        for state, unit in zip(control.states, control.state_units, strict=True)
-    }
+    pairs = ((c.part, zip(c.states, c.state_units, strict=True)) for c in contributions.controls)
+    given = {f"{part}.{state}": unit for part, own in pairs for state, unit in own}
     states = [(name, given.get(name, "")) for name in coordinate_names[n_b:]]
     names, units = [], []
     for level, (name_of, unit_of) in zip(COORDINATE_SIGNALS, STATE_SIGNALS, strict=True):

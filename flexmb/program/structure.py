@@ -254,11 +254,9 @@ class Packer:
         """Factor of each element: number of a motion, NO_FACTOR, or FIRST_OUTPUT less the number of an output."""
         elements = self.contributions.elements
         found = self.numbered("motion", [e.factor.kernel if e.factor else None for e in elements])
-        controlled = {
-            load: FIRST_OUTPUT - int(self.outputs[c]) - k
-            for c, control in enumerate(self.contributions.controls)
-            for k, load in enumerate(control.loads)
-        }
+        first = [FIRST_OUTPUT - int(self.outputs[c]) for c in range(len(self.contributions.controls))]
+        loads = [control.loads for control in self.contributions.controls]
+        controlled = {load: begin - k for begin, own in zip(first, loads, strict=True) for k, load in enumerate(own)}
         for e, element in enumerate(elements if controlled else ()):
             found[e] = controlled.get(element.part, found[e])
         return found

@@ -164,9 +164,8 @@ def save(sol: Solution, path: str | Path) -> Path:
     groups: dict[str, files.Group] = {"": _contents(sol)}
     if sol.restart:
         comment = "state at the end of the run, from which flexmb.simulate(..., restart=...) goes on"
-        arrays: dict[str, files.Variable] = {
-            name: (tuple(f"{name}_{i}" for i in range(a.ndim)), a, {}) for name, a in sol.restart.items()
-        }
+        dims = {name: tuple(f"{name}_{i}" for i in range(a.ndim)) for name, a in sol.restart.items()}
+        arrays: dict[str, files.Variable] = {name: (dims[name], a, {}) for name, a in sol.restart.items()}
         groups[RESTART] = arrays, {"comment": comment}
     if sol.contacts.names:
         groups[EPISODES] = _episodes(sol), {}
@@ -232,11 +231,9 @@ def _contents(sol: Solution) -> files.Group:
     }
     of_values = {"long_name": "values of the signals, each in its unit"}
     of_values["coordinates"] = " ".join(sorted(set(of_signals) - {SIGNAL}))
-    variables: dict[str, files.Variable] = {
-        RECORD: ((), text, {"long_name": "record of the run as JSON, which flexmb.load reads"}),
-        VALUES: ((TIME, SIGNAL), sol.values, of_values),
-        TIME: ((TIME,), sol.time, {"units": "s", "long_name": TIME}),
-    }
+    names = {"long_name": "record of the run as JSON, which flexmb.load reads"}
+    variables: dict[str, files.Variable] = {RECORD: ((), text, names), VALUES: ((TIME, SIGNAL), sol.values, of_values)}
+    variables[TIME] = ((TIME,), sol.time, {"units": "s", "long_name": TIME})
     numbers = PEAK, PEAK_TIME
     arrays = {name: np.array(own, dtype=float if name in numbers else str) for name, (own, _) in of_signals.items()}
     variables |= {name: ((SIGNAL,), own, of_signals[name][1]) for name, own in arrays.items()}

@@ -325,10 +325,8 @@ class Solution:
         from flexmb.results.netcdf import long_name
 
         time = xr.Variable("time", self.time, {"units": "s", "long_name": "time"})
-        columns = {
-            name: xr.Variable("time", self.array(name), {"units": self.units(name), "long_name": long_name(name)})
-            for name in names
-        }
+        units = {name: {"units": self.units(name), "long_name": long_name(name)} for name in names}
+        columns = {name: xr.Variable("time", self.array(name), units[name]) for name in names}
         attrs = {"mechanism": self.name, "status": self.status, "ok": int(self.ok)}
         return xr.Dataset(columns, coords={"time": time}, attrs=attrs)
 

@@ -174,9 +174,8 @@ def _write(sol: Solution, meshes: list[meshio.Mesh], kinds: tuple[str, ...], tim
     with tempfile.TemporaryDirectory(dir=target.parent, prefix=f".{target.stem}.") as scratch:
         for name, mesh in zip(names, meshes, strict=True):
             meshio.write(Path(scratch) / name, mesh)
-        numbered = {
-            word: {str(k): one for k, one in enumerate(own)} for word, own in (("parts", parts(sol)), ("kinds", kinds))
-        }
+        words = ("parts", parts(sol)), ("kinds", kinds)
+        numbered = {word: {str(k): one for k, one in enumerate(own)} for word, own in words}
         legend = {**numbered, "units": UNITS}
         (Path(scratch) / "names.json").write_text(json.dumps(legend, indent=2), encoding="utf-8")
         traced = _trace_mesh(sol)

@@ -54,11 +54,9 @@ def check_other_kernels(
         account |= energy({name: state[name] for name in ("t", "q", "v")})
     sizes = round_off_sizes(tested, state, out)
     sizes |= {"Mv": float((np.abs(out["M"]) @ np.abs(state["v"])).max()), "My": float(np.abs(out["M"]).sum())}
-    kernels: tuple[tuple[Kernel | None, dict[str, Any], dict[str, tuple[int, ...]], dict[str, Any]], ...] = (
-        (contribution.force, {}, {}, expected),
-        (contribution.tangent, weights, {"A": (*n, *n)}, {**expected, "A": matrix}),
-        (contribution.account, {"y": y}, {"Mv": n, "My": n}, account),
-    )
+    tangent = (contribution.tangent, weights, {"A": (*n, *n)}, {**expected, "A": matrix})
+    account_of = (contribution.account, {"y": y}, {"Mv": n, "My": n}, account)
+    kernels: Any = ((contribution.force, {}, {}, expected), tangent, account_of)
     for kernel, inputs, results, values in kernels:
         if kernel is not None:
             other = TestedKernel(bench.owner, kernel, contribution.p, r=n, **results, **history)

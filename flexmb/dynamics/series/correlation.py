@@ -91,9 +91,8 @@ def correlation_dimension(
     value, error, why_not = _agreed(values, spreads, len(x))
     region = (float(np.exp(max(lows))), float(np.exp(min(highs)))) if not why_not else (np.nan, np.nan)
     reason_or_value = why_not or f"{value:.3g} +- {error:.2g}, seen in {', '.join(map(str, dimensions))} dimensions."
-    return CorrelationDimension(
-        value, error, not why_not, reason_or_value, dimensions, values, region, radius, np.array(sums), embedded
-    )
+    found = value, error, not why_not, reason_or_value, dimensions, values, region
+    return CorrelationDimension(*found, radius, np.array(sums), embedded)
 
 
 def _none(why: str) -> CorrelationDimension:

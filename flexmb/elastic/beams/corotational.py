@@ -340,14 +340,11 @@ def by_rotation(p, u, x, motion, N, k, kq, kv, ka):
     w, w_dot = with_cubics(p, u1, u2)[k], with_cubics(p, d1, d2)[k]
     on_alpha = 2.0 * (rho_dot * w + rho * w_dot) - ga * x[0] - gb * x[2]
     f = (
-        ga * a,
-        ga * b,
-        gb * a,
-        gb * b,
+        ga * a, ga * b, gb * a, gb * b,
         ha * b + ra * ka + p[B11 + k] * both + (-p[BOW12] * n if k else 2.0 * p[BOW11] * n),
         hb * b + rb * ka + p[B12 + k] * both + (2.0 * p[BOW22] * n if k else -p[BOW12] * n),
         kq * on_alpha + 2.0 * kv * rho * w + ka * p[J1 + k],
-    )
+    )  # fmt: skip
     return spread(i, with_normal(p, u, f, dN))
 
 

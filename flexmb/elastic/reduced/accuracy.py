@@ -84,9 +84,8 @@ class Accuracy:
         ]
         for name, pairs in (("free", self.free), (f"held ({self.holding})", self.held)):
             for k, (full, own) in enumerate(pairs.tolist()):
-                lines.append(
-                    f"{name if k == 0 else '':25}{k + 1:3} Hz{full:12.6g}{own:12.6g}{_shown(own / full - 1.0)}"
-                )
+                error = _shown(own / full - 1.0)
+                lines.append(f"{name if k == 0 else '':25}{k + 1:3} Hz{full:12.6g}{own:12.6g}{error}")
         lines.append(f"{'compliance of the pins':55}{_shown(self.compliance_error)}")
         lines.append(f"{'held, under':31}{'deflection':>12}{'error':>10}{'stress':>12}{'error':>10}")
         for name, load in self.loads.items():

@@ -301,9 +301,8 @@ class BeamModel:
 
     def _stress_stiffness(self, z: Array) -> Sparse:
         """Geometric stiffness of the normal forces of displacements z, which are constant along each element."""
-        return self._assembled(
-            (element.normal_force @ (element.turn @ z[element.places])) * element.string() for element in self.elements
-        )
+        forces = ((one, one.normal_force @ (one.turn @ z[one.places])) for one in self.elements)
+        return self._assembled(force * element.string() for element, force in forces)
 
 
 def _model_of_plane(body: PlaneBody, pins: Sequence[str]) -> ElasticModel:

@@ -157,9 +157,8 @@ class FlexibleBody(ElasticBody):
         nodes, found_here = {node.name: node for node in self.nodes()}, []
         for beam in self.beams:
             names = [f"{self.name}.{node}.{axis}" for axis in ("x", "y", "theta") for node in beam.nodes]
-            found_here.append(
-                flexible.beam_elements(beam, nodes).strains(*np.split(rows(names), 3, axis=1)).max(axis=1)
-            )
+            strains = flexible.beam_elements(beam, nodes).strains(*np.split(rows(names), 3, axis=1))
+            found_here.append(strains.max(axis=1))
         return np.asarray(np.max(found_here, axis=0))
 
     def odd_sizes(self) -> Iterator[Finding]:
@@ -181,9 +180,8 @@ class FlexibleBody(ElasticBody):
         """The node at `point`; `owner` names who asks, for messages."""
         points = self.corner_points
         size = max([planar.distance(points[0], corner) for corner in points[1:]])
-        return Attachment(
-            self.name, flexible.nearest_node(self.label, owner, self.nodes(), point, size).name, (0.0, 0.0)
-        )
+        node = flexible.nearest_node(self.label, owner, self.nodes(), point, size)
+        return Attachment(self.name, node.name, (0.0, 0.0))
 
     def start_velocity(self) -> flexible.Triple | flexible.Field | None:
         """The declared start velocity."""

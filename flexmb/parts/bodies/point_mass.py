@@ -236,10 +236,8 @@ class PointMass(Body):
         """The mass, and the constraint equation of the rotation that does not exist."""
         theta = node_coordinates(self.name, "")[2:]
         held = ConstraintContribution(self.name, held_rotation_kernel, theta, (), 1, is_drive=True)
-        return [
-            node_mass(self.name, "", self.mass, self.mass, mechanism.gravity),
-            held,
-        ]  # any moment of inertia will do
+        # any moment of inertia will do
+        return [node_mass(self.name, "", self.mass, self.mass, mechanism.gravity), held]
 
     def total_mass(self) -> float:
         """The mass [kg]."""

@@ -85,10 +85,8 @@ def add_travel(p, k, q, v, lam, g, G, gamma, H):
     """Factor times travel of the joint whose numbers begin at k, added to equation 0 and its derivatives."""
     x1, y1, theta1 = int(p[k + X1]), int(p[k + Y1]), int(p[k + THETA1])
     x2, y2, theta2 = int(p[k + X2]), int(p[k + Y2]), int(p[k + THETA2])
-    own_q, own_v = (
-        (q[x1], q[y1], q[theta1], q[x2], q[y2], q[theta2]),
-        (v[x1], v[y1], v[theta1], v[x2], v[y2], v[theta2]),
-    )
+    own_q = q[x1], q[y1], q[theta1], q[x2], q[y2], q[theta2]
+    own_v = v[x1], v[y1], v[theta1], v[x2], v[y2], v[theta2]
     numbers = (p[k + AXIS_X], p[k + AXIS_Y], p[k + OFFSET1_X], p[k + OFFSET1_Y], p[k + OFFSET2_X], p[k + OFFSET2_Y])
     travel, J, nx, ny, far, near = direction(*numbers, own_q)
     factor = p[k + FACTOR]

@@ -499,9 +499,8 @@ def plot_report(report: ChaosReport) -> dict[str, Figure]:
         figures["exponents"] = plot_exponents(report.exponents)
     for f in report.signals:
         if f.spectrum is not None:
-            figures[f"spectrum-{f.name.removeprefix('sin(').removesuffix(')')}"] = plot_spectrum(
-                f.spectrum, signal=f.name, units=f.unit, up_to=HARMONICS / report.period
-            )
+            name, most = f.name.removeprefix("sin(").removesuffix(")"), HARMONICS / report.period
+            figures[f"spectrum-{name}"] = plot_spectrum(f.spectrum, signal=f.name, units=f.unit, up_to=most)
     return {f"{stem}.png": figure for stem, figure in figures.items()}
 
 
@@ -568,9 +567,8 @@ def plot_wear(life: xr.Dataset, joint: Part | str, *, title: str | None = None) 
         raise InputError(f"{text}; give the result of fm.wear_out.")
     name = checks.one_of("plot_wear", "joint", name_of(joint), list(np.atleast_1d(attributes["joints"])))
     rows = life.isel(turns=np.flatnonzero(life["ok"].values))
-    faces = [
-        str(one).split(".")[1] for one in rows if str(one).startswith(f"{name}.") and str(one).endswith("_profile")
-    ]
+    own = (str(one) for one in rows)
+    faces = [one.split(".")[1] for one in own if one.startswith(f"{name}.") and one.endswith("_profile")]
     profiles = {face.removesuffix("_profile"): rows[f"{name}.{face}"].values for face in faces}
     worn = {face: depths for face, depths in profiles.items() if depths.any()} or dict(list(profiles.items())[:1])
     turns, deepest = rows["turns"].values, np.max([depths.max(axis=1) for depths in worn.values()], axis=0)

@@ -210,9 +210,8 @@ def figure_size(label: str, box: Box, columns: int, rows: int, size: tuple[float
     """Width and height of a figure of some panels [inch], as given, or from the limits of x and y."""
     if size is not None:
         wide, high = checks.point(label, "size", size, "inch")
-        return checks.between(label, "size[0]", wide, *SIZES, "inch"), checks.between(
-            label, "size[1]", high, *SIZES, "inch"
-        )
+        width = checks.between(label, "size[0]", wide, *SIZES, "inch")
+        return width, checks.between(label, "size[1]", high, *SIZES, "inch")
     (x0, x1), (y0, y1) = box
     wide = 3.2 if columns > 1 else 6.0
     return 0.6 + (wide + 0.15) * columns, 1.2 + rows * (0.3 + min(wide * (y1 - y0) / (x1 - x0), 1.4 * wide))

@@ -74,14 +74,10 @@ def _key_numbers(root: xr.Dataset) -> html.Markup:
 def _main(root: xr.Dataset, *, has_motion: bool) -> html.Markup:
     reason = str(root.attrs.get("reason", root.attrs.get("status", "")))
     box = html.tag("input", type="checkbox", id="motion", checked=True)
-    controls = html.tag(
-        "div",
-        html.tag("label", "across", html.Markup(" "), html.tag("select", id="across")),
-        html.tag("label", "up", html.Markup(" "), html.tag("select", id="up")),
-        html.tag("label", box, "motion between the points") if has_motion else None,
-        html.tag("button", "Fit", type="button", id="fit"),
-        class_="row",
-    )
+    across = html.tag("label", "across", html.Markup(" "), html.tag("select", id="across"))
+    up = html.tag("label", "up", html.Markup(" "), html.tag("select", id="up"))
+    between = html.tag("label", box, "motion between the points") if has_motion else None
+    controls = html.tag("div", across, up, between, html.tag("button", "Fit", type="button", id="fit"), class_="row")
     label = "Poincare section: one point a period of two signals"
     canvas = html.tag("canvas", label, id="diagram", class_="diagram", tabindex="0", role="img", aria_label=label)
     picture = html.section("Section", controls, canvas, html.tag("p", HINT, class_="hint"), anchor="section")
