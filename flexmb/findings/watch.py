@@ -93,18 +93,10 @@ def watched_motion(run: Run) -> WatchedMotion:
     record, signals = run.record, run.stepper.reported.names.signals
     times, values, z, sizes, even = kept_poses(record.poses, float(run.flow.clock.t), record.signals, run.flow.z)
     return WatchedMotion(
-        signals,
-        times,
-        values,
-        z,
-        sizes,
-        even,
-        peaks=all_peaks(run),
-        reported=(record.peak, record.peak_time),
+        signals, times, values, z, sizes, even, peaks=all_peaks(run), reported=(record.peak, record.peak_time),
         lows={signals.names[k]: (low[0], low[1]) for k, low in zip(record.low_places, record.lows, strict=True)},
-        fixed_step=run.step.size if isinstance(run.step, FixedStep) else None,
-        failed=run.code in STEP_CODES,
-    )
+        fixed_step=run.step.size if isinstance(run.step, FixedStep) else None, failed=run.code in STEP_CODES,
+    )  # fmt: skip
 
 
 def watch_findings(mechanism: Mechanism, motion: WatchedMotion, contacts: ContactLog) -> Iterator[Finding]:
