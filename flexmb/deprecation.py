@@ -3,8 +3,7 @@
 import sys
 import warnings
 
-# Packages between a former name and the line of its user.
-INNER = ("flexmb", "numpy")
+INNER = ("flexmb", "numpy")  # packages between a former name and the line of its user
 
 
 def warn_of_former(label: str, old: str, now: str, goes: str) -> None:

@@ -79,7 +79,6 @@ def state(file: str) -> tuple[int, ...]:
     return found.st_mtime_ns, found.st_size, found.st_ino
 
 
-# State of each source file when the package was imported.
-IMPORTED = states()
+IMPORTED = states()  # state of each source file when the package was imported
 # Why compiled code is neither read nor kept.
 CHANGED = "files of flexmb have changed since it was imported; start Python anew"

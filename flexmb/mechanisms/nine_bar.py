@@ -25,8 +25,7 @@ from flexmb.parts.joints.revolute import Revolute
 NAME = "nine-bar"
 LINKS = {1: "crank1", 2: "link2", 3: "link3", 4: "crank4", 6: "rocker6", 8: "link8"}
 ON_THE_FRAME = (1, 4, 6)
-# Width and height of the slider in pictures [m].
-SLIDER_SIZE = (0.060, 0.036)
+SLIDER_SIZE = (0.060, 0.036)  # width and height of the slider in pictures [m]
 
 
 @arguments.checked

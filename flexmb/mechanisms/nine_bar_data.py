@@ -107,7 +107,7 @@ class NineBarData(Input):
             raise InputError(f"{text} the longest must be shorter than the other two together.")
 
     def own_inertia(self, number: int) -> float:
-        """Moment of inertia of link 1, 2, 3, 4, 6 or 8 about its centre of mass, midway between its hinges [kg m^2]."""
+        """Moment of inertia of the link of a `number`, 1 to 4, 6 or 8, about its centre of mass midway [kg m^2]."""
         inertia = float(getattr(self, f"inertia{number}"))
         if number not in (1, 4, 6):
             return inertia

@@ -24,8 +24,7 @@ from flexmb.parts.joints.prismatic import Prismatic
 from flexmb.parts.joints.revolute import Revolute
 
 NAME = "slider-crank"
-# Width and height of the slider in pictures [m].
-SLIDER_SIZE = (0.030, 0.020)
+SLIDER_SIZE = (0.030, 0.020)  # width and height of the slider in pictures [m]
 
 
 @record

@@ -38,8 +38,7 @@ from flexmb.statics.start.consistent import Start, accelerations, rigid_velociti
 
 Step = FixedStep | Adaptive | float
 LEAST_NORM = "least-norm"
-# What to do with joints that repeat one another.
-REDUNDANT = ("refuse", LEAST_NORM)
+REDUNDANT = ("refuse", LEAST_NORM)  # what to do with joints that repeat one another
 SHORTEST_RUN = 1e-100  # shortest run [s]
 
 

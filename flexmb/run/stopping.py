@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from flexmb.run.run import Run
 
 BEGINS, ENDS = "begins", "ends"
-# Signal of a contact that is positive while the contact lasts.
-PENETRATION = "penetration"
+PENETRATION = "penetration"  # signal of a contact that is positive while the contact lasts
 MOST_TRIALS = 100  # number of trials of a search for the instant at most; bisection alone needs 53
 # Part of a step below which no crossing near the instant 0 is resolved: matrices of shorter steps overflow.
 FINEST = 1e-32

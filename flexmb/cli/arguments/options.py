@@ -19,8 +19,7 @@ from flexmb.fields import unit_of, with_unit
 
 Maker = Callable[..., Any]
 KINDS = {"bool": "flag", "float": "number", "int": "count", "str": "text"}
-# Kind by type, and value in the help by kind.
-SHOWN = {"number": "X", "count": "N", "numbers": "X,Y", "text": "TEXT"}
+SHOWN = {"number": "X", "count": "N", "numbers": "X,Y", "text": "TEXT"}  # kind by type, and value in the help by kind
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,7 @@ import time
 from typing import Any, Self
 
 COUNTED = "{l_bar}{bar}| {n:.5g}/{total:.5g} %s [{elapsed}<{remaining}{postfix}]"
-# Time between two lines of progress in a file [s on the clock].
-EVERY = 60.0
+EVERY = 60.0  # time between two lines of progress in a file [s on the clock]
 
 
 class ProgressBar:

@@ -159,8 +159,7 @@ VERSION = "flexmb_sweep_format"
 # Attributes of a description: checksum of the rest, and that of the values of a coordinate, which is one chunk.
 SEAL, CONTENT = "checksum", "content"
 GROUP_FILE = "zarr.json"
-# Header of a file of gzip with a name, of no time and system.
-GZIP = bytes((0x1F, 0x8B, 8, 8, 0, 0, 0, 0, 0, 255))
+GZIP = bytes((0x1F, 0x8B, 8, 8, 0, 0, 0, 0, 0, 255))  # header of a file of gzip with a name, of no time and system
 PARTIAL = ".partial"  # suffix of temporary files of this module and of zarr
 
 

@@ -26,18 +26,14 @@ if TYPE_CHECKING:
     from flexmb.parts.wear.worn_joint import WornJoint
     from flexmb.run.simulate import Step
 
-# Kind of the dataset.
-KIND = "wear"
+KIND = "wear"  # kind of the dataset
 # Largest depth that is carried on at once, over the clearance [1]; beyond it ridges grow between the angles.
 LARGEST_INCREMENT = 0.05
-# Depth over the clearance [1] that counts beside the largest one in the error of an increment.
-SMALL_DEPTH = 0.05
+SMALL_DEPTH = 0.05  # depth over the clearance [1] that counts beside the largest one in the error of an increment
 # Factor of a new increment beside the one that would just do, and its least and largest change.
 SAFETY, LEAST_FACTOR, MOST_FACTOR = 0.8, 0.3, 2.0
-# Ending of the signals of normal forces.
-FORCE = "normal_force"
-# Depths by joint [m].
-Depths = Mapping[str, np.ndarray]
+FORCE = "normal_force"  # ending of the signals of normal forces
+Depths = Mapping[str, np.ndarray]  # depths by joint [m]
 
 
 class Rate(NamedTuple):

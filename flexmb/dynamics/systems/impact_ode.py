@@ -15,8 +15,7 @@ from flexmb.dynamics.systems.given import ODE, central_differences, state_of
 from flexmb.errors import InputError
 from flexmb.late import scipy
 
-# Spans of time: begin and length, as fractions of so many periods.
-Spans = tuple[tuple[float, float, int], ...]
+Spans = tuple[tuple[float, float, int], ...]  # spans of time: begin and length, as fractions of so many periods
 PILE = 1e-12  # time between two impacts, over the time of the run or a step, below which impacts pile up (chatter)
 
 

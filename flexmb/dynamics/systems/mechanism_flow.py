@@ -37,8 +37,7 @@ from flexmb.statics.start.consistent import Start, accelerations, consistent_sta
 PLACES = (".ex", ".ey")  # endings of the signals that give the position of a journal in its bearing
 RATES = {"x": "vx", "y": "vy", "theta": "omega"}  # endings of the names of velocities by those of coordinates
 PENETRATION = "penetration"
-# Index of the instant of the onset among the histories that every contact has.
-ONSET = 1
+ONSET = 1  # index of the instant of the onset among the histories that every contact has
 INSTANT = 1e-3  # time span of the differences in time from which rates are taken, as a multiple of the largest step
 # Size of the differences of states from which slopes of signals are taken, as a multiple of the state's length.
 NUDGE = 1e-6

@@ -119,8 +119,7 @@ PULL = 1e-3  # pull of an ideal pair relative to its largest force, above which 
 FAR = 0.25  # largest gap in the reference configuration that is closed at the start, over the size of the first curve
 OVERLAP = 1e-3  # largest overlap in the reference configuration with which a contact may start open, over the same
 NORMAL = instance(NormalLaw, "a normal law, e.g. HuntCrossley, or None")
-# Rules of the laws of a pair.
-FRICTION = instance(FrictionLaw, "a friction law, e.g. ModifiedCoulomb, or None")
+FRICTION = instance(FrictionLaw, "a friction law, e.g. ModifiedCoulomb, or None")  # rules of the laws of a pair
 
 
 @record

@@ -96,10 +96,8 @@ COLOURS = (
 
 # Line styles of the curves of a panel, which differ in print without colours.
 STYLES = ("-", (0, (5, 1.5)), (0, (6, 1.5, 1, 1.5)), (0, (1.2, 1.2)), (0, (6, 1.5, 1, 1.5, 1, 1.5)))
-# Colour of joints with clearance.
-CLEARANCE = "#c00000"
-# Colour of markers and of their paths.
-TRACED = "#7a3fb5"
+CLEARANCE = "#c00000"  # colour of joints with clearance
+TRACED = "#7a3fb5"  # colour of markers and of their paths
 DIVERGING = "RdYlBu_r"  # colours of fields of both signs; pages: --low to --high of reports/assets/page.css
 SEQUENTIAL = "viridis"  # colour map of fields from 0 on
 WIDTH = 1.1  # width of a curve [pt]

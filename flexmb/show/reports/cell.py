@@ -11,8 +11,7 @@ from flexmb.show.reports.document import Markup, document, instants, tag
 from flexmb.show.reports.scene import fields_of, player, scene
 
 SCRIPTS = ("mesh.js", "scene.js", "drawing.js", "player.js", "cell.js")
-# Numbers of frames, of which the first is taken that keeps to `MOST_SIGNS`.
-FRAMES = (200, 100, 50, 25)
+FRAMES = (200, 100, 50, 25)  # numbers of frames, of which the first is taken that keeps to `MOST_SIGNS`
 MOST_SIGNS = 200_000  # length of the HTML of a player at most
 HEIGHT = 460  # height of the frame [CSS pixel]
 
