@@ -368,9 +368,8 @@ def aligned_joints(mechanism: Mechanism, closed: Program, pose: np.ndarray, weak
     for three in combinations(joints, 3):
         for middle in three:
             first, last = (joint for joint in three if joint is not middle)
-            if not (_shared(first, middle) and _shared(middle, last)) or _shared(first, middle) == _shared(
-                middle, last
-            ):
+            at, end = _shared(first, middle), _shared(middle, last)
+            if not (at and end) or at == end:
                 continue
             u, v = (points[x.name] - points[middle.name] for x in (first, last))
             lengths = np.linalg.norm(u), np.linalg.norm(v)

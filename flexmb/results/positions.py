@@ -120,9 +120,8 @@ def momentum(mechanism: Mechanism, solution: Solution, bodies: Sequence[str] | N
 def _places_of_motion(label: str, solution: Solution, program: Program) -> np.ndarray:
     """Places of positions and velocities of bodies (2 n_b,) among the signals of the solution."""
     known, places = program.names.signals, solution.signals.places
-    if not set(solution.names) <= known.places.keys() or (
-        SAVED_KEY not in solution.model and len(places) < len(program.reported)
-    ):
+    complete = SAVED_KEY in solution.model or len(places) >= len(program.reported)
+    if not set(solution.names) <= known.places.keys() or not complete:
         raise InputError(f"{label}: the solution of {solution.name!r} has other signals. Give that of this mechanism.")
     n, n_b = program.n_q, program.tables.sizes.n_b
     needed = (*known.names[:n_b], *known.names[n : n + n_b])

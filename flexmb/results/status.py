@@ -161,9 +161,8 @@ def balance_warnings(ledger: np.ndarray, balance: EnergyBalance) -> str:
     """Warning of a poor balance of energies; "" for a good one."""
     scale, found = energy.energy_scale(ledger, balance), ""
     through, named = balance.through_contacts + energy.LEAST_CONTACT_FRACTION * scale, energy_texts(ledger, balance)
-    if abs(ledger[energy.RESIDUAL]) > WARNING_FRACTION * balance.residual_limit * min(
-        scale, energy.energy_supplied(ledger, balance)
-    ):
+    supplied = min(scale, energy.energy_supplied(ledger, balance))
+    if abs(ledger[energy.RESIDUAL]) > WARNING_FRACTION * balance.residual_limit * supplied:
         found += " But the energies miss {missing}, where {put_in} were put in and {scale} turned over: {remedy}."
     if abs(ledger[energy.ALGORITHM]) > WARNING_FRACTION * energy.ALGORITHM_LIMIT * scale:
         found += " But the steps {verb} {taken} of {scale} turned over or in motion: {remedy}."

@@ -248,9 +248,8 @@ def _grow_loads(
     grow = load_growth(mechanism, program)
     system.program = grow(0.0)
     start = system.at(q).force
-    if (
-        np.abs(system.residual).max(initial=0.0) > CLOSED_GAP * program.length
-    ):  # a drive stands elsewhere: go there first
+    # a drive stands elsewhere: go there first
+    if np.abs(system.residual).max(initial=0.0) > CLOSED_GAP * program.length:
         closed = _newton(program, system, q, lam, start, Spin(0.0, full.about))
         q, lam = closed[:2] if closed is not None else (q, lam)
     done, stride, total, usual = 0.0, 1.0, 0, 1.0 / load_steps

@@ -163,13 +163,8 @@ def _columns(joints: Mapping[str, WornJoint]) -> Iterator[Column]:
     for name, joint in joints.items():
         for face in joint.FACES:
             yield Column(f"{name}.{face}_profile", dims=(joint.PLACES,), shape=(joint.bins,), units="m")
-        for one, unit in (
-            ("volume", "m3"),
-            ("wear_rate", "m3"),
-            ("clearance", "m"),
-            ("peak_force", "N"),
-            ("error", "m"),
-        ):
+        units = {"volume": "m3", "wear_rate": "m3", "clearance": "m", "peak_force": "N", "error": "m"}
+        for one, unit in units.items():
             yield Column(f"{name}.{one}", units=unit)
 
 

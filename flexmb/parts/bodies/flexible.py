@@ -429,14 +429,9 @@ def mass_parts(beam: Beam) -> list[tuple[float, Point, float]]:
 def _masses_of_arc(beam: Beam, data: BeamMatrices) -> list[tuple[float, Point, float]]:
     """`mass_parts` of an arc: of r = (1 - xi) x1 + xi x2 + w n at rest."""
     parts, free = [], unstressed_shape(beam, data).tolist()
-    for (_, u1, u2), L, integrals, start, angle in zip(
-        free,
-        data.lengths.tolist(),
-        data.inertia_integrals.tolist(),
-        beam.points[:-1],
-        chord_directions(beam),
-        strict=True,
-    ):
+    ends = beam.points[:-1], chord_directions(beam)
+    each = zip(free, data.lengths.tolist(), data.inertia_integrals.tolist(), *ends, strict=True)
+    for (_, u1, u2), L, integrals, start, angle in each:
         m11, m12, m22, g11, g12, g21, g22, h11, h12, h22, J, *_ = integrals
         mass, chord = m11 + 2.0 * m12 + m22, L * chord_share(2.0 * u2)
         along, aside = chord * (m12 + m22) / mass, ((g11 + g21) * u1 + (g12 + g22) * u2) / mass

@@ -168,9 +168,8 @@ class CurveOnCurve(Part):
         super().__post_init__()
         check_pair(self)
         curves = self.first_curve, self.second_curve
-        if not all(isinstance(c, ClosedCurve | CircularCurve | Line) for c in curves) or not any(
-            isinstance(c, ClosedCurve) for c in curves
-        ):
+        known = all(isinstance(c, ClosedCurve | CircularCurve | Line) for c in curves)
+        if not known or not any(isinstance(c, ClosedCurve) for c in curves):
             text = f"{self.label}: the curves are {curves[0]!r} and {curves[1]!r}; one must be a ClosedCurve, the other"
             raise InputError(f"{text} a Line, cams.CircularCurve or ClosedCurve (fm.Circle is the section of a beam).")
         curve, other = self._ordered()[1::2]

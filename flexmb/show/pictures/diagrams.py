@@ -580,10 +580,8 @@ def plot_wear(life: xr.Dataset, joint: Part | str, *, title: str | None = None) 
         _sides(figure, figure.add_subplot(cells[:, 0]), turns, along, profiles)
     else:
         _circles(figure, figure.add_subplot(cells[:, 0], projection="polar"), turns, worn)
-    for place, column, label, unit in (
-        (0, deepest, "deepest place", "m"),
-        (1, rows[f"{name}.volume"].values, "volume", "m3"),
-    ):
+    volume = rows[f"{name}.volume"].values
+    for place, column, label, unit in ((0, deepest, "deepest place", "m"), (1, volume, "volume", "m3")):
         ax = figure.add_subplot(cells[place, 1])
         grid(ax)
         ax.plot(turns, column, color=COLOURS[0])

@@ -286,10 +286,8 @@ class Pose:
         largest = float(np.hypot(*away.T).max()) or 1.0
         centres = mark.points + (PLAY - JOURNAL) * radius / largest * away
         ring = {"facecolor": "white", "edgecolor": CLEARANCE, "linewidth": 1.6, "zorder": 4.0}
-        for points, size, style in (
-            (mark.points, radius, ring),
-            (centres, JOURNAL * radius, {"facecolor": "0.3", "edgecolor": "none", "zorder": 4.1}),
-        ):
+        inner = {"facecolor": "0.3", "edgecolor": "none", "zorder": 4.1}
+        for points, size, style in ((mark.points, radius, ring), (centres, JOURNAL * radius, inner)):
             self._circle(mpl.patches.Circle((0.0, 0.0), size, gid=f"clearance {mark.part}", **style), points)
 
     def _circle(self, artist: Any, points: np.ndarray) -> None:
