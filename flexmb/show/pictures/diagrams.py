@@ -499,8 +499,8 @@ def plot_report(report: ChaosReport) -> dict[str, Figure]:
         figures["exponents"] = plot_exponents(report.exponents)
     for f in report.signals:
         if f.spectrum is not None:
-            name, most = f.name.removeprefix("sin(").removesuffix(")"), HARMONICS / report.period
-            figures[f"spectrum-{name}"] = plot_spectrum(f.spectrum, signal=f.name, units=f.unit, up_to=most)
+            stem, most = f.name.removeprefix("sin(").removesuffix(")"), HARMONICS / report.period
+            figures[f"spectrum-{stem}"] = plot_spectrum(f.spectrum, signal=f.name, units=f.unit, up_to=most)
     return {f"{stem}.png": figure for stem, figure in figures.items()}
 
 
