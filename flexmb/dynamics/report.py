@@ -118,11 +118,7 @@ class ChaosReport:
         return xr.DataTree.from_dict({name or "/": dataset for name, dataset in self.groups.items()})
 
     def to_netcdf(self, path: str | Path) -> Path:
-        """Write the groups as one netCDF file, as `flexmb chaos` does; returns its path.
-
-        Parameters
-        ----------
-        path : the file; missing folders are made, an older file is replaced.
+        """Write the groups to the file `path`, whose folders are made, as `flexmb chaos` does; returns its path.
 
         Raises
         ------

@@ -153,11 +153,7 @@ class Exponents(arguments.Checked):
         return self.signals.names
 
     def seen_through(self, *signals: str) -> Verdict:
-        """The verdict from some signals of the points alone, with the exponent of the system.
-
-        Parameters
-        ----------
-        signals : names of signals; none: the default signals of the system.
+        """The verdict from some `signals` of the points alone, or the default ones, with the exponent of the system.
 
         Raises
         ------

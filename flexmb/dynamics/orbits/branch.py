@@ -57,11 +57,7 @@ class Branch(arguments.Checked):
     gaps: dict[str, tuple[int, float]] = field("number and sign of the signals of gaps")
 
     def orbit(self, point: int | BranchPoint) -> PeriodicOrbit:
-        """The periodic orbit at a point, computed again.
-
-        Parameters
-        ----------
-        point : number of the point, or an element of `points` or `events`.
+        """The periodic orbit at a `point`, a number of the point or an element of `points` or `events`, computed again.
 
         Raises
         ------

@@ -154,11 +154,7 @@ class PeriodicOrbit(arguments.Checked):
         return system
 
     def samples(self, count: int = SAMPLES) -> xr.Dataset:
-        """The signals over the orbit.
-
-        Parameters
-        ----------
-        count : number of intervals of the period; a map gives every iteration.
+        """The signals over the orbit, at `count` intervals of the period; a map gives every iteration.
 
         Returns
         -------

@@ -201,13 +201,9 @@ POINTS, STATE = "points", "state"
 
 
 def load_sweep(path: str | Path) -> xr.Dataset:
-    """Dataset of a store, equal to the result of `bifurcation` or `sweep`.
+    """Dataset of a store in the folder `path`, equal to the result of `bifurcation` or `sweep` that wrote it.
 
     Unfinished points of an interrupted run have an empty status.
-
-    Parameters
-    ----------
-    path : folder of the store, the argument `store` of `bifurcation` or `sweep`.
 
     Raises
     ------

@@ -222,12 +222,7 @@ class Dynamics(ABC):
         raise InputError(f"{self.name!r} is a map: it has no velocity. Take an exponent of its iterations.")
 
     def tangent_basis(self, count: int, seed: int = 0) -> np.ndarray:
-        """Tangent vectors (size, count), orthonormal in the weights, from random directions.
-
-        Parameters
-        ----------
-        count : number of vectors.
-        seed : seed of the random directions.
+        """Tangent vectors (size, `count`), orthonormal in the weights, from random directions of a `seed`.
 
         Raises
         ------

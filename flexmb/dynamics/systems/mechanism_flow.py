@@ -248,10 +248,6 @@ class MechanismFlow(ContinuousFlow):
         The derivative is taken at constant step sizes.  Error-controlled steps end at the onset of a contact, so each
         neighbouring motion is compared at its own onset, and a force that sets in suddenly gives its velocity a jump.
         Fixed steps do not end at onsets: contacts with sudden forces, such as dampers, need `Adaptive` steps.
-
-        Parameters
-        ----------
-        duration, tangents : see `Dynamics.advance`.
         """
         duration = checks.positive(self._label, "duration", duration, "s")
         if not self.ok:
@@ -276,10 +272,6 @@ class MechanismFlow(ContinuousFlow):
         """Tangent vectors (size, count), orthonormal in the weights, from random directions without histories.
 
         Histories have no weight, and a bristle of 1e-6 m must not start with a difference of 1.
-
-        Parameters
-        ----------
-        count, seed : see `Dynamics.tangent_basis`.
         """
         W, n = super().tangent_basis(count, seed), self.program.n_q
         W[2 * n : 2 * n + self.program.tables.sizes.n_z] = 0.0

@@ -198,11 +198,7 @@ class PlaneMesh:
         return self if self.cell_kind.is_quadratic else quadratic(self, rounds)
 
     def with_holes(self, holes: Mapping[str, tuple[float, float]]) -> PlaneMesh:
-        """The mesh with names for holes, each found by a point inside of it [m].
-
-        Parameters
-        ----------
-        holes : point by name, such as {"start": (0.0, 0.0)}.
+        """The mesh with names for `holes`, each found by a point inside of it [m]: {"start": (0.0, 0.0)}.
 
         Raises
         ------

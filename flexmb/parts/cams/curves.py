@@ -144,12 +144,7 @@ class ClosedCurve(Input):
 
     @classmethod
     def from_function(cls, function: Callable[[float], Any], points: int = 180) -> ClosedCurve:
-        """The spline through points of a function.
-
-        Parameters
-        ----------
-        function : point (x, y) [m] by a parameter from 0 to 2 pi.
-        points : number of points.
+        """The spline through `points` points of a `function`: (x, y) [m] by a parameter from 0 to 2 pi.
 
         Raises
         ------

@@ -132,12 +132,7 @@ class Outline(Input):
 
     @classmethod
     def from_curve(cls, curve: ClosedCurve, tolerance: float) -> Outline:
-        """Outline of arcs with common tangents (biarcs) near a closed curve.
-
-        Parameters
-        ----------
-        curve : the curve.
-        tolerance : largest distance from it [m], > 0.
+        """Outline of arcs with common tangents (biarcs), at most `tolerance` > 0 [m] away from a closed `curve`.
 
         Raises
         ------
@@ -209,14 +204,10 @@ class Outline(Input):
         return found
 
     def chains(self, radius: float = 0.0) -> list[list[int]]:
-        """Numbers of the pieces between hollow places, at which a second contact begins.
+        """Numbers of the pieces between hollow places for a circle of a `radius` [m], 0 for corners alone.
 
         Hollow places are hollow corners, and hollow arcs that a circle does not fit into.  An outline with one of them
         has two chains; the second one begins at the point farthest from it.
-
-        Parameters
-        ----------
-        radius : radius of the circle [m]; 0: corners alone.
         """
         n = len(self.points)
         narrow = {(k + 1) % n for k in range(n) if -radius <= self.radius(k) < 0.0}

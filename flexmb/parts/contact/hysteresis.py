@@ -269,12 +269,7 @@ class Hertz(HysteresisLaw):
 
     @classmethod
     def from_materials(cls, bearing: Material, journal: Material) -> Self:  # type: ignore[override]
-        """The law with Hertz's stiffness for n = 3/2, from two materials and the radii of the joint.
-
-        Parameters
-        ----------
-        bearing, journal : materials.
-        """
+        """The law with Hertz's stiffness for n = 3/2, from the materials of `bearing` and `journal` and the radii."""
         return cls(materials=(bearing, journal))
 
     @staticmethod

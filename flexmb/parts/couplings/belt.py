@@ -181,11 +181,7 @@ class Belt(Wheels):
             raise InputError(f"{text} pretension and creep. For an ideal belt leave coefficient and creep out.")
 
     def least_wrap(self, mechanism: Mechanism) -> float:
-        """Least angle that the belt wraps around a wheel in the reference configuration [rad].
-
-        Parameters
-        ----------
-        mechanism : the mechanism.
+        """Least angle that the belt of a `mechanism` wraps around a wheel in the reference configuration [rad].
 
         Raises
         ------

@@ -109,11 +109,7 @@ class Gear(Wheels):
             raise InputError(f"{text} a pair with backlash needs a normal law, e.g. KelvinVoigt.")
 
     def radii(self, mechanism: Mechanism) -> tuple[float, float]:
-        """Pitch radii of both wheels [m].
-
-        Parameters
-        ----------
-        mechanism : the mechanism.
+        """Pitch radii of both wheels in a `mechanism` [m].
 
         Raises
         ------

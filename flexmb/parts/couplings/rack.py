@@ -65,11 +65,7 @@ class Rack(Part):
             raise ModelError(f"{text} give a moving body other than the rack.")
 
     def radius(self, mechanism: Mechanism) -> float:
-        """Radius of the pitch circle [m]; negative for a pinion to the right of the direction of its rack.
-
-        Parameters
-        ----------
-        mechanism : the mechanism.
+        """Radius of the pitch circle in a `mechanism` [m]; < 0 for a pinion to the right of the direction of its rack.
 
         Raises
         ------

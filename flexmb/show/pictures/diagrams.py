@@ -466,14 +466,10 @@ def plot_tornado(sensitivity: Any, signal: str, *, title: str | None = None) -> 
 
 
 def plot_report(report: ChaosReport) -> dict[str, Figure]:
-    """Pictures of a report on a motion by the names of their files, as `flexmb chaos` writes them.
+    """Pictures of a `report` of `chaos.report` by the names of their files, as `flexmb chaos` writes them.
 
     Section and phase portrait of each pair of signals, convergence of the exponents, and spectra, as far as there are
     data.
-
-    Parameters
-    ----------
-    report : result of `chaos.report`.
 
     Returns
     -------
