@@ -1,7 +1,5 @@
 """Short texts and HTML tables of objects."""
 
-from __future__ import annotations
-
 import sys
 import textwrap
 from collections.abc import Iterable, Mapping, Sequence

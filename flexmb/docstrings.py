@@ -1,7 +1,5 @@
 """Numpydoc docstrings: their sections, and the entries of their parameters."""
 
-from __future__ import annotations
-
 import inspect
 import re
 from collections.abc import Iterator, Mapping

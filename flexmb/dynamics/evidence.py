@@ -1,7 +1,5 @@
 """Evidence of a verdict: bands, cycles and stationarity of section points."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """Cantilever: a clamped beam with loads on its tip, as in many textbook solutions."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 from flexmb.elastic.beams.section import Section

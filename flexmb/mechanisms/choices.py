@@ -1,7 +1,5 @@
 """Arguments that several ready mechanisms share: friction, motion of a crank, a pin with or without clearance."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Loop closure in closed form: the third corner of a triangle, the end of a rod on a line."""
 
-from __future__ import annotations
-
 import math
 
 from flexmb.errors import AssemblyError

@@ -1,7 +1,5 @@
 """Nine-bar mechanism with two cranks, a joint with clearance and flexible links."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import partial

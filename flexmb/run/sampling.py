@@ -3,8 +3,6 @@
 `Run` stops at each of `Program.instants` and calls `act`; between them `hold_outputs` of engine/system/controls.py.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 
 import numpy as np

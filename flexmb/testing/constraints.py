@@ -1,7 +1,5 @@
 """Checks of constraints, of joint friction, and of the motions that drive constraints."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Checks of contacts: gap kernel, normal law, friction law."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Checks of elements and of controls: tangents, energies, balance, frame, laws."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

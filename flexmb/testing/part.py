@@ -1,7 +1,5 @@
 """`check_part`: the kernels of one part of a mechanism against their contracts."""
 
-from __future__ import annotations
-
 import pickle
 from dataclasses import replace
 from typing import Any

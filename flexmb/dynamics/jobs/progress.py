@@ -1,7 +1,5 @@
 """The one progress bar: of a run, of a sweep, of a study."""
 
-from __future__ import annotations
-
 import sys
 import time
 from typing import Any, Self

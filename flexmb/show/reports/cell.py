@@ -1,7 +1,5 @@
 """Small player of a run in a notebook: a page within a frame, without kernel and network."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from flexmb.errors import FlexmbError
