@@ -174,6 +174,18 @@ def passed_contacts(run: Run) -> Iterator[Finding]:
             yield found("passed-contact", (name.partition(".")[0],), text, "Take smaller steps, or Adaptive().", time=t)
 
 
+def uncomputed_signals(run: Run) -> Iterator[Finding]:
+    """Finding on the first saved signal of a finished run that is no finite number."""
+    time, values = run.saved.finished()
+    if run.code == DONE and not np.isfinite(values.sum()) and len(places := np.argwhere(~np.isfinite(values))):
+        row, column = places[0]
+        names, t = run.stepper.reported.names.signals, float(time[row])
+        name = (names if run.kept is None else names.chosen(run.kept))[int(column)].name
+        text = f"At t = {t:.6g} s the signal {name!r} is {values[row, column]}."
+        remedy = "Mend the drive, load, law or sensor that is not defined there."
+        yield found("no-number", (name.partition(".")[0],), text, remedy, time=t)
+
+
 # Number of saved instants in the buffer of the loop, at most and at least; numbers in the buffer (64 MB).
 BUFFER_ROWS, LEAST_BUFFER_ROWS, BUFFER_NUMBERS = 512, 16, 1 << 23
 BLOCK_SECONDS = 0.2  # processor time of a block of steps [s], after which the progress bar moves
