@@ -53,7 +53,7 @@ from flexmb.run.saving import (
 )
 from flexmb.run.stopping import Snapshot, StopConditions, end_at_crossing
 from flexmb.statics.start.consistent import Start, accelerations
-from flexmb.statics.start.redundant_joints import least_norm, looks_dependent
+from flexmb.statics.start.redundant_joints import held_rows, least_norm, looks_dependent
 from flexmb.version import installed_version
 
 # Signals that end a run: they wait until a block of steps is finished, so that no saved instant is lost or doubled
@@ -304,7 +304,9 @@ class Run:
     def _set_redundancy(self, redundant: int) -> None:
         """Set the number of constraint equations that are redundant in every pose."""
         if redundant != self.redundant:
-            self.redundant, self.trial = redundant, new_trial(self.program, redundant, self.bounds)
+            q, t = self.flow.q[: self.program.n_q], float(self.flow.clock.t)
+            rows = held_rows(self.program, self.work, q, t, redundant)
+            self.redundant, self.trial = redundant, new_trial(self.program, redundant, self.bounds, rows)
 
     def run_to(self, end: float, saving: float | None) -> None:
         """Run until `end` [s]; `saving`: time between saved instants [s], 0 for every step, None for no saving."""

@@ -237,7 +237,8 @@ def accept_stages(tables, address, lu, h, options, flow, trial, work, record, R)
 
 @compiled
 def remove_free_components(trial, R):
-    """Remove from the multipliers of the stages what the equations leave free, or extrapolations would let it grow."""
+    """Removal of shares that the equations leave free from the multipliers of the stages."""
+    # Extrapolation from step to step would let them grow.
     m = R.L.shape[1]
     for row in range(trial.free_multipliers.shape[0]):
         for stage in range(STAGES):
