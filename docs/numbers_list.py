@@ -172,6 +172,8 @@ engine.linalg.lu.HELD_PIVOT
 same contact, and a turn costs seconds."""
 
 ELSEWHERE = _numbers("""
+engine.newmark.jacobian_reuse.SINGULAR_PIVOT | 1 | largest term of a pivot | near a singular position gaps of redundant rows are not looked at
+engine.newmark.jacobian_reuse.ENDLESS_PIVOT | 1 | nothing | pivot of a redundant row
 parts.contact.friction.SCANNED | points | speeds of creep | where `creep_speed` looks for a balance
 parts.contact.friction.BengisuAkay.v0 | m/s | nothing | slip speed of the static peak
 parts.contact.friction.BengisuAkay.decay | s/m | nothing | how fast friction falls from it

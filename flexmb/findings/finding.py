@@ -74,6 +74,7 @@ CODES_OF_RUNS: dict[str, tuple[str, str]] = {  # the same of further codes of ru
     "lasting-contact": (NOTE, "a contact had no onset for a period"),
     "lost-vibration": (WARNING, "the steps lose phase or amplitude of a vibration that carries energy"),
     "passed-contact": (ERROR, "a fixed step went by a contact"),
+    "no-number": (ERROR, "a saved signal is no finite number"),
     "failed-step": (ERROR, "a step failed, for a reason outside of the mechanism"),
     "refused-step": (NOTE, "forces and contacts of the step that was refused"),
     "strength": (NOTE, "largest stress of a body, and its safety against yield"),

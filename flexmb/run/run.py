@@ -53,7 +53,7 @@ from flexmb.run.saving import (
 )
 from flexmb.run.stopping import Snapshot, StopConditions, end_at_crossing
 from flexmb.statics.start.consistent import Start, accelerations
-from flexmb.statics.start.redundant_joints import least_norm, looks_dependent
+from flexmb.statics.start.redundant_joints import held_rows, least_norm, looks_dependent
 from flexmb.version import installed_version
 
 # Signals that end a run: they wait until a block of steps is finished, so that no saved instant is lost or doubled
@@ -172,6 +172,18 @@ def passed_contacts(run: Run) -> Iterator[Finding]:
             yield found("passed-contact", (name.partition(".")[0],), text, "Take smaller steps, or Adaptive().", time=t)
 
 
+def uncomputed_signals(run: Run) -> Iterator[Finding]:
+    """Finding on the first saved signal of a finished run that is no finite number."""
+    time, values = run.saved.finished()
+    if run.code == DONE and not np.isfinite(values.sum()) and len(places := np.argwhere(~np.isfinite(values))):
+        row, column = places[0]
+        names, t = run.stepper.reported.names.signals, float(time[row])
+        name = (names if run.kept is None else names.chosen(run.kept))[int(column)].name
+        text = f"At t = {t:.6g} s the signal {name!r} is {values[row, column]}."
+        remedy = "Mend the drive, load, law or sensor that is not defined there."
+        yield found("no-number", (name.partition(".")[0],), text, remedy, time=t)
+
+
 # Number of saved instants in the buffer of the loop, at most and at least; numbers in the buffer (64 MB).
 BUFFER_ROWS, LEAST_BUFFER_ROWS, BUFFER_NUMBERS = 512, 16, 1 << 23
 BLOCK_SECONDS = 0.2  # processor time of a block of steps [s], after which the progress bar moves
@@ -281,7 +293,9 @@ class Run:
     def _set_redundancy(self, redundant: int) -> None:
         """Set the number of constraint equations that are redundant in every pose."""
         if redundant != self.redundant:
-            self.redundant, self.trial = redundant, new_trial(self.program, redundant, self.bounds)
+            q, t = self.flow.q[: self.program.n_q], float(self.flow.clock.t)
+            rows = held_rows(self.program, self.work, q, t, redundant)
+            self.redundant, self.trial = redundant, new_trial(self.program, redundant, self.bounds, rows)
 
     def run_to(self, end: float, saving: float | None) -> None:
         """Run until `end` [s]; `saving`: time between saved instants [s], 0 for every step, None for no saving."""

@@ -29,7 +29,7 @@ from flexmb.program.compiler import common_period, compile_with_start
 from flexmb.program.program import COMMON_Z, FRICTION_Z, NORMAL_Z, PHASE, Program
 from flexmb.results.solution import SAVED_KEY, STEPS_KEY, Solution, matching
 from flexmb.run.checkpoint import EVERY, Checkpoints, digest, plain_values
-from flexmb.run.run import KEYBOARD, TERMINATION, Interruption, Run, passed_contacts
+from flexmb.run.run import KEYBOARD, TERMINATION, Interruption, Run, passed_contacts, uncomputed_signals
 from flexmb.run.sampling import lost_control
 from flexmb.run.saving import SaveGrid, reset_peaks, save_grid, shown_save
 from flexmb.run.stopping import Condition, StopConditions
@@ -180,7 +180,7 @@ def _solution(
     findings += watch.watch_findings(mechanism, motion, contacts)
     known = any(finding.is_error for finding in findings)
     findings += [*vibration_findings(run, motion, begun), *watch.failure_findings(run, mechanism, closed, known=known)]
-    findings += passed_contacts(run)
+    findings += [*passed_contacts(run), *uncomputed_signals(run)]
     if kept_file is not None:
         troubles = (kept_file.failure, "" if run.interrupted else kept_file.finish())
         findings += [found("bookkeeping", (), text) for text in troubles if text]

@@ -13,9 +13,6 @@ from flexmb.engine.dormand_prince.complement import complement, factor_complemen
 from flexmb.engine.dormand_prince.symmetric import solve_symmetric
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
-from flexmb.fields import record
-from flexmb.kernels import drive_kernel
-from flexmb.model.law import Motion
 
 double = runpy.run_path(str(Path(__file__).with_name("double_pendulum.py")))
 pendulum, motion, UPPER = (double[name] for name in ("pendulum", "motion", "UPPER"))
@@ -287,29 +284,3 @@ def test_a_load_that_jumps_is_met_by_a_step():
     assert sol.ok, sol.status
     assert sol.array("block.x")[-1] == pytest.approx(0.5 * 5.0 * 0.7**2, rel=1e-12)
     assert sol.array("energy.load_work")[-1] == pytest.approx(0.5 * 2.0 * (5.0 * 0.7) ** 2, rel=1e-12)
-
-
-@drive_kernel
-def broken_at_an_instant(p, t):
-    if abs(t - 0.0512) < 1e-9:
-        return math.nan, math.nan, math.nan
-    return 3.0 * t, 3.0, 0.0
-
-
-@record
-class Broken(Motion):
-    kernel = broken_at_an_instant
-
-    def parameters(self):
-        return ()
-
-
-def test_a_saved_instant_that_cannot_be_computed_ends_the_run():
-    """No stage meets the instant; its row was NaN, and the run was fine."""
-    crank = fm.RigidLink("crank", (0.0, 0.0), (0.3, 0.0), 1.0, 0.01)
-    joint = fm.Revolute("O", fm.GROUND, crank, (0.0, 0.0))
-    mech = fm.Mechanism("crank", (crank, joint, fm.Drive("motor", "O", Broken())))
-    sol = fm.simulate(mech, t_end=0.1, method=METHOD, step=fm.Adaptive(rtol=1e-8), save=[0.0, 0.0512, 0.1])
-    assert not sol.ok
-    assert "no longer finite" in sol.status
-    assert np.isfinite(sol.array("crank.theta")).all()

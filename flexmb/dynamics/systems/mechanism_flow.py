@@ -436,8 +436,6 @@ class MechanismFlow(ContinuousFlow):
         """A copy with other steps."""
         other = type(self)(self.base, step=step, method=self.method, period=self.declared)
         other._compile(self.changes)
-        other.run.redundant = self.run.redundant
-        other.run.trial = other.run.trial.replaced(free_multipliers=self.run.trial.free_multipliers)
         other.restore(self.snapshot())
         other.run.record.peak[:] = self.run.record.peak
         return other

@@ -27,7 +27,7 @@ FIRST_WEIGHTED = 5  # number of the first stage after the start of a step that h
 @compiled
 def find_accelerations(tables, address, lu, t, fraction, h, options, flow, trial, work, record, D):
     """Solve for accelerations and multipliers at the trial positions and velocities; RUNNING, or a code."""
-    if D.complement.usable == 1:
+    if D.complement.usable == 1 and trial.left_out.shape[0] == 0:
         q, v, still = trial.q, trial.v, D.zero
         evaluate(tables, address, t, fraction * h, q, v, still, trial.lam, flow.z, 0.0, 0.0, 0.0, False, work)
         record.count.evaluations += 1
@@ -43,7 +43,7 @@ def project(tables, address, lu, t, h, options, flow, trial, work, record, D):
     """Project the trial positions and velocities onto the constraints, with least kinetic energy."""
     if tables.sizes.n_c == 0:
         return RUNNING
-    if D.complement.usable == 0:
+    if D.complement.usable == 0 or trial.left_out.shape[0] > 0:
         return close_joints(tables, address, lu, t, h, options, flow, trial, work, record, D)
     for iteration in range(PROJECTIONS):
         q, v, still = trial.q, trial.v, D.zero

@@ -419,12 +419,13 @@ def null_vector(sym, lu, s, k, b, x, y):
 @compiled
 def held_residual(sym, lu, seen, b, y):
     """Largest residual that `solve` leaves in held rows for the right-hand side b; b, y : (n,)."""
+    # `seen` is -inf for held rows that are not to be looked at.
     for k in range(len(sym.order)):
         y[k] = b[sym.order[k]]
     forward(sym.starts, sym.row_ptr, sym.rows, sym.value_ptr, lu, y)
     largest = 0.0
     for k in range(len(sym.order)):
-        if seen[k] < 0.0:
+        if -np.inf < seen[k] < 0.0:
             largest = max(largest, abs(y[k]))
     return largest
 

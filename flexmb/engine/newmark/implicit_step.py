@@ -35,12 +35,14 @@ from flexmb.engine.newmark.jacobian_reuse import (
     convergence_limits,
     convergence_test,
     discard_factors,
+    factor_without_redundant,
     has_contact_alone,
     has_contact_or_friction,
     held_code,
     initial_hold,
     may_reuse,
     may_reuse_fresh,
+    number_of_held,
     register_factors,
     slopes_changed,
     start_trial,
@@ -344,11 +346,17 @@ def factor_matrix(tables, lu, h, kv, ka, options, flow, trial, work, record):
     # factored again with fewer held rows.
     n, newton = tables.sizes.n_q, trial.newton
     discard_factors(trial.reuse)
-    newton.held = factor(lu, work.lu, trial.pivot_scale, LOST_PIVOT, n, newton.hold)
+    if newton.hold == LOST_PIVOT:
+        newton.held = factor_without_redundant(lu, work.lu, newton.hold, n, trial)
+    else:
+        newton.held = factor(lu, work.lu, trial.pivot_scale, LOST_PIVOT, n, newton.hold)
     record.count.factorisations += 1
     if newton.held >= 0:
         record.count.lost_pivot = newton.held
         return SINGULAR if math.isfinite(trial.rhs.sum()) else NOT_FINITE
+    if newton.hold != LOST_PIVOT and number_of_held(trial) < trial.left_out.shape[0]:
+        newton.hold = LOST_PIVOT
+        return EVALUATE_AGAIN
     if newton.held == ROWS_HELD and held_rows_open(tables, lu, h, options, flow, trial, work):
         if newton.hold == LOST_PIVOT:  # the rows contradict the others
             record.count.lost_pivot = first_held_row(lu, trial.pivot_scale)
@@ -375,7 +383,8 @@ def held_rows_open(tables, lu, h, options, flow, trial, work):
         for i in range(tables.sizes.n_c):
             trial.shift[tables.sizes.n_q + i] = -work.g[i]
         left = max(left, held_residual(lu, work.lu, trial.pivot_scale, trial.shift, trial.scratch))
-    return left > allowed_gap(tables, h, options, flow, trial.a)
+    redundant = trial.newton.hold == LOST_PIVOT and trial.left_out.shape[0] > 0
+    return left > allowed_gap(tables, h, options, flow, trial.a, redundant)
 
 
 @compiled

@@ -13,7 +13,7 @@ any correction is accepted, and theta is measured again every few steps.
 import math
 
 from flexmb.engine.compiled.records import copy_numbers
-from flexmb.engine.linalg.lu import HELD_PIVOT, LOST_PIVOT, null_vector
+from flexmb.engine.linalg.lu import HELD_PIVOT, LOST_PIVOT, ROWS_HELD, factor, null_vector, smallest_pivot
 from flexmb.kernels import compiled, copy
 
 # Redundant constraints: rows of G that depend on others, at a singular position or in every pose
@@ -23,6 +23,8 @@ CLOSED_GAP = 1e-10  # largest gap of a held row, relative to the size of the mec
 # A row that is needed opens by all of h^2 a, a redundant one by its square.
 OPENING_FRACTION = 0.1
 HOLD_WITHIN_STEP = 1e-4  # relative pivot below which a row is held in the later iterations of a step that holds rows
+ENDLESS_PIVOT = 1e150  # pivot of a row that is redundant in every pose
+SINGULAR_PIVOT = 1e-4  # relative pivot of another row, below which a position is near a singular one: a sine of 0.01
 PASSING_STEPS = 3  # number of steps at most in which large steps pass a singular position
 # Entry of a multiplier vector u with G^T u = 0 relative to its largest, above which a joint is named as redundant.
 EFFECT_LIMIT = 1e-3
@@ -35,15 +37,34 @@ def initial_hold(flow):
 
 
 @compiled
+def factor_without_redundant(lu, values, hold, n, trial):
+    """`factor`, in which the rows that are redundant in every pose are held, whatever their pivots are."""
+    # Near a singular position the round-off in their pivots is larger than the pivots of rows that are needed, and that
+    # in their residuals larger than any gap, so that these are not looked at there.
+    places, pivots = trial.left_out, trial.left_out_pivots
+    for k in range(pivots.shape[0]):
+        values[pivots[k]] = ENDLESS_PIVOT
+    lost = factor(lu, values, trial.pivot_scale, LOST_PIVOT, n, hold)
+    if lost >= 0 or places.shape[0] == 0:
+        return lost
+    near = smallest_pivot(lu, values, trial.pivot_scale, n) < SINGULAR_PIVOT
+    for k in range(places.shape[0]):
+        values[pivots[k]] = 0.0
+        trial.pivot_scale[places[k]] = -math.inf if near else -1.0
+    return ROWS_HELD
+
+
+@compiled
 def held_code(held, strict, flow):
     """Code of a step: 1 if rows are held at its end, plus 2 if held rows turned out to be needed (`strict`)."""
     return (1 if held else 0) + (2 if strict and flow.clock.held_steps >= 0.0 else 0)
 
 
 @compiled
-def allowed_gap(tables, h, options, flow, a):
+def allowed_gap(tables, h, options, flow, a, redundant):
     """Largest gap that held rows may open in the present step; a : (n_q,) accelerations."""
-    if flow.clock.held_steps >= PASSING_STEPS or flow.clock.held_steps < 0.0:
+    # `redundant` : the held rows are redundant in every pose.
+    if not redundant and (flow.clock.held_steps >= PASSING_STEPS or flow.clock.held_steps < 0.0):
         return CLOSED_GAP * options.length
     largest = 0.0
     for k in range(0, tables.sizes.n_b, 3):
@@ -59,10 +80,7 @@ def update_held_multipliers(tables, lu, t, flow, trial, work, record):
     # components are removed from the multipliers. `Clock.held_steps` counts the successive steps that held more rows,
     # or found held rows needed. It becomes -1, for the rest of the run, in a model whose rows are always needed.
     held, needed = record.count.held_code % 2 == 1, record.count.held_code >= 2
-    total = 0
-    for place in range(trial.pivot_scale.shape[0]):
-        if held and trial.pivot_scale[place] < 0.0:
-            total += 1
+    total = number_of_held(trial) if held else 0
     if needed and not held and flow.clock.held_steps >= PASSING_STEPS:
         flow.clock.held_steps = -1.0
     elif flow.clock.held_steps >= 0.0:
@@ -77,12 +95,18 @@ def update_held_multipliers(tables, lu, t, flow, trial, work, record):
 
 
 @compiled
-def take_least_norm(tables, lu, trial, work, record):
-    """Choose multipliers of least norm for a state within a step, after its factorisation."""
+def number_of_held(trial):
+    """Number of rows that the last factorisation held."""
     held = 0
     for place in range(trial.pivot_scale.shape[0]):
         held += 1 if trial.pivot_scale[place] < 0.0 else 0
-    if 0 < held == trial.free_multipliers.shape[0]:  # joints that are redundant in every pose
+    return held
+
+
+@compiled
+def take_least_norm(tables, lu, trial, work, record):
+    """Choose multipliers of least norm for a state within a step, after its factorisation."""
+    if 0 < number_of_held(trial) == trial.free_multipliers.shape[0]:  # joints that are redundant in every pose
         record_held_rows(tables.sizes.n_q, tables.sizes.n_c, lu, True, trial, work, record)
 
 

@@ -177,6 +177,7 @@ def advance_radau(
             continue
         if record.count.held_code != 0 or flow.clock.held_steps > 0.0:
             update_held_multipliers(tables, lu, flow.clock.t + h, flow, trial, work, record)
+            remove_free_components(trial, R)
         if options.adaptive:
             restarts = update_impacts(tables, address, h, options, flow, trial, work)
             update_step_sizes(h, growth, options, flow)
@@ -232,6 +233,20 @@ def accept_stages(tables, address, lu, h, options, flow, trial, work, record, R)
     if full or buffer_may_overflow(flow, record):
         return BUFFER_FULL
     return check_balance(flow.ledger, flow.balance) if flow.balance.steps >= STEPS_BEFORE_CHECK else RUNNING
+
+
+@compiled
+def remove_free_components(trial, R):
+    """Removal of shares that the equations leave free from the multipliers of the stages."""
+    # Extrapolation from step to step would let them grow.
+    m = R.L.shape[1]
+    for row in range(trial.free_multipliers.shape[0]):
+        for stage in range(STAGES):
+            component = 0.0
+            for i in range(m):
+                component += trial.free_multipliers[row, i] * R.L[stage, i]
+            for i in range(m):
+                R.L[stage, i] -= component * trial.free_multipliers[row, i]
 
 
 @compiled

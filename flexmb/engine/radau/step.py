@@ -22,10 +22,10 @@ from flexmb.engine.energy import (
     update_residual,
 )
 from flexmb.engine.linalg.complex_lu import factor_complex, solve_complex
-from flexmb.engine.linalg.lu import LOST_PIVOT, factor, solve, solve_two
+from flexmb.engine.linalg.lu import solve, solve_two
 from flexmb.engine.newmark.error_control import LEAST_STATE, find_speeds, in_free_flight, state_scale
 from flexmb.engine.newmark.implicit_step import ANGLE_ALLOWANCE, ROUND_OFF, STATE_ROUND_OFF
-from flexmb.engine.newmark.jacobian_reuse import initial_hold, take_least_norm
+from flexmb.engine.newmark.jacobian_reuse import factor_without_redundant, initial_hold, take_least_norm
 from flexmb.engine.radau.collocation import (
     AT_END,
     AT_START,
@@ -133,7 +133,7 @@ def factor_matrices(tables, address, lu, h, flow, trial, work, record, R):
     record.count.evaluations += 3
     record.count.factorisations += 2
     R.step.factored_size = 0.0
-    lost = factor(lu, R.real, trial.pivot_scale, LOST_PIVOT, n, initial_hold(flow))
+    lost = factor_without_redundant(lu, R.real, initial_hold(flow), n, trial)
     if lost < 0:
         lost = factor_complex(lu, R.re, R.im, trial.pivot_scale)
     if lost >= 0:
@@ -155,7 +155,7 @@ def close_joints(tables, address, lu, t, h, options, flow, trial, work, record, 
         record.count.evaluations += 1
         if iteration == 0:
             record.count.factorisations += 1
-            if factor(lu, work.lu, trial.pivot_scale, LOST_PIVOT, n, initial_hold(flow)) != -1:
+            if factor_without_redundant(lu, work.lu, initial_hold(flow), n, trial) != -1:
                 break
         R.x[:] = 0.0
         R.y[:] = 0.0

@@ -55,6 +55,8 @@ class Trial(Record):
     pivot_scale: Vector  # (n_q + n_c,) largest term summed up to each pivot; negative for a held row
     scratch: Vector  # scratch, scratch_pair: (n_q + n_c,), (2 (n_q + n_c),) workspaces of the solver
     free_multipliers: Matrix  # (redundant rows, n_c) orthonormal multipliers u with G^T u = 0
+    left_out: Integers  # places in `pivot_scale` of rows that every factorisation holds
+    left_out_pivots: Integers  # places of their pivots in the factors
     rigid: Flags  # (n_q,) whether a coordinate belongs to a rigid body
     gap_rhs: Vector
     scratch_pair: Vector
@@ -66,15 +68,23 @@ class Trial(Record):
     speeds: Vector  # (groups,) largest speeds of the run up to the trial state [m/s], as `Flow.largest_speeds`
 
 
-def new_trial(program: Program, redundant: int = 0, control: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)) -> Trial:
+def new_trial(
+    program: Program,
+    redundant: int = 0,
+    control: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0),
+    left_out: tuple[int, ...] = (),
+) -> Trial:
     """A trial state of zeros; `redundant`: number of redundant constraint equations, `control`: see `StepControl`."""
-    given = StepControl(*control)
-    return new_from_template(
-        program, ("trial", redundant), lambda: _zero_trial(program, redundant, given), control=given
-    )
+    # `left_out` : numbers of constraint equations that every factorisation holds.
+    given, key = StepControl(*control), ("trial", redundant, len(left_out))
+    new = new_from_template(program, key, lambda: _zero_trial(program, redundant, given, len(left_out)), control=given)
+    unknowns = program.n_q + np.array(left_out, dtype=np.int64)
+    new.left_out[:] = np.argsort(program.symbolic.order)[unknowns]
+    new.left_out_pivots[:] = program.symbolic.positions(unknowns, unknowns)
+    return new
 
 
-def _zero_trial(program: Program, redundant: int, control: StepControl) -> Trial:
+def _zero_trial(program: Program, redundant: int, control: StepControl, left_out: int) -> Trial:
     n, m = program.n_q + 3, program.n_c
     total, groups = program.n_q + m, body_groups(program)
     states = dict.fromkeys(("q", "v", "a", "x", "mean_v", "newmark_residual"), n)
@@ -85,6 +95,8 @@ def _zero_trial(program: Program, redundant: int, control: StepControl) -> Trial
         **dict.fromkeys(vectors, total),
         scratch_pair=2 * total,
         free_multipliers=(redundant, m),
+        left_out=np.zeros(left_out, dtype=np.int64),
+        left_out_pivots=np.zeros(left_out, dtype=np.int64),
         rigid=rigid_coordinates(program),
         groups=groups[: program.n_q],
         contact_groups=np.maximum(*groups[program.tables.contacts.dofs.astype(np.int64).reshape(-1, 6)[:, ::3].T]),

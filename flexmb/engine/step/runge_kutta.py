@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from flexmb.engine.compiled.records import Matrix, Record, Vector
 from flexmb.engine.energy import RESIDUAL_LIMIT_RUNGE_KUTTA
-from flexmb.engine.linalg.lu import LOST_PIVOT, LU, ROWS_HELD, factor, first_held_row, held_residual, solve
+from flexmb.engine.linalg.lu import LOST_PIVOT, LU, ROWS_HELD, first_held_row, held_residual, solve
 from flexmb.engine.newmark.jacobian_reuse import (
     allowed_gap,
     discard_factors,
+    factor_without_redundant,
     held_code,
     initial_hold,
     update_held_multipliers,
@@ -110,14 +111,14 @@ def accelerate_once(tables, address, lu, t, fraction, h, load, options, flow, tr
             trial.rhs[i] = load[i] - (work.r[i] + work.Gl[i])
         for i in range(m):
             trial.rhs[n + i] = work.gamma[i]
-        lost = factor(lu, work.lu, trial.pivot_scale, LOST_PIVOT, n, hold)
+        lost = factor_without_redundant(lu, work.lu, hold, n, trial)
         record.count.factorisations += 1
         if lost >= 0:
             record.count.lost_pivot = lost
             return SINGULAR if math.isfinite(trial.rhs.sum()) else NOT_FINITE
         if lost == ROWS_HELD:
             left = h * h * held_residual(lu, work.lu, trial.pivot_scale, trial.rhs, trial.scratch)
-            if hold == LOST_PIVOT or left <= allowed_gap(tables, h, options, flow, flow.a):
+            if hold == LOST_PIVOT or left <= allowed_gap(tables, h, options, flow, flow.a, trial.left_out.shape[0] > 0):
                 break
             hold = LOST_PIVOT  # the rows are not redundant
     solve(lu, work.lu, trial.rhs, trial.solution, trial.scratch)
@@ -142,14 +143,14 @@ def project_state(tables, address, lu, t, h, options, flow, trial, work, record,
         velocities = level == PROJECTIONS - 1
         for i in range(m):
             trial.rhs[n + i] = -work.gv[i] if velocities else -work.g[i]
-        lost = factor(lu, work.lu, trial.pivot_scale, LOST_PIVOT, n, hold)
+        lost = factor_without_redundant(lu, work.lu, hold, n, trial)
         record.count.factorisations += 1
         if lost >= 0:
             record.count.lost_pivot = lost
             return SINGULAR
         if lost == ROWS_HELD:
             left = held_residual(lu, work.lu, trial.pivot_scale, trial.rhs, trial.scratch) * (h if velocities else 1.0)
-            if left > allowed_gap(tables, h, options, flow, flow.a):
+            if left > allowed_gap(tables, h, options, flow, flow.a, trial.left_out.shape[0] > 0):
                 if hold == LOST_PIVOT:  # the rows contradict the others
                     record.count.lost_pivot = first_held_row(lu, trial.pivot_scale)
                     return SINGULAR

@@ -109,6 +109,16 @@ def least_norm(
     return a, lam
 
 
+def held_rows(program: Program, work: Work, q: np.ndarray, t: float, redundant: int) -> tuple[int, ...]:
+    """Rows that the factors at a regular pose q (n_q,) at t [s] hold, of which `redundant` are so in every pose."""
+    # The workspace is overwritten. None where another number is held: bodies without inertia, a singular pose.
+    seen = np.zeros(program.symbolic.n)
+    values = StateEvaluation(program, work).at(q, t=t, weights=(0.0, 0.0, 1.0)).work.lu.copy()
+    lu.factor(lu.tables(program.symbolic), values, seen, lu.LOST_PIVOT, program.n_q)
+    held = program.symbolic.order[seen < 0.0] - program.n_q
+    return tuple(held.tolist()) if len(held) == redundant else ()
+
+
 def looks_dependent(program: Program, work: Work, q: np.ndarray, redundant: int) -> bool:
     """Whether independent constraint rows look redundant, because some inertia is very small."""
     # The pivots depend on the directions of the bodies, so that three rotations of the mechanism are tested; a rotation
