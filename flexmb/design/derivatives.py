@@ -224,10 +224,16 @@ def per(unit: str, other: str) -> str:
 
 @arguments.checked
 def sensitivity(
-    model: Model, parameters: Iterable[str] | Mapping[str, float],
-    *, of: Sequence[str | Measure], t_end: float | None = None, periods: float | None = None,
-    save: int | float | Sequence[float] | np.ndarray = 1000, step: Step | None = None, method: Method | None = None,
-) -> Sensitivity:  # fmt: skip
+    model: Model,
+    parameters: Iterable[str] | Mapping[str, float],
+    *,
+    of: Sequence[str | Measure],
+    t_end: float | None = None,
+    periods: float | None = None,
+    save: int | float | Sequence[float] | np.ndarray = 1000,
+    step: Step | None = None,
+    method: Method | None = None,
+) -> Sensitivity:
     """Derivatives of signals by parameters, through impacts and friction, along one run.
 
     The steps of the run carry the derivatives of its state: start values, drives and the equations of motion change

@@ -105,11 +105,20 @@ STATISTICS = ("mean", "deviation", "low", "high")  # variables of `Spread.statis
 
 @arguments.checked
 def spread(
-    model: Model, parameters: Mapping[str, Normal | Uniform],
-    *, of: Sequence[Measure], t_end: float | None = None, periods: float | None = None, samples: int = 64,
-    sobol: bool = False, executor: Executor | None = None, store: Any = None, resume: bool = False,
-    step: Step | None = None, method: Method | None = None,
-) -> Spread:  # fmt: skip
+    model: Model,
+    parameters: Mapping[str, Normal | Uniform],
+    *,
+    of: Sequence[Measure],
+    t_end: float | None = None,
+    periods: float | None = None,
+    samples: int = 64,
+    sobol: bool = False,
+    executor: Executor | None = None,
+    store: Any = None,
+    resume: bool = False,
+    step: Step | None = None,
+    method: Method | None = None,
+) -> Spread:
     """Spread of measures over machines whose numbers scatter independently.
 
     To first order, by the derivatives at the means; and by samples (Sobol's sequence).
@@ -175,9 +184,13 @@ def spread(
 
 
 def sampled(
-    model: Model, measures: Sequence[Measure], names: Sequence[str], table: np.ndarray, how: Mapping[str, Any],
+    model: Model,
+    measures: Sequence[Measure],
+    names: Sequence[str],
+    table: np.ndarray,
+    how: Mapping[str, Any],
     machine: int,
-) -> dict[str, float]:  # fmt: skip
+) -> dict[str, float]:
     """Measures of one machine by their names; table : parameters (machines, n), how : arguments of the run."""
     held = ParameterModel("spread", model, dict(zip(names, table[int(machine)].tolist(), strict=True)))
     given = {key: one for key, one in how.items() if one is not None}

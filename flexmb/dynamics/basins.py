@@ -202,10 +202,20 @@ class Basin:
 
 
 def basin(
-    system: Dynamics | Mechanism, x: Axis, y: Axis,
-    *, period: Period = None, settle: int = 20, longest: int = 500, repeats: int = 16, tolerance: float = 1e-4,
-    bound: float = 1e3, angles: Sequence[str] = (), executor: Executor | int | None = None, workers: int = 1,
-) -> Basin:  # fmt: skip
+    system: Dynamics | Mechanism,
+    x: Axis,
+    y: Axis,
+    *,
+    period: Period = None,
+    settle: int = 20,
+    longest: int = 500,
+    repeats: int = 16,
+    tolerance: float = 1e-4,
+    bound: float = 1e3,
+    angles: Sequence[str] = (),
+    executor: Executor | int | None = None,
+    workers: int = 1,
+) -> Basin:
     """Basins of attraction over two entries of the state; the other entries keep their present values.
 
     The motion from each point of the grid is observed once a period.  A motion is on an attractor when its section
@@ -309,9 +319,14 @@ def _place(system: Dynamics, axis: Any, which: str) -> tuple[int, str, str, np.n
 
 
 def _rules(
-    system: Dynamics, starts: np.ndarray, period: Period, angles: tuple[str, ...], tolerance: float, bound: float,
+    system: Dynamics,
+    starts: np.ndarray,
+    period: Period,
+    angles: tuple[str, ...],
+    tolerance: float,
+    bound: float,
     limits: Mapping[str, int],
-) -> Rules:  # fmt: skip
+) -> Rules:
     passes = Shooting(LABEL, system, period=period, angles=angles)
     counts: dict[str, Any] = {name: checks.count(LABEL, name, value) for name, value in limits.items()}
     if counts["longest"] <= counts["settle"]:

@@ -46,9 +46,13 @@ def points_of(points: Any, names: Sequence[str]) -> tuple[np.ndarray, tuple[str,
 
 
 def columns_of(
-    values: np.ndarray, names: tuple[str, ...], units: Sequence[str] | None, driven: Sequence[str], floor: float,
+    values: np.ndarray,
+    names: tuple[str, ...],
+    units: Sequence[str] | None,
+    driven: Sequence[str],
+    floor: float,
     sizes: np.ndarray | None,
-) -> Columns:  # fmt: skip
+) -> Columns:
     """Columns of the signals with information, of finite points (n, m) with names, units and sizes (m,)."""
     # The unit "rad" is an angle, taken modulo 2 pi; without units a signal that grows by whole turns is an angle.
     # `driven` are signals that drives prescribe; `floor` is the round-off or integration error of a signal over its

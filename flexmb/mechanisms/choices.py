@@ -1,7 +1,5 @@
 """Arguments that several ready mechanisms share: friction, motion of a crank, a pin with or without clearance."""
 
-from typing import Any
-
 import numpy as np
 
 from flexmb import checks
@@ -37,14 +35,21 @@ def crank_motion(owner: str, speed: float, ramp: float | None) -> Motion:
 
 
 def pin(
-    name: str, first: Body, second: Body, at: Point, clearance: float | None, bearing_radius: float,
-    normal: NormalLaw, friction: FrictionLaw,
-) -> Joint:  # fmt: skip
+    name: str,
+    first: Body,
+    second: Body,
+    at: Point,
+    clearance: float | None,
+    bearing_radius: float,
+    normal: NormalLaw,
+    friction: FrictionLaw,
+) -> Joint:
     """A revolute joint at a point [m], with clearance [m] if it is given; the journal belongs to the second body."""
     if clearance is None:
         return Revolute(name, first, second, at=at)
-    laws: dict[str, Any] = {"normal": normal, "friction": friction}
-    return RevoluteClearance(name, first, second, at=at, clearance=clearance, bearing_radius=bearing_radius, **laws)
+    return RevoluteClearance(
+        name, first, second, at=at, clearance=clearance, bearing_radius=bearing_radius, normal=normal, friction=friction
+    )
 
 
 def check_flag(owner: str, name: str, value: object) -> bool:

@@ -76,10 +76,15 @@ class FourBarData(Input):
 @arguments.checked
 def four_bar(
     speed: Annotated[float, "rad/s"] = 340.0 * 2.0 * math.pi / 60.0,
-    *, clearance: Annotated[float | None, "m"] = None, flexible: bool = False,
-    friction: str | FrictionLaw | None = None, elements: int = 4, start: Annotated[float, "rad"] = 0.0,
-    ramp: Annotated[float | None, "s"] = None, data: FourBarData | None = None,
-) -> Mechanism:  # fmt: skip
+    *,
+    clearance: Annotated[float | None, "m"] = None,
+    flexible: bool = False,
+    friction: str | FrictionLaw | None = None,
+    elements: int = 4,
+    start: Annotated[float, "rad"] = 0.0,
+    ramp: Annotated[float | None, "s"] = None,
+    data: FourBarData | None = None,
+) -> Mechanism:
     """A crank-rocker mechanism with rigid or flexible links, and with or without clearance at B; no gravity.
 
     Bodies: crank coupler rocker.  Joints: O, D (frame), A (crank and coupler), B (coupler and rocker).  Drive: motor.

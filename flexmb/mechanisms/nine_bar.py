@@ -29,11 +29,16 @@ SLIDER_SIZE = (0.060, 0.036)  # width and height of the slider in pictures [m]
 @arguments.checked
 def nine_bar(
     speed: Annotated[float, "rad/s"] = 2.0 * math.pi,
-    *, clearance: Annotated[float | None, "m"] = None, flexible: bool = False,
-    friction: str | FrictionLaw | None = "coulomb", elements: int = 4,
-    start: Annotated[tuple[float, float], "rad"] = (0.0, 0.0), ramp: Annotated[float | None, "s"] = None,
-    mesh: str | None = None, data: NineBarData | None = None,
-) -> Mechanism:  # fmt: skip
+    *,
+    clearance: Annotated[float | None, "m"] = None,
+    flexible: bool = False,
+    friction: str | FrictionLaw | None = "coulomb",
+    elements: int = 4,
+    start: Annotated[tuple[float, float], "rad"] = (0.0, 0.0),
+    ramp: Annotated[float | None, "s"] = None,
+    mesh: str | None = None,
+    data: NineBarData | None = None,
+) -> Mechanism:
     """The nine-bar mechanism with two driven cranks, eight moving bodies and one joint with clearance.
 
         O1 - crank1 - P1 - link2 - B        P1: ideal joint or joint with clearance

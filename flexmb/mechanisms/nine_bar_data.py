@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import KW_ONLY, dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from flexmb.elastic.beams.section import Rectangle
 from flexmb.errors import InputError
@@ -131,8 +131,13 @@ class NineBarData(Input):
     def normal(self) -> LankaraniNikravesh:
         """Normal law of the contact at P1, its stiffness by eq. (4) with both radii."""
         partner = Material(self.contact_young, self.density, self.contact_poisson)
-        laws: Any = {"least_approach": self.least_approach, "reference_speed": self.reference_speed}
-        return LankaraniNikravesh.from_materials(partner, partner, restitution=self.restitution, **laws)
+        return LankaraniNikravesh.from_materials(
+            partner,
+            partner,
+            restitution=self.restitution,
+            least_approach=self.least_approach,
+            reference_speed=self.reference_speed,
+        )
 
     @property
     def coulomb(self) -> ModifiedCoulomb:

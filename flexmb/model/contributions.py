@@ -238,10 +238,14 @@ class SignalContribution:
 
 
 def signal_contributions(
-    part: str, kernel: Kernel, signals: Sequence[tuple[str, str]], coordinates: tuple[Coordinate, ...],
+    part: str,
+    kernel: Kernel,
+    signals: Sequence[tuple[str, str]],
+    coordinates: tuple[Coordinate, ...],
     p: tuple[float, ...],
-    *, use_of_factor: str = "",
-) -> list[SignalContribution]:  # fmt: skip
+    *,
+    use_of_factor: str = "",
+) -> list[SignalContribution]:
     """Signals, names with units, of one kernel, whose last parameter is the number of the signal, behind p."""
     return [
         SignalContribution(part, name, unit, kernel, coordinates, (*p, float(k)), use_of_factor=use_of_factor)

@@ -331,8 +331,16 @@ class Element(Part):
         """One element on the named coordinates, and its signals."""
         coordinates = tuple(self._coordinate(mechanism, c) for c in self.coords)
         p = self.parameters()
-        kernels: Any = {"energy": self.energy, "force": self.force_kernel, "tangent": self.tangent_kernel}
-        element = ElementContribution(self.name, self.kernel, coordinates, p, self.history(), **kernels)
+        element = ElementContribution(
+            self.name,
+            self.kernel,
+            coordinates,
+            p,
+            self.history(),
+            energy=self.energy,
+            force=self.force_kernel,
+            tangent=self.tangent_kernel,
+        )
         own = [SignalContribution(self.name, name, unit, kernel, coordinates, p) for name, unit, kernel in self.signals]
         return [element, *own]
 

@@ -244,8 +244,9 @@ def compile(
     KernelError : a user's kernel that unpacks a wrong number of parameters, cannot be compiled or returns NaN.
     """
     with _without_collector():
-        kept: Any = {"closed": closed or start, "start": start, "controlled": controlled, "touching": touching}
-        contributions = chosen_contributions(_contributions(mechanism), **kept)
+        contributions = chosen_contributions(
+            _contributions(mechanism), closed=closed or start, start=start, controlled=controlled, touching=touching
+        )
         number = Numbering(mechanism, controls=not (closed or start))
         return _compiled(mechanism, contributions, number, LateShapes(mechanism.shapes))
 

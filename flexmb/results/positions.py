@@ -28,9 +28,13 @@ from flexmb.results.stress import Places, Wanted, at_places, chosen_places, move
 
 # Positions of points of flexible bodies at the saved instants: nodes of beams and of meshes, reduced ones too
 def positions(
-    sol: Solution, body: str, points: Wanted | None = None,
-    *, times: Sequence[float] | None = None, mechanism: Mechanism | None = None,
-) -> xr.Dataset:  # fmt: skip
+    sol: Solution,
+    body: str,
+    points: Wanted | None = None,
+    *,
+    times: Sequence[float] | None = None,
+    mechanism: Mechanism | None = None,
+) -> xr.Dataset:
     """Positions of points of a flexible body over time; see `Solution.positions`."""
     part = moved_mechanism(sol, body, mechanism).find(body)
     if not isinstance(part, ElasticBody):

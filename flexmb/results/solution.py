@@ -359,9 +359,13 @@ class Solution:
         return peak
 
     def stress(
-        self, body: str, points: Sequence[tuple[float, float] | int | str] | None = None,
-        *, times: Sequence[float] | None = None, mechanism: Mechanism | None = None,
-    ) -> xr.Dataset:  # fmt: skip
+        self,
+        body: str,
+        points: Sequence[tuple[float, float] | int | str] | None = None,
+        *,
+        times: Sequence[float] | None = None,
+        mechanism: Mechanism | None = None,
+    ) -> xr.Dataset:
         """Stresses [Pa] of a flexible body at the saved instants, over `time` and `place`.
 
         Of beams `axial`, `bending` (in the outer fibre on the left), at both ends of all elements, and of meshes `sx`,
@@ -391,9 +395,13 @@ class Solution:
         return stress(self, body, points, times=times, mechanism=mechanism)
 
     def positions(
-        self, body: str, points: Sequence[tuple[float, float] | int | str] | None = None,
-        *, times: Sequence[float] | None = None, mechanism: Mechanism | None = None,
-    ) -> xr.Dataset:  # fmt: skip
+        self,
+        body: str,
+        points: Sequence[tuple[float, float] | int | str] | None = None,
+        *,
+        times: Sequence[float] | None = None,
+        mechanism: Mechanism | None = None,
+    ) -> xr.Dataset:
         """Positions `x`, `y` [m] of points of a flexible body at the saved instants, over `time` and `place`.
 
         Points are nodes of beams and of meshes; those of a reduced body are the nodes of its mesh, or of reduced beams
@@ -415,9 +423,13 @@ class Solution:
         return positions(self, body, points, times=times, mechanism=mechanism)
 
     def fatigue(
-        self, body: str, woehler: WoehlerLine | None = None,
-        *, point: tuple[float, float] | int | str | None = None, mechanism: Mechanism | None = None,
-    ) -> Fatigue:  # fmt: skip
+        self,
+        body: str,
+        woehler: WoehlerLine | None = None,
+        *,
+        point: tuple[float, float] | int | str | None = None,
+        mechanism: Mechanism | None = None,
+    ) -> Fatigue:
         """Rainflow count of the stress at a point, and its damage by Palmgren and Miner; see `results.Fatigue`.
 
         Parameters

@@ -65,9 +65,13 @@ class Places(NamedTuple):
 
 
 def stress(
-    sol: Solution, body: str, points: Wanted | None = None,
-    *, times: Sequence[float] | None = None, mechanism: Mechanism | None = None,
-) -> xr.Dataset:  # fmt: skip
+    sol: Solution,
+    body: str,
+    points: Wanted | None = None,
+    *,
+    times: Sequence[float] | None = None,
+    mechanism: Mechanism | None = None,
+) -> xr.Dataset:
     """Stresses of a flexible body over time; see `Solution.stress`."""
     part = _body(sol, body, mechanism)
     instants = np.arange(len(sol.time)) if times is None else nearest_to_each(sol, np.asarray(times, dtype=float))
@@ -176,9 +180,13 @@ def chosen_places(label: str, places: Places, points: Wanted) -> np.ndarray:
 
 
 def at_places(
-    sol: Solution, part: str, instants: np.ndarray, chosen: np.ndarray,
-    coordinates: Mapping[str, tuple[np.ndarray, str]], columns: Mapping[str, tuple[np.ndarray, Mapping[str, str]]],
-) -> xr.Dataset:  # fmt: skip
+    sol: Solution,
+    part: str,
+    instants: np.ndarray,
+    chosen: np.ndarray,
+    coordinates: Mapping[str, tuple[np.ndarray, str]],
+    columns: Mapping[str, tuple[np.ndarray, Mapping[str, str]]],
+) -> xr.Dataset:
     """Values (n, m) with attributes, by name, over instants and chosen places; coordinates (m,) with their units."""
     time = xr.Variable("time", sol.time[instants], {"units": "s", "long_name": "time"})
     own = {name: ("place", values[chosen], {"units": unit}) for name, (values, unit) in coordinates.items()}
@@ -277,9 +285,13 @@ def cycles_of(series: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def fatigue(
-    sol: Solution, body: str, woehler: WoehlerLine | None = None,
-    *, point: tuple[float, float] | int | str | None = None, mechanism: Mechanism | None = None,
-) -> Fatigue:  # fmt: skip
+    sol: Solution,
+    body: str,
+    woehler: WoehlerLine | None = None,
+    *,
+    point: tuple[float, float] | int | str | None = None,
+    mechanism: Mechanism | None = None,
+) -> Fatigue:
     """Cycles and damage at a point of a body; see `Solution.fatigue`."""
     if woehler is not None and not isinstance(woehler, WoehlerLine):
         raise InputError(f"fatigue: woehler is {woehler!r}; it must be a WoehlerLine(amplitude=..., slope=...).")

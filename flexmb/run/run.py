@@ -206,10 +206,18 @@ class Run:
     """One run of a program; see `simulate` for the arguments."""
 
     def __init__(
-        self, program: Program, method: Method, step: FixedStep | Adaptive, t_end: float, period: float | None,
-        *, mechanism: Mechanism | None = None, max_steps: int | None = None, progress: bool = False,
+        self,
+        program: Program,
+        method: Method,
+        step: FixedStep | Adaptive,
+        t_end: float,
+        period: float | None,
+        *,
+        mechanism: Mechanism | None = None,
+        max_steps: int | None = None,
+        progress: bool = False,
         kept: np.ndarray | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.method, self.step, self.stepper = method, step, method.stepper(program, mechanism)
         self.mechanism = mechanism
         self.program = program = self.stepper.program

@@ -46,14 +46,25 @@ SHORTEST_RUN = 1e-100  # shortest run [s]
 @np.errstate(all="ignore")  # numbers that are not finite end as errors or statuses
 def simulate(
     mechanism: Mechanism,
-    *, t_end: float | None = None, periods: float | None = None, save_from: float = 0.0,
-    save_from_period: float | None = None, save: int | float | Sequence[float] | np.ndarray | str = 1000,
-    step: Step | None = None, method: Method | None = None, start: Equilibrium | str | None = None,
-    restart: Mapping[str, np.ndarray] | None = None, max_steps: int | None = None, redundant: str = "refuse",
-    signals: Sequence[str] | None = None, progress: bool = False,
-    stop: Condition | Sequence[Condition] | None = None, checkpoint: str | Path | None = None,
-    checkpoint_every: float = EVERY, resume: bool = False,
-) -> Solution:  # fmt: skip
+    *,
+    t_end: float | None = None,
+    periods: float | None = None,
+    save_from: float = 0.0,
+    save_from_period: float | None = None,
+    save: int | float | Sequence[float] | np.ndarray | str = 1000,
+    step: Step | None = None,
+    method: Method | None = None,
+    start: Equilibrium | str | None = None,
+    restart: Mapping[str, np.ndarray] | None = None,
+    max_steps: int | None = None,
+    redundant: str = "refuse",
+    signals: Sequence[str] | None = None,
+    progress: bool = False,
+    stop: Condition | Sequence[Condition] | None = None,
+    checkpoint: str | Path | None = None,
+    checkpoint_every: float = EVERY,
+    resume: bool = False,
+) -> Solution:
     """Simulate a mechanism from its reference configuration, or from an equilibrium.
 
     `save` takes a number of instants a period (an integer), an interval in s (a float), the times themselves in s (a
@@ -168,9 +179,14 @@ def _run_through(run: Run, stopping: StopConditions, begin: float, end: float, g
 
 
 def _solution(
-    run: Run, mechanism: Mechanism, closed: Program, begun_saved: tuple[float, float], model: dict[str, Any],
-    kept_file: Checkpoints | None, started: float,
-) -> Solution:  # fmt: skip
+    run: Run,
+    mechanism: Mechanism,
+    closed: Program,
+    begun_saved: tuple[float, float],
+    model: dict[str, Any],
+    kept_file: Checkpoints | None,
+    started: float,
+) -> Solution:
     """Solution of a run that has ended, with findings; its checkpoint is written or removed."""
     # `begun_saved` holds the instants at which the run and its saving began [s].
     now, (begun, begin) = float(run.flow.clock.t), begun_saved
@@ -224,9 +240,14 @@ def prepared(
 
 
 def begin_or_resume(
-    run: Run, mechanism: Mechanism, closed: Program, label: str, restart: Mapping[str, np.ndarray] | None,
-    redundant: str, end: float,
-) -> None:  # fmt: skip
+    run: Run,
+    mechanism: Mechanism,
+    closed: Program,
+    label: str,
+    restart: Mapping[str, np.ndarray] | None,
+    redundant: str,
+    end: float,
+) -> None:
     """Begin a run in the reference configuration, or go on from a restart, which must not lie beyond its `end` [s]."""
     least = redundant == LEAST_NORM
     if restart is None:

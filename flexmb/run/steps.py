@@ -77,9 +77,13 @@ class StepState(Mapping[str, float]):
 @arguments.checked
 def steps(
     mechanism: Mechanism,
-    *, t_end: float | None = None, step: Step | None = None, method: Method | None = None,
-    restart: Mapping[str, np.ndarray] | None = None, redundant: str = "refuse",
-) -> Iterator[StepState]:  # fmt: skip
+    *,
+    t_end: float | None = None,
+    step: Step | None = None,
+    method: Method | None = None,
+    restart: Mapping[str, np.ndarray] | None = None,
+    redundant: str = "refuse",
+) -> Iterator[StepState]:
     """Take the steps of `simulate` one at a time: first the start, then the state after every accepted step.
 
     Parameters

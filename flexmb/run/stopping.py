@@ -42,9 +42,12 @@ class Condition:
 @arguments.checked
 def when(
     signal: str,
-    *, above: float | None = None, below: float | None = None, crosses: float | None = None,
+    *,
+    above: float | None = None,
+    below: float | None = None,
+    crosses: float | None = None,
     contact: str | None = None,
-) -> Condition:  # fmt: skip
+) -> Condition:
     """Condition that ends a run: `simulate(..., stop=when("slider.x", above=0.1))`.
 
     Parameters

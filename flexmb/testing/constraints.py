@@ -1,7 +1,5 @@
 """Checks of constraints, of joint friction, and of the motions that drive constraints."""
 
-from typing import Any
-
 import numpy as np
 
 from flexmb.kernels import JOINT_FRICTION_SIZE
@@ -130,8 +128,9 @@ def check_joint_friction(bench: Bench, contribution: ConstraintContribution, joi
         bench.derivative(tested, "dN/dlam", full, out["out"][1 : 1 + m][None, :], load, lam, size, columns=size)
         bench.derivative(tested, "dN/dq", full, out["out"][None, 10:], load_there, q, scale, columns=scale)
         floor = 1e-6 * float(np.abs(scale * J).max())
-        units: Any = {"rows": scale, "columns": scale, "floor": floor}
-        bench.derivative(tested, "H = dJ/dq", full, out["H"], direction, q, scale, **units)
+        bench.derivative(
+            tested, "H = dJ/dq", full, out["H"], direction, q, scale, rows=scale, columns=scale, floor=floor
+        )
         rule = "what slides on one body must slide back on the other"
         for axis in (0, 1):
             bench.balanced(tested, f"forces along {'xy'[axis]}", full, [J[axis], J[3 + axis]], rule)

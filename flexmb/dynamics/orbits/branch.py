@@ -113,9 +113,14 @@ class Branch(arguments.Checked):
         return orbit
 
     def curve(
-        self, event: int | BranchPoint, parameter: str, span: tuple[float, float],
-        *, step: float = 0.02, points: int = 200,
-    ) -> xr.Dataset:  # fmt: skip
+        self,
+        event: int | BranchPoint,
+        parameter: str,
+        span: tuple[float, float],
+        *,
+        step: float = 0.02,
+        points: int = 200,
+    ) -> xr.Dataset:
         """The curve of an event over the plane of the branch's parameter and a second one.
 
         Parameters

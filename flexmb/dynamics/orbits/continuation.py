@@ -89,10 +89,18 @@ CORRECTIONS = 10  # largest number of corrections of an orbit on a branch
 
 
 def follow(
-    orbit: PeriodicOrbit, parameter: str, span: tuple[float | None, float],
-    *, step: float = 0.01, largest: float = 0.05, smallest: float = 1e-7, points: int = 500, extremes: int = 0,
-    grazing: str | None = None, tolerance: float | None = None,
-) -> Branch:  # fmt: skip
+    orbit: PeriodicOrbit,
+    parameter: str,
+    span: tuple[float | None, float],
+    *,
+    step: float = 0.01,
+    largest: float = 0.05,
+    smallest: float = 1e-7,
+    points: int = 500,
+    extremes: int = 0,
+    grazing: str | None = None,
+    tolerance: float | None = None,
+) -> Branch:
     """Continuation of a periodic orbit along a parameter, through folds of the branch.
 
     Steps go along the branch (pseudo-arclength), so the parameter may turn back.  They shrink if many corrections are

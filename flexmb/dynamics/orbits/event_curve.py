@@ -88,9 +88,14 @@ class Plane:
         return None
 
     def walk(
-        self, place: np.ndarray, run: ShootingRun, size: float, inside: Callable[[np.ndarray], bool], most: int,
+        self,
+        place: np.ndarray,
+        run: ShootingRun,
+        size: float,
+        inside: Callable[[np.ndarray], bool],
+        most: int,
         sign: float,
-    ) -> tuple[list[tuple[np.ndarray, ShootingRun]], str]:  # fmt: skip
+    ) -> tuple[list[tuple[np.ndarray, ShootingRun]], str]:
         """Points of the curve, at first towards the `sign` of the second parameter, and the reason of the end."""
         found: list[tuple[np.ndarray, ShootingRun]] = []
         ahead, step, slope = np.array([0.0, sign]), size, self.gradient(place, run)

@@ -113,10 +113,17 @@ class Shooting:
     """Multiple shooting of a flow or map, with the arguments of `periodic_orbit`."""
 
     def __init__(
-        self, label: str, system: Dynamics,
-        *, period: Period, times: int = 1, autonomous: bool = False, segments: int = 1, tangent: str = TANGENTS[0],
+        self,
+        label: str,
+        system: Dynamics,
+        *,
+        period: Period,
+        times: int = 1,
+        autonomous: bool = False,
+        segments: int = 1,
+        tangent: str = TANGENTS[0],
         angles: tuple[str, ...] = (),
-    ) -> None:  # fmt: skip
+    ) -> None:
         self.label, self.system, self.autonomous, self.segments = label, system, autonomous, segments
         self.times, self.declared, self.angles = checks.count(label, "times", times), period, angles
         self.tangent = checks.one_of(label, "tangent", tangent, TANGENTS)

@@ -58,9 +58,14 @@ class SectionSignals:
 @arguments.checked
 def stroboscopic(
     system: Any,
-    *, keep: int, skip: int = 0, period: float | None = None, step: Step | None = None,
-    method: Newmark | None = None, progress: bool = False,
-) -> xr.Dataset:  # fmt: skip
+    *,
+    keep: int,
+    skip: int = 0,
+    period: float | None = None,
+    step: Step | None = None,
+    method: Newmark | None = None,
+    progress: bool = False,
+) -> xr.Dataset:
     """States of a driven system once a period.
 
     Parameters
@@ -98,10 +103,19 @@ def stroboscopic(
 
 
 def section(
-    system: Any, signal: str,
-    *, keep: int, skip: int = 0, level: float = 0.0, direction: str = "up", limit: float | None = None,
-    period: float | None = None, step: Step | None = None, method: Newmark | None = None, progress: bool = False,
-) -> xr.Dataset:  # fmt: skip
+    system: Any,
+    signal: str,
+    *,
+    keep: int,
+    skip: int = 0,
+    level: float = 0.0,
+    direction: str = "up",
+    limit: float | None = None,
+    period: float | None = None,
+    step: Step | None = None,
+    method: Newmark | None = None,
+    progress: bool = False,
+) -> xr.Dataset:
     """States of a system at which a signal crosses a level (Poincare section), located on the steps of the solver.
 
     Parameters

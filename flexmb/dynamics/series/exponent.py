@@ -74,9 +74,12 @@ FLOW = 8.0  # number of samples in a mean period above which a signal belongs to
 
 
 def estimate(
-    method: str, slope: Callable[..., Slope], signal: Any, interval: Any,
+    method: str,
+    slope: Callable[..., Slope],
+    signal: Any,
+    interval: Any,
     options: tuple[int | None, int | None, int | None],
-) -> SeriesExponent:  # fmt: skip
+) -> SeriesExponent:
     """The exponent from the slopes in two embedding dimensions: the common part of all methods."""
     # `slope(points, window, theiler, period)` takes standardised vectors, the signal has samples (n,), `interval` is as
     # of `spacing`, `options` are delay, dimension, theiler of the methods.
@@ -198,9 +201,13 @@ NEIGHBOURS = 8  # number of neighbours of a point
 
 
 def kantz(
-    signal: Any, interval: Any = None,
-    *, delay: int | None = None, dimension: int | None = None, theiler: int | None = None,
-) -> SeriesExponent:  # fmt: skip
+    signal: Any,
+    interval: Any = None,
+    *,
+    delay: int | None = None,
+    dimension: int | None = None,
+    theiler: int | None = None,
+) -> SeriesExponent:
     """Largest exponent: slope of <ln (mean distance of the neighbours of a point)> over time.
 
     The mean over the 8 nearest neighbours of each of 600 points, one neighbour of each passage of the orbit, stands
@@ -274,9 +281,13 @@ ROSENSTEIN_REFERENCES = 2000
 
 
 def rosenstein(
-    signal: Any, interval: Any = None,
-    *, delay: int | None = None, dimension: int | None = None, theiler: int | None = None,
-) -> SeriesExponent:  # fmt: skip
+    signal: Any,
+    interval: Any = None,
+    *,
+    delay: int | None = None,
+    dimension: int | None = None,
+    theiler: int | None = None,
+) -> SeriesExponent:
     """Largest exponent: slope of <ln |distance of nearest neighbours|> over time.
 
     The straight part begins one step after the time that a vector covers.  It ends where the error of its slope is
@@ -345,10 +356,14 @@ SMALLEST = 1e-4  # smallest distance of a pair, in standard deviations; smaller 
 
 
 def wolf(
-    signal: Any, interval: Any = None,
-    *, delay: int | None = None, dimension: int | None = None, theiler: int | None = None,
+    signal: Any,
+    interval: Any = None,
+    *,
+    delay: int | None = None,
+    dimension: int | None = None,
+    theiler: int | None = None,
     evolve: int | None = None,
-) -> SeriesExponent:  # fmt: skip
+) -> SeriesExponent:
     """Largest exponent: mean of ln(L'/L) over time; L and L' are the distances of a neighbour `evolve` samples apart.
 
     After `evolve` samples the neighbour is replaced by a near point in nearly the same direction.  Periodic and

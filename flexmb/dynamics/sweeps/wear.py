@@ -195,10 +195,18 @@ def _worn_joints(label: str, mechanism: Mechanism) -> dict[str, WornJoint]:
 @checked
 def wear_out(
     mechanism: Mechanism,
-    *, turns: float, keep: int = 20, settle: int = 1, sample: int = 1, tolerance: float = 0.02,
-    step: Step | None = None, method: Method | None = None, store: Any = None, resume: bool = False,
+    *,
+    turns: float,
+    keep: int = 20,
+    settle: int = 1,
+    sample: int = 1,
+    tolerance: float = 0.02,
+    step: Step | None = None,
+    method: Method | None = None,
+    store: Any = None,
+    resume: bool = False,
     progress: bool = False,
-) -> xr.Dataset:  # fmt: skip
+) -> xr.Dataset:
     """Wear of the joints of a mechanism over many turns.
 
     A turn is a common period of the drives.  A run gives the wear of a turn with the present surfaces; the depths are

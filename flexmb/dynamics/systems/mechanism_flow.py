@@ -81,9 +81,13 @@ class MechanismFlow(ContinuousFlow):
     """
 
     def __init__(
-        self, mechanism: Mechanism,
-        *, step: Step | None = None, method: Newmark | None = None, period: float | None = None,
-    ) -> None:  # fmt: skip
+        self,
+        mechanism: Mechanism,
+        *,
+        step: Step | None = None,
+        method: Newmark | None = None,
+        period: float | None = None,
+    ) -> None:
         if not isinstance(mechanism, Mechanism):
             raise InputError(f"MechanismFlow: {mechanism!r} is not a Mechanism.")
         self.name = mechanism.name

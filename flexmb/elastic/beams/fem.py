@@ -168,9 +168,13 @@ class BeamMatrices:
 
 
 def beam_matrices(
-    stations: npt.ArrayLike, section: Section, material: Material,
-    *, rotary_inertia: bool | float = False, shear: bool | float = False,
-) -> BeamMatrices:  # fmt: skip
+    stations: npt.ArrayLike,
+    section: Section,
+    material: Material,
+    *,
+    rotary_inertia: bool | float = False,
+    shear: bool | float = False,
+) -> BeamMatrices:
     """Matrices of every element of one beam.
 
     The section is evaluated at s = (x - x_first) / (x_last - x_first) in every quadrature point, so tapered beams and

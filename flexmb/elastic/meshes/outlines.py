@@ -106,9 +106,12 @@ Hole = tuple[tuple[float, float], float]  # centre and radius [m]
 
 
 def plate_with_holes(
-    outline: Sequence[tuple[float, float]], holes: Mapping[str, Hole], size: float, kind: str = "tri6",
+    outline: Sequence[tuple[float, float]],
+    holes: Mapping[str, Hole],
+    size: float,
+    kind: str = "tri6",
     fillet: float | Sequence[float] = 0.0,
-) -> PlaneMesh:  # fmt: skip
+) -> PlaneMesh:
     """A plate with straight edges, sharp or rounded corners, and round holes, which are sets of their names.
 
     Parameters
@@ -239,9 +242,14 @@ def ring(inner: float, outer: float, size: float, kind: str = "quad9") -> PlaneM
 
 
 def link_with_eyes(
-    length: float, eye: float | Pair, hole: float | Pair, width: float | Pair, size: float, kind: str = "quad9",
+    length: float,
+    eye: float | Pair,
+    hole: float | Pair,
+    width: float | Pair,
+    size: float,
+    kind: str = "quad9",
     fillet: float | Pair = 0.0,
-) -> PlaneMesh:  # fmt: skip
+) -> PlaneMesh:
     """A link of two eyes and a straight shank; its holes are the sets "start" at (0, 0) and "end" at (length, 0).
 
     Parameters
@@ -301,9 +309,15 @@ def crank_web(throw: float, eye: float | Pair, hole: float | Pair, size: float, 
 
 
 def _link(
-    label: str, length: float, radii: Pair, holes: Pair, angles: Pair, size: float, kind: str,
+    label: str,
+    length: float,
+    radii: Pair,
+    holes: Pair,
+    angles: Pair,
+    size: float,
+    kind: str,
     fillets: Pair = (0.0, 0.0),
-) -> PlaneMesh:  # fmt: skip
+) -> PlaneMesh:
     """A mesh of two eyes whose shank leaves them at these angles from the axis [rad]."""
     for end, big, small in zip(("start", "end"), radii, holes, strict=True):
         if small >= big:

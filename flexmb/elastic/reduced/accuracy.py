@@ -148,9 +148,13 @@ class Comparison:
 
 
 def accuracy(
-    found: Basis, element: Superelement,
-    *, count: int = 3, held: Sequence[str] | None = None, loads: Mapping[str, Load] | None = None,
-) -> Accuracy:  # fmt: skip
+    found: Basis,
+    element: Superelement,
+    *,
+    count: int = 3,
+    held: Sequence[str] | None = None,
+    loads: Mapping[str, Load] | None = None,
+) -> Accuracy:
     """A reduced body beside the body with all its displacements, with `count` frequencies at most."""
     # Pins `held` neither move nor turn; None: all pins keep their places and may turn, a single one may not.
     model = found.model

@@ -121,9 +121,14 @@ class Basis:
 
 
 def basis(
-    model: ElasticModel, modes: int, up_to: float | None,
-    *, by_pin: bool, inertia: bool = False, loads: Array | None = None,
-) -> Basis:  # fmt: skip
+    model: ElasticModel,
+    modes: int,
+    up_to: float | None,
+    *,
+    by_pin: bool,
+    inertia: bool = False,
+    loads: Array | None = None,
+) -> Basis:
     """Craig-Bampton basis of a body, with `modes` vibrations at least, all pins held."""
     # With the shapes of loads a multiple of three modes is kept; with `up_to` all vibrations up to this frequency [Hz].
     # `by_pin`: the frame of the body is that of its first pin; `inertia`: static shapes of the own inertia are kept;

@@ -141,12 +141,22 @@ class Reduced(MeshBody):
     stress: bool | None = field("whether every step looks for the largest stress", rule=flag, default=None)
 
     def __init__(
-        self, body: Reducible, modes: int = 0,
-        *, up_to: float | None = None, pins: Sequence[str] | None = None, frame: str = "chord",
-        stiffening: bool = True, inertia_shapes: bool = False, load_shapes: Sequence[MeshLoad] = (),
-        damping: float | None = None, mass_damping: float | None = None,
-        damping_ratios: float | Sequence[float] = 0.0, stress: bool | None = None, name: str | None = None,
-    ) -> None:  # fmt: skip
+        self,
+        body: Reducible,
+        modes: int = 0,
+        *,
+        up_to: float | None = None,
+        pins: Sequence[str] | None = None,
+        frame: str = "chord",
+        stiffening: bool = True,
+        inertia_shapes: bool = False,
+        load_shapes: Sequence[MeshLoad] = (),
+        damping: float | None = None,
+        mass_damping: float | None = None,
+        damping_ratios: float | Sequence[float] = 0.0,
+        stress: bool | None = None,
+        name: str | None = None,
+    ) -> None:
         if not isinstance(body, Body):
             raise InputError(f"Reduced: body is {body!r}; it must be a flexible body such as a PlaneBody.")
         ratios = damping_ratios if np.ndim(damping_ratios) == 0 else tuple(damping_ratios)  # type: ignore[arg-type]

@@ -310,9 +310,13 @@ class Superelement:
 
 
 def superelement(
-    found: Basis, damping: float,
-    *, stiffening: bool, ratios: float | tuple[float, ...] = 0.0, mass_damping: float = 0.0,
-) -> Superelement:  # fmt: skip
+    found: Basis,
+    damping: float,
+    *,
+    stiffening: bool,
+    ratios: float | tuple[float, ...] = 0.0,
+    mass_damping: float = 0.0,
+) -> Superelement:
     """Matrices of a reduced body."""
     # `damping` is a stiffness-proportional time [s], `mass_damping` a mass-proportional rate [1/s]; `ratios` are
     # damping ratios of the vibrations of the free body, from the lowest, one number those of all. With `stiffening`
@@ -431,10 +435,15 @@ def _reduced_stiffness(found: Basis, z: Array, free: Array) -> Array:
 
 
 def load_contributions(
-    name: str, load: NodalLoad, history: Motion | None, coordinates: tuple[Coordinate, ...], found: Basis,
+    name: str,
+    load: NodalLoad,
+    history: Motion | None,
+    coordinates: tuple[Coordinate, ...],
+    found: Basis,
     element: Superelement,
-    *, stiffening: bool,
-) -> list[Contribution]:  # fmt: skip
+    *,
+    stiffening: bool,
+) -> list[Contribution]:
     """Element and signals of a load, times the motion `history`; with `stiffening` its stress stiffens or softens."""
     kind = EDGES if load.edges else FOLLOWER if load.follower else DEAD
     shapes = np.asarray(found.model.shape @ found.shapes)  # Psi at the points

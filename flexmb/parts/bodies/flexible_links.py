@@ -186,12 +186,25 @@ class FlexibleFrame(FlexibleBody, Edges):
 
     @classmethod
     def from_mesh(
-        cls, name: str, path: str, at: Point = (0.0, 0.0),
-        *, angle: float = 0.0, sections: Mapping[int, Section], material: Material, mass: float | None = None,
-        inertia: float | None = None, centre: Point | None = None, damping: float = 0.0, mass_damping: float = 0.0,
-        rotary_inertia: bool | float | None = None, shear: bool | float = False, stress: bool | None = None,
-        velocity: Triple | Field | None = None, displacement: Field | None = None,
-    ) -> FlexibleFrame:  # fmt: skip
+        cls,
+        name: str,
+        path: str,
+        at: Point = (0.0, 0.0),
+        *,
+        angle: float = 0.0,
+        sections: Mapping[int, Section],
+        material: Material,
+        mass: float | None = None,
+        inertia: float | None = None,
+        centre: Point | None = None,
+        damping: float = 0.0,
+        mass_damping: float = 0.0,
+        rotary_inertia: bool | float | None = None,
+        shear: bool | float = False,
+        stress: bool | None = None,
+        velocity: Triple | Field | None = None,
+        displacement: Field | None = None,
+    ) -> FlexibleFrame:
         """A frame from a mesh of line cells (any format of meshio); corners: beams meet, end or bend there.
 
         Parameters
@@ -330,13 +343,26 @@ class FlexibleLink(FlexibleBody, Bar):
 
     @classmethod
     def from_mesh(
-        cls, name: str, path: str, start: Point, end: Point,
-        *, sections: Mapping[int, Section], material: Material, mass: float | None = None,
-        inertia: float | None = None, centre: float = 0.5, damping: float = 0.0, mass_damping: float = 0.0,
-        pivot_inertia: float = 0.0, rotary_inertia: bool | float | None = None, shear: bool | float = False,
-        stress: bool | None = None, velocity: Triple | FieldLike | None = None,
+        cls,
+        name: str,
+        path: str,
+        start: Point,
+        end: Point,
+        *,
+        sections: Mapping[int, Section],
+        material: Material,
+        mass: float | None = None,
+        inertia: float | None = None,
+        centre: float = 0.5,
+        damping: float = 0.0,
+        mass_damping: float = 0.0,
+        pivot_inertia: float = 0.0,
+        rotary_inertia: bool | float | None = None,
+        shear: bool | float = False,
+        stress: bool | None = None,
+        velocity: Triple | FieldLike | None = None,
         displacement: FieldLike | None = None,
-    ) -> FlexibleLink:  # fmt: skip
+    ) -> FlexibleLink:
         """A link with the nodes of a line mesh (any format of meshio), laid between two points.
 
         Parameters

@@ -101,8 +101,16 @@ def node_mass(part: str, node: str, mass: float, inertia: float, gravity: Point)
     gx, gy = gravity
     p = packed({MASS: mass, INERTIA: inertia, GRAVITY_X: gx, GRAVITY_Y: gy})
     dofs = node_coordinates(part, node)
-    short: Any = {"force": node_mass_force, "tangent": node_mass_tangent, "account": node_mass_account}
-    return ElementContribution(part, node_mass_kernel, dofs, p, energy=node_mass_energy, **short)
+    return ElementContribution(
+        part,
+        node_mass_kernel,
+        dofs,
+        p,
+        energy=node_mass_energy,
+        force=node_mass_force,
+        tangent=node_mass_tangent,
+        account=node_mass_account,
+    )
 
 
 @element_kernel
@@ -172,8 +180,15 @@ def mean_mass_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
 def mean_mass(part: str, nodes: Sequence[str], mass: float, gravity: Point) -> ElementContribution:
     """Contribution of a point mass [kg] held at the mean position of several nodes."""
     coordinates = tuple(c for node in nodes for c in node_coordinates(part, node)[:2])
-    short: Any = {"force": mean_mass_force, "account": mean_mass_account}
-    return ElementContribution(part, mean_mass_kernel, coordinates, (mass, *gravity), energy=mean_mass_energy, **short)
+    return ElementContribution(
+        part,
+        mean_mass_kernel,
+        coordinates,
+        (mass, *gravity),
+        energy=mean_mass_energy,
+        force=mean_mass_force,
+        account=mean_mass_account,
+    )
 
 
 SAME_POINT = 1e-9  # distance from the particle, over its distance from the origin (at least 1 m), that counts as 0

@@ -237,10 +237,14 @@ def oscillating_flat_profile(
 
 
 def roller_profile(
-    lift: Lift, base_radius: float,
-    *, roller: float, along: tuple[float, float] = (0.0, 1.0), offset: float = 0.0,
+    lift: Lift,
+    base_radius: float,
+    *,
+    roller: float,
+    along: tuple[float, float] = (0.0, 1.0),
+    offset: float = 0.0,
     at: tuple[float, float] = (0.0, 0.0),
-) -> ClosedCurve:  # fmt: skip
+) -> ClosedCurve:
     """Profile of a cam for a translating roller follower, or a knife edge.
 
     Parameters
@@ -279,9 +283,14 @@ def roller_profile(
 
 
 def oscillating_roller_profile(
-    lift: Lift, pivot: tuple[float, float],
-    *, arm: float, angle: float, roller: float, at: tuple[float, float] = (0.0, 0.0),
-) -> ClosedCurve:  # fmt: skip
+    lift: Lift,
+    pivot: tuple[float, float],
+    *,
+    arm: float,
+    angle: float,
+    roller: float,
+    at: tuple[float, float] = (0.0, 0.0),
+) -> ClosedCurve:
     """Profile of a cam for a roller on an arm that swings about a pivot.
 
     Parameters

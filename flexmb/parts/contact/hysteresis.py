@@ -194,9 +194,14 @@ class HysteresisLaw(DampedElasticLaw):
 
     @classmethod
     def from_materials(
-        cls, bearing: Material, journal: Material,
-        *, restitution: float = 0.9, least_approach: float = LEAST_APPROACH, reference_speed: str = ONSET,
-    ) -> Self:  # fmt: skip
+        cls,
+        bearing: Material,
+        journal: Material,
+        *,
+        restitution: float = 0.9,
+        least_approach: float = LEAST_APPROACH,
+        reference_speed: str = ONSET,
+    ) -> Self:
         """The law with Hertz's stiffness for n = 3/2, from two materials and the radii of the joint.
 
         Parameters
@@ -204,8 +209,12 @@ class HysteresisLaw(DampedElasticLaw):
         bearing, journal : materials.
         restitution, least_approach, reference_speed : see the class.
         """
-        speeds: Any = {"least_approach": least_approach, "reference_speed": reference_speed}
-        return cls(materials=(bearing, journal), restitution=restitution, **speeds)
+        return cls(
+            materials=(bearing, journal),
+            restitution=restitution,
+            least_approach=least_approach,
+            reference_speed=reference_speed,
+        )
 
     def for_radii(self, bearing_radius: float, journal_radius: float) -> Self:
         """The law with its stiffness for these radii [m]."""

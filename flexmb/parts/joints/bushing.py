@@ -187,8 +187,15 @@ class Bushing(Joint):
         numbers |= {OFFSET1_X: x1, OFFSET1_Y: y1, OFFSET2_X: x2, OFFSET2_Y: y2}
         p = packed(numbers)
         signals = signal_contributions(self.name, bushing_signal, SIGNALS, coordinates, p)
-        kernels: Any = {"energy": bushing_energy, "force": bushing_force, "account": bushing_account}
-        element = ElementContribution(self.name, bushing_kernel, coordinates, p, **kernels)
+        element = ElementContribution(
+            self.name,
+            bushing_kernel,
+            coordinates,
+            p,
+            energy=bushing_energy,
+            force=bushing_force,
+            account=bushing_account,
+        )
         return [element, *signals, self._held(ends, p)]
 
     def _held(self, ends: tuple[Attachment, Attachment], p: tuple[float, ...]) -> ConstraintContribution:

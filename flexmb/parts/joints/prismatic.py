@@ -169,8 +169,9 @@ class Prismatic(Guide):
     def drive_contribution(self, mechanism: Mechanism) -> ConstraintContribution | None:
         """The travel of the second body along the guide, 0 in the reference configuration."""
         coordinates, p, _ = self.geometry(mechanism)
-        drive: Any = {"is_drive": True, "drive_units": ("m", "N")}
-        return ConstraintContribution(self.name, travel_kernel, coordinates, p, 1, **drive)
+        return ConstraintContribution(
+            self.name, travel_kernel, coordinates, p, 1, is_drive=True, drive_units=("m", "N")
+        )
 
 
 def joint_with_coordinate(mechanism: Mechanism, label: str, name: Part | str) -> Revolute | Prismatic:
@@ -252,5 +253,8 @@ class Clamp(Joint):
         p = (*first.offset, *second.offset, drawn_angle(mechanism, ends))
         driven = ((row, getattr(self, name), name, units) for row, (name, *units) in enumerate(ROWS))
         motions = tuple(RowMotion(row, law, name, (u, f)) for row, law, name, (u, f) in driven if law is not None)
-        about: Any = {"second": second.coordinates, "moment_row": 2, "motions": motions}
-        return [ConstraintContribution(self.name, clamp_kernel, coordinates, p, 3, **about)]
+        return [
+            ConstraintContribution(
+                self.name, clamp_kernel, coordinates, p, 3, second=second.coordinates, moment_row=2, motions=motions
+            )
+        ]

@@ -80,9 +80,14 @@ def checked_rest(label: str, name: str, rest: Any, unit: str, _: str) -> float |
 
 
 def moving_end(
-    part: str, kernel: Any, coordinates: tuple[Coordinate, ...], stiffness: float, rest: Any, start: float,
+    part: str,
+    kernel: Any,
+    coordinates: tuple[Coordinate, ...],
+    stiffness: float,
+    rest: Any,
+    start: float,
     more: tuple[float, ...],
-) -> list[ElementContribution]:  # fmt: skip
+) -> list[ElementContribution]:
     """Loads -k rest(t) and k rest(0), which make a spring with the rest length rest(0) one whose rest length moves."""
     # k is `stiffness`; `kernel` is that of a force of constant size, which is its first parameter, followed by `more`.
     # With a number for `rest` nothing moves; `start` is its value at t = 0.
@@ -252,8 +257,15 @@ class SpringDamper(Part):
         laws = {STIFFNESS: self.stiffness, DAMPING: self.damping, FREE_LENGTH: length}
         p = packed({**laws, OFFSET1_X: x1, OFFSET1_Y: y1, OFFSET2_X: x2, OFFSET2_Y: y2})
         coordinates = (*first.coordinates, *second.coordinates)
-        kernels: Any = {"energy": spring_damper_energy, "force": spring_damper_force, "account": spring_damper_account}
-        element = ElementContribution(self.name, spring_damper_kernel, coordinates, p, **kernels)
+        element = ElementContribution(
+            self.name,
+            spring_damper_kernel,
+            coordinates,
+            p,
+            energy=spring_damper_energy,
+            force=spring_damper_force,
+            account=spring_damper_account,
+        )
         offsets = (*first.offset, *second.offset)
         moving = moving_end(self.name, line_pull_kernel, coordinates, self.stiffness, rest, length, offsets)
         return [element, *moving, *self._signals(coordinates, p, moves=bool(moving))]
@@ -371,8 +383,15 @@ class TorsionSpring(Part):
             drawn += sign * body.node(node).theta
         p = (self.stiffness, self.damping, rest + drawn)
         pair = tuple(coordinates)
-        short: Any = {"force": torsion_spring_force, "account": torsion_spring_account}
-        element = ElementContribution(self.name, torsion_spring_kernel, pair, p, energy=torsion_spring_energy, **short)
+        element = ElementContribution(
+            self.name,
+            torsion_spring_kernel,
+            pair,
+            p,
+            energy=torsion_spring_energy,
+            force=torsion_spring_force,
+            account=torsion_spring_account,
+        )
         moving = moving_end(self.name, couple_kernel, pair, self.stiffness, self.free_angle, rest, ())
         signals = signal_contributions(self.name, torsion_spring_signal, TORSION_SIGNALS, pair, (*p, drawn))
         if moving:

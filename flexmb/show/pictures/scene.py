@@ -62,10 +62,14 @@ class Scene:
 
 
 def scene_of(
-    sol: Solution, rows: np.ndarray,
-    *, box: Box | None = None, paths: dict[str, tuple[np.ndarray, np.ndarray]] | None = None,
-    forces: Sequence[str] = (), true: Solution | None = None,
-) -> Scene:  # fmt: skip
+    sol: Solution,
+    rows: np.ndarray,
+    *,
+    box: Box | None = None,
+    paths: dict[str, tuple[np.ndarray, np.ndarray]] | None = None,
+    forces: Sequence[str] = (),
+    true: Solution | None = None,
+) -> Scene:
     """Scene of saved rows with numbers (n,) of a solution; `box`: limits of the axes, None: room for all poses."""
     # `paths` are paths of points by name, with their instants; None: those of the markers with a trace. Section forces
     # and stresses are those of `true` where the deformation of `sol` is magnified.
@@ -146,9 +150,12 @@ CORNERS = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])  # of a r
 
 @arguments.checked
 def render(
-    sol: Solution, times: Sequence[float] | np.ndarray | None = None,
-    *, path: str | Path | None = None, size: tuple[float, float] | None = None,
-) -> Figure:  # fmt: skip
+    sol: Solution,
+    times: Sequence[float] | np.ndarray | None = None,
+    *,
+    path: str | Path | None = None,
+    size: tuple[float, float] | None = None,
+) -> Figure:
     """Poses of a mechanism at several instants, side by side, with earlier poses in light grey.
 
     Each body has a colour.  Beams are drawn deformed in true scale and with their depth.  Joints are dots, joints with

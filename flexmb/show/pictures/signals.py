@@ -355,10 +355,14 @@ CAMPBELL_SIZE = (7.5, 5.0)  # of a figure [inch]
 
 
 def plot_campbell(
-    mechanism: Mechanism, speeds: Sequence[float] | np.ndarray,
-    *, count: int = 4, orders: Sequence[float] = (1.0, 2.0, 3.0, 4.0), about: tuple[float, float] = (0.0, 0.0),
+    mechanism: Mechanism,
+    speeds: Sequence[float] | np.ndarray,
+    *,
+    count: int = 4,
+    orders: Sequence[float] = (1.0, 2.0, 3.0, 4.0),
+    about: tuple[float, float] = (0.0, 0.0),
     title: str | None = None,
-) -> Figure:  # fmt: skip
+) -> Figure:
     """Campbell diagram: natural frequencies over the speed of rotation, and the multiples of the speed.
 
     At each speed the mechanism is at rest in a frame that turns (`static_equilibrium(spin=...)`), and its modes are
@@ -414,9 +418,13 @@ JOURNAL_SIZE = (5.6, 5.4)  # of a figure [inch]
 
 
 def plot_journal(
-    sol: Solution, joint: Part | str,
-    *, clearance: float | None = None, since: float | None = None, title: str | None = None,
-) -> Figure:  # fmt: skip
+    sol: Solution,
+    joint: Part | str,
+    *,
+    clearance: float | None = None,
+    since: float | None = None,
+    title: str | None = None,
+) -> Figure:
     """Orbit of a journal: its centre relative to that of the bearing, and the circle of the clearance.
 
     Rows with contact are dots: beyond the circle by the penetration; in a film of oil, from the height of the roughness

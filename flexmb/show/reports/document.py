@@ -188,9 +188,14 @@ def palette() -> str:
 
 
 def document(
-    title: str, body: Markup, scripts: tuple[str, ...], data: dict[str, Any],
-    *, own: tuple[str, str] = ("", ""), network: str = "",
-) -> str:  # fmt: skip
+    title: str,
+    body: Markup,
+    scripts: tuple[str, ...],
+    data: dict[str, Any],
+    *,
+    own: tuple[str, str] = ("", ""),
+    network: str = "",
+) -> str:
     """Text of a page, with scripts after the common ones, and plain values for them."""
     # `own` are the texts of a style and of a script of this page alone; `network` is the one address that scripts may
     # reach.
@@ -249,9 +254,14 @@ def _finite(value: Any) -> Any:
 
 
 def write_page(
-    path: Path, heading: str, key_numbers: Markup, links: Mapping[str, str], main: Markup, scripts: tuple[str, ...],
+    path: Path,
+    heading: str,
+    key_numbers: Markup,
+    links: Mapping[str, str],
+    main: Markup,
+    scripts: tuple[str, ...],
     data: dict[str, Any],
-) -> Path:  # fmt: skip
+) -> Path:
     """Write a whole page or none: title, theme, numbers, links by anchor, main part; scripts as of `document`."""
     switch = tag("button", "Theme: system", type="button", id="theme", class_="quiet")
     anchors = [tag("a", text, href=f"#{anchor}") for anchor, text in links.items()]
