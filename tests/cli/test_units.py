@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from flexmb.cli.arguments.units import NOUNS, UNITS, known_unit, quantity
+from flexmb.units import NOUNS, UNITS, known_unit, quantity
 from flexmb.errors import InputError
 
 

@@ -18,6 +18,7 @@ from flexmb.errors import FlexmbError, InputError, RestitutionWarning
 from flexmb.fields import fields_of
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, Part
+from flexmb.units import known_units, quantity
 
 LABEL = "explore"
 # Factor by which a guessed range reaches below and above the value of its parameter.
@@ -26,6 +27,7 @@ LOGARITHMIC = 20.0  # ratio of the ends of a positive range from which its slide
 NEARER = (0.5, 0.25, 0.125, 0.06, 0.03, 0.01)  # shares of a guessed range that are tried where a part refuses it
 MOST_KNOBS = 200  # largest number of numbers and choices of a page
 DEPTH = 2  # records within one another, in a part, whose numbers are found: "B.normal.restitution"
+MOST_TYPED = 60  # signs of a typed number at most
 DIGITS = 3  # significant digits of a start value in the middle of a range
 Value = float | int | bool | str | None
 
@@ -53,8 +55,17 @@ class Knob:
             raise InputError(f"{LABEL}: {self.name} is {_short(value)}; choose {' or '.join(self.labels)}.")
         if value is None and self.optional:
             return None
-        given = checks.between(LABEL, self.name, value, self.low, self.high, self.unit)
+        given = self.number(value)
         return checks.count(LABEL, self.name, given, 0) if self.kind == "count" else given
+
+    def number(self, value: Any) -> float:
+        """A number within the range, also of a text such as "0.5 mm", or `InputError`."""
+        if isinstance(value, str):
+            unit = known_units(self.unit)
+            if len(value) > MOST_TYPED or (self.unit and not unit):
+                raise InputError(f"{LABEL}: {self.name} is {_short(value)}; give a number in {self.unit or 1}.")
+            value = quantity(value, unit, f"{LABEL}: {self.name}")
+        return checks.between(LABEL, self.name, value, self.low, self.high, self.unit)
 
     def argument(self, value: Value) -> Any:
         """Argument of the function, or value of the field, for a checked value."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -74,9 +76,27 @@ def examination(number: int, report: Report | str) -> str:
     return embedded({"type": "findings", "number": number, "rows": rows, "freedom": freedom})
 
 
-def refusal(text: str) -> str:
-    """Message on something refused."""
-    return embedded({"type": "refused", "text": text})
+def saved(path: Path) -> str:
+    """Message on a file that was written."""
+    return embedded({"type": "saved", "text": f"Saved as {path}"})
+
+
+def refusal(text: str, field: str | None = None) -> str:
+    """Message on something refused; `field`: name of the value to which it belongs, "" for the length."""
+    return embedded({"type": "refused", "text": text, "field": field})
+
+
+def answer(heard: Callable[[Any], None], given: Any) -> str | None:
+    """Refusal of a message that a browser has sent; None where it was met."""
+    try:
+        heard(given)
+    except FlexmbError as error:
+        fields = []
+        if isinstance(given, dict) and given.get("type") == "set":
+            values = given.get("values")
+            fields = [*(values if isinstance(values, dict) else ()), *([""] if "length" in given else [])]
+        return refusal(str(error), str(fields[0])[:200] if len(fields) == 1 else None)
+    return None
 
 
 KINDS = ("set", "want", "go", "study", "stop", "open")  # kinds of messages from browsers

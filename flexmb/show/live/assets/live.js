@@ -140,13 +140,17 @@ class Board {
       this.findings = said;
       this.panels.filter((one) => one.kind === "findings").forEach((one) => one.panel.update());
     } else if (said.type === "study") {
-      this.panels.forEach(({ panel }) => panel.hear && panel.hear(said));
+      this.panels.forEach(({ panel }) => panel.hear(said));
+    } else if (said.type === "saved") {
+      document.getElementById("copied").textContent = said.text;
     } else if (said.type === "refused") {
-      this.refusal = said.text;
-      this.fault(said.text);
       this.sent = 0;
       this.state("error", "refused");
-      this.panels.forEach(({ panel }) => panel.idle && panel.idle());
+      if (!this.values.refuse(said.field, said.text)) {
+        this.refusal = said.text;
+        this.fault(said.text);
+        this.panels.forEach(({ panel }) => panel.idle());
+      }
     }
   }
 
@@ -320,9 +324,17 @@ class Board {
     document.getElementById("copy-link").addEventListener("click", () => this._copy(location.href, "link without the token"));
     const query = `?token=${encodeURIComponent(DATA.token)}`;
     const saves = { "save-report": "report.html", "save-film": "film", "save-netcdf": "run.nc" };
-    Object.entries(saves).forEach(([id, name]) => { document.getElementById(id).href = `/${name}${query}`; });
-    document.getElementById("save-film").addEventListener("click", () => {
-      document.getElementById("copied").textContent = "The film is drawn, which takes some seconds; the browser saves it then.";
+    Object.entries(saves).forEach(([id, file]) => {
+      const link = document.getElementById(id);
+      link.href = DATA.held ? "#keep" : `/${file}${query}`;
+      link.addEventListener("click", (event) => {
+        const drawn = id === "save-film" ? "The film is drawn, which takes some seconds" : "The file is written";
+        document.getElementById("copied").textContent = `${drawn}; ${DATA.held ? "the notebook's kernel" : "the browser"} saves it then.`;
+        if (DATA.held) { // in a notebook the kernel writes
+          event.preventDefault();
+          this.send({ type: "save", file });
+        }
+      });
     });
     document.querySelectorAll("[data-served]").forEach((one) => { one.hidden = Boolean(DATA.held); });
   }
@@ -344,7 +356,7 @@ class Board {
         this.pins = this.pins.filter((one) => one !== run);
         this._showPins();
       });
-      const differs = Object.entries(run.values).map(([name, value]) => `${name} ${typeof value === "number" ? shown(value, 5) : value === null ? "none" : value}`);
+      const differs = Object.entries(run.values).map(([name, value]) => `${name} ${this.values.knobs.get(name).told(value)}`);
       const back = element("button", { type: "button" }, "Go there");
       back.addEventListener("click", () => this.values.all(run.values, run.raw.length));
       const dash = element("span", { class: "dash" });

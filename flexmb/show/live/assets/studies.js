@@ -1,8 +1,7 @@
 // Panels of studies that take longer: exponent with verdict, bifurcation diagram.
-class VerdictPanel {
+class VerdictPanel extends Panel {
   constructor(board) {
-    this.board = board;
-    Object.assign(this, panelShell("Exponent and verdict"));
+    super("Exponent and verdict", board);
     this.button = element("button", { type: "button" }, "Compute");
     this.button.addEventListener("click", () => {
       const running = this.button.textContent === "Stop";
@@ -17,14 +16,6 @@ class VerdictPanel {
     this.canvas.hidden = true;
     this.box.append(this.verdict, this.told, this.canvas);
     this.plot = new Diagram(this.canvas);
-  }
-
-  state() {
-    return "";
-  }
-
-  get wanted() {
-    return [];
   }
 
   hear(said) {
@@ -47,9 +38,9 @@ class VerdictPanel {
     }
   }
 
-  idle() {
+  idle(text = "") {
     this.button.textContent = "Compute";
-    this.told.textContent = "";
+    this.told.textContent = text;
   }
 
   update() {
@@ -59,14 +50,11 @@ class VerdictPanel {
       this.verdict.textContent += " (earlier values)";
     }
   }
-
-  move() {}
 }
 
-class DiagramPanel {
+class DiagramPanel extends Panel {
   constructor(board) {
-    this.board = board;
-    Object.assign(this, panelShell("Bifurcation diagram"));
+    super("Bifurcation diagram", board);
     const numbers = DATA.knobs.filter((raw) => raw.kind === "number");
     this.parameter = element("select", { "aria-label": "Parameter" }, ...numbers.map((raw) => element("option", { value: raw.name }, raw.name)));
     this.fields = { low: "from", high: "to", count: "values", skip: "skip", keep: "keep" };
@@ -90,18 +78,11 @@ class DiagramPanel {
     this.idle();
   }
 
-  state() {
-    return "";
-  }
-
-  get wanted() {
-    return [];
-  }
-
   _ends() {
     const raw = DATA.knobs.find((one) => one.name === this.parameter.value);
     if (raw) {
-      [this.inputs.low.value, this.inputs.high.value] = [String(raw.low), String(raw.high)];
+      this.scale = scaleOf(raw);
+      [this.inputs.low.value, this.inputs.high.value] = [raw.low, raw.high].map((end) => `${fieldText(end, this.scale)} ${prettyUnit(this.scale[1])}`.trim());
     }
   }
 
@@ -110,7 +91,8 @@ class DiagramPanel {
       this.board.send({ type: "stop" });
       return;
     }
-    const numbers = Object.fromEntries(Object.entries(this.inputs).map(([key, input]) => [key, Number(input.value.replace(",", "."))]));
+    const scales = { low: this.scale, high: this.scale };
+    const numbers = Object.fromEntries(Object.entries(this.inputs).map(([key, input]) => [key, typedNumber(input.value, scales[key] || [0, ""])]));
     Object.assign(this, { x: [], y: [], along: this.parameter.value, of: this.name, failed: 0 });
     this.button.textContent = "Stop";
     this.told.textContent = "Computing ...";
@@ -141,8 +123,9 @@ class DiagramPanel {
     this.plot.draw();
   }
 
-  idle() {
+  idle(text = "") {
     this.button.textContent = "Paint";
+    this.told.textContent = text || this.told.textContent;
   }
 
   update() {
@@ -152,6 +135,4 @@ class DiagramPanel {
     }
     this.signal.fill(run.known);
   }
-
-  move() {}
 }
