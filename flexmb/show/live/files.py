@@ -8,11 +8,9 @@ from importlib.util import find_spec
 from itertools import count
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 from flexmb import checks
 from flexmb.errors import InputError
-from flexmb.results.solution import Solution
 from flexmb.show.live.knobs import LABEL
 from flexmb.show.live.runs import View
 from flexmb.show.pictures.films import animate
@@ -45,17 +43,12 @@ class Files:
         self.view, self.title, self.folder = view, title, folder
         self.filming = threading.Lock()
 
-    @staticmethod
-    def declared(name: Any) -> str:
-        """A name among `NAMES`, or `InputError`."""
-        return checks.one_of(LABEL, "file", name, NAMES)
-
     def written(self, name: str, folder: Path) -> Path:
         """A file of the newest run, written into a folder."""
         view = self.view()
         if view.solution is None:
             raise InputError(f"{LABEL}: there is no run to save: {view.status}")
-        sol: Solution = view.solution
+        sol = view.solution
         stem = "".join(sign if sign.isalnum() or sign in "-_" else "-" for sign in self.title())[:80] or "run"
         if name == "report.html":
             return report(sol, folder / f"{stem}.html", mechanism=view.mechanism)

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from flexmb import checks
 from flexmb.errors import FlexmbError, InputError
 from flexmb.findings.check import Report
 from flexmb.results.drawing import nearest_instants
@@ -76,11 +74,6 @@ def examination(number: int, report: Report | str) -> str:
     return embedded({"type": "findings", "number": number, "rows": rows, "freedom": freedom})
 
 
-def saved(path: Path) -> str:
-    """Message on a file that was written."""
-    return embedded({"type": "saved", "text": f"Saved as {path}"})
-
-
 def refusal(text: str, field: str | None = None) -> str:
     """Message on something refused; `field`: name of the value to which it belongs, "" for the length."""
     return embedded({"type": "refused", "text": text, "field": field})
@@ -107,16 +100,3 @@ def require(given: Any, kind: type, what: str) -> Any:
     if not isinstance(given, kind) or (kind is not bool and isinstance(given, bool)):
         raise InputError(f"{LABEL}: {what} is missing or of a wrong kind.")
     return given
-
-
-def asked(given: Any) -> tuple[str, dict[str, Any]]:
-    """Kind and content of a message from a browser, checked as far as this needs no model."""
-    message = require(given, dict, "a message")
-    kind = checks.one_of(LABEL, "type", message.get("type"), KINDS)
-    return kind, message
-
-
-def wanted_signals(message: dict[str, Any]) -> tuple[str, ...]:
-    """Names of the signals in a wish of a browser, the last `MOST_WANTED`."""
-    names = require(message.get("signals"), list, "the list `signals`")
-    return tuple(dict.fromkeys(str(name)[:200] for name in names[-MOST_WANTED:]))

@@ -8,8 +8,6 @@ import shlex
 import time
 import webbrowser
 from collections.abc import Mapping, Sequence
-from functools import cache
-from importlib.resources import files
 from pathlib import Path
 from string import Template
 from types import TracebackType
@@ -36,8 +34,8 @@ if TYPE_CHECKING:
     from flexmb.show.live.widget import Widget
 
 SCRIPTS = ("mesh.js", "scene.js", "drawing.js", "player.js", "journals.js", "diagram.js")
-# Scripts of a report, and those of the live page alone.
-OWN = ("controls.js", "panels.js", "studies.js", "live.js")
+# Scripts of a report; style and scripts of the live page alone.
+OWN = ("live.css", "controls.js", "panels.js", "studies.js", "live.js")
 MOST_PAGES = 8  # pages of a notebook at a time; the oldest one is closed then
 MOST_WIDGETS = 16  # widgets of a page at a time; the oldest ones are still then
 TOKEN_BYTES = 24  # length of the token [bytes]
@@ -132,18 +130,10 @@ _SHOWN: list[Page] = []
 
 
 class Page:
-    """A live page; made by `explore`.
+    """A live page; made by `explore`."""
 
-    Parameters
-    ----------
-    knobs : numbers and choices that vary.
-    length : unit and length of the first run; None: by the drives.
-    source : words by which the command line finds the mechanism; none for one of a script.
-    store : folder of the points of diagrams; None: none.
-    port : number of the port; None: a free one.
-    folder : folder in which a notebook saves files; None: the working one.
-    """
-
+    # In: numbers and choices that vary; unit and length of the first run; words by which the command line finds the
+    # mechanism, none for one of a script; folder of diagrams; port; folder of files. None is as for `explore`.
     def __init__(
         self,
         knobs: Knobs,
@@ -207,7 +197,7 @@ class Page:
         checks.package("anywidget", "live", "a live page in a notebook")
         from flexmb.show.live.widget import Widget
 
-        made = Widget(own("widget.js"), self._text(None, ""), self._hear, self._greeting(), self._files)
+        made = Widget(asset("widget.js", "live"), self._text(None, ""), self._hear, self._greeting(), self._files)
         self._widgets = [*self._widgets, made][-MOST_WIDGETS:]
         return made
 
@@ -232,10 +222,8 @@ class Page:
     def _command(self, request: Request | View) -> str:
         if not self._source:
             return ""
-        words, known = ["flexmb", "explore", *self._source], self._knobs.known
-        of_part, values = isinstance(self._knobs.model, Mechanism), request.values
-        changed = {n: known[n].argument(x) for n, x in values.items() if not of_part or x != known[n].value}
-        for name, value in (self._knobs.fixed | changed).items():
+        words, of_part = ["flexmb", "explore", *self._source], isinstance(self._knobs.model, Mechanism)
+        for name, value in (self._knobs.fixed | self._knobs.given(request.values)).items():
             words += _typed(name, value, of_part=of_part)
         flag = "--periods" if self._runner.unit == PERIODS else "--t-end"
         return shlex.join([*words, f"{flag}={request.length:g}"])
@@ -299,12 +287,14 @@ class Page:
 
     def _hear(self, given: Any) -> None:
         """Do what a browser asks for; wrong wishes raise `InputError`."""
-        kind, message = messages.asked(given)
+        message = messages.require(given, dict, "a message")
+        kind = checks.one_of(LABEL, "type", message.get("type"), messages.KINDS)
         if kind == "set":
             values = messages.require(message.get("values", {}), dict, "the object `values`")
             self._runner.submit({str(name): value for name, value in values.items()}, message.get("length"))
         elif kind == "want":
-            self._wanted = messages.wanted_signals(message)
+            names = messages.require(message.get("signals"), list, "the list `signals`")
+            self._wanted = tuple(dict.fromkeys(str(name)[:200] for name in names[-messages.MOST_WANTED :]))
             self._publish(self._runner.latest)
         elif kind == "go":
             self._runner.go_on(messages.require(message.get("on"), bool, "`on`"))
@@ -323,17 +313,11 @@ class Page:
         }  # fmt: skip
         text = f"Moving picture of {self._name()}. Panels hold the same in numbers."
         player = Template(asset("player.html")).substitute(text=html.escape(text), flexible=choices(tuple(COLOURED)))
-        body = Template(own("live.html")).substitute(title=html.escape(self._name()), player=player)
-        scripts = "\n".join(map(own, OWN))
+        body = Template(asset("live.html", "live")).substitute(title=html.escape(self._name()), player=player)
+        style, *scripts = (asset(name, "live") for name in OWN)
         network = "" if port is None else f"ws://127.0.0.1:{port} ws://localhost:{port}"
-        style = (own("live.css"), scripts)
-        return document(f"{self._name()} - flexmb", Markup(body), SCRIPTS, data, own=style, network=network)
-
-
-@cache
-def own(name: str) -> str:
-    """Text of a file of the live page."""
-    return files("flexmb.show.live").joinpath("assets", name).read_text(encoding="utf-8")
+        own = (style, "\n".join(scripts))
+        return document(f"{self._name()} - flexmb", Markup(body), SCRIPTS, data, own=own, network=network)
 
 
 def _by_drives(knobs: Knobs) -> tuple[str, float]:

@@ -74,15 +74,7 @@ Examined = Callable[[int, Report | str], None]
 
 
 class Runner:
-    """Thread that runs a mechanism for the newest values.
-
-    Parameters
-    ----------
-    knobs : numbers and choices that may vary.
-    unit : `PERIODS` or `SECONDS`, the unit of lengths.
-    length : length of the first run.
-    published, examined : called in this thread with each view, and with the examination of its mechanism.
-    """
+    """Thread that runs a mechanism for the newest values, and publishes views and examinations from there."""
 
     def __init__(self, knobs: Knobs, unit: str, length: float, published: Published, examined: Examined) -> None:
         about = ("", "length of the run in periods of the drives") if unit == PERIODS else ("s", "length of the run")

@@ -125,18 +125,10 @@ class Client:
 
 
 class Server:
-    """Server of one page, in a thread.
+    """Server of one page, in a thread; messages are heard as plain values, and refused by errors."""
 
-    Parameters
-    ----------
-    page : text of the page for a port and a token.
-    heard : called with each message of a browser, as plain values; refuses by an error.
-    greeting : messages by kind for a browser that has just connected.
-    files : files of the newest run, whose names are paths of requests.
-    token : text that requests must carry.
-    port : number of the port; None: a free one.
-    """
-
+    # In: text of the page for a port and a token; what hears messages; messages by kind for a new browser; files by the
+    # path of a request; token of requests; number of the port, None: a free one.
     def __init__(
         self,
         page: Callable[[int, str], str],

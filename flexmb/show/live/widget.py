@@ -9,15 +9,16 @@ from typing import Any
 import anywidget
 import traitlets
 
+from flexmb import checks
 from flexmb.errors import USER_ERRORS, InputError
-from flexmb.show.live.files import Files
+from flexmb.show.live.files import NAMES, Files
 from flexmb.show.live.knobs import LABEL
-from flexmb.show.live.messages import answer, refusal, saved
+from flexmb.show.live.messages import answer, refusal
+from flexmb.show.reports.document import embedded
 
 # Kinds of messages whose newest one the widget keeps, also in a saved notebook; others are sent and forgotten.
 KEPT = ("run", "findings")
 MOST_KEPT = 2_000_000  # length of a message at most that is kept, in signs
-SAVE = "save"  # kind of the message that asks for a file
 
 
 class Widget(anywidget.AnyWidget):
@@ -45,7 +46,7 @@ class Widget(anywidget.AnyWidget):
             self.send({"text": text})
 
     def _hear(self, _: Any, content: Any, __: Any) -> None:
-        asks = isinstance(content, dict) and content.get("type") == SAVE
+        asks = isinstance(content, dict) and content.get("type") == "save"
         if refused := answer(self._save if asks else self._heard, content):
             self.tell("refused", refused)
 
@@ -53,12 +54,12 @@ class Widget(anywidget.AnyWidget):
         """Write a file in a thread, since a film takes seconds."""
         if self._writer.is_alive():
             raise InputError(f"{LABEL}: an earlier file is still being written. Try again in a moment.")
-        name = self._files.declared(message.get("file"))
+        name = checks.one_of(LABEL, "file", message.get("file"), NAMES)
         self._writer = threading.Thread(target=self._write, args=(name,), name="flexmb file", daemon=True)
         self._writer.start()
 
     def _write(self, name: str) -> None:
         try:
-            self.tell("saved", saved(self._files.saved(name)))
+            self.tell("saved", embedded({"type": "saved", "text": f"Saved as {self._files.saved(name)}"}))
         except USER_ERRORS as error:  # also of a full disk
             self.tell("refused", refusal(str(error)))
