@@ -20,6 +20,7 @@ from flexmb.show.reports.scene import fields_of, scene
 
 FRAMES = 300  # largest number of frames of a message
 MAIN, MOST_WANTED = 2, 40  # numbers of main signals, and of other ones at most, in a message
+LENGTH = ""  # name of the length of a run among the fields of the page
 RESULT = "run"  # kind of the messages of views
 
 
@@ -75,7 +76,7 @@ def examination(number: int, report: Report | str) -> str:
 
 
 def refusal(text: str, field: str | None = None) -> str:
-    """Message on something refused; `field`: name of the value to which it belongs, "" for the length."""
+    """Message on something refused; `field`: name of the value, or kind of the study, to which it belongs."""
     return embedded({"type": "refused", "text": text, "field": field})
 
 
@@ -84,10 +85,10 @@ def answer(heard: Callable[[Any], None], given: Any) -> str | None:
     try:
         heard(given)
     except FlexmbError as error:
-        fields = []
-        if isinstance(given, dict) and given.get("type") == "set":
-            values = given.get("values")
-            fields = [*(values if isinstance(values, dict) else ()), *([""] if "length" in given else [])]
+        message = given if isinstance(given, dict) else {}
+        values = message.get("values")
+        fields = [*(values if isinstance(values, dict) else ()), *([LENGTH] if "length" in message else ())]
+        fields += [message["kind"]] if "kind" in message else []
         return refusal(str(error), str(fields[0])[:200] if len(fields) == 1 else None)
     return None
 

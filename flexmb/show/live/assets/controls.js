@@ -207,7 +207,8 @@ class Values {
 
   _changed(name, value, before) {
     const now = performance.now();
-    if (name !== this.last.name || now - this.last.at > 1000) {
+    this.fresh = name !== this.last.name || now - this.last.at > 1000; // not a part of the step before
+    if (this.fresh) {
       this.past.push([name, before]);
       this.past.splice(0, this.past.length - 100);
       document.getElementById("undo").disabled = false;
@@ -223,7 +224,7 @@ class Values {
       return false;
     }
     knob.refuse(text.replace(/^explore: /, ""));
-    this.past.pop();
+    this.past.splice(this.fresh ? -1 : this.past.length);
     document.getElementById("undo").disabled = !this.past.length;
     this.last = { name: "", at: 0 };
     return true;

@@ -62,7 +62,7 @@ class LiveRun {
 
 class Board {
   constructor() {
-    Object.assign(this, { run: null, pins: [], panels: [], clock: null, picture: null, findings: null, waiting: null, sent: 0, sentAfter: -1, shownNumber: -1, frames: 0, asked: [], refusal: "" });
+    Object.assign(this, { run: null, pins: [], panels: [], clock: null, picture: null, findings: null, waiting: null, sent: 0, sentAfter: -1, newest: -1, frames: 0, asked: [], refusal: "" });
     this.stats = { ticks: 0 };
     this.values = new Values((values, length) => this.change(values, length));
     this._panels();
@@ -128,7 +128,7 @@ class Board {
     const { values, length } = this.waiting;
     this.waiting = null;
     this.sent = performance.now();
-    this.sentAfter = this.shownNumber;
+    this.sentAfter = this.newest;
     this.send({ type: "set", values, ...(length === null ? {} : { length }) });
     this.remember();
   }
@@ -146,10 +146,10 @@ class Board {
     } else if (said.type === "refused") {
       this.sent = 0;
       this.state("error", "refused");
-      if (!this.values.refuse(said.field, said.text)) {
+      const beside = this.panels.map(({ panel }) => panel.refuse(said.field, said.text)).some(Boolean);
+      if (!beside && !this.values.refuse(said.field, said.text)) {
         this.refusal = said.text;
         this.fault(said.text);
-        this.panels.forEach(({ panel }) => panel.idle());
       }
     }
   }
@@ -176,6 +176,7 @@ class Board {
     if (said.done && said.number > this.sentAfter) {
       this.sent = 0;
     }
+    this.newest = said.number;
     if (!this.waiting && !this.sent) {
       this.values.show(said.values, said.length);
     }
@@ -199,7 +200,6 @@ class Board {
       }
       this.remember();
     }
-    this.shownNumber = said.number;
     this.frames += 1;
     document.documentElement.dataset.ready = "live";
     this._flush();

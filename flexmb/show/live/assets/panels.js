@@ -25,7 +25,15 @@ class Panel {
 
   hear() {} // of a study
 
-  idle() {} // after a refusal
+  // Tell a refusal of this study; false where it belongs elsewhere.
+  refuse(study, text) {
+    if (!study || study !== this.study) {
+      return false;
+    }
+    this.idle();
+    this.told.textContent = text.replace(/^explore: /, "");
+    return true;
+  }
 }
 
 // Choice of a signal, which asks for signals that are not here yet.

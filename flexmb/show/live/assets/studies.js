@@ -2,12 +2,13 @@
 class VerdictPanel extends Panel {
   constructor(board) {
     super("Exponent and verdict", board);
+    this.study = "exponent";
     this.button = element("button", { type: "button" }, "Compute");
     this.button.addEventListener("click", () => {
       const running = this.button.textContent === "Stop";
       this.told.textContent = running ? "Ends after the present stage." : "Computing ...";
       this.button.textContent = "Stop";
-      board.send(running ? { type: "stop" } : { type: "study", kind: "exponent" });
+      board.send(running ? { type: "stop" } : { type: "study", kind: this.study });
     });
     this.told = element("p", { class: "hint", role: "status" }, "Largest Lyapunov exponent after 50 periods, over 50 and over 200 periods.");
     this.verdict = element("p", { class: "verdict" });
@@ -19,7 +20,7 @@ class VerdictPanel extends Panel {
   }
 
   hear(said) {
-    if (said.kind !== "exponent") {
+    if (said.kind !== this.study) {
       return;
     }
     if (said.value !== undefined) {
@@ -31,16 +32,15 @@ class VerdictPanel extends Panel {
       this.of = JSON.stringify(this.board.values.now);
     }
     if (said.done) {
-      this.button.textContent = "Compute";
+      this.idle();
       if (said.fault) {
         this.told.textContent = said.fault;
       }
     }
   }
 
-  idle(text = "") {
+  idle() {
     this.button.textContent = "Compute";
-    this.told.textContent = text;
   }
 
   update() {
@@ -55,6 +55,7 @@ class VerdictPanel extends Panel {
 class DiagramPanel extends Panel {
   constructor(board) {
     super("Bifurcation diagram", board);
+    this.study = "diagram";
     const numbers = DATA.knobs.filter((raw) => raw.kind === "number");
     this.parameter = element("select", { "aria-label": "Parameter" }, ...numbers.map((raw) => element("option", { value: raw.name }, raw.name)));
     this.fields = { low: "from", high: "to", count: "values", skip: "skip", keep: "keep" };
@@ -96,11 +97,11 @@ class DiagramPanel extends Panel {
     Object.assign(this, { x: [], y: [], along: this.parameter.value, of: this.name, failed: 0 });
     this.button.textContent = "Stop";
     this.told.textContent = "Computing ...";
-    this.board.send({ type: "study", kind: "diagram", parameter: this.along, signal: this.name, ...numbers });
+    this.board.send({ type: "study", kind: this.study, parameter: this.along, signal: this.name, ...numbers });
   }
 
   hear(said) {
-    if (said.kind !== "diagram" || !this.x) {
+    if (said.kind !== this.study || !this.x) {
       return; // painted on another page
     }
     if (said.points) {
@@ -123,9 +124,8 @@ class DiagramPanel extends Panel {
     this.plot.draw();
   }
 
-  idle(text = "") {
+  idle() {
     this.button.textContent = "Paint";
-    this.told.textContent = text || this.told.textContent;
   }
 
   update() {
