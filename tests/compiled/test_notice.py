@@ -29,6 +29,7 @@ def screen(monkeypatch):
     monkeypatch.setattr(notice, "sys", SimpleNamespace(stderr=found, modules={}))
     monkeypatch.setattr(notice, "caches", {})
     monkeypatch.setattr(notice, "pace", lambda: 1.0)
+    monkeypatch.setattr(notice, "crowding", lambda: 1.0)
     return found
 
 
@@ -123,6 +124,27 @@ def test_a_slow_machine_takes_longer(screen, monkeypatch):
     assert f"about {3.0 * sum(STAGES[FIRST_STAGE].values()):.0f} s" in screen.getvalue()
 
 
+@pytest.mark.parametrize(("busy", "times"), [(7.0, 4.0), (1.0, 1.0), (0.0, 1.0)])
+def test_other_work_makes_a_range(screen, monkeypatch, busy, times):
+    """Eight processes on two cores: four times as long, if each has the same share."""
+    monkeypatch.undo()
+    monkeypatch.setenv("FLEXMB_MESSAGES", "1")
+    monkeypatch.setattr(notice, "sys", SimpleNamespace(stderr=screen, modules={}))
+    monkeypatch.setattr(notice, "caches", {})
+    monkeypatch.setattr(notice, "pace", lambda: 1.0)
+    monkeypatch.setattr(notice, "cores", lambda: 2)
+    monkeypatch.setattr(notice.os, "getloadavg", lambda: (busy, 0.0, 0.0))
+    compiled(notice.Notice(), EVALUATE)
+    alone = sum(STAGES[FIRST_STAGE].values())
+    wanted = f"about {alone:.0f} to {times * alone:.0f} s" if times > 1.0 else f"about {alone:.0f} s"
+    assert wanted in screen.getvalue()
+
+
+def test_a_load_that_the_system_does_not_tell_is_none(monkeypatch):
+    monkeypatch.delattr(notice.os, "getloadavg", raising=False)
+    assert notice.crowding() == 1.0
+
+
 def test_what_a_stage_took_is_the_pace_of_the_next(screen, monkeypatch):
     clock = [0.0]
     monkeypatch.setattr(notice.time, "perf_counter", lambda: clock[0])
@@ -130,7 +152,8 @@ def test_what_a_stage_took_is_the_pace_of_the_next(screen, monkeypatch):
     compiled(told, "flexmb.parts.drives.motions.ramp_kernel")
     clock[0] = 2.0 * sum(STAGES[FIRST_STAGE].values())
     compiled(told, EVALUATE, ADVANCE)
-    assert f"about {2.0 * STAGES[stage_of(ADVANCE)][ADVANCE]:.0f} s" in screen.getvalue()
+    cost = STAGES[stage_of(ADVANCE)][ADVANCE]
+    assert f"about {cost:.0f} to {2.0 * cost:.0f} s" in screen.getvalue()
 
 
 def test_the_pace_is_measured():

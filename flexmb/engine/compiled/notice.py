@@ -3,6 +3,8 @@
 flexmb compiles the time loop for this machine: about 27 s, once.
     flexmb: done in 26 s.
 
+Beside other work it says "27 to 80 s": the time alone, and that with a fair share of the cores.
+
 The lines go to stderr; on a terminal the first one counts the seconds.  Nothing is said where nothing is compiled, by
 worker processes but the first, or with FLEXMB_MESSAGES=0.
 """
@@ -61,6 +63,7 @@ STAGES: dict[str, dict[str, float]] = {
 UNPIECED_FACTOR = 4.5  # factor of the time with a version of numba without pieces (`flexmb/engine/compiled/pieces.py`)
 QUIET_SECONDS = 1.0  # time without a compilation, after which a stage has ended [s]
 LEAST_SECONDS = 1.0  # expected time of a stage, below which there is no notice [s]
+NEARLY = 1.3  # ratio of the ends of a range of seconds that is told as its upper end
 LINE_WIDTH = 79
 caches: dict[str, Any] = {}  # where compiled code of each function of the package is kept, by name
 
@@ -105,6 +108,20 @@ def pace() -> float:
         compile(lines, "pace", "exec")
         took.append(time.perf_counter() - began)
     return min(took) / REFERENCE_PACE
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    affinity = getattr(os, "sched_getaffinity", None)  # not on every platform
+    return len(affinity(0)) if affinity else os.cpu_count() or 1
+
+
+def crowding() -> float:
+    """Processes over cores, of the last minute and with this one: by so much other work draws out what is done [1]."""
+    try:
+        return max(1.0, (os.getloadavg()[0] + 1.0) / cores())
+    except (AttributeError, OSError):  # not on every platform
+        return 1.0
 
 
 def expected(stage: str) -> float:
@@ -187,12 +204,14 @@ class Notice(event.Listener):
             return
         self.close()
         cost = expected(stage)
-        about = cost * (self._pace or pace()) - since
-        if about < LEAST_SECONDS:
+        least = cost * pace() - since
+        most = max(least, cost * (self._pace or pace() * crowding()) - since)
+        if most < LEAST_SECONDS:
             return
+        about = f"{most:.0f}" if most < NEARLY * least else f"{max(least, LEAST_SECONDS):.0f} to {most:.0f}"
         self._stage, self._began, self._cost = stage, time.perf_counter(), cost
         self._missing = max(STAGES[stage], key=lambda name: STAGES[stage][name])
-        self._text = f"flexmb compiles {stage} for this machine: about {about:.0f} s, once"
+        self._text = f"flexmb compiles {stage} for this machine: about {about} s, once"
         self._moving = sys.stderr.isatty() and "tqdm" not in sys.modules
         if self._moving:
             self._draw("")

@@ -66,6 +66,15 @@ def test_errors_above_the_floor_are_not_called_chaos(maps):
     assert str(fm.chaos.judge(points, ["a", "b"], floor=1e-4)) == "periodic-1"
 
 
+@pytest.mark.parametrize("exponent", [None, -1.0])
+@pytest.mark.parametrize(("size", "k"), [(4.0, 1), (40.0, 2)])
+def test_differences_of_some_floors_are_none_with_and_without_an_exponent(exponent, size, k):
+    """Points that alternate by a difference over the floor, as steps of a solver do that fall in two ways by turns."""
+    points = 1.0 + 0.5 * size * 1e-9 * (-1.0) ** np.arange(60)
+    found = fm.chaos.judge(points, ["x"], exponent=exponent, error=0.1, floor=1e-9)
+    assert str(found) == f"periodic-{k}", found.reason
+
+
 # Chaos: 3.6 in two bands, 3.5925 in four, 3.8282 intermittent of type I.
 
 
