@@ -397,7 +397,7 @@ def test_a_diagram_and_an_exponent_agree_on_a_stable_cycle():
 
     With fixed steps they are equal to 1e-15 m.
     """
-    settings = {"fixed": {"clearance": 2e-5}, "skip": 40, "keep": 24}
+    settings = {"fixed": {"clearance": 2e-5}, "skip": 40, "keep": 50}
     alone, together = (
         fm.bifurcation(fm.mechanisms.slider_crank, "speed", [350.0], exponent=exponent, **settings)
         for exponent in (False, "points")

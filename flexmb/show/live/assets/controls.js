@@ -102,7 +102,7 @@ class Knob {
     const value = typedNumber(this.text.value, this.scale);
     if (typeof value === "string") {
       this.asked = true;
-      this.changed(name, value, this.value); // shown once it is read
+      this.changed(name, value, this.value, true); // shown once it is read
       return;
     }
     const fault = value < low || value > high ? `lies outside ${this.end(low)} to ${this.told(high)}`
@@ -156,9 +156,9 @@ class Values {
   constructor(send) {
     Object.assign(this, { send, knobs: new Map(), past: [], last: { name: "", at: 0 } });
     this.host = document.getElementById("knobs");
-    this.length = new Knob(DATA.span, (_, value, before) => this._changed("", value, before));
+    this.length = new Knob(DATA.span, (_, ...change) => this._changed("", ...change));
     DATA.knobs.forEach((raw) => {
-      const knob = new Knob(raw, (name, value, before) => this._changed(name, value, before));
+      const knob = new Knob(raw, (...change) => this._changed(...change));
       this.knobs.set(raw.name, knob);
       if (!DATA.hidden.includes(raw.name)) {
         this.host.append(knob.box);
@@ -205,7 +205,7 @@ class Values {
     return Object.fromEntries([...this.knobs].map(([name, knob]) => [name, knob.value]));
   }
 
-  _changed(name, value, before) {
+  _changed(name, value, before, typed) {
     const now = performance.now();
     this.fresh = name !== this.last.name || now - this.last.at > 1000; // not a part of the step before
     if (this.fresh) {
@@ -214,7 +214,7 @@ class Values {
       document.getElementById("undo").disabled = false;
     }
     this.last = { name, at: now };
-    this.send(name ? { [name]: value } : {}, name ? null : value);
+    this.send(name ? { [name]: value } : {}, name ? null : value, typed);
   }
 
   // A refusal beside the field whose text it was; false where it belongs elsewhere.

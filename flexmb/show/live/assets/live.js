@@ -64,7 +64,7 @@ class Board {
   constructor() {
     Object.assign(this, { run: null, pins: [], panels: [], clock: null, picture: null, findings: null, waiting: null, sent: 0, sentAfter: -1, newest: -1, frames: 0, asked: [], refusal: "" });
     this.stats = { ticks: 0 };
-    this.values = new Values((values, length) => this.change(values, length));
+    this.values = new Values((values, length, typed) => this.change(values, length, typed));
     this._panels();
     this._keep();
     this._connect();
@@ -111,12 +111,15 @@ class Board {
     }
   }
 
-  // New values: sent at once, or after the answer to the ones before.
-  change(values, length) {
+  // New values: sent at once, or after the answer to the ones before; a typed text alone, so that its refusal is that of its field.
+  change(values, length, typed = false) {
+    if (typed && this.waiting) {
+      this._post();
+    }
     const { values: earlier = {}, length: before = null } = this.waiting || {};
     this.waiting = { values: { ...earlier, ...values }, length: length === null ? before : length };
     this.state("busy", "running");
-    this._flush();
+    this[typed ? "_post" : "_flush"]();
   }
 
   _flush() {
@@ -125,6 +128,10 @@ class Board {
       this.later = this.waiting ? setTimeout(() => this._flush(), PATIENCE) : null;
       return;
     }
+    this._post();
+  }
+
+  _post() {
     const { values, length } = this.waiting;
     this.waiting = null;
     this.sent = performance.now();
