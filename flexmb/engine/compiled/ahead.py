@@ -26,7 +26,7 @@ from typing import IO, Any, cast, get_type_hints
 from numba.core import config
 from numba.core.caching import FunctionCache
 
-from flexmb.engine.compiled.notice import caches, cores, notice
+from flexmb.engine.compiled.notice import caches, notice
 from flexmb.engine.compiled.records import type_of_hint
 from flexmb.engine.compiled.shipped import shipment
 
@@ -102,6 +102,12 @@ def _saves_time(name: str) -> bool:
     if not Path(sys.executable or "").stem.lower().startswith("python"):
         return False  # an application that embeds Python
     return isinstance(caches[name].of_user, FunctionCache) and not caches[FIRST].there()
+
+
+def cores() -> int:
+    """Cores that this process may use."""
+    affinity = getattr(os, "sched_getaffinity", None)  # not on every platform
+    return len(affinity(0)) if affinity else os.cpu_count() or 1
 
 
 @contextmanager

@@ -3,7 +3,7 @@
 flexmb compiles the time loop for this machine: about 27 s, once.
     flexmb: done in 26 s.
 
-Beside other work it says "27 to 80 s": the time alone, and that with a fair share of the cores.
+Beside other work it says "27 to 80 s": processor time, and time on the clock with the share that a short measure had.
 
 The lines go to stderr; on a terminal the first one counts the seconds.  Nothing is said where nothing is compiled, by
 worker processes but the first, or with FLEXMB_MESSAGES=0.
@@ -26,7 +26,8 @@ from numba.core import event
 
 # Processor time of compiling the large functions, measured by `python tests/speed/compile.py --costs`
 
-REFERENCE_PACE = 0.0125  # time of the measure of pace on the machine of these costs [s] (`notice.pace`)
+REFERENCE_PACE = 0.0083  # processor time of the measure of pace on the machine of these costs [s] (`notice.pace`)
+PACES = 5  # number of these measures
 FIRST_STAGE = "the equations of motion"  # stage of kernels and other small functions
 
 # Processor time of compiling large functions [s], by stage; small functions represent others, too.
@@ -98,30 +99,15 @@ def say_once(text: str) -> None:
 
 
 @cache
-def pace() -> float:
-    """Time on this machine relative to that on the machine of the measured costs [1]."""
-    # What is timed is Python's own compiler, the quickest of five runs: like numba it is made of many small steps.
+def pace() -> tuple[float, float]:
+    """Processor time over that on the machine of the costs; time on the clock over processor time [1]."""
+    # What is timed is Python's own compiler: like numba it is made of many small steps.
     lines = "".join(f"x{k} = [f(a, {k}) for a in range(b) if a > {k}]\n" for k in range(400))
-    took = []
-    for _ in range(5):
-        began = time.perf_counter()
+    clock, processor = time.perf_counter(), time.thread_time()
+    for _ in range(PACES):
         compile(lines, "pace", "exec")
-        took.append(time.perf_counter() - began)
-    return min(took) / REFERENCE_PACE
-
-
-def cores() -> int:
-    """Cores that this process may use."""
-    affinity = getattr(os, "sched_getaffinity", None)  # not on every platform
-    return len(affinity(0)) if affinity else os.cpu_count() or 1
-
-
-def crowding() -> float:
-    """Processes over cores, of the last minute and with this one: by so much other work draws out what is done [1]."""
-    try:
-        return max(1.0, (os.getloadavg()[0] + 1.0) / cores())
-    except (AttributeError, OSError):  # not on every platform
-        return 1.0
+    clock, processor = time.perf_counter() - clock, time.thread_time() - processor
+    return processor / (PACES * REFERENCE_PACE), max(1.0, clock / max(processor, 1e-9))
 
 
 def expected(stage: str) -> float:
@@ -204,8 +190,9 @@ class Notice(event.Listener):
             return
         self.close()
         cost = expected(stage)
-        least = cost * pace() - since
-        most = max(least, cost * (self._pace or pace() * crowding()) - since)
+        alone, beside = pace()
+        least = cost * alone - since
+        most = max(least, cost * (self._pace or alone * beside) - since)
         if most < LEAST_SECONDS:
             return
         about = f"{most:.0f}" if most < NEARLY * least else f"{max(least, LEAST_SECONDS):.0f} to {most:.0f}"
