@@ -141,6 +141,11 @@ def test_fields_have_handy_units_and_take_others(tab_of, crank_page):
     speed.press("Enter")
     tab.get_by_text("speed: '3 kg' is a mass").wait_for()
     until(tab, "flexmbLive.run.values.clearance === 4e-5")
+    settled(tab)
+    assert (clearance.input_value(), speed.input_value()) == ("40", "3 kg")  # a run leaves what was refused
+    assert tab.get_by_text("speed: '3 kg' is a mass").is_visible()
+    tab.get_by_role("button", name="Start values").click()
+    assert tab.get_by_text("speed: '3 kg' is a mass").is_hidden()
     tab.locator("#knob-periods").fill("two")
     tab.locator("#knob-periods").press("Enter")
     tab.get_by_text("periods: 'two' is no number").wait_for()

@@ -255,15 +255,14 @@ class Values {
     this.send(known, length);
   }
 
-  show(values, length) {
-    Object.entries(values).forEach(([name, value]) => {
-      const knob = this.knobs.get(name);
-      if (knob && !knob.held) {
+  // Show values; those of a run (`ran`) leave a text that was refused where it is, to be mended.
+  show(values, length, ran = false) {
+    const entries = Object.entries(values).map(([name, value]) => [this.knobs.get(name), value]);
+    [...entries, ...(length === null ? [] : [[this.length, length]])].forEach(([knob, value]) => {
+      const wrong = ran && !knob.refused.hidden && value === knob.value;
+      if (!knob.held && !wrong) {
         knob.show(value);
       }
     });
-    if (length !== null && !this.length.held) {
-      this.length.show(length);
-    }
   }
 }

@@ -88,6 +88,7 @@ class Board {
     this.socket = new WebSocket(`ws://${location.host}/ws?token=${encodeURIComponent(DATA.token)}`);
     this.socket.addEventListener("open", () => {
       this.state("busy", "running");
+      this.newest = -1; // of a program that was started anew
       this._fromLink();
       this.want();
     });
@@ -180,12 +181,15 @@ class Board {
   // Runs
 
   async _show(said) {
+    if (said.number < this.newest) {
+      return; // an answer to a wish for signals that a newer run has overtaken
+    }
     if (said.done && said.number > this.sentAfter) {
       this.sent = 0;
     }
     this.newest = said.number;
     if (!this.waiting && !this.sent) {
-      this.values.show(said.values, said.length);
+      this.values.show(said.values, said.length, true);
     }
     document.getElementById("code").textContent = said.code;
     document.getElementById("copy-command").disabled = !said.command;

@@ -32,6 +32,7 @@ class Panel {
     }
     this.idle();
     this.told.textContent = text.replace(/^explore: /, "");
+    this.told.classList.add("refused");
     return true;
   }
 }

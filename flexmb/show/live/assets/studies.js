@@ -8,6 +8,7 @@ class VerdictPanel extends Panel {
       const running = this.button.textContent === "Stop";
       this.told.textContent = running ? "Ends after the present stage." : "Computing ...";
       this.button.textContent = "Stop";
+      this.told.classList.remove("refused");
       board.send(running ? { type: "stop" } : { type: "study", kind: this.study });
     });
     this.told = element("p", { class: "hint", role: "status" }, "Largest Lyapunov exponent after 50 periods, over 50 and over 200 periods.");
@@ -71,7 +72,7 @@ class DiagramPanel extends Panel {
     Object.entries(this.fields).forEach(([key, label]) => this.picks.append(element("label", {}, label, this.inputs[key])));
     this.picks.append(this.button);
     this.picks.addEventListener("keydown", (event) => event.stopPropagation());
-    this.box.append(this.canvas, this.told);
+    this.box.append(this.told, this.canvas);
     this.plot = new Diagram(this.canvas, { onPick: (value) => this.open(value) });
     this.parameter.addEventListener("change", () => this._ends());
     this.button.addEventListener("click", () => this._begin());
@@ -97,6 +98,7 @@ class DiagramPanel extends Panel {
     Object.assign(this, { x: [], y: [], along: this.parameter.value, of: this.name, failed: 0 });
     this.button.textContent = "Stop";
     this.told.textContent = "Computing ...";
+    this.told.classList.remove("refused");
     this.board.send({ type: "study", kind: this.study, parameter: this.along, signal: this.name, ...numbers });
   }
 
