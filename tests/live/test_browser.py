@@ -8,6 +8,7 @@ import pytest
 
 import flexmb as fm
 from flexmb.mechanisms import nine_bar, slider_crank
+from flexmb.show.live import messages
 
 SIZES = [(1280, 800), (390, 844)]
 
@@ -359,3 +360,14 @@ def test_many_random_changes_leave_no_element_behind(tab_of, crank_page):
         counts.append(tab.evaluate("document.querySelectorAll('*').length"))
     assert max(counts[5:]) - min(counts[5:]) <= 40  # findings and contacts differ
     assert json.loads(json.dumps(values(tab)))["speed"] == crank_page.view.values["speed"]
+
+
+def test_an_older_run_that_comes_late_is_passed_over(tab_of, crank_page):
+    crank_page.set(speed=300.0)
+    tab = tab_of(crank_page)
+    older = messages.run_message(crank_page.view, (), "", "")
+    crank_page.set(speed=310.0)
+    until(tab, "flexmbLive.run.values.speed === 310")
+    tab.evaluate("async (text) => { flexmbLive._hear(JSON.parse(text)); await flexmbLive.arrived; }", older)
+    assert values(tab)["speed"] == 310.0
+    assert tab.locator("#knob-speed").input_value() == "310"
