@@ -58,7 +58,7 @@ def known_unit(text: str) -> str | None:
 
 
 def known_units(declared: str) -> str:
-    """Those of `UNITS` in a declared unit such as "rad or m"; "" for none."""
+    """Units of `UNITS` in a declared unit such as "rad or m"; "" for none."""
     return " or ".join(filter(None, map(known_unit, declared.split(" or "))))
 
 

@@ -54,6 +54,13 @@ def widget_state(book):
     return next(one["state"] for one in found if "page" in one["state"])
 
 
+def sent_by(tab):
+    """Messages of the frame to the kernel, once there are some."""
+    while not (sent := tab.evaluate("sent")):
+        tab.wait_for_timeout(20)
+    return sent
+
+
 def frame_of(tab, name, ready):
     """The frame of a player or of a live page, once it is ready."""
     tab.wait_for_selector("iframe")
@@ -134,8 +141,9 @@ def test_the_widget_runs_in_the_kernel(crank_page, tab):
     tab.evaluate("sent.length = 0")
     frame.locator("#knob-speed").fill("250")
     frame.locator("#knob-speed").press("Enter")
-    assert tab.evaluate("sent")[-1] == {"type": "set", "values": {"speed": 250}}
-    for message in tab.evaluate("sent"):
+    sent = sent_by(tab)
+    assert sent[-1] == {"type": "set", "values": {"speed": 250}}
+    for message in sent:
         widget._hear(widget, message, [])
     crank_page.set()  # returns after the run
     assert json.loads(widget.run)["values"]["speed"] == 250.0
@@ -182,7 +190,7 @@ def test_a_notebook_saves_report_film_and_netcdf(saving, tab):
     for kind, name in names.items():
         tab.evaluate("sent.length = 0")
         frame.locator(f"#save-{kind}").click()
-        (message,) = tab.evaluate("sent")
+        (message,) = sent_by(tab)
         told = answer(widget, said, message)
         assert told["type"] == "saved", told
         tab.evaluate("(text) => tell('msg:custom', { text })", said[0]["text"])

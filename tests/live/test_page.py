@@ -57,7 +57,11 @@ def test_a_folder_that_takes_no_files_is_refused_at_the_start(tmp_path, name):
     (tmp_path / "sweep.zarr").mkdir()
     (tmp_path / "sweep.zarr" / "zarr.json").write_text("{}")
     places = {tmp_path / "file": "is a file", tmp_path / "file" / "below": "Not a directory"}
-    places |= {tmp_path / "sweep.zarr": "is itself the store of a sweep", Path("/proc/none"): "takes no files", 3: "path"}
+    places |= {
+        tmp_path / "sweep.zarr": "is itself the store of a sweep",
+        Path("/proc/none"): "takes no files",
+        3: "path",
+    }
     for place, words in places.items():
         with pytest.raises(fm.errors.InputError, match=words):
             fm.explore(slider_crank, **{name: place}, open=False, block=False)
@@ -66,7 +70,7 @@ def test_a_folder_that_takes_no_files_is_refused_at_the_start(tmp_path, name):
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
 def test_a_folder_without_permission_is_refused_at_the_start(tmp_path):
     tmp_path.chmod(0o500)
-    with pytest.raises(fm.errors.InputError, match="Permission denied.*in which you may write"):
+    with pytest.raises(fm.errors.InputError, match=r"Permission denied.*in which you may write"):
         fm.explore(slider_crank, store=tmp_path / "diagrams", open=False, block=False)
 
 

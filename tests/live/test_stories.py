@@ -73,7 +73,8 @@ def test_the_clearance_that_halves_the_peak_force(open_page):
         for text, value in (("0.5 mm", 0.0005), ("170", 0.00017)):  # of a field in micrometres
             typed(tab, "clearance", text)
             while not tab.evaluate(
-                f"flexmbLive.run.values.clearance === {value} && flexmbLive.run.raw.done && flexmbLive.run.frames[0] > 0"
+                f"flexmbLive.run.values.clearance === {value} && flexmbLive.run.raw.done"
+                " && flexmbLive.run.frames[0] > 0"
             ):
                 tab.wait_for_timeout(50)
             forces[text] = tab.evaluate("flexmbLive.run.peak('B.normal_force')")

@@ -286,7 +286,7 @@ class Page:
         return {messages.RESULT: self._told(self._runner.latest), **examined}
 
     def _hear(self, given: Any) -> None:
-        """Do what a browser asks for; wrong wishes raise `InputError`."""
+        """Fulfil a wish of a browser; wrong ones raise `InputError`."""
         message = messages.require(given, dict, "a message")
         kind = checks.one_of(LABEL, "type", message.get("type"), messages.KINDS)
         if kind == "set":
