@@ -149,7 +149,8 @@ def test_the_widget_runs_in_the_kernel(crank_page, tab):
     assert json.loads(widget.run)["values"]["speed"] == 250.0
     tab.evaluate("(text) => tell('run', text)", widget.run)
     frame.get_by_text("finished", exact=True).wait_for()
-    assert frame.evaluate("flexmbLive.run.values.speed") == 250.0
+    while frame.evaluate("flexmbLive.run.values.speed") != 250.0:  # unpacked in a moment
+        tab.wait_for_timeout(20)
     said = []
     widget.send = said.append
     for wrong in ({"type": "set", "values": {"speed": 1e9}}, {"type": "steal"}, None, ["set"]):
