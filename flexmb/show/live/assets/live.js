@@ -62,7 +62,7 @@ class LiveRun {
 
 class Board {
   constructor() {
-    Object.assign(this, { run: null, pins: [], panels: [], clock: null, picture: null, findings: null, waiting: null, sent: 0, sentAfter: -1, newest: -1, frames: 0, asked: [], refusal: "" });
+    Object.assign(this, { run: null, pins: [], panels: [], clock: null, picture: null, findings: null, waiting: null, sent: 0, expected: 0, newest: -1, frames: 0, asked: [], refusal: "" });
     this.stats = { ticks: 0 };
     this.values = new Values((values, length, typed) => this.change(values, length, typed));
     this._panels();
@@ -135,8 +135,8 @@ class Board {
   _post() {
     const { values, length } = this.waiting;
     this.waiting = null;
+    this.expected = Math.max(this.newest, this.sent ? this.expected : this.newest) + 1; // number of the answer
     this.sent = performance.now();
-    this.sentAfter = this.newest;
     this.send({ type: "set", values, ...(length === null ? {} : { length }) });
     this.remember();
   }
@@ -184,7 +184,7 @@ class Board {
     if (said.number < this.newest) {
       return; // an answer to a wish for signals that a newer run has overtaken
     }
-    if (said.done && said.number > this.sentAfter) {
+    if (said.done && said.number >= this.expected) {
       this.sent = 0;
     }
     this.newest = said.number;
