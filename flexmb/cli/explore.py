@@ -6,11 +6,11 @@ from typing import Any
 
 from flexmb.cli.arguments.options import Option, keywords_of
 from flexmb.cli.arguments.source import Source, field_option
-from flexmb.cli.arguments.units import quantity
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
 from flexmb.show.live.knobs import Knobs
 from flexmb.show.live.page import Page, length_of, shown
+from flexmb.units import quantity
 
 RANGE = "LOW:HIGH, e.g. 10um:0.5mm"
 

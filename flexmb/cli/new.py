@@ -6,11 +6,11 @@ import shlex
 from keyword import iskeyword
 from pathlib import Path
 
-from flexmb.cli.arguments.units import quantity
 from flexmb.dynamics.jobs.files import write_text
 from flexmb.errors import InputError
 from flexmb.findings.check import check as examined
 from flexmb.model.mechanism import Mechanism
+from flexmb.units import quantity
 
 # `flexmb check`: examination of a mechanism without simulation
 

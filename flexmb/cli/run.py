@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.cli.arguments.units import quantity
 from flexmb.dynamics.jobs.files import unwritable
 from flexmb.engine.dormand_prince.method import DormandPrince
 from flexmb.engine.newmark.method import Newmark
@@ -28,6 +27,7 @@ from flexmb.results.status import followed, main_signals, panels
 from flexmb.results.vtk import write_vtk
 from flexmb.run.checkpoint import removed_after
 from flexmb.run.simulate import simulate
+from flexmb.units import quantity
 
 # Files of a command: required packages, writable folders
 

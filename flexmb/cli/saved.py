@@ -13,7 +13,6 @@ import numpy as np
 
 from flexmb.cli.arguments.options import keywords_of
 from flexmb.cli.arguments.parser import parser_of, source_of
-from flexmb.cli.arguments.units import quantity
 from flexmb.cli.run import COMMAND, REPORT, keywords_of_run
 from flexmb.dynamics.jobs.files import READ_ERRORS, load_netcdf
 from flexmb.errors import FileFormatError, InputError
@@ -24,6 +23,7 @@ from flexmb.results.vtk import write_vtk
 from flexmb.run.simulate import simulate
 from flexmb.show.reports.chaos_page import write_chaos
 from flexmb.show.reports.report import report as page_of
+from flexmb.units import quantity
 from flexmb.version import installed_version
 
 if TYPE_CHECKING:

@@ -12,12 +12,12 @@ import numpy as np
 from flexmb import checks
 from flexmb.cli.arguments.options import Option, keywords_of
 from flexmb.cli.arguments.source import Source, field_option
-from flexmb.cli.arguments.units import quantity
 from flexmb.cli.run import flow_options, require_folder, require_those_of, tell
 from flexmb.dynamics.jobs.files import write_netcdf
 from flexmb.dynamics.sweeps.bifurcation import Family, bifurcation, first_of
 from flexmb.errors import InputError
 from flexmb.show.reports.report import report
+from flexmb.units import quantity
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -125,9 +125,9 @@ def judge(
     The first rule that applies decides:
 
     1. Periodic-k: in the last quarter, all points of each phase of k lie within 1e-4 of the spread of their signal, or
-       within `floor`; the shortest such k counts, at most 200 and a sixth of the points.  The cycle must be reached in
-       the first tenth of the record, else the motion is transient.  With a negative exponent the tolerance is ten times
-       larger, because only noise keeps such points apart.
+       within 10 `floor`; the shortest such k counts, at most 200 and a sixth of the points.  The cycle must be reached
+       in the first tenth of the record, else the motion is transient.  With a negative exponent 1e-3 of the spread
+       counts, because only noise keeps such points apart.
     2. Transient, approach: steps over k shrink from third to third of the record.
     3. Transient, drift: a signal changes by the same amount from point to point, exactly (a cycle may be on top) or in
        the means of sixteen blocks, of whose mean square a line explains 95 %.  An angle ("rad") counts modulo 2 pi, so
@@ -241,13 +241,13 @@ def _exponent(exponent: float | None, error: float | None) -> dict[str, float]:
     return {"exponent": value, "error": 0.0 if band is None else checks.not_negative("judge", "error", band)}
 
 
-def _tolerances(columns: Columns) -> np.ndarray:
-    return np.asarray(np.maximum(columns.floor, RELATIVE * columns.spread) + 1e-300)
+def _tolerances(columns: Columns, floors: float = 1.0, noise: float = 1.0) -> np.ndarray:
+    return np.asarray(np.maximum(floors * columns.floor, noise * RELATIVE * columns.spread) + 1e-300)
 
 
 def _periodic(columns: Columns, evidence: dict[str, float]) -> Verdict | None:
     noise = SEPARATE if _sign(evidence) < 0 else 1.0  # with a negative exponent only noise keeps points apart
-    cycle = find_cycle(columns.values / (noise * _tolerances(columns)))
+    cycle = find_cycle(columns.values / _tolerances(columns, SEPARATE, noise))
     if cycle is None:
         return None
     evidence["k"], evidence["since"] = float(cycle.k), float(cycle.since)

@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from flexmb.cli.arguments.units import NOUNS, UNITS, known_unit, quantity
 from flexmb.errors import InputError
+from flexmb.units import NOUNS, UNITS, known_unit, quantity
 
 
 @pytest.mark.parametrize(

@@ -28,7 +28,7 @@ def screen(monkeypatch):
     monkeypatch.setenv("FLEXMB_MESSAGES", "1")
     monkeypatch.setattr(notice, "sys", SimpleNamespace(stderr=found, modules={}))
     monkeypatch.setattr(notice, "caches", {})
-    monkeypatch.setattr(notice, "pace", lambda: 1.0)
+    monkeypatch.setattr(notice, "pace", lambda: (1.0, 1.0))
     return found
 
 
@@ -118,9 +118,16 @@ def test_what_is_kept_does_not_count(screen):
 
 
 def test_a_slow_machine_takes_longer(screen, monkeypatch):
-    monkeypatch.setattr(notice, "pace", lambda: 3.0)
+    monkeypatch.setattr(notice, "pace", lambda: (3.0, 1.1))
     compiled(notice.Notice(), EVALUATE)
-    assert f"about {3.0 * sum(STAGES[FIRST_STAGE].values()):.0f} s" in screen.getvalue()
+    assert f"about {3.3 * sum(STAGES[FIRST_STAGE].values()):.0f} s" in screen.getvalue()
+
+
+def test_other_work_makes_a_range(screen, monkeypatch):
+    monkeypatch.setattr(notice, "pace", lambda: (0.5, 4.0))
+    compiled(notice.Notice(), EVALUATE)
+    cost = sum(STAGES[FIRST_STAGE].values())
+    assert f"about {0.5 * cost:.0f} to {2.0 * cost:.0f} s, once" in screen.getvalue()
 
 
 def test_what_a_stage_took_is_the_pace_of_the_next(screen, monkeypatch):
@@ -130,11 +137,30 @@ def test_what_a_stage_took_is_the_pace_of_the_next(screen, monkeypatch):
     compiled(told, "flexmb.parts.drives.motions.ramp_kernel")
     clock[0] = 2.0 * sum(STAGES[FIRST_STAGE].values())
     compiled(told, EVALUATE, ADVANCE)
-    assert f"about {2.0 * STAGES[stage_of(ADVANCE)][ADVANCE]:.0f} s" in screen.getvalue()
+    cost = STAGES[stage_of(ADVANCE)][ADVANCE]
+    assert f"about {cost:.0f} to {2.0 * cost:.0f} s" in screen.getvalue()
 
 
 def test_the_pace_is_measured():
-    assert 0.02 < notice.pace.__wrapped__() < 50.0
+    alone, beside = notice.pace.__wrapped__()
+    assert 0.02 < alone < 50.0
+    assert 1.0 <= beside < 1000.0
+
+
+def test_waiting_for_others_is_no_slowness(monkeypatch):
+    """A thread that has every fifth share of the clock: its processor time stays the same."""
+    clock = [0.0]
+
+    def compiling(*_):
+        clock[0] += 1.0
+
+    monkeypatch.setattr(notice, "compile", compiling, raising=False)
+    times = {
+        "perf_counter": lambda: 5.0 * notice.REFERENCE_PACE * clock[0],
+        "thread_time": lambda: notice.REFERENCE_PACE * clock[0],
+    }
+    monkeypatch.setattr(notice, "time", SimpleNamespace(**times))
+    assert notice.pace.__wrapped__() == pytest.approx((1.0, 5.0))
 
 
 def test_functions_of_others_are_none_of_ours(screen):

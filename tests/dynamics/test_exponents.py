@@ -390,3 +390,22 @@ def test_more_exponents_than_directions_are_refused():
         fm.chaos.benettin(systems.henon(), periods=100, distance=0.0)
     with pytest.raises(InputError, match="no period"):
         fm.lyapunov(systems.henon(), periods=100).per_period()
+
+
+def test_a_diagram_and_an_exponent_agree_on_a_stable_cycle():
+    """The points of a worn slider-crank alternate by 1.7 nm, less than the error that its steps may have (4 nm).
+
+    With fixed steps they are equal to 1e-15 m.
+    """
+    settings = {"fixed": {"clearance": 2e-5}, "skip": 40, "keep": 50}
+    alone, together = (
+        fm.bifurcation(fm.mechanisms.slider_crank, "speed", [350.0], exponent=exponent, **settings)
+        for exponent in (False, "points")
+    )
+    assert alone["verdict"].item() == together["verdict"].item() == "periodic-1"
+    assert together["exponent"].item() < -10.0
+    ey = alone["B.ey"].values.ravel()
+    assert 1e-9 < np.ptp(ey) < 4e-9  # not by round-off
+    mechanism = fm.mechanisms.slider_crank(350.0, clearance=2e-5)
+    fixed = fm.stroboscopic(mechanism, skip=40, keep=4, step=TURN / 350.0 / 400)
+    assert np.ptp(fixed["B.ey"].values) < 1e-12

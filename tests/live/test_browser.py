@@ -8,6 +8,7 @@ import pytest
 
 import flexmb as fm
 from flexmb.mechanisms import nine_bar, slider_crank
+from flexmb.show.live import messages
 
 SIZES = [(1280, 800), (390, 844)]
 
@@ -78,11 +79,20 @@ def test_fields_take_numbers_and_refuse_others(tab_of, crank_page):
     crank_page.set(speed=300.0, clearance=1e-4)
     tab = tab_of(crank_page)
     field = tab.locator("#knob-speed")
-    for text, words in (("abc", "is no number"), ("1e9", "lies outside"), ("", "is no number")):
+    for text, words in (
+        ("abc", "speed: 'abc' is no number; give an angular speed in rad/s"),
+        ("1e9", "speed: 1e9 rad/s lies outside 50 to 500 rad/s."),
+        ("", "give an angular speed in rad/s"),
+        ("0.5 mm", "speed: '0.5 mm' is a length; give an angular speed in rad/s."),
+        ("9000 rpm", "speed is 942.478 rad/s; it must lie between 50 and 500."),
+    ):
         field.fill(text)
         field.press("Enter")
-        assert words in tab.locator(".knob .refused").first.inner_text()
+        tab.locator(".knob .refused", has_text=words).wait_for()
+        assert field.input_value() == text  # stays, to be mended
+        assert tab.locator("#fault").is_hidden()
     assert values(tab)["speed"] == 300.0
+    assert not tab.get_by_role("button", name="Undo").is_enabled()
     field.fill("2,5e2")
     field.press("Enter")
     settled(tab)
@@ -95,6 +105,51 @@ def test_fields_take_numbers_and_refuse_others(tab_of, crank_page):
     tab.get_by_label("none").uncheck()
     settled(tab)
     assert values(tab)["clearance"] == 1e-4
+
+
+def test_fields_have_handy_units_and_take_others(tab_of, crank_page):
+    crank_page.set(speed=300.0, clearance=1e-4)
+    tab = tab_of(crank_page)
+    speed, clearance = tab.locator("#knob-speed"), tab.locator("#knob-clearance")
+    assert clearance.input_value() == "100"
+    assert tab.locator(".knob-field .unit").all_inner_texts()[:2] == ["rad/s", "µm"]
+    exact = {"300": 3e-4, "0.3 mm": 3e-4, "70 µm": 7e-5, "70um": 7e-5, "4e-2cm": 4e-4, "0,02 mm": 2e-5}
+    for text, value in exact.items():
+        clearance.fill(text)
+        clearance.press("Enter")
+        until(tab, f"flexmbLive.run.values.clearance === {value}")
+        settled(tab)
+        assert crank_page.view.values["clearance"] == value
+        assert float(clearance.input_value()) == pytest.approx(1e6 * value, rel=1e-12)
+    for text, value in (("1200 rpm", 40.0 * math.pi), ("30 pi rad/s", 30.0 * math.pi)):
+        speed.fill(text)
+        speed.press("Enter")
+        until(tab, f"Math.abs(flexmbLive.run.values.speed - {value}) < 1e-9")
+    settled(tab)
+    assert crank_page.code() == f"slider_crank(speed={30.0 * math.pi!r}, clearance=2e-05)"
+    assert "speed=94.2" in crank_page.command()
+    tab.wait_for_timeout(400)
+    assert "clearance=0.00002" in tab.url.replace("2e-5", "0.00002")  # in SI, for any page
+    tab.get_by_role("button", name="Pin this run").click()
+    assert "clearance 20 µm" in tab.locator("#pins").inner_text()
+    tab.get_by_role("button", name="Undo").click()  # changes within a second are one step
+    settled(tab)
+    assert values(tab)["speed"] in (300.0, 40.0 * math.pi)
+    tab.evaluate("clearTimeout(flexmbLive.later); flexmbLive.sent = performance.now()")  # an answer is waited for
+    clearance.fill("40")
+    clearance.press("Enter")
+    speed.fill("3 kg")
+    speed.press("Enter")
+    tab.get_by_text("speed: '3 kg' is a mass").wait_for()
+    until(tab, "flexmbLive.run.values.clearance === 4e-5")
+    settled(tab)
+    assert (clearance.input_value(), speed.input_value()) == ("40", "3 kg")  # a run leaves what was refused
+    assert tab.get_by_text("speed: '3 kg' is a mass").is_visible()
+    tab.get_by_role("button", name="Start values").click()
+    assert tab.get_by_text("speed: '3 kg' is a mass").is_hidden()
+    tab.locator("#knob-periods").fill("two")
+    tab.locator("#knob-periods").press("Enter")
+    tab.get_by_text("periods: 'two' is no number").wait_for()
 
 
 def test_what_is_typed_stays_while_runs_go_on(tab_of, crank_page):
@@ -252,6 +307,10 @@ def test_a_diagram_paints_and_a_click_opens_its_run(tab_of, crank_page):
     panel = tab.locator("section", has=tab.get_by_role("heading", name="Bifurcation diagram"))
     for label, text in (("from", "200"), ("to", "300"), ("values", "3"), ("skip", "1"), ("keep", "2")):
         panel.get_by_label(label, exact=True).fill(text)
+    panel.get_by_label("from", exact=True).fill("5 mm")
+    panel.get_by_role("button", name="Paint").click()
+    panel.get_by_text("speed, from: '5 mm' is a length; give an angular speed in rad/s.").wait_for()
+    panel.get_by_label("from", exact=True).fill("1909.8593171027441 rpm")  # 200 rad/s
     panel.get_by_role("button", name="Paint").click()
     panel.get_by_text("opens its run").wait_for(timeout=60_000)
     spot = tab.evaluate(
@@ -301,3 +360,14 @@ def test_many_random_changes_leave_no_element_behind(tab_of, crank_page):
         counts.append(tab.evaluate("document.querySelectorAll('*').length"))
     assert max(counts[5:]) - min(counts[5:]) <= 40  # findings and contacts differ
     assert json.loads(json.dumps(values(tab)))["speed"] == crank_page.view.values["speed"]
+
+
+def test_an_older_run_that_comes_late_is_passed_over(tab_of, crank_page):
+    crank_page.set(speed=300.0)
+    tab = tab_of(crank_page)
+    older = messages.run_message(crank_page.view, (), "", "")
+    crank_page.set(speed=310.0)
+    until(tab, "flexmbLive.run.values.speed === 310")
+    tab.evaluate("async (text) => { flexmbLive._hear(JSON.parse(text)); await flexmbLive.arrived; }", older)
+    assert values(tab)["speed"] == 310.0
+    assert tab.locator("#knob-speed").input_value() == "310"

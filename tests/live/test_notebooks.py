@@ -54,6 +54,13 @@ def widget_state(book):
     return next(one["state"] for one in found if "page" in one["state"])
 
 
+def sent_by(tab):
+    """Messages of the frame to the kernel, once there are some."""
+    while not (sent := tab.evaluate("sent")):
+        tab.wait_for_timeout(20)
+    return sent
+
+
 def frame_of(tab, name, ready):
     """The frame of a player or of a live page, once it is ready."""
     tab.wait_for_selector("iframe")
@@ -130,18 +137,20 @@ def test_the_widget_runs_in_the_kernel(crank_page, tab):
     state = {name: getattr(widget, name) for name in ("page", "run", "findings", "_esm")}
     tab.evaluate(SHOW, [state["_esm"], state])
     frame = frame_of(tab, "flexmbLive", "live")
-    assert not frame.locator("#save-report").is_visible()  # there is no server behind a frame
+    assert not frame.locator("#copy-link").is_visible()  # a frame has no address
     tab.evaluate("sent.length = 0")
     frame.locator("#knob-speed").fill("250")
     frame.locator("#knob-speed").press("Enter")
-    assert tab.evaluate("sent")[-1] == {"type": "set", "values": {"speed": 250}}
-    for message in tab.evaluate("sent"):
+    sent = sent_by(tab)
+    assert sent[-1] == {"type": "set", "values": {"speed": 250}}
+    for message in sent:
         widget._hear(widget, message, [])
     crank_page.set()  # returns after the run
     assert json.loads(widget.run)["values"]["speed"] == 250.0
     tab.evaluate("(text) => tell('run', text)", widget.run)
     frame.get_by_text("finished", exact=True).wait_for()
-    assert frame.evaluate("flexmbLive.run.values.speed") == 250.0
+    while frame.evaluate("flexmbLive.run.values.speed") != 250.0:  # unpacked in a moment
+        tab.wait_for_timeout(20)
     said = []
     widget.send = said.append
     for wrong in ({"type": "set", "values": {"speed": 1e9}}, {"type": "steal"}, None, ["set"]):
@@ -151,6 +160,70 @@ def test_the_widget_runs_in_the_kernel(crank_page, tab):
     tab.evaluate("(text) => tell('msg:custom', { text })", said[0]["text"])
     assert "1e+09" in frame.locator("#fault").inner_text()
     tab.evaluate("end()")
+
+
+@pytest.fixture
+def saving(tmp_path):
+    """A page that saves into a folder, its widget, and what the widget says."""
+    folder = tmp_path / "kept" / "here"
+    with fm.explore(slider_crank, vary=["speed"], periods=1, folder=folder, open=False, block=False) as page:
+        widget, said = page.widget(), []
+        widget.send = said.append
+        yield page, widget, said, folder
+
+
+def answer(widget, said, message):
+    """What a widget says to a message, once its file is written."""
+    said.clear()
+    widget._hear(widget, message, [])
+    widget._writer.join(120.0) if widget._writer.ident else None
+    (one,) = said
+    return json.loads(one["text"])
+
+
+def test_a_notebook_saves_report_film_and_netcdf(saving, tab):
+    page, widget, said, folder = saving
+    tab.set_content(HOST)
+    tab.evaluate(SHOW, [widget._esm, {"page": widget.page, "run": widget.run, "findings": ""}])
+    frame = frame_of(tab, "flexmbLive", "live")
+    view = page.set(speed=321.0)
+    names = {"report": "slider-crank.html", "film": "slider-crank.*", "netcdf": "slider-crank.nc"}
+    for kind, name in names.items():
+        tab.evaluate("sent.length = 0")
+        frame.locator(f"#save-{kind}").click()
+        (message,) = sent_by(tab)
+        told = answer(widget, said, message)
+        assert told["type"] == "saved", told
+        tab.evaluate("(text) => tell('msg:custom', { text })", said[0]["text"])
+        written = folder / told["text"].removeprefix(f"Saved as {folder}/")
+        assert written.match(name)
+        frame.get_by_text(str(written)).wait_for()
+    assert fm.load(folder / "slider-crank.nc").peak("B.fx") == view.solution.peak("B.fx")
+    first = (folder / "slider-crank.nc").read_bytes()
+    page.set(speed=322.0)
+    assert answer(widget, said, {"type": "save", "file": "run.nc"})["text"].endswith("slider-crank-2.nc")
+    assert (folder / "slider-crank.nc").read_bytes() == first  # what is there stays
+    assert len(list(folder.iterdir())) == 4  # no part of a file is left
+
+
+@pytest.mark.parametrize("name", ["../x.html", "/etc/passwd", "report.html/../../x", "", None, ["film"], "run.nc\0"])
+def test_a_notebook_saves_declared_files_alone(saving, name):
+    _, widget, said, folder = saving
+    said_of_it = answer(widget, said, {"type": "save", "file": name, "folder": "/"})
+    assert said_of_it["type"] == "refused"
+    assert "report.html" in said_of_it["text"]
+    assert list(folder.iterdir()) == []
+
+
+def test_a_folder_that_is_gone_or_full_is_told(saving, monkeypatch):
+    _, widget, said, folder = saving
+    folder.rmdir()
+    folder.write_text("a file in its place")
+    assert "is a file" in answer(widget, said, {"type": "save", "file": "run.nc"})["text"]
+    folder.unlink()
+    monkeypatch.setattr(fm.Solution, "to_netcdf", lambda *_: (_ for _ in ()).throw(OSError(28, "No space left")))
+    assert "No space left" in answer(widget, said, {"type": "save", "file": "run.nc"})["text"]
+    assert list(folder.iterdir()) == []
 
 
 def test_a_frame_hears_its_notebook_alone(crank_page, tab):

@@ -1,9 +1,11 @@
 """A live page driven by a script: results are those of `simulate`; failures stay on the page; stale runs end."""
 
 import math
+import os
 import threading
 import time
 from dataclasses import dataclass
+from pathlib import Path
 from urllib.parse import urlsplit
 
 import numpy as np
@@ -37,6 +39,39 @@ def test_a_value_that_the_page_refuses_changes_nothing(crank_page):
     with pytest.raises(fm.errors.InputError, match="speed is 1000"):
         crank_page.set(speed=1000.0)
     assert crank_page.code() == before
+
+
+def test_values_may_be_texts_with_a_unit(crank_page):
+    crank_page.set(speed="1200 rpm", clearance="0.3 mm")
+    assert crank_page.view.values == {"speed": 40.0 * math.pi, "clearance": 3e-4}
+    for wrong in ("3 kg", "rpm", "__import__('os')", "9" * 100, "2 pi mm"):
+        with pytest.raises(fm.errors.InputError, match=r"clearance.*\bm\b"):
+            crank_page.set(clearance=wrong)
+    with pytest.raises(fm.errors.InputError, match="clearance: '1e300 um' is too large"):
+        crank_page.set(clearance="1e300 um")
+
+
+@pytest.mark.parametrize("name", ["store", "folder"])
+def test_a_folder_that_takes_no_files_is_refused_at_the_start(tmp_path, name):
+    (tmp_path / "file").write_text("")
+    (tmp_path / "sweep.zarr").mkdir()
+    (tmp_path / "sweep.zarr" / "zarr.json").write_text("{}")
+    places = {tmp_path / "file": "is a file", tmp_path / "file" / "below": "Not a directory"}
+    places |= {
+        tmp_path / "sweep.zarr": "is itself the store of a sweep",
+        Path("/proc/none"): "takes no files",
+        3: "path",
+    }
+    for place, words in places.items():
+        with pytest.raises(fm.errors.InputError, match=words):
+            fm.explore(slider_crank, **{name: place}, open=False, block=False)
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_a_folder_without_permission_is_refused_at_the_start(tmp_path):
+    tmp_path.chmod(0o500)
+    with pytest.raises(fm.errors.InputError, match=r"Permission denied.*in which you may write"):
+        fm.explore(slider_crank, store=tmp_path / "diagrams", open=False, block=False)
 
 
 def broken(speed: float = 1.0) -> fm.Mechanism:

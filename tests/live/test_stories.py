@@ -70,16 +70,17 @@ def test_the_clearance_that_halves_the_peak_force(open_page):
         tab = open_page(page.url)
         tab.get_by_label("Go on after the end").check()
         forces = {}
-        for text in ("0.0005", "0.00017"):
+        for text, value in (("0.5 mm", 0.0005), ("170", 0.00017)):  # of a field in micrometres
             typed(tab, "clearance", text)
             while not tab.evaluate(
-                f"flexmbLive.run.values.clearance === {text} && flexmbLive.run.raw.done && flexmbLive.run.frames[0] > 0"
+                f"flexmbLive.run.values.clearance === {value} && flexmbLive.run.raw.done"
+                " && flexmbLive.run.frames[0] > 0"
             ):
                 tab.wait_for_timeout(50)
             forces[text] = tab.evaluate("flexmbLive.run.peak('B.normal_force')")
             tab.get_by_role("button", name="Pin this run").click()
         assert tab.get_by_role("columnheader", name="pin 2").is_visible()
-        assert 0.35 < forces["0.00017"] / forces["0.0005"] < 0.55
+        assert 0.35 < forces["170"] / forces["0.5 mm"] < 0.55
 
 
 def test_a_colleague_sees_the_same_view_by_a_link(open_page):

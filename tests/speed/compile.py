@@ -36,7 +36,9 @@ rss = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 print("measured", imported, time.process_time(), time.perf_counter() - began, rss)
 """
 COSTS = """
-import runpy, time
+import os, time
+if hasattr(os, "sched_setaffinity"):
+    os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})  # no second process
 from numba.core import event
 class Clock(event.Listener):
     depth, began, found = 0, 0.0, []
@@ -50,15 +52,17 @@ class Clock(event.Listener):
             self.found.append((f"{f.__module__}.{f.__qualname__}", time.process_time() - self.began))
 clock = Clock()
 event.register("numba:compile", clock)
-from flexmb.engine.compiled import costs, notice
+from flexmb.engine.compiled import notice
 import flexmb as fm
 crank = fm.mechanisms.slider_crank(clearance=5e-4)
 fm.mechanisms.nine_bar, fm.simulate
-print(f"WORK = {costs.REFERENCE_PACE * notice.pace.__wrapped__():.4f}")
+print(f"REFERENCE_PACE = {notice.REFERENCE_PACE * notice.pace.__wrapped__()[0]:.4f}")
 fm.simulate(fm.mechanisms.nine_bar(), t_end=1e-3)
-fm.simulate(fm.mechanisms.slider_crank(), t_end=1e-5, step=1e-6, method=fm.RungeKutta4())
+for method in (fm.RungeKutta4(), fm.DormandPrince(), fm.RadauIIA()):
+    fixed = {"step": 1e-6} if isinstance(method, fm.RungeKutta4) else {}
+    fm.simulate(fm.mechanisms.slider_crank(), t_end=1e-5, method=method, **fixed)
 flow = fm.chaos.MechanismFlow(crank); flow.advance(1e-5, flow.tangent_basis(1, seed=0))
-stage_of = {name: stage for stage, known in costs.STAGES.items() for name in known}
+stage_of = {name: stage for stage, known in notice.STAGES.items() for name in known}
 for name, cost in clock.found:
     print(f"{stage_of.get(name, '-'):30s} {name}: {cost:.2f}")
 """

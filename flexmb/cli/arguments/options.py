@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-from flexmb.cli.arguments.units import known_unit, quantity
 from flexmb.docstrings import parameters
 from flexmb.errors import InputError
 from flexmb.fields import unit_of, with_unit
+from flexmb.units import known_units, quantity
 
 Maker = Callable[..., Any]
 KINDS = {"bool": "flag", "float": "number", "int": "count", "str": "text"}
@@ -70,8 +70,7 @@ def options_of(maker: Maker) -> list[Option]:
         if kind := _kind(parameter):
             told, text = unit_of(maker, parameter.name), described.get(parameter.name, "")
             text = text if inspect.isclass(maker) or not text else with_unit(text, told)
-            unit = " or ".join(filter(None, map(known_unit, told.split(" or "))))  # those of the command line
-            options.append(Option(parameter.name, kind, parameter.default, unit, text))
+            options.append(Option(parameter.name, kind, parameter.default, known_units(told), text))
     return options
 
 

@@ -18,14 +18,17 @@ from flexmb.errors import FlexmbError, InputError, RestitutionWarning
 from flexmb.fields import fields_of
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, Part
+from flexmb.units import known_units, quantity
 
 LABEL = "explore"
 # Factor by which a guessed range reaches below and above the value of its parameter.
 WIDER = 5.0
 LOGARITHMIC = 20.0  # ratio of the ends of a positive range from which its slider has a logarithmic scale
 NEARER = (0.5, 0.25, 0.125, 0.06, 0.03, 0.01)  # shares of a guessed range that are tried where a part refuses it
-MOST_KNOBS = 200  # largest number of numbers and choices of a page
+# Largest number of numbers and choices of a page, and of guessed ones with a slider at the start; others are added.
+MOST_KNOBS, MOST_SHOWN = 200, 8
 DEPTH = 2  # records within one another, in a part, whose numbers are found: "B.normal.restitution"
+MOST_TYPED = 60  # signs of a typed number at most
 DIGITS = 3  # significant digits of a start value in the middle of a range
 Value = float | int | bool | str | None
 
@@ -53,8 +56,17 @@ class Knob:
             raise InputError(f"{LABEL}: {self.name} is {_short(value)}; choose {' or '.join(self.labels)}.")
         if value is None and self.optional:
             return None
-        given = checks.between(LABEL, self.name, value, self.low, self.high, self.unit)
+        given = self.number(value)
         return checks.count(LABEL, self.name, given, 0) if self.kind == "count" else given
+
+    def number(self, value: Any) -> float:
+        """A number within the range, also of a text such as "0.5 mm", or `InputError`."""
+        if isinstance(value, str):
+            unit = known_units(self.unit)
+            if len(value) > MOST_TYPED or (self.unit and not unit):
+                raise InputError(f"{LABEL}: {self.name} is {_short(value)}; give a number in {self.unit or 1}.")
+            value = quantity(value, unit, f"{LABEL}: {self.name}")
+        return checks.between(LABEL, self.name, value, self.low, self.high, self.unit)
 
     def argument(self, value: Value) -> Any:
         """Argument of the function, or value of the field, for a checked value."""
@@ -79,20 +91,7 @@ def _short(value: Any) -> str:
 
 
 class Knobs:
-    """All numbers and choices of a model that may vary.
-
-    Parameters
-    ----------
-    model : a mechanism, or a function that returns one.
-    vary : ranges (low, high), lists of choices, choices by label, or None for a guessed range, by name; a list of names
-        with guessed ranges; None: all that can be guessed.
-    fixed : arguments of the function that do not vary, or start values of those that do.
-    ranges : ranges beside those of `vary`.
-
-    Raises
-    ------
-    InputError : another kind of model, unknown names, a range that cannot be guessed or that is empty.
-    """
+    """All numbers and choices of a model that may vary; `vary`, `fixed` as of `explore`, with ranges beside `vary`."""
 
     def __init__(
         self, model: Model, vary: Any, fixed: Mapping[str, Any], ranges: Mapping[str, Any] | None = None
@@ -122,12 +121,16 @@ class Knobs:
             checks.one_of(LABEL, "name", name, self.known)
         return {name: self.known[name].checked(value) for name, value in values.items()}
 
+    def given(self, values: Mapping[str, Value]) -> dict[str, Any]:
+        """Arguments for checked values; of a mechanism the fields that change."""
+        every = not isinstance(self.model, Mechanism)
+        return {n: self.known[n].argument(x) for n, x in values.items() if every or x != self.known[n].value}
+
     def mechanism(self, values: Mapping[str, Value]) -> Mechanism:
         """Mechanism of checked values."""
-        given = {name: self.known[name].argument(value) for name, value in values.items()}
         if isinstance(self.model, Mechanism):
-            return self.model.with_({k: x for k, x in given.items() if values[k] != self.known[k].value})
-        made = called(LABEL, self.model, {**self.fixed, **given})
+            return self.model.with_(self.given(values))
+        made = called(LABEL, self.model, {**self.fixed, **self.given(values)})
         if not isinstance(made, Mechanism):
             raise InputError(f"{LABEL}: the function returned {type(made).__name__}; it must return a Mechanism.")
         return made
@@ -136,15 +139,13 @@ class Knobs:
         """Model over the values of one number, and the fixed arguments of a function."""
         if isinstance(self.model, Mechanism):
             return self.mechanism({**values, name: self.known[name].value}), {}
-        given = {key: self.known[key].argument(one) for key, one in values.items() if key != name}
-        return self.model, {**self.fixed, **given}
+        return self.model, {**self.fixed, **self.given({key: one for key, one in values.items() if key != name})}
 
     def code(self, values: Mapping[str, Value]) -> str:
         """Python text that makes the mechanism of checked values."""
-        given = {name: self.known[name].argument(value) for name, value in values.items()}
         if isinstance(self.model, Mechanism):
-            return f"mech.with_({ ({k: x for k, x in given.items() if values[k] != self.known[k].value})!r})"
-        pairs = ", ".join(f"{name}={value!r}" for name, value in {**self.fixed, **given}.items())
+            return f"mech.with_({self.given(values)!r})"
+        pairs = ", ".join(f"{name}={value!r}" for name, value in {**self.fixed, **self.given(values)}.items())
         return f"{getattr(self.model, '__name__', 'mechanism')}({pairs})"
 
     def _wanted(self, vary: Any, ranges: Mapping[str, Any]) -> dict[str, Any]:
@@ -236,10 +237,6 @@ class Knobs:
         optional = "None" in kind.split(" | ") or type(None) in get_args(annotation)
         made = replace(knob, kind="count" if whole else "number", low=low, high=high, optional=optional)
         return replace(made, value=_within(value, low, high, whole=whole))
-
-
-# Largest number of guessed knobs with a slider at the start; the page adds others one by one.
-MOST_SHOWN = 8
 
 
 def _within(value: Any, low: float, high: float, *, whole: bool) -> float | int:

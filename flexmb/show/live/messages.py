@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from flexmb import checks
 from flexmb.errors import FlexmbError, InputError
 from flexmb.findings.check import Report
 from flexmb.results.drawing import nearest_instants
@@ -20,6 +20,7 @@ from flexmb.show.reports.scene import fields_of, scene
 
 FRAMES = 300  # largest number of frames of a message
 MAIN, MOST_WANTED = 2, 40  # numbers of main signals, and of other ones at most, in a message
+LENGTH = ""  # name of the length of a run among the fields of the page
 RESULT = "run"  # kind of the messages of views
 
 
@@ -74,9 +75,22 @@ def examination(number: int, report: Report | str) -> str:
     return embedded({"type": "findings", "number": number, "rows": rows, "freedom": freedom})
 
 
-def refusal(text: str) -> str:
-    """Message on something refused."""
-    return embedded({"type": "refused", "text": text})
+def refusal(text: str, field: str | None = None) -> str:
+    """Message on something refused; `field`: name of the value, or kind of the study, to which it belongs."""
+    return embedded({"type": "refused", "text": text, "field": field})
+
+
+def answer(heard: Callable[[Any], None], given: Any) -> str | None:
+    """Refusal of a message that a browser has sent; None where it was met."""
+    try:
+        heard(given)
+    except FlexmbError as error:
+        message = given if isinstance(given, dict) else {}
+        values = message.get("values")
+        fields = [*(values if isinstance(values, dict) else ()), *([LENGTH] if "length" in message else ())]
+        fields += [message["kind"]] if "kind" in message else []
+        return refusal(str(error), str(fields[0])[:200] if len(fields) == 1 else None)
+    return None
 
 
 KINDS = ("set", "want", "go", "study", "stop", "open")  # kinds of messages from browsers
@@ -87,16 +101,3 @@ def require(given: Any, kind: type, what: str) -> Any:
     if not isinstance(given, kind) or (kind is not bool and isinstance(given, bool)):
         raise InputError(f"{LABEL}: {what} is missing or of a wrong kind.")
     return given
-
-
-def asked(given: Any) -> tuple[str, dict[str, Any]]:
-    """Kind and content of a message from a browser, checked as far as this needs no model."""
-    message = require(given, dict, "a message")
-    kind = checks.one_of(LABEL, "type", message.get("type"), KINDS)
-    return kind, message
-
-
-def wanted_signals(message: dict[str, Any]) -> tuple[str, ...]:
-    """Names of the signals in a wish of a browser, the last `MOST_WANTED`."""
-    names = require(message.get("signals"), list, "the list `signals`")
-    return tuple(dict.fromkeys(str(name)[:200] for name in names[-MOST_WANTED:]))

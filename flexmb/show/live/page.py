@@ -5,13 +5,9 @@ from __future__ import annotations
 import html
 import secrets
 import shlex
-import threading
 import time
 import webbrowser
 from collections.abc import Mapping, Sequence
-from functools import cache
-from importlib.resources import files
-from importlib.util import find_spec
 from pathlib import Path
 from string import Template
 from types import TracebackType
@@ -24,15 +20,13 @@ from flexmb.errors import FlexmbError, InputError
 from flexmb.findings.check import Report
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
-from flexmb.results.solution import Solution
 from flexmb.run.simulate import period_or_none
 from flexmb.show.live import messages
+from flexmb.show.live.files import Files, folder_of
 from flexmb.show.live.knobs import LABEL, Knobs
 from flexmb.show.live.runs import DEFAULT_PERIODS, DEFAULT_SECONDS, PERIODS, SECONDS, Request, Runner, View
 from flexmb.show.live.studies import Studies
-from flexmb.show.pictures.films import animate
 from flexmb.show.reports.document import Markup, asset, document, embedded
-from flexmb.show.reports.report import report
 from flexmb.show.reports.scene import COLOURED, choices
 
 if TYPE_CHECKING:
@@ -40,8 +34,8 @@ if TYPE_CHECKING:
     from flexmb.show.live.widget import Widget
 
 SCRIPTS = ("mesh.js", "scene.js", "drawing.js", "player.js", "journals.js", "diagram.js")
-# Scripts of a report, and those of the live page alone.
-OWN = ("controls.js", "panels.js", "studies.js", "live.js")
+# Scripts of a report; style and scripts of the live page alone.
+OWN = ("live.css", "controls.js", "panels.js", "studies.js", "live.js")
 MOST_PAGES = 8  # pages of a notebook at a time; the oldest one is closed then
 MOST_WIDGETS = 16  # widgets of a page at a time; the oldest ones are still then
 TOKEN_BYTES = 24  # length of the token [bytes]
@@ -57,6 +51,7 @@ def explore(
     periods: float | None = None,
     t_end: float | None = None,
     store: str | Path | None = None,
+    folder: str | Path | None = None,
     port: int | None = None,
     open: bool | None = None,
     block: bool | None = None,
@@ -77,6 +72,8 @@ def explore(
     fixed : other arguments of a function, or start values of its varied ones.
     periods, t_end : length of a run in periods of the drives, or [s]; None: two periods, or 1 s without such drives.
     store : folder that keeps the points of bifurcation diagrams, from which the same diagram goes on; None: none.
+    folder : folder into which the page in a notebook saves reports, films and netCDF files; None: the working folder.
+        Files that are there stay.  A browser saves where it saves all files.
     port : port of the page, so that links to it stay the same; None: a free one.
     open : whether the page is opened in the browser; None: outside of notebooks.
     block : whether the call waits until Ctrl-C; otherwise the page lives until its `close`, or the end of the program;
@@ -88,7 +85,8 @@ def explore(
 
     Raises
     ------
-    InputError : another kind of model; unknown names; empty ranges, or ranges that cannot be guessed; a port in use.
+    InputError : another kind of model; unknown names; empty ranges, or ranges that cannot be guessed; a port in use; a
+        store or a folder in which nothing can be written.
     MissingPackageError : starlette, uvicorn or websockets are not installed (`pip install 'flexmb[live]'`).
 
     Notes
@@ -103,7 +101,7 @@ def explore(
         for name, flag in (("open", open), ("block", block))
     )
     given = {} if fixed is None else checks.mapping(LABEL, "fixed", fixed)
-    page = Page(Knobs(model, vary, given), length_of(periods, t_end), store=store, port=port)
+    page = Page(Knobs(model, vary, given), length_of(periods, t_end), store=store, port=port, folder=folder)
     if in_notebook():  # where a cell that is run again makes another page
         _SHOWN.append(page)
         if len(_SHOWN) > MOST_PAGES:
@@ -132,17 +130,10 @@ _SHOWN: list[Page] = []
 
 
 class Page:
-    """A live page; made by `explore`.
+    """A live page; made by `explore`."""
 
-    Parameters
-    ----------
-    knobs : numbers and choices that vary.
-    length : unit and length of the first run; None: by the drives.
-    source : words by which the command line finds the mechanism; none for one of a script.
-    store : folder of the points of diagrams; None: none.
-    port : number of the port; None: a free one.
-    """
-
+    # In: numbers and choices that vary; unit and length of the first run; words by which the command line finds the
+    # mechanism, none for one of a script; folder of diagrams; port; folder of files. None is as for `explore`.
     def __init__(
         self,
         knobs: Knobs,
@@ -150,10 +141,13 @@ class Page:
         source: Sequence[str] = (),
         store: str | Path | None = None,
         port: int | None = None,
+        folder: str | Path | None = None,
     ) -> None:
         number = None if port is None else checks.count(LABEL, "port", checks.between(LABEL, "port", port, 1024, 65535))
         for package, purpose in PACKAGES.items():
             checks.package(package, "live", purpose)
+        kept = None if store is None else folder_of("store", store)
+        saves = Path.cwd() if folder is None else folder_of("folder", folder)
         from flexmb.show.live.server import Server
 
         self._knobs, self._source = knobs, tuple(source) or _ready(knobs.model)
@@ -161,13 +155,12 @@ class Page:
         self._wanted: tuple[str, ...] = ()
         self._examination = ""
         self._runner = Runner(knobs, unit, first, self._publish, self._publish_examination)
-        self._studies = Studies(knobs, self._publish_study, None if store is None else checks.path(LABEL, store))
+        self._studies = Studies(knobs, self._publish_study, kept)
         self._widgets: list[Widget] = []
-        self._filming = threading.Lock()
-        made = {"report.html": self._report, "film": self._film, "run.nc": self._netcdf}
+        self._files = Files(lambda: self._runner.latest, self._name, saves)
         self._runner.first()  # before the page opens: code is compiled here
         token = secrets.token_urlsafe(TOKEN_BYTES)
-        self._server: Server = Server(self._text, self._hear, self._greeting, made, token, number)
+        self._server: Server = Server(self._text, self._hear, self._greeting, self._files, token, number)
         self._runner.start()
         self._server.start()
 
@@ -186,7 +179,8 @@ class Page:
 
         Parameters
         ----------
-        values : values by name; of names with dots as `set(**{"B.clearance": 2e-4})`.
+        values : values by name, also as texts with a unit ("0.2 mm"); of names with dots as
+            `set(**{"B.clearance": 2e-4})`.
 
         Returns
         -------
@@ -203,7 +197,7 @@ class Page:
         checks.package("anywidget", "live", "a live page in a notebook")
         from flexmb.show.live.widget import Widget
 
-        made = Widget(own("widget.js"), self._text(None, ""), self._hear, self._greeting())
+        made = Widget(asset("widget.js", "live"), self._text(None, ""), self._hear, self._greeting(), self._files)
         self._widgets = [*self._widgets, made][-MOST_WIDGETS:]
         return made
 
@@ -228,10 +222,8 @@ class Page:
     def _command(self, request: Request | View) -> str:
         if not self._source:
             return ""
-        words, known = ["flexmb", "explore", *self._source], self._knobs.known
-        of_part, values = isinstance(self._knobs.model, Mechanism), request.values
-        changed = {n: known[n].argument(x) for n, x in values.items() if not of_part or x != known[n].value}
-        for name, value in (self._knobs.fixed | changed).items():
+        words, of_part = ["flexmb", "explore", *self._source], isinstance(self._knobs.model, Mechanism)
+        for name, value in (self._knobs.fixed | self._knobs.given(request.values)).items():
             words += _typed(name, value, of_part=of_part)
         flag = "--periods" if self._runner.unit == PERIODS else "--t-end"
         return shlex.join([*words, f"{flag}={request.length:g}"])
@@ -293,14 +285,16 @@ class Page:
         examined = {"findings": self._examination} if self._examination else {}
         return {messages.RESULT: self._told(self._runner.latest), **examined}
 
-    def _hear(self, given: Any) -> str | None:
-        """Answer to a message of a browser; wrong wishes raise `InputError`."""
-        kind, message = messages.asked(given)
+    def _hear(self, given: Any) -> None:
+        """Fulfil a wish of a browser; wrong ones raise `InputError`."""
+        message = messages.require(given, dict, "a message")
+        kind = checks.one_of(LABEL, "type", message.get("type"), messages.KINDS)
         if kind == "set":
             values = messages.require(message.get("values", {}), dict, "the object `values`")
             self._runner.submit({str(name): value for name, value in values.items()}, message.get("length"))
         elif kind == "want":
-            self._wanted = messages.wanted_signals(message)
+            names = messages.require(message.get("signals"), list, "the list `signals`")
+            self._wanted = tuple(dict.fromkeys(str(name)[:200] for name in names[-messages.MOST_WANTED :]))
             self._publish(self._runner.latest)
         elif kind == "go":
             self._runner.go_on(messages.require(message.get("on"), bool, "`on`"))
@@ -308,53 +302,22 @@ class Page:
             self._studies.begin(self._runner.request.values, message)
         else:
             self._studies.stop()
-        return None
-
-    def _solved(self) -> tuple[View, Solution]:
-        view = self._runner.latest
-        if view.solution is None:
-            raise InputError(f"{LABEL}: there is no run to save: {view.status}")
-        return view, view.solution
-
-    def _report(self, folder: Path) -> Path:
-        view, solution = self._solved()
-        return report(solution, folder / f"{self._file()}.html", mechanism=view.mechanism)
-
-    def _film(self, folder: Path) -> Path:
-        _, solution = self._solved()
-        kind = "gif" if find_spec("imageio_ffmpeg") is None else "mp4"
-        with self._filming:  # one at a time: each takes a processor for seconds
-            return animate(solution, folder / f"{self._file()}.{kind}")
-
-    def _netcdf(self, folder: Path) -> Path:
-        _, solution = self._solved()
-        return Path(solution.to_netcdf(folder / f"{self._file()}.nc"))
-
-    def _file(self) -> str:
-        return "".join(sign if sign.isalnum() or sign in "-_" else "-" for sign in self._name())[:80] or "run"
 
     def _text(self, port: int | None, token: str) -> str:
         """Text of the page; port None: within a frame of a notebook, without a network."""
         knobs, runner = self._knobs, self._runner
         data = {
             "token": token, "title": self._name(), "knobs": [knob.described() for knob in knobs.known.values()],
-            "start": dict(runner.request.values), "hidden": list(knobs.hidden), "unit": runner.unit,
-            "length": runner.request.length, "longest": runner.longest, "shortest": runner.shortest,
-            "held": port is None,
+            "start": dict(runner.request.values), "hidden": list(knobs.hidden),
+            "length": runner.request.length, "span": runner.span.described(), "held": port is None,
         }  # fmt: skip
         text = f"Moving picture of {self._name()}. Panels hold the same in numbers."
         player = Template(asset("player.html")).substitute(text=html.escape(text), flexible=choices(tuple(COLOURED)))
-        body = Template(own("live.html")).substitute(title=html.escape(self._name()), player=player)
-        scripts = "\n".join(map(own, OWN))
+        body = Template(asset("live.html", "live")).substitute(title=html.escape(self._name()), player=player)
+        style, *scripts = (asset(name, "live") for name in OWN)
         network = "" if port is None else f"ws://127.0.0.1:{port} ws://localhost:{port}"
-        style = (own("live.css"), scripts)
-        return document(f"{self._name()} - flexmb", Markup(body), SCRIPTS, data, own=style, network=network)
-
-
-@cache
-def own(name: str) -> str:
-    """Text of a file of the live page."""
-    return files("flexmb.show.live").joinpath("assets", name).read_text(encoding="utf-8")
+        own = (style, "\n".join(scripts))
+        return document(f"{self._name()} - flexmb", Markup(body), SCRIPTS, data, own=own, network=network)
 
 
 def _by_drives(knobs: Knobs) -> tuple[str, float]:

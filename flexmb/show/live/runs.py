@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from flexmb import checks
 from flexmb.errors import USER_ERRORS, FlexmbError, InputError
 from flexmb.findings.check import Report, check
 from flexmb.model.mechanism import Mechanism
@@ -19,7 +18,7 @@ from flexmb.results.drawing import nearest_to_each
 from flexmb.results.solution import Solution
 from flexmb.run.run import AFTER_BLOCK, Run
 from flexmb.run.simulate import clock, period_or_none, simulate
-from flexmb.show.live.knobs import LABEL, Knobs, Value
+from flexmb.show.live.knobs import LABEL, Knob, Knobs, Value
 
 # Keywords of `simulate` for the length of a run.
 PERIODS, SECONDS = "periods", "t_end"
@@ -75,18 +74,12 @@ Examined = Callable[[int, Report | str], None]
 
 
 class Runner:
-    """Thread that runs a mechanism for the newest values.
-
-    Parameters
-    ----------
-    knobs : numbers and choices that may vary.
-    unit : `PERIODS` or `SECONDS`, the unit of lengths.
-    length : length of the first run.
-    published, examined : called in this thread with each view, and with the examination of its mechanism.
-    """
+    """Thread that runs a mechanism for the newest values, and publishes views and examinations from there."""
 
     def __init__(self, knobs: Knobs, unit: str, length: float, published: Published, examined: Examined) -> None:
-        self.knobs, self.unit, self.shortest, self.longest = knobs, unit, SHORTEST * length, LONGEST * length
+        about = ("", "length of the run in periods of the drives") if unit == PERIODS else ("s", "length of the run")
+        self.span = Knob(unit, "number", length, SHORTEST * length, LONGEST * length, *about)
+        self.knobs, self.unit = knobs, unit
         self.published, self.examined = published, examined
         self.request = Request(0, knobs.start, length)
         self.latest = View(knobs.start, length, "not run yet", number=-1)
@@ -118,7 +111,7 @@ class Runner:
         if self.closed:
             raise InputError(CLOSED)
         with self.changed:
-            longer = self.request.length if length is None else self._length(length)
+            longer = self.request.length if length is None else self.span.number(length)
             self.request = Request(self.request.number + 1, {**self.request.values, **given}, longer)
             self.changed.notify_all()
             return self.request
@@ -136,10 +129,6 @@ class Runner:
         with self.changed:
             self.goes_on = wanted
             self.changed.notify_all()
-
-    def _length(self, length: Any) -> float:
-        unit = "s" if self.unit == SECONDS else ""
-        return checks.between(LABEL, self.unit, length, self.shortest, self.longest, unit)
 
     def outdated(self, request: Request) -> bool:
         """Presence of newer values, or the end of the page."""

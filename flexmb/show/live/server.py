@@ -24,9 +24,10 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from flexmb.errors import USER_ERRORS, FlexmbError, InputError
+from flexmb.errors import USER_ERRORS, InputError
+from flexmb.show.live.files import NAMES, Files
 from flexmb.show.live.knobs import LABEL
-from flexmb.show.live.messages import refusal
+from flexmb.show.live.messages import answer
 
 LOOPBACK = "127.0.0.1"
 HOSTS = (LOOPBACK, "localhost")
@@ -45,8 +46,7 @@ HEADERS = {
     "X-Content-Type-Options": "nosniff",
 }
 
-Heard = Callable[[Any], str | None]
-Made = Callable[[Path], Path]
+Heard = Callable[[Any], None]
 
 
 class Guard:
@@ -125,24 +125,16 @@ class Client:
 
 
 class Server:
-    """Server of one page, in a thread.
+    """Server of one page, in a thread; messages are heard as plain values, and refused by errors."""
 
-    Parameters
-    ----------
-    page : text of the page for a port and a token.
-    heard : called with each message of a browser, as plain values; returns a refusal or None.
-    greeting : messages by kind for a browser that has just connected.
-    files : functions that write a file into a folder, by the path of the request.
-    token : text that requests must carry.
-    port : number of the port; None: a free one.
-    """
-
+    # In: text of the page for a port and a token; what hears messages; messages by kind for a new browser; files by the
+    # path of a request; token of requests; number of the port, None: a free one.
     def __init__(
         self,
         page: Callable[[int, str], str],
         heard: Heard,
         greeting: Callable[[], Mapping[str, str]],
-        files: Mapping[str, Made],
+        files: Files,
         token: str,
         port: int | None = None,
     ) -> None:
@@ -156,7 +148,7 @@ class Server:
         self.port = int(self.socket.getsockname()[1])
         self.text = page(self.port, token)
         routes = [Route("/", self._page), WebSocketRoute("/ws", self._talk)]
-        routes += [Route(f"/{name}", self._file) for name in files]
+        routes += [Route(f"/{name}", self._file) for name in NAMES]
         self.app = Guard(Starlette(routes=routes), self.port, token)
         config = uvicorn.Config(
             self.app, log_level="critical", access_log=False, lifespan="off", server_header=False,
@@ -203,7 +195,7 @@ class Server:
         """A file of the newest run, written for this request."""
         folder = TemporaryDirectory(prefix="flexmb-live-")
         try:
-            path = await run_in_threadpool(self.files[request.url.path.lstrip("/")], Path(folder.name))
+            path = await run_in_threadpool(self.files.written, request.url.path.lstrip("/"), Path(folder.name))
         except USER_ERRORS as error:
             folder.cleanup()
             return PlainTextResponse(f"flexmb: {error}\n", 409)
@@ -235,12 +227,8 @@ class Server:
             if not client.may_speak():
                 await client.connection.close(POLICY_VIOLATION, "Too many messages.")
                 return
-            try:
-                refused = self.heard(_read(text))
-            except FlexmbError as error:
-                refused = str(error)
-            if refused:
-                client.put("refused", refusal(refused))
+            if refused := answer(self.heard, _read(text)):
+                client.put("refused", refused)
 
 
 def _read(text: str) -> Any:

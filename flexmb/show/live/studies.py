@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import replace
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
@@ -81,8 +82,8 @@ class Studies:
         knob = self.knobs.known[name]
         if knob.kind != "number":
             raise InputError(f"{LABEL}: {name} is no number; a diagram needs one.")
-        ends = ("low", "high")
-        low, high = (checks.between(LABEL, end, asked.get(end), knob.low, knob.high, knob.unit) for end in ends)
+        ends = (("from", "low"), ("to", "high"))
+        low, high = (replace(knob, name=f"{name}, {said}").number(asked.get(end)) for said, end in ends)
         count = checks.count(LABEL, "count", checks.between(LABEL, "count", asked.get("count"), 2, MOST_VALUES))
         skip = checks.count(LABEL, "skip", checks.between(LABEL, "skip", asked.get("skip", SKIP), 0, 10 * SKIP), 0)
         keep = checks.count(LABEL, "keep", checks.between(LABEL, "keep", asked.get("keep", 40), 1, MOST_KEPT))

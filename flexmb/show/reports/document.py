@@ -166,9 +166,9 @@ COMMON = ("decode.js", "theme.js")  # scripts of all pages, in their order
 
 
 @cache
-def asset(name: str) -> str:
-    """Text of a file beside this module."""
-    return files("flexmb.show.reports").joinpath("assets", name).read_text(encoding="utf-8")
+def asset(name: str, room: str = "reports") -> str:
+    """Text of a file of a room of `show/`."""
+    return files(f"flexmb.show.{room}").joinpath("assets", name).read_text(encoding="utf-8")
 
 
 PALE = 0.4  # share of white in the colours of curves and bodies on a dark page

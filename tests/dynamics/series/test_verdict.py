@@ -60,10 +60,19 @@ def test_a_long_cycle_is_not_taken_for_a_closed_curve(maps):
 
 
 def test_errors_above_the_floor_are_not_called_chaos(maps):
-    points = 1.0 + 3e-6 * np.random.default_rng(0).standard_normal((COUNT, 2))
+    points = 1.0 + 8e-6 * np.random.default_rng(0).standard_normal((COUNT, 2))
     for found in verdicts(points):
         assert str(found) == "inconclusive"
     assert str(fm.chaos.judge(points, ["a", "b"], floor=1e-4)) == "periodic-1"
+
+
+@pytest.mark.parametrize("exponent", [None, -1.0])
+@pytest.mark.parametrize(("size", "k"), [(4.0, 1), (40.0, 2)])
+def test_differences_of_some_floors_are_none_with_and_without_an_exponent(exponent, size, k):
+    """Points that alternate by a difference over the floor, as steps of a solver do that fall in two ways by turns."""
+    points = 1.0 + 0.5 * size * 1e-9 * (-1.0) ** np.arange(60)
+    found = fm.chaos.judge(points, ["x"], exponent=exponent, error=0.1, floor=1e-9)
+    assert str(found) == f"periodic-{k}", found.reason
 
 
 # Chaos: 3.6 in two bands, 3.5925 in four, 3.8282 intermittent of type I.
@@ -123,10 +132,10 @@ def test_a_decay_is_a_transient(rate, count):
 
 
 def test_settled_points_are_periodic_from_the_first_tenth_on():
-    points = 5.0 + spiral(0.7)  # 5e-6 is reached at point 34 of 1000
+    points = 5.0 + spiral(0.7)  # 5e-5, ten floors, is reached at point 28 of 1000
     found = fm.chaos.judge(points, ["x", "y"])
     assert str(found) == "periodic-1"
-    assert found.evidence["since"] == pytest.approx(math.log(5e-6) / math.log(0.7), abs=4)
+    assert found.evidence["since"] == pytest.approx(math.log(5e-5) / math.log(0.7), abs=4)
     late = fm.chaos.judge(points[:200], ["x", "y"])
     assert str(late) == "transient"
     assert late.k == 1

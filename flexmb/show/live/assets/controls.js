@@ -1,9 +1,27 @@
 // Sliders, fields and switches of the values that may vary.
 const STEPS_OF_A_SLIDER = 1000;
 
+// Power of ten and unit in which the numbers of a knob are shown.
+function scaleOf({ unit, low, high }) {
+  return prefixed(unit, Math.max(Math.abs(low), Math.abs(high)));
+}
+
+// A number as it is typed, short, in such a unit.
+function fieldText(number, [power]) {
+  const value = power ? Number((number / 10 ** power).toPrecision(12)) : number;
+  return Math.abs(value) < 1e-3 && value !== 0 ? value.toExponential() : String(value);
+}
+
+// Number in SI of a text that is a plain number, or one in such a unit; other texts, which are read where the mechanism runs.
+function typedNumber(typed, [power, unit]) {
+  const text = typed.trim().replace(",", ".");
+  const [, number, exponent = 0, rest] = /^([+-]?(?:\d+\.?\d*|\.\d+))(?:e([+-]?\d+))?\s*(.*)$/i.exec(text) || [];
+  return number && ["", unit, prettyUnit(unit)].includes(rest) ? Number(`${number}e${Number(exponent) + power}`) : text;
+}
+
 class Knob {
   constructor(raw, changed) {
-    Object.assign(this, { raw, changed, value: null, held: false });
+    Object.assign(this, { raw, changed, value: null, held: false, asked: false, scale: scaleOf(raw) });
     this.box = element("div", { class: "knob" });
     const id = `knob-${raw.name}`;
     this.refused = element("p", { class: "refused", role: "alert" });
@@ -33,7 +51,9 @@ class Knob {
     this.text.addEventListener("input", () => { this.held = true; }); // what is being typed stays while runs arrive
     this.text.addEventListener("change", () => this._typed());
     this.text.addEventListener("blur", () => { this.held = false; });
-    field.append(this.text, element("span", { class: "unit" }, prettyUnit(raw.unit)));
+    const unit = prettyUnit(this.scale[1]);
+    this.text.title = unit ? `A number in ${unit}, or with another unit` : "A number";
+    field.append(this.text, element("span", { class: "unit" }, unit));
     if (raw.optional) {
       this.none = element("input", { type: "checkbox" });
       this.none.addEventListener("change", () => this._give(this.none.checked ? null : this.number));
@@ -46,8 +66,8 @@ class Knob {
       this._give(this._atPlace(Number(this.slider.value) / steps));
     });
     this.slider.addEventListener("change", () => { this.held = false; });
-    const ends = element("div", { class: "knob-ends" }, element("span", {}, shown(raw.low, 4)));
-    ends.append(element("span", { class: "meaning" }, raw.meaning), element("span", {}, shown(raw.high, 4)));
+    const ends = element("div", { class: "knob-ends" }, element("span", {}, this.end(raw.low)));
+    ends.append(element("span", { class: "meaning" }, raw.meaning), element("span", {}, this.end(raw.high)));
     this.box.append(this.slider, ends);
     this.steps = steps;
   }
@@ -67,20 +87,34 @@ class Knob {
     return scale === "log" ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
   }
 
+  end(value) {
+    return shown(value / 10 ** this.scale[0], 4);
+  }
+
+  // A value with its unit.
+  told(value) {
+    return typeof value !== "number" ? String(value ?? "none") : `${shown(value / 10 ** this.scale[0], 5)} ${prettyUnit(this.scale[1])}`.trim();
+  }
+
   _typed() {
     this.held = false;
-    const value = Number(this.text.value.trim().replace(",", "."));
-    const { low, high, kind } = this.raw;
-    const fault = this.text.value.trim() === "" || !Number.isFinite(value) ? "is no number"
-      : value < low || value > high ? `lies outside ${shown(low, 6)} to ${shown(high, 6)}`
-        : kind === "count" && !Number.isInteger(value) ? "is no whole number" : "";
-    this.refuse(fault ? `${this.text.value.trim() || "Nothing"} ${fault}.` : "");
+    const { low, high, kind, name } = this.raw;
+    const value = typedNumber(this.text.value, this.scale);
+    if (typeof value === "string") {
+      this.asked = true;
+      this.changed(name, value, this.value, true); // shown once it is read
+      return;
+    }
+    const fault = value < low || value > high ? `lies outside ${this.end(low)} to ${this.told(high)}`
+      : kind === "count" && !Number.isInteger(value) ? "is no whole number" : "";
+    this.refuse(fault ? `${name}: ${this.told(value)} ${fault}.` : "");
     if (!fault) {
       this._give(value);
     }
   }
 
   refuse(text) {
+    this.asked = false;
     this.refused.textContent = text;
     this.refused.hidden = !text;
     if (this.text) {
@@ -109,17 +143,12 @@ class Knob {
     }
     [this.text, this.slider].forEach((input) => { input.disabled = value === null; });
     this.refuse("");
-    this.text.value = fieldText(this.number);
+    this.text.value = fieldText(this.number, this.scale);
     if (!this.held) {
       this.slider.value = String(Math.round(this._place(this.number) * this.steps));
     }
-    this.slider.setAttribute("aria-valuetext", value === null ? "none" : `${shown(this.number, 6)} ${this.raw.unit}`);
+    this.slider.setAttribute("aria-valuetext", this.told(value));
   }
-}
-
-// A number as it is typed, short.
-function fieldText(number) {
-  return Math.abs(number) < 1e-3 && number !== 0 ? number.toExponential() : String(number);
 }
 
 // All knobs, their order of changes for Undo, and the values that wait to be sent.
@@ -127,11 +156,9 @@ class Values {
   constructor(send) {
     Object.assign(this, { send, knobs: new Map(), past: [], last: { name: "", at: 0 } });
     this.host = document.getElementById("knobs");
-    const lengths = { [DATA.unit]: DATA.unit === "periods" ? "length of the run in periods of the drives" : "length of the run" };
-    const length = { name: DATA.unit, kind: "number", unit: DATA.unit === "periods" ? "" : "s", optional: false, scale: "log" };
-    this.length = new Knob({ ...length, meaning: lengths[DATA.unit], low: DATA.shortest, high: DATA.longest }, (_, value, before) => this._changed("", value, before));
+    this.length = new Knob(DATA.span, (_, ...change) => this._changed("", ...change));
     DATA.knobs.forEach((raw) => {
-      const knob = new Knob(raw, (name, value, before) => this._changed(name, value, before));
+      const knob = new Knob(raw, (...change) => this._changed(...change));
       this.knobs.set(raw.name, knob);
       if (!DATA.hidden.includes(raw.name)) {
         this.host.append(knob.box);
@@ -178,15 +205,29 @@ class Values {
     return Object.fromEntries([...this.knobs].map(([name, knob]) => [name, knob.value]));
   }
 
-  _changed(name, value, before) {
+  _changed(name, value, before, typed) {
     const now = performance.now();
-    if (name !== this.last.name || now - this.last.at > 1000) {
+    this.fresh = name !== this.last.name || now - this.last.at > 1000; // not a part of the step before
+    if (this.fresh) {
       this.past.push([name, before]);
       this.past.splice(0, this.past.length - 100);
       document.getElementById("undo").disabled = false;
     }
     this.last = { name, at: now };
-    this.send(name ? { [name]: value } : {}, name ? null : value);
+    this.send(name ? { [name]: value } : {}, name ? null : value, typed);
+  }
+
+  // A refusal beside the field whose text it was; false where it belongs elsewhere.
+  refuse(name, text) {
+    const knob = name === "" ? this.length : this.knobs.get(name);
+    if (!knob || !knob.asked) {
+      return false;
+    }
+    knob.refuse(text.replace(/^explore: /, ""));
+    this.past.splice(this.fresh ? -1 : this.past.length);
+    document.getElementById("undo").disabled = !this.past.length;
+    this.last = { name: "", at: 0 };
+    return true;
   }
 
   undo() {
@@ -214,15 +255,14 @@ class Values {
     this.send(known, length);
   }
 
-  show(values, length) {
-    Object.entries(values).forEach(([name, value]) => {
-      const knob = this.knobs.get(name);
-      if (knob && !knob.held) {
+  // Show values; those of a run (`ran`) leave a text that was refused where it is, to be mended.
+  show(values, length, ran = false) {
+    const entries = Object.entries(values).map(([name, value]) => [this.knobs.get(name), value]);
+    [...entries, ...(length === null ? [] : [[this.length, length]])].forEach(([knob, value]) => {
+      const wrong = ran && !knob.refused.hidden && value === knob.value;
+      if (!knob.held && !wrong) {
         knob.show(value);
       }
     });
-    if (length !== null && !this.length.held) {
-      this.length.show(length);
-    }
   }
 }

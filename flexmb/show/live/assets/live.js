@@ -62,9 +62,9 @@ class LiveRun {
 
 class Board {
   constructor() {
-    Object.assign(this, { run: null, pins: [], panels: [], clock: null, picture: null, findings: null, waiting: null, sent: 0, sentAfter: -1, shownNumber: -1, frames: 0, asked: [], refusal: "" });
+    Object.assign(this, { run: null, pins: [], panels: [], clock: null, picture: null, findings: null, waiting: null, sent: 0, expected: 0, newest: -1, frames: 0, asked: [], refusal: "" });
     this.stats = { ticks: 0 };
-    this.values = new Values((values, length) => this.change(values, length));
+    this.values = new Values((values, length, typed) => this.change(values, length, typed));
     this._panels();
     this._keep();
     this._connect();
@@ -88,6 +88,7 @@ class Board {
     this.socket = new WebSocket(`ws://${location.host}/ws?token=${encodeURIComponent(DATA.token)}`);
     this.socket.addEventListener("open", () => {
       this.state("busy", "running");
+      this.newest = -1; // of a program that was started anew
       this._fromLink();
       this.want();
     });
@@ -111,12 +112,15 @@ class Board {
     }
   }
 
-  // New values: sent at once, or after the answer to the ones before.
-  change(values, length) {
+  // New values: sent at once, or after the answer to the ones before; a typed text alone, so that its refusal is that of its field.
+  change(values, length, typed = false) {
+    if (typed && this.waiting) {
+      this._post();
+    }
     const { values: earlier = {}, length: before = null } = this.waiting || {};
     this.waiting = { values: { ...earlier, ...values }, length: length === null ? before : length };
     this.state("busy", "running");
-    this._flush();
+    this[typed ? "_post" : "_flush"]();
   }
 
   _flush() {
@@ -125,10 +129,14 @@ class Board {
       this.later = this.waiting ? setTimeout(() => this._flush(), PATIENCE) : null;
       return;
     }
+    this._post();
+  }
+
+  _post() {
     const { values, length } = this.waiting;
     this.waiting = null;
+    this.expected = Math.max(this.newest, this.sent ? this.expected : this.newest) + 1; // number of the answer
     this.sent = performance.now();
-    this.sentAfter = this.shownNumber;
     this.send({ type: "set", values, ...(length === null ? {} : { length }) });
     this.remember();
   }
@@ -140,13 +148,17 @@ class Board {
       this.findings = said;
       this.panels.filter((one) => one.kind === "findings").forEach((one) => one.panel.update());
     } else if (said.type === "study") {
-      this.panels.forEach(({ panel }) => panel.hear && panel.hear(said));
+      this.panels.forEach(({ panel }) => panel.hear(said));
+    } else if (said.type === "saved") {
+      document.getElementById("copied").textContent = said.text;
     } else if (said.type === "refused") {
-      this.refusal = said.text;
-      this.fault(said.text);
       this.sent = 0;
       this.state("error", "refused");
-      this.panels.forEach(({ panel }) => panel.idle && panel.idle());
+      const beside = this.panels.map(({ panel }) => panel.refuse(said.field, said.text)).some(Boolean);
+      if (!beside && !this.values.refuse(said.field, said.text)) {
+        this.refusal = said.text;
+        this.fault(said.text);
+      }
     }
   }
 
@@ -169,11 +181,15 @@ class Board {
   // Runs
 
   async _show(said) {
-    if (said.done && said.number > this.sentAfter) {
+    if (said.number < this.newest) {
+      return; // an answer to a wish for signals that a newer run has overtaken
+    }
+    if (said.done && said.number >= this.expected) {
       this.sent = 0;
     }
+    this.newest = said.number;
     if (!this.waiting && !this.sent) {
-      this.values.show(said.values, said.length);
+      this.values.show(said.values, said.length, true);
     }
     document.getElementById("code").textContent = said.code;
     document.getElementById("copy-command").disabled = !said.command;
@@ -195,7 +211,6 @@ class Board {
       }
       this.remember();
     }
-    this.shownNumber = said.number;
     this.frames += 1;
     document.documentElement.dataset.ready = "live";
     this._flush();
@@ -320,9 +335,17 @@ class Board {
     document.getElementById("copy-link").addEventListener("click", () => this._copy(location.href, "link without the token"));
     const query = `?token=${encodeURIComponent(DATA.token)}`;
     const saves = { "save-report": "report.html", "save-film": "film", "save-netcdf": "run.nc" };
-    Object.entries(saves).forEach(([id, name]) => { document.getElementById(id).href = `/${name}${query}`; });
-    document.getElementById("save-film").addEventListener("click", () => {
-      document.getElementById("copied").textContent = "The film is drawn, which takes some seconds; the browser saves it then.";
+    Object.entries(saves).forEach(([id, file]) => {
+      const link = document.getElementById(id);
+      link.href = DATA.held ? "#keep" : `/${file}${query}`;
+      link.addEventListener("click", (event) => {
+        const drawn = id === "save-film" ? "The film is drawn, which takes some seconds" : "The file is written";
+        document.getElementById("copied").textContent = `${drawn}; ${DATA.held ? "the notebook's kernel" : "the browser"} saves it then.`;
+        if (DATA.held) { // in a notebook the kernel writes
+          event.preventDefault();
+          this.send({ type: "save", file });
+        }
+      });
     });
     document.querySelectorAll("[data-served]").forEach((one) => { one.hidden = Boolean(DATA.held); });
   }
@@ -344,7 +367,7 @@ class Board {
         this.pins = this.pins.filter((one) => one !== run);
         this._showPins();
       });
-      const differs = Object.entries(run.values).map(([name, value]) => `${name} ${typeof value === "number" ? shown(value, 5) : value === null ? "none" : value}`);
+      const differs = Object.entries(run.values).map(([name, value]) => `${name} ${this.values.knobs.get(name).told(value)}`);
       const back = element("button", { type: "button" }, "Go there");
       back.addEventListener("click", () => this.values.all(run.values, run.raw.length));
       const dash = element("span", { class: "dash" });

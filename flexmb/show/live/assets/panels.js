@@ -2,12 +2,39 @@
 const DASHES = [[7, 4], [2, 3], [9, 3, 2, 3]];
 const MOST_PINS = 3;
 
-function panelShell(title) {
-  const box = element("section", { class: "live-panel" });
-  const close = element("button", { type: "button", class: "close", "aria-label": `Remove the panel ${title}` }, "\u00d7");
-  const picks = element("div", { class: "picks" });
-  box.append(element("div", { class: "panel-title" }, element("h2", {}, title), close), picks);
-  return { box, close, picks };
+// A panel with the names of its signals, which go into the link; `update` after a run, `move` with the time.
+class Panel {
+  constructor(title, board, names = []) {
+    const box = element("section", { class: "live-panel" });
+    const close = element("button", { type: "button", class: "close", "aria-label": `Remove the panel ${title}` }, "\u00d7");
+    const picks = element("div", { class: "picks" });
+    box.append(element("div", { class: "panel-title" }, element("h2", {}, title), close), picks);
+    Object.assign(this, { board, names, box, close, picks });
+  }
+
+  // Signals that its messages need.
+  get wanted() {
+    return this.names;
+  }
+
+  state() {
+    return this.names.join(",");
+  }
+
+  move() {}
+
+  hear() {} // of a study
+
+  // Tell a refusal of this study; false where it belongs elsewhere.
+  refuse(study, text) {
+    if (!study || study !== this.study) {
+      return false;
+    }
+    this.idle();
+    this.told.textContent = text.replace(/^explore: /, "");
+    this.told.classList.add("refused");
+    return true;
+  }
 }
 
 // Choice of a signal, which asks for signals that are not here yet.
@@ -23,10 +50,9 @@ function signalChoice(label, board, chosen, changed) {
   return { select, fill };
 }
 
-class PlotPanel {
-  constructor(title, board, { square = false } = {}) {
-    this.board = board;
-    Object.assign(this, panelShell(title));
+class PlotPanel extends Panel {
+  constructor(title, board, names, { square = false } = {}) {
+    super(title, board, names);
     this.canvas = element("canvas", { class: square ? "diagram square" : "diagram", tabIndex: 0, role: "img", "aria-label": title });
     this.box.append(this.canvas);
     this.plot = new Diagram(this.canvas);
@@ -37,19 +63,12 @@ class PlotPanel {
     const pins = this.board.pins.map((run, k) => ({ run, dash: DASHES[k % DASHES.length] }));
     return [...pins, { run: this.board.run, dash: undefined }].filter((one) => one.run);
   }
-
-  state() {
-    return "";
-  }
-
-  move() {}
 }
 
 // Signals over time.
 class SignalsPanel extends PlotPanel {
   constructor(board, names) {
-    super("Signals over time", board);
-    this.names = names;
+    super("Signals over time", board, names);
     this.chips = element("span", { class: "picks" });
     this.add = signalChoice("Add a signal", board, () => "", (name) => {
       if (name && !this.names.includes(name)) {
@@ -66,14 +85,6 @@ class SignalsPanel extends PlotPanel {
         board.clock.goTo(this.plot.world(event.clientX - this.canvas.getBoundingClientRect().left, 0)[0]);
       }
     });
-  }
-
-  get wanted() {
-    return this.names;
-  }
-
-  state() {
-    return this.names.join(",");
   }
 
   update() {
@@ -119,8 +130,8 @@ class SignalsPanel extends PlotPanel {
 // Two signals over one another: the whole curve, or its points once a period.
 class PhasePanel extends PlotPanel {
   constructor(board, names, points) {
-    super(points ? "Poincar\u00e9 points" : "Phase curve", board, { square: true });
-    Object.assign(this, { names, points });
+    super(points ? "Poincar\u00e9 points" : "Phase curve", board, names, { square: true });
+    this.points = points;
     this.choices = ["Abscissa", "Ordinate"].map((label, k) => signalChoice(label, board, () => this.names[k], (name) => {
       this.names[k] = name;
       board.want();
@@ -129,14 +140,6 @@ class PhasePanel extends PlotPanel {
     this.picks.append(...this.choices.map((choice) => choice.select));
     this.count = element("span", { class: "hint" });
     this.picks.append(this.count);
-  }
-
-  get wanted() {
-    return this.names;
-  }
-
-  state() {
-    return this.names.join(",");
   }
 
   update() {
@@ -177,22 +180,13 @@ class PhasePanel extends PlotPanel {
 // Amplitudes of a signal over the frequency, by a Hann window and a fast Fourier transform.
 class SpectrumPanel extends PlotPanel {
   constructor(board, names) {
-    super("Spectrum", board);
-    this.names = names;
+    super("Spectrum", board, names);
     this.choice = signalChoice("Signal of the spectrum", board, () => this.names[0], (name) => {
       this.names = [name];
       board.want();
       this.update();
     });
     this.picks.append(this.choice.select);
-  }
-
-  get wanted() {
-    return this.names;
-  }
-
-  state() {
-    return this.names.join(",");
   }
 
   update() {
@@ -263,11 +257,10 @@ function transform(re, im) {
 }
 
 // Journal in its bearing, with the clearance circle.
-class OrbitPanel {
+class OrbitPanel extends Panel {
   constructor(board, names) {
-    this.board = board;
+    super("Journal orbit", board);
     this.joint = names[0] || "";
-    Object.assign(this, panelShell("Journal orbit"));
     this.select = element("select", { "aria-label": "Joint" });
     this.select.addEventListener("change", () => {
       this.joint = this.select.value;
@@ -285,10 +278,6 @@ class OrbitPanel {
 
   state() {
     return this.joint;
-  }
-
-  get wanted() {
-    return [];
   }
 
   update() {
@@ -339,20 +328,11 @@ class OrbitPanel {
 }
 
 // Largest values of the newest and the pinned runs.
-class PeaksPanel {
+class PeaksPanel extends Panel {
   constructor(board) {
-    this.board = board;
-    Object.assign(this, panelShell("Largest values"));
+    super("Largest values", board);
     this.host = element("div", { class: "scroll", tabIndex: 0, role: "region", "aria-label": "Largest values" });
     this.box.append(this.host);
-  }
-
-  state() {
-    return "";
-  }
-
-  get wanted() {
-    return [];
   }
 
   update() {
@@ -368,25 +348,14 @@ class PeaksPanel {
     });
     this.host.replaceChildren(element("table", {}, element("thead", {}, head), element("tbody", {}, ...rows)));
   }
-
-  move() {}
 }
 
 // Findings on the mechanism, and notes on the run.
-class FindingsPanel {
+class FindingsPanel extends Panel {
   constructor(board) {
-    this.board = board;
-    Object.assign(this, panelShell("Findings"));
+    super("Findings", board);
     this.host = element("div", { role: "status" });
     this.box.append(this.host);
-  }
-
-  state() {
-    return "";
-  }
-
-  get wanted() {
-    return [];
   }
 
   update() {
@@ -400,6 +369,4 @@ class FindingsPanel {
     const none = found && !list.length ? "Nothing to remark. " : "";
     this.host.replaceChildren(element("p", { class: "hint" }, none, told), ...list);
   }
-
-  move() {}
 }

@@ -1,14 +1,15 @@
 // Panels of studies that take longer: exponent with verdict, bifurcation diagram.
-class VerdictPanel {
+class VerdictPanel extends Panel {
   constructor(board) {
-    this.board = board;
-    Object.assign(this, panelShell("Exponent and verdict"));
+    super("Exponent and verdict", board);
+    this.study = "exponent";
     this.button = element("button", { type: "button" }, "Compute");
     this.button.addEventListener("click", () => {
       const running = this.button.textContent === "Stop";
       this.told.textContent = running ? "Ends after the present stage." : "Computing ...";
       this.button.textContent = "Stop";
-      board.send(running ? { type: "stop" } : { type: "study", kind: "exponent" });
+      this.told.classList.remove("refused");
+      board.send(running ? { type: "stop" } : { type: "study", kind: this.study });
     });
     this.told = element("p", { class: "hint", role: "status" }, "Largest Lyapunov exponent after 50 periods, over 50 and over 200 periods.");
     this.verdict = element("p", { class: "verdict" });
@@ -19,16 +20,8 @@ class VerdictPanel {
     this.plot = new Diagram(this.canvas);
   }
 
-  state() {
-    return "";
-  }
-
-  get wanted() {
-    return [];
-  }
-
   hear(said) {
-    if (said.kind !== "exponent") {
+    if (said.kind !== this.study) {
       return;
     }
     if (said.value !== undefined) {
@@ -40,7 +33,7 @@ class VerdictPanel {
       this.of = JSON.stringify(this.board.values.now);
     }
     if (said.done) {
-      this.button.textContent = "Compute";
+      this.idle();
       if (said.fault) {
         this.told.textContent = said.fault;
       }
@@ -49,7 +42,6 @@ class VerdictPanel {
 
   idle() {
     this.button.textContent = "Compute";
-    this.told.textContent = "";
   }
 
   update() {
@@ -59,14 +51,12 @@ class VerdictPanel {
       this.verdict.textContent += " (earlier values)";
     }
   }
-
-  move() {}
 }
 
-class DiagramPanel {
+class DiagramPanel extends Panel {
   constructor(board) {
-    this.board = board;
-    Object.assign(this, panelShell("Bifurcation diagram"));
+    super("Bifurcation diagram", board);
+    this.study = "diagram";
     const numbers = DATA.knobs.filter((raw) => raw.kind === "number");
     this.parameter = element("select", { "aria-label": "Parameter" }, ...numbers.map((raw) => element("option", { value: raw.name }, raw.name)));
     this.fields = { low: "from", high: "to", count: "values", skip: "skip", keep: "keep" };
@@ -82,7 +72,7 @@ class DiagramPanel {
     Object.entries(this.fields).forEach(([key, label]) => this.picks.append(element("label", {}, label, this.inputs[key])));
     this.picks.append(this.button);
     this.picks.addEventListener("keydown", (event) => event.stopPropagation());
-    this.box.append(this.canvas, this.told);
+    this.box.append(this.told, this.canvas);
     this.plot = new Diagram(this.canvas, { onPick: (value) => this.open(value) });
     this.parameter.addEventListener("change", () => this._ends());
     this.button.addEventListener("click", () => this._begin());
@@ -90,18 +80,11 @@ class DiagramPanel {
     this.idle();
   }
 
-  state() {
-    return "";
-  }
-
-  get wanted() {
-    return [];
-  }
-
   _ends() {
     const raw = DATA.knobs.find((one) => one.name === this.parameter.value);
     if (raw) {
-      [this.inputs.low.value, this.inputs.high.value] = [String(raw.low), String(raw.high)];
+      this.scale = scaleOf(raw);
+      [this.inputs.low.value, this.inputs.high.value] = [raw.low, raw.high].map((end) => `${fieldText(end, this.scale)} ${prettyUnit(this.scale[1])}`.trim());
     }
   }
 
@@ -110,15 +93,17 @@ class DiagramPanel {
       this.board.send({ type: "stop" });
       return;
     }
-    const numbers = Object.fromEntries(Object.entries(this.inputs).map(([key, input]) => [key, Number(input.value.replace(",", "."))]));
+    const scales = { low: this.scale, high: this.scale };
+    const numbers = Object.fromEntries(Object.entries(this.inputs).map(([key, input]) => [key, typedNumber(input.value, scales[key] || [0, ""])]));
     Object.assign(this, { x: [], y: [], along: this.parameter.value, of: this.name, failed: 0 });
     this.button.textContent = "Stop";
     this.told.textContent = "Computing ...";
-    this.board.send({ type: "study", kind: "diagram", parameter: this.along, signal: this.name, ...numbers });
+    this.told.classList.remove("refused");
+    this.board.send({ type: "study", kind: this.study, parameter: this.along, signal: this.name, ...numbers });
   }
 
   hear(said) {
-    if (said.kind !== "diagram" || !this.x) {
+    if (said.kind !== this.study || !this.x) {
       return; // painted on another page
     }
     if (said.points) {
@@ -152,6 +137,4 @@ class DiagramPanel {
     }
     this.signal.fill(run.known);
   }
-
-  move() {}
 }

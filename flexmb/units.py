@@ -1,6 +1,6 @@
-"""Numbers with units on the command line: 0.5mm, 3000rpm, 2pi, pi/2.
+"""Numbers with units as they are typed: 0.5mm, 3000rpm, 2pi, pi/2.
 
-Only the command line has units other than SI.
+Only the command line and fields of the live page have units other than SI.
 """
 
 import math
@@ -43,7 +43,7 @@ def _scales(text: str) -> dict[str, Scale]:
     return {unit.replace("_", " "): (Fraction(f.removesuffix("*pi")), int(f.endswith("*pi"))) for unit, f in pairs}
 
 
-# Units on the command line by SI unit of the parameter; "": a parameter without a unit.
+# Typed units by SI unit of the parameter; "": a parameter without a unit.
 UNITS = {unit: _scales(text) for unit, (_, text) in KINDS.items()}
 EXAMPLES = {"m": "0.5mm", "s": "0.1s", "kg": "200g", "rad/s": "2pi", "rad": "30deg"}
 WITH_PI = ("rad", "rad/s", "")  # SI units of the parameters that may be multiples of pi: 2pi, 2pi rad/s
@@ -55,6 +55,11 @@ DIVISOR = re.compile(rf"\s*/\s*({NUMBER})(.*)")
 def known_unit(text: str) -> str | None:
     """SI unit in `UNITS` of a `text` ("kg m2": "kg m^2"); None for an unknown unit."""
     return {_bare(unit): unit for unit in UNITS}.get(_bare(text))
+
+
+def known_units(declared: str) -> str:
+    """Units of `UNITS` in a declared unit such as "rad or m"; "" for none."""
+    return " or ".join(filter(None, map(known_unit, declared.split(" or "))))
 
 
 def noun(unit: str) -> str:
