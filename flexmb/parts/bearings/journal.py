@@ -11,7 +11,7 @@ from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.fields import field, instance, positive, record
 from flexmb.findings.finding import Finding, found
-from flexmb.model.contributions import Contribution, ElementContribution, SignalContribution
+from flexmb.model.contributions import Contribution, SignalContribution
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import WatchedMotion
 from flexmb.parts.bearings import kernels
@@ -158,22 +158,13 @@ class JournalBearing(RevoluteClearance):
         """Contact, angle and start of the dry joint, and the film with its signals."""
         first, second = self.ends(mechanism)
         coordinates, p = (*first.coordinates, *second.coordinates), self.numbers(first.offset, second.offset)
-        element = ElementContribution(
-            self.name,
-            kernels.film_kernel,
-            coordinates,
-            p,
-            energy=kernels.film_energy,
-            force=kernels.film_force_kernel,
-            tangent=kernels.film_tangent,
-            account=kernels.film_account,
-        )
         before, behind = p[: kernels.CHOSEN], p[kernels.CHOSEN + 1 :]
         signals = [
             SignalContribution(self.name, name, unit, kernels.film_signal, coordinates, (*before, float(k), *behind))
             for k, (name, unit) in enumerate(kernels.SIGNALS)
         ]
-        return [*super().contributions(mechanism), element, *signals]
+        film = kernels.JOURNAL_FILM.contribution(self.name, coordinates, p)
+        return [*super().contributions(mechanism), film, *signals]
 
     def findings_before(self, mechanism: Mechanism) -> Iterator[Finding]:  # noqa: ARG002
         """Finding on a gap that is not thin."""

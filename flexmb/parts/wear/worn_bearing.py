@@ -18,17 +18,8 @@ import numpy as np
 from flexmb.errors import InputError
 from flexmb.fields import record
 from flexmb.findings.finding import Finding
-from flexmb.kernels import (
-    account_kernel,
-    compiled,
-    element_kernel,
-    energy_kernel,
-    force_kernel,
-    signal_kernel,
-    summing,
-    tangent_kernel,
-)
-from flexmb.model.contributions import Contribution, ElementContribution, signal_contributions
+from flexmb.kernels import compiled, signal_kernel, summing
+from flexmb.model.contributions import Contribution, signal_contributions
 from flexmb.model.mechanism import Mechanism
 from flexmb.parts.bearings.coefficients import FilmEquilibrium
 from flexmb.parts.bearings.journal import JournalBearing
@@ -41,6 +32,7 @@ from flexmb.parts.bearings.kernels import (
     SIGNALS,
     THICKNESS,
     TORQUE,
+    film_kernels,
     thickness,
 )
 from flexmb.parts.bearings.laws import ShortBearing
@@ -154,13 +146,13 @@ def stiffness(p, ex, ey, vx, vy, w):
 def put_force(p, q, v, r):
     """r (6,) alone; returns the power that the film takes."""
     ex, ey, vx, vy, gx, gy, _, _, _, _, worn, other, w, _, _ = place(p, q, v)
-    m0, m1, m2, drag, power = sums(p, ex, ey, vx, vy, w)
+    m0, m1, m2, drag, taken = sums(p, ex, ey, vx, vy, w)
     turning = drag * w - 0.5 * m2
     for k in range(6):
-        r[k] += gx[k] * m0 + gy[k] * m1
+        r[k] = gx[k] * m0 + gy[k] * m1
     r[worn] += ey * m0 - ex * m1 - turning
     r[other] += turning
-    return power
+    return taken
 
 
 @compiled
@@ -201,7 +193,7 @@ def put_tangent(p, q, v, kq, kv, r, A):
         py = w01 * sx + w11 * sy + w12 * sz - kq * (q01 * x + q11 * y)
         pz = w02 * sx + w12 * sy + w22 * sz - kq * (q02 * x + q12 * y + m0 * y - m1 * x)
         pz -= 2.0 * kq * (by_x * x + by_y * y) * w - 4.0 * kv * drag * z
-        r[l] += x * m0 + y * m1 + z * (m2 - 2.0 * drag * w)
+        r[l] = x * m0 + y * m1 + z * (m2 - 2.0 * drag * w)
         for k in range(6):
             cx, cy = bend(k, l, worn, ex, ey, gx, gy, ax, ay, bx, by)
             A[k, l] += gx[k] * px + gy[k] * py + kq * (m0 * cx + m1 * cy)
@@ -209,38 +201,15 @@ def put_tangent(p, q, v, kq, kv, r, A):
         A[other, l] -= 0.5 * pz
 
 
-@element_kernel
-def worn_film_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
-    """Forces of the film on both bodies, and their tangents."""
-    put_tangent(p, q, v, 1.0, 0.0, r, K)
-    r[:] = 0.0
-    put_tangent(p, q, v, 0.0, 1.0, r, C)
-
-
-@force_kernel
-def worn_film_force(p, t, h, q, v, a, z, r, z_new):
-    """Residual r (6,) alone."""
-    put_force(p, q, v, r)
-
-
-@tangent_kernel
-def worn_film_tangent(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
-    """Residual r (6,), and A = kq K + kv C."""
-    put_tangent(p, q, v, kq, kv, r, A)
-
-
-@energy_kernel
-def worn_film_energy(p, t, q, v):
-    """No strain energy, no weight, power that the film turns into heat."""
+@compiled
+def power(p, q, v):
+    """Power that the film turns into heat."""
     ex, ey, vx, vy, _, _, _, _, _, _, _, _, w, _, _ = place(p, q, v)
-    _, _, _, _, power = sums(p, ex, ey, vx, vy, w)
-    return 0.0, 0.0, power
+    _, _, _, _, found = sums(p, ex, ey, vx, vy, w)
+    return found
 
 
-@account_kernel
-def worn_film_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
-    """Residual r (6,); no mass; energies as `worn_film_energy` gives them."""
-    return 0.0, 0.0, put_force(p, q, v, r)
+WORN_FILM = film_kernels("WORN_FILM", globals())
 
 
 @signal_kernel
@@ -252,9 +221,9 @@ def worn_film_signal(p, t, q, v, a):
     if which in (THICKNESS, PEAK_PRESSURE, SIDE_FLOW):
         least, peak, flow = extremes(p, ex, ey, vx, vy, w)
         return least if which == THICKNESS else (1.5 * peak / area if which == PEAK_PRESSURE else flow * area)
-    m0, m1, m2, drag, power = sums(p, ex, ey, vx, vy, w)
+    m0, m1, m2, drag, taken = sums(p, ex, ey, vx, vy, w)
     if which == POWER:
-        return power
+        return taken
     if which == FILM_FX:
         return S * m1 - C * m0
     if which == FILM_FY:
@@ -325,10 +294,7 @@ class WornBearing(WornClearance, JournalBearing):
         """Contact, angle and start of the worn joint, and the film with its signals."""
         first, second = self.ends(mechanism)
         coordinates, p = (*first.coordinates, *second.coordinates), self.film_numbers(first.offset, second.offset)
-        film = ElementContribution(
-            self.name, worn_film_kernel, coordinates, p, energy=worn_film_energy, force=worn_film_force,
-            tangent=worn_film_tangent, account=worn_film_account,
-        )  # fmt: skip
+        film = WORN_FILM.contribution(self.name, coordinates, p)
         signals = signal_contributions(self.name, worn_film_signal, SIGNALS, coordinates, p)
         return [*super().contributions(mechanism), film, *signals]
 
