@@ -242,6 +242,22 @@ def test_rows_and_picture_of_a_life(life, tmp_path):
     figure.savefig(tmp_path / "wear.png")
 
 
+def test_a_pit_as_narrow_as_its_places_is_named_with_its_depth(life, tmp_path):
+    """A coarse profile of the same study; the fine one's pits have more places."""
+    coarse = WORN.worn_by(replace(ARCHARD, bins=60))
+    few = fm.wear_out(DRY.with_part(coarse), turns=2000.0, keep=2)
+    notes, figure = few.attrs["notes"], fm.plot_wear(few, "guide")
+    assert notes
+    for note in notes:
+        side = "upper" if "upper" in note else "lower"
+        depth = float(few[f"guide.{side}_profile"][-1].max())
+        assert f"guide: the deepest pit of its {side}, {depth:.3g} m, is" in note
+        assert "of 60 places wide" in note
+    assert "Give more bins" in figure.get_supxlabel()
+    assert len(life.attrs["notes"]) < len(notes)
+    figure.savefig(tmp_path / "wear.png")
+
+
 def test_half_the_error_gives_the_same_life():
     """Up to a depth of half of the clearance."""
     life, finer = (
@@ -286,6 +302,8 @@ SLOT = yoke()["P"]
         (lambda: GUIDE.worn_by(0.1, length=0.3), "law of wear"),
         (lambda: replace(SLOT, length=0.2).worn_by(ARCHARD, length=0.3), "round ends.*Stop"),
         (lambda: WORN.with_depths(np.zeros(BINS)), "profile has 360 depths.*Give 720"),
+        (lambda: GUIDE.worn_by(replace(ARCHARD, foundation=1e13), length=0.3), "foundation.*at one place"),
+        (lambda: WORN.worn_in(None), "sol is NoneType"),
         (lambda: WORN.with_depths(None), "depths is None"),
         (lambda: WORN.with_depths([0.0, "deep"]), r"depths\[1\] is 'deep'"),
         (lambda: WORN.with_depths(np.full(2 * BINS, np.nan)), r"depths\[0\] is nan"),
