@@ -226,9 +226,9 @@ def test_a_stiffer_foundation_comes_nearer_to_the_rigid_law():
     """Shape of a groove beside that of the same volume, max(0, e cos phi - c), on a contact that is far softer."""
     mech = shaft(fm.KelvinVoigt(1e7, 3e3))
     joint, apart = mech["J"], []
-    for foundation in (None, 1e12, 1e13, 1e15):
+    for foundation in (None, 1e10, 1e11, 1e12):
         law = replace(joint.wear, foundation=foundation)
-        life = fm.wear_out(mech.with_part(joint.worn_by(law)), turns=400.0, keep=1)
+        life = fm.wear_out(mech.with_part(joint.worn_by(law)), turns=200.0, keep=1)
         profile = life["J.bearing_profile"].values[-1]
         middle = math.atan2(profile @ np.sin(ANGLE), profile @ np.cos(ANGLE))
         rigid = lambda e: np.maximum(e * np.cos(ANGLE - middle) - C, 0.0)  # noqa: B023, E731 - called at once
@@ -237,7 +237,7 @@ def test_a_stiffer_foundation_comes_nearer_to_the_rigid_law():
     soft, *own = apart
     assert own == sorted(own, reverse=True)
     assert own[-1] < 0.02
-    assert soft > 3.0 * own[-1]
+    assert soft > 0.2
 
 
 # Many turns
@@ -334,7 +334,7 @@ def test_a_study_of_too_many_runs_is_refused_and_one_that_takes_more_stops():
         fm.errors.InputError, match=r"of the clearance of B, .*: 1e\+06 turns take at least \d+ runs of"
     ):
         fm.wear_out(strong, turns=1e6)
-    with pytest.raises(fm.errors.InputError, match="within a run surfaces stay as they are.*coefficient"):
+    with pytest.raises(fm.errors.InputError, match=r"within a run surfaces stay as they are.*coefficient"):
         fm.wear_out(DRY.with_part(WORN.worn_by(fm.Archard(bearing=1e-9, width=1e-5))), turns=10.0)
     life = fm.wear_out(DRY.with_part(WORN), turns=2000.0, keep=2, most_runs=6)
     assert "took 6 runs (most_runs)" in " ".join(life["status"].values.tolist())

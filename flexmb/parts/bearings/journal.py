@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import KW_ONLY, replace
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
@@ -72,6 +74,30 @@ class JournalBearing(RevoluteClearance):
     def play(self) -> float:
         """Eccentricity at which the surfaces touch [m]."""
         return self.clearance - self.roughness
+
+    @property
+    def oiled(self) -> Any:
+        """The joint itself."""
+        return self
+
+    def pressures(
+        self, directions: np.ndarray, place: np.ndarray, rate: np.ndarray, turns: np.ndarray, spins: np.ndarray
+    ) -> np.ndarray:
+        """Pressure of the film (n,) in the middle of its width [Pa] by direction (n,) [rad], in world axes.
+
+        Parameters
+        ----------
+        directions : from the centre of the bearing [rad].
+        place, rate : centre of the journal less that of the bearing (2,), and its rate (2,) [m, m/s].
+        turns, spins : angles and angular velocities of bearing and journal (2,) [rad, rad/s].
+        """
+        (x, y), (vx, vy), spin = place, rate, 0.5 * float(np.sum(spins))
+        size, along = math.hypot(x, y), math.atan2(y, x)
+        cos, sin, ux, uy, c = math.cos(along), math.sin(along), vx + spin * y, vy - spin * x, self.clearance
+        h, _ = kernels.thickness(c - size, self.roughness)
+        motion = 1.0 - h / c, (cos * ux + sin * uy) / c, (sin * ux - cos * uy) / c
+        widest = along + math.pi
+        return self.film.pressures(self.bearing_radius, c, motion, directions - widest, widest - float(turns[0]))
 
     def worn_by(self, wear: Wear) -> WornBearing:
         """The joint with a surface that wears where the surfaces touch through the film, unworn so far.

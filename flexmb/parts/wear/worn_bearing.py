@@ -280,6 +280,21 @@ class WornBearing(WornClearance, JournalBearing):
         own = {one.name: getattr(self, one.name) for one in fields(JournalBearing)}
         return JournalBearing(**own).equilibrium(load, speed, direction)
 
+    def pressures(
+        self, directions: np.ndarray, place: np.ndarray, rate: np.ndarray, turns: np.ndarray, spins: np.ndarray
+    ) -> np.ndarray:
+        """Pressure of the film (n,) by direction, as of `JournalBearing.pressures`, of (16.11)."""
+        worn = int(self.on_journal)
+        turn, spin, w = float(turns[worn]), float(spins[worn]), float(spins[1 - worn] - spins[worn])
+        axes = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]])
+        x, y = axes @ place
+        vx, vy = axes @ (np.asarray(rate) + spin * np.array([place[1], -place[0]]))
+        X, Y, gaps, slopes = np.reshape(self.film_numbers((0.0, 0.0), (0.0, 0.0))[TABLES:], (4, self.bins))
+        s = X * vx + Y * vy - 0.5 * w * (slopes + x * Y - y * X)
+        h = np.array([thickness(gap, self.roughness)[0] for gap in gaps - x * X - y * Y])
+        pressure = 1.5 * self.film.viscosity * self.film.width**2 * np.maximum(s, 0.0) / h**3
+        return np.asarray(np.interp(directions - turn, self.places, pressure, period=2.0 * math.pi))
+
     def film_numbers(self, first: tuple[float, float], second: tuple[float, float]) -> tuple[float, ...]:
         """Parameters of the kernels of the film; `first`, `second`: offsets of both points [m]."""
         oil, depths, step = self.film, self.depths, 2.0 * math.pi / self.bins
