@@ -60,9 +60,10 @@ def force(kernel, p, q, v):
 def test_pressure_around_a_bearing_carries_the_force_of_its_film(film, share, cavitation):
     joint = replace(WET, film=film(**OIL, cavitation=cavitation))
     p = joint.numbers((0.0, 0.0), (0.0, 0.0))
+    error = 5e-3 if cavitation == "half" else 1e-4  # of the sum over the directions: a half film ends with a jump
     for q, v in states(20):
         found, expected = pressures(joint, q, v), force(JOURNAL_FILM.force, p, q, v)
-        assert carried(found, share) == pytest.approx(expected, abs=1e-3 * abs(expected).max())
+        assert carried(found, share) == pytest.approx(expected, abs=error * abs(expected).max())
         if cavitation == "positive":
             assert found.max() == pytest.approx(told(film_signal, p, 12, q, v), rel=1e-4)
 
