@@ -146,7 +146,7 @@ def worn_guide() -> fm.Mechanism:
         "guide", fm.GROUND, mech["slider"], clearance=5e-5, half_length=0.02, half_height=0.01,
         normal=fm.KelvinVoigt(3e8, 3e4), friction=fm.ModifiedCoulomb(0.1, v0=1e-3, v1=1e-2),
     )  # fmt: skip
-    return mech.with_part(guide.worn_by(fm.Archard(bearing=1e-13, width=0.02, bins=720), length=0.3))
+    return mech.with_part(guide.worn_by(fm.Archard(bearing=1e-14, width=0.02, bins=720), length=0.3))
 
 
 def worn_bars() -> fm.Mechanism:
@@ -172,12 +172,14 @@ def judged(mech: fm.Mechanism, period: float, skip: int) -> dict[str, Any]:
     return {"exponent": found.value, "error": found.error, "verdict": str(found.verdict), "period": period}
 
 
-def lives(mech: fm.Mechanism, name: str) -> tuple[Any, Any]:
+def lives(mech: fm.Mechanism, name: str, **options: Any) -> tuple[Any, Any]:
     """A million turns with the tolerance 0.02, and with half of it; processor time of those that are not stored."""
     found = []
     for part in (1.0, 0.5):
         begin, store = time.process_time(), STORES / f"{name}_{part:g}"
-        found.append(fm.wear_out(mech, turns=TURNS, keep=10, tolerance=0.02 * part, store=store, resume=True))
+        found.append(
+            fm.wear_out(mech, turns=TURNS, keep=10, tolerance=0.02 * part, store=store, resume=True, **options)
+        )
         spent = time.process_time() - begin
         print(f"{name}, tolerance {0.02 * part:g}: {found[-1]['runs'][-1]:.0f} runs, {spent:.0f} s", flush=True)
     return found[0], found[1]
@@ -185,7 +187,7 @@ def lives(mech: fm.Mechanism, name: str) -> tuple[Any, Any]:
 
 def guide(rows: dict[str, Any]) -> None:
     """Guide of a slider-crank from new to worn, and how much half of the tolerance changes."""
-    whole, half = lives(worn_guide(), "guide")
+    whole, half = lives(worn_guide(), "guide", sample=4)
     sides = [whole[f"guide.{side}_profile"].values for side in ("upper", "lower")]
     rows["guide"] = [
         [float(whole["turns"][k]), *(float(side[k].max()) for side in sides)]

@@ -98,7 +98,8 @@ def test_pressure_of_a_worn_bearing_carries_the_force_of_its_film(surface, depth
         assert found.max() == pytest.approx(told(worn_film_signal, p, 0, q, v), rel=2e-3)
         assert carried(found, 2.0 / 3.0) == pytest.approx(expected, abs=5e-3 * abs(expected).max())
         if not depths.any():
-            assert found == pytest.approx(pressures(WET, q, v), abs=5e-3 * found.max())
+            apart = np.abs(found - pressures(WET, q, v))
+            assert apart.mean() < 1e-3 * found.max()  # between two angles of the profile it is a line
 
 
 def test_picture_shows_the_largest_pressure_of_a_run(tmp_path):

@@ -242,20 +242,18 @@ def test_rows_and_picture_of_a_life(life, tmp_path):
     figure.savefig(tmp_path / "wear.png")
 
 
-def test_a_pit_as_narrow_as_its_places_is_named_with_its_depth(life, tmp_path):
-    """A coarse profile of the same study; the fine one's pits have more places."""
-    coarse = WORN.worn_by(replace(ARCHARD, bins=60))
-    few = fm.wear_out(DRY.with_part(coarse), turns=2000.0, keep=2)
-    notes, figure = few.attrs["notes"], fm.plot_wear(few, "guide")
-    assert notes
-    for note in notes:
-        side = "upper" if "upper" in note else "lower"
-        depth = float(few[f"guide.{side}_profile"][-1].max())
-        assert f"guide: the deepest pit of its {side}, {depth:.3g} m, is" in note
-        assert "of 60 places wide" in note
+def test_a_narrow_pit_is_named_and_its_depth_goes_with_the_number_of_places(life, tmp_path):
+    finer = fm.wear_out(DRY.with_part(WORN.worn_by(replace(ARCHARD, bins=720))), turns=2000.0, keep=2)
+    (note,) = life.attrs["notes"]
+    depths = [float(one["guide.lower_profile"][-1].max()) for one in (life, finer)]
+    assert f"guide: the deepest pit of its lower, {depths[0]:.3g} m, is" in note
+    assert "of 360 places wide" in note
+    figure = fm.plot_wear(life, "guide")
     assert "Give more bins" in figure.get_supxlabel()
-    assert len(life.attrs["notes"]) < len(notes)
     figure.savefig(tmp_path / "wear.png")
+    print(depths, float(finer["guide.volume"][-1]), float(life["guide.volume"][-1]))
+    assert depths[1] > 1.2 * depths[0]
+    assert float(finer["guide.volume"][-1]) == pytest.approx(float(life["guide.volume"][-1]), rel=0.05)
 
 
 def test_half_the_error_gives_the_same_life():

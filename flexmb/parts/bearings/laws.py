@@ -56,8 +56,8 @@ class Film(Input, Shown, ABC):
     ) -> np.ndarray:
         """Pressure (n,) in the middle of the width [Pa] at angles `theta` (n,) from the widest gap [rad].
 
-        `motion`: eccentricity over the clearance, rates a and b [1/s] of (15.1); `widest`: direction of the widest gap
-        in the frame of the bearing's body [rad].
+        `radius` and `clearance` of the bearing [m]; `motion`: eccentricity over the clearance, rates a and b [1/s] of
+        (15.1); `widest`: direction of the widest gap in the frame of the bearing's body [rad].
         """
 
     def table(self, label: str, radius: float, thinnest: float) -> tuple[float, ...]:  # noqa: ARG002 - asked by some
@@ -93,7 +93,7 @@ class ClosedFilm(Film):
         theta: np.ndarray,
         widest: float,  # noqa: ARG002 - asked by others
     ) -> np.ndarray:
-        """Pressure (n,) in the middle of the width [Pa], as of `Film.pressures`."""
+        """Pressure (n,) in the middle of the width [Pa]; radius, clearance, motion, theta, widest as of `Film`."""
         found = film.pressures(self.kind, self.extent, *motion, theta)
         return self.scales(radius, clearance)[PRESSURE] * found
 
@@ -230,7 +230,7 @@ class FiniteBearing(Film):
     def pressures(
         self, radius: float, clearance: float, motion: tuple[float, float, float], theta: np.ndarray, widest: float
     ) -> np.ndarray:
-        """Pressure (n,) in the middle of the width [Pa], as of `Film.pressures`; a solve of its own."""
+        """Pressure (n,) in the middle of the width [Pa]; radius, clearance, motion, theta, widest as of `Film`."""
         found, half = np.zeros(len(theta)), 0.5 * self.groove_width
         ends = pairwise(self.turned)
         pads: list[tuple[float, float] | None] = [(one + half - widest, end - one - 2.0 * half) for one, end in ends]

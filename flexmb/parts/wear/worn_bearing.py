@@ -68,8 +68,8 @@ def place(p, q, v):
 def tables(p):
     """Cosines and sines of the angles, thickness about the centred journal, its slope."""
     n = (p.shape[0] - TABLES) // 4
-    ends = TABLES + n, TABLES + 2 * n, TABLES + 3 * n, TABLES + 4 * n
-    return p[TABLES : ends[0]], p[ends[0] : ends[1]], p[ends[1] : ends[2]], p[ends[2] : ends[3]]
+    sin, gap, slope = TABLES + n, TABLES + 2 * n, TABLES + 3 * n
+    return p[TABLES:sin], p[sin:gap], p[gap:slope], p[slope : slope + n]
 
 
 @summing

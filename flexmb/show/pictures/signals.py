@@ -560,7 +560,6 @@ def plot_pressure(sol: Solution, joint: Part | str, *, at: float | None = None, 
         [towards, towards], [0.0, top], color="black", linestyle="--", linewidth=0.8, label="to the journal's centre"
     )
     ax.set_ylim(min(0.0, float(found.min()) * 10.0**-power), top)
-    ax.locator_params(axis="y", nbins=5)
     ax.set_rlabel_position(float(np.degrees(directions[found.argmax()])) + 180.0)  # type: ignore[attr-defined]
     ax.grid(visible=True, color="0.9", linewidth=0.6)
     figure.legend(loc="outside lower center", frameon=False, fontsize="small")
