@@ -306,7 +306,8 @@ def bearings(record: dict, many: dict) -> list[str]:
     text = f"""\
     Steps of 10 us over two turns at 1000 rpm, in pairs with the dry joint, guide or slot (medians of seven;
     `python tests/speed/bearings.py`, then `python docs/performance.py --collect`). {where["date"]}, load average
-    {where["load"]}. {record.get("note", "")} Then a million turns of wear of the joint B; {then["date"]}, load average {then["load"]}."""
+    {where["load"]}. {record.get("note", "")} Then a million turns of wear of the joint B; {then["date"]}, load average
+    {then["load"]}."""
     return ["## Oil and wear", text, "\n".join(lines), "\n".join(lives)]
 
 
