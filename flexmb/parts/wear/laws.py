@@ -22,7 +22,8 @@ class Wear(Input, Shown):
 
     A `foundation` spreads the wear as the pressure of an elastic layer does that carries the normal force.  Of a layer
     of the thickness t, Young's modulus E and Poisson's ratio nu on a rigid ground it is (1 - nu) E/((1 + nu) (1 - 2 nu)
-    t): a Winkler foundation.  The force of the contact stays that of the joint's laws.
+    t): a Winkler foundation.  The force of the contact stays that of the joint's laws.  Equation (16.12) of
+    docs/theory/wear.md.
 
     Raises
     ------
