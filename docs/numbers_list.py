@@ -212,6 +212,8 @@ parts.bearings.reynolds.ROUND_OFF | 1 | largest source | source of a film that i
 parts.bearings.reynolds.MOST_SETS | iterations | nothing | most iterations to the border of a finite film
 parts.wear.guide_kernels.MOST_TRIALS | trials | nothing | by which the place nearest to a worn side is found
 parts.wear.guide_kernels.CLOSE | 1 | distance of two places | error of this place that ends the search
+parts.wear.profile.CARRIED | 1 | normal force | error of the force that a foundation carries
+parts.wear.profile.LEAST_COSINE | 1 | nothing | cosine from the normal from which on a foundation carries
 parts.wear.worn_guide.WAYS | places | nothing | to which wear goes from each half of a step along a guide
 dynamics.sweeps.wear.LARGEST_INCREMENT | 1 | clearance | largest depth that is carried on at once
 dynamics.sweeps.wear.SMALL_DEPTH | 1 | clearance | depth beside the largest one in the error of wear
@@ -567,7 +569,7 @@ def _left_out() -> dict[str, str]:
     decides a remark or a refusal, and no number of a run: dynamics.report.FEWEST_PERIODS dynamics.report.FEWEST_SAMPLES
         dynamics.report.MORE_THAN dynamics.report.POINTS dynamics.jobs.files.NO_ROOM findings.watch.LEAST_STEPS findings.watch.SHARE
         model.elastic_body.STRAIN_AT_REST model.elastic_body.LARGE_STRAIN model.elastic_body.IMPOSSIBLE_STRAIN parts.couplings.one_way_clutch.LARGE_WIND_UP parts.couplings.one_way_clutch.COARSE_STEP
-        parts.bearings.journal.THIN parts.bearings.journal.TAYLOR parts.wear.laws.LARGEST_COEFFICIENT parts.wear.laws.FEWEST_BINS parts.wear.laws.MOST_BINS parts.cams.curve_on_curve.PULL parts.couplings.cable.LARGE_STRETCH
+        parts.bearings.journal.THIN parts.bearings.journal.TAYLOR parts.wear.laws.LARGEST_COEFFICIENT parts.wear.laws.FEWEST_BINS parts.wear.laws.MOST_BINS dynamics.sweeps.wear.MOST_RUNS dynamics.sweeps.wear.NARROW parts.cams.curve_on_curve.PULL parts.couplings.cable.LARGE_STRETCH
         parts.couplings.belt.LARGE_STRETCH parts.couplings.gear.LARGE_PLAY parts.couplings.rack.PARTED elastic.planes.plane_body.TOO_STIFF results.stress.CAPTURED
         model.elastic_body.LEAST
         elastic.reduced.accuracy.AT_EDGE parts.loads.mesh_loads.LEFT_OUT elastic.reduced.accuracy.EDGE_SHARE elastic.reduced.accuracy.STEP_ERROR elastic.reduced.bases.LEAST_PIVOT elastic.reduced.bases.LEAST_SHARE

@@ -66,7 +66,7 @@ def write(path: Path, data: dict, order: list[str]) -> None:
     if "statics" in others:
         parts += statics(others["statics"])
     if "bearings" in others:
-        parts += bearings(others["bearings"])
+        parts += bearings(others["bearings"], others["lives"])
     if "diagram" in others:
         parts += diagram(others["diagram"])
     path.write_text("\n\n".join(wrapped(p) for p in parts if p) + "\n", encoding="utf-8")
@@ -296,17 +296,18 @@ def statics(record: dict) -> list[str]:
     return parts
 
 
-def bearings(record: dict) -> list[str]:
-    """Oil films and worn contacts beside the dry joint, by tests/speed/bearings.py."""
-    lines = ["| joint B of the slider-crank | a step [us] | over that with the dry joint |", "|---|---:|---:|"]
+def bearings(record: dict, many: dict) -> list[str]:
+    """Oil films and worn contacts beside dry joints, and many turns, by tests/speed/bearings.py."""
+    lines = ["| joint | a step [us] | over that with the dry joint |", "|---|---:|---:|"]
     lines += [f"| {name} | {number(step)} | {number(ratio)} |" for name, step, ratio in record["rows"]]
     lives = ["| tolerance | processor time [s] | runs | deepest [um] | volume [mm^3] |", "|---:|---:|---:|---:|---:|"]
-    lives += [f"| {' | '.join(f'{value:.4g}' for value in row)} |" for row in record["lives"]]
-    where = record["where"]
+    lives += [f"| {' | '.join(f'{value:.4g}' for value in row)} |" for row in many["rows"]]
+    where, then = record["where"], many["where"]
     text = f"""\
-    Steps of 10 us over two turns at 1000 rpm, in pairs with the dry joint (medians of seven), then a million turns of
-    wear (`python tests/speed/bearings.py`, then `python docs/performance.py --collect`). {where["date"]}, load average
-    {where["load"]}."""
+    Steps of 10 us over two turns at 1000 rpm, in pairs with the dry joint, guide or slot (medians of seven;
+    `python tests/speed/bearings.py`, then `python docs/performance.py --collect`). {where["date"]}, load average
+    {where["load"]}. {record.get("note", "")} Then a million turns of wear of the joint B; {then["date"]}, load average
+    {then["load"]}."""
     return ["## Oil and wear", text, "\n".join(lines), "\n".join(lives)]
 
 

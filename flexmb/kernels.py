@@ -98,6 +98,10 @@ visible.
 """
 
 
+summing = whole(error_model="numpy", _nrt=False, forceinline=True, fastmath={"contract", "nsz", "arcp", "reassoc"})
+"""`fast` with sums in the order that suits the processor, for long sums of numbers that do not cancel."""
+
+
 @compiled
 def copy(source, target):  # type: ignore[no-untyped-def]
     """target = source, element by element."""

@@ -17,6 +17,7 @@ from flexmb.show.pictures.signals import plot_campbell as plot_campbell
 from flexmb.show.pictures.signals import plot_contact_force as plot_contact_force
 from flexmb.show.pictures.signals import plot_energies as plot_energies
 from flexmb.show.pictures.signals import plot_journal as plot_journal
+from flexmb.show.pictures.signals import plot_pressure as plot_pressure
 from flexmb.show.pictures.signals import plot_residuals as plot_residuals
 from flexmb.show.pictures.signals import plot_runs as plot_runs
 from flexmb.show.pictures.signals import plot_spectrum as plot_spectrum

@@ -129,7 +129,8 @@ def kernels() -> Iterator[Any]:
 
     for module in pkgutil.walk_packages(flexmb.__path__, "flexmb."):
         if not module.name.endswith("__main__"):
-            yield from (found for found in vars(import_module(module.name)).values() if isinstance(found, Kernel))
+            for found in vars(import_module(module.name)).values():
+                yield from (one for one in (found if isinstance(found, tuple) else [found]) if isinstance(one, Kernel))
 
 
 def runs() -> list[Callable[[], Any]]:

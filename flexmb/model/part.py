@@ -141,6 +141,11 @@ class Part(Input, Shown, ABC):
         """The part, if its surfaces wear: a `WornJoint` of `flexmb/parts/wear`; None for a part whose surfaces stay."""
         return None
 
+    @property
+    def oiled(self) -> Any:
+        """The part, if it has a film whose pressure is known by direction: a `JournalBearing`; else None."""
+        return None
+
     def idealised(self) -> Part:
         """The part with an ideal joint in place of its clearance, if it has one."""
         return self

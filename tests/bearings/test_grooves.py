@@ -94,7 +94,7 @@ def test_tangents_and_power_in_any_frame():
 
     def force(q, v):
         r = np.zeros(6)
-        kernels.film_force_kernel.dispatcher(p, 0.0, 0.0, q, v, np.zeros(6), none, r, none)
+        kernels.JOURNAL_FILM.force.dispatcher(p, 0.0, 0.0, q, v, np.zeros(6), none, r, none)
         return r
 
     for _ in range(12):
@@ -105,7 +105,7 @@ def test_tangents_and_power_in_any_frame():
         v[[2, 5]] *= 20.0
         v[3:5] += C * rng.uniform(-50.0, 50.0, 2) - kernels.relative.py_func(p, q, v)[6:8]
         r, K, D, M = np.zeros(6), np.zeros((6, 6)), np.zeros((6, 6)), np.zeros((6, 6))
-        kernels.film_kernel.dispatcher(p, 0.0, 0.0, q, v, np.zeros(6), none, r, K, D, M, none)
+        kernels.JOURNAL_FILM.element.dispatcher(p, 0.0, 0.0, q, v, np.zeros(6), none, r, K, D, M, none)
         assert r == pytest.approx(force(q, v), rel=1e-12)
         small = {"K": 0.01 * np.array([C, C, C / 0.1, C, C, C / 0.1]), "D": C * np.array([1e1, 1e1, 1e2] * 2)}
         for found, function, x, step in (
@@ -116,7 +116,7 @@ def test_tangents_and_power_in_any_frame():
             size = np.abs(expected).max(axis=1, keepdims=True)
             assert (np.abs(found - expected) <= 1e-6 * size + doubt).all()
             assert (doubt <= 2e-3 * size).all()
-        _, _, power = kernels.film_energy.dispatcher(p, 0.0, q, v)
+        _, _, power = kernels.JOURNAL_FILM.energy.dispatcher(p, 0.0, q, v)
         assert power == pytest.approx(r @ v, rel=1e-9)
         assert power > 0.0
         c, s = math.cos(0.8), math.sin(0.8)
@@ -157,7 +157,7 @@ def test_the_film_carries_the_load_in_every_direction(spin):
             e = found.eccentricity * C
             q = np.array([0.0, 0.0, 0.0, e * math.cos(angle), e * math.sin(angle), 0.0])
             v, a, none = np.array([0.0, 0.0, 0.0, 0.0, 0.0, spin]), np.zeros(6), np.zeros(0)
-            kernels.film_force_kernel.dispatcher(numbers, 0.0, 0.0, q, v, a, none, r, none)
+            kernels.JOURNAL_FILM.force.dispatcher(numbers, 0.0, 0.0, q, v, a, none, r, none)
             assert r[3:5] == pytest.approx([load * math.cos(direction), load * math.sin(direction)], abs=1e-7 * load)
             carried += 1
     assert carried > 80

@@ -161,12 +161,12 @@ def test_tangents_within_the_film(name):
 
     def force(q, v):
         r = np.zeros(6)
-        kernels.film_force_kernel.dispatcher(p, 0.0, 0.0, q, v, np.zeros(6), none, r, none)
+        kernels.JOURNAL_FILM.force.dispatcher(p, 0.0, 0.0, q, v, np.zeros(6), none, r, none)
         return r
 
     for q, v in states(1, 12):
         r, K, D, M = np.zeros(6), np.zeros((6, 6)), np.zeros((6, 6)), np.zeros((6, 6))
-        kernels.film_kernel.dispatcher(p, 0.0, 0.0, q, v, np.zeros(6), none, r, K, D, M, none)
+        kernels.JOURNAL_FILM.element.dispatcher(p, 0.0, 0.0, q, v, np.zeros(6), none, r, K, D, M, none)
         steps = {"K": np.array([C, C, C / 0.1, C, C, C / 0.1]), "D": np.array([1e-2, 1e-2, 1e-1] * 2)}
         for found, function, x, scale in (
             (K, lambda q, v=v: force(q, v), q, 0.05 * steps["K"]),
@@ -182,7 +182,7 @@ def test_tangents_within_the_film(name):
 def test_a_film_never_gives_power(name):
     p = np.array(bearing(FILMS[name]).numbers((0.1, 0.02), (-0.05, 0.03)))
     for q, v in states(2, 100):
-        _, _, power = kernels.film_energy.dispatcher(p, 0.0, q, v)
+        _, _, power = kernels.JOURNAL_FILM.energy.dispatcher(p, 0.0, q, v)
         assert power > 0.0
 
 
@@ -210,7 +210,7 @@ def test_power_is_the_heat_of_the_oil(name):
         speeds = mean, mean + w
         u = C * a, -C * b
         v = np.array([0.0, 0.0, speeds[0], u[0], u[1] + 0.5 * sum(speeds) * eps * C, speeds[1]])
-        _, _, power = kernels.film_energy.dispatcher(p, 0.0, np.array([0.0, 0.0, 0.0, eps * C, 0.0, 0.0]), v)
+        _, _, power = kernels.JOURNAL_FILM.energy.dispatcher(p, 0.0, np.array([0.0, 0.0, 0.0, eps * C, 0.0, 0.0]), v)
         assert power == pytest.approx(by_flow + by_shear, rel=1e-6)
 
 
@@ -237,7 +237,7 @@ def test_squeeze_against_integration_by_another_code(name):
 
     def rates(t, y):
         r, q, v = np.zeros(6), np.array([0, 0, 0, y[0], y[1], 0.0]), np.array([0, 0, 0, y[2], y[3], spin])
-        kernels.film_force_kernel.dispatcher(p, t, 0.0, q, v, np.zeros(6), none, r, none)
+        kernels.JOURNAL_FILM.force.dispatcher(p, t, 0.0, q, v, np.zeros(6), none, r, none)
         return [y[2], y[3], -r[3] / mass, -r[4] / mass]
 
     options = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-14, "t_eval": sol.time}
@@ -305,7 +305,7 @@ def test_forces_have_no_step_where_the_surfaces_meet():
     for e in (edge - small, edge + small):
         q, v, none = np.array([0, 0, 0, e, 0, 0.0]), np.array([0, 0, 0, 0.01, 0.02, 300.0]), np.zeros(0)
         r, K, D, M = np.zeros(6), np.zeros((6, 6)), np.zeros((6, 6)), np.zeros((6, 6))
-        kernels.film_kernel.dispatcher(p, 0.0, 0.0, q, v, np.zeros(6), none, r, K, D, M, none)
+        kernels.JOURNAL_FILM.element.dispatcher(p, 0.0, 0.0, q, v, np.zeros(6), none, r, K, D, M, none)
         forces.append(r)
         slopes.append(K)
     assert np.abs(forces[0] - forces[1]).max() < 1e-5 * np.abs(forces[0]).max()

@@ -124,12 +124,12 @@ def test_tangents_power_and_frames():
 
     def force(q, v):
         r = np.zeros(6)
-        slider.guide_film_force.dispatcher(p, 0.0, 0.0, q, v, np.zeros(6), none, r, none)
+        slider.GUIDE_FILM.force.dispatcher(p, 0.0, 0.0, q, v, np.zeros(6), none, r, none)
         return r
 
     for q, v in states(1, 20, p):
         r, Kq, Kv, M = np.zeros(6), np.zeros((6, 6)), np.zeros((6, 6)), np.zeros((6, 6))
-        slider.guide_film_kernel.dispatcher(p, 0.0, 0.0, q, v, np.zeros(6), none, r, Kq, Kv, M, none)
+        slider.GUIDE_FILM.element.dispatcher(p, 0.0, 0.0, q, v, np.zeros(6), none, r, Kq, Kv, M, none)
         assert r == pytest.approx(force(q, v), rel=1e-12)
         for found, function, x, step in (
             (Kq, lambda q, v=v: force(q, v), q, 3e-3 * C * np.array([1.0, 1.0, 10.0] * 2)),
@@ -139,7 +139,7 @@ def test_tangents_power_and_frames():
             size = np.abs(expected).max(axis=1, keepdims=True)
             assert (np.abs(found - expected) <= 1e-6 * size + doubt).all()
             assert (doubt <= 1e-3 * size).all()
-        _, _, power = slider.guide_film_energy.dispatcher(p, 0.0, q, v)
+        _, _, power = slider.GUIDE_FILM.energy.dispatcher(p, 0.0, q, v)
         assert power == pytest.approx(r @ v, rel=1e-9)
         assert power > 0.0
         c, s = math.cos(0.8), math.sin(0.8)

@@ -8,8 +8,8 @@ import pytest
 
 import flexmb as fm
 from flexmb.mechanisms import slider_crank
-from flexmb.parts.bearings.kernels import SIGNALS, film_force_kernel, film_signal
-from flexmb.parts.wear.worn_bearing import worn_film_energy, worn_film_force, worn_film_signal
+from flexmb.parts.bearings.kernels import JOURNAL_FILM, SIGNALS, film_signal
+from flexmb.parts.wear.worn_bearing import WORN_FILM, worn_film_signal
 
 C, R, WIDTH = 5e-5, 0.01, 0.012
 DRY = slider_crank(speed=2.0 * math.pi * 1000 / 60, clearance=C, friction="coulomb")
@@ -64,7 +64,7 @@ def test_unworn_film_is_the_short_one(surface):
     for bins in (180, 360, 720):
         worn = WET.worn_by(fm.Archard(**{surface: 1e-13}, bins=bins)).film_numbers(FIRST, SECOND)
         pairs = [
-            (force(worn_film_force, worn, q, v), force(film_force_kernel, WET.numbers(FIRST, SECOND), q, v))
+            (force(WORN_FILM.force, worn, q, v), force(JOURNAL_FILM.force, WET.numbers(FIRST, SECOND), q, v))
             for q, v in states(100)
         ]
         errors[bins] = np.median([abs(a - b).max() / abs(b).max() for a, b in pairs])
@@ -85,8 +85,8 @@ def test_an_eccentric_surface_is_a_round_one_about_its_own_centre(surface):
     moved = (np.add(FIRST, shift), SECOND) if surface == "bearing" else (FIRST, np.subtract(SECOND, shift))
     own = round_one.numbers(*map(tuple, moved))
     for q, v in states(100, 0.9, shift, C + d, 2 if surface == "bearing" else 5):
-        expected = force(film_force_kernel, own, q, v)
-        assert force(worn_film_force, p, q, v) == pytest.approx(expected, abs=2e-3 * abs(expected).max())
+        expected = force(JOURNAL_FILM.force, own, q, v)
+        assert force(WORN_FILM.force, p, q, v) == pytest.approx(expected, abs=2e-3 * abs(expected).max())
         a, b = signals(worn_film_signal, p, 0, q, v), signals(film_signal, own, 12, q, v)
         assert a[:4] == pytest.approx(b[:4], rel=1e-2)
         assert a[5:7] == pytest.approx(b[5:7], abs=2e-3 * abs(b[5:7]).max())
@@ -96,8 +96,8 @@ def test_an_eccentric_surface_is_a_round_one_about_its_own_centre(surface):
 def test_power_of_the_film_is_the_work_that_its_forces_take(name):
     p = np.array(WET.worn_by(ARCHARD).with_depths(PROFILES[name]).film_numbers(FIRST, SECOND))
     for q, v in states(50):
-        r = force(worn_film_force, p, q, v)
-        power = worn_film_energy(p, 0.0, q, v)[2]
+        r = force(WORN_FILM.force, p, q, v)
+        power = WORN_FILM.energy(p, 0.0, q, v)[2]
         assert power == pytest.approx(r @ v, rel=1e-9)
         assert power >= 0.0
         assert r[:2] == pytest.approx(-r[3:5])

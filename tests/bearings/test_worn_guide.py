@@ -242,6 +242,20 @@ def test_rows_and_picture_of_a_life(life, tmp_path):
     figure.savefig(tmp_path / "wear.png")
 
 
+def test_a_narrow_pit_is_named_and_its_depth_goes_with_the_number_of_places(life, tmp_path):
+    finer = fm.wear_out(DRY.with_part(WORN.worn_by(replace(ARCHARD, bins=720))), turns=2000.0, keep=2)
+    (note,) = life.attrs["notes"]
+    depths = [float(one["guide.lower_profile"][-1].max()) for one in (life, finer)]
+    assert f"guide: the deepest pit of its lower, {depths[0]:.3g} m, is" in note
+    assert "of 360 places wide" in note
+    figure = fm.plot_wear(life, "guide")
+    assert "Give more bins" in figure.get_supxlabel()
+    figure.savefig(tmp_path / "wear.png")
+    print(depths, float(finer["guide.volume"][-1]), float(life["guide.volume"][-1]))
+    assert depths[1] > 1.2 * depths[0]
+    assert float(finer["guide.volume"][-1]) == pytest.approx(float(life["guide.volume"][-1]), rel=0.05)
+
+
 def test_half_the_error_gives_the_same_life():
     """Up to a depth of half of the clearance."""
     life, finer = (
@@ -286,6 +300,8 @@ SLOT = yoke()["P"]
         (lambda: GUIDE.worn_by(0.1, length=0.3), "law of wear"),
         (lambda: replace(SLOT, length=0.2).worn_by(ARCHARD, length=0.3), "round ends.*Stop"),
         (lambda: WORN.with_depths(np.zeros(BINS)), "profile has 360 depths.*Give 720"),
+        (lambda: GUIDE.worn_by(replace(ARCHARD, foundation=1e13), length=0.3), "foundation.*at one place"),
+        (lambda: WORN.worn_in(None), "sol is NoneType"),
         (lambda: WORN.with_depths(None), "depths is None"),
         (lambda: WORN.with_depths([0.0, "deep"]), r"depths\[1\] is 'deep'"),
         (lambda: WORN.with_depths(np.full(2 * BINS, np.nan)), r"depths\[0\] is nan"),

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import flexmb as fm
 from flexmb.dynamics.sweeps import wear as study
@@ -13,7 +14,7 @@ from flexmb.mechanisms import slider_crank
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.revolute_clearance import journal_gap_kernel
 from flexmb.parts.wear.kernels import worn_gap_kernel
-from flexmb.parts.wear.profile import shares, surface
+from flexmb.parts.wear.profile import settled, shares, surface
 from flexmb.places import ARM1_X, ARM2_X, ARM2_Y, GAP, NORMAL_X
 
 C, R, B, W = 5e-5, 0.01, 0.02, 100.0  # clearance, radius, width, load
@@ -205,16 +206,50 @@ def test_narrow_contacts_wear_the_two_angles_beside_them():
     assert spread @ ANGLE == pytest.approx(0.3)
 
 
+@pytest.mark.parametrize("depth", [1e-8, 1e-6, 2e-5])
+def test_a_foundation_carries_the_force_as_a_layer_on_a_round_ground_does(depth):
+    """Unworn: N = K b R (e (a + sin a cos a) - 2 c sin a), cos a = c/e, with the pressure K (e cos phi - c)."""
+    fine = surface(C, np.zeros(7200))
+    e, angle = C + depth, 0.3
+    a = math.acos(C / e)
+    force = (e * (a + math.sin(a) * math.cos(a)) - 2.0 * C * math.sin(a)) * 7200 / (2.0 * math.pi)
+    x, y = settled(fine, *(np.array([part]) for part in (0.9 * C * math.cos(angle), 0.9 * C * math.sin(angle), angle,
+                                                         -0.1 * C, force)))  # fmt: skip
+    assert math.hypot(x[0], y[0]) - C == pytest.approx(depth, rel=1e-3)
+    assert math.atan2(y[0], x[0]) == pytest.approx(angle, abs=1e-12)
+    spread = shares(fine, x, y, np.array([angle]))[0]
+    expected = np.maximum(e * np.cos(2.0 * math.pi * np.arange(7200) / 7200 - angle) - C, 0.0)
+    assert spread == pytest.approx(expected / expected.sum(), abs=2e-3 * spread.max())
+
+
+def test_a_stiffer_foundation_comes_nearer_to_the_rigid_law():
+    """Shape of a groove beside that of the same volume, max(0, e cos phi - c), on a contact that is far softer."""
+    mech = shaft(fm.KelvinVoigt(1e7, 3e3))
+    joint, apart = mech["J"], []
+    for foundation in (None, 1e10, 1e11, 1e12):
+        law = replace(joint.wear, foundation=foundation)
+        life = fm.wear_out(mech.with_part(joint.worn_by(law)), turns=200.0, keep=1)
+        profile = life["J.bearing_profile"].values[-1]
+        middle = math.atan2(profile @ np.sin(ANGLE), profile @ np.cos(ANGLE))
+        rigid = lambda e: np.maximum(e * np.cos(ANGLE - middle) - C, 0.0)  # noqa: B023, E731 - called at once
+        e = brentq(lambda e: rigid(e).sum() - profile.sum(), C, 3.0 * C)  # noqa: B023
+        apart.append(abs(profile - rigid(e)).max() / profile.max())
+    soft, *own = apart
+    assert own == sorted(own, reverse=True)
+    assert own[-1] < 0.02
+    assert soft > 0.2
+
+
 # Many turns
 
 
-def shaft():
+def shaft(law=fm.KelvinVoigt(3e8, 1e4)):
     """A shaft in a bearing that hangs on it with a constant load; the shaft turns, the bearing does not."""
     rotor = fm.RigidBody("shaft", at=(0.0, 0.0), mass=1.0, inertia=1e-3)
     shell = fm.RigidBody("shell", at=(0.0, 0.0), mass=0.1, inertia=1e-4)
     joint = fm.RevoluteClearance(
         "J", shell, rotor, at=(0.0, 0.0), clearance=C, bearing_radius=R,
-        normal=fm.KelvinVoigt(3e8, 1e4), start=(0.999 * C, 0.0),
+        normal=law, start=(0.999 * C, 0.0),
     ).worn_by(fm.Archard(bearing=1e-12, width=B))  # fmt: skip
     return fm.Mechanism(
         "shaft",
@@ -291,6 +326,19 @@ def test_a_store_of_another_study_is_refused(tmp_path):
     fm.wear_out(DRY.with_part(WORN), **few)
     with pytest.raises(fm.errors.InputError, match="another sweep"):
         fm.wear_out(DRY.with_part(WORN.with_depths(GROOVE)), resume=True, **few)
+
+
+def test_a_study_of_too_many_runs_is_refused_and_one_that_takes_more_stops():
+    strong = DRY.with_part(WORN.worn_by(fm.Archard(bearing=1e-10, width=B)))
+    with pytest.raises(
+        fm.errors.InputError, match=r"of the clearance of B, .*: 1e\+06 turns take at least \d+ runs of"
+    ):
+        fm.wear_out(strong, turns=1e6)
+    with pytest.raises(fm.errors.InputError, match=r"within a run surfaces stay as they are.*coefficient"):
+        fm.wear_out(DRY.with_part(WORN.worn_by(fm.Archard(bearing=1e-9, width=1e-5))), turns=10.0)
+    life = fm.wear_out(DRY.with_part(WORN), turns=2000.0, keep=2, most_runs=6)
+    assert "took 6 runs (most_runs)" in " ".join(life["status"].values.tolist())
+    assert life["ok"].values.tolist() == [True, False, False]
 
 
 def test_a_run_that_fails_ends_the_study_with_its_status():
@@ -386,6 +434,9 @@ def test_the_picture_shows_surface_depth_and_volume(life, tmp_path):
         (lambda: fm.wear_out(DRY.with_part(WORN), turns=-1.0), "turns is -1"),
         (lambda: fm.wear_out(DRY.with_part(WORN), turns=10.0, keep=0), "keep is 0"),
         (lambda: fm.wear_out("B", turns=10.0), "mechanism is str"),
+        (lambda: WORN.worn_in(None), "sol is NoneType; it must be the result of fm.simulate"),
+        (lambda: fm.wear_out(DRY.with_part(WORN), turns=10.0, most_runs=0), "most_runs is 0"),
+        (lambda: fm.Archard(bearing=1e-13, foundation=-1.0), "foundation is -1"),
         (lambda: WORN.worn_in(fm.simulate(DRY.with_part(WORN), periods=0.01, save=[1e-4])), "save='steps'"),
         (lambda: fm.wear_out(DRY.with_part(WORN), turns=10.0, resume=True), "resume is True without a store"),
         (lambda: WORN.with_depths(np.full(360, 1.0)), "below the bearing radius"),

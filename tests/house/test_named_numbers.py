@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import pytest
 
-COMPILERS = {"compiled", "fast", "apart"}
+COMPILERS = {"compiled", "fast", "summing", "apart"}
 CONTRACTS = ("_kernel", "_law")
 """Decorators of compiled functions: by name, and those of kernels by how their names end."""
 

@@ -25,7 +25,7 @@ ARGUMENTS = {
 }  # fmt: skip
 """Records that compiled functions take, by the names of their arguments."""
 
-COMPILERS = ("compiled", "fast", "apart")
+COMPILERS = ("compiled", "fast", "summing", "apart")
 
 Known = dict[str, type | None]
 

@@ -34,7 +34,7 @@ def body_length(function: Function) -> int:
     return body[-1].end_lineno - body[0].lineno + 1 if body else 0
 
 
-COMPILED = re.compile(r"kernel|compiled|intrinsic|_law$|^(?:fast|apart)$")
+COMPILED = re.compile(r"kernel|compiled|intrinsic|_law$|^(?:fast|summing|apart)$")
 """Decorators of functions that numba types."""
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -32,6 +33,8 @@ LARGEST_INCREMENT = 0.05
 SMALL_DEPTH = 0.05  # depth over the clearance [1] that counts beside the largest one in the error of an increment
 # Factor of a new increment beside the one that would just do, and its least and largest change.
 SAFETY, LEAST_FACTOR, MOST_FACTOR = 0.8, 0.3, 2.0
+MOST_RUNS = 5000  # largest number of runs of a study, if no other one is given
+NARROW = 3  # width of a pit, in places of the profile, up to which its depth is that of the places, not of the surface
 FORCE = "normal_force"  # ending of the signals of normal forces
 Depths = Mapping[str, np.ndarray]  # depths by joint [m]
 
@@ -89,22 +92,47 @@ class Turns:
 class Life:
     """Depths over turns."""
 
-    def __init__(self, turns: Turns, tolerance: float) -> None:
-        self.turns, self.tolerance = turns, tolerance  # tolerance: of an increment, over the largest depth [1]
+    # tolerance : of an increment, over the largest depth [1]; most : largest number of runs.
+    def __init__(self, turns: Turns, tolerance: float, most: int) -> None:
+        self.turns, self.tolerance, self.most = turns, tolerance, most
         self.depths: Depths = {name: joint.depths for name, joint in turns.joints.items()}
         self.error = dict.fromkeys(turns.joints, 0.0)  # sum of the errors of all increments by joint [m]
         self.stride, self.runs = np.inf, 0  # turns of the next increment, number of runs
 
     def rate(self, depths: Depths) -> Rate:
         """Wear of a turn, counted."""
+        if self.runs >= self.most:
+            raise StoppedError(
+                f"The study took {self.runs} runs (most_runs). Resume its store with more, or wear less."
+            )
         self.runs += 1
         return self.turns.rate(depths)
 
+    def fastest(self, rate: Rate) -> tuple[float, str]:
+        """Largest depth that a turn wears, over the clearance of its joint, and the joint."""
+        joints = self.turns.joints.items()
+        return max((float(rate.depths[name].max()) / joint.clearance, name) for name, joint in joints)
+
     def bound(self, rate: Rate) -> float:
         """Turns in which no depth grows by more than `LARGEST_INCREMENT`."""
-        joints = self.turns.joints.items()
-        fastest = max(float(rate.depths[name].max()) / joint.clearance for name, joint in joints)
+        fastest, _ = self.fastest(rate)
         return LARGEST_INCREMENT / fastest if fastest > 0.0 else np.inf
+
+    def foresee(self, label: str, turns: float, rate: Rate, seconds: float) -> None:
+        """Refuse a study of more runs than it may take, of `seconds` each, or of turns that wear too much."""
+        fastest, name = self.fastest(rate)
+        least, text = 2.0 * turns / self.bound(rate), f"{label}: a turn wears {fastest:.2g} of the clearance of {name}"
+        if fastest > LARGEST_INCREMENT:
+            raise InputError(
+                f"{text}; within a run surfaces stay as they are, so it may be {LARGEST_INCREMENT:g} at most. Give a "
+                "smaller coefficient of wear; one without unit is divided by the hardness."
+            )
+        if self.runs + least > self.most:
+            raise InputError(
+                f"{text}, and no increment wears more than {LARGEST_INCREMENT:g} of it: {turns:g} turns take at least "
+                f"{least:.0f} runs of {seconds:.2g} s, most_runs is {self.most}. Give fewer turns, a smaller "
+                f"coefficient of wear, or most_runs={2.0 * least:.0f}."
+            )
 
     def advance(self, turns: float, rate: Rate) -> Rate:
         """Carry the depths on by `turns`; the wear of a turn before and after it."""
@@ -192,6 +220,21 @@ def _worn_joints(label: str, mechanism: Mechanism) -> dict[str, WornJoint]:
     return joints
 
 
+def _notes(joints: Mapping[str, WornJoint]) -> Iterator[str]:
+    """Notes on pits that are no wider than a few places of their profile."""
+    for name, joint in joints.items():
+        middle = joint.bins // 2
+        for face, h in _profiles(joint).items():
+            apart = np.flatnonzero(np.roll(h, middle - int(h.argmax())) <= 0.5 * h.max())
+            width = apart[apart > middle].min(initial=joint.bins) - apart[apart < middle].max(initial=-1) - 1
+            if h.any() and width <= NARROW:
+                yield (
+                    f"{name}: the deepest pit of its {face}, {h.max():.3g} m, is {width} of {joint.bins} places wide "
+                    "at half of its depth. This depth is the mean of a place and goes with their number; volumes do "
+                    "not. Give more bins, until the pit is wider."
+                )
+
+
 @checked
 def wear_out(
     mechanism: Mechanism,
@@ -206,6 +249,7 @@ def wear_out(
     store: Any = None,
     resume: bool = False,
     progress: bool = False,
+    most_runs: int = MOST_RUNS,
 ) -> xr.Dataset:
     """Wear of the joints of a mechanism over many turns.
 
@@ -225,6 +269,7 @@ def wear_out(
     store : folder that keeps every finished part (zarr); None: no store.
     resume : whether an existing store is continued, to the same bits; otherwise it is refused.
     progress : whether a progress bar with the remaining time is shown.
+    most_runs : largest number of runs; a study that will need more is refused after its first run.
 
     Returns
     -------
@@ -233,12 +278,12 @@ def wear_out(
         `B.volume` (lost since new) [m3], `B.wear_rate` (volume of a turn) [m3], `B.clearance` (half of the widest way
         across) [m], `B.peak_force` (largest normal force of the run) [N], `B.error` (sum of the errors of all
         increments) [m]; `stride` (turns of the next increment), `runs`.  `status` says why a study ended early; its
-        later rows are NaN.
+        later rows are NaN.  The attribute `notes` names pits so narrow that their depth depends on `bins`.
 
     Raises
     ------
-    InputError : no joint that wears, joints of different numbers of bins, numbers out of range; an existing store
-        without `resume`, or a store of another study.
+    InputError : no joint that wears, joints of different numbers of bins, numbers out of range; wear so strong that
+        the turns take more than `most_runs`; an existing store without `resume`, or a store of another study.
 
     Notes
     -----
@@ -255,6 +300,7 @@ def wear_out(
     checks.count(label, "keep", keep)
     checks.count(label, "settle", settle, least=0)
     checks.count(label, "sample", sample)
+    checks.count(label, "most_runs", most_runs)
     bound = checks.between(label, "tolerance", checks.positive(label, "tolerance", tolerance), 0.0, 1.0)
     joints = _worn_joints(label, mechanism)
     runs = Turns(mechanism, joints, settle, sample, {"step": step, "method": method})
@@ -274,7 +320,9 @@ def wear_out(
     radii = {f"{name}.{one}": size for name, joint in joints.items() for one, size in joint.sizes.items()}
     axes = [*sorted({joint.PLACES for joint in joints.values()}), "turns"]
     record.describe(name=mechanism.name, kind=KIND, flexmb=installed_version(), axes=axes, joints=list(joints), **radii)
-    _study(label, Life(runs, bound), record, marks, progress=progress)
+    life = Life(runs, bound, most_runs)
+    _study(label, life, record, marks, progress=progress)
+    record.describe(notes=list(_notes(_wearing(runs.worn(life.depths)))))
     return dataset_of(record.tables, record.attributes)
 
 
@@ -289,7 +337,9 @@ def _study(label: str, life: Life, record: Record, marks: np.ndarray, *, progres
         for k in range(first, len(marks)):
             try:
                 if rate is None:
+                    begin = perf_counter()
                     rate = life.turns.rate(life.depths) if k > 0 else life.rate(life.depths)
+                    life.foresee(label, marks[-1] - marks[max(k - 1, 0)], rate, perf_counter() - begin)
                 if k > 0:
                     rate = life.advance(marks[k] - marks[k - 1], rate)
             except (StoppedError, InputError) as stopped:

@@ -117,7 +117,7 @@ def _force(p: np.ndarray, e: float, speed: float, turn: float) -> tuple[np.ndarr
     """Force (2,) on a journal at (e, 0) in a bearing turned by `turn`, its stiffness and damping (2, 2)."""
     q, v = np.array([0.0, 0.0, turn, e, 0.0, 0.0]), np.array([0.0, 0.0, 0.0, 0.0, 0.0, speed])
     r, K, C, M, none = np.zeros(6), np.zeros((6, 6)), np.zeros((6, 6)), np.zeros((6, 6)), np.zeros(0)
-    kernels.film_kernel.dispatcher(p, 0.0, 0.0, q, v, np.zeros(6), none, r, K, C, M, none)
+    kernels.JOURNAL_FILM.element.dispatcher(p, 0.0, 0.0, q, v, np.zeros(6), none, r, K, C, M, none)
     return -r[3:5], K[3:5, 3:5], C[3:5, 3:5]
 
 

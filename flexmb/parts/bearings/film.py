@@ -10,6 +10,8 @@ Equations (15.1) to (15.4) of docs/theory/films.md.
 
 import math
 
+import numpy as np
+
 from flexmb.kernels import compiled
 
 # Kinds of films, as parameters of the kernels hold them.
@@ -158,3 +160,15 @@ def film_pressure(kind, eps, a, b):
         else:
             right, down, up, side = middle, slope, 0.5 * up if side < 0 else up, -1
     return size * largest
+
+
+def pressures(kind: float, extent: float, eps: float, a: float, b: float, theta: np.ndarray) -> np.ndarray:
+    """Pressure over its scale [1/s] in the middle of the width at angles from the widest gap (n,)."""
+    H, sin = 1.0 + eps * np.cos(theta), np.sin(theta)
+    if kind == LONG:
+        p = (1.0 + H) / H**2 * (2.0 * b / (2.0 + eps * eps) * sin - a * np.cos(theta))
+    else:
+        p = (b * sin - a * np.cos(theta)) / H**3
+    if extent == WHOLE:
+        return np.asarray(p)
+    return np.where(b * sin >= 0.0, p, 0.0) if extent == HALF else np.maximum(p, 0.0)

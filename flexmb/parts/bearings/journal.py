@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import KW_ONLY, replace
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
 
 from flexmb import checks
 from flexmb.errors import InputError
 from flexmb.fields import field, instance, positive, record
 from flexmb.findings.finding import Finding, found
-from flexmb.model.contributions import Contribution, ElementContribution, SignalContribution
+from flexmb.model.contributions import Contribution, SignalContribution
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import WatchedMotion
 from flexmb.parts.bearings import kernels
@@ -72,6 +74,30 @@ class JournalBearing(RevoluteClearance):
     def play(self) -> float:
         """Eccentricity at which the surfaces touch [m]."""
         return self.clearance - self.roughness
+
+    @property
+    def oiled(self) -> Any:
+        """The joint itself."""
+        return self
+
+    def pressures(
+        self, directions: np.ndarray, place: np.ndarray, rate: np.ndarray, turns: np.ndarray, spins: np.ndarray
+    ) -> np.ndarray:
+        """Pressure of the film (n,) in the middle of its width [Pa] by direction (n,) [rad], in world axes.
+
+        Parameters
+        ----------
+        directions : from the centre of the bearing [rad].
+        place, rate : centre of the journal less that of the bearing (2,), and its rate (2,) [m, m/s].
+        turns, spins : angles and angular velocities of bearing and journal (2,) [rad, rad/s].
+        """
+        (x, y), (vx, vy), spin = place, rate, 0.5 * float(np.sum(spins))
+        size, along = math.hypot(x, y), math.atan2(y, x)
+        cos, sin, ux, uy, c = math.cos(along), math.sin(along), vx + spin * y, vy - spin * x, self.clearance
+        h, _ = kernels.thickness(c - size, self.roughness)
+        motion = 1.0 - h / c, (cos * ux + sin * uy) / c, (sin * ux - cos * uy) / c
+        widest = along + math.pi
+        return self.film.pressures(self.bearing_radius, c, motion, directions - widest, widest - float(turns[0]))
 
     def worn_by(self, wear: Wear) -> WornBearing:
         """The joint with a surface that wears where the surfaces touch through the film, unworn so far.
@@ -158,22 +184,13 @@ class JournalBearing(RevoluteClearance):
         """Contact, angle and start of the dry joint, and the film with its signals."""
         first, second = self.ends(mechanism)
         coordinates, p = (*first.coordinates, *second.coordinates), self.numbers(first.offset, second.offset)
-        element = ElementContribution(
-            self.name,
-            kernels.film_kernel,
-            coordinates,
-            p,
-            energy=kernels.film_energy,
-            force=kernels.film_force_kernel,
-            tangent=kernels.film_tangent,
-            account=kernels.film_account,
-        )
         before, behind = p[: kernels.CHOSEN], p[kernels.CHOSEN + 1 :]
         signals = [
             SignalContribution(self.name, name, unit, kernels.film_signal, coordinates, (*before, float(k), *behind))
             for k, (name, unit) in enumerate(kernels.SIGNALS)
         ]
-        return [*super().contributions(mechanism), element, *signals]
+        film = kernels.JOURNAL_FILM.contribution(self.name, coordinates, p)
+        return [*super().contributions(mechanism), film, *signals]
 
     def findings_before(self, mechanism: Mechanism) -> Iterator[Finding]:  # noqa: ARG002
         """Finding on a gap that is not thin."""

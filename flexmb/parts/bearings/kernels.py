@@ -7,8 +7,11 @@ Equations (15.5) and (15.7) of docs/theory/films.md.
 """
 
 import math
+from types import FunctionType
+from typing import Any, NamedTuple
 
 from flexmb.kernels import (
+    Kernel,
     account_kernel,
     compiled,
     element_kernel,
@@ -17,6 +20,7 @@ from flexmb.kernels import (
     signal_kernel,
     tangent_kernel,
 )
+from flexmb.model.contributions import Coordinate, ElementContribution
 from flexmb.parts.bearings.film import PADS, TABLE, film_force, film_pressure
 from flexmb.parts.bearings.pads import pads_force, pads_scalar
 from flexmb.parts.bearings.reynolds import PEAK, SIDE, table_force, table_scalar
@@ -189,11 +193,27 @@ def put_tangent(p, q, v, kq, kv, r, A):
     A[5, 5] += kq * (bx * Fx + by * Fy)
 
 
+@compiled
+def power(p, q, v):
+    """Power that the film turns into heat."""
+    _, _, _, _, _, _, ux, uy, _, size, nx, ny = relative(p, q, v)
+    Fr, Ft, _, _, _, _, _, _, a, b, _, _ = force(p, q[2], size, nx, ny, ux, uy)
+    viscous, _ = drag(p, size)
+    w = v[5] - v[2]
+    return viscous * w * w + p[CLEARANCE] * (Ft * b - Fr * a)
+
+
 @element_kernel
 def film_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
     """Forces of the film on both bodies, and their tangents."""
     put_tangent(p, q, v, 1.0, 0.0, r, K)
     put_tangent(p, q, v, 0.0, 1.0, r, C)
+
+
+@energy_kernel
+def film_energy(p, t, q, v):
+    """No strain energy, no weight, power that the film turns into heat."""
+    return 0.0, 0.0, power(p, q, v)
 
 
 @force_kernel
@@ -208,20 +228,42 @@ def film_tangent(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
     put_tangent(p, q, v, kq, kv, r, A)
 
 
-@energy_kernel
-def film_energy(p, t, q, v):
-    """No strain energy, no weight, power that the film turns into heat."""
-    _, _, _, _, _, _, ux, uy, _, size, nx, ny = relative(p, q, v)
-    Fr, Ft, _, _, _, _, _, _, a, b, _, _ = force(p, q[2], size, nx, ny, ux, uy)
-    viscous, _ = drag(p, size)
-    w = v[5] - v[2]
-    return 0.0, 0.0, viscous * w * w + p[CLEARANCE] * (Ft * b - Fr * a)
-
-
 @account_kernel
 def film_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
     """Residual r (6,); no mass; energies as `film_energy` gives them."""
     return 0.0, 0.0, put_force(p, q, v, r)
+
+
+class FilmKernels(NamedTuple):
+    """Kernels of a film."""
+
+    element: Kernel
+    energy: Kernel
+    force: Kernel
+    tangent: Kernel
+    account: Kernel
+
+    def contribution(self, part: str, coordinates: tuple[Coordinate, ...], p: tuple[float, ...]) -> ElementContribution:
+        """The element of a part."""
+        return ElementContribution(
+            part, self.element, coordinates, p, energy=self.energy, force=self.force, tangent=self.tangent,
+            account=self.account,
+        )  # fmt: skip
+
+
+JOURNAL_FILM = FilmKernels(film_kernel, film_energy, film_force_kernel, film_tangent, film_account)
+
+
+def film_kernels(name: str, functions: dict[str, Any]) -> FilmKernels:
+    """Kernels of another film, whose module has the globals `functions` and calls them `name`."""
+    # They are those of a journal with the functions `put_force`, `put_tangent` and `power` of that module. A function
+    # with other globals is no closure, so its machine code is kept and shipped as that of any kernel.
+    made = []
+    for field, kernel in zip(FilmKernels._fields, JOURNAL_FILM, strict=True):
+        function = FunctionType(kernel.function.__code__, functions, field)
+        function.__qualname__ = f"{name}.{field}"
+        made.append(Kernel(function, kernel.contract))
+    return FilmKernels(*made)
 
 
 THICKNESS, PEAK_PRESSURE, POWER, SIDE_FLOW, ATTITUDE, FILM_FX, FILM_FY, TORQUE = range(8)

@@ -9,6 +9,7 @@ from dataclasses import KW_ONLY
 from itertools import pairwise
 from typing import ClassVar
 
+import numpy as np
 import scipy.optimize
 
 from flexmb import checks
@@ -49,6 +50,16 @@ class Film(Input, Shown, ABC):
         own = {KIND: self.kind, EXTENT: self.extent, CLEARANCE: clearance, DRAG: drag}
         return own | self.scales(radius, clearance)
 
+    @abstractmethod
+    def pressures(
+        self, radius: float, clearance: float, motion: tuple[float, float, float], theta: np.ndarray, widest: float
+    ) -> np.ndarray:
+        """Pressure (n,) in the middle of the width [Pa] at angles `theta` (n,) from the widest gap [rad].
+
+        `radius` and `clearance` of the bearing [m]; `motion`: eccentricity over the clearance, rates a and b [1/s] of
+        (15.1); `widest`: direction of the widest gap in the frame of the bearing's body [rad].
+        """
+
     def table(self, label: str, radius: float, thinnest: float) -> tuple[float, ...]:  # noqa: ARG002 - asked by some
         """Further parameters, of a film whose force is a table, for a bearing of this `radius` [m].
 
@@ -73,6 +84,18 @@ class ClosedFilm(Film):
     def extent(self) -> float:
         """Extent of the film, as a parameter of the kernels."""
         return EXTENTS[self.cavitation]
+
+    def pressures(
+        self,
+        radius: float,
+        clearance: float,
+        motion: tuple[float, float, float],
+        theta: np.ndarray,
+        widest: float,  # noqa: ARG002 - asked by others
+    ) -> np.ndarray:
+        """Pressure (n,) in the middle of the width [Pa]; radius, clearance, motion, theta, widest as of `Film`."""
+        found = film.pressures(self.kind, self.extent, *motion, theta)
+        return self.scales(radius, clearance)[PRESSURE] * found
 
 
 @record
@@ -203,6 +226,21 @@ class FiniteBearing(Film):
         """Scales of force, pressure and flow by their places, for `radius` and `clearance` of a bearing [m]."""
         pressure = self.viscosity * (radius / clearance) ** 2
         return {FORCE: pressure * radius * self.width, PRESSURE: pressure, FLOW: radius**2 * clearance / 6.0}
+
+    def pressures(
+        self, radius: float, clearance: float, motion: tuple[float, float, float], theta: np.ndarray, widest: float
+    ) -> np.ndarray:
+        """Pressure (n,) in the middle of the width [Pa]; radius, clearance, motion, theta, widest as of `Film`."""
+        found, half = np.zeros(len(theta)), 0.5 * self.groove_width
+        ends = pairwise(self.turned)
+        pads: list[tuple[float, float] | None] = [(one + half - widest, end - one - 2.0 * half) for one, end in ends]
+        for pad in pads or [None]:
+            solved = reynolds.solve_film(
+                *motion, self.width / (2.0 * radius), from_widest=self.supply == WIDEST, pad=pad
+            )
+            own = np.interp(theta, solved.angle, solved.pressure[:, 0], period=2.0 * math.pi)
+            found += own if pad is None else np.where((theta - pad[0]) % (2.0 * math.pi) < pad[1], own, 0.0)
+        return self.scales(radius, clearance)[PRESSURE] * found
 
     def table(self, label: str, radius: float, thinnest: float) -> tuple[float, ...]:
         """Numbers of the table of forces; `label`, `radius`, `thinnest` as of `Film.table`."""

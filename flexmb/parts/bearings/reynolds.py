@@ -46,6 +46,7 @@ class FilmResult(NamedTuple):
     peak: float  # over mu (R/c)^2
     side: float  # over R^2 c/6
     pressure: np.ndarray  # (cells - 1, layers) P at the inner nodes
+    angle: np.ndarray  # (cells - 1,) theta of these nodes [rad]
 
 
 def solve_film(
@@ -90,7 +91,9 @@ def solve_film(
     weights[0] *= 0.5
     mean = P @ weights * (s / q[2:-1:2] * turn / cells)
     side = float((cubed * P[:, -1]).sum() / (z[-1] - z[-2]))
-    return FilmResult(float(mean @ cos[2:-1:2]), float(mean @ sin[2:-1:2]), float(P.max()), side, P)
+    return FilmResult(
+        float(mean @ cos[2:-1:2]), float(mean @ sin[2:-1:2]), float(P.max()), side, P, np.arctan2(sin, cos)[2:-1:2]
+    )
 
 
 def _bands(around: np.ndarray, cubed: np.ndarray, dz: np.ndarray, gaps: np.ndarray) -> np.ndarray:

@@ -17,18 +17,10 @@ import numpy as np
 
 from flexmb.errors import InputError
 from flexmb.fields import field, instance, positive, record
-from flexmb.kernels import (
-    account_kernel,
-    compiled,
-    element_kernel,
-    energy_kernel,
-    force_kernel,
-    signal_kernel,
-    tangent_kernel,
-)
-from flexmb.model.contributions import Contribution, ElementContribution, SignalContribution
+from flexmb.kernels import compiled, signal_kernel
+from flexmb.model.contributions import Contribution, SignalContribution
 from flexmb.model.mechanism import Mechanism
-from flexmb.parts.bearings.kernels import thickness
+from flexmb.parts.bearings.kernels import film_kernels, thickness
 from flexmb.parts.bearings.laws import ShortBearing, check_roughness
 from flexmb.parts.joints.prismatic_clearance import PrismaticClearance
 from flexmb.places import packed
@@ -189,40 +181,17 @@ def put_tangent(p, q, v, kq, kv, r, A):
     A[5, 5] += kq * (Fx * (ux * bx + uy * by) + Fy * (ux * by - uy * bx))
 
 
-@element_kernel
-def guide_film_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
-    """Forces of the film on both bodies, and their tangents."""
-    put_tangent(p, q, v, 1.0, 0.0, r, K)
-    put_tangent(p, q, v, 0.0, 1.0, r, C)
-
-
-@force_kernel
-def guide_film_force(p, t, h, q, v, a, z, r, z_new):
-    """Residual r (6,) alone."""
-    put_force(p, q, v, r)
-
-
-@tangent_kernel
-def guide_film_tangent(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
-    """Residual r (6,), and A = kq K + kv C."""
-    put_tangent(p, q, v, kq, kv, r, A)
-
-
-@energy_kernel
-def guide_film_energy(p, t, q, v):
-    """No strain energy, no weight, power that the film turns into heat."""
+@compiled
+def power(p, q, v):
+    """Power that the film turns into heat."""
     y, tau, ux, uy, bx, by, Dx, Dy = pose(p, q)
     travel, offset = rows(ux, uy, bx, by, Dx, Dy)
     U, rate, turning = rates(travel, offset, v)
     (Fx, Fy, T), _, _, _ = force(p, y, tau, U, rate, turning)
-    return 0.0, 0.0, -Fx * U - Fy * rate - T * turning
+    return -Fx * U - Fy * rate - T * turning
 
 
-@account_kernel
-def guide_film_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
-    """Residual r (6,); no mass; energies as `guide_film_energy` gives them."""
-    return 0.0, 0.0, put_force(p, q, v, r)
-
+GUIDE_FILM = film_kernels("GUIDE_FILM", globals())
 
 THICKNESS, PRESSURE, POWER, NORMAL, DRAG, MOMENT = range(6)
 # Signals with their units, in the order of `guide_film_signal`.
@@ -305,18 +274,9 @@ class SliderBearing(PrismaticClearance):
             VISCOSITY: self.film.viscosity, WIDTH: self.film.width, CHOSEN: 0.0,
         }  # fmt: skip
         p = packed(numbers)
-        element = ElementContribution(
-            self.name,
-            guide_film_kernel,
-            coordinates,
-            p,
-            energy=guide_film_energy,
-            force=guide_film_force,
-            tangent=guide_film_tangent,
-            account=guide_film_account,
-        )
         signals = [
             SignalContribution(self.name, name, unit, guide_film_signal, coordinates, (*p[:CHOSEN], float(k)))
             for k, (name, unit) in enumerate(SIGNALS)
         ]
-        return [*super().contributions(mechanism), element, *signals]
+        film = GUIDE_FILM.contribution(self.name, coordinates, p)
+        return [*super().contributions(mechanism), film, *signals]

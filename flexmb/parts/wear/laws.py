@@ -20,6 +20,11 @@ FEWEST_BINS, MOST_BINS = 60, 7200
 class Wear(Input, Shown):
     """Base of the laws of wear: coefficients of both surfaces, number of places at which depths are known.
 
+    A `foundation` spreads the wear as the pressure of an elastic layer does that carries the normal force.  Of a layer
+    of the thickness t, Young's modulus E and Poisson's ratio nu on a rigid ground it is (1 - nu) E/((1 + nu) (1 - 2 nu)
+    t): a Winkler foundation.  The force of the contact stays that of the joint's laws.  Equation (16.12) of
+    docs/theory/wear.md.
+
     Raises
     ------
     InputError : coefficients out of range, none or both above 0, too few bins.
@@ -34,6 +39,11 @@ class Wear(Input, Shown):
     width: float | None = field(
         "width of both surfaces; None: that of the film, or the diameter of the bearing", "m", positive, default=None
     )
+
+    foundation: float | None = field(
+        "pressure over depth on the surface of a bearing; None: so that it carries the force at the depth of contact",
+        "Pa/m", positive, default=None,
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -15,6 +15,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+# Error of a force that a foundation carries over this force, which counts as none [1].
+CARRIED = 1e-12
+# Least cosine of an angle from the normal at which a foundation carries something [1].
+LEAST_COSINE = 1e-9
+
 
 class Surface(NamedTuple):
     """Tables by angle of the free places; each (n,)."""
@@ -87,6 +92,24 @@ def shares(tables: Surface, x: np.ndarray, y: np.ndarray, angle: np.ndarray) -> 
     depth[narrow, (left.astype(int) + 1) % n] += place - left
     total[narrow] = 1.0
     return np.asarray(depth / total[:, None])
+
+
+def settled(
+    tables: Surface, x: np.ndarray, y: np.ndarray, angle: np.ndarray, depth: np.ndarray, force: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Places of the journal's centre, moved along the normal until the pressure carries a force; each (rows,) [m]."""
+    # depth : of the contact at the places x, y; force : over the stiffness of an angle [m]. The force that the pressure
+    # carries is a convex function of the depth, so Newton's method from above ends with the angles that are pressed.
+    nx, ny = np.cos(angle), np.sin(angle)
+    free = np.outer(x - depth * nx, tables.cos) + np.outer(y - depth * ny, tables.sin) - tables.wall
+    near = np.maximum(np.outer(nx, tables.cos) + np.outer(ny, tables.sin), LEAST_COSINE)
+    d = ((force[:, None] / near - free) / near).min(axis=1)
+    while True:
+        pressed = np.maximum(free + d[:, None] * near, 0.0)
+        excess = (pressed * near).sum(axis=1) - force
+        if not (excess > CARRIED * force).any():
+            return x + (d - depth) * nx, y + (d - depth) * ny
+        d -= excess / (near**2 * (pressed > 0.0)).sum(axis=1)
 
 
 def smoothed(depths: np.ndarray) -> np.ndarray:

@@ -18,20 +18,23 @@ import numpy as np
 from flexmb.errors import InputError
 from flexmb.fields import record
 from flexmb.findings.finding import Finding
-from flexmb.kernels import (
-    account_kernel,
-    compiled,
-    element_kernel,
-    energy_kernel,
-    force_kernel,
-    signal_kernel,
-    tangent_kernel,
-)
-from flexmb.model.contributions import Contribution, ElementContribution, signal_contributions
+from flexmb.kernels import compiled, signal_kernel, summing
+from flexmb.model.contributions import Contribution, signal_contributions
 from flexmb.model.mechanism import Mechanism
 from flexmb.parts.bearings.coefficients import FilmEquilibrium
 from flexmb.parts.bearings.journal import JournalBearing
-from flexmb.parts.bearings.kernels import SIGNALS, thickness
+from flexmb.parts.bearings.kernels import (
+    FILM_FX,
+    FILM_FY,
+    PEAK_PRESSURE,
+    POWER,
+    SIDE_FLOW,
+    SIGNALS,
+    THICKNESS,
+    TORQUE,
+    film_kernels,
+    thickness,
+)
 from flexmb.parts.bearings.laws import ShortBearing
 from flexmb.parts.wear.worn_clearance import WornClearance
 
@@ -62,62 +65,94 @@ def place(p, q, v):
 
 
 @compiled
-def angle(p, n, i, ex, ey, vx, vy, w):
-    """Direction u and slope h' at an angle, gap, 1/h, its derivative by the gap over it, s."""
-    x, y = p[TABLES + i], p[TABLES + n + i]
-    gap = p[TABLES + 2 * n + i] - ex * x - ey * y
-    slope = p[TABLES + 3 * n + i] + ex * y - ey * x
-    h, fall = (gap, 1.0) if gap >= p[HEIGHT] else thickness(gap, p[HEIGHT])
-    thin = 1.0 / h
-    return x, y, slope, gap, thin, fall * thin, x * vx + y * vy - 0.5 * w * slope
-
-
-@compiled
-def sums(p, ex, ey, vx, vy, w):
-    """Sums over the angles of P y, and the drag; power, least gap, largest P, sum of all s > 0."""
+def tables(p):
+    """Cosines and sines of the angles, thickness about the centred journal, its slope."""
     n = (p.shape[0] - TABLES) // 4
-    m0, m1, m2, drag, power, least, peak, flow = 0.0, 0.0, 0.0, 0.0, 0.0, math.inf, 0.0, 0.0
-    for i in range(n):
-        x, y, slope, gap, thin, _, s = angle(p, n, i, ex, ey, vx, vy, w)
-        least, drag, s = min(least, gap), drag + p[DRAG] * thin, max(s, 0.0)
-        P = p[FORCE] * thin * thin * thin * s
-        power, flow, peak = power + P * s, flow + s, max(peak, P)
-        m0, m1, m2 = m0 + P * x, m1 + P * y, m2 + P * slope
-    return m0, m1, m2, drag, power + drag * w * w, least, peak, flow
+    sin, gap, slope = TABLES + n, TABLES + 2 * n, TABLES + 3 * n
+    return p[TABLES:sin], p[sin:gap], p[gap:slope], p[slope : slope + n]
+
+
+@summing
+def touches(p, ex, ey):
+    """Number of angles at which the film is thinner than the roughness."""
+    X, Y, gaps, _ = tables(p)
+    found, height = 0, p[HEIGHT]
+    for i in range(X.shape[0]):
+        found += gaps[i] - ex * X[i] - ey * Y[i] < height
+    return found
+
+
+@summing
+def sums(p, ex, ey, vx, vy, w):
+    """Sums over the angles of P y; drag; power."""
+    X, Y, gaps, slopes = tables(p)
+    height, rough = p[HEIGHT], touches(p, ex, ey) > 0
+    ax, ay, az = vx + 0.5 * w * ey, vy - 0.5 * w * ex, -0.5 * w  # s by the tables
+    m0, m1, m2, drag = 0.0, 0.0, 0.0, 0.0
+    for i in range(X.shape[0]):
+        h = gaps[i] - ex * X[i] - ey * Y[i]
+        if rough and h < height:
+            h, _ = thickness(h, height)
+        s = ax * X[i] + ay * Y[i] + az * slopes[i]
+        thin = 1.0 / h
+        P = thin * thin * thin * (0.0 if s < 0.0 else s)
+        m0, m1, m2, drag = m0 + P * X[i], m1 + P * Y[i], m2 + P * slopes[i], drag + thin
+    m0, m1, m2, drag = p[FORCE] * m0, p[FORCE] * m1, p[FORCE] * m2, p[DRAG] * drag
+    return m0, m1, m2 + ex * m1 - ey * m0, drag, ax * m0 + ay * m1 + az * m2 + drag * w * w
 
 
 @compiled
+def extremes(p, ex, ey, vx, vy, w):
+    """Least gap, largest P, sum of all s > 0."""
+    X, Y, gaps, slopes = tables(p)
+    least, peak, flow = math.inf, 0.0, 0.0
+    for i in range(X.shape[0]):
+        gap = gaps[i] - ex * X[i] - ey * Y[i]
+        h, _ = thickness(gap, p[HEIGHT])
+        s = max(X[i] * vx + Y[i] * vy - 0.5 * w * (slopes[i] + ex * Y[i] - ey * X[i]), 0.0)
+        least, peak, flow = min(least, gap), max(peak, p[FORCE] * s / (h * h * h)), flow + s
+    return least, peak, flow
+
+
+@summing
 def stiffness(p, ex, ey, vx, vy, w):
     """Sums of W y y' with P = W s, of dP/dh y u', and derivatives of the drag by e."""
     # A film at rest presses on the side to which the journal goes: of both sides the mean counts.
-    n = (p.shape[0] - TABLES) // 4
+    X, Y, gaps, slopes = tables(p)
+    height, rough = p[HEIGHT], touches(p, ex, ey) > 0
     w00, w01, w11, w02, w12, w22 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     q00, q01, q11, q02, q12, by_x, by_y = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(n):
-        x, y, slope, _, thin, grows, s = angle(p, n, i, ex, ey, vx, vy, w)
-        shear = p[DRAG] * thin * grows
+    for i in range(X.shape[0]):
+        x, y, fall = X[i], Y[i], 1.0
+        h, slope = gaps[i] - ex * x - ey * y, slopes[i] + ex * y - ey * x
+        if rough and h < height:
+            h, fall = thickness(h, height)
+        s, thin = x * vx + y * vy - 0.5 * w * slope, 1.0 / h
+        grows = fall * thin
+        shear = thin * grows
         by_x, by_y = by_x + shear * x, by_y + shear * y
-        if s >= 0.0:
-            W = p[FORCE] * thin * thin * thin * (1.0 if s > 0.0 else 0.5)
-            Q = -3.0 * W * s * grows
-            w00, w01, w11 = w00 + W * x * x, w01 + W * x * y, w11 + W * y * y
-            w02, w12, w22 = w02 + W * x * slope, w12 + W * y * slope, w22 + W * slope * slope
-            q00, q01, q11 = q00 + Q * x * x, q01 + Q * x * y, q11 + Q * y * y
-            q02, q12 = q02 + Q * slope * x, q12 + Q * slope * y
-    return w00, w01, w11, w02, w12, w22, q00, q01, q11, q02, q12, by_x, by_y
+        W = thin * thin * thin * (1.0 if s > 0.0 else (0.0 if s < 0.0 else 0.5))
+        Q = -3.0 * W * s * grows
+        w00, w01, w11 = w00 + W * x * x, w01 + W * x * y, w11 + W * y * y
+        w02, w12, w22 = w02 + W * x * slope, w12 + W * y * slope, w22 + W * slope * slope
+        q00, q01, q11 = q00 + Q * x * x, q01 + Q * x * y, q11 + Q * y * y
+        q02, q12 = q02 + Q * slope * x, q12 + Q * slope * y
+    F, D = p[FORCE], p[DRAG]
+    W, Q = (F * w00, F * w01, F * w11, F * w02, F * w12, F * w22), (F * q00, F * q01, F * q11, F * q02, F * q12)
+    return W, Q, D * by_x, D * by_y
 
 
 @compiled
 def put_force(p, q, v, r):
     """r (6,) alone; returns the power that the film takes."""
     ex, ey, vx, vy, gx, gy, _, _, _, _, worn, other, w, _, _ = place(p, q, v)
-    m0, m1, m2, drag, power, _, _, _ = sums(p, ex, ey, vx, vy, w)
+    m0, m1, m2, drag, taken = sums(p, ex, ey, vx, vy, w)
     turning = drag * w - 0.5 * m2
     for k in range(6):
-        r[k] += gx[k] * m0 + gy[k] * m1
+        r[k] = gx[k] * m0 + gy[k] * m1
     r[worn] += ey * m0 - ex * m1 - turning
     r[other] += turning
-    return power
+    return taken
 
 
 @compiled
@@ -141,8 +176,8 @@ def bend(k, l, worn, ex, ey, gx, gy, ax, ay, bx, by):
 def put_tangent(p, q, v, kq, kv, r, A):
     """r (6,), and A += kq dr/dq + kv dr/dv."""
     ex, ey, vx, vy, gx, gy, ax, ay, bx, by, worn, other, w, _, _ = place(p, q, v)
-    m0, m1, m2, drag, _, _, _, _ = sums(p, ex, ey, vx, vy, w)
-    w00, w01, w11, w02, w12, w22, q00, q01, q11, q02, q12, by_x, by_y = stiffness(p, ex, ey, vx, vy, w)
+    m0, m1, m2, drag, _ = sums(p, ex, ey, vx, vy, w)
+    (w00, w01, w11, w02, w12, w22), (q00, q01, q11, q02, q12), by_x, by_y = stiffness(p, ex, ey, vx, vy, w)
     for l in range(6):
         x, y, z = gx[l], gy[l], 0.0  # de/dq, and ds/dv = x y0 + y y1 + z y2
         if l == worn:
@@ -158,7 +193,7 @@ def put_tangent(p, q, v, kq, kv, r, A):
         py = w01 * sx + w11 * sy + w12 * sz - kq * (q01 * x + q11 * y)
         pz = w02 * sx + w12 * sy + w22 * sz - kq * (q02 * x + q12 * y + m0 * y - m1 * x)
         pz -= 2.0 * kq * (by_x * x + by_y * y) * w - 4.0 * kv * drag * z
-        r[l] += x * m0 + y * m1 + z * (m2 - 2.0 * drag * w)
+        r[l] = x * m0 + y * m1 + z * (m2 - 2.0 * drag * w)
         for k in range(6):
             cx, cy = bend(k, l, worn, ex, ey, gx, gy, ax, ay, bx, by)
             A[k, l] += gx[k] * px + gy[k] * py + kq * (m0 * cx + m1 * cy)
@@ -166,52 +201,37 @@ def put_tangent(p, q, v, kq, kv, r, A):
         A[other, l] -= 0.5 * pz
 
 
-@element_kernel
-def worn_film_kernel(p, t, h, q, v, a, z, r, K, C, M, z_new):
-    """Forces of the film on both bodies, and their tangents."""
-    put_tangent(p, q, v, 1.0, 0.0, r, K)
-    r[:] = 0.0
-    put_tangent(p, q, v, 0.0, 1.0, r, C)
-
-
-@force_kernel
-def worn_film_force(p, t, h, q, v, a, z, r, z_new):
-    """Residual r (6,) alone."""
-    put_force(p, q, v, r)
-
-
-@tangent_kernel
-def worn_film_tangent(p, t, h, q, v, a, z, kq, kv, ka, r, A, z_new):
-    """Residual r (6,), and A = kq K + kv C."""
-    put_tangent(p, q, v, kq, kv, r, A)
-
-
-@energy_kernel
-def worn_film_energy(p, t, q, v):
-    """No strain energy, no weight, power that the film turns into heat."""
+@compiled
+def power(p, q, v):
+    """Power that the film turns into heat."""
     ex, ey, vx, vy, _, _, _, _, _, _, _, _, w, _, _ = place(p, q, v)
-    _, _, _, _, power, _, _, _ = sums(p, ex, ey, vx, vy, w)
-    return 0.0, 0.0, power
+    _, _, _, _, found = sums(p, ex, ey, vx, vy, w)
+    return found
 
 
-@account_kernel
-def worn_film_account(p, t, h, q, v, a, y, z, r, Mv, My, z_new):
-    """Residual r (6,); no mass; energies as `worn_film_energy` gives them."""
-    return 0.0, 0.0, put_force(p, q, v, r)
+WORN_FILM = film_kernels("WORN_FILM", globals())
 
 
 @signal_kernel
 def worn_film_signal(p, t, q, v, a):
     """Signals of a film in the order of `SIGNALS`; forces act on the second body."""
     ex, ey, vx, vy, _, _, _, _, _, _, worn, _, w, C, S = place(p, q, v)
-    m0, m1, m2, drag, power, least, peak, flow = sums(p, ex, ey, vx, vy, w)
     last = p.shape[0] - 1
-    area = p[WIDTH] * p[RADIUS] * 8.0 * math.pi / (last - TABLES)
+    which, area = int(p[last]), p[WIDTH] * p[RADIUS] * 8.0 * math.pi / (last - TABLES)
+    if which in (THICKNESS, PEAK_PRESSURE, SIDE_FLOW):
+        least, peak, flow = extremes(p, ex, ey, vx, vy, w)
+        return least if which == THICKNESS else (1.5 * peak / area if which == PEAK_PRESSURE else flow * area)
+    m0, m1, m2, drag, taken = sums(p, ex, ey, vx, vy, w)
+    if which == POWER:
+        return taken
+    if which == FILM_FX:
+        return S * m1 - C * m0
+    if which == FILM_FY:
+        return -S * m0 - C * m1
     across, along, turning = ey * m0 - ex * m1, ex * m0 + ey * m1, drag * w - 0.5 * m2
-    attitude = math.atan2(across, along) if across != 0.0 or along != 0.0 else 0.0
-    torque = -turning if worn == 2 else turning - across
-    found = (least, 1.5 * peak / area, power, flow * area, attitude, S * m1 - C * m0, -S * m0 - C * m1, torque)
-    return found[int(p[last])]
+    if which == TORQUE:
+        return -turning if worn == 2 else turning - across
+    return math.atan2(across, along) if across != 0.0 or along != 0.0 else 0.0
 
 
 @record
@@ -260,6 +280,21 @@ class WornBearing(WornClearance, JournalBearing):
         own = {one.name: getattr(self, one.name) for one in fields(JournalBearing)}
         return JournalBearing(**own).equilibrium(load, speed, direction)
 
+    def pressures(
+        self, directions: np.ndarray, place: np.ndarray, rate: np.ndarray, turns: np.ndarray, spins: np.ndarray
+    ) -> np.ndarray:
+        """Pressure of the film (n,) by direction, as of `JournalBearing.pressures`, of (16.11)."""
+        worn = int(self.on_journal)
+        turn, spin, w = float(turns[worn]), float(spins[worn]), float(spins[1 - worn] - spins[worn])
+        axes = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]])
+        x, y = axes @ place
+        vx, vy = axes @ (np.asarray(rate) + spin * np.array([place[1], -place[0]]))
+        X, Y, gaps, slopes = np.reshape(self.film_numbers((0.0, 0.0), (0.0, 0.0))[TABLES:], (4, self.bins))
+        s = X * vx + Y * vy - 0.5 * w * (slopes + x * Y - y * X)
+        h = np.array([thickness(gap, self.roughness)[0] for gap in gaps - x * X - y * Y])
+        pressure = 1.5 * self.film.viscosity * self.film.width**2 * np.maximum(s, 0.0) / h**3
+        return np.asarray(np.interp(directions - turn, self.places, pressure, period=2.0 * math.pi))
+
     def film_numbers(self, first: tuple[float, float], second: tuple[float, float]) -> tuple[float, ...]:
         """Parameters of the kernels of the film; `first`, `second`: offsets of both points [m]."""
         oil, depths, step = self.film, self.depths, 2.0 * math.pi / self.bins
@@ -274,10 +309,7 @@ class WornBearing(WornClearance, JournalBearing):
         """Contact, angle and start of the worn joint, and the film with its signals."""
         first, second = self.ends(mechanism)
         coordinates, p = (*first.coordinates, *second.coordinates), self.film_numbers(first.offset, second.offset)
-        film = ElementContribution(
-            self.name, worn_film_kernel, coordinates, p, energy=worn_film_energy, force=worn_film_force,
-            tangent=worn_film_tangent, account=worn_film_account,
-        )  # fmt: skip
+        film = WORN_FILM.contribution(self.name, coordinates, p)
         signals = signal_contributions(self.name, worn_film_signal, SIGNALS, coordinates, p)
         return [*super().contributions(mechanism), film, *signals]
 

@@ -15,7 +15,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.parts.joints.revolute import angle_contribution
 from flexmb.parts.joints.revolute_clearance import RevoluteClearance
 from flexmb.parts.wear import kernels
-from flexmb.parts.wear.profile import Surface, shares, smoothed, surface
+from flexmb.parts.wear.profile import Surface, settled, shares, smoothed, surface
 from flexmb.parts.wear.worn_joint import WornJoint
 
 
@@ -54,7 +54,7 @@ class WornClearance(WornJoint, RevoluteClearance):
     PLACE_UNIT = "rad"
     FACES = ("bearing", "journal")
     contacts = ("",)
-    where = ("x", "y", "contact_angle")
+    where = ("x", "y", "contact_angle", "penetration")
 
     @property
     def wearing_faces(self) -> tuple[str, ...]:
@@ -109,7 +109,10 @@ class WornClearance(WornJoint, RevoluteClearance):
 
     def _spread(self, sol: Any, contact: str, rows: np.ndarray, lost: np.ndarray) -> np.ndarray:
         """Volume by angle, spread as the pressure is."""
-        x, y, angle = (sol.array(f"{self.name}.{contact}{name}")[rows] for name in self.where)
+        x, y, angle, depth = (sol.array(f"{self.name}.{contact}{name}")[rows] for name in self.where)
+        if self.wear.foundation is not None:
+            force = sol.array(f"{self.name}.{contact}normal_force")[rows]
+            x, y = settled(self.surface, x, y, angle, depth, force / (self.wear.foundation * self.areas[0]))
         return np.asarray(lost @ shares(self.surface, x, y, angle))
 
     def numbers(self, first: tuple[float, float], second: tuple[float, float]) -> tuple[float, ...]:

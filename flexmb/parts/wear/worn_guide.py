@@ -47,6 +47,9 @@ class WornSides(WornJoint):
         if self.wear.width is None:
             text = f"{self.label}: {law} has no width, with which depths go"
             raise InputError(f"{text}. Give the width of the sides, e.g. {law}(..., width=0.02).")
+        if self.wear.foundation is not None:
+            text = f"{self.label}: {law} has a foundation, and contact with a side is at one place"
+            raise InputError(f"{text}. Leave foundation out; it is for bearings.")
 
     @property
     def step(self) -> float:

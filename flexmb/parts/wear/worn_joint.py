@@ -160,11 +160,15 @@ class WornJoint(Part):
 
         Raises
         ------
-        InputError : a run that saved other instants than its steps, or fewer than two of them; a contact outside of
-            the places whose depths are known.
+        InputError : no solution; a run that saved other instants than its steps, or fewer than two of them; a contact
+            outside of the places whose depths are known.
         """
-        t = sol.time
-        if not sol.has_every_step or len(t) < 2:
+        try:
+            t, whole = sol.time, sol.has_every_step
+        except AttributeError:
+            text = f"{self.label}: sol is {type(sol).__name__}; it must be the result"
+            raise InputError(f"{text} of fm.simulate(mechanism, ..., save='steps').") from None
+        if not whole or len(t) < 2:
             text = f"{self.label}: wear needs every step of a run, and this one saved {len(t)} instants"
             raise InputError(f"{text}, not all steps. Run it with save='steps'.")
         weight = 0.5 * (np.diff(t, prepend=t[0]) + np.diff(t, append=t[-1]))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -537,6 +538,7 @@ def _columns(motion: Motion, values: np.ndarray, axis: str, along: np.ndarray) -
 
 
 WEAR_SIZE = (9.6, 5.0)  # [inch]
+NOTE_WIDTH = 170  # of a note below a picture [characters]
 DEEPEST = 0.45  # depth of the deepest place in a picture of wear, over the radius of the unworn surface
 
 
@@ -546,6 +548,7 @@ def plot_wear(life: xr.Dataset, joint: Part | str, *, title: str | None = None) 
 
     Of a bearing or journal the dashed circle is the unworn surface; material is lost outwards from a bearing, inwards
     from a journal.  Angles count in the axes of the worn body.  Of a guide or slot both sides are drawn along it.
+    Notes of the study on the joint stand below.
 
     Parameters
     ----------
@@ -583,6 +586,9 @@ def plot_wear(life: xr.Dataset, joint: Part | str, *, title: str | None = None) 
         ax.plot(turns, column, color=COLOURS[0])
         label_axis(ax.xaxis, "turns", "")
         label_axis(ax.yaxis, label, unit)
+    notes = [str(note) for note in np.atleast_1d(attributes.get("notes", [])) if str(note).startswith(f"{name}:")]
+    if notes:
+        figure.supxlabel("\n".join(fill(note, NOTE_WIDTH) for note in notes), fontsize="x-small")
     return figure
 
 

@@ -25,6 +25,7 @@ from flexmb.show.pictures.style import (
     new_figure,
     panel_of,
     panels_of,
+    prefixed,
 )
 from flexmb.statics.equilibrium import static_equilibrium
 from flexmb.statics.modes import modes
@@ -513,6 +514,68 @@ def plot_contact_force(
     name = f"{sol.name}, normal force of {joint} [N] over the direction of the contact"
     figure.suptitle(name if title is None else title, fontsize="medium")
     return figure
+
+
+DIRECTIONS = 720  # number of directions of a pressure around a bearing
+
+
+def plot_pressure(sol: Solution, joint: Part | str, *, at: float | None = None, title: str | None = None) -> Figure:
+    """Pressure of an oil film around its bearing, in the middle of the width, in polar coordinates.
+
+    Directions are those from the centre of the bearing, in world axes; 0 is to the right.  The dashed line leads to the
+    journal's centre: in a round bearing the film is thinnest there.
+
+    Parameters
+    ----------
+    sol : the solution, with the signals of the joint and the motion of both bodies.
+    joint : a journal bearing, or its name; the part itself where the solution does not know its mechanism.
+    at : instant [s], of which the nearest saved row counts; None: that of the largest pressure.
+    title : title of the figure; None: joint, instant, largest pressure and thinnest film.
+
+    Raises
+    ------
+    InputError : no joint with a film, a solution that does not know its mechanism, a missing signal.
+    """
+    name = name_of(joint)
+    _rows("plot_pressure", sol, name, None)
+    part = sol.mechanism[name] if sol.mechanism is not None and not isinstance(joint, Part) else joint
+    if not isinstance(part, Part) or part.oiled is None:
+        text = f"plot_pressure: {name!r} is known as no joint with a film; give the JournalBearing itself"
+        raise InputError(f"{text}, where the solution does not know its mechanism.")
+    when = checks.number("plot_pressure", "at", at, "s") if at is not None else None
+    k = int(sol.array(f"{name}.pressure").argmax() if when is None else np.abs(sol.time - when).argmin())
+    directions = 2.0 * np.pi * np.arange(DIRECTIONS + 1) / DIRECTIONS
+    (x, y), *motion = _of_film(sol, name, k)
+    found = part.oiled.pressures(directions, np.array([x, y]), *motion)
+    largest, thinnest = float(np.abs(found).max()), float(sol.array(f"{name}.film_thickness")[k])
+    power, unit = prefixed("Pa", largest)
+    figure = new_figure(JOURNAL_SIZE)
+    ax = figure.add_subplot(projection="polar")
+    ax.fill_between(directions, 0.0, found * 10.0**-power, color=COLOURS[0], alpha=0.25, linewidth=0.0)
+    ax.plot(directions, found * 10.0**-power, color=COLOURS[0])
+    top, towards = 1.05 * (largest or 1.0) * 10.0**-power, float(np.arctan2(y, x))
+    ax.plot(
+        [towards, towards], [0.0, top], color="black", linestyle="--", linewidth=0.8, label="to the journal's centre"
+    )
+    ax.set_ylim(min(0.0, float(found.min()) * 10.0**-power), top)
+    ax.set_rlabel_position(float(np.degrees(directions[found.argmax()])) + 180.0)  # type: ignore[attr-defined]
+    ax.grid(visible=True, color="0.9", linewidth=0.6)
+    figure.legend(loc="outside lower center", frameon=False, fontsize="small")
+    told = f"pressure of the film of {name} [{unit}] at t = {sol.time[k]:.5g} s, thinnest film {thinnest:.3g} m"
+    figure.suptitle(f"{sol.name}: {told}" if title is None else title, fontsize="small")
+    return figure
+
+
+def _of_film(sol: Solution, joint: str, k: int) -> list[np.ndarray]:
+    """Place of a journal and its rate, angles and spins of bearing and journal, each (2,), in row k."""
+    shape = next(one for one in sol.shapes if isinstance(one, PointShape) and one.part == joint)
+    nodes = [(shape.body, shape.node), *([shape.other[:2]] if shape.other else [])]
+    own = [[f"{joint}.{name}" for name in pair] for pair in (("ex", "ey"), ("vex", "vey"))]
+    of_bodies = [[".".join(filter(None, (*node, name))) for node in nodes] for name in ("theta", "omega")]
+    return [
+        np.array([0.0 if name.startswith("ground.") else float(sol.array(name)[k]) for name in names])
+        for names in (*own, *of_bodies)
+    ]
 
 
 def _rows(label: str, sol: Solution, joint: str, since: float | None) -> np.ndarray:
