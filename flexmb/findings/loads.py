@@ -23,7 +23,7 @@ from flexmb.statics.found import Equilibrium
 from flexmb.statics.modes import Modes, modes
 from flexmb.statics.start.consistent import accelerations, rigid_velocities, yielding_joints
 from flexmb.statics.steady_rotation import Spin
-from flexmb.statics.vibrations import State, vibrations_of
+from flexmb.statics.vibrations import Examination, State
 
 # Stability of the reference configuration under the declared loads, gravity included
 
@@ -178,7 +178,8 @@ def step_findings(mechanism: Mechanism, ideal: Program, closed: Program, q: np.n
     try:
         v = rigid_velocities(closed, q, 0.0, yielding_joints(ideal, closed))
         a, _ = accelerations(ideal, q, v, 0.0)
-        vibrations = vibrations_of(ideal, [State(0.0, q, v, a, ideal.reference.z)], PART_OF_PERIOD * h)
+        seen = Examination(ideal, PART_OF_PERIOD * h)
+        vibrations = seen.groups([State(0.0, q, v, a, ideal.reference.z)])
     except (FlexmbError, np.linalg.LinAlgError):
         return findings  # told by other findings
     if not vibrations:
