@@ -16,7 +16,6 @@ from flexmb.model.law import Motion
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, Joint
 from flexmb.program.program import Program
-from flexmb.statics.buckling import buckling
 from flexmb.statics.eigen import damped, moves_most
 from flexmb.statics.equilibrium import correction, static_equilibrium
 from flexmb.statics.found import Equilibrium
@@ -136,6 +135,8 @@ def load_findings(mechanism: Mechanism, free: int) -> list[Finding]:
 
 def _buckling(ideal: Mechanism) -> list[Finding]:
     """Findings on a structure near its buckling load."""
+    from flexmb.statics.buckling import buckling
+
     try:
         found_loads = buckling(ideal, count=1)
     except FlexmbError:

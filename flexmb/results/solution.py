@@ -289,9 +289,8 @@ class Solution:
         self._set("findings", tuple(self.findings))
         self._set("notes", tuple(self.notes) or sentences(self.findings))
         if self.late is not None:  # `__getattr__` finds both
-            prompt, late = self.findings, self.late
-            self._set("late", lambda: (*prompt, *late()))
-            del self.__dict__["findings"], self.__dict__["notes"]
+            self._set("_prompt", self.__dict__.pop("findings"))
+            del self.__dict__["notes"]
         self._set("model", dict(self.model))
         if np.any(np.diff(time) < 0.0):
             raise InputError("Solution: time decreases; it must increase from one saved instant to the next.")
@@ -565,7 +564,7 @@ class Solution:
             late = self.__dict__.get("late") if name in ("findings", "notes") else None
             if late is not None:
                 with np.errstate(all="ignore"):
-                    found = tuple(late())
+                    found = (*self._prompt, *late())
                 self._set("findings", found)
                 self._set("notes", sentences(found))
                 self._set("late", None)
