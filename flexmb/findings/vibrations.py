@@ -106,7 +106,7 @@ class Mode(NamedTuple):
 
 @dataclass(frozen=True)
 class Looked:
-    """What is kept of a run for the examination of its vibrations, which is made when somebody asks for it."""
+    """Data of a run for a later examination of its vibrations."""
 
     program: Program
     method: Method
@@ -124,7 +124,7 @@ class Looked:
 
     @staticmethod
     def at(run: Run, motion: WatchedMotion, begun: float) -> Looked:
-        """What is kept of a run that began at `begun` [s], and its motion."""
+        """Data of a run from `begun` [s] on and of its motion."""
         program, even = run.program, motion.even
         rows, first = _rows(program, motion.times, np.flatnonzero(even))
         return Looked(
@@ -158,7 +158,7 @@ class Looked:
         return loss_of(self.method, omega, size, memory / size, first_order=first_order) or Loss(0.0, 0.0)
 
     def is_small(self, omega: float, decay: float = 0.0) -> bool:
-        """Whether steps resolve a vibration, and lose but a part of what is told, of it as of all slower ones."""
+        """Whether steps resolve a vibration and lose little of it, as of all slower ones."""
         if not omega * float(self.sizes.max()) < UNRESOLVED:
             return False
         lost = self.loss(omega, decay)
@@ -195,7 +195,7 @@ def vibration_findings(looked: Looked) -> Iterator[Finding]:
 
 
 def _are_resolved(looked: Looked, seen: Examination) -> bool:
-    """Whether the steps lose far too little to be told of all vibrations, or of those with energy at a few states."""
+    """Whether the steps lose too little of all vibrations, or of those with energy at a few states."""
     from flexmb.statics.vibrations import fastest_bound
 
     _, others = np.unique(looked.program.closed_contacts(looked.z), axis=0, return_index=True)
@@ -302,7 +302,7 @@ def _rows(program: Program, times: np.ndarray, kept: np.ndarray) -> tuple[np.nda
 
 
 def _of_kind(each: np.ndarray, elastic: np.ndarray) -> np.ndarray:
-    """Sum of what each mode has (k,) over all elastic modes, or over all others where it is of these."""
+    """Sums (k,) over all modes of the kind, elastic or not, of each mode."""
     return np.asarray(np.where(elastic, each[elastic].sum(), each[~elastic].sum()))
 
 

@@ -560,7 +560,7 @@ class Solution:
     if not TYPE_CHECKING:
 
         def __getattr__(self, name: str) -> Any:
-            """`findings` and `notes` of a run that is asked for them for the first time."""
+            """Findings and notes, at their first use."""
             late = self.__dict__.get("late") if name in ("findings", "notes") else None
             if late is not None:
                 with np.errstate(all="ignore"):

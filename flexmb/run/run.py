@@ -455,7 +455,7 @@ class Run:
         late: LateFindings | None = None,
         wall_time: float = 0.0,
     ) -> Solution:
-        """Solution of the run so far, with findings on it, those that wait, and the time on the clock [s]."""
+        """Solution of the run so far, with findings, later findings, and the time on the clock [s]."""
         own = [found("bookkeeping", (), remark) for remark in self.stepper.remarks()]
         faults, status = sentences(findings, errors=True), self.status()
         if faults:

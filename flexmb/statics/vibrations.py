@@ -24,7 +24,6 @@ NEAR = 0.05  # change of pose [rad, or relative to the size of the mechanism] up
 RIGID, RIGID_OF_LARGE = 1e-12, 1e-9  # stiffness over mass relative to the largest, up to which a motion is rigid
 ROUND_OFF = 1e-12  # displacement of a vibration over the size of the mechanism, or rotation [rad], up to round-off
 DENSE, LOWEST = 300, 24  # coordinates up to which all modes are found; number of the lowest ones found beyond
-STIFF, DAMPED, MASSES = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)  # weights of K, C, M
 
 
 class LinearModes(NamedTuple):
@@ -114,7 +113,7 @@ def fastest_bound(program: Program, states: Sequence[State]) -> float:
         masses = released.M.diagonal()
         if np.count_nonzero(released.M) != np.count_nonzero(masses) or (masses < 0.0).any():
             return math.inf
-        K = np.abs(_block(_at(system, state, lam=released.lam, weights=STIFF)))
+        K = np.abs(_block(_at(system, state, lam=released.lam, weights=(1.0, 0.0, 0.0))))
         sizes = np.sqrt(np.where(masses > 0.0, masses, np.finfo(float).tiny))
         bound = max(bound, float((0.5 * (K + K.T) / sizes / sizes[:, None]).sum(axis=1).max(initial=0.0)))
     return math.sqrt(bound)
@@ -140,7 +139,7 @@ class Released(NamedTuple):
 def _released(system: StateEvaluation, state: State) -> Released:
     """The mechanism released from rest at a state, drives held fast."""
     program, n = system.program, system.program.tables.sizes.n_b
-    rest = _at(system, state, weights=MASSES)
+    rest = _at(system, state, weights=(0.0, 0.0, 1.0))
     r, Z = rest.force, np.zeros((n, 0))
     if n > DENSE:
         M, G = rest.blocks
@@ -187,8 +186,9 @@ def linear_modes(system: StateEvaluation, state: State, released: Released) -> L
     """Modes with a positive stiffness about a state; of large models the lowest ones."""
     program, n_b, (lam, _, M, G, Z) = system.program, system.program.tables.sizes.n_b, released
     large = n_b > DENSE
-    found = (_at(system, state, lam=one, weights=w) for one, w in ((None, STIFF), (lam, STIFF), (lam, DAMPED)))
+    stiff, damped, _ = np.eye(3)
     # the first one is without the stiffness of gravity
+    found = (_at(system, state, lam=one, weights=w) for one, w in ((None, stiff), (lam, stiff), (lam, damped)))
     elastic, K, C = (one.blocks[0] if large else _block(one) for one in found)
     if large:
         squares, x = undamped(K, M, G, np.zeros((program.n_q, 0)), LOWEST, program.symbolic.order)
