@@ -1,7 +1,7 @@
 """Time of what is found on a run after its last step: `python tests/speed/examination.py`.
 
-Vibrations are examined when somebody asks a solution for `findings` or `notes`.  The columns are the time of the motion, and
-that of the examination; both are medians of five runs, in milliseconds of the processor.
+Vibrations are examined when somebody asks a solution for `findings` or `notes`.  The columns are the time of the
+motion, and that of the examination; both are medians of five runs, in milliseconds of the processor.
 """
 
 import time

@@ -69,7 +69,6 @@ def _picture() -> type[Figure]:
     """Class of these figures; pages of reports read this file, and need no matplotlib."""
     from matplotlib import rcParams
     from matplotlib.figure import Figure
-    from matplotlib.text import Text
 
     class Picture(Figure):
         def __reduce__(self) -> tuple[Any, ...]:
@@ -77,7 +76,7 @@ def _picture() -> type[Figure]:
 
         def draw(self, renderer: Any) -> None:
             """Draw the figure."""
-            make_drawable(text for text in self.findobj(Text) if isinstance(text, Text))
+            make_drawable(texts_of(self))
             super().draw(renderer)
 
         def savefig(self, fname: Any, **options: Any) -> None:
@@ -110,10 +109,18 @@ def settled(figure: Figure) -> Iterator[None]:
             figure.set_layout_engine(engine)
 
 
+def texts_of(figure: Figure) -> list[Text]:
+    """All texts of a figure."""
+    from matplotlib.text import Text
+
+    return [text for text in figure.findobj(Text) if isinstance(text, Text)]
+
+
 def lay_out(figure: Figure) -> None:
     """Give the panels their places."""
     engine = figure.get_layout_engine()
     if engine is not None:
+        make_drawable(texts_of(figure))
         engine.execute(figure)
     for ax in figure.axes:
         ax.apply_aspect()
