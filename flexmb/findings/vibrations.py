@@ -195,7 +195,7 @@ def vibration_findings(looked: Looked) -> Iterator[Finding]:
 
 
 def _are_resolved(looked: Looked, seen: Examination) -> bool:
-    """Whether the steps lose too little of all vibrations, or of those with energy at a few states."""
+    """Whether the steps resolve all vibrations, or all vibrations with energy at a few states."""
     from flexmb.statics.vibrations import fastest_bound
 
     _, others = np.unique(looked.program.closed_contacts(looked.z), axis=0, return_index=True)

@@ -15,16 +15,23 @@ from flexmb import checks
 from flexmb.display import number_text
 from flexmb.errors import InputError
 from flexmb.fields import Input, field, not_negative, positive, record
+from flexmb.late import Late
 from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.shape import BeamShape, MeshShape
 from flexmb.parts.bodies.flexible import number_of, section_factors
-from flexmb.results.drawing import hermite, nearest_to_each, plane, pose, poses, reduced, surface, turned, turned_by
+from flexmb.results.drawing import nearest_to_each, pose, poses, surface, turned, turned_by
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from flexmb.elastic.beams import shapes as hermite
+    from flexmb.elastic.planes import stress as plane
+    from flexmb.elastic.reduced import accuracy as reduced
     from flexmb.results.solution import Solution
+else:  # as in drawings
+    hermite = Late("flexmb.elastic.beams.shapes")
+    plane, reduced = Late("flexmb.elastic.planes.stress"), Late("flexmb.elastic.reduced.accuracy")
 
 
 def place_of_stress(sol: Solution, part: str, node: int) -> tuple[float, float] | None:
