@@ -297,6 +297,8 @@ statics.buckling.LONGEST_STEP | 1 | size, or rad | longest correction
 statics.buckling.EIGENVALUE_ROUND_OFF | 1 | largest | factor that counts as none
 statics.buckling.ASYMMETRY | 1 | entries | difference that makes loads follow the motion
 statics.buckling.MISSED | 1 | a shape | residual of a load factor that is found
+statics.eigen.SLOW | 1 | largest omega^2 | modes below it are refined
+statics.eigen.SLOWEST | 1 | largest omega^2 | the same in the watch of vibrations
 statics.eigen.LOOKED_FOR | 1 | an eigenvalue | accuracy with which a lower one is looked for
 statics.eigen.DENSE_COORDINATES | unknowns | nothing | up to it matrices are dense
 statics.eigen.FEW_MODES_COORDINATES | unknowns | nothing | the same where few modes are asked for
@@ -580,7 +582,7 @@ def _left_out() -> dict[str, str]:
         findings.vibrations.AROUND findings.vibrations.DISTANCE findings.vibrations.LARGE findings.vibrations.MANY findings.vibrations.AROUND_OF_MANY findings.vibrations.FEWEST_STATES findings.vibrations.SAME
         statics.vibrations.RIGID_OF_LARGE statics.vibrations.DENSE statics.vibrations.LOWEST
         findings.vibrations.FEWEST_INSTANTS statics.vibrations.NEAR statics.vibrations.RIGID statics.vibrations.ROUND_OFF findings.vibrations.ENERGY_SHARE findings.vibrations.DECAY
-        findings.vibrations.PART_OF_STEP findings.vibrations.UNRESOLVED
+        findings.vibrations.PART_OF_STEP findings.vibrations.UNRESOLVED findings.vibrations.CLEAR_LOSS
         findings.vibrations.LOST_PHASE findings.vibrations.LOST_AMPLITUDE run.checkpoint.EVERY results.netcdf.LARGEST_GROWTH
         findings.watch.STEP_CODES findings.watch.SHOWN_RESIDUALS findings.watch.LEAST_RESIDUAL findings.watch.LEAST_RTOL findings.watch.TRIED_STEPS
         engine.system.state_evaluation.MOST_CALLS engine.system.state_evaluation.SHOWN_NUMBERS

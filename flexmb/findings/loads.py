@@ -16,14 +16,13 @@ from flexmb.model.law import Motion
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import Body, Joint
 from flexmb.program.program import Program
-from flexmb.statics.buckling import buckling
 from flexmb.statics.eigen import damped, moves_most
 from flexmb.statics.equilibrium import correction, static_equilibrium
 from flexmb.statics.found import Equilibrium
 from flexmb.statics.modes import Modes, modes
 from flexmb.statics.start.consistent import accelerations, rigid_velocities, yielding_joints
 from flexmb.statics.steady_rotation import Spin
-from flexmb.statics.vibrations import State, vibrations_of
+from flexmb.statics.vibrations import Examination, State
 
 # Stability of the reference configuration under the declared loads, gravity included
 
@@ -135,6 +134,8 @@ def load_findings(mechanism: Mechanism, free: int) -> list[Finding]:
 
 def _buckling(ideal: Mechanism) -> list[Finding]:
     """Findings on a structure near its buckling load."""
+    from flexmb.statics.buckling import buckling
+
     try:
         found_loads = buckling(ideal, count=1)
     except FlexmbError:
@@ -175,7 +176,8 @@ def step_findings(mechanism: Mechanism, ideal: Program, closed: Program, q: np.n
     try:
         v = rigid_velocities(closed, q, 0.0, yielding_joints(ideal, closed))
         a, _ = accelerations(ideal, q, v, 0.0)
-        vibrations = vibrations_of(ideal, [State(0.0, q, v, a, ideal.reference.z)], PART_OF_PERIOD * h)
+        seen = Examination(ideal, PART_OF_PERIOD * h)
+        vibrations = seen.groups([State(0.0, q, v, a, ideal.reference.z)])
     except (FlexmbError, np.linalg.LinAlgError):
         return findings  # told by other findings
     if not vibrations:

@@ -7,8 +7,9 @@ the method's own factor how much of it the steps shift.  The states are those th
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from flexmb.program.program import Program
 
 if TYPE_CHECKING:
     from flexmb.run.run import Run
-    from flexmb.statics.vibrations import LinearModes, State, Vibrations
+    from flexmb.statics.vibrations import Examination, LinearModes, State, Vibrations
 
 
 class Loss(NamedTuple):
@@ -87,6 +88,7 @@ DECAY = 0.1  # energy in the last third of a run over that in the first one, bel
 PART_OF_STEP = 0.1  # time of the differences along the motion, relative to a step
 UNRESOLVED = 1.0  # angular frequency times step above which a vibration is not resolved
 LOST_PHASE, LOST_AMPLITUDE = 0.1, 2e-3  # phase [rad] and share of the amplitude that may be lost without a remark
+CLEAR_LOSS = 0.75  # part of the limits of losses below which a vibration is not looked at any closer
 SAME = 0.05  # relative difference of angular frequencies up to which modes under other contacts are one vibration
 
 
@@ -96,94 +98,152 @@ class Mode(NamedTuple):
     omega: float
     share: float
     lost: Loss
+    contacts: bytes  # contacts that are closed meanwhile
     moves: str
     kind: str
     energy: str
 
 
-def vibration_findings(run: Run, motion: WatchedMotion, begun: float) -> Iterator[Finding]:
-    """Findings on the fastest vibration with energy of which steps lose a part; the run began at `begun` [s]."""
-    program, method, steps = run.program, run.method, int(run.record.count.steps)
-    states, span = _states(program, motion), float(run.flow.clock.t) - begun
-    short = steps < (FEWEST_STEPS if program.names.contacts else 1)
-    if short or not states or loss_of(method, 1.0, 1.0, 1.0) is None:
+@dataclass(frozen=True)
+class Looked:
+    """Data of a run for a later examination of its vibrations."""
+
+    program: Program
+    method: Method
+    begun: float  # instant at which the run began, its duration [s], its number of steps
+    span: float
+    steps: int
+    fixed_step: float | None
+    times: np.ndarray  # (n,) instants of the states that are looked at [s]
+    motions: np.ndarray  # (n, 3, n_q) coordinates, their rates and those of these
+    z: np.ndarray  # (n, n_z) histories
+    first: np.ndarray  # (n,) whether they are the first ones from a pose on
+    sizes: np.ndarray  # (m,) sizes of steps, evenly distributed [s]
+    closed: np.ndarray  # (m, contacts) contacts that are closed after them
+    largest: np.ndarray  # largest values of the states of controllers
+
+    @staticmethod
+    def at(run: Run, motion: WatchedMotion, begun: float) -> Looked:
+        """Data of a run from `begun` [s] on and of its motion."""
+        program, even = run.program, motion.even
+        rows, first = _rows(program, motion.times, np.flatnonzero(even))
+        return Looked(
+            program,
+            run.method,
+            begun,
+            float(run.flow.clock.t) - begun,
+            int(run.record.count.steps),
+            motion.fixed_step,
+            motion.times[rows],
+            motion.values[rows, : 3 * program.n_q].reshape(len(rows), 3, program.n_q),
+            motion.z[rows],
+            first,
+            motion.sizes[even],
+            program.closed_contacts(motion.z[even]),
+            run.flow.largest_states.copy(),
+        )
+
+    def states(self, rows: Iterable[int]) -> list[State]:
+        """States of some rows."""
+        from flexmb.statics.vibrations import State
+
+        q, v, a = self.motions.swapaxes(0, 1)
+        return [State(float(self.times[k]), q[k], v[k], a[k], self.z[k]) for k in rows]
+
+    def loss(self, omega: float, decay: float, rows: Any = slice(None), *, first_order: bool = False) -> Loss:
+        """Loss of a mode in some of the steps while damping lets it remember; the lost phase grows with h^2."""
+        h = self.sizes[rows]
+        size = float(np.sqrt((h**3).sum() / h.sum()))
+        memory = min(self.span * float(h.sum() / self.sizes.sum()), 1.0 / max(decay, 1e-300))
+        return loss_of(self.method, omega, size, memory / size, first_order=first_order) or Loss(0.0, 0.0)
+
+    def is_small(self, omega: float, decay: float = 0.0) -> bool:
+        """Whether steps resolve a vibration and lose little of it, as of all slower ones."""
+        if not omega * float(self.sizes.max()) < UNRESOLVED:
+            return False
+        lost = self.loss(omega, decay)
+        return abs(lost.phase) < CLEAR_LOSS * LOST_PHASE and abs(lost.amplitude) < CLEAR_LOSS * LOST_AMPLITUDE
+
+
+def vibration_findings(looked: Looked) -> Iterator[Finding]:
+    """Findings on the fastest vibration with energy of which steps lose a part."""
+    program = looked.program
+    short = looked.steps < (FEWEST_STEPS if program.names.contacts else 1)
+    if short or not len(looked.times) or loss_of(looked.method, 1.0, 1.0, 1.0) is None:
         return
     if program.n_q > MOST_UNKNOWNS:
         text = f"With {program.n_q} coordinates nothing is known of the phase that vibrations lose in the steps."
         yield found("bookkeeping", (), text)
         return
-    from flexmb.statics.vibrations import vibrations_of
+    from flexmb.statics.vibrations import Examination
 
     try:
-        groups = vibrations_of(program, states, PART_OF_STEP * span / steps)
-        largest = run.flow.largest_states
-        modes = [*_modes(program, groups, method, motion, span)]
-        modes += _loops(program, states[-1], method, motion, span, largest)
+        seen = Examination(program, PART_OF_STEP * looked.span / looked.steps)
+        groups = [] if _are_resolved(looked, seen) else seen.groups(looked.states(range(len(looked.times))))
+        modes = [*_modes(looked, groups), *_loops(looked)]
     except (FlexmbError, np.linalg.LinAlgError, ValueError):  # no modes: the run has said why
         return
     for mode in sorted(modes, key=lambda one: -one.omega):
-        same = [one.lost for one in modes if abs(one.omega - mode.omega) < SAME * mode.omega]
+        near = [one for one in modes if abs(one.omega - mode.omega) < SAME * mode.omega]
+        same = {one.contacts: one.lost for one in sorted(near, key=lambda one: abs(one.lost.phase))}.values()
         lost = Loss(sum(one.phase for one in same), 1.0 - math.prod(1.0 - one.amplitude for one in same))
         if abs(lost.phase) >= LOST_PHASE or abs(lost.amplitude) >= LOST_AMPLITUDE:
             yield _of_mode(mode._replace(lost=lost))
             return
-    if motion.fixed_step is not None and groups and groups[0].states[0].t == begun:
-        yield from _unresolved_start(program, groups[0], motion.fixed_step)
+    if looked.fixed_step is not None and groups and groups[0].states[0].t == looked.begun:
+        yield from _unresolved_start(program, groups[0], looked.fixed_step)
 
 
-def _modes(
-    program: Program, found: list[Vibrations], method: Method, motion: WatchedMotion, span: float
-) -> Iterator[Mode]:
+def _are_resolved(looked: Looked, seen: Examination) -> bool:
+    """Whether the steps resolve all vibrations, or all vibrations with energy at a few states."""
+    from flexmb.statics.vibrations import fastest_bound
+
+    _, others = np.unique(looked.program.closed_contacts(looked.z), axis=0, return_index=True)
+    few = looked.states(np.union1d(np.flatnonzero(looked.first), others))
+    if looked.is_small(fastest_bound(looked.program, few)):
+        return True
+    for _, energies, modes in seen.groups(few):
+        # y^2 + y'^2 and y'^2 + y''^2 of a vibration are twice its energy at any phase: the limit has a margin of two.
+        largest = np.minimum(energies[:, 0] + energies[:, 1], energies[:, 1] + energies[:, 2]).max(axis=0)
+        if looked.fixed_step is not None:
+            largest = np.maximum(largest, energies[0, 2])
+        carries = largest > ENERGY_SHARE * _of_kind(energies[:, 0].mean(axis=0), modes.elastic)
+        if not all(looked.is_small(*pair) for pair in zip(modes.omega[carries], modes.decay[carries], strict=True)):
+            return False
+    return True
+
+
+def _modes(looked: Looked, found: list[Vibrations]) -> Iterator[Mode]:
     """Modes that carry energy, with the loss of each in the steps while the same contacts are closed."""
-    from flexmb.statics.vibrations import closed_contacts
-
-    closed = closed_contacts(program, motion.z)
+    program = looked.program
     energy = "elastic energy of the motion" if program.drives or program.motions else "energy of vibration"
     for states, energies, modes in found:
-        rows = (closed == closed_contacts(program, states[0].z)).all(axis=-1)
-        for k, omega in enumerate(modes.omega.tolist()) if len(states) >= FEWEST_STATES else ():
-            alike = modes.elastic == modes.elastic[k]
-            share, decayed = share_of(energies[:, :, alike], int(alike[:k].sum()))
-            if share > ENERGY_SHARE:
-                lost = _loss(method, omega, float(modes.decay[k]), motion, span, rows)
-                words = ("vibration", energy) if modes.elastic[k] else ("swing under its loads", "energy of swings")
-                if not decayed or lost.amplitude >= 0.5:
-                    yield Mode(omega, share, lost, _moves(program, modes, k), *words)
+        contacts = program.closed_contacts(states[0].z)
+        rows = (looked.closed == contacts).all(axis=-1)
+        shares, decayed = shares_of(energies, modes.elastic)
+        for k in np.flatnonzero(shares > ENERGY_SHARE) if len(states) >= FEWEST_STATES else ():
+            lost = looked.loss(float(modes.omega[k]), float(modes.decay[k]), rows)
+            words = ("vibration", energy) if modes.elastic[k] else ("swing under its loads", "energy of swings")
+            if not decayed[k] or lost.amplitude >= 0.5:
+                known = float(modes.omega[k]), float(shares[k]), lost, contacts.tobytes()
+                yield Mode(*known, _moves(program, modes, int(k)), *words)
 
 
-def _loops(
-    program: Program, state: State, method: Method, motion: WatchedMotion, span: float, largest: np.ndarray
-) -> Iterator[Mode]:
+def _loops(looked: Looked) -> Iterator[Mode]:
     """Vibrations of the states of controllers, with the loss of each in the steps."""
-    if not len(largest) or program.n_q > MOST_CONTROLLED:
+    program = looked.program
+    if not len(looked.largest) or program.n_q > MOST_CONTROLLED:
         return
     from flexmb.statics.vibrations import loop_modes
 
-    names = program.names.coordinates[program.tables.sizes.n_b :]
-    for s, amplitudes in zip(*loop_modes(program, state), strict=True):
-        shares = (amplitudes / np.maximum(largest, 1e-300)) ** 2
+    names, (last,) = program.names.coordinates[program.tables.sizes.n_b :], looked.states([-1])
+    for s, amplitudes in zip(*loop_modes(program, last), strict=True):
+        shares = (amplitudes / np.maximum(looked.largest, 1e-300)) ** 2
         k = int(np.argmax(shares))
         if shares[k] > ENERGY_SHARE:
-            lost = _loss(method, float(s.imag), -float(s.real), motion, span, motion.even, first_order=True)
+            lost = looked.loss(float(s.imag), -float(s.real), first_order=True)
             words = names[k], "vibration of a controller", f"square of {names[k]}"
-            yield Mode(float(s.imag), float(shares[k]), lost, *words)
-
-
-def _loss(
-    method: Method,
-    omega: float,
-    decay: float,
-    motion: WatchedMotion,
-    span: float,
-    rows: np.ndarray,
-    *,
-    first_order: bool = False,
-) -> Loss:
-    """Loss of a mode while contacts and damping let it remember; the lost phase grows with h^2."""
-    h = motion.sizes * motion.even
-    size = float(np.sqrt((h[rows] ** 3).sum() / h[rows].sum()))
-    memory = min(span * float(h[rows].sum() / h.sum()), 1.0 / max(decay, 1e-300))
-    return loss_of(method, omega, size, memory / size, first_order=first_order) or Loss(0.0, 0.0)
+            yield Mode(float(s.imag), float(shares[k]), lost, b"", *words)
 
 
 def _unresolved_start(program: Program, group: Vibrations, h: float) -> Iterator[Finding]:
@@ -226,25 +286,28 @@ def _moves(program: Program, modes: LinearModes, k: int) -> str:
     return moves_most(program.names.coordinates[: len(shape)], program.length, shape)
 
 
-def _states(program: Program, motion: WatchedMotion) -> list[State]:
-    """States at uneven distances; none where nothing is free to move, or where too few are kept."""
-    n, kept = program.n_q, np.flatnonzero(motion.even)
+def _rows(program: Program, times: np.ndarray, kept: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rows of `times` among the kept ones, at uneven distances, and which are the first ones from a pose on."""
+    # There are none where nothing is free to move, or where too few are kept.
+    n = program.n_q
     if n == program.n_c or len(kept) < FEWEST_INSTANTS:
-        return []
-    from flexmb.statics.vibrations import State
-
-    times, poses = motion.times[kept], np.arange(POSES_OF_LARGE if n >= LARGE or program.names.contacts else POSES)
+        return np.zeros(0, dtype=int), np.zeros(0, dtype=bool)
+    times, poses = times[kept], np.arange(POSES_OF_LARGE if n >= LARGE or program.names.contacts else POSES)
     later = np.arange(AROUND_OF_MANY if MANY <= n < LARGE else AROUND)[:, None]
     wanted = (poses + poses * 0.618034 % 1.0) / len(poses) + later * DISTANCE
     found = np.searchsorted(times, times[0] + wanted * (times[-1] - times[0]))
-    found = np.maximum(found, found[0] + later)
-    rows = kept[np.unique(np.minimum(found, len(kept) - 1))]
-    q, v, a = (motion.values[:, k * n : (k + 1) * n] for k in range(3))
-    return [State(float(motion.times[k]), q[k], v[k], a[k], motion.z[k]) for k in rows]
+    found = np.minimum(np.maximum(found, found[0] + later), len(kept) - 1)
+    rows = np.unique(found)
+    return kept[rows], np.isin(rows, found[0])
 
 
-def share_of(energies: np.ndarray, k: int) -> tuple[float, bool]:
-    """Largest share of mode k of `energies` (states, 3, modes) in a third of the run, and whether it dies out."""
-    whole = float(energies[:, 0].sum(axis=1).mean())
-    thirds = [float(third[:, :, k].mean(axis=0).min()) for third in np.array_split(energies, 3)]
-    return max(thirds) / whole if whole > 0.0 else 0.0, thirds[-1] < DECAY * thirds[0]
+def _of_kind(each: np.ndarray, elastic: np.ndarray) -> np.ndarray:
+    """Sums (k,) over all modes of the kind, elastic or not, of each mode."""
+    return np.asarray(np.where(elastic, each[elastic].sum(), each[~elastic].sum()))
+
+
+def shares_of(energies: np.ndarray, elastic: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Largest shares (k,) of modes with `energies` (states, 3, k) in a third of the run, and whether they die out."""
+    whole = _of_kind(energies[:, 0].mean(axis=0), elastic)
+    thirds = np.array([third.mean(axis=0).min(axis=0) for third in np.array_split(energies, 3) if len(third)])
+    return np.divide(thirds.max(axis=0), whole, out=0.0 * whole, where=whole > 0.0), thirds[-1] < DECAY * thirds[0]

@@ -366,6 +366,11 @@ class Program:
         """Movements (n_q,) beside which others are judged: the size of the mechanism [m], and 1 rad of angles."""
         return np.where(np.asarray(self.tables.kind) == 1, 1.0, self.length)
 
+    def closed_contacts(self, z: np.ndarray) -> np.ndarray:
+        """Whether contacts are closed and joints that remember strained, (..., contacts + joints), of z (..., n_z)."""
+        begin, end = self.tables.constraints.joint_friction_z.T
+        return np.asarray(z[..., [*self.tables.contacts.z[:, COMMON_Z], *begin[end > begin]]] != 0.0)
+
     def coordinate(self, name: str) -> int:
         """Number of the coordinate called `name`, e.g. "rod.node3.x"; aliases are followed."""
         return self.names.coordinates.index(resolve(name, self.names.aliases))

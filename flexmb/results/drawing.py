@@ -3,14 +3,13 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flexmb.elastic.beams import shapes as hermite
-from flexmb.elastic.planes.stress import linear_stresses, nodal_stresses, von_mises
-from flexmb.elastic.reduced.accuracy import deformed, shortened
 from flexmb.errors import InputError
 from flexmb.fields import field, record
+from flexmb.late import Late
 from flexmb.model.shape import (
     DAMPER,
     SPRING,
@@ -28,6 +27,14 @@ from flexmb.model.shape import (
     nodes_of,
 )
 from flexmb.results.solution import Solution
+
+if TYPE_CHECKING:
+    from flexmb.elastic.beams import shapes as hermite
+    from flexmb.elastic.planes import stress as plane
+    from flexmb.elastic.reduced import accuracy as reduced
+else:  # scikit-fem takes long to import, and drawings of elastic bodies alone need it
+    hermite = Late("flexmb.elastic.beams.shapes")
+    plane, reduced = Late("flexmb.elastic.planes.stress"), Late("flexmb.elastic.reduced.accuracy")
 
 
 # Points in moved frames, and turns between them
@@ -106,17 +113,17 @@ class Surface:
         number = shape.material_of or (0,) * len(shape.cells)
         mesh = np.array(shape.points), self.cells, shape.kind, np.array(shape.materials)[list(number)]
         if not shape.basis:
-            return nodal_stresses(*mesh, moved_points(shape, self.poses))
+            return plane.nodal_stresses(*mesh, moved_points(shape, self.poses))
         shapes = np.array(shape.basis).T.reshape(-1, len(shape.points), 2)
-        own = np.einsum("ti,ims->tms", self._shortened, linear_stresses(*mesh, shapes), optimize=True)
-        return turned(own, deformed(shape, self.poses)[1])
+        own = np.einsum("ti,ims->tms", self._shortened, plane.linear_stresses(*mesh, shapes), optimize=True)
+        return turned(own, reduced.deformed(shape, self.poses)[1])
 
     @cached_property
     def von_mises(self) -> np.ndarray:
         """(n, m) von Mises stress at the points [Pa]; of reduced beams the normal stress in the outer fibres."""
         if self.shape.fibres:
             return np.asarray(np.abs(self._shortened @ np.array(self.shape.fibres).T))
-        return von_mises(self.stress)
+        return plane.von_mises(self.stress)
 
     @property
     def has_stress(self) -> bool:
@@ -126,7 +133,7 @@ class Surface:
     @property
     def _shortened(self) -> np.ndarray:
         """(n, coordinates) deformation of a reduced body with its shortening by bending, e of equation (12.11)."""
-        return shortened(deformed(self.shape, self.poses)[0], np.array(self.shape.shortening))
+        return reduced.shortened(reduced.deformed(self.shape, self.poses)[0], np.array(self.shape.shortening))
 
     def outlines(self) -> list[np.ndarray]:
         """Closed lines (n, points + 1, 2) of the outline and of all holes."""
@@ -137,7 +144,7 @@ def moved_points(shape: MeshShape, poses: np.ndarray) -> np.ndarray:
     """Places (n, m, 2) of all points of a mesh by the poses (n, nodes, 3) x, y, theta of its nodes."""
     # The frame of a reduced body carries the reference configuration and the displacements in it.
     if shape.basis:
-        d, angle = deformed(shape, poses)
+        d, angle = reduced.deformed(shape, poses)
         own = np.array(shape.points) + (d.reshape(len(d), -1) @ np.array(shape.basis).T).reshape(len(d), -1, 2)
         return carried(angle[:, None, None] * (0.0, 0.0, 1.0), own)
     carriers = np.array(shape.carriers, dtype=float)

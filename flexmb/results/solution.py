@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, overload
@@ -202,6 +202,9 @@ def matching(names: Sequence[str], pattern: str) -> list[str]:
     return [name for name in names if fits(name)]
 
 
+LateFindings = Callable[[], Iterable[Finding]]
+
+
 class UnknownSignalError(InputError, UnknownNameError):
     """A name that is no signal of a solution; also a `KeyError`, as of any mapping."""
 
@@ -233,6 +236,8 @@ class Solution:
     mechanism : the mechanism that moved; None in a solution that was read from a file or came from another process.
     description : parts of the mechanism in plain values (`flexmb.model.mechanism`), where `mechanism` is None.
     findings : findings on the run, each with code, parts, text, remedy, severity and numbers, as those of `check`.
+    late : function that looks for more of them, none of which is an error; called when `findings` or `notes` are first
+        asked for, printed or saved.  None: there are no more.
 
     Raises
     ------
@@ -251,11 +256,12 @@ class Solution:
     aliases: Mapping[str, str] = field(default_factory=dict)
     shapes: Shapes = ()
     restart: Mapping[str, np.ndarray] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = field(default_factory=tuple)
     model: Mapping[str, Any] = field(default_factory=dict)
     mechanism: Mechanism | None = None
     description: Mapping[str, Any] = field(default_factory=dict)
-    findings: tuple[Finding, ...] = ()
+    findings: tuple[Finding, ...] = field(default_factory=tuple)
+    late: LateFindings | None = None
 
     def __post_init__(self) -> None:
         self._set("signals", Signals.of(self.signals))
@@ -272,6 +278,9 @@ class Solution:
         self._set("aliases", dict(self.aliases))
         self._set("findings", tuple(self.findings))
         self._set("notes", tuple(self.notes) or sentences(self.findings))
+        if self.late is not None:  # `__getattr__` finds both
+            self._set("_prompt", self.__dict__.pop("findings"))
+            del self.__dict__["notes"]
         self._set("model", dict(self.model))
         if np.any(np.diff(time) < 0.0):
             raise InputError("Solution: time decreases; it must increase from one saved instant to the next.")
@@ -525,11 +534,27 @@ class Solution:
 
     def __getstate__(self) -> dict[str, Any]:
         """State for pickling: the mechanism as its description, since functions of users cannot all be pickled."""
+        _ = self.findings
         return {**self.__dict__, "mechanism": None, "description": self.described()}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self.__dict__.update(state)
         self.__post_init__()  # arrays come back writeable
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            """Findings and notes, at their first use."""
+            late = self.__dict__.get("late") if name in ("findings", "notes") else None
+            if late is not None:
+                with np.errstate(all="ignore"):
+                    found = (*self._prompt, *late())
+                self._set("findings", found)
+                self._set("notes", sentences(found))
+                self._set("late", None)
+            if name not in self.__dict__:
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            return self.__dict__[name]
 
     def _set(self, name: str, value: object) -> None:
         object.__setattr__(self, name, value)

@@ -11,12 +11,9 @@ import numpy as np
 
 from flexmb import checks
 from flexmb.display import number_text
-from flexmb.elastic.beams.shapes import section_forces
-from flexmb.elastic.planes.stress import principal, von_mises
-from flexmb.elastic.reduced.accuracy import deformed, shortened
 from flexmb.errors import InputError
 from flexmb.fields import Input, field, not_negative, positive, record, record_with
-from flexmb.late import xr
+from flexmb.late import Late, xr
 from flexmb.model.elastic_body import ElasticBody
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.shape import BeamShape, MeshShape
@@ -24,7 +21,13 @@ from flexmb.parts.bodies.flexible import number_of, section_factors
 from flexmb.results.drawing import nearest_to_each, pose, poses, surface, turned, turned_by
 
 if TYPE_CHECKING:
+    from flexmb.elastic.beams import shapes as hermite
+    from flexmb.elastic.planes import stress as plane
+    from flexmb.elastic.reduced import accuracy as reduced
     from flexmb.results.solution import Solution
+else:  # as in drawings
+    hermite = Late("flexmb.elastic.beams.shapes")
+    plane, reduced = Late("flexmb.elastic.planes.stress"), Late("flexmb.elastic.reduced.accuracy")
 
 
 def place_of_stress(sol: Solution, part: str, node: int) -> tuple[float, float] | None:
@@ -83,10 +86,10 @@ def stress(
         of = _of_plane if part.whole_body is part else _of_reduced
         whole = of(sol, part, shape, instants)
         sx, sy, txy, _ = np.moveaxis(whole, -1, 0)
-        larger, smaller, _ = principal(whole[..., :3])
+        larger, smaller, _ = plane.principal(whole[..., :3])
         signed = np.where(larger + smaller >= 0.0, larger, smaller)
         found = {"sx": sx, "sy": sy, "txy": txy, "principal_1": larger, "principal_2": smaller, "signed": signed}
-        fields = {**found, "von_mises": von_mises(whole)}
+        fields = {**found, "von_mises": plane.von_mises(whole)}
     chosen = np.arange(len(places.nodes)) if points is None else chosen_places(part.label, places, points)
     own = {"node": (places.nodes, ""), "x": (places.points[:, 0], "m"), "y": (places.points[:, 1], "m"), **places.more}
     columns = {name: (values, {"units": "Pa", "long_name": MEANINGS[name]}) for name, values in fields.items()}
@@ -121,7 +124,7 @@ def of_beams(sol: Solution, body: Any, instants: np.ndarray) -> tuple[Places, di
     factors = np.concatenate([np.stack(list(pairwise(section_factors(beam).T))) for beam in body.beams])
     axial, bending = [], []
     for shape, factor in zip(shapes, factors, strict=True):
-        forces = section_forces(at[shape.start], at[shape.end], shape, ENDS)
+        forces = hermite.section_forces(at[shape.start], at[shape.end], shape, ENDS)
         axial.append(forces.N * factor[:, 0])
         bending.append(-forces.M * factor[:, 1])
     numbers = np.array([number_of(name) for shape in shapes for name in (shape.start, shape.end)])
@@ -151,8 +154,8 @@ def _of_reduced(sol: Solution, body: Any, shape: MeshShape, instants: np.ndarray
     stresses = body.model.stresses
     if stresses is None:
         raise InputError(f"{body.label} has no stresses.")
-    d, _ = deformed(shape, poses(sol, shape.part, shape.nodes, instants))
-    e = shortened(d, body.element.directions)
+    d, _ = reduced.deformed(shape, poses(sol, shape.part, shape.nodes, instants))
+    e = reduced.shortened(d, body.element.directions)
     return np.asarray(np.einsum("msi,ti->tms", stresses(body.basis.shapes), e, optimize=True))
 
 

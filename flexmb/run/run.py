@@ -37,7 +37,7 @@ from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import just_before
 from flexmb.program.program import Program
 from flexmb.results.contact_intervals import ContactLog
-from flexmb.results.solution import Peaks, Solution, Stats
+from flexmb.results.solution import LateFindings, Peaks, Solution, Stats
 from flexmb.results.status import sentence
 from flexmb.run.checkpoint import MODEL, refuse_broken_clock, refuse_other_model
 from flexmb.run.sampling import act
@@ -457,8 +457,15 @@ class Run:
                 return
             self._fetch_buffer()
 
-    def solution(self, model: dict[str, Any], *, findings: Sequence[Finding] = (), wall_time: float = 0.0) -> Solution:
-        """Solution of the run so far, with findings on it and the time on the clock [s]."""
+    def solution(
+        self,
+        model: dict[str, Any],
+        *,
+        findings: Sequence[Finding] = (),
+        late: LateFindings | None = None,
+        wall_time: float = 0.0,
+    ) -> Solution:
+        """Solution of the run so far, with findings, later findings, and the time on the clock [s]."""
         own = [found("bookkeeping", (), remark) for remark in self.stepper.remarks()]
         faults, status = sentences(findings, errors=True), self.status()
         if faults:
@@ -472,7 +479,7 @@ class Run:
             status=" ".join([status, *(f"Not ok: {fault}" for fault in faults)]),
             ok=self.code == DONE and not self.note and not faults, stats=self.stats(wall_time),
             aliases=program.names.aliases, shapes=program.shapes, restart=self.restart(),
-            contacts=self.contact_log(), findings=(*findings, *own),
+            contacts=self.contact_log(), findings=(*findings, *own), late=late,
             model={**model, "flexmb": installed_version(), "method": repr(self.method), "step": repr(self.step)},
             mechanism=self.mechanism,
         )  # fmt: skip

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from functools import partial
 from numbers import Real
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
 from flexmb.findings import watch
 from flexmb.findings.finding import found
-from flexmb.findings.vibrations import vibration_findings
+from flexmb.findings.vibrations import Looked, vibration_findings
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.signal import hint, resolved
 from flexmb.program.compiler import common_period, compile_with_start
@@ -195,12 +196,13 @@ def _solution(
     findings = [*run.chords.findings, *watch.law_findings_after(run.program, run.flow.z, contacts, now - span)]
     findings += watch.watch_findings(mechanism, motion, contacts)
     known = any(finding.is_error for finding in findings)
-    findings += [*vibration_findings(run, motion, begun), *watch.failure_findings(run, mechanism, closed, known=known)]
+    findings += watch.failure_findings(run, mechanism, closed, known=known)
     findings += [*passed_contacts(run), *uncomputed_signals(run)]
     if kept_file is not None:
         troubles = (kept_file.failure, "" if run.interrupted else kept_file.finish())
         findings += [found("bookkeeping", (), text) for text in troubles if text]
-    sol = run.solution(model=model, findings=findings, wall_time=clock() - started)
+    late = partial(vibration_findings, Looked.at(run, motion, begun))
+    sol = run.solution(model=model, findings=findings, late=late, wall_time=clock() - started)
     if not sol.ok:
         tell_stopped(f"simulate {sol.name!r}", sol.status)
     return sol

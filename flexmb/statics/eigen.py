@@ -179,6 +179,8 @@ DENSE_COORDINATES = 1500  # number of coordinates up to which a dense eigensolve
 FEW_MODES_COORDINATES = 300  # number above which a sparse eigensolver is faster for under a quarter of the modes
 # Number of coordinates up to which a dense eigensolver is used for quadratic problems, which take 20 times longer.
 DENSE_QUADRATIC_COORDINATES = 150
+# omega^2 over the largest, below which modes are refined: 10 digits of omega^2 are left to slower ones, and 7 digits.
+SLOW, SLOWEST = 1e-6, 1e-9
 LOOKED_FOR = 1e-6  # accuracy of an eigenvalue that may lie below those found
 LONGEST_SEARCH = 60  # number of steps of a search at most, which end after two or three
 MOST_RESTARTS = 10  # restarts of Lanczos' method at an end of a spectrum that may cluster at 0: nothing converges
@@ -189,7 +191,6 @@ def undamped(
     K: sp.csc_matrix, M: sp.csc_matrix, G: sp.csr_matrix, rigid: np.ndarray, count: int, order: np.ndarray
 ) -> Eigenpairs:
     """Lowest omega^2 and shapes of K x = omega^2 M x with G x = 0, x orthogonal in M to the shapes `rigid`."""
-    # Small matrices may be plain arrays, where there are no such shapes.
     # order : order of elimination of the unknowns of [[K, G^T], [G, 0]].
     held = sp.vstack([G, sp.csr_matrix((M @ rigid).T)]).tocsr() if rigid.shape[1] else G
     K = (K + K.T) / 2.0
@@ -202,26 +203,31 @@ def undamped(
             return None if found is None else found - (rigid.shape[1] if square > 0.0 else 0)
 
         return _sparse(K, M, held, count, order, below)
-    Z = null_space(held.toarray() if sp.issparse(held) else held)
-    if Z.shape[1] == 0:
-        return np.zeros(0), np.zeros((K.shape[0], 0))
-    k, m = (_symmetric(Z.T @ (X @ Z)) for X in (K, M))
+    Z = null_space(held.toarray())
+    squares, y = all_modes(Z.T @ (K @ Z), Z.T @ (M @ Z), SLOW)
+    return squares[:count], Z @ y[:, :count]
+
+
+def all_modes(k: np.ndarray, m: np.ndarray, slow: float = SLOWEST) -> Eigenpairs:
+    """All omega^2, ascending, and shapes of k x = omega^2 m x for plain matrices (n, n)."""
+    # slow : omega^2 relative to the largest from which modes are refined.
+    if not len(k):
+        return np.zeros(0), np.zeros((0, 0))
+    k, m = _symmetric(k), _symmetric(m)
     try:
         squares, y = la.eigh(k, m)
     except la.LinAlgError as error:
         raise SolveError(NO_MASS) from error
-    squares, y = _refined(k, m, squares, y, count)
-    return squares, Z @ y
+    return _refined(k, m, squares, y) if squares[0] < slow * squares[-1] else (squares, y)
 
 
-def _refined(k: np.ndarray, m: np.ndarray, squares: np.ndarray, y: np.ndarray, count: int) -> Eigenpairs:
-    """The lowest modes, with slow modes refined by the inverse of k."""
+def _refined(k: np.ndarray, m: np.ndarray, squares: np.ndarray, y: np.ndarray) -> Eigenpairs:
+    """The modes, with slow modes refined by the inverse of k."""
     # A dense eigensolver has an error of round-off times the largest omega^2 in all modes. The inverse has the slow
     # modes as its largest eigenvalues, with an error relative to the lowest omega^2. Each mode takes the better value.
     # If k is not positive definite (an unstable pose), no mode is refined.
     largest = squares[-1]
-    squares, y = squares[:count].copy(), y[:, :count].copy()
-    slow = int((squares < 1e-6 * largest).sum())
+    slow = int((squares < SLOW * largest).sum())
     try:
         factor = la.cho_factor(k)
         x = y[:, :slow]

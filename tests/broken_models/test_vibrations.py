@@ -1,12 +1,14 @@
 """Phase and amplitude that steps lose are told as large as they are."""
 
 import math
+import pickle
 
 import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.findings.vibrations import loss_of
+from flexmb.findings import vibrations
+from flexmb.findings.vibrations import UNRESOLVED, loss_of
 from flexmb.mechanisms.slider_crank import SliderCrankData
 
 O = (0.0, 0.0)
@@ -51,6 +53,84 @@ def test_loss_of_a_run(method, step):
     assert phase == pytest.approx(found.phase, rel=0.02, abs=0.02)
     amplitude = 1.0 - np.abs(z[-20:]).max() / np.abs(z[:20]).max()
     assert amplitude == pytest.approx(found.amplitude, rel=0.1, abs=0.01)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_slower_vibrations_lose_less(method):
+    """A bound of all frequencies bounds all losses as long as steps resolve it."""
+    omegas = np.linspace(1e-3, UNRESOLVED, 200)
+    lost = np.abs([loss_of(method, omega, 1.0, 1.0) for omega in omegas])
+    assert (np.diff(lost, axis=0) >= -1e-14).all()
+
+
+def test_the_bound_is_above_all_frequencies():
+    """Chains that hang and lie, alone and on springs: omega^2 of the modes about the states of a run."""
+    from flexmb.statics.vibrations import Examination, fastest_bound
+
+    for stiffness in (0.0, 300.0):
+        looked = looked_at(hanging_chain(stiffness), t_end=0.5)
+        states, examined = looked.states(range(len(looked.times))), 0
+        for state in states:
+            for found in Examination(looked.program, 1e-4).groups([state]):
+                assert 0.1 * fastest_bound(looked.program, [state]) < found.modes.omega.max()
+                assert found.modes.omega.max() <= fastest_bound(looked.program, [state])
+                examined += 1
+        assert examined > 3
+    assert np.isinf(fastest_bound(*flexible_states()))
+
+
+def hanging_chain(stiffness):
+    """Four links that fall from the horizontal, the last one on a spring."""
+    links = [fm.RigidLink(f"l{k}", (0.1 * k, 0.0), (0.1 * (k + 1), 0.0), 0.1, 1e-4) for k in range(4)]
+    pins = [fm.Revolute(f"p{k}", links[k - 1] if k else fm.GROUND, links[k], at=(0.1 * k, 0.0)) for k in range(4)]
+    spring = fm.SpringDamper("spring", fm.GROUND, links[-1], (0.4, 0.3), (0.4, 0.0), stiffness=stiffness, damping=0.0)
+    parts = [*links, *pins, *([spring] if stiffness else [])]
+    return fm.Mechanism("chain", parts, gravity=(0.0, -9.81))
+
+
+def looked_at(mech, **options):
+    """What a run keeps for the examination."""
+    return fm.simulate(mech, **options).late.args[0]
+
+
+def flexible_states():
+    """Program and states of a flexible slider-crank, whose masses are coupled."""
+    looked = looked_at(fm.mechanisms.slider_crank(flexible=True), periods=0.1)
+    return looked.program, looked.states([0])
+
+
+def test_findings_are_the_same_whenever_they_are_asked_for(tmp_path):
+    """At once, after other runs, from another process and from a file."""
+    sol, again = (fm.simulate(oscillator(192.0), t_end=100.0) for _ in range(2))
+    assert len(sol.notes) == 1
+    fm.simulate(oscillator(5.0), t_end=1.0)
+    assert pickle.loads(pickle.dumps(again)).notes == sol.notes  # noqa: S301, made in this line
+    assert again.findings == sol.findings
+    last = fm.simulate(oscillator(192.0), t_end=100.0)
+    last.to_netcdf(tmp_path / "last.nc")
+    assert fm.load(tmp_path / "last.nc").notes == sol.notes == last.notes
+
+
+def test_a_run_that_nobody_asks_is_not_examined(monkeypatch):
+    sol = fm.simulate(oscillator(192.0), t_end=2.0)
+    monkeypatch.setattr(vibrations, "_are_resolved", None)
+    assert sol.ok
+    with pytest.raises(TypeError):
+        _ = sol.notes
+
+
+def test_two_equal_vibrations_are_not_one_that_loses_twice():
+    """Two oscillators side by side lose what each loses."""
+    parts = []
+    for name in ("one", "other"):
+        mass = fm.RigidBody(name, O, 1.0, 0.1, velocity=(1.92, 0.0, 0.0))
+        guide = fm.Prismatic(f"guide of {name}", fm.GROUND, mass, at=O, along=(1, 0))
+        spring = fm.SpringDamper(f"spring of {name}", fm.GROUND, mass, (-1.0, 0.0), O, stiffness=192.0**2, damping=0.0)
+        parts += [mass, guide, spring]
+    pair = fm.simulate(fm.Mechanism("pair", parts), t_end=20.0, step=1e-3)
+    alone = fm.simulate(oscillator(192.0), t_end=20.0, step=1e-3)
+    lost = [[f.numbers["phase"] for f in sol.findings if f.code == "lost-vibration"] for sol in (pair, alone)]
+    assert lost[0] == pytest.approx(lost[1], rel=1e-3)
 
 
 def test_the_trapezoidal_rule_keeps_amplitudes():

@@ -254,7 +254,7 @@ def test_spectrum_pictures():
     t = 0.01 * np.arange(4000)
     found = fm.chaos.power_spectrum(np.sin(2.0 * np.pi * 5.0 * t), 0.01)
     ax = fm.plots.plot_spectrum(found, signal="a.x", units="m", up_to=20.0).axes[0]
-    assert ax.get_ylabel() == "power density [m$^{2}$/Hz]"
+    assert ax.get_ylabel() == "power density [m²/Hz]"
     assert ax.get_xlim()[1] == pytest.approx(20.0, rel=1e-3)
     assert ax.lines[2].get_xdata() == pytest.approx([5.0], abs=0.03)
     with pytest.raises(fm.errors.InputError, match="no frequencies"):

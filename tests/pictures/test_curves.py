@@ -31,7 +31,7 @@ def test_runs_share_panels_and_differ_in_style(sol):
     other = solution(n=31, t_end=2.0)
     figure = fm.plots.plot_runs({"ideal": sol, "worn": other}, ["crank.ax", "arm.end.y"])
     first, second = figure.axes
-    assert [ax.get_ylabel() for ax in (first, second)] == ["crank.ax\n[m/s$^{2}$]", "arm.end.y\n[m]"]
+    assert [ax.get_ylabel() for ax in (first, second)] == ["crank.ax\n[m/s²]", "arm.end.y\n[m]"]
     assert [text.get_text() for text in first.get_legend().get_texts()] == ["ideal", "worn"]
     assert first.get_xlim() == (0.0, 2.0)
     one, two = first.lines

@@ -13,7 +13,7 @@ import numpy as np
 from flexmb.late import mpl
 from flexmb.model.shape import MARKER, TRACE
 from flexmb.results.drawing import RIGID, Line, Mark, Surface, directions
-from flexmb.show.pictures.style import CLEARANCE, COLOURS, TRACED, make_drawable
+from flexmb.show.pictures.style import CLEARANCE, COLOURS, TRACED, lay_out, make_drawable
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -49,7 +49,7 @@ def place_names(
     figure = ax.figure.get_figure(root=True)
     if figure is None:
         return []
-    figure.draw_without_rendering()
+    lay_out(figure)
     scale = figure.dpi / 72.0
     to_pixels = ax.transData.transform
     at = [to_pixels(np.asarray(point, dtype=float)) for point, _ in points]

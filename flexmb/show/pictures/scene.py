@@ -20,7 +20,7 @@ from flexmb.results import drawing
 from flexmb.results.drawing import ARROW, HEAD, Line, Mark, Surface, arrow_line, symbols
 from flexmb.results.solution import Peaks, Solution, Stats, require_rows
 from flexmb.show.pictures.pose import RING, Pose, body_colours, place_names
-from flexmb.show.pictures.style import CLEARANCE, panel_of, panels_of
+from flexmb.show.pictures.style import CLEARANCE, panel_of, panels_of, settled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -195,9 +195,10 @@ def render(
         ax.set(xlim=scene.box[0], ylim=scene.box[1], aspect="equal", visible=k < len(indices))
         _label(ax, left=k % columns == 0, below=k + columns >= len(indices))
     legend(figure, scene)
-    joint_names(axes[0], scene, int(np.searchsorted(rows, indices[0])))
-    if path is not None:
-        figure.savefig(path, dpi=150)
+    with settled(figure):
+        joint_names(axes[0], scene, int(np.searchsorted(rows, indices[0])))
+        if path is not None:
+            figure.savefig(path, dpi=150)
     return figure
 
 

@@ -27,7 +27,6 @@ from flexmb.show.pictures.style import (
     panels_of,
     prefixed,
 )
-from flexmb.statics.equilibrium import static_equilibrium
 from flexmb.statics.modes import modes
 
 if TYPE_CHECKING:
@@ -345,7 +344,7 @@ def plot_spectrum(
     lowest = max(float(density[density > 0.0].min(initial=highest)), DEEP * highest)
     ax.set_ylim(0.3 * lowest, ROOM * highest)
     label_axis(ax.xaxis, "frequency", spectrum.units)
-    squared = f"{units}^2" if units.isalpha() else f"({units})$^{{2}}$" if units else "1"
+    squared = f"{units}^2" if units.isalpha() else f"({units})²" if units else "1"
     per = "/Hz" if spectrum.units == "Hz" else " iteration"
     ax.set_ylabel(label_of("power density", f"{squared}{per}"))
     ax.legend(loc="upper right", ncols=3, fontsize="small", framealpha=0.9)
@@ -409,6 +408,8 @@ def plot_campbell(
 
 def _frequencies(mechanism: Mechanism, speed: float, count: int, about: tuple[float, float]) -> np.ndarray:
     """Lowest frequencies of elastic motions [Hz]; NaN where there are fewer."""
+    from flexmb.statics.equilibrium import static_equilibrium
+
     state = static_equilibrium(mechanism, spin=speed, about=about)
     found = modes(mechanism, count=2 * count, at=state)
     elastic = [f for f, kind in zip(found.frequencies, found.kinds, strict=True) if kind == "elastic"][:count]

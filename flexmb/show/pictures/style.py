@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -69,7 +70,7 @@ def _picture() -> type[mpl.figure.Figure]:
 
         def draw(self, renderer: Any) -> None:
             """Draw the figure."""
-            make_drawable(text for text in self.findobj(mpl.text.Text) if isinstance(text, mpl.text.Text))
+            make_drawable(texts_of(self))
             super().draw(renderer)
 
         def savefig(self, fname: Any, **options: Any) -> None:
@@ -82,10 +83,41 @@ def _picture() -> type[mpl.figure.Figure]:
             path = Path(fname)
             if not path.suffix:
                 path = path.with_name(f"{path.name}.{options.get('format') or mpl.rcParams['savefig.format']}")
-            with whole_file(path) as part:
+            with whole_file(path) as part, settled(self):
                 super().savefig(part, **options)
 
     return Picture
+
+
+@contextmanager
+def settled(figure: Figure) -> Iterator[None]:
+    """Figure whose panels keep the places that its layout gives them now; matplotlib would draw it once more for it."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        lay_out(figure)
+        figure.set_layout_engine(None)
+    try:
+        yield
+    finally:
+        if engine is not None:
+            figure.set_layout_engine(engine)
+
+
+def texts_of(figure: Figure) -> list[Text]:
+    """All texts of a figure."""
+    from matplotlib.text import Text
+
+    return [text for text in figure.findobj(Text) if isinstance(text, Text)]
+
+
+def lay_out(figure: Figure) -> None:
+    """Give the panels their places."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        make_drawable(texts_of(figure))
+        engine.execute(figure)
+    for ax in figure.axes:
+        ax.apply_aspect()
 
 
 # Colours of curves, and of bodies and beams without a field, also on pages; the colour-blind can tell them apart.
@@ -139,7 +171,9 @@ def legend_beside(ax: Axes, **more: Any) -> None:
 
 
 PREFIXES = {-9: "n", -6: "µ", -3: "m", 3: "k", 6: "M", 9: "G"}  # prefixes of units by power of ten
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 LEAST, MOST = 0.1, 1e4  # largest number of an axis, below and above which its unit gets a prefix
+SMALL = 1e-2  # largest number of an axis, below which numbers without a prefix may need a power of ten
 FLAT = 1e-4  # extent of an axis over its largest number, below which labels show the difference from a common number
 
 
@@ -161,20 +195,22 @@ def label_axis(axis: Axis, name: str, units: str, between: str = " ", equal: Axi
     # this unit that gets the same prefix.
     low, high = axis.get_view_interval()
     largest = max(abs(float(end)) for one in (axis, equal or axis) for end in one.get_view_interval())
-    power, shown = prefixed(units, largest) if abs(high - low) > FLAT * largest else (0, units)
+    is_flat = abs(high - low) <= FLAT * largest
+    power, shown = (0, units) if is_flat else prefixed(units, largest)
     if power:
         shorten = mpl.ticker.FuncFormatter(lambda value, _: f"{value * 10.0**-power:.6g}".replace("-", "−"))
         axis.set_major_formatter(shorten)
     else:
-        numbers = mpl.ticker.ScalarFormatter(useMathText=True)
+        # formulas take ten times as long as numbers: on axes alone that need a power of ten or a common number
+        numbers = mpl.ticker.ScalarFormatter(useMathText=is_flat or not SMALL <= largest < MOST)
         numbers.set_powerlimits((-3, 4))
         axis.set_major_formatter(numbers)
     axis.set_label_text(label_of(name, shown, between))
 
 
 def unit_text(units: str) -> str:
-    """`units` with raised exponents: "m/s2" becomes "m/s$^{2}$"."""
-    return re.sub(r"(?<=[A-Za-z])\^?(-?\d+)", r"$^{\1}$", units)
+    """`units` with raised exponents: "m/s2" becomes "m/s²", by characters, since formulas take long to set."""
+    return re.sub(r"(?<=[A-Za-z])\^?(-?\d+)", lambda found: found[1].translate(RAISED), units)
 
 
 def words_of(field: str) -> str:
