@@ -81,6 +81,7 @@ class ElementContribution:
     force: Kernel | None = None
     tangent: Kernel | None = None
     account: Kernel | None = None
+    diagonal: bool = False  # whether K, C and M have a diagonal alone
 
     @property
     def is_complete(self) -> bool:
@@ -174,6 +175,8 @@ class ConstraintContribution:
     holds : "always"; "closed" in place of a contact (at the start, for modes, for inverse dynamics); "start" in place
         of an elastic joint, while start values are computed.
     reactions : reported forces in place of those on a second body.
+    columns : places of the coordinates that each equation has in G; None: all.
+    curved : rows and columns of the entries of H; None: all.
     """
 
     part: str
@@ -189,6 +192,8 @@ class ConstraintContribution:
     joint_friction: JointFriction | None = None
     holds: str = "always"
     reactions: tuple[Reaction, ...] = ()
+    columns: tuple[tuple[int, ...], ...] | None = None
+    curved: tuple[tuple[int, int], ...] | None = None
 
     def __post_init__(self) -> None:
         if self.second is None and not (self.reactions or self.is_drive or self.joint_friction):

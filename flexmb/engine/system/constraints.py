@@ -72,8 +72,8 @@ def _scatter(C, c, n, m, lam, matrix, work):
         here = part_of(C.positions_g, C.pos_g[c], C.pos_g[c + 1])
         there = part_of(C.positions_gt, C.pos_g[c], C.pos_g[c + 1])
         for k in range(m * n):
-            work.lu[here[k]] += G[k]
-            work.lu[there[k]] += G[k]
+            work.lu[here[k]] = G[k]
+            work.lu[there[k]] = G[k]
 
 
 @compiled
