@@ -199,7 +199,11 @@ class Packer:
         rows = Lists(self.row, number.n_q + np.arange(self.n_c))
         in_g, in_h = zeros_of_constraints(contributions.constraints)
         self.g_blocks = Blocks.of(rows, self.unknowns(self.constraint_dofs)).without(in_g)
-        self.h_blocks = self.square(self.constraint_dofs).without(in_h)
+        whole = self.square(self.constraint_dofs)
+        kept = np.flatnonzero(~in_h)
+        ends = np.searchsorted(kept, whole.ptr)
+        self.h_blocks = Blocks(ends, whole.rows[kept], whole.columns[kept])
+        self.h_entries = kept - np.repeat(whole.ptr[:-1], np.diff(ends))
         self.control_dofs = number.lists(contributions.controls)
         states = Lists.of([number.dofs(state_coordinates(control)) for control in contributions.controls])
         self.state_blocks = Blocks.of(states, self.control_dofs)
@@ -282,6 +286,7 @@ class Packer:
             self.positions(self.g_blocks),
             self.positions(self.g_blocks, transposed=True),
             self.positions(self.h_blocks),
+            places(self.h_entries),
             table([[c.coordinates.index(one) for one in c.second] if c.second else [-1] * 3 for c in found], 3),
             ints([contribution.moment_row for contribution in found]),
             ints(self.layout.constraints),
