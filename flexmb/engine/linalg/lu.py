@@ -55,14 +55,16 @@ def forward(starts, row_ptr, rows, value_ptr, lu, y):
             l0, l1, l2 = part_of(lu, a, a + u), part_of(lu, a + u, a + 2 * u), part_of(lu, a + 2 * u, a + 3 * u)
             for i in range(u):
                 y[below[i]] -= l0[i] * p0 + l1[i] * p1 + l2[i] * p2
-            continue
-        for k in range(w):
-            known = own[k]
-            for i in range(k + 1, w):
-                own[i] -= lu[at + i * length + k] * known
-            left = part_of(lu, a + k * u, a + k * u + u)
+        elif w == 2:
+            p0, l0, l1 = own[0], part_of(lu, a, a + u), part_of(lu, a + u, a + 2 * u)
+            p1 = own[1] - part_of(lu, at + length, a)[0] * p0
+            own[1] = p1
             for i in range(u):
-                y[below[i]] -= left[i] * known
+                y[below[i]] -= l0[i] * p0 + l1[i] * p1
+        else:
+            p0, l0 = own[0], part_of(lu, a, a + u)
+            for i in range(u):
+                y[below[i]] -= l0[i] * p0
 
 
 @compiled
@@ -81,16 +83,19 @@ def backward(starts, row_ptr, rows, value_ptr, lu, y):
             p2 *= c[2]
             p1 = (p1 - b[2] * p2) * b[1]
             own[0], own[1], own[2] = (p0 - a[1] * p1 - a[2] * p2) * a[0], p1, p2
-            continue
-        for k in range(w - 1, -1, -1):
-            row = part_of(lu, at + k * length, at + (k + 1) * length)
-            rest = own[k]
-            for j in range(k + 1, w):
-                rest -= row[j] * own[j]
-            right = part_of(row, w, length)
+        elif w == 2:
+            a, b = part_of(lu, at, at + length), part_of(lu, at + length, at + 2 * length)
+            p0, p1 = own[0], own[1]
             for j in range(u):
-                rest -= right[j] * y[below[j]]
-            own[k] = rest * row[k]
+                p = y[below[j]]
+                p0, p1 = p0 - a[2 + j] * p, p1 - b[2 + j] * p
+            p1 *= b[1]
+            own[0], own[1] = (p0 - a[1] * p1) * a[0], p1
+        else:
+            a, p0 = part_of(lu, at, at + length), own[0]
+            for j in range(u):
+                p0 -= a[1 + j] * y[below[j]]
+            own[0] = p0 * a[0]
 
 
 @compiled
