@@ -137,8 +137,11 @@ class Blocks:
 
 def zeros_of_elements(elements: Sequence[ElementContribution]) -> np.ndarray:
     """Whether each entry of the blocks of elements is always zero."""
-    found = [_zeros(n, n, tuple((i, i) for i in range(n)) if e.diagonal else None) for e in elements for n in [len(e.coordinates)]]
-    return np.concatenate([*found, np.zeros(0, dtype=bool)])
+    found = [np.zeros(0, dtype=bool)]
+    for e in elements:
+        n = len(e.coordinates)
+        found.append(_zeros(n, n, tuple(zip(range(n), range(n), strict=True)) if e.diagonal else None))
+    return np.concatenate(found)
 
 
 def zeros_of_constraints(constraints: Sequence[ConstraintContribution]) -> tuple[np.ndarray, np.ndarray]:

@@ -164,6 +164,14 @@ class Fixed(Joint):
         p = (*first.offset, *second.offset, drawn_angle(mechanism, ends))
         return [
             ConstraintContribution(
-                self.name, weld_kernel, coordinates, p, 3, second.coordinates, 2, columns=(*AT_PIN, (2, 5)), curved=BY_ANGLES
+                self.name,
+                weld_kernel,
+                coordinates,
+                p,
+                3,
+                second.coordinates,
+                2,
+                columns=(*AT_PIN, (2, 5)),
+                curved=BY_ANGLES,
             )
         ]
