@@ -131,7 +131,7 @@ class Blocks:
         return Blocks(ptr, rows.values[rows.ptr[block] + row], columns.values[columns.ptr[block] + column])
 
     def without(self, zeros: np.ndarray) -> Blocks:
-        """The same with entries that are always zero (True in `zeros`) outside the matrix."""
+        """These blocks with entries that are always zero (True in `zeros`) outside the matrix."""
         return Blocks(self.ptr, np.where(zeros, -1, self.rows), np.where(zeros, -1, self.columns))
 
 
