@@ -43,7 +43,7 @@ def check_element(bench: Bench, contribution: ElementContribution, weightless: E
 
 
 def check_zeros(bench: Bench, tested: TestedKernel, name: str, zeros: np.ndarray, state: State, out: Values) -> None:
-    """Check that a matrix is zero where `columns`, `curved` or `diagonal` ask for it."""
+    """Refuse entries that are not zero though a contribution declares them as zero."""
     if not zeros.any():
         return
     where = (out[name].ravel() != 0.0) & zeros
