@@ -546,7 +546,8 @@ def _left_out() -> dict[str, str]:
         parts.contact.validity.YIELD_OF_LINE
     start values of histories: parts.contact.onset.HISTORY parts.contact.validity.HISTORY_WITH_EXTREMES
     a name of a code, a mode or a place in an array: statics.buckling.ENDS engine.system.evaluate.COORDINATES
-        run.run.KEYBOARD run.run.TERMINATION run.checkpoint.END_COLUMN
+        run.run.KEYBOARD run.run.TERMINATION run.checkpoint.END_COLUMN parts.joints.revolute.AT_PIN
+        parts.joints.revolute.BY_ANGLES parts.joints.prismatic.OF_GUIDE parts.joints.prismatic.BY_TURN
         engine.state.record.ENERGY_MISSING engine.state.record.ENERGY_MADE
         engine.state.record.ENERGY_LOST engine.state.record.CONDITION_MET engine.state.flow.EPISODE_SIZE engine.state.flow.EPISODE_ROW_SIZE
         engine.state.flow.IMPACT_SIZE engine.state.flow.CONTACT_MEMORY_SIZE

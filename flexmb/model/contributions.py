@@ -76,6 +76,7 @@ class ElementContribution:
     force: Kernel | None = None
     tangent: Kernel | None = None
     account: Kernel | None = None
+    diagonal: bool = False  # whether K, C and M have a diagonal alone
 
     @property
     def is_complete(self) -> bool:
@@ -172,6 +173,10 @@ class ConstraintContribution:
         default="always",
     )
     reactions: tuple[Reaction, ...] = field("reported forces in place of those on a second body", default=())
+    columns: tuple[tuple[int, ...], ...] | None = field(
+        "places of the coordinates that each equation has in G; None: all", default=None
+    )
+    curved: tuple[tuple[int, int], ...] | None = field("rows and columns of the entries of H; None: all", default=None)
 
     def __post_init__(self) -> None:
         if self.second is None and not (self.reactions or self.is_drive or self.joint_friction):

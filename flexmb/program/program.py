@@ -77,7 +77,8 @@ class Constraints(Record):
     dofs: Places
     positions_g: Places
     positions_gt: Places
-    positions_h: Places
+    positions_h: Places  # of the entries of H that are not always zero
+    entries_h: Places  # where these entries are in H, row by row
     second: IntegerTable  # (n, 3) places of x, y, theta of the second body among the dofs, -1: none
     moment: Integers  # (n,) row of the reported moment, -1: none
     out: Integers  # (n,) first of its signals

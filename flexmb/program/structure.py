@@ -22,7 +22,13 @@ from flexmb.engine.linalg.ordering import elimination_order
 from flexmb.engine.linalg.symbolic import Symbolic, symbolic
 from flexmb.errors import KernelError
 from flexmb.kernels import Kernel
-from flexmb.model.contributions import USES_OF_FACTOR, ConstraintContribution, Contributions, Reaction
+from flexmb.model.contributions import (
+    USES_OF_FACTOR,
+    ConstraintContribution,
+    Contributions,
+    ElementContribution,
+    Reaction,
+)
 from flexmb.model.law import Law, Motion
 from flexmb.model.part import is_kind
 from flexmb.program.numbering import Lists, Numbering, blocks_and_edges, state_coordinates
@@ -124,6 +130,44 @@ class Blocks:
         column = within - row * width[block]
         return Blocks(ptr, rows.values[rows.ptr[block] + row], columns.values[columns.ptr[block] + column])
 
+    def without(self, zeros: np.ndarray) -> Blocks:
+        """These blocks with entries that are always zero (True in `zeros`) outside the matrix."""
+        return Blocks(self.ptr, np.where(zeros, -1, self.rows), np.where(zeros, -1, self.columns))
+
+
+def zeros_of_elements(elements: Sequence[ElementContribution]) -> np.ndarray:
+    """Whether each entry of the blocks of elements is always zero."""
+    found = [np.zeros(0, dtype=bool)]
+    for e in elements:
+        n = len(e.coordinates)
+        found.append(_zeros(n, n, tuple(zip(range(n), range(n), strict=True)) if e.diagonal else None))
+    return np.concatenate(found)
+
+
+def zeros_of_constraints(constraints: Sequence[ConstraintContribution]) -> tuple[np.ndarray, np.ndarray]:
+    """Whether each entry of G, and of H, of constraints is always zero; friction in a joint fills its blocks."""
+    in_g, in_h = [np.zeros(0, dtype=bool)], [np.zeros(0, dtype=bool)]
+    for c in constraints:
+        n, rubs = len(c.coordinates), c.joint_friction is not None
+        in_g.append(_zeros(c.rows, n, None if rubs or c.columns is None else _entries(c.columns)))
+        in_h.append(_zeros(n, n, None if rubs else c.curved))
+    return np.concatenate(in_g), np.concatenate(in_h)
+
+
+@cache
+def _entries(columns: tuple[tuple[int, ...], ...]) -> tuple[tuple[int, int], ...]:
+    """Rows and columns of a list of columns for each row."""
+    return tuple((row, column) for row, own in enumerate(columns) for column in own)
+
+
+@cache
+def _zeros(rows: int, columns: int, entries: tuple[tuple[int, int], ...] | None) -> np.ndarray:
+    """Whether an entry of a block is not among `entries`, row by row; None: all are."""
+    found = np.full((rows, columns), entries is not None)
+    for row, column in entries or ():
+        found[row, column] = False
+    return found.ravel()
+
 
 def ints(values: Sequence[int] | np.ndarray) -> np.ndarray:
     """A 1-D int64 array."""
@@ -152,11 +196,17 @@ class Packer:
         groups = (contributions.elements, contributions.contacts, contributions.constraints)
         self.element_dofs, self.contact_dofs, self.constraint_dofs = (number.lists(group) for group in groups)
         self.element_blocks, self.contact_blocks = (self.square(d) for d in (self.element_dofs, self.contact_dofs))
+        self.element_blocks = self.element_blocks.without(zeros_of_elements(contributions.elements))
         self.row = ends_of(contribution.rows for contribution in contributions.constraints)
         self.n_c = int(self.row[-1])
         rows = Lists(self.row, number.n_q + np.arange(self.n_c))
-        self.g_blocks = Blocks.of(rows, self.unknowns(self.constraint_dofs))
-        self.h_blocks = self.square(self.constraint_dofs)
+        in_g, in_h = zeros_of_constraints(contributions.constraints)
+        self.g_blocks = Blocks.of(rows, self.unknowns(self.constraint_dofs)).without(in_g)
+        whole = self.square(self.constraint_dofs)
+        kept = np.flatnonzero(~in_h)
+        ends = np.searchsorted(kept, whole.ptr)
+        self.h_blocks = Blocks(ends, whole.rows[kept], whole.columns[kept])
+        self.h_entries = kept - np.repeat(whole.ptr[:-1], np.diff(ends))
         self.control_dofs = number.lists(contributions.controls)
         states = Lists.of([number.dofs(state_coordinates(control)) for control in contributions.controls])
         self.state_blocks = Blocks.of(states, self.control_dofs)
@@ -239,6 +289,7 @@ class Packer:
             self.positions(self.g_blocks),
             self.positions(self.g_blocks, transposed=True),
             self.positions(self.h_blocks),
+            places(self.h_entries),
             table([[c.coordinates.index(one) for one in c.second] if c.second else [-1] * 3 for c in found], 3),
             ints([contribution.moment_row for contribution in found]),
             ints(self.layout.constraints),
@@ -383,7 +434,9 @@ FIELDWISE_FROM = 100  # number of contributions above which their keys are read 
 # Fields of contributions of which a structure depends on the length alone, which `numbers` knows, if at all.
 NUMBERS = ("p", "history", "start", "sample")
 # Fields of names and whole numbers, which are part of the key.
-NAMES = frozenset("part name coordinates second units drive_units signal holds rows row moment_row place".split())
+NAMES = frozenset(
+    "part name coordinates second units drive_units signal holds rows row moment_row place columns curved".split()
+)
 _LATEST: OrderedDict[Hashable, tuple[Structure, tuple[Kernel, ...]]] = OrderedDict()
 
 

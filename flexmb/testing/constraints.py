@@ -1,12 +1,16 @@
 """Checks of constraints, of joint friction, and of the motions that drive constraints."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from flexmb.kernels import JOINT_FRICTION_SIZE
 from flexmb.model.contributions import ConstraintContribution, JointFriction
 from flexmb.model.law import Motion
+from flexmb.program.structure import zeros_of_constraints
 from flexmb.testing.bench import Bench, State, TestedKernel
 from flexmb.testing.contacts import check_friction
+from flexmb.testing.elements import check_zeros
 
 
 def check_constraint(bench: Bench, contribution: ConstraintContribution) -> None:
@@ -20,6 +24,8 @@ def check_constraint(bench: Bench, contribution: ConstraintContribution) -> None
         full = {**state, "lam": 100.0 * bench.random.uniform(-1.0, 1.0, m)}
         out = tested.checked_call(full)
         bench.note(f"{contribution.kernel.name}: compiled = Python, finite, repeatable")
+        for name, zeros in zip("GH", zeros_of_constraints([replace(contribution, joint_friction=None)]), strict=True):
+            check_zeros(bench, tested, name, zeros, full, out)
 
         def value(x: np.ndarray, full: State = full) -> np.ndarray:
             return tested({**full, "q": x})["g"]

@@ -11,6 +11,7 @@ from flexmb.kernels import Kernel
 from flexmb.model.contributions import ControlContribution, Coordinate, ElementContribution
 from flexmb.model.part import GROUND
 from flexmb.program.program import Program
+from flexmb.program.structure import zeros_of_elements
 from flexmb.testing.bench import ROUND_OFF, TOLERANCE, Bench, State, TestedKernel, Values
 
 REACTION = "action must equal reaction; a load from outside on two bodies is one part for each of them"
@@ -28,6 +29,8 @@ def check_element(bench: Bench, contribution: ElementContribution, weightless: E
         full = {**state, "z": z}
         out = tested.checked_call(full)
         bench.note(f"{contribution.kernel.name}: compiled = Python, finite, repeatable")
+        for name in "KCM":
+            check_zeros(bench, tested, name, zeros_of_elements([contribution]), full, out)
         check_tangents(bench, tested, full, out, scale)
         check_other_kernels(bench, contribution, tested, full, out)
         if contribution.energy is not None and not m:
@@ -35,6 +38,18 @@ def check_element(bench: Bench, contribution: ElementContribution, weightless: E
         check_reaction(bench, contribution.coordinates, bare, full)
         check_frame(bench, contribution.coordinates, bare, full, scale)
         z = out["z_new"]
+
+
+def check_zeros(bench: Bench, tested: TestedKernel, name: str, zeros: np.ndarray, state: State, out: Values) -> None:
+    """Refuse entries that are not zero though a contribution declares them as zero."""
+    if not zeros.any():
+        return
+    where = (out[name].ravel() != 0.0) & zeros
+    if where.any():
+        row, column = divmod(int(np.argmax(where)), out[name].shape[1])
+        text = f"{name}[{row}, {column}] is {out[name][row, column]:.3g}, and the contribution says that it is always 0"
+        raise tested.fault(f"{text}; name it in columns or curved, or leave diagonal out", state)
+    bench.note(f"{tested.kernel.name}: {name} is 0 where that is declared")
 
 
 def check_other_kernels(

@@ -32,8 +32,9 @@ def check_part(mechanism: Mechanism, part_name: str, *, seed: int = 0) -> Report
     """Check the kernels of one part against their contracts, at random states around the reference configuration.
 
     Compiled and plain Python function agree.  Tangents agree with differences of forces, energies with forces.  A
-    second call gives the same result, and inputs are not changed.  Values are finite, also for h = 0.  Action equals
-    reaction between two bodies.  Results turn and shift with the frame.  Part, mechanism and program can be pickled.
+    second call gives the same result, and inputs are not changed.  Values are finite, also for h = 0; entries declared
+    as zero are zero.  Action equals reaction between two bodies.  Results turn and shift with the frame.  Part,
+    mechanism and program can be pickled.
 
     Parameters
     ----------

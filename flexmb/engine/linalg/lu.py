@@ -55,14 +55,16 @@ def forward(starts, row_ptr, rows, value_ptr, lu, y):
             l0, l1, l2 = part_of(lu, a, a + u), part_of(lu, a + u, a + 2 * u), part_of(lu, a + 2 * u, a + 3 * u)
             for i in range(u):
                 y[below[i]] -= l0[i] * p0 + l1[i] * p1 + l2[i] * p2
-            continue
-        for k in range(w):
-            known = own[k]
-            for i in range(k + 1, w):
-                own[i] -= lu[at + i * length + k] * known
-            left = part_of(lu, a + k * u, a + k * u + u)
+        elif w == 2:
+            p0, l0, l1 = own[0], part_of(lu, a, a + u), part_of(lu, a + u, a + 2 * u)
+            p1 = own[1] - part_of(lu, at + length, a)[0] * p0
+            own[1] = p1
             for i in range(u):
-                y[below[i]] -= left[i] * known
+                y[below[i]] -= l0[i] * p0 + l1[i] * p1
+        else:
+            p0, l0 = own[0], part_of(lu, a, a + u)
+            for i in range(u):
+                y[below[i]] -= l0[i] * p0
 
 
 @compiled
@@ -81,16 +83,19 @@ def backward(starts, row_ptr, rows, value_ptr, lu, y):
             p2 *= c[2]
             p1 = (p1 - b[2] * p2) * b[1]
             own[0], own[1], own[2] = (p0 - a[1] * p1 - a[2] * p2) * a[0], p1, p2
-            continue
-        for k in range(w - 1, -1, -1):
-            row = part_of(lu, at + k * length, at + (k + 1) * length)
-            rest = own[k]
-            for j in range(k + 1, w):
-                rest -= row[j] * own[j]
-            right = part_of(row, w, length)
+        elif w == 2:
+            a, b = part_of(lu, at, at + length), part_of(lu, at + length, at + 2 * length)
+            p0, p1 = own[0], own[1]
             for j in range(u):
-                rest -= right[j] * y[below[j]]
-            own[k] = rest * row[k]
+                p = y[below[j]]
+                p0, p1 = p0 - a[2 + j] * p, p1 - b[2 + j] * p
+            p1 *= b[1]
+            own[0], own[1] = (p0 - a[1] * p1) * a[0], p1
+        else:
+            a, p0 = part_of(lu, at, at + length), own[0]
+            for j in range(u):
+                p0 -= a[1 + j] * y[below[j]]
+            own[0] = p0 * a[0]
 
 
 @compiled
@@ -229,29 +234,24 @@ def factor(sym, lu, seen, threshold, first_row=NO_ROW, hold=HELD_PIVOT):
     # have all its digits.
     # A constraint row whose pivot is not larger than `hold` times that term depends on rows before it. The row is held:
     # left out, as with an infinite pivot, so that `solve` does not change its multiplier. Its `seen` becomes negative.
-    order, starts, row_ptr, rows = sym.order, sym.starts, sym.row_ptr, sym.rows
-    value_ptr, target_ptr, targets = sym.value_ptr, sym.target_ptr, sym.targets
+    order, starts, row_ptr, value_ptr = sym.order, sym.starts, sym.row_ptr, sym.value_ptr
     _start_scale(starts, row_ptr, value_ptr, lu, seen)
-    held = -1
+    held, watched = -1, threshold if first_row == NO_ROW else max(threshold, hold)
     for s in range(len(starts) - 1):
-        first, at, t, r = starts[s], value_ptr[s], target_ptr[s], row_ptr[s]
+        first, at, t, r = starts[s], value_ptr[s], sym.target_ptr[s], row_ptr[s]
         w, u = starts[s + 1] - first, row_ptr[s + 1] - r
+        below, targets = part_of(sym.rows, r, r + u), part_of(sym.targets, t, t + u * u)
         if w == 3:
-            lost = _eliminate_3(lu, at, u, seen, first, threshold, order, first_row, hold)
+            lost = _eliminate_3(lu, at, u, seen, first, threshold, watched, order, first_row)
+            if lost < 0:
+                _update_3(lu, at, u, seen, below, targets)
+        elif w == 2:
+            lost = _eliminate_2(lu, at, u, seen, first, threshold, watched, order, first_row, below, targets)
         else:
-            lost = _eliminate(lu, at, w, u, seen, first, threshold, order, first_row, hold)
+            lost = _eliminate_1(lu, at, u, seen, first, threshold, watched, order, first_row, below, targets)
         if lost >= 0:
             return order[first + lost]
         held = min(held, lost)
-        if w == 3:
-            _update_scale_3(lu, at, u, seen, rows, r)
-            _update_3(lu, at, u, targets, t)
-        elif w == 2:
-            _update_scale(lu, at, w, u, seen, rows, r)
-            _update_2(lu, at, u, targets, t)
-        else:
-            _update_scale(lu, at, w, u, seen, rows, r)
-            _update_1(lu, at, u, targets, t)
     return held
 
 
@@ -264,47 +264,6 @@ def _start_scale(starts, row_ptr, value_ptr, lu, seen):
         for k in range(w):
             at = value_ptr[s] + k * stride
             own[k] = abs(part_of(lu, at, at + 1)[0])
-
-
-@compiled
-def _update_scale(lu, at, w, u, seen, rows, r):
-    """Update `seen` by the terms of a panel on the diagonals below it."""
-    below, length = part_of(rows, r, r + u), w + u
-    for i in range(u):
-        term = 0.0
-        for k in range(w):
-            term += lu[at + k * length + w + i] * lu[at + w * length + k * u + i]
-        seen[below[i]] = max(seen[below[i]], abs(term))
-
-
-@compiled
-def _eliminate(lu, at, w, u, seen, first, threshold, order, first_row, hold):
-    """Eliminate one panel: rows of U, transposed rows of L; return the lost pivot, ROWS_HELD, or -1."""
-    length, lower, held = w + u, at + w * (w + u), -1
-    watched = threshold if first_row == NO_ROW else max(threshold, hold)
-    for k in range(w):
-        row, column = at + k * length, lower + k * u
-        pivot = lu[row + k]
-        inverse = 1.0 / pivot
-        if not watched * seen[first + k] < abs(pivot) < np.inf:  # false for nan, too
-            if order[first + k] >= first_row and abs(pivot) < np.inf:
-                inverse, held = 0.0, ROWS_HELD
-                seen[first + k] = -max(seen[first + k], 1e-300)
-            elif not threshold * seen[first + k] < abs(pivot) < np.inf:
-                return k
-        lu[row + k] = inverse
-        for j in range(u):
-            lu[column + j] *= inverse
-        for i in range(k + 1, w):
-            here, there = at + i * length, lower + i * u
-            left, above = lu[here + k] * inverse, lu[row + i]
-            lu[here + k] = left
-            seen[first + i] = max(seen[first + i], abs(left * above))
-            for j in range(k + 1, length):
-                lu[here + j] -= left * lu[row + j]
-            for j in range(u):
-                lu[there + j] -= above * lu[column + j]
-    return held
 
 
 @compiled
@@ -321,10 +280,57 @@ def _inverse(pivot, summed, threshold, watched, may_hold):
 
 
 @compiled
-def _eliminate_3(lu, at, u, seen, first, threshold, order, first_row, hold):
-    """`_eliminate` for three pivots: first the corner, then the rows beside and below it in one pass."""
+def _eliminate_1(lu, at, u, seen, first, threshold, watched, order, first_row, below, targets):
+    """Eliminate one pivot: its column of L, and the product with its row of U; 0 if it is lost, ROWS_HELD, or -1."""
+    inverse, code = _inverse(lu[at], seen[first], threshold, watched, order[first] >= first_row)
+    if code == 0:
+        return 0
+    seen[first] = -max(seen[first], 1e-300) if code == ROWS_HELD else seen[first]
+    lu[at] = inverse
+    a, lower = part_of(lu, at + 1, at + 1 + u), part_of(lu, at + 1 + u, at + 1 + 2 * u)
+    for i in range(u):
+        x, goal = lower[i] * inverse, part_of(targets, i * u, (i + 1) * u)
+        lower[i] = x
+        seen[below[i]] = max(seen[below[i]], abs(x * a[i]))
+        for j in range(u):
+            lu[goal[j]] -= x * a[j]
+    return code
+
+
+@compiled
+def _eliminate_2(lu, at, u, seen, first, threshold, watched, order, first_row, below, targets):
+    """`_eliminate_1` for two pivots; the place of a lost one."""
+    b, d = at + 2 + u, at + 4 + 2 * u
+    i0, s0 = _inverse(lu[at], seen[first], threshold, watched, order[first] >= first_row)
+    if s0 == 0:
+        return 0
+    above, side = lu[at + 1], lu[b] * i0
+    near = side * above
+    seen1 = max(seen[first + 1], abs(near))
+    i1, s1 = _inverse(lu[b + 1] - near, seen1, threshold, watched, order[first + 1] >= first_row)
+    if s1 == 0:
+        return 1
+    seen[first] = -max(seen[first], 1e-300) if s0 == ROWS_HELD else seen[first]
+    seen[first + 1] = -max(seen1, 1e-300) if s1 == ROWS_HELD else seen1
+    lu[at], lu[b], lu[b + 1] = i0, side, i1
+    right0, right1 = part_of(lu, at + 2, at + 2 + u), part_of(lu, b + 2, d)
+    left0, left1 = part_of(lu, d, d + u), part_of(lu, d + u, d + 2 * u)
+    for j in range(u):
+        right1[j] -= side * right0[j]
+        p = left0[j] * i0
+        left0[j], left1[j] = p, (left1[j] - above * p) * i1
+    for i in range(u):
+        x, y, goal = left0[i], left1[i], part_of(targets, i * u, (i + 1) * u)
+        seen[below[i]] = max(seen[below[i]], abs(x * right0[i] + y * right1[i]))
+        for j in range(u):
+            lu[goal[j]] -= x * right0[j] + y * right1[j]
+    return min(s0, s1)
+
+
+@compiled
+def _eliminate_3(lu, at, u, seen, first, threshold, watched, order, first_row):
+    """Eliminate three pivots: first the corner, then the rows beside and below it in one pass."""
     a, b, c = at, at + 3 + u, at + 6 + 2 * u
-    watched = threshold if first_row == NO_ROW else max(threshold, hold)
     i0, s0 = _inverse(lu[a], seen[first], threshold, watched, order[first] >= first_row)
     if s0 == 0:
         return 0
@@ -362,43 +368,12 @@ def _beside_3(lu, at, u):
 
 
 @compiled
-def _update_scale_3(lu, at, u, seen, rows, r):
-    """`_update_scale` for three pivots."""
-    a, b, c, x, y, z = _beside_3(lu, at, u)
-    below = part_of(rows, r, r + u)
-    for i in range(u):
-        term = a[i] * x[i] + b[i] * y[i] + c[i] * z[i]
-        seen[below[i]] = max(seen[below[i]], abs(term))
-
-
-@compiled
-def _update_1(lu, at, u, targets, t):
-    """Subtract the product of L and U of a panel with one pivot from its targets."""
-    a, lower = part_of(lu, at + 1, at + 1 + u), part_of(lu, at + 1 + u, at + 1 + 2 * u)
-    for i in range(u):
-        x, goal = lower[i], part_of(targets, t + i * u, t + (i + 1) * u)
-        for j in range(u):
-            lu[goal[j]] -= x * a[j]
-
-
-@compiled
-def _update_2(lu, at, u, targets, t):
-    """`_update_1` for two pivots."""
-    d = at + 4 + 2 * u
-    a, b = part_of(lu, at + 2, at + 2 + u), part_of(lu, at + 4 + u, d)
-    left, right = part_of(lu, d, d + u), part_of(lu, d + u, d + 2 * u)
-    for i in range(u):
-        x, y, goal = left[i], right[i], part_of(targets, t + i * u, t + (i + 1) * u)
-        for j in range(u):
-            lu[goal[j]] -= x * a[j] + y * b[j]
-
-
-@compiled
-def _update_3(lu, at, u, targets, t):
-    """`_update_1` for three pivots."""
+def _update_3(lu, at, u, seen, below, targets):
+    """Subtract the product of L and U of a panel with three pivots from its targets."""
     a, b, c, left, middle, right = _beside_3(lu, at, u)
     for i in range(u):
-        x, y, z, goal = left[i], middle[i], right[i], part_of(targets, t + i * u, t + (i + 1) * u)
+        x, y, z, goal = left[i], middle[i], right[i], part_of(targets, i * u, (i + 1) * u)
+        seen[below[i]] = max(seen[below[i]], abs(x * a[i] + y * b[i] + z * c[i]))
         for j in range(u):
             lu[goal[j]] -= x * a[j] + y * b[j] + z * c[j]
 

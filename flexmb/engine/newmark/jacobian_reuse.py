@@ -133,7 +133,7 @@ def record_held_rows(n, m, lu, least_norm, trial, work, record):
 @compiled
 def remove_component(n, m, row, trial):
     """Orthonormalise the multipliers in trial.shift into `row` of trial.free_multipliers; remove their component."""
-    # Gram-Schmidt, done twice against round-off.
+    # Gram-Schmidt, done twice against round-off: a multiplier between steps may have been 1e12 times its component.
     for k in range(2 * row):
         along = 0.0
         for i in range(m):
@@ -143,12 +143,14 @@ def remove_component(n, m, row, trial):
     square = 0.0
     for i in range(m):
         square += trial.shift[n + i] * trial.shift[n + i]
-    component = 0.0
     for i in range(m):
         trial.free_multipliers[row, i] = trial.shift[n + i] / square**0.5
-        component += trial.free_multipliers[row, i] * trial.lam[i]
-    for i in range(m):
-        trial.lam[i] -= component * trial.free_multipliers[row, i]
+    for _ in range(2):
+        component = 0.0
+        for i in range(m):
+            component += trial.free_multipliers[row, i] * trial.lam[i]
+        for i in range(m):
+            trial.lam[i] -= component * trial.free_multipliers[row, i]
 
 
 LONGEST_SUSPENSION = 15.0  # number of steps for which reuse is suspended at most

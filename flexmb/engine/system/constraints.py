@@ -35,9 +35,10 @@ def add_constraints(tables, address, t, h, q, v, lam, z, kq, kv, matrix, work):
         for i in range(n):
             dof = dofs[i]
             work.ql[i], work.vl[i] = q[dof], v[dof]
+        entries = part_of(C.entries_h, C.pos_h[c], C.pos_h[c + 1])
         if matrix:
-            for i in range(n * n):
-                work.Kl[i] = 0.0
+            for k in range(entries.shape[0]):
+                work.Kl[entries[k]] = 0.0
         call_constraint(tables, address, c, n, m, t, lam, work)
         if n == 6 and m == 2:  # a joint of two nodes: numbers that are known let the compiler unroll
             _scatter(C, c, 6, 2, lam, matrix, work)
@@ -45,9 +46,10 @@ def add_constraints(tables, address, t, h, q, v, lam, z, kq, kv, matrix, work):
             _scatter(C, c, n, m, lam, matrix, work)
         if matrix and kq != 0.0:
             positions = part_of(C.positions_h, C.pos_h[c], C.pos_h[c + 1])
-            for k in range(n * n):
-                if work.Kl[k] != 0.0:
-                    work.lu[positions[k]] += kq * work.Kl[k]
+            for k in range(entries.shape[0]):
+                curve = work.Kl[entries[k]]
+                if curve != 0.0:
+                    work.lu[positions[k]] += kq * curve
         if C.joint_friction[c, LOAD_KERNEL] >= 0:
             add_joint_friction(tables, address, c, n, m, h, lam, z, kq, kv, matrix, work)
 
@@ -72,8 +74,8 @@ def _scatter(C, c, n, m, lam, matrix, work):
         here = part_of(C.positions_g, C.pos_g[c], C.pos_g[c + 1])
         there = part_of(C.positions_gt, C.pos_g[c], C.pos_g[c + 1])
         for k in range(m * n):
-            work.lu[here[k]] += G[k]
-            work.lu[there[k]] += G[k]
+            work.lu[here[k]] = G[k]
+            work.lu[there[k]] = G[k]
 
 
 @compiled

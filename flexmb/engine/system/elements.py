@@ -38,7 +38,8 @@ def add_elements(tables, address, t, h, q, v, a, z, kq, kv, ka, matrix, work):
         if matrix:
             positions = part_of(E.positions, E.pos[e], E.pos[e + 1])
             for i in range(n * n):
-                work.lu[positions[i]] += s * work.Kl[i]
+                if work.Kl[i] != 0.0:  # a chain of sums at the place that nothing reads would take its time
+                    work.lu[positions[i]] += s * work.Kl[i]
             if E.factor[e] < NO_FACTOR:
                 add_load_tangent(tables, e, n, work)
         dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])

@@ -110,6 +110,7 @@ def node_mass(part: str, node: str, mass: float, inertia: float, gravity: Point)
         force=node_mass_force,
         tangent=node_mass_tangent,
         account=node_mass_account,
+        diagonal=True,
     )
 
 

@@ -46,6 +46,11 @@ def direction_row(dx, dy, s1x, s1y, s2x, s2y, q, v, lam, row, g, G, gamma, H):
     gamma[row] = -dot(curvature_times(nx, ny, far, near, v), v)
 
 
+# Entries of G and H that `guide_kernel` writes: the first row turns with the first node.
+OF_GUIDE = (0, 1, 2, 3, 4, 5), (2, 5)
+BY_TURN = ((5, 5), *((i, 2) for i in range(6)), *((2, i) for i in (0, 1, 3, 4, 5)))
+
+
 @constraint_kernel
 def guide_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """Slider in a guide on the first body: no offset across the guide, no relative rotation."""
@@ -120,7 +125,8 @@ class Guide(Joint):
         """The two constraint equations of a slider without clearance in `mechanism`."""
         coordinates, p, angle = self.geometry(mechanism)
         second = coordinates[3:]
-        return ConstraintContribution(self.name, guide_kernel, coordinates, (*p, angle), 2, second=second, moment_row=1)
+        own = (*p, angle), 2, second, 1
+        return ConstraintContribution(self.name, guide_kernel, coordinates, *own, columns=OF_GUIDE, curved=BY_TURN)
 
     def geometry(self, mechanism: Mechanism) -> tuple[Any, tuple[float, float, float, float, float, float], float]:
         """Coordinates in `mechanism`; direction of the guide, both points in the frames of their nodes; angle."""

@@ -46,6 +46,9 @@ def coincide(s1x, s1y, s2x, s2y, q, v, lam, g, G, gamma, H):
     H[5, 5] = -lam[0] * bx - lam[1] * by
 
 
+AT_PIN, BY_ANGLES = ((0, 2, 3, 5), (1, 2, 4, 5)), ((2, 2), (5, 5))  # entries of G and H that `coincide` writes
+
+
 @constraint_kernel
 def coincidence_kernel(p, t, q, v, lam, g, G, g_t, gamma, H):
     """Two points of two nodes coincide."""
@@ -92,7 +95,9 @@ def coincidence_piece(
     first, second = ends
     coordinates = (*first.coordinates, *second.coordinates)
     p = (*first.offset, *second.offset)
-    return ConstraintContribution(part, coincidence_kernel, coordinates, p, 2, second=second.coordinates, holds=holds)
+    return ConstraintContribution(
+        part, coincidence_kernel, coordinates, p, 2, second.coordinates, holds=holds, columns=AT_PIN, curved=BY_ANGLES
+    )
 
 
 @record
@@ -139,7 +144,7 @@ class Revolute(Joint):
         ends = self.ends(mechanism)
         coordinates = tuple(end.coordinates[2] for end in ends)
         p = (drawn_angle(mechanism, ends),)
-        return ConstraintContribution(self.name, angle_kernel, coordinates, p, 1, is_drive=True)
+        return ConstraintContribution(self.name, angle_kernel, coordinates, p, 1, is_drive=True, curved=())
 
 
 @record
@@ -157,5 +162,16 @@ class Fixed(Joint):
         first, second = ends = self.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
         p = (*first.offset, *second.offset, drawn_angle(mechanism, ends))
-        held = second.coordinates
-        return [ConstraintContribution(self.name, weld_kernel, coordinates, p, 3, second=held, moment_row=2)]
+        return [
+            ConstraintContribution(
+                self.name,
+                weld_kernel,
+                coordinates,
+                p,
+                3,
+                second=second.coordinates,
+                moment_row=2,
+                columns=(*AT_PIN, (2, 5)),
+                curved=BY_ANGLES,
+            )
+        ]
