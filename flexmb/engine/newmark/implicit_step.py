@@ -346,6 +346,7 @@ def factor_matrix(tables, lu, h, kv, ka, options, flow, trial, work, record):
     # factored again with fewer held rows.
     n, newton = tables.sizes.n_q, trial.newton
     discard_factors(trial.reuse)
+    # At first all rows that look redundant are held, so that multipliers stay calm while a singular position is passed.
     if newton.hold == LOST_PIVOT:
         newton.held = factor_without_redundant(lu, work.lu, newton.hold, n, trial)
     else:

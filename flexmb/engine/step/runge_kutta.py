@@ -118,7 +118,7 @@ def accelerate_once(tables, address, lu, t, fraction, h, load, options, flow, tr
             return SINGULAR if math.isfinite(trial.rhs.sum()) else NOT_FINITE
         if lost == ROWS_HELD:
             left = h * h * held_residual(lu, work.lu, trial.pivot_scale, trial.rhs, trial.scratch)
-            if hold == LOST_PIVOT or left <= allowed_gap(tables, h, options, flow, flow.a, trial.left_out.shape[0] > 0):
+            if hold == LOST_PIVOT or left <= allowed_gap(tables, h, options, flow, flow.a, False):
                 break
             hold = LOST_PIVOT  # the rows are not redundant
     solve(lu, work.lu, trial.rhs, trial.solution, trial.scratch)
@@ -150,7 +150,8 @@ def project_state(tables, address, lu, t, h, options, flow, trial, work, record,
             return SINGULAR
         if lost == ROWS_HELD:
             left = held_residual(lu, work.lu, trial.pivot_scale, trial.rhs, trial.scratch) * (h if velocities else 1.0)
-            if left > allowed_gap(tables, h, options, flow, flow.a, trial.left_out.shape[0] > 0):
+            redundant = hold == LOST_PIVOT and trial.left_out.shape[0] > 0
+            if left > allowed_gap(tables, h, options, flow, flow.a, redundant):
                 if hold == LOST_PIVOT:  # the rows contradict the others
                     record.count.lost_pivot = first_held_row(lu, trial.pivot_scale)
                     return SINGULAR
