@@ -277,6 +277,9 @@ class SectionMap(SectionOfFlow):
     def _to_next_crossing(self, T: np.ndarray | None) -> bool:
         """Advance to the next crossing of the level; returns whether there was one."""
         flow, began = self.flow, self.flow.time
+        crossed = flow.seek(self._signal, self.level, self._side, began + self.limit) if T is None else None
+        if crossed is not None:
+            return self._arrived(crossed, began)
         rate = (lambda: flow.rate(self._signal)) if flow.has_cheap_rate(self._signal) else None
         height = Height(flow, self._height, rate, self._side)
         bracket: Bracket | None = None
@@ -286,9 +289,15 @@ class SectionMap(SectionOfFlow):
             duration = locate(height, bracket)
             if T is not None and flow.ok:
                 carry(flow, bracket, duration, T)
+        return self._arrived(bracket is not None, began)
+
+    def _arrived(self, crossed: bool, began: float) -> bool:
+        """Status behind a crossing, or at the end of a search that began at a time [s]; whether there was one."""
+        flow = self.flow
+        if crossed and flow.ok:
             self._side = -self._side
-        self.ok, self.status = flow.ok and bracket is not None, flow.status
-        if flow.ok and bracket is None:
+        self.ok, self.status = flow.ok and crossed, flow.status
+        if flow.ok and not crossed:
             text = f"{self.signal!r} did not cross {self.level:g} within {self.limit:g} s after t = {began:.6g} s"
             self.status = f"{text}; it may stay on one side. Choose another level, or a longer limit=."
         return self.ok

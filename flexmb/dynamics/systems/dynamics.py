@@ -325,6 +325,13 @@ class ContinuousFlow(Dynamics):
         bool : whether the step succeeded.
         """
 
+    def seek(self, signal: int, level: float, side: int, limit: float) -> bool | None:  # noqa: ARG002 - most cannot
+        """Advance to the next crossing of a level from a side of it (1 above, -1 below), or up to a time `limit` [s].
+
+        Returns whether there was one; None: this flow goes there step by step, by `take_step`.
+        """
+        return None
+
     @abstractmethod
     def snapshot(self) -> Any:
         """Complete present state, step control included, for `restore`."""
@@ -332,6 +339,10 @@ class ContinuousFlow(Dynamics):
     @abstractmethod
     def restore(self, snapshot: Any) -> None:
         """Return to the state of a `snapshot`; the motion then continues with the same bits."""
+
+    def before_jump(self) -> Any:
+        """Snapshot just before the jump with which the last step ended; None: the state does not jump."""
+        return None
 
     @abstractmethod
     def rate(self, signal: int) -> float:
