@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
+from flexmb.dynamics.sections.crossing import CLOSE, HALVINGS, ROUNDS
+from flexmb.dynamics.systems.impact_ode import PILE
 from flexmb.engine.compiled.records import Matrix, Record, Vector
 from flexmb.kernels import HEIGHT, RATES, Kernel, address_table, compiled, copy, height_at, rates_at
 from flexmb.late import scipy
@@ -33,18 +35,16 @@ ENDS = {
     PILED: "Impacts pile up at t = {:.6g} s: the gap stays closed.",
     BAD_JUMP: "The jump at t = {:.6g} s gives a state that is not finite.",
 }
-RATE, JUMP = 0, 1  # numbers of the kernels of rates
-WALL, LEVEL = 0, 1  # what is sought within a step
+RATE, JUMP = range(2)  # numbers of the kernels of rates
+WALL, LEVEL = range(2)  # what is sought within a step
 STAGES, ORDER = 12, 8
+FIFTH, THIRD = range(2)  # rows of the error estimates
 SAFETY, LEAST_FACTOR, LARGEST_FACTOR = 0.9, 0.2, 10.0  # factors of a step size, as in scipy
 ROUND_OFF = 2.2e-16
 LEAST_STEP = 10.0 * ROUND_OFF  # least step over the present time
 THIRD_ORDER_SHARE = 0.01  # weight of the square of the error of order 3 beside that of order 5
-ROUNDS, HALVINGS = 200, 40  # largest numbers of trials for a crossing, and for a point before it
 DIFFERENCE = 6e-6  # difference of the state for the rate of the gap, over its size
 SHORT = 1e-3  # largest time of that difference, over a step
-CLOSE = 0.1  # height of a cubic's minimum, over the lower end of the step, below which two crossings are sought
-PILE = 1e-12  # time between impacts that pile up, over the time of the run or a step
 
 
 class Motion(Record):
@@ -91,8 +91,8 @@ def error_ratio(m):
     for i in range(n):
         scale, e5, e3 = m.atol + m.rtol * max(abs(m.x[i]), abs(m.y[i])), 0.0, 0.0
         for k in range(STAGES + 1):
-            e5 += m.errors[0, k] * m.K[k, i]
-            e3 += m.errors[1, k] * m.K[k, i]
+            e5 += m.errors[FIFTH, k] * m.K[k, i]
+            e3 += m.errors[THIRD, k] * m.K[k, i]
         fifth += (e5 / scale) ** 2
         third += (e3 / scale) ** 2
     whole = fifth + THIRD_ORDER_SHARE * third
@@ -301,12 +301,12 @@ def kernel_of(function: Any, begin: int, end: int, *, is_height: bool = False) -
     """Kernel of a function f(t, x, ...) with the parameters p[begin:end], which returns a height, rates or a state."""
     count = end - begin
 
-    def rates(p, t, x, out):  # type: ignore[no-untyped-def]
+    def rates(p: Any, t: float, x: Any, out: Any) -> None:
         found = function(t, x, *to_fixed_tuple(p[begin:end], count))
         for i in range(out.shape[0]):
             out[i] = found[i]
 
-    def distance(p, t, x):  # type: ignore[no-untyped-def]
+    def distance(p: Any, t: float, x: Any) -> Any:
         return function(t, x, *to_fixed_tuple(p[begin:end], count))
 
     made: Any = distance if is_height else rates
@@ -326,7 +326,7 @@ class CompiledMotion:
         self._record: Motion | None = None
 
     def copy(self) -> CompiledMotion:
-        """The same motion with a workspace of its own."""
+        """Motion of the same functions, with a workspace of its own."""
         other = copy_object(self)
         other._record = None
         return other

@@ -326,9 +326,17 @@ class ContinuousFlow(Dynamics):
         """
 
     def seek(self, signal: int, level: float, side: int, limit: float) -> bool | None:  # noqa: ARG002 - most cannot
-        """Advance to the next crossing of a level from a side of it (1 above, -1 below), or up to a time `limit` [s].
+        """Advance to the next crossing of a level in one call, where the flow can.
 
-        Returns whether there was one; None: this flow goes there step by step, by `take_step`.
+        Parameters
+        ----------
+        signal, level : number of the signal in `names`, and level [unit of the signal].
+        side : side of the level before the crossing, 1 above, -1 below.
+        limit : time [s] at which the search ends.
+
+        Returns
+        -------
+        bool or None : whether there was a crossing; None: the flow has to be searched step by step.
         """
         return None
 

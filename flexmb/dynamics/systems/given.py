@@ -255,6 +255,8 @@ class ODE(GivenSystem, ContinuousFlow):
     Notes
     -----
     f must be smooth; for jumps see `ImpactODE`.  A state or rate that is not finite ends the run with a status.
+    A function under `@numba.njit` that returns a tuple of floats, with parameters that are numbers, is integrated in
+    compiled code by "DOP853", hundreds of times as fast, in threads side by side; tangent vectors are not.
 
     Examples
     --------
