@@ -41,8 +41,8 @@ class ImpactODE(OfFlow, ContinuousFlow):
     -----
     Impacts are located to round-off.  A run in which impacts pile up (chatter) ends with a status, because the sticking
     motion afterwards is another system.  If the functions of `ode`, `gap` and `jump` are all under `@numba.njit`, the
-    motion runs in compiled code (see `ODE`).  A grazing impact has no tangent: the saltation matrix grows like the inverse
-    of the approach speed.
+    motion runs in compiled code (see `ODE`).  A grazing impact has no tangent: the saltation matrix grows like the
+    inverse of the approach speed.
 
     Examples
     --------
