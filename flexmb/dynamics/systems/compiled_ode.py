@@ -326,7 +326,7 @@ class CompiledMotion:
         self._record: Motion | None = None
 
     def copy(self) -> CompiledMotion:
-        """Motion of the same functions, with a workspace of its own."""
+        """Copy with another workspace."""
         other = copy_object(self)
         other._record = None
         return other
