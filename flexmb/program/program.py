@@ -363,6 +363,17 @@ class Program:
         return self.tables.sizes.n_c
 
     @cached_property
+    def shortest(self) -> float:
+        """Least distance of neighbouring nodes of a deformable body, as drawn, or the size of the mechanism [m]."""
+        E, n_b, q = self.tables.elements, self.tables.sizes.n_b, self.reference.q
+        begin = E.dof[:-1][(np.diff(E.dof) >= 6) & (np.asarray(E.account) >= 0)]
+        first, second = E.dofs[begin], E.dofs[begin + 3]
+        both = (first < n_b) & (second < n_b) & (first % 3 == 0) & (second % 3 == 0)
+        first, second = first[both], second[both]
+        away = np.hypot(q[first] - q[second], q[first + 1] - q[second + 1])
+        return float(away[away > 0.0].min(initial=self.length))
+
+    @cached_property
     def sizes(self) -> np.ndarray:
         """Movements (n_q,) beside which others are judged: the size of the mechanism [m], and 1 rad of angles."""
         return np.where(np.asarray(self.tables.kind) == 1, 1.0, self.length)

@@ -21,6 +21,7 @@ from flexmb.engine.compiled.records import fitting
 from flexmb.engine.energy import COORDINATE_ROUND_OFF, check_balance_at_end, idle_energy, start_balance
 from flexmb.engine.linalg import lu
 from flexmb.engine.linalg.rank import row_rank
+from flexmb.engine.newmark.predictor import FARTHEST_LEAP
 from flexmb.engine.state.flow import new_flow
 from flexmb.engine.state.record import BUFFER_FULL, CONDITION_MET, DONE, NEVER, RUNNING, Options
 from flexmb.engine.state.trial import new_trial, rigid_coordinates
@@ -432,6 +433,7 @@ class Run:
             NEWTON_TOLERANCE,
             NEWTON_ITERATIONS,
             float(self.program.length),
+            FARTHEST_LEAP * self.program.shortest,
             isinstance(self.step, Adaptive),
             float(self.error),
             max(float(self.h_min), least_step(end)),

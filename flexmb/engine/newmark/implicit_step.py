@@ -307,10 +307,10 @@ def start_iteration(tables, lu, h, ratio, kv, ka, scheme, options, flow, trial):
     newton.last_size, newton.fraction, newton.reach = math.inf, 1.0, math.inf
     newton.hold = initial_hold(flow)
     predict(n, m, h, ratio, newton.order, scheme, flow, trial)
-    if leaps(tables.sizes.n_b, h, options.length, flow, trial):
+    if leaps(tables.sizes.n_b, h, options, flow, trial):
         newton.order = COASTING
         predict_without_accelerations(n, m, h, ratio, COASTING, scheme, flow, trial)
-        if leaps(tables.sizes.n_b, 0.0, options.length, flow, trial):
+        if leaps(tables.sizes.n_b, 0.0, options, flow, trial):
             newton.order = STANDING
             predict_without_accelerations(n, m, h, ratio, STANDING, scheme, flow, trial)
     if newton.reusing and m > 0 and newton.order > 0 and options.form == GEAR_GUPTA_LEIMKUHLER:

@@ -16,9 +16,10 @@ from flexmb.program.program import COMMON_Z
 # Orders of predictions without accelerations: by the positions at the start of the step, and by its velocities.
 STANDING, COASTING = range(-2, 0)
 
-# Displacement by the predicted accelerations over the size of the mechanism, or rotation by them [rad], up to which
-# they are trusted: a step that does not resolve them (after a jump of a load) starts from the velocities alone, or from
-# the positions, where the velocities lead as far. Where Newton's iteration starts does not change where it ends.
+# Displacement by the predicted accelerations, over the size of the mechanism or of its shortest beam, up to which they
+# are trusted; rotations count as displacements at the distance of that size. A step that does not resolve them (after a
+# jump of a load, waves in short beams) starts from the velocities alone, or from the positions, where the velocities
+# lead as far. From farther away Newton's iteration may end at another solution: beams that are folded.
 FARTHEST_LEAP = 0.1
 
 OLD_ERROR_WEIGHT = 0.5  # weight of the errors of earlier predictions relative to that of the last one
@@ -87,14 +88,14 @@ def predict_without_accelerations(n, m, h, ratio, order, scheme, flow, trial):
 
 
 @compiled
-def leaps(n_b, coasted, length, flow, trial):
+def leaps(n_b, coasted, options, flow, trial):
     """Whether a node is predicted farther than is trusted from where it coasts to in a time `coasted` [s]."""
     far, turn = 0.0, 0.0
     for i in range(0, n_b, 3):  # x, y, theta of a node
         far = max(far, abs(trial.q[i] - flow.q[i] - coasted * flow.v[i]))
         far = max(far, abs(trial.q[i + 1] - flow.q[i + 1] - coasted * flow.v[i + 1]))
         turn = max(turn, abs(trial.q[i + 2] - flow.q[i + 2] - coasted * flow.v[i + 2]))
-    return not (far <= FARTHEST_LEAP * length and turn <= FARTHEST_LEAP)
+    return not (far <= options.leap and turn * options.length <= options.leap)
 
 
 @compiled

@@ -35,6 +35,7 @@ class Options(Record, frozen=True):
     tolerance: float  # tolerance of Newton's corrections relative to h^2 |a|
     iterations: int  # most Newton iterations
     length: float  # size of the mechanism [m]
+    leap: float  # displacement up to which predicted accelerations are trusted [m]
     adaptive: bool  # whether the error estimate chooses the steps
     error: float  # accepted error of positions in a step [m]
     h_min: float  # h_min, h_max: smallest and largest step [s]
