@@ -63,8 +63,8 @@ def test_waves_that_no_step_resolves_fold_no_beam():
             "rod", (0.0, 0.0), (0.4, 0.0), section=section, material=fm.Material(2.1e11, 7800.0), elements=elements
         )
         mechanism = fm.Mechanism("rod", (rod, fm.Revolute("pin", fm.GROUND, rod, (0.0, 0.0))), gravity=(0.0, -9.81))
-        sol = fm.simulate(mechanism, t_end=0.1, step=1e-3)
+        sol = fm.simulate(mechanism, t_end=0.1, step=1e-3, save="steps")
         assert sol.ok, sol.status
-        assert sol.array("energy.strain").max() < 0.1 * sol.array("energy.kinetic").max()
+        assert sol.array("energy.strain").max() < 1e-2 * sol.array("energy.kinetic").max()
         angles.append(math.atan2(sol["rod.end.y"].values[-1], sol["rod.end.x"].values[-1]))
     assert angles[1] == pytest.approx(angles[0], rel=1e-3)
