@@ -1,6 +1,7 @@
 """Published normal laws N = K depth^n (1 + chi depth_rate/w): a class for each, with damping factor, range and source.
 
-A further law is a further class: its formula in the first line, its range and source in the notes, and chi(e).
+w is the reference speed of `hysteresis.py`, by default the speed at which the surfaces met.  A further law is a further
+class: its formula in the first line, its range and source in the notes, and chi(e).
 """
 
 from __future__ import annotations

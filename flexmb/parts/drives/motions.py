@@ -1,4 +1,4 @@
-"""Motions by formulas: constant speed, ramps, sines, polynomials."""
+"""Motions by formulas: constant speed, ramps, sines, polynomials; each a `Motion` of `model/law.py`."""
 
 from __future__ import annotations
 
