@@ -120,7 +120,8 @@ def lay_out(figure: Figure) -> None:
         ax.apply_aspect()
 
 
-# Colours of curves, and of bodies and beams without a field, also on pages (`palette` of `show/reports/document.py`); the colour-blind can tell them apart.
+# Colours of curves, and of bodies and beams without a field, also on pages (`palette` of `show/reports/document.py`);
+# the colour-blind can tell them apart.
 # Sources: M. Okabe, K. Ito, Color universal design, 2008; P. Tol, Colour schemes, 2021.
 COLOURS = (
     "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#882255", "#117733", "#332288", "#999933",
