@@ -26,7 +26,7 @@ from flexmb.program.program import Program
 from flexmb.statics.modes import Modes, modes
 from flexmb.statics.start import consistent
 from flexmb.statics.start.assemble import check_massless, close_loops
-from flexmb.statics.start.redundant_joints import redundancy
+from flexmb.statics.start.consistent import redundancy
 
 # Report on a mechanism: degrees of freedom, mass, natural frequencies, and all findings
 

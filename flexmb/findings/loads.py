@@ -18,10 +18,9 @@ from flexmb.model.part import Body, Joint
 from flexmb.program.program import Program
 from flexmb.statics.eigen import damped, moves_most
 from flexmb.statics.equilibrium import correction, static_equilibrium
-from flexmb.statics.found import Equilibrium
+from flexmb.statics.found import Equilibrium, Spin
 from flexmb.statics.modes import Modes, modes
 from flexmb.statics.start.consistent import accelerations, rigid_velocities, yielding_joints
-from flexmb.statics.steady_rotation import Spin
 from flexmb.statics.vibrations import Examination, State
 
 # Stability of the reference configuration under the declared loads, gravity included

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb.engine.state.record import DONE, NEWTON_FAILED, NOT_FINITE, RUNNING, SINGULAR, STEP_TOO_SMALL, kept_poses
-from flexmb.engine.step.step_size import Adaptive, FixedStep
+from flexmb.engine.step.method import Adaptive, FixedStep
 from flexmb.engine.system.state_evaluation import Instant, changed_contacts, failed_kernel
 from flexmb.errors import USER_ERRORS, FlexmbError, KernelError
 from flexmb.findings.dimensions import implausible_findings

@@ -25,9 +25,8 @@ from flexmb.model.part import refuse_controllers
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
 from flexmb.statics.eigen import is_stable
-from flexmb.statics.found import Equilibrium
+from flexmb.statics.found import Equilibrium, Spin, check_spin
 from flexmb.statics.start.consistent import check_independent
-from flexmb.statics.steady_rotation import Spin, check_spin
 
 
 # Contacts of a mechanism at rest: the ones that carry and the ones left out, and their geometric stiffness

@@ -18,9 +18,8 @@ from flexmb.program.program import Program, resolve
 from flexmb.statics.eigen import damped as damped_modes
 from flexmb.statics.eigen import free_motions, motion_in_words, moves_most, shapes_of, undamped
 from flexmb.statics.equilibrium import left_out_text, open_contacts, refuse_other_forces, refuse_other_names, unpaired
-from flexmb.statics.found import Equilibrium
+from flexmb.statics.found import Equilibrium, Spin, check_spin
 from flexmb.statics.start.assemble import close_loops
-from flexmb.statics.steady_rotation import Spin, check_spin
 
 ENERGY_ROUND_OFF = 1e-15  # strain energy over the sum of its absolute terms, below which it is round-off
 ASYMMETRY_ROUND_OFF = 1e-11  # asymmetry of the stiffness over its largest entry, above which it is no round-off
@@ -118,7 +117,7 @@ def modes(mechanism: Mechanism, count: int = 10, at: Equilibrium | None = None, 
     -----
     Rigid motions are found first, body by body, from G and K alone, and the rest is computed orthogonal to them: no
     frequency is compared with another to tell a rigid motion from a slow one.  In a turning frame nothing is called
-    rigid, since every motion has stiffness there.  See `flexmb.statics.steady_rotation` for its matrices.
+    rigid, since every motion has stiffness there.  See `flexmb.statics.found` for its matrices.
     Source: R. D. Cook, D. S. Malkus, M. E. Plesha, R. J. Witt, Concepts and Applications of Finite Element Analysis,
     4th ed., Wiley 2002, chapter 11; rotation: L. Meirovitch, Computational Methods in Structural Dynamics, Sijthoff and
     Noordhoff 1980, chapter 3.

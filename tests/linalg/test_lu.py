@@ -7,9 +7,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flexmb.engine.linalg.complex_lu import factor_complex, solve_complex
 from flexmb.engine.linalg.dense import PivotingSolver
-from flexmb.engine.linalg.lu import LOST_PIVOT, ROWS_HELD, factor, multiply, null_vector, solve, tables
+from flexmb.engine.linalg.lu import (
+    LOST_PIVOT,
+    ROWS_HELD,
+    factor,
+    factor_complex,
+    multiply,
+    null_vector,
+    solve,
+    solve_complex,
+    tables,
+)
 from flexmb.engine.linalg.ordering import elimination_order
 from flexmb.engine.linalg.symbolic import Symbolic, symbolic
 from flexmb.errors import InputError, SolveError

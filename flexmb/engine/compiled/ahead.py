@@ -26,9 +26,9 @@ from typing import IO, Any, cast, get_type_hints
 from numba.core import config
 from numba.core.caching import FunctionCache
 
+from flexmb.engine.compiled.code_cache import shipment
 from flexmb.engine.compiled.notice import caches, notice
 from flexmb.engine.compiled.records import type_of_hint
-from flexmb.engine.compiled.shipped import shipment
 
 # Function that every program is compiled with; where it is kept, the time for a second process is over.
 FIRST = "flexmb.engine.system.evaluate.evaluate"

@@ -23,7 +23,7 @@ from flexmb.engine.linalg.lu import LU
 from flexmb.engine.newmark.error_control import accept_or_reject, shorten_step, update_step_sizes
 from flexmb.engine.newmark.jacobian_reuse import discard_factors, update_held_multipliers
 from flexmb.engine.radau.step import update_ledger
-from flexmb.engine.state.flow import Flow
+from flexmb.engine.state.flow import Flow, Trial
 from flexmb.engine.state.record import (
     BUFFER_FULL,
     CONDITION_MET,
@@ -34,11 +34,22 @@ from flexmb.engine.state.record import (
     Options,
     RunRecord,
 )
-from flexmb.engine.state.trial import Trial
-from flexmb.engine.step.acceptance import adopt_trial, condition_met, finished, next_step_size, update_peaks, watch_step
+from flexmb.engine.step.acceptance import (
+    END_OF_STEP,
+    adopt_trial,
+    condition_met,
+    count_row,
+    finished,
+    is_due,
+    next_due,
+    next_step_size,
+    save_step,
+    store_signals,
+    update_peaks,
+    watch_step,
+)
 from flexmb.engine.step.contact_events import planned_step
 from flexmb.engine.step.method import Method, Stepper
-from flexmb.engine.step.saved_instants import END_OF_STEP, count_row, is_due, next_due, save_step, store_signals
 from flexmb.engine.system.constraints import report_forces
 from flexmb.engine.system.evaluate import evaluate_accepted
 from flexmb.engine.system.outputs import write_outputs

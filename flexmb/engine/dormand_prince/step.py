@@ -8,7 +8,7 @@ velocities are projected onto the constraints.  Equation (4.19) of docs/theory/i
 import math
 
 from flexmb.engine.dormand_prince.complement import accelerate_by_complement, factor_complement, project_by_complement
-from flexmb.engine.dormand_prince.tableau import ALL_STAGES, END, FIFTH, START, STEP_STAGES, THIRD
+from flexmb.engine.dormand_prince.stages import ALL_STAGES, END, FIFTH, START, STEP_STAGES, THIRD
 from flexmb.engine.energy import GRAVITY, KINETIC, STRAIN, update_residual
 from flexmb.engine.newmark.error_control import find_speeds, state_scale
 from flexmb.engine.newmark.jacobian_reuse import initial_hold, take_least_norm

@@ -17,7 +17,7 @@ from flexmb.engine.newmark.error_control import (
 from flexmb.engine.newmark.implicit_step import implicit_step, start_auxiliary_acceleration
 from flexmb.engine.newmark.jacobian_reuse import adopt_factors, update_held_multipliers
 from flexmb.engine.newmark.predictor import update_predictor
-from flexmb.engine.state.flow import Flow
+from flexmb.engine.state.flow import Flow, Trial
 from flexmb.engine.state.record import (
     DONE,
     FORMS,
@@ -28,7 +28,6 @@ from flexmb.engine.state.record import (
     Options,
     RunRecord,
 )
-from flexmb.engine.state.trial import Trial
 from flexmb.engine.step.acceptance import accept, finished, next_step_size
 from flexmb.engine.step.contact_events import planned_step, update_impacts
 from flexmb.engine.step.method import Method, Stepper

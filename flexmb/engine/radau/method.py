@@ -16,7 +16,7 @@ from flexmb.engine.newmark.jacobian_reuse import discard_factors, update_held_mu
 from flexmb.engine.newmark.predictor import restart_predictor
 from flexmb.engine.radau.collocation import AT_START, LAST, STAGES, C, Collocation, collocation
 from flexmb.engine.radau.step import add_works, find_between, ledger_at, radau_error, radau_step, update_ledger
-from flexmb.engine.state.flow import Flow
+from flexmb.engine.state.flow import Flow, Trial
 from flexmb.engine.state.record import (
     BUFFER_FULL,
     CONDITION_MET,
@@ -27,12 +27,28 @@ from flexmb.engine.state.record import (
     Options,
     RunRecord,
 )
-from flexmb.engine.state.trial import Trial
-from flexmb.engine.step.acceptance import adopt_trial, condition_met, finished, next_step_size, update_peaks, watch_step
-from flexmb.engine.step.contact_events import note_passed_contacts, planned_step, update_impacts
-from flexmb.engine.step.contact_log import buffer_may_overflow, update_episodes
+from flexmb.engine.step.acceptance import (
+    END_OF_STEP,
+    adopt_trial,
+    condition_met,
+    count_row,
+    finished,
+    is_due,
+    next_due,
+    next_step_size,
+    save_step,
+    store_signals,
+    update_peaks,
+    watch_step,
+)
+from flexmb.engine.step.contact_events import (
+    buffer_may_overflow,
+    note_passed_contacts,
+    planned_step,
+    update_episodes,
+    update_impacts,
+)
 from flexmb.engine.step.method import Method, Stepper
-from flexmb.engine.step.saved_instants import END_OF_STEP, count_row, is_due, next_due, save_step, store_signals
 from flexmb.engine.system.constraints import report_forces
 from flexmb.engine.system.contacts import find_gap
 from flexmb.engine.system.evaluate import evaluate_accepted

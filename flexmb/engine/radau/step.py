@@ -21,8 +21,7 @@ from flexmb.engine.energy import (
     update_balance,
     update_residual,
 )
-from flexmb.engine.linalg.complex_lu import factor_complex, solve_complex
-from flexmb.engine.linalg.lu import solve, solve_two
+from flexmb.engine.linalg.lu import factor_complex, solve, solve_complex, solve_two
 from flexmb.engine.newmark.error_control import LEAST_STATE, find_speeds, in_free_flight, state_scale
 from flexmb.engine.newmark.implicit_step import ANGLE_ALLOWANCE, ROUND_OFF, STATE_ROUND_OFF
 from flexmb.engine.newmark.jacobian_reuse import factor_without_redundant, initial_hold, take_least_norm

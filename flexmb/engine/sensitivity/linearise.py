@@ -11,28 +11,31 @@ import numpy as np
 from flexmb.engine.compiled.arrays import matrix_view, part_of
 from flexmb.engine.compiled.pieces import whole
 from flexmb.engine.compiled.records import Integers, IntegerTable, Matrix, Record, Vector
-from flexmb.engine.sensitivity.controllers import (
-    ControlSlopes,
-    add_control_forces,
-    add_control_matrix,
-    control_slopes,
-    find_control_slopes,
-    subtract_control_rates,
-    subtract_state_rates,
-)
 from flexmb.engine.sensitivity.histories import (
     FIRST,
     add_contact_history,
     add_element_history,
     add_joint_friction_history,
+    add_turns,
     advance_contact_history,
     advance_element_history,
     advance_joint_friction_history,
     element_force,
     find_joint_load,
+    find_turns,
 )
-from flexmb.engine.sensitivity.parameters import ParameterRates, add_parameters, parameter_rates
-from flexmb.engine.sensitivity.reversals import add_turns, find_turns
+from flexmb.engine.sensitivity.parameters import (
+    ControlSlopes,
+    ParameterRates,
+    add_control_forces,
+    add_control_matrix,
+    add_parameters,
+    control_slopes,
+    find_control_slopes,
+    parameter_rates,
+    subtract_control_rates,
+    subtract_state_rates,
+)
 from flexmb.engine.sensitivity.signal_rows import SignalRows, signal_rows
 from flexmb.engine.system.constraints import add_constraints
 from flexmb.engine.system.contacts import add_contacts, add_tangents, jacobians

@@ -15,7 +15,7 @@ import numpy as np
 from flexmb.engine.compiled.records import Integers, Matrix, Record, Vector
 from flexmb.engine.energy import GRAVITY, KINETIC, STRAIN
 from flexmb.engine.sensitivity.parameters import move_numbers
-from flexmb.engine.step.saved_instants import END_OF_STEP, PAST_OF_QUADRATIC, interpolate_state
+from flexmb.engine.step.acceptance import END_OF_STEP, PAST_OF_QUADRATIC, interpolate_state
 from flexmb.engine.system.constraints import report_forces
 from flexmb.engine.system.evaluate import evaluate_accepted
 from flexmb.engine.system.outputs import write_outputs

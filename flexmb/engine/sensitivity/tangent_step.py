@@ -33,6 +33,7 @@ from numba.np import arrayobj
 
 from flexmb.engine.linalg.lu import HELD_PIVOT, LOST_PIVOT, factor, solve
 from flexmb.engine.newmark.method import Newmark, NewmarkStepper, advance
+from flexmb.engine.sensitivity.histories import complete_turned, gather_turned, has_turn
 from flexmb.engine.sensitivity.linearise import (
     ACCELERATION,
     POSE_DIFFERENCE,
@@ -47,7 +48,6 @@ from flexmb.engine.sensitivity.linearise import (
     rows_times,
 )
 from flexmb.engine.sensitivity.parameters import clear_constraint, move_numbers
-from flexmb.engine.sensitivity.reversals import complete_turned, gather_turned, has_turn
 from flexmb.engine.sensitivity.signal_rows import keep_differences, write_rows
 from flexmb.engine.state.record import BUFFER_FULL, GEAR_GUPTA_LEIMKUHLER, POSITION, RUNNING, VELOCITY, Options
 from flexmb.engine.step.contact_events import slow_approach_speed

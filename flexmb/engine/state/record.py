@@ -174,7 +174,7 @@ class RunRecord(Record):
     poses: Poses  # poses that are kept for the watch
     held_rows: Flags  # (n_c,) constraint equations whose multipliers were not unique
     passed: Vector  # (contacts,) first instants at which a fixed step passed a contact unseen [s]; 0: none
-    episodes: Matrix  # (rows, EPISODE_ROW_SIZE) contact intervals that ended (`engine/step/contact_log.py`)
+    episodes: Matrix  # (rows, EPISODE_ROW_SIZE) contact intervals that ended (`engine/step/contact_events.py`)
 
 
 def new_record(program: Program, rows: int, saved_places: np.ndarray | None = None) -> RunRecord:

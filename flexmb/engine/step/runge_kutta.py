@@ -17,9 +17,8 @@ from flexmb.engine.newmark.jacobian_reuse import (
     initial_hold,
     update_held_multipliers,
 )
-from flexmb.engine.state.flow import Flow
+from flexmb.engine.state.flow import Flow, Trial
 from flexmb.engine.state.record import DONE, NOT_EVALUATED, NOT_FINITE, RUNNING, SINGULAR, Options, RunRecord
-from flexmb.engine.state.trial import Trial
 from flexmb.engine.step.acceptance import accept, finished, next_step_size
 from flexmb.engine.step.method import Method, Stepper
 from flexmb.engine.system.evaluate import evaluate

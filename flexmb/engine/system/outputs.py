@@ -3,8 +3,7 @@
 import math
 
 from flexmb.engine.compiled.arrays import part_of
-from flexmb.engine.system.controls import write_control_signals
-from flexmb.engine.system.elements import load_factor
+from flexmb.engine.system.elements import load_factor, write_control_signals
 from flexmb.engine.system.work import (
     DRIVE_FORCE,
     FORCE_X,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb.engine.linalg.dense import DENSE_UNKNOWNS, PivotingSolver, solve_dense
-from flexmb.engine.linalg.kept_factors import KeptFactors
+from flexmb.engine.linalg.large import KeptFactors
 from flexmb.engine.system.evaluate import evaluate
 from flexmb.engine.system.work import Work, workspace
 from flexmb.errors import USER_ERRORS, KernelError, SolveError

@@ -1,7 +1,7 @@
 """Saved instants of the staggered scheme: signals of both models, interpolated within a step."""
 
 from flexmb.engine.state.record import BUFFER_FULL, RUNNING
-from flexmb.engine.step.saved_instants import count_row, is_due, next_due, save_step, store_signals
+from flexmb.engine.step.acceptance import count_row, is_due, next_due, save_step, store_signals
 from flexmb.engine.system.outputs import MODE
 from flexmb.kernels import compiled
 
