@@ -51,8 +51,8 @@ engine.newmark.error_control.velocity_constant#0.02 | 1 | method | floor of the 
 engine.newmark.error_control.error_ratio#0.05 | 1 | method | floor of the error constant of positions
 engine.newmark.error_control.node_error#12.0 | 1 | method | error of a first step: change of the acceleration over this
 engine.newmark.error_control.SAFETY | 1 | a step | safety factor of the next step | 0.1 0.5 1.1
-engine.newmark.error_control.growth_factor#0.2 | 1 | a step | most that a step is shortened at once | 0.1 0.5 2
-engine.newmark.error_control.growth_factor#2.0 | 1 | a step | most that a step grows at once | 0.6 2 10
+engine.newmark.method.LEAST_GROWTH | 1 | a step | most that a step is shortened at once | 0.1 0.5 2
+engine.newmark.method.LARGEST_GROWTH | 1 | a step | most that a step grows at once | 0.6 2 10
 engine.newmark.error_control.meets_contacts#0.25 | 1 | a step | what becomes of a step that did not converge | 0.1 0.5 2
 engine.newmark.jacobian_reuse.CLOSED_GAP | 1 | size of the mechanism | gap of a row that may be held
 engine.newmark.jacobian_reuse.OPENING_FRACTION | 1 | way h^2 a | gap of a row that may be held in the first steps
@@ -237,7 +237,6 @@ engine.step.runge_kutta.PROJECTIONS | iterations | nothing | projections of a Ru
 engine.step.runge_kutta.MOST_REPETITIONS | iterations | nothing | rounds that friction in joints takes there
 engine.radau.method.LARGEST_GROWTH | 1 | a step | most that a step of Radau's method grows at once
 engine.radau.method.LEAST_GROWTH | 1 | a step | most that it is shortened at once
-engine.radau.method.SAFETY | 1 | a step | safety factor of the next step
 engine.radau.method.LEAST_STEPS | steps | a period or a run | fewest steps of Radau's method without clearance
 engine.radau.method.LEAST_STEPS_CONTACTS | steps | a period or a run | the same with clearance
 engine.radau.step.MOST_ITERATIONS | iterations | nothing | most Newton iterations of a step of Radau's method
@@ -254,7 +253,6 @@ engine.radau.step.INSENSITIVE | 1 | that difference | change by other interpolat
 engine.radau.step.LEAST_RATE | 1 | a correction | rate that a first iteration is trusted with
 engine.dormand_prince.method.LARGEST_GROWTH | 1 | a step | most that a step of Dormand and Prince grows at once
 engine.dormand_prince.method.LEAST_GROWTH | 1 | a step | most that it is shortened at once
-engine.dormand_prince.method.SAFETY | 1 | a step | safety factor of the next step
 engine.dormand_prince.method.FAILED_GROWTH | 1 | a step | next trial after one whose stages could not be computed
 engine.dormand_prince.method.LEAST_STEPS | steps | a period or a run | fewest steps of Dormand and Prince
 engine.dormand_prince.step.PROJECTIONS | iterations | nothing | projections with the same factors at most

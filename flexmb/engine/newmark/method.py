@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from flexmb import checks
-from flexmb.engine.linalg.lu import LU
 from flexmb.engine.newmark.error_control import (
     accept_or_reject,
     error_ratio,
@@ -17,43 +16,25 @@ from flexmb.engine.newmark.error_control import (
 from flexmb.engine.newmark.implicit_step import implicit_step, start_auxiliary_acceleration
 from flexmb.engine.newmark.jacobian_reuse import adopt_factors, update_held_multipliers
 from flexmb.engine.newmark.predictor import update_predictor
-from flexmb.engine.state.flow import Flow, Trial
-from flexmb.engine.state.record import (
-    DONE,
-    FORMS,
-    NOT_EVALUATED,
-    RUNNING,
-    STEP_TOO_SMALL,
-    Coefficients,
-    Options,
-    RunRecord,
-)
-from flexmb.engine.step.acceptance import accept, finished, next_step_size
-from flexmb.engine.step.contact_events import planned_step, update_impacts
+from flexmb.engine.state.record import DONE, FORMS, NOT_EVALUATED, RUNNING, STEP_TOO_SMALL, Coefficients, Options
+from flexmb.engine.step.acceptance import accept, finished, step_to_try
+from flexmb.engine.step.contact_events import update_impacts
 from flexmb.engine.step.method import Method, Stepper
 from flexmb.engine.system.outputs import write_extrema
-from flexmb.engine.system.work import Work
 from flexmb.fields import field, one_of, positive, record
 from flexmb.kernels import compiled, copy
-from flexmb.program.program import Addresses, Program, Tables
+from flexmb.program.program import Program
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
     from flexmb.run.run import Run
 
+# Next step over the present one at most and at least.
+LARGEST_GROWTH, LEAST_GROWTH = 2.0, 0.2
+
 
 @compiled
-def advance(
-    tables: Tables,
-    address: Addresses,
-    lu: LU,
-    options: Options,
-    flow: Flow,
-    trial: Trial,
-    work: Work,
-    record: RunRecord,
-    steps: int,
-):
+def advance(tables, address, lu, options, flow, trial, work, record, steps):
     """Take at most `steps` implicit steps; RUNNING, or the code of the ending.  Diagram: `step/__init__.py`."""
     code = take_steps(tables, address, lu, options, flow, trial, work, record, steps)
     write_extrema(tables, address, flow.clock.t, flow.q, flow.v, flow.a, work, record.signals)
@@ -66,8 +47,7 @@ def take_steps(tables, address, lu, options, flow, trial, work, record, steps):
     for _ in range(steps):
         if finished(options, flow):
             return DONE
-        h = planned_step(tables, address, options, flow, trial, work) if options.adaptive else flow.clock.step_size
-        h = next_step_size(h, options.t_end - flow.clock.t)
+        h = step_to_try(tables, address, options, flow, trial, work)
         first = flow.clock.last_step == 0.0
         ratio = 1.0 if first else h / flow.clock.last_step
         scheme = options.first if first else options.regular
@@ -76,7 +56,8 @@ def take_steps(tables, address, lu, options, flow, trial, work, record, steps):
         if options.adaptive:
             fits = meets_contacts(tables, address, code, h, options, flow, trial, work, record)
             error = error_ratio(tables, h, ratio, scheme, options, flow, trial) if fits else -1.0
-            growth = accept_or_reject(h, error, growth_factor(error), options, flow, trial, record)
+            growth = growth_factor(error, -1.0 / 3.0, LEAST_GROWTH, LARGEST_GROWTH)
+            growth = accept_or_reject(h, error, growth, options, flow, trial, record)
             code = STEP_TOO_SMALL if code == RUNNING and growth == 0.0 else code
         if code != RUNNING and h <= 1.001 * options.h_min:
             return code
@@ -129,6 +110,7 @@ class Newmark(Method):
     """
 
     estimates_error: ClassVar[bool] = True
+    loops: ClassVar[tuple[Any, ...]] = (advance,)
 
     alpha_m: float = field("weight of the acceleration x0 beside x1", default=0.0)
     alpha_f: float = field("weight of the true acceleration a0 beside a1", default=0.0)
@@ -202,11 +184,6 @@ class Newmark(Method):
         checks.between("Newmark.generalised_alpha", "radius", radius, 0.0, 1.0)
         alpha_m, alpha_f = (2.0 * radius - 1.0) / (radius + 1.0), radius / (radius + 1.0)
         return cls(alpha_m, alpha_f, (1.0 - alpha_m + alpha_f) ** 2 / 4.0, 0.5 - alpha_m + alpha_f, constraints)
-
-    @property
-    def loops(self) -> tuple[Any, ...]:
-        """The compiled loop."""
-        return (advance,)
 
     @property
     def coefficients(self) -> Coefficients:

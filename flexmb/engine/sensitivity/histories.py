@@ -11,6 +11,7 @@ docs/theory/design.md.
 """
 
 from flexmb.engine.compiled.arrays import part_of
+from flexmb.engine.system.constraints import call_joint_friction, call_joint_load
 from flexmb.engine.system.contacts import add_tangents, call_friction, call_gap, call_normal, jacobians
 from flexmb.engine.system.elements import call_element, call_force, gather_state
 from flexmb.engine.system.work import (
@@ -23,7 +24,7 @@ from flexmb.engine.system.work import (
     T_BY_SLIP,
     gather,
 )
-from flexmb.kernels import compiled, copy, friction_at, joint_friction_at
+from flexmb.kernels import compiled, copy, friction_at
 from flexmb.parts.contact.onset import crossing, cubic
 from flexmb.places import (
     ARM1_X,
@@ -62,8 +63,6 @@ from flexmb.program.program import (
     LAST_GAP,
     LAST_GAP_RATE,
     LOAD_KERNEL,
-    LOAD_P,
-    LOAD_P_END,
     NORMAL_Z,
     ONSET_TIME,
     PHASE,
@@ -195,21 +194,6 @@ def add_contact_history(tables, address, c, h, z, T, work):
 
 
 @compiled
-def joint_friction_force(tables, address, c, h, slip, N, z, z_new):
-    """Friction force in joint c [N], and its derivative by the slip."""
-    C = tables.constraints
-    T, T_slip, _ = friction_at(address.friction, C.joint_friction[c, SLIDING_LAW])(
-        part_of(tables.p, C.joint_friction_p[c, SLIDING_P], C.joint_friction_p[c, SLIDING_P_END]),
-        h,
-        slip,
-        N,
-        part_of(z, C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END]),
-        part_of(z_new, C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END]),
-    )
-    return T, T_slip
-
-
-@compiled
 def add_joint_friction_history(tables, address, c, h, z, T, work):
     """Add the effect of the histories of friction in joint c to T.F and T.z1."""
     C = tables.constraints
@@ -220,10 +204,10 @@ def add_joint_friction_history(tables, address, c, h, z, T, work):
             continue
         eps = max(min(RELATIVE_DIFFERENCE * abs(z[i]), PART_OF_SLIP * abs(h * slip)), LEAST_DIFFERENCE)
         T.zs[i] = z[i] + eps
-        more, _ = joint_friction_force(tables, address, c, h, slip, N, T.zs, work.z_new)
+        more, _, _ = call_joint_friction(tables, address, c, h, slip, N, T.zs, work.z_new)
         _store_upper_side(begin, end, work)
         T.zs[i] = z[i] - eps
-        less, _ = joint_friction_force(tables, address, c, h, slip, N, T.zs, work.z_new)
+        less, _, _ = call_joint_friction(tables, address, c, h, slip, N, T.zs, work.z_new)
         T.zs[i] = z[i]
         _add_history_difference(begin, end, eps, i, T, work)
         for j in range(T.z.shape[0]):
@@ -353,17 +337,9 @@ def _onset_delay(h, first, gap, rate, z, dz, own):
 def find_joint_load(tables, address, c, q, lam, work):
     """Call the load kernel of friction in joint c."""
     C = tables.constraints
-    n, out, H = C.dof[c + 1] - C.dof[c], work.joint_friction_out, work.joint_friction_curve
-    out[:] = 0.0
-    H[:, :] = 0.0
+    n = C.dof[c + 1] - C.dof[c]
     gather(q, C.dofs, C.dof[c], n, work.ql)
-    joint_friction_at(address.joint_friction, C.joint_friction[c, LOAD_KERNEL])(
-        part_of(tables.p, C.joint_friction_p[c, LOAD_P], C.joint_friction_p[c, LOAD_P_END]),
-        part_of(work.ql, 0, n),
-        part_of(lam, C.row[c], C.row[c + 1]),
-        out,
-        H,
-    )
+    call_joint_load(tables, address, c, n, lam, work)
 
 
 @compiled
@@ -480,7 +456,7 @@ def find_turns(tables, address, h, share, q, v, lam, T, work):
         slip = _joint_slip_before(tables, address, c, T, work)
         find_joint_load(tables, address, c, q, lam, work)
         out = work.joint_friction_out
-        before, slope = joint_friction_force(tables, address, c, h, slip, out[LOAD], T.z0, work.z_new)
+        before, slope, _ = call_joint_friction(tables, address, c, h, slip, out[LOAD], T.z0, work.z_new)
         if _turns(slip, before, slope, after, force, work.slopes[k, JOINT_T_BY_SLIP], share, T.turn[k]):
             _add_joint_turn(C, c, v, T.turn[k, ENDING], work)
 

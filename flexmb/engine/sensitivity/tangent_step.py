@@ -28,10 +28,12 @@ import numba
 import numpy as np
 from numba import types
 from numba.core import config
-from numba.extending import intrinsic
 from numba.np import arrayobj
 
-from flexmb.engine.linalg.lu import HELD_PIVOT, LOST_PIVOT, factor, solve
+from flexmb.engine.compiled.arrays import compiled_as
+from flexmb.engine.linalg.lu import LOST_PIVOT, factor, solve
+from flexmb.engine.newmark.implicit_step import newmark_coefficients
+from flexmb.engine.newmark.jacobian_reuse import initial_hold
 from flexmb.engine.newmark.method import Newmark, NewmarkStepper, advance
 from flexmb.engine.sensitivity.histories import complete_turned, gather_turned, has_turn
 from flexmb.engine.sensitivity.linearise import (
@@ -88,8 +90,7 @@ def carry_differences(tables, address, lu, h, options, flow, trial, record, T, w
     # `store_start` has stored the state before the step.
     first = T.step.before == 0.0
     o = options.first if first else options.regular
-    kv, kx = o.gamma / (o.beta * h), 1.0 / (o.beta * h * h)
-    ka = (1.0 - o.alpha_m) / (1.0 - o.alpha_f) * kx
+    kv, kx, ka = newmark_coefficients(h, o)
     t, n, m = flow.clock.t, tables.sizes.n_q, tables.sizes.n_c
     if options.adaptive and meets_onset(tables, h, flow, trial, T):
         shift_times(tables, address, T, work)
@@ -100,7 +101,7 @@ def carry_differences(tables, address, lu, h, options, flow, trial, record, T, w
     linearise(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.z0, kv, ka, T, work)
     if m > 0 and options.form != POSITION:
         find_jacobian_rate(tables, address, t, h, options.length, flow.q, flow.v, flow.lam, T, work)
-    if factor(lu, work.lu, T.seen, LOST_PIVOT, n, HELD_PIVOT if flow.clock.held_steps >= 0.0 else LOST_PIVOT) >= 0:
+    if factor(lu, work.lu, T.seen, LOST_PIVOT, n, initial_hold(flow)) >= 0:
         return TANGENT_LOST
     if has_time_shift(T):
         find_rates(tables, address, t, h, flow.q, flow.v, flow.a, T.z0, T, work)
@@ -292,7 +293,7 @@ def settle_accelerations(tables, address, lu, h, ka, lag, flow, T, work):
     n, m, t = tables.sizes.n_q, tables.sizes.n_c, flow.clock.t
     complete_turned(tables, address, flow.q, flow.v, flow.lam, T, work)
     linearise(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.z0, 0.0, ka, T, work)
-    if factor(lu, work.lu, T.seen, LOST_PIVOT, n, HELD_PIVOT if flow.clock.held_steps >= 0.0 else LOST_PIVOT) >= 0:
+    if factor(lu, work.lu, T.seen, LOST_PIVOT, n, initial_hold(flow)) >= 0:
         return False
     for j in range(T.q.shape[0]):
         gather_turned(tables, j, T, work)
@@ -308,29 +309,20 @@ def settle_accelerations(tables, address, lu, h, ka, lag, flow, T, work):
     return True
 
 
-def _step_at() -> Any:
-    """Make the compiled function (table, ...) that calls `advance` through its address, table[0]."""
-    # A second inlined copy of `advance` would double the time of compilation.
-    if config.DISABLE_JIT:
-        return lambda table, *arguments: advance(*arguments)
+@compiled_as(lambda table, *arguments: advance(*arguments))
+def step_at(typingctx, table, tables, address, lu, options, flow, trial, work, record, steps):
+    """Call `advance` through its address, table[0]: a second inlined copy would double the time of compilation."""
 
-    @intrinsic
-    def step_at(typingctx, table, tables, address, lu, options, flow, trial, work, record, steps):
-        def codegen(context, builder, signature, args):
-            array = arrayobj.make_array(signature.args[0])(context, builder, args[0])
-            kinds = signature.args[1:]
-            kind = context.call_conv.get_function_type(types.int64, kinds)
-            function = builder.inttoptr(builder.load(array.data), kind.as_pointer())
-            _, code = context.call_conv.call_function(builder, function, types.int64, kinds, args[1:])
-            return code
+    def codegen(context, builder, signature, args):
+        array = arrayobj.make_array(signature.args[0])(context, builder, args[0])
+        kinds = signature.args[1:]
+        kind = context.call_conv.get_function_type(types.int64, kinds)
+        function = builder.inttoptr(builder.load(array.data), kind.as_pointer())
+        _, code = context.call_conv.call_function(builder, function, types.int64, kinds, args[1:])
+        return code
 
-        given = (tables, address, lu, options, flow, trial, work, record, types.intp)
-        return types.int64(table, *given), codegen
-
-    return step_at
-
-
-step_at = _step_at()
+    given = (tables, address, lu, options, flow, trial, work, record, types.intp)
+    return types.int64(table, *given), codegen
 
 
 def address_of_advance(*arguments: Any) -> Any:

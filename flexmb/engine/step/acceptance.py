@@ -24,8 +24,8 @@ from flexmb.engine.state.record import (
     BUFFER_FULL,
     CONDITION_MET,
     DIRECTION,
+    EVALUATED,
     INSTANT,
-    JOINTS_EVALUATED,
     LEAST,
     LEVEL,
     NEVER,
@@ -34,7 +34,7 @@ from flexmb.engine.state.record import (
     PLACE,
     RUNNING,
 )
-from flexmb.engine.step.contact_events import buffer_may_overflow, note_passed_contacts, update_episodes
+from flexmb.engine.step.contact_events import buffer_may_overflow, note_passed_contacts, planned_step, update_episodes
 from flexmb.engine.system.constraints import report_forces
 from flexmb.engine.system.contacts import add_contacts
 from flexmb.engine.system.elements import evaluate_energies
@@ -53,29 +53,54 @@ def save_instants(tables, address, options, flow, trial, work, record):
     The buffer must then be emptied, and `save_instants` called again before the next step.  `trial` and `work` are
     overwritten.
     """
-    if options.save_interval == 0.0:
-        save_step(flow, record)
-    else:
-        step = record.report
-        while is_due(options, flow, record):
-            due, row = next_due(options, flow, record), record.count.rows
-            s = (due - step.start) / step.size
-            if s >= END_OF_STEP:
-                store_signals(record.signals, record, row)
-            else:
-                signals_within(tables, address, s, flow, trial, work, record)
-                store_signals(record.within, record, row)
-            count_row(due, flow, record)
-    return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
+    s = save_ends(options, flow, record)
+    while s < 1.0:
+        signals_within(tables, address, s, flow, trial, work, record)
+        s = save_within(record.within, options, flow, record)
+    return buffer_code(record)
 
 
 @compiled
-def save_step(flow, record):
-    """Save the end of the last step."""
+def save_ends(options, flow, record):
+    """Save the due instants at the end of the last step; fraction of the step at the next one within it, 1: none."""
+    if options.save_interval == 0.0:
+        save_row(record.signals, flow.clock.t, record)
+        return 1.0
+    step = record.report
+    while is_due(options, flow, record):
+        due = next_due(options, flow, record)
+        s = (due - step.start) / step.size
+        if s < END_OF_STEP:
+            return s
+        save_row(record.signals, due, record)
+        flow.clock.saved_instants += 1.0
+    return 1.0
+
+
+@compiled
+def save_within(signals, options, flow, record):
+    """Save the signals at the next due instant, which lies within the last step, and what `save_ends` saves then."""
+    save_row(signals, next_due(options, flow, record), record)
+    flow.clock.saved_instants += 1.0
+    return save_ends(options, flow, record)
+
+
+@compiled
+def save_row(signals, instant, record):
+    """Write the saved ones of all signals at an instant [s] into a row of the buffer."""
     row = record.count.rows
-    record.times[row] = flow.clock.t
-    store_signals(record.signals, record, row)
+    record.times[row] = instant
+    if record.saved_places.shape[0] == 0:
+        copy(signals, record.values[row])
+    for k in range(record.saved_places.shape[0]):
+        record.values[row, k] = signals[record.saved_places[k]]
     record.count.rows += 1
+
+
+@compiled
+def buffer_code(record):
+    """BUFFER_FULL if the buffer of saved instants is full, else RUNNING."""
+    return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
 
 
 @compiled
@@ -83,23 +108,11 @@ def signals_within(tables, address, s, flow, trial, work, record):
     """All signals at fraction s of the last step, in `record.within`."""
     h, old, new = record.report.size, record.last_signals, record.signals
     interpolate_state(tables.sizes.n_q, s, h, flow, trial, record)
-    t = record.report.start + s * h
-    evaluate_accepted(
-        tables,
-        address,
-        t,
-        s * h,
-        trial.q,
-        trial.v,
-        trial.a,
-        trial.lam,
-        record.last_z,
-        trial.mean_v,
-        trial.newmark_residual,
-        work,
-    )
+    t, q, v, a, lam = record.report.start + s * h, trial.q, trial.v, trial.a, trial.lam
+    mean_v, residual = trial.mean_v, trial.newmark_residual
+    evaluate_accepted(tables, address, t, s * h, q, v, a, lam, record.last_z, mean_v, residual, work)
     report_forces(tables, trial.lam, work)
-    write_outputs(tables, address, t, trial.q, trial.v, trial.a, work, flow.ledger, record.peak, True, record.within)
+    write_outputs(tables, address, t, q, v, a, work, flow.ledger, record.peak, True, record.within)
     y, energy, power = record.within, tables.sizes.energy, work.power
     y[energy + KINETIC], y[energy + STRAIN], y[energy + GRAVITY] = power.kinetic, power.strain, power.gravity
     for k in range(energy + DRIVE, energy + TURNED_OVER + 1):
@@ -159,24 +172,6 @@ def is_due(options, flow, record):
     return passed and record.count.rows < record.times.shape[0]
 
 
-@compiled
-def count_row(due, flow, record):
-    """Count the row of an instant `due` [s] of the save grid, which has been written."""
-    record.times[record.count.rows] = due
-    record.count.rows += 1
-    flow.clock.saved_instants += 1.0
-
-
-@compiled
-def store_signals(signals, record, row):
-    """Copy the saved signals into a row of the buffer."""
-    if record.saved_places.shape[0] == 0:
-        copy(signals, record.values[row])
-        return
-    for k in range(record.saved_places.shape[0]):
-        record.values[row, k] = signals[record.saved_places[k]]
-
-
 # Poses of accepted steps, which a run keeps for its watch (`flexmb.engine.state.record`)
 @compiled
 def watch_step(strain, flow, record):
@@ -233,14 +228,27 @@ def accept(tables, address, h, options, flow, trial, work, record, exact):
         note_passed_contacts(tables, address, h, options, flow, trial, work, record)
     adopt_trial(h, flow, trial, work, record)
     exact = exact or extremum_is_watched(record) or end_is_saved(options, flow, record)
+    report_step(tables, address, exact, flow, work, record)
+    return ending(save_instants(tables, address, options, flow, trial, work, record), flow, record)
+
+
+@compiled
+def report_step(tables, address, exact, flow, work, record):
+    """Write the signals of the accepted state, update peaks, and keep the pose."""
     t, peak, signals = flow.clock.t, record.peak, record.signals
     write_outputs(tables, address, t, flow.q, flow.v, flow.a, work, flow.ledger, peak, exact, signals)
-    update_peaks(flow.clock.t, record.signals, record)
+    update_peaks(t, signals, record)
     watch_step(tables.sizes.energy + STRAIN, flow, record)
-    full = save_instants(tables, address, options, flow, trial, work, record) != RUNNING
+
+
+@compiled
+def ending(saved, flow, record):
+    """Code behind an accepted step, whose instants were saved with the code `saved`."""
     if condition_met(record):
         return CONDITION_MET
-    if full or buffer_may_overflow(flow, record):
+    if saved != RUNNING:
+        return saved
+    if buffer_may_overflow(flow, record):
         return BUFFER_FULL
     return check_balance(flow.ledger, flow.balance) if flow.balance.steps >= STEPS_BEFORE_CHECK else RUNNING
 
@@ -248,31 +256,18 @@ def accept(tables, address, h, options, flow, trial, work, record, exact):
 @compiled
 def complete_evaluation(tables, address, h, flow, trial, work, record):
     """Evaluate the forces, histories and energies of the trial state that the last iteration left out."""
-    t = flow.clock.t + h
+    t, q, v, a, lam = flow.clock.t + h, trial.q, trial.v, trial.a, trial.lam
+    if record.count.evaluated == EVALUATED:
+        return
+    find_newmark_residual(tables.sizes.n_q, h, flow, trial)
     if record.count.evaluated == NOT_EVALUATED:
-        find_newmark_residual(tables.sizes.n_q, h, flow, trial)
-        evaluate_accepted(
-            tables,
-            address,
-            t,
-            h,
-            trial.q,
-            trial.v,
-            trial.a,
-            trial.lam,
-            flow.z,
-            trial.mean_v,
-            trial.newmark_residual,
-            work,
-        )
+        mean_v, residual = trial.mean_v, trial.newmark_residual
+        evaluate_accepted(tables, address, t, h, q, v, a, lam, flow.z, mean_v, residual, work)
         record.count.evaluations += 1
-    elif record.count.evaluated == JOINTS_EVALUATED:
-        find_newmark_residual(tables.sizes.n_q, h, flow, trial)
+    else:
         work.r[:] = 0.0
-        evaluate_energies(
-            tables, address, t, h, trial.q, trial.v, trial.a, trial.mean_v, trial.newmark_residual, flow.z, work
-        )
-        add_contacts(tables, address, t, h, trial.q, trial.v, flow.z, 0.0, 0.0, False, work)
+        evaluate_energies(tables, address, t, h, q, v, a, trial.mean_v, trial.newmark_residual, flow.z, work)
+        add_contacts(tables, address, t, h, q, v, flow.z, 0.0, 0.0, False, work)
 
 
 @compiled
@@ -353,6 +348,13 @@ def update_peaks(t, signals, record):
     for k in range(record.places.shape[0]):
         place, of = record.places[k, PLACE], record.places[k, OF_PEAK]
         record.peak[place], record.peak_time[place] = record.place_then[k], record.peak_time[of]
+
+
+@compiled
+def step_to_try(tables, address, options, flow, trial, work):
+    """Size of the next trial [s]."""
+    h = planned_step(tables, address, options, flow, trial, work) if options.adaptive else flow.clock.step_size
+    return next_step_size(h, options.t_end - flow.clock.t)
 
 
 @compiled

@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
+from flexmb.engine.compiled import ahead
 from flexmb.engine.energy import RESIDUAL_LIMIT, contact_losses, update_balance
-from flexmb.engine.state.flow import Flow
+from flexmb.engine.linalg.lu import LU
+from flexmb.engine.state.flow import Flow, Trial
 from flexmb.engine.state.record import (
     GEAR_GUPTA_LEIMKUHLER,
     RUNNING,
@@ -24,14 +26,19 @@ from flexmb.engine.step.acceptance import save_instants
 from flexmb.engine.system.constraints import report_forces
 from flexmb.engine.system.evaluate import evaluate_accepted
 from flexmb.engine.system.outputs import write_outputs
+from flexmb.engine.system.work import Work
 from flexmb.errors import InputError
 from flexmb.fields import Input, count, field, positive, record
-from flexmb.program.program import Program
+from flexmb.program.program import Addresses, Program, Tables
 from flexmb.statics.start.consistent import Start, consistent_start
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
     from flexmb.run.run import Run
+
+# Types of the arguments that all compiled loops have in common (`Run.arguments`); of others a loop has annotations.
+ahead.ARGUMENTS.update(tables=Tables, address=Addresses, lu=LU, options=Options, flow=Flow, trial=Trial, work=Work)
+ahead.ARGUMENTS.update(record=RunRecord, steps=int)
 
 RTOL = 1e-4  # accepted error of velocities in a step relative to the largest speed, by default
 # Number of steps of an impact at the default rtol; the error of the peak of a half sine is then 0.12 % at most.
@@ -120,16 +127,12 @@ class Method(Input):
 
     A further method derives from this class and returns its `Stepper` in `stepper`.  Class variables:
     `estimates_error`, whether the method estimates the error of a step; `independent`, whether it needs independent
-    constraint equations.
+    constraint equations; `loops`, compiled loops, which a second process may compile (`compiled/ahead.py`).
     """
 
     estimates_error: ClassVar[bool] = False
     independent: ClassVar[bool] = False
-
-    @property
-    def loops(self) -> tuple[Any, ...]:
-        """Compiled loops with annotated arguments; a second process may compile them (`compiled/ahead.py`)."""
-        return ()
+    loops: ClassVar[tuple[Any, ...]] = ()
 
     def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:
         """Stepper of a compiled mechanism; most methods need `program` only."""

@@ -106,30 +106,18 @@ def call_gap(tables, address, k, q, v, out):
 def call_normal(tables, address, k, h, gap, rate, z, z_new):
     """Normal force of contact k and its derivatives by gap and gap rate."""
     K = tables.contacts
-    begin, end = K.z[k, NORMAL_Z], K.z[k, FRICTION_Z]
-    return normal_at(address.normal, K.kernel[k, NORMAL_LAW])(
-        part_of(tables.p, K.p[k, NORMAL_P], K.p[k, NORMAL_P_END]),
-        h,
-        gap,
-        rate,
-        part_of(z, begin, end),
-        part_of(z_new, begin, end),
-    )
+    p, begin, end = part_of(tables.p, K.p[k, NORMAL_P], K.p[k, NORMAL_P_END]), K.z[k, NORMAL_Z], K.z[k, FRICTION_Z]
+    law = normal_at(address.normal, K.kernel[k, NORMAL_LAW])
+    return law(p, h, gap, rate, part_of(z, begin, end), part_of(z_new, begin, end))
 
 
 @compiled
 def call_friction(tables, address, k, h, slip, N, z, z_new):
     """Friction force of contact k and its derivatives by slip and normal force."""
     K = tables.contacts
-    begin, end = K.z[k, FRICTION_Z], K.z[k, Z_END]
-    return friction_at(address.friction, K.kernel[k, FRICTION_LAW])(
-        part_of(tables.p, K.p[k, FRICTION_P], K.p[k, FRICTION_P_END]),
-        h,
-        slip,
-        N,
-        part_of(z, begin, end),
-        part_of(z_new, begin, end),
-    )
+    p, begin, end = part_of(tables.p, K.p[k, FRICTION_P], K.p[k, FRICTION_P_END]), K.z[k, FRICTION_Z], K.z[k, Z_END]
+    law = friction_at(address.friction, K.kernel[k, FRICTION_LAW])
+    return law(p, h, slip, N, part_of(z, begin, end), part_of(z_new, begin, end))
 
 
 @compiled

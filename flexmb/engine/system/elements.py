@@ -290,65 +290,39 @@ def add_elements(tables, address, t, h, q, v, a, z, kq, kv, ka, matrix, work):
 
 
 @compiled
+def element_data(tables, e, n, z, work):
+    """Numbers, coordinates, velocities, accelerations, history, force and new history of element e, for its kernels."""
+    E = tables.elements
+    p, (begin, end) = part_of(tables.p, E.p[e, BEGIN], E.p[e, END]), (E.z[e, BEGIN], E.z[e, END])
+    q, v, a, r = (part_of(work.ql, 0, n), part_of(work.vl, 0, n), part_of(work.al, 0, n), part_of(work.rl, 0, n))
+    return p, q, v, a, part_of(z, begin, end), r, part_of(work.z_new, begin, end)
+
+
+@compiled
 def call_force(tables, address, e, n, t, h, z, work):
     """Call the force kernel of element e, without its factor; results in rl, z_new."""
-    E = tables.elements
-    force_at(address.force, E.force[e])(
-        part_of(tables.p, E.p[e, BEGIN], E.p[e, END]),
-        t,
-        h,
-        part_of(work.ql, 0, n),
-        part_of(work.vl, 0, n),
-        part_of(work.al, 0, n),
-        part_of(z, E.z[e, BEGIN], E.z[e, END]),
-        part_of(work.rl, 0, n),
-        part_of(work.z_new, E.z[e, BEGIN], E.z[e, END]),
-    )
+    p, q, v, a, own, r, z_new = element_data(tables, e, n, z, work)
+    force_at(address.force, tables.elements.force[e])(p, t, h, q, v, a, own, r, z_new)
 
 
 @compiled
 def call_tangent(tables, address, e, n, t, h, z, kq, kv, ka, work):
     """Call the tangent kernel of element e, without its factor; results in rl, Kl, z_new."""
-    E = tables.elements
     for i in range(n * n):
         work.Kl[i] = 0.0
-    tangent_at(address.tangent, E.tangent[e])(
-        part_of(tables.p, E.p[e, BEGIN], E.p[e, END]),
-        t,
-        h,
-        part_of(work.ql, 0, n),
-        part_of(work.vl, 0, n),
-        part_of(work.al, 0, n),
-        part_of(z, E.z[e, BEGIN], E.z[e, END]),
-        kq,
-        kv,
-        ka,
-        part_of(work.rl, 0, n),
-        matrix_view(work.Kl, n, n),
-        part_of(work.z_new, E.z[e, BEGIN], E.z[e, END]),
-    )
+    p, q, v, a, own, r, z_new = element_data(tables, e, n, z, work)
+    A = matrix_view(work.Kl, n, n)
+    tangent_at(address.tangent, tables.elements.tangent[e])(p, t, h, q, v, a, own, kq, kv, ka, r, A, z_new)
 
 
 @compiled
 def call_element(tables, address, e, n, t, h, z, work):
     """Call the element kernel of element e, without its factor; results in rl, Kl, Cl, Ml, z_new."""
-    E = tables.elements
     for i in range(n * n):
         work.Kl[i], work.Cl[i], work.Ml[i] = 0.0, 0.0, 0.0
-    element_at(address.element, E.kernel[e])(
-        part_of(tables.p, E.p[e, BEGIN], E.p[e, END]),
-        t,
-        h,
-        part_of(work.ql, 0, n),
-        part_of(work.vl, 0, n),
-        part_of(work.al, 0, n),
-        part_of(z, E.z[e, BEGIN], E.z[e, END]),
-        part_of(work.rl, 0, n),
-        matrix_view(work.Kl, n, n),
-        matrix_view(work.Cl, n, n),
-        matrix_view(work.Ml, n, n),
-        part_of(work.z_new, E.z[e, BEGIN], E.z[e, END]),
-    )
+    p, q, v, a, own, r, z_new = element_data(tables, e, n, z, work)
+    K, C, M = matrix_view(work.Kl, n, n), matrix_view(work.Cl, n, n), matrix_view(work.Ml, n, n)
+    element_at(address.element, tables.elements.kernel[e])(p, t, h, q, v, a, own, r, K, C, M, z_new)
 
 
 @compiled
@@ -401,23 +375,11 @@ def evaluate_energies(tables, address, t, h, q, v, a, x, y, z, work):
 @compiled
 def call_account_kernel(tables, address, e, n, t, h, z, work):
     """Evaluate M v and M y of element e in Mvl, Myl, forces in rl; return strain, gravity, power of damping."""
-    E = tables.elements
     for i in range(n):
         work.Mvl[i], work.Myl[i] = 0.0, 0.0
-    return account_at(address.account, E.account[e])(
-        part_of(tables.p, E.p[e, BEGIN], E.p[e, END]),
-        t,
-        h,
-        part_of(work.ql, 0, n),
-        part_of(work.vl, 0, n),
-        part_of(work.al, 0, n),
-        part_of(work.yl, 0, n),
-        part_of(z, E.z[e, BEGIN], E.z[e, END]),
-        part_of(work.rl, 0, n),
-        part_of(work.Mvl, 0, n),
-        part_of(work.Myl, 0, n),
-        part_of(work.z_new, E.z[e, BEGIN], E.z[e, END]),
-    )
+    p, q, v, a, own, r, z_new = element_data(tables, e, n, z, work)
+    y, Mv, My = part_of(work.yl, 0, n), part_of(work.Mvl, 0, n), part_of(work.Myl, 0, n)
+    return account_at(address.account, tables.elements.account[e])(p, t, h, q, v, a, y, own, r, Mv, My, z_new)
 
 
 @compiled
