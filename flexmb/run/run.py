@@ -20,7 +20,7 @@ from flexmb.engine.compiled.notice import notice
 from flexmb.engine.compiled.records import fitting
 from flexmb.engine.energy import COORDINATE_ROUND_OFF, check_balance_at_end, idle_energy, start_balance
 from flexmb.engine.linalg import lu
-from flexmb.engine.linalg.rank import row_rank
+from flexmb.engine.linalg.rank import surplus_rows
 from flexmb.engine.state.flow import new_flow, new_trial, rigid_coordinates
 from flexmb.engine.state.record import BUFFER_FULL, CONDITION_MET, DONE, NEVER, RUNNING, Options
 from flexmb.engine.step.contact_events import close_round_off_gaps, running_episodes, start_episodes, take_episodes
@@ -291,7 +291,7 @@ class Run:
         refuse_broken_clock(self.flow.clock, label)
         if redundant:
             G = StateEvaluation(self.program).at(self.flow.q[: self.program.n_q], t=self.flow.clock.t).jacobian
-            self._set_redundancy(len(row_rank(G).redundant))
+            self._set_redundancy(len(surplus_rows(G)))
         begin_watch(self)
 
     def _set_redundancy(self, redundant: int) -> None:

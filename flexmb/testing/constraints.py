@@ -1,6 +1,5 @@
 """Checks of contacts and of constraints: gap kernel, normal and friction law, joint friction, motions that drive."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -71,19 +70,15 @@ def check_gap_at(
     q, v = state["q"], state["v"]
     normal, tangent = rows(out)
 
-    def entries(begin: int, end: int) -> Callable[[np.ndarray], np.ndarray]:
-        return lambda x: tested({**state, "q": x})["out"][begin:end]
-
     units = {"columns": step}
-    bench.derivative(tested, "J_n = d(gap)/dq", state, normal[None, :], entries(GAP, GAP_RATE), q, step, **units)
+    gap = tested.of(state, "out", "q", slice(GAP, GAP_RATE))
+    bench.derivative(tested, "J_n = d(gap)/dq", state, normal[None, :], gap, q, step, **units)
     blocks = (("normal", NORMAL_X, NORMAL_X_Q), ("first_arm", ARM1_X, ARM1_X_Q), ("second_arm", ARM2_X, ARM2_X_Q))
     for name, begin, begin_of_derivatives in blocks:
         derivatives = out[begin_of_derivatives : begin_of_derivatives + 12].reshape(2, 6)
         floor = 1e-6 * float(np.abs(out[begin : begin + 2]).max())
-        bench.derivative(
-            tested, f"{name} = its derivatives by q", state, derivatives, entries(begin, begin + 2), q, step,
-            floor=floor, **units,
-        )  # fmt: skip
+        entries, formula = tested.of(state, "out", "q", slice(begin, begin + 2)), f"{name} = its derivatives by q"
+        bench.derivative(tested, formula, state, derivatives, entries, q, step, floor=floor, **units)
     for name, value, row in (("gap rate and J_n v", out[GAP_RATE], normal), ("slip and J_t v", out[SLIP], tangent)):
         bench.balanced(tested, name, state, [value, *(-row * v)], "they must be equal")
     rule = "both arms must end in one point, or the forces have a moment"
@@ -153,7 +148,7 @@ def check_normal_at(bench: Bench, tested: TestedKernel, state: State) -> None:
     if N < 0.0:
         raise tested.fault(f"N is {N:.9g}; a contact pushes, so it must be >= 0", state)
     for output, name in (("dN_dgap", "gap"), ("dN_drate", "gap_rate")):
-        step, value = abs(state[name]), of(tested, state, "N", name)
+        step, value = abs(state[name]), tested.of(state, "N", name)
         formula = f"{output} = dN/d({name})"
         floor = 1e-4 * N / step
         bench.derivative(tested, formula, state, out[output], value, state[name], step, floor=floor)
@@ -172,7 +167,7 @@ def check_friction(bench: Bench, law: FrictionLaw) -> None:
             for output, name in (("dT_dslip", "slip"), ("dT_dN", "N")):
                 step = abs(state[name])
                 floor = 1e-4 * abs(float(out["T"])) / step
-                value = of(tested, state, "T", name)
+                value = tested.of(state, "T", name)
                 formula = f"{output} = dT/d({name})"
                 bench.derivative(tested, formula, state, out[output], value, state[name], step, floor=floor)
             tested.checked_call({**state, "N": 0.0})
@@ -185,11 +180,6 @@ def law_kernel(bench: Bench, law: Law) -> TestedKernel:
     """Kernel of a law, to be tested."""
     owner = f"{bench.owner}, {type(law).__name__}"
     return TestedKernel(owner, law.kernel, law.parameters(), z_new=(len(law.history()),))
-
-
-def of(tested: TestedKernel, state: State, output: str, name: str) -> Callable[[float], float]:
-    """Output of a kernel as a function of one input."""
-    return lambda x: float(tested({**state, name: x})[output])
 
 
 def log_uniform(bench: Bench, low: float, high: float) -> float:
@@ -211,18 +201,13 @@ def check_constraint(bench: Bench, contribution: ConstraintContribution) -> None
         for name, zeros in zip("GH", zeros_of_constraints([replace(contribution, joint_friction=None)]), strict=True):
             check_zeros(bench, tested, name, zeros, full, out)
 
-        def value(x: np.ndarray, full: State = full) -> np.ndarray:
-            return tested({**full, "q": x})["g"]
-
-        def value_in_time(t: float, full: State = full) -> np.ndarray:
-            return tested({**full, "t": t})["g"]
-
         def force(x: np.ndarray, full: State = full) -> np.ndarray:
             return np.asarray(tested({**full, "q": x})["G"].T @ full["lam"])
 
         floor = 1e-6 * length
+        value, in_time = tested.of(full, "g", "q"), tested.of(full, "g", "t")
         bench.derivative(tested, "G = dg/dq", full, out["G"], value, full["q"], scale, columns=scale, floor=floor)
-        bench.derivative(tested, "g_t = dg/dt", full, out["g_t"], value_in_time, full["t"], 0.1, floor=length)
+        bench.derivative(tested, "g_t = dg/dt", full, out["g_t"], in_time, full["t"], 0.1, floor=length)
         floor = 1e-6 * float(np.abs(scale * (out["G"].T @ full["lam"])).max())
         sizes = {"rows": scale, "columns": scale, "floor": floor}
         bench.derivative(tested, "H = d(G^T lam)/dq", full, out["H"], force, full["q"], scale, **sizes)
@@ -268,11 +253,8 @@ def check_motion(bench: Bench, motion: Motion) -> None:
         if t == 0.0 or step == 0.0:
             continue  # a start from rest may have a kink here
         for output, of in (("s_dot", "s"), ("s_ddot", "s_dot")):
-
-            def value(x: float, of: str = of) -> float:
-                return float(tested({"t": x})[of])
-
             floor = 1e-6 * abs(float(out[of])) / span
+            value = tested.of(state, of, "t")
             bench.derivative(tested, f"{output} = d({of})/dt", state, out[output], value, t, step, floor=floor)
 
 
@@ -303,23 +285,14 @@ def check_joint_friction(bench: Bench, contribution: ConstraintContribution, joi
         bench.note(f"{joint_friction.kernel.name}: compiled = Python, finite, repeatable")
         if out["out"][0] < 0.0 and out["out"][1 : 1 + m].any():
             raise tested.fault(f"the normal load is {out['out'][0]:.9g}; it must be >= 0", full)
-
-        def load(x: np.ndarray, full: State = full) -> np.ndarray:
-            return tested({**full, "lam": x})["out"][:1]
-
-        def direction(x: np.ndarray, full: State = full) -> np.ndarray:
-            return tested({**full, "q": x})["out"][4:10]
-
-        def load_there(x: np.ndarray, full: State = full) -> np.ndarray:
-            return tested({**full, "q": x})["out"][:1]
-
         J, q = out["out"][4:10], full["q"]
         size = np.abs(lam)
+        load, load_there = (tested.of(full, "out", name, slice(1)) for name in ("lam", "q"))
         bench.derivative(tested, "dN/dlam", full, out["out"][1 : 1 + m][None, :], load, lam, size, columns=size)
         bench.derivative(tested, "dN/dq", full, out["out"][None, 10:], load_there, q, scale, columns=scale)
-        floor = 1e-6 * float(np.abs(scale * J).max())
+        sizes = {"rows": scale, "columns": scale, "floor": 1e-6 * float(np.abs(scale * J).max())}
         bench.derivative(
-            tested, "H = dJ/dq", full, out["H"], direction, q, scale, rows=scale, columns=scale, floor=floor
+            tested, "H = dJ/dq", full, out["H"], tested.of(full, "out", "q", slice(4, 10)), q, scale, **sizes
         )
         rule = "what slides on one body must slide back on the other"
         for axis in (0, 1):

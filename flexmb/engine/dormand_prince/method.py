@@ -189,7 +189,7 @@ class DormandPrince(Method):
     def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - methods of users may
         """Stepper of the compiled mechanism."""
         refuse_jumps(program)
-        return DormandPrinceStepper(program)
+        return DormandPrinceStepper(program, new_stages(program))
 
 
 def refuse_jumps(program: Program) -> None:
@@ -211,14 +211,6 @@ def _joints_with_history(program: Program, C: Any) -> list[tuple[str, np.ndarray
 
 class DormandPrinceStepper(Stepper):
     """Steps of the method of Dormand and Prince."""
-
-    def __init__(self, program: Program) -> None:
-        super().__init__(program)
-        self.stages = new_stages(program)
-
-    def advance(self, run: Run, options: Options, steps: int) -> int:
-        """Take at most `steps` steps; RUNNING, or the code of the ending."""
-        return int(advance_dormand_prince(*run.arguments(options), self.stages, steps))
 
     def save(self, run: Run, options: Options) -> None:
         """Save the remaining instants within the last step."""

@@ -10,8 +10,8 @@ The pattern comes from `flexmb.engine.linalg.symbolic`; all values are in one ar
 entries of A at their positions, `factor` turns them into L and U in place, and `solve` uses the factors.
 
 Without pivoting, the accuracy of the factors depends on the pivots, which `factor` tests, and on the growth of entries,
-which it does not test.  Where results matter, compare `multiply` with the right-hand side, and call `PivotingSolver`
-(of `pivoting`) for large differences.
+which it does not test.  Where results matter, compare A x with the right-hand side, and call `PivotingSolver` for large
+differences.
 
 Source: T. A. Davis, Direct Methods for Sparse Linear Systems, SIAM 2006, section 6.3 (right-looking LU).
 """
@@ -212,7 +212,7 @@ class LU(Record):
 
 
 def tables(symbolic: Symbolic) -> LU:
-    """Integer arrays of `symbolic` for `factor`, `solve` and `multiply`; shared and remembered."""
+    """Integer arrays of `symbolic` for `factor` and `solve`; shared and remembered."""
     found = _TABLES.get(symbolic)
     if found is None:
         s, unsigned = symbolic, np.uint64
@@ -427,25 +427,6 @@ def smallest_pivot(sym, lu, seen, first_row):
             if sym.order[first + k] >= first_row and seen[first + k] > 0.0 and inverse > 0.0:
                 least = min(least, 1.0 / (inverse * seen[first + k]))
     return least
-
-
-@compiled
-def multiply(sym, values, x, y):
-    """Compute y = A x with values before `factor`.  sym : LU; values : (size,); x, y : (n,), two arrays."""
-    order, starts, row_ptr, rows, value_ptr = sym.order, sym.starts, sym.row_ptr, sym.rows, sym.value_ptr
-    y[:] = 0.0
-    for s in range(len(starts) - 1):
-        first, r, at = starts[s], row_ptr[s], value_ptr[s]
-        w, u = starts[s + 1] - first, row_ptr[s + 1] - r
-        length, lower = w + u, at + w * (w + u)
-        for k in range(w):
-            here = order[first + k]
-            for j in range(w):
-                y[here] += values[at + k * length + j] * x[order[first + j]]
-            for j in range(u):
-                there = order[rows[r + j]]
-                y[here] += values[at + k * length + w + j] * x[there]
-                y[there] += values[lower + k * u + j] * x[here]
 
 
 # Factors of a complex matrix on the same pattern, for pairs of stages of implicit Runge-Kutta methods

@@ -16,7 +16,7 @@ from flexmb.engine.newmark.error_control import (
 from flexmb.engine.newmark.implicit_step import implicit_step, start_auxiliary_acceleration
 from flexmb.engine.newmark.jacobian_reuse import adopt_factors, update_held_multipliers
 from flexmb.engine.newmark.predictor import update_predictor
-from flexmb.engine.state.record import DONE, FORMS, NOT_EVALUATED, RUNNING, STEP_TOO_SMALL, Coefficients, Options
+from flexmb.engine.state.record import DONE, FORMS, NOT_EVALUATED, RUNNING, STEP_TOO_SMALL, Coefficients
 from flexmb.engine.step.acceptance import accept, finished, step_to_try
 from flexmb.engine.step.contact_events import update_impacts
 from flexmb.engine.step.method import Method, Stepper
@@ -27,7 +27,6 @@ from flexmb.program.program import Program
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
-    from flexmb.run.run import Run
 
 # Next step over the present one at most and at least.
 LARGEST_GROWTH, LEAST_GROWTH = 2.0, 0.2
@@ -202,7 +201,3 @@ class NewmarkStepper(Stepper):
         super().__init__(program)
         self.form = FORMS[method.constraints]
         self.regular, self.first = method.coefficients, method.starting.coefficients
-
-    def advance(self, run: Run, options: Options, steps: int) -> int:
-        """Take at most `steps` steps; RUNNING, or the code of the ending."""
-        return int(advance(*run.arguments(options), steps))

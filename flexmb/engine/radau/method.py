@@ -240,19 +240,11 @@ class RadauIIA(Method):
 
     def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - methods of users may
         """Stepper of the compiled mechanism."""
-        return RadauStepper(program)
+        return RadauStepper(program, collocation(program))
 
 
 class RadauStepper(Stepper):
     """Steps of Radau's method."""
-
-    def __init__(self, program: Program) -> None:
-        super().__init__(program)
-        self.stages = collocation(program)
-
-    def advance(self, run: Run, options: Options, steps: int) -> int:
-        """Take at most `steps` steps; RUNNING, or the code of the ending."""
-        return int(advance_radau(*run.arguments(options), self.stages, steps))
 
     def save(self, run: Run, options: Options) -> None:
         """Save the remaining instants within the last step."""

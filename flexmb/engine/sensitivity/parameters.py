@@ -36,20 +36,8 @@ from flexmb.engine.system.elements import (
 from flexmb.engine.system.work import gather
 from flexmb.kernels import compiled, copy
 from flexmb.places import FRICTION_FORCE, GAP, GAP_RATE, NORMAL, NORMAL_FORCE, SLIP, TANGENTIAL
-from flexmb.program.program import (
-    BEGIN,
-    END,
-    FIRST_OUTPUT,
-    LOAD_KERNEL,
-    NO_FACTOR,
-    NORMAL_Z,
-    SOURCE_P,
-    SOURCE_P_END,
-    Z_END,
-    Program,
-    Sampler,
-    Tables,
-)
+from flexmb.program import program as at
+from flexmb.program.program import Program, Sampler, Tables
 from flexmb.run.stopping import act
 
 # Difference of an input of a sampled law relative to its size, and least size relative to its largest so far.
@@ -73,8 +61,8 @@ def control_slopes(program: Program) -> ControlSlopes:
     C, factor = program.tables.controls, np.asarray(program.tables.elements.factor)
     sizes = [(C.states[c] + C.output[c + 1] - C.output[c]) * (C.dof[c + 1] - C.dof[c]) for c in range(len(C.kernel))]
     element = np.full(len(C.owner), -1)
-    for e in np.flatnonzero(factor < NO_FACTOR):
-        element[FIRST_OUTPUT - factor[e]] = e
+    for e in np.flatnonzero(factor < at.NO_FACTOR):
+        element[at.FIRST_OUTPUT - factor[e]] = e
     total = int(sum(sizes))
     pos, size = np.cumsum([0, *sizes]).astype(np.int64), (len(element), program.tables.sizes.most_dofs)
     return ControlSlopes(by_q=total, by_v=total, pos=pos, element=element.astype(np.int64), force=size, mass=0.0)
@@ -89,7 +77,7 @@ def find_control_slopes(tables, address, t, q, v, a, z, ka, T, work):
     for by_velocity in range(2):
         found = S.by_q if by_velocity == 0 else S.by_v
         for c in range(C.kernel.shape[0]):
-            if C.z[c, END] > C.z[c, BEGIN]:
+            if C.z[c, at.END] > C.z[c, at.BEGIN]:
                 continue
             read_inputs(tables, address, c, t, q, v, work)
             differentiate_law(tables, address, c, t, q, v, 1.0 - by_velocity, 1.0 * by_velocity, work)
@@ -97,7 +85,7 @@ def find_control_slopes(tables, address, t, q, v, a, z, ka, T, work):
                 found[S.pos[c] + i] = work.law_tangent[i]
     for c in range(C.kernel.shape[0]):
         for j in range(T.z.shape[0]):
-            for i in range(C.z[c, BEGIN], C.z[c, END]):
+            for i in range(C.z[c, at.BEGIN], C.z[c, at.END]):
                 T.z1[j, i] += T.z[j, i]
 
 
@@ -110,12 +98,12 @@ def add_control_forces(tables, address, t, q, v, a, z, T, work):
         subtract_state_rates(tables, 1.0, T.Y[j], T.F[j])
         far = 0.0
         for c in range(C.kernel.shape[0]):
-            for i in range(C.z[c, BEGIN], C.z[c, END]):
+            for i in range(C.z[c, at.BEGIN], C.z[c, at.END]):
                 far = max(far, abs(T.z[j, i]) / max(abs(z[i]), LEAST_SIZE))
         for side in range(2 if far > 0.0 else 0):
             e = RELATIVE_DIFFERENCE / far if side == 0 else -RELATIVE_DIFFERENCE / far
             for c in range(C.kernel.shape[0]):
-                for i in range(C.z[c, BEGIN], C.z[c, END]):
+                for i in range(C.z[c, at.BEGIN], C.z[c, at.END]):
                     T.zs[i] = z[i] + e * T.z[j, i]
             add_control_change(tables, tables, address, t, q, v, a, T.zs, 0.5 / e, j, T, work)
     copy(z, T.zs)
@@ -285,7 +273,7 @@ def _pieces(tables: Tables, places: set[int]) -> Iterator[tuple[int, int]]:
         rubbing = C.joint_friction_p[c]
         bounds.append((CONSTRAINT, c, (own, *C.motion_p[C.row[c] : C.row[c + 1]], rubbing[:2], rubbing[2:])))
     bounds += [(CONTACT, c, (own[:2], own[2:4], own[4:])) for c, own in enumerate(K.p)]
-    bounds.append((CONTROLLERS, 0, (*laws.p, *laws.source[:, SOURCE_P : SOURCE_P_END + 1])))
+    bounds.append((CONTROLLERS, 0, (*laws.p, *laws.source[:, at.SOURCE_P : at.SOURCE_P_END + 1])))
     for kind, number, lists in bounds:
         if any(place in places for begin, end in lists for place in range(begin, end)):
             yield kind, number
@@ -340,7 +328,7 @@ def _add_element(varied, address, e, t, h, q, v, a, z, factor, j, T, work):
     s = factor * load_factor(varied, address, e, t, work)
     for i in range(n):
         T.F[j, E.dofs[E.dof[e] + i]] -= s * work.rl[i]
-    for l in range(E.z[e, BEGIN], E.z[e, END]):
+    for l in range(E.z[e, at.BEGIN], E.z[e, at.END]):
         T.z1[j, l] += factor * work.z_new[l]
 
 
@@ -372,14 +360,14 @@ def _add_constraint(varied, address, c, t, h, q, v, lam, z, factor, j, T, work):
             T.F[j, C.dofs[begin + l]] -= factor * work.G[place + l] * lam[row]
         by.g[j, row] += factor * work.g[row]
         by.gv[j, row] += factor * rate
-    if C.joint_friction[c, LOAD_KERNEL] < 0:
+    if C.joint_friction[c, at.LOAD_KERNEL] < 0:
         return
     for i in range(6):
         work.r[C.dofs[begin + i]] = 0.0
     add_joint_friction(varied, address, c, n, m, h, lam, z, 0.0, 0.0, False, work)
     for i in range(6):
         T.F[j, C.dofs[begin + i]] -= factor * work.r[C.dofs[begin + i]]
-    for l in range(C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END]):
+    for l in range(C.joint_friction_z[c, at.BEGIN], C.joint_friction_z[c, at.END]):
         T.z1[j, l] += factor * work.z_new[l]
 
 
@@ -387,7 +375,7 @@ def _add_constraint(varied, address, c, t, h, q, v, lam, z, factor, j, T, work):
 def _add_contact(varied, address, c, h, q, v, z, factor, j, T, work):
     """Add factor times the forces of contact c at its present gap, then of their present sizes along its axes."""
     K, out, here, S = varied.contacts, work.contact[c], work.gap, work.contact_scratch
-    begin, end = K.z[c, NORMAL_Z], K.z[c, Z_END]
+    begin, end = K.z[c, at.NORMAL_Z], K.z[c, at.Z_END]
     N, _, _ = call_normal(varied, address, c, h, out[GAP], out[GAP_RATE], z, work.z_new)
     T.N[j, c] += factor * N
     friction, _, _ = call_friction(varied, address, c, h, out[SLIP], out[NORMAL_FORCE], z, work.z_new)

@@ -35,7 +35,7 @@ from flexmb.engine.linalg.lu import LOST_PIVOT, factor, solve
 from flexmb.engine.newmark.implicit_step import newmark_coefficients
 from flexmb.engine.newmark.jacobian_reuse import initial_hold
 from flexmb.engine.newmark.method import Newmark, NewmarkStepper, advance
-from flexmb.engine.sensitivity.histories import complete_turned, gather_turned, has_turn
+from flexmb.engine.sensitivity.histories import ENDING, complete_turned, gather_turned
 from flexmb.engine.sensitivity.linearise import (
     ACCELERATION,
     POSE_DIFFERENCE,
@@ -103,14 +103,14 @@ def carry_differences(tables, address, lu, h, options, flow, trial, record, T, w
         find_jacobian_rate(tables, address, t, h, options.length, flow.q, flow.v, flow.lam, T, work)
     if factor(lu, work.lu, T.seen, LOST_PIVOT, n, initial_hold(flow)) >= 0:
         return TANGENT_LOST
-    if has_time_shift(T):
+    if T.tau.any():
         find_rates(tables, address, t, h, flow.q, flow.v, flow.a, T.z0, T, work)
     delta = options.regular.alpha_m - options.regular.alpha_f
     for j in range(T.q.shape[0]):
         if not solve_differences(tables, lu, kv, options, j, T, work):
             return TANGENT_LOST
         finish_differences(n, kv, kx, ka, delta, first, flow.clock.last_step == 0.0, j, T)
-    if has_turn(T):
+    if T.turn[:, : ENDING + 1].any():
         lag = 1.0 if flow.clock.last_step == 0.0 else 1.0 + delta if first else kx / ka
         if not settle_accelerations(tables, address, lu, h, WEIGHT_OF_MASS * ka, lag, flow, T, work):
             return TANGENT_LOST
@@ -121,15 +121,6 @@ def carry_differences(tables, address, lu, h, options, flow, trial, record, T, w
     copy(T.a0, T.ap)
     copy(T.z0, T.zp)
     return RUNNING
-
-
-@compiled
-def has_time_shift(T):
-    """Whether a neighbour has a time shift."""
-    for j in range(T.tau.shape[0]):  # noqa: SIM110 - compiled
-        if T.tau[j] != 0.0:
-            return True
-    return False
 
 
 @compiled

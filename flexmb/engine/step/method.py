@@ -167,11 +167,12 @@ class Stepper:
     """Steps of one method in one compiled model; base of the steppers of all methods.
 
     A new method is a subclass of `Method` and a subclass of `Stepper`, whose `advance` calls the compiled loop of the
-    method.  A `Run` calls its stepper for all that differs between methods.
+    method, by default its first one with `stages`.  A `Run` calls its stepper for all that differs between methods.
 
     Attributes
     ----------
     program : the model whose equations are stepped.
+    stages : work arrays of the method itself, a `Record`; None without.
     reported : the model whose signals are saved; the same for most methods.
     residual_limit : largest residual of the balance of energies, relative to the scale of energies.
     form : form of the constraints;  regular, first : coefficients of the Newmark family, see `Options`.
@@ -181,8 +182,9 @@ class Stepper:
     form = GEAR_GUPTA_LEIMKUHLER
     regular = first = Coefficients(0.0, 0.0, 0.25, 0.5)
 
-    def __init__(self, program: Program) -> None:
+    def __init__(self, program: Program, stages: Any = None) -> None:
         self.program = self.reported = program
+        self.stages = stages
 
     @property
     def columns(self) -> int:
@@ -208,7 +210,8 @@ class Stepper:
 
     def advance(self, run: Run, options: Options, steps: int) -> int:
         """Take at most `steps` steps; RUNNING, or the code of the ending."""
-        raise NotImplementedError
+        own = () if self.stages is None else (self.stages,)
+        return int(run.method.loops[0](*run.arguments(options), *own, steps))
 
     def save(self, run: Run, options: Options) -> None:
         """Save the remaining instants within the last step, after the buffer was full."""

@@ -17,7 +17,7 @@ from flexmb.engine.newmark.jacobian_reuse import (
     initial_hold,
     update_held_multipliers,
 )
-from flexmb.engine.state.record import DONE, NOT_EVALUATED, NOT_FINITE, RUNNING, SINGULAR, Options
+from flexmb.engine.state.record import DONE, NOT_EVALUATED, NOT_FINITE, RUNNING, SINGULAR
 from flexmb.engine.step.acceptance import accept, finished, next_step_size
 from flexmb.engine.step.method import Method, Stepper
 from flexmb.engine.system.evaluate import evaluate
@@ -26,7 +26,6 @@ from flexmb.program.program import Program
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
-    from flexmb.run.run import Run
 
 PROJECTIONS = 3  # number of projections after a step: two of positions, one of velocities
 MOST_REPETITIONS = 8  # number of solutions for multipliers that friction depends on, at most
@@ -197,18 +196,10 @@ class RungeKutta4(Method):
 
     def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - methods of users may
         """Stepper of the compiled mechanism."""
-        return RungeKuttaStepper(program)
+        return RungeKuttaStepper(program, new_stages(program))
 
 
 class RungeKuttaStepper(Stepper):
     """Steps of the Runge-Kutta method; the balance of energies is of second order, hence coarser than the motion."""
 
     residual_limit = RESIDUAL_LIMIT_RUNGE_KUTTA
-
-    def __init__(self, program: Program) -> None:
-        super().__init__(program)
-        self.stages = new_stages(program)
-
-    def advance(self, run: Run, options: Options, steps: int) -> int:
-        """Take at most `steps` steps; RUNNING, or the code of the ending."""
-        return int(advance_explicit(*run.arguments(options), self.stages, steps))

@@ -18,21 +18,7 @@ from flexmb.kernels import (
     signal_at,
     tangent_at,
 )
-from flexmb.program.program import (
-    BEGIN,
-    COORDINATE,
-    END,
-    FIRST_OUTPUT,
-    MEASURED,
-    MOTION_VALUE,
-    NO_FACTOR,
-    OUTPUT,
-    SOURCE,
-    SOURCE_NUMBER,
-    SOURCE_P,
-    SOURCE_P_END,
-    VELOCITY,
-)
+from flexmb.program import program as at
 
 # Difference of an input or a state relative to its size, and least size, in central differences of a control law.
 # The cube root of round-off; derivatives of linear laws are exact to some 1e-8 with any difference.
@@ -47,7 +33,7 @@ def evaluate_controls(tables, address, t, q, v, a, z, kq, kv, ka, matrix, work):
     # Sampled controls keep their outputs.
     C = tables.controls
     for c in range(C.kernel.shape[0]):
-        if C.z[c, END] > C.z[c, BEGIN]:
+        if C.z[c, at.END] > C.z[c, at.BEGIN]:
             hold_outputs(tables, c, z, work)
             continue
         read_inputs(tables, address, c, t, q, v, work)
@@ -73,11 +59,11 @@ def threes(n):
 def hold_outputs(tables, c, z, work):
     """Keep states and outputs of a sampled control."""
     C = tables.controls
-    for i in range(C.z[c, BEGIN], C.z[c, END]):
+    for i in range(C.z[c, at.BEGIN], C.z[c, at.END]):
         work.z_new[i] = z[i]
     n_y = C.output[c + 1] - C.output[c]
     for k in range(n_y):
-        work.output[C.output[c] + k] = z[C.z[c, END] - n_y + k]
+        work.output[C.output[c] + k] = z[C.z[c, at.END] - n_y + k]
 
 
 @compiled
@@ -85,20 +71,20 @@ def read_inputs(tables, address, c, t, q, v, work):
     """Inputs of control c in work.u, and its states in work.x."""
     C = tables.controls
     for j in range(C.input[c], C.input[c + 1]):
-        kind, what = C.source[j, SOURCE], C.source[j, SOURCE_NUMBER]
-        if kind == COORDINATE:
+        kind, what = C.source[j, at.SOURCE], C.source[j, at.SOURCE_NUMBER]
+        if kind == at.COORDINATE:
             value = q[what]
-        elif kind == VELOCITY:
+        elif kind == at.VELOCITY:
             value = v[what]
-        elif kind == MEASURED:
+        elif kind == at.MEASURED:
             value = measured(tables, address, j, t, q, v, -1, 0.0, 0.0, work)
-        elif kind == OUTPUT:
+        elif kind == at.OUTPUT:
             value = work.output[what]
         else:
             s, speed, _ = motion_at(address.motion, what)(
-                part_of(tables.p, C.source[j, SOURCE_P], C.source[j, SOURCE_P_END]), t
+                part_of(tables.p, C.source[j, at.SOURCE_P], C.source[j, at.SOURCE_P_END]), t
             )
-            value = s if kind == MOTION_VALUE else speed
+            value = s if kind == at.MOTION_VALUE else speed
         work.u[j - C.input[c]] = value
     for i in range(C.states[c]):
         work.x[i] = v[C.dofs[C.dof[c] + i]]
@@ -116,8 +102,8 @@ def measured(tables, address, j, t, q, v, i, dq, dv, work):
     if i >= 0:
         work.ql[i] += dq
         work.vl[i] += dv
-    return signal_at(address.signal, C.source[j, SOURCE_NUMBER])(
-        part_of(tables.p, C.source[j, SOURCE_P], C.source[j, SOURCE_P_END]),
+    return signal_at(address.signal, C.source[j, at.SOURCE_NUMBER])(
+        part_of(tables.p, C.source[j, at.SOURCE_P], C.source[j, at.SOURCE_P_END]),
         t,
         part_of(work.ql, 0, n),
         part_of(work.vl, 0, n),
@@ -133,7 +119,7 @@ def call_law(tables, address, c, t, work):
     for i in range(n_x + n_y):
         work.law[i] = 0.0
     control_at(address.control, C.kernel[c])(
-        part_of(tables.p, C.p[c, BEGIN], C.p[c, END]),
+        part_of(tables.p, C.p[c, at.BEGIN], C.p[c, at.END]),
         t,
         part_of(work.u, 0, C.input[c + 1] - C.input[c]),
         part_of(work.x, 0, n_x),
@@ -187,13 +173,13 @@ def law_column(tables, address, c, t, values, j, work):
 def input_slope(tables, address, j, i, t, q, v, kq, kv, work):
     """Derivative kq du/dq + kv du/dv of input j by its i-th coordinate."""
     C = tables.controls
-    kind = C.source[j, SOURCE]
-    if kind == COORDINATE:
+    kind = C.source[j, at.SOURCE]
+    if kind == at.COORDINATE:
         return kq
-    if kind == VELOCITY:
+    if kind == at.VELOCITY:
         return kv
-    if kind == OUTPUT:
-        return work.slope[C.slope[C.source[j, SOURCE_NUMBER]] + i]
+    if kind == at.OUTPUT:
+        return work.slope[C.slope[C.source[j, at.SOURCE_NUMBER]] + i]
     total, e = 0.0, COORDINATE_DIFFERENCE
     if kq != 0.0:
         upper = measured(tables, address, j, t, q, v, i, e, 0.0, work)
@@ -226,7 +212,7 @@ def add_state_tangents(tables, c, ka, work):
 @compiled
 def add_load_tangent(tables, e, n, work):
     """Add force times derivative of the factor of element e, whose force without the factor is in work.rl."""
-    C, output = tables.controls, FIRST_OUTPUT - tables.elements.factor[e]
+    C, output = tables.controls, at.FIRST_OUTPUT - tables.elements.factor[e]
     c = C.owner[output]
     m, slope = C.dof[c + 1] - C.dof[c], C.slope[output]
     positions = part_of(C.positions_load, C.pos_load[output], C.pos_load[output + 1])
@@ -241,7 +227,7 @@ def write_control_signals(tables, work, z, y):
     C = tables.controls
     for c in range(C.kernel.shape[0]):
         k, n_y = C.out[c], C.output[c + 1] - C.output[c]
-        for i in range(C.z[c, BEGIN], C.z[c, END] - n_y):
+        for i in range(C.z[c, at.BEGIN], C.z[c, at.END] - n_y):
             y[k] = z[i]
             k += 1
         for i in range(n_y):
@@ -282,7 +268,7 @@ def add_elements(tables, address, t, h, q, v, a, z, kq, kv, ka, matrix, work):
             for i in range(n * n):
                 if work.Kl[i] != 0.0:  # a chain of sums at the place that nothing reads would take its time
                     work.lu[positions[i]] += s * work.Kl[i]
-            if E.factor[e] < NO_FACTOR:
+            if E.factor[e] < at.NO_FACTOR:
                 add_load_tangent(tables, e, n, work)
         dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
         for i in range(n):
@@ -293,7 +279,7 @@ def add_elements(tables, address, t, h, q, v, a, z, kq, kv, ka, matrix, work):
 def element_data(tables, e, n, z, work):
     """Numbers, coordinates, velocities, accelerations, history, force and new history of element e, for its kernels."""
     E = tables.elements
-    p, (begin, end) = part_of(tables.p, E.p[e, BEGIN], E.p[e, END]), (E.z[e, BEGIN], E.z[e, END])
+    p, (begin, end) = part_of(tables.p, E.p[e, at.BEGIN], E.p[e, at.END]), (E.z[e, at.BEGIN], E.z[e, at.END])
     q, v, a, r = (part_of(work.ql, 0, n), part_of(work.vl, 0, n), part_of(work.al, 0, n), part_of(work.rl, 0, n))
     return p, q, v, a, part_of(z, begin, end), r, part_of(work.z_new, begin, end)
 
@@ -330,8 +316,10 @@ def load_factor(tables, address, e, t, work):
     """Load factor of element e, which multiplies all results of its kernel."""
     E = tables.elements
     if E.factor[e] < 0:
-        return 1.0 if E.factor[e] == NO_FACTOR else work.output[FIRST_OUTPUT - E.factor[e]]
-    s, _, _ = motion_at(address.motion, E.factor[e])(part_of(tables.p, E.factor_p[e, BEGIN], E.factor_p[e, END]), t)
+        return 1.0 if E.factor[e] == at.NO_FACTOR else work.output[at.FIRST_OUTPUT - E.factor[e]]
+    s, _, _ = motion_at(address.motion, E.factor[e])(
+        part_of(tables.p, E.factor_p[e, at.BEGIN], E.factor_p[e, at.END]), t
+    )
     return s
 
 
@@ -402,5 +390,5 @@ def energies_by_matrix(tables, address, e, n, t, h, z, place, work):
     if E.energy[e] < 0:
         return 0.0, 0.0, 0.0
     return energy_at(address.energy, E.energy[e])(
-        part_of(tables.p, E.p[e, BEGIN], E.p[e, END]), t, part_of(work.ql, 0, n), part_of(work.vl, 0, n)
+        part_of(tables.p, E.p[e, at.BEGIN], E.p[e, at.END]), t, part_of(work.ql, 0, n), part_of(work.vl, 0, n)
     )

@@ -9,7 +9,7 @@ import numpy as np
 
 from flexmb.engine.linalg import lu
 from flexmb.engine.linalg.dense import bordered_solution, plain, scaled_rows, stacked
-from flexmb.engine.linalg.rank import RANK_TOLERANCE, dependent_rows, row_rank
+from flexmb.engine.linalg.rank import RANK_TOLERANCE, dependent_rows, surplus_rows
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.engine.system.work import MOTION, Work
 from flexmb.errors import AssemblyError, KernelError, ModelError, SolveError
@@ -17,7 +17,7 @@ from flexmb.late import scipy, sp
 from flexmb.model.mechanism import Mechanism
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
-from flexmb.statics.start.assemble import RigidMotion, check_massless, close_loops, drive_rows
+from flexmb.statics.start.assemble import RigidMotion, body_rows, check_massless, close_loops, drive_rows
 
 POSE_SHIFT = 0.05  # shift to a second pose that tells redundant joints from a singular pose [rad, or over the size]
 
@@ -41,16 +41,16 @@ def redundancy(program: Program, q: np.ndarray, system: StateEvaluation | None =
     """Redundant equations at a pose (n_q,); None where all are independent."""
     system = system or StateEvaluation(program)
     G = system.at(q).blocks[1]
-    every = len(row_rank(G).redundant)
+    every = len(surplus_rows(G))
     if every == 0:
         return None
     joints = np.flatnonzero(np.asarray(program.tables.constraints.motion) < 0)
-    own = len(row_rank(G[joints]).redundant)
+    own = len(surplus_rows(G[joints]))
     names = dependent_parts(program, G[joints], joints) if own else ()
     if every == own:
         return Redundancy(names, own, (), 0, False)
     shaken = system.at(shaken_pose(program, q)).blocks[1]
-    structural = len(row_rank(shaken).redundant) - len(row_rank(shaken[joints]).redundant)
+    structural = len(surplus_rows(shaken)) - len(surplus_rows(shaken[joints]))
     driven = dependent_parts(program, shaken if structural > 0 else G)
     return Redundancy(names, own, driven, max(every - own, structural), structural > 0)
 
@@ -69,14 +69,14 @@ def shaken_pose(program: Program, q: np.ndarray) -> np.ndarray:
 
 def redundant_rows(program: Program, closed: Program, q: np.ndarray, t: float) -> int:
     """Number of rows redundant at an assembled pose q (n_q,) at t [s] and beside it; 0 for a singular pose."""
-    extra = len(row_rank(StateEvaluation(program).at(q, t=t).blocks[1]).redundant)
+    extra = len(surplus_rows(StateEvaluation(program).at(q, t=t).blocks[1]))
     if extra == 0:
         return 0
     try:
         further = neighbouring_pose(closed, q, t)
     except AssemblyError:
         return 0
-    return extra if len(row_rank(StateEvaluation(program).at(further, t=t).blocks[1]).redundant) == extra else 0
+    return extra if len(surplus_rows(StateEvaluation(program).at(further, t=t).blocks[1])) == extra else 0
 
 
 def neighbouring_pose(closed: Program, q: np.ndarray, t: float) -> np.ndarray:
@@ -104,7 +104,7 @@ def least_norm(
     """Accelerations (n_q,) and multipliers (n_c,) of least norm; z (n_z,) is the history, None: that of the start."""
     system = StateEvaluation(program).at(q, v, t=t, z=z, weights=(0.0, 0.0, 1.0))
     M, G = system.blocks
-    needed = np.setdiff1d(np.arange(program.n_c), row_rank(G).redundant)
+    needed = np.setdiff1d(np.arange(program.n_c), surplus_rows(G))
     found = bordered_solution(M, G[needed], np.concatenate([-system.force, system.gamma[needed]]))
     if found is None:
         text = f"Start accelerations of {program.name!r}: the matrix is singular"
@@ -217,10 +217,10 @@ def check_independent(program: Program, q: np.ndarray, system: StateEvaluation |
     if found is None:
         return
     parts, count = found.parts, found.rows + found.excess
-    elsewhere = row_rank(system.at(shaken_pose(program, q)).blocks[1])
+    elsewhere = surplus_rows(system.at(shaken_pose(program, q)).blocks[1])
     listed = ", ".join(repr(p) for p in parts[:LISTED_PARTS]) + (", ..." if len(parts) > LISTED_PARTS else "")
     drives = [repr(p) for p in parts if p in {drive.partition(".")[0] for drive in program.drives}]
-    if len(elsewhere.redundant) < count:
+    if len(elsewhere) < count:
         raise AssemblyError(
             f"Mechanism {program.name!r} starts in a singular pose: there, {listed} repeat one another, "
             "and the motion can branch. Start a little beside it "
@@ -392,11 +392,9 @@ def accelerations(
 
 def degrees_of_freedom(program: Program, q: np.ndarray) -> tuple[int, int]:
     """Degrees of freedom of the bodies taken as rigid, with and without the drives' rows."""
-    system, rigid = StateEvaluation(program).at(q), RigidMotion(program)
-    A = system.blocks[1] @ rigid.plain_basis(q)
-    joints = np.flatnonzero(program.tables.constraints.motion < 0)
-    n = 3 * rigid.count
-    return n - row_rank(A).rank, n - row_rank(A[joints]).rank
+    A, joints = body_rows(program, q), np.flatnonzero(program.tables.constraints.motion < 0)
+    free = 3 * len(program.names.bodies) - A.shape[0] + len(surplus_rows(A))
+    return free, 3 * len(program.names.bodies) - len(joints) + len(surplus_rows(A[joints]))
 
 
 WHOLE_TURN = 2.0 * np.pi
