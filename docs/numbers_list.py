@@ -579,8 +579,8 @@ def _left_out() -> dict[str, str]:
         engine.state.record.MOST_POSES engine.state.record.LEAST_POSES engine.state.record.POSE_NUMBERS
         findings.vibrations.MOST_UNKNOWNS findings.vibrations.FEWEST_STEPS findings.vibrations.MOST_CONTROLLED findings.vibrations.POSES findings.vibrations.POSES_OF_LARGE
         findings.vibrations.AROUND findings.vibrations.DISTANCE findings.vibrations.LARGE findings.vibrations.MANY findings.vibrations.AROUND_OF_MANY findings.vibrations.FEWEST_STATES findings.vibrations.SAME
-        statics.vibrations.RIGID_OF_LARGE statics.vibrations.DENSE statics.vibrations.LOWEST
-        findings.vibrations.FEWEST_INSTANTS statics.vibrations.NEAR statics.vibrations.RIGID statics.vibrations.ROUND_OFF findings.vibrations.ENERGY_SHARE findings.vibrations.DECAY
+        statics.modes.RIGID_OF_LARGE statics.modes.DENSE statics.modes.LOWEST
+        findings.vibrations.FEWEST_INSTANTS statics.modes.NEAR statics.modes.RIGID statics.modes.ROUND_OFF findings.vibrations.ENERGY_SHARE findings.vibrations.DECAY
         findings.vibrations.PART_OF_STEP findings.vibrations.UNRESOLVED findings.vibrations.CLEAR_LOSS
         findings.vibrations.LOST_PHASE findings.vibrations.LOST_AMPLITUDE run.checkpoint.EVERY results.netcdf.LARGEST_GROWTH
         findings.watch.STEP_CODES findings.watch.SHOWN_RESIDUALS findings.watch.LEAST_RESIDUAL findings.watch.LEAST_RTOL findings.watch.TRIED_STEPS

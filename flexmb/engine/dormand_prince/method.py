@@ -199,14 +199,11 @@ def refuse_jumps(program: Program) -> None:
         text = f"{program.names.contacts[0]!r} is a contact, whose force begins and ends"
         raise InputError(f"{label} {text}. Use Newmark.generalised_alpha() (the default) or RadauIIA().")
     E, C = program.tables.elements, program.tables.constraints
-    for name, z in (*zip(program.names.elements, E.z, strict=True), *_joints_with_history(program, C)):
+    joints = [(program.names.rows[C.row[c]], C.joint_friction_z[c]) for c in range(len(C.kernel))]
+    for name, z in (*zip(program.names.elements, E.z, strict=True), *joints):
         if z[END] > z[BEGIN]:
             text = f"{name!r} has a law with a history, which is integrated with its own low order"
             raise InputError(f"{label} {text}. Use Newmark.generalised_alpha() (the default) or RadauIIA().")
-
-
-def _joints_with_history(program: Program, C: Any) -> list[tuple[str, np.ndarray]]:
-    return [(program.names.rows[C.row[c]], C.joint_friction_z[c]) for c in range(len(C.kernel))]
 
 
 class DormandPrinceStepper(Stepper):

@@ -10,7 +10,7 @@ import numpy as np
 
 from flexmb.engine.compiled.records import Matrix, Record, Vector
 from flexmb.engine.dormand_prince.complement import Complement, complement
-from flexmb.engine.radau.collocation import OldState, Works
+from flexmb.engine.radau.collocation import StateVectors, Works, state_vectors
 from flexmb.engine.system.work import new_from_template
 from flexmb.program.program import Program
 
@@ -107,8 +107,8 @@ class Stages(Record):
     span: Span
     complement: Complement
     works: Works
-    old: OldState  # old, between: start of the last step, and an instant within it
-    between: OldState
+    old: StateVectors  # old, between: start of the last step, and an instant within it
+    between: StateVectors
     tableau: Matrix  # tableau, instants, errors, weights: `A`, `C`, `ERRORS` and `DENSE_WEIGHTS` of the method
     instants: Vector
     errors: Matrix
@@ -142,7 +142,8 @@ def _zero_stages(program: Program) -> Stages:
         span=Span.zeros(),
         complement=complement(program),
         works=Works.zeros(),
-        **{name: _old(program) for name in ("old", "between")},
+        old=state_vectors(program),
+        between=state_vectors(program),
         tableau=A,
         instants=C,
         errors=ERRORS,
@@ -158,8 +159,3 @@ def _zero_stages(program: Program) -> Stages:
         losses=(0, 2),
         signals=program.tables.sizes.n_y,
     )
-
-
-def _old(program: Program) -> OldState:
-    n = program.n_q + 3
-    return OldState(q=n, v=n, a=n, z=program.tables.sizes.n_z, lam=program.n_c, ledger=LEDGER)

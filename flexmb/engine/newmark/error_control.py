@@ -167,17 +167,11 @@ def meets_contacts(tables, address, code, h, options, flow, trial, work, record)
     if flow.clock.rejected_trials >= CONTACT_TRIALS:
         return True
     wanted = step_to_events(tables, address, h, options, flow, trial, work, record)
-    if wanted >= h or (h <= 1.001 * options.h_min and impact_fits_smallest_step(options, flow, record)):
-        return True
+    smallest, contact = h <= 1.001 * options.h_min, record.count.rejecting_contact - 1
+    if wanted >= h or (smallest and flow.impacts[contact, IMPACT_STEP] >= options.h_min):
+        return True  # the smallest step resolves an impact whose onset is then only met late
     flow.clock.retry_step = wanted
     return False
-
-
-@compiled
-def impact_fits_smallest_step(options, flow, record):
-    """Whether the smallest step resolves the impact of the rejecting contact, whose onset is then only met late."""
-    contact = record.count.rejecting_contact - 1
-    return flow.impacts[contact, IMPACT_STEP] >= options.h_min
 
 
 @compiled

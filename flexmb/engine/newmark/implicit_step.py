@@ -28,6 +28,7 @@ from flexmb.engine.linalg.lu import (
 )
 from flexmb.engine.newmark.jacobian_reuse import (
     HOLD_WITHIN_STEP,
+    LONGEST_SUSPENSION,
     MEASURING_INTERVAL,
     MOST_REUSE_ITERATIONS,
     REGULAR_PIVOT,
@@ -41,12 +42,10 @@ from flexmb.engine.newmark.jacobian_reuse import (
     held_code,
     initial_hold,
     may_reuse,
-    may_reuse_fresh,
     number_of_held,
     register_factors,
     slopes_changed,
     start_trial,
-    suspend_reuse,
     update_reuse,
 )
 from flexmb.engine.newmark.predictor import (
@@ -275,13 +274,6 @@ def newmark_coefficients(h, scheme):
 
 
 @compiled
-def start_auxiliary_acceleration(n, options, flow, trial):
-    """Set x1 after a starting step: x1 = a1 + (alpha_m - alpha_f) (a1 - a0), see `Newmark.starting`."""
-    for i in range(n):
-        trial.x[i] = trial.a[i] + (options.regular.alpha_m - options.regular.alpha_f) * (trial.a[i] - flow.a[i])
-
-
-@compiled
 def start_iteration(tables, lu, h, ratio, kv, ka, scheme, options, flow, trial):
     """Predict the trial state, and decide whether the factors of an earlier step are reused."""
     n, m, newton, reuse = tables.sizes.n_q, tables.sizes.n_c, trial.newton, trial.reuse
@@ -380,10 +372,12 @@ def held_rows_open(tables, lu, h, options, flow, trial, work):
 
 @compiled
 def stop_reuse(trial):
-    """Let the next iteration factor its own matrix."""
-    newton = trial.newton
+    """Let the next iteration factor its own matrix; without reuse in the next steps if old factors failed."""
+    newton, reuse = trial.newton, trial.reuse
     newton.reusing, newton.may_reuse = False, newton.factorisations == 0
-    suspend_reuse(newton.factorisations, trial.reuse)
+    if newton.factorisations == 0:  # factors of an earlier step failed: longer after each failure
+        reuse.last_suspension = min(2.0 * reuse.last_suspension + 1.0, LONGEST_SUSPENSION)
+        reuse.suspended_steps = reuse.last_suspension
 
 
 @compiled
@@ -449,7 +443,8 @@ def after_own_factors(tables, lu, h, ratio, size, scheme, options, flow, trial, 
     nonlinear = (
         n + m <= SMALL_SYSTEM and newton.last_size > NONLINEAR_CORRECTION and has_contact_or_friction(work.slopes)
     )
-    newton.reusing = newton.may_reuse and undamped and may_reuse_fresh(reuse) and not nonlinear
+    fresh = reuse.age == 1.0 and reuse.smallest_pivot >= REGULAR_PIVOT
+    newton.reusing = newton.may_reuse and undamped and fresh and not nonlinear
     return CONTINUE
 
 

@@ -13,7 +13,7 @@ from flexmb.engine.newmark.error_control import (
     meets_contacts,
     update_step_sizes,
 )
-from flexmb.engine.newmark.implicit_step import implicit_step, start_auxiliary_acceleration
+from flexmb.engine.newmark.implicit_step import implicit_step
 from flexmb.engine.newmark.jacobian_reuse import adopt_factors, update_held_multipliers
 from flexmb.engine.newmark.predictor import update_predictor
 from flexmb.engine.state.record import DONE, FORMS, NOT_EVALUATED, RUNNING, STEP_TOO_SMALL, Coefficients
@@ -62,8 +62,9 @@ def take_steps(tables, address, lu, options, flow, trial, work, record, steps):
             return code
         if code != RUNNING:
             continue
-        if first:
-            start_auxiliary_acceleration(tables.sizes.n_q, options, flow, trial)
+        for i in range(tables.sizes.n_q if first else 0):  # see `Newmark.starting`
+            delta = options.regular.alpha_m - options.regular.alpha_f
+            trial.x[i] = trial.a[i] + delta * (trial.a[i] - flow.a[i])
         if record.count.held_code != 0 or flow.clock.held_steps > 0.0:
             update_held_multipliers(tables, lu, flow.clock.t + h, flow, trial, work, record)
             record.count.evaluated = NOT_EVALUATED  # multipliers may have changed

@@ -17,7 +17,7 @@ from flexmb.engine.newmark.error_control import (
     meets_contacts,
     update_step_sizes,
 )
-from flexmb.engine.newmark.jacobian_reuse import discard_factors, update_held_multipliers
+from flexmb.engine.newmark.jacobian_reuse import discard_factors, remove_along, update_held_multipliers
 from flexmb.engine.newmark.predictor import restart_predictor
 from flexmb.engine.radau.collocation import AT_START, LAST, STAGES, C, Collocation, collocation
 from flexmb.engine.radau.step import (
@@ -145,16 +145,10 @@ def accept_stages(tables, address, lu, h, options, flow, trial, work, record, R)
 
 @compiled
 def remove_free_components(trial, R):
-    """Removal of shares that the equations leave free from the multipliers of the stages."""
-    # Extrapolation from step to step would let them grow.
-    m = R.L.shape[1]
+    """Removal of shares that the equations leave free, which extrapolation lets grow, from the stages' multipliers."""
     for row in range(trial.free_multipliers.shape[0]):
         for stage in range(STAGES):
-            component = 0.0
-            for i in range(m):
-                component += trial.free_multipliers[row, i] * R.L[stage, i]
-            for i in range(m):
-                R.L[stage, i] -= component * trial.free_multipliers[row, i]
+            remove_along(trial.free_multipliers[row], R.L[stage])
 
 
 @compiled

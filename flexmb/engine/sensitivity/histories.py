@@ -384,17 +384,15 @@ def find_turns(tables, address, h, share, q, v, lam, T, work):
             T.turn[c, :] = 0.0
             continue
         slip = _slip_before(tables, address, c, T, work)
-        before, slope, _ = call_friction(tables, address, c, h, slip, out[places.NORMAL_FORCE], T.z0, work.z_new)
-        if not _turns(
-            slip, before, slope, out[places.SLIP], out[places.FRICTION_FORCE], slopes[T_BY_SLIP], share, T.turn[c]
-        ):
+        before, slope, _ = call_friction(tables, address, c, h, slip, out[places.NORMAL_FORCE], T.start.z, work.z_new)
+        force, after, turn = out[places.FRICTION_FORCE], out[places.SLIP], T.turn[c]
+        if not _turns(slip, before, slope, after, force, slopes[T_BY_SLIP], share, turn):
             continue
-        slopes[T_BY_SLIP] += T.turn[c, ENDING]
+        slopes[T_BY_SLIP] += turn[ENDING]
         gather(v, K.dofs, 6 * c, 6, work.vl)
         jacobians(out, work.contact_scratch)
-        add_tangents(
-            out, part_of(K.positions, 36 * c, 36 * c + 36), 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, T.turn[c, ENDING], 0.0, work
-        )
+        positions = part_of(K.positions, 36 * c, 36 * c + 36)
+        add_tangents(out, positions, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, turn[ENDING], 0.0, work)
     for c in range(C.kernel.shape[0]):
         k = K.kernel.shape[0] + c
         force, after = work.joint_friction[c, JOINT_FRICTION_FORCE], work.joint_friction[c, JOINT_SLIP]
@@ -403,7 +401,7 @@ def find_turns(tables, address, h, share, q, v, lam, T, work):
         slip = _joint_slip_before(tables, address, c, T, work)
         find_joint_load(tables, address, c, q, lam, work)
         out = work.joint_friction_out
-        before, slope, _ = call_joint_friction(tables, address, c, h, slip, out[places.LOAD], T.z0, work.z_new)
+        before, slope, _ = call_joint_friction(tables, address, c, h, slip, out[places.LOAD], T.start.z, work.z_new)
         if _turns(slip, before, slope, after, force, work.slopes[k, JOINT_T_BY_SLIP], share, T.turn[k]):
             _add_joint_turn(C, c, v, T.turn[k, ENDING], work)
 
@@ -411,8 +409,8 @@ def find_turns(tables, address, h, share, q, v, lam, T, work):
 @compiled
 def _slip_before(tables, address, c, T, work):
     """Slip of contact c at the start of the step; its gap data are in work.gap."""
-    gather(T.q0, tables.contacts.dofs, 6 * c, 6, work.ql)
-    gather(T.v0, tables.contacts.dofs, 6 * c, 6, work.vl)
+    gather(T.start.q, tables.contacts.dofs, 6 * c, 6, work.ql)
+    gather(T.start.v, tables.contacts.dofs, 6 * c, 6, work.vl)
     call_gap(tables, address, c, work.ql, work.vl, work.gap)
     return work.gap[places.SLIP]
 
@@ -420,10 +418,10 @@ def _slip_before(tables, address, c, T, work):
 @compiled
 def _joint_slip_before(tables, address, c, T, work):
     """Slip of joint c at the start of the step, for which its load kernel is called."""
-    find_joint_load(tables, address, c, T.q0, T.lam0, work)
+    find_joint_load(tables, address, c, T.start.q, T.start.lam, work)
     slip, begin = 0.0, tables.constraints.dof[c]
     for i in range(6):
-        slip += work.joint_friction_out[places.SLIDING + i] * T.v0[tables.constraints.dofs[begin + i]]
+        slip += work.joint_friction_out[places.SLIDING + i] * T.start.v[tables.constraints.dofs[begin + i]]
     return slip
 
 
@@ -448,75 +446,64 @@ def _turns(slip0, T0, slope0, slip1, T1, slope1, share, turn):
 @compiled
 def _add_joint_turn(C, c, v, slope, work):
     """Add the effect of a further slope of friction in joint c, by its coordinates, to work.lu."""
-    n, begin = C.dof[c + 1] - C.dof[c], C.dof[c]
+    n, begin, out = C.dof[c + 1] - C.dof[c], C.dof[c], work.joint_friction_out
     for j in range(6):
         slip_q = 0.0
         for k in range(6):
             slip_q += work.joint_friction_curve[k, j] * v[C.dofs[begin + k]]
         for i in range(6):
-            work.lu[C.positions_h[C.pos_h[c] + n * i + j]] -= (
-                work.joint_friction_out[places.SLIDING + i] * slope * slip_q
-            )
+            work.lu[C.positions_h[C.pos_h[c] + n * i + j]] -= out[places.SLIDING + i] * slope * slip_q
 
 
 @compiled
 def add_turns(tables, address, T, work):
     """Add the forces by the slips at the start to T.F and T.turned, and secant slopes of joints to work.slopes."""
     # T.q, T.v are of the start.
-    K, C = tables.contacts, tables.constraints
-    for c in range(K.kernel.shape[0]):
-        if T.turn[c, STARTING] == 0.0 and T.turn[c, ENDING] == 0.0:
-            continue
-        _slip_before(tables, address, c, T, work)
-        contact_differences(K, c, work.gap, T.v0, T, work)
-        jacobians(work.contact[c], work.contact_scratch)
-        for j in range(T.q.shape[0]):
-            T.turned[j, c] = T.turn[c, STARTING] * T.own[j, OF_SLIP]
-            for i in range(6):
-                T.F[j, K.dofs[6 * c + i]] += work.contact_scratch[places.TANGENTIAL, i] * T.turned[j, c]
-    for c in range(C.kernel.shape[0]):
-        k, begin = K.kernel.shape[0] + c, C.dof[c]
+    n_k = tables.contacts.kernel.shape[0]
+    for k in range(T.turn.shape[0]):
         if T.turn[k, STARTING] == 0.0 and T.turn[k, ENDING] == 0.0:
             continue
-        find_joint_load(tables, address, c, T.q0, T.lam0, work)
-        joint_differences(tables, c, T.v0, T, work)
-        work.slopes[k, JOINT_T_BY_SLIP] += T.turn[k, ENDING]
+        if k < n_k:
+            _slip_before(tables, address, k, T, work)
+            contact_differences(tables.contacts, k, work.gap, T.start.v, T, work)
+        else:
+            find_joint_load(tables, address, k - n_k, T.start.q, T.start.lam, work)
+            joint_differences(tables, k - n_k, T.start.v, T, work)
+            work.slopes[k, JOINT_T_BY_SLIP] += T.turn[k, ENDING]
         for j in range(T.q.shape[0]):
             T.turned[j, k] = T.turn[k, STARTING] * T.own[j, OF_SLIP]
-            for i in range(6):
-                T.F[j, C.dofs[begin + i]] += T.slip_direction[c, i] * T.turned[j, k]
+    for j in range(T.q.shape[0]):
+        add_turned(tables, j, T.F[j], T, work)
 
 
 @compiled
 def complete_turned(tables, address, q, v, lam, T, work):
     """Add the forces by the slips at the end to T.turned; T.q, T.v are of the end."""
-    K, C = tables.contacts, tables.constraints
-    for c in range(K.kernel.shape[0]):
-        if T.turn[c, EXCESS] != 0.0:
-            contact_differences(K, c, work.contact[c], v, T, work)
-            for j in range(T.q.shape[0]):
-                T.turned[j, c] += T.turn[c, EXCESS] * T.own[j, OF_SLIP]
-    for c in range(C.kernel.shape[0]):
-        k = K.kernel.shape[0] + c
-        if T.turn[k, EXCESS] != 0.0:
-            find_joint_load(tables, address, c, q, lam, work)
-            joint_differences(tables, c, v, T, work)
-            for j in range(T.q.shape[0]):
-                T.turned[j, k] += T.turn[k, EXCESS] * T.own[j, OF_SLIP]
+    n_k = tables.contacts.kernel.shape[0]
+    for k in range(T.turn.shape[0]):
+        if T.turn[k, EXCESS] == 0.0:
+            continue
+        if k < n_k:
+            contact_differences(tables.contacts, k, work.contact[k], v, T, work)
+        else:
+            find_joint_load(tables, address, k - n_k, q, lam, work)
+            joint_differences(tables, k - n_k, v, T, work)
+        for j in range(T.q.shape[0]):
+            T.turned[j, k] += T.turn[k, EXCESS] * T.own[j, OF_SLIP]
 
 
 @compiled
-def gather_turned(tables, j, T, work):
-    """Set T.f to the forces in T.turned of neighbour j; contacts and joints are evaluated at the same state."""
+def add_turned(tables, j, F, T, work):
+    """Add the forces in T.turned of neighbour j to F (n_q + 3,); contacts and joints are evaluated there."""
     K, C = tables.contacts, tables.constraints
-    T.f[:] = 0.0
-    for c in range(K.kernel.shape[0]):
-        if T.turn[c, STARTING] != 0.0 or T.turn[c, ENDING] != 0.0:
-            jacobians(work.contact[c], work.contact_scratch)
-            for i in range(6):
-                T.f[K.dofs[6 * c + i]] += work.contact_scratch[places.TANGENTIAL, i] * T.turned[j, c]
-    for c in range(C.kernel.shape[0]):
-        k = K.kernel.shape[0] + c
-        if T.turn[k, STARTING] != 0.0 or T.turn[k, ENDING] != 0.0:
-            for i in range(6):
-                T.f[C.dofs[C.dof[c] + i]] += T.slip_direction[c, i] * T.turned[j, k]
+    n_k = K.kernel.shape[0]
+    for k in range(T.turn.shape[0]):
+        if T.turn[k, STARTING] == 0.0 and T.turn[k, ENDING] == 0.0:
+            continue
+        if k < n_k:
+            jacobians(work.contact[k], work.contact_scratch)
+        for i in range(6):
+            if k < n_k:
+                F[K.dofs[6 * k + i]] += work.contact_scratch[places.TANGENTIAL, i] * T.turned[j, k]
+            else:
+                F[C.dofs[C.dof[k - n_k] + i]] += T.slip_direction[k - n_k, i] * T.turned[j, k]

@@ -11,6 +11,7 @@ import numpy as np
 from flexmb.engine.compiled.arrays import matrix_view, part_of
 from flexmb.engine.compiled.pieces import whole
 from flexmb.engine.compiled.records import Integers, IntegerTable, Matrix, Record, Vector
+from flexmb.engine.radau.collocation import StateVectors, state_vectors
 from flexmb.engine.sensitivity.histories import (
     FIRST,
     add_contact_history,
@@ -100,11 +101,7 @@ class Tangents(Record):
     zs: Vector  # (n_z,) varied histories
     tau: Vector  # (k,) time shift of each neighbour [s]
     shift: Vector  # (k,) increment of tau [s]
-    q0: Vector  # q0, v0, a0, lam0, z0: state before the step
-    v0: Vector
-    a0: Vector
-    lam0: Vector
-    z0: Vector
+    start: StateVectors  # state before the step
     ap: Vector  # ap, zp: state before the step before
     zp: Vector
     rt: Vector  # (n_q + 3,) rate of the forces in time at rest
@@ -127,8 +124,8 @@ def new_tangents(
     total = program.n_q + m
     rows, mean = dict.fromkeys(("q", "v", "a", "x", "U", "X", "Y", "R", "F"), (k, n)), max(tables.sizes.most_dofs, 6)
     rows |= dict.fromkeys(("z", "z1"), (k, n_z)) | dict.fromkeys(("N", "T"), (k, n_k))
-    vectors = dict.fromkeys(("b", "d", "e", "y", "seen"), total) | dict.fromkeys(("zs", "z0", "zp"), n_z)
-    vectors |= dict.fromkeys(("r", "f", "q0", "v0", "a0", "ap", "rt"), n) | dict.fromkeys(("tau", "shift"), k)
+    vectors = dict.fromkeys(("b", "d", "e", "y", "seen"), total) | dict.fromkeys(("zs", "zp"), n_z)
+    vectors |= dict.fromkeys(("r", "f", "ap", "rt"), n) | dict.fromkeys(("tau", "shift"), k)
     return Tangents(
         **rows,
         **vectors,
@@ -146,7 +143,7 @@ def new_tangents(
         local=(2, mean),
         own=(k, 4),
         g=(3, m),
-        lam0=m,
+        start=state_vectors(program),
         moving=(2, m),
         closing=np.zeros(n_k, dtype=np.int64),
         turn=(n_k + n_g, 4),

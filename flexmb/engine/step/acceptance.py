@@ -79,7 +79,7 @@ def save_ends(options, flow, record):
 
 @compiled
 def save_within(signals, options, flow, record):
-    """Save the signals at the next due instant, which lies within the last step, and what `save_ends` saves then."""
+    """Save the signals at the next due instant, within the last step; fraction at the one after it, as `save_ends`."""
     save_row(signals, next_due(options, flow, record), record)
     flow.clock.saved_instants += 1.0
     return save_ends(options, flow, record)
@@ -284,15 +284,6 @@ def update_energies(tables, address, h, options, flow, trial, work, record):
 
 
 @compiled
-def update_largest_states(flow, trial):
-    """Update the largest absolute values of the states of controls, which stand before the ground."""
-    n = flow.largest_states.shape[0]
-    first = flow.v.shape[0] - n - 3
-    for i in range(n):
-        flow.largest_states[i] = max(flow.largest_states[i], abs(trial.v[first + i]))
-
-
-@compiled
 def adopt_trial(h, flow, trial, work, record):
     """Copy the trial state into the accepted one, and count the step."""
     t0 = flow.clock.t
@@ -305,8 +296,9 @@ def adopt_trial(h, flow, trial, work, record):
     copy(trial.lam, flow.lam)
     copy(flow.z, record.last_z)
     copy(work.z_new, flow.z)
-    if flow.largest_states.shape[0] > 0:
-        update_largest_states(flow, trial)
+    first = flow.v.shape[0] - flow.largest_states.shape[0] - 3  # states of controls stand before the ground
+    for i in range(flow.largest_states.shape[0]):
+        flow.largest_states[i] = max(flow.largest_states[i], abs(trial.v[first + i]))
     copy(record.signals, record.last_signals)
     record.count.steps += 1
     record.report.smallest, record.report.largest = min(record.report.smallest, h), max(record.report.largest, h)

@@ -270,21 +270,15 @@ def find_force_jump(tables, address, c, speed, flow, work):
 
 
 @compiled
-def gap_of_trial(tables, address, c, trial, work, record):
-    """Gap [m] and gap rate [m/s] of contact c in the trial state."""
-    if record.count.evaluated == EVALUATED:
-        return work.contact[c, GAP], work.contact[c, GAP_RATE]
-    return find_gap(tables, address, c, trial.q, trial.v, work)
-
-
-@compiled
 def step_to_events(tables, address, h, options, flow, trial, work, record):
     """Step that ends at the first contact event within the trial [s]; h if the trial meets all events."""
     wanted = h
     for c in range(tables.contacts.kernel.shape[0]):
         k = tables.contacts.z[c, at.COMMON_Z]
         gap0, rate0 = flow.z[k + at.LAST_GAP], flow.z[k + at.LAST_GAP_RATE]
-        gap, rate = gap_of_trial(tables, address, c, trial, work, record)
+        gap, rate = work.contact[c, GAP], work.contact[c, GAP_RATE]
+        if record.count.evaluated != EVALUATED:
+            gap, rate = find_gap(tables, address, c, trial.q, trial.v, work)
         own = h
         if gap0 > 2.0 * LEAST_DEPTH * options.length > 2.0 * gap > 0.0 and rate < 0.0:
             own = 0.99 * h  # on the onset to round-off, where the force of a law that jumps is any between
