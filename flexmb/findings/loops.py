@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.display import counted, quoted
+from flexmb.display import counted, listed, quoted
 from flexmb.engine.linalg.dense import plain
 from flexmb.engine.linalg.rank import RANK_TOLERANCE, surplus_rows
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import AssemblyError
 from flexmb.findings.finding import NOTE, WARNING, Finding, found
-from flexmb.late import scipy
+from flexmb.late import scipy, sp
 from flexmb.model.law import values_of
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Body, Joint
@@ -29,24 +29,13 @@ SAME_POINT = 1e-6  # distance of two points over the length of the longest link,
 
 def groups_of_bodies(mechanism: Mechanism) -> list[tuple[str, ...]]:
     """Names of bodies in groups that joints, springs, contacts or elements connect; the ground is a body, too."""
-    above = {name: name for name in (GROUND.name, *(body.name for body in mechanism.bodies))}
-
-    def root(name: str) -> str:
-        while above[name] != name:
-            above[name] = above[above[name]]
-            name = above[name]
-        return name
-
-    for part in mechanism.parts:
-        if isinstance(part, Body):
-            continue
-        ends = [name for name in part.references() if name in above]
-        for name in ends[1:]:
-            above[root(name)] = root(ends[0])
-    groups: dict[str, list[str]] = {}
-    for name in above:
-        groups.setdefault(root(name), []).append(name)
-    return [tuple(group) for group in groups.values()]
+    places = {name: k for k, name in enumerate((GROUND.name, *(body.name for body in mechanism.bodies)))}
+    others = [part.references() for part in mechanism.parts if not isinstance(part, Body)]
+    ends = [[places[name] for name in named if name in places] for named in others]
+    links = np.array([(own[0], k) for own in ends for k in own], dtype=int).reshape(-1, 2)
+    matrix = sp.coo_array((np.ones(len(links)), links.T), shape=(len(places), len(places)))
+    count, group = sp.csgraph.connected_components(matrix, directed=False)
+    return [tuple(name for name, k in places.items() if group[k] == number) for number in range(count)]
 
 
 def free_bodies(mechanism: Mechanism) -> list[Finding]:
@@ -162,8 +151,7 @@ def free_motions(closed: Program, q: np.ndarray) -> list[Finding]:
         return []
     verb = "is" if len(names) == 1 else "are"
     text = f"{counted(len(names), 'motion')} {verb} not driven; free coordinates, one choice: "
-    text += ", ".join(names[:LISTED_MOTIONS])
-    text += ", ..." if len(names) > LISTED_MOTIONS else ""
+    text += listed(names, LISTED_MOTIONS)
     parts = tuple(dict.fromkeys(name.partition(".")[0] for name in names))
     return [found("free-motion", parts, f"{text}. Loads alone decide how they move.", free=len(names))]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
 
 REMEMBERED = 512  # number of laws whose findings are remembered: a sweep declares the same ones again and again
 TRIED_GAP = 1e-4  # size of the gaps at which normal laws are tried [m]
-_TRIED: dict[type, bool] = {}  # whether values of a class are tried
-_KNOWN: dict[tuple[str, Law], tuple[Finding, ...]] = {}  # findings by part and law
 
 
 def cheap_findings(mechanism: Mechanism) -> list[Finding]:
@@ -39,14 +38,12 @@ def cheap_findings(mechanism: Mechanism) -> list[Finding]:
     findings = implausible_findings(mechanism)
     for part in mechanism.parts:
         for value in vars(part).values():
-            kind = type(value)
-            if kind not in _TRIED:
-                _TRIED[kind] = _is_tried(kind)
-            if _TRIED[kind]:
+            if _is_tried(type(value)):
                 findings += _remembered(part.name, value)
     return findings
 
 
+@cache
 def _is_tried(kind: type) -> bool:
     """Whether a class is one of laws and motions that are not flexmb's own, or that have findings on their numbers."""
     if not issubclass(kind, Law):
@@ -58,16 +55,12 @@ def _is_tried(kind: type) -> bool:
 def _remembered(name: str, law: Law) -> tuple[Finding, ...]:
     """Findings on a law; of a law with arrays they are not remembered."""
     try:
-        found = _KNOWN.get((name, law))
-    except TypeError:
         return _of_law(name, law)
-    if found is None:
-        if len(_KNOWN) >= REMEMBERED:
-            _KNOWN.clear()
-        found = _KNOWN[name, law] = _of_law(name, law)
-    return found
+    except TypeError:
+        return _of_law.__wrapped__(name, law)
 
 
+@lru_cache(maxsize=REMEMBERED)
 def _of_law(name: str, law: Law) -> tuple[Finding, ...]:
     """Findings on one law or motion of a part."""
     from flexmb.findings.laws import friction_sign, is_ours, normal_sign, wrong_rates

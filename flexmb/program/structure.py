@@ -32,9 +32,8 @@ from flexmb.model.contributions import (
 from flexmb.model.law import Law, Motion
 from flexmb.model.part import is_kind
 from flexmb.program import program as at
-from flexmb.program.numbering import Lists, Numbering, blocks_and_edges, state_coordinates
+from flexmb.program.numbering import Lists, Numbering, blocks_and_edges, force_signals, layout, state_coordinates
 from flexmb.program.program import Constraints, Contacts, Controls, Elements, Measured, Names, Sizes, Tables, freeze
-from flexmb.program.signals import force_signals, layout
 
 NumberLists = dict[str, list[Sequence[float]]]  # lists of numbers by what they belong to, one behind the other
 

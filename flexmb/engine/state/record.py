@@ -7,8 +7,8 @@ import numpy as np
 from flexmb.engine.compiled.records import LARGEST, Flags, Integers, IntegerTable, Matrix, Record, Vector
 from flexmb.engine.state.flow import EPISODE_ROW_SIZE
 from flexmb.engine.system.work import new_from_template
+from flexmb.program.numbering import CONTACT_PENETRATION
 from flexmb.program.program import Program
-from flexmb.program.signals import CONTACT_PENETRATION
 
 GEAR_GUPTA_LEIMKUHLER, POSITION, VELOCITY = range(3)
 # Form of the constraints by its public name.

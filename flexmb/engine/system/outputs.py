@@ -1,4 +1,4 @@
-"""Signals at an accepted state (see `flexmb.program.signals`)."""
+"""Signals at an accepted state (see `flexmb.program.numbering`)."""
 
 import math
 

@@ -429,18 +429,8 @@ def metric_of(program: Program) -> np.ndarray:
 
 def shortest_correction(metric: np.ndarray, G: Any, b: np.ndarray) -> np.ndarray:
     """The shortest x (n,) in the metric with G x = b, in the sense of least squares for redundant rows."""
-    if len(b) == 0:
-        return np.zeros(len(metric))
-    if isinstance(G, np.ndarray):
-        weight: Any = np.diag(metric)
-    else:
-        weight = sp.diags_array(metric).tocsc()
-    found = bordered_solution(weight, G, np.concatenate([np.zeros(len(metric)), b]))
-    size = np.abs(b).max()
-    if found is not None and np.abs(G @ found[: len(metric)] - b).max() <= 1e-9 * size + 1e-300:
-        return np.asarray(found[: len(metric)])
-    root = 1.0 / np.sqrt(metric)
-    return np.asarray(root * np.linalg.lstsq(plain(G) * root, b, rcond=1e-11)[0])
+    weight: Any = np.diag(metric) if isinstance(G, np.ndarray) else sp.diags_array(metric).tocsc()
+    return least_energy(weight, G, b) if len(b) else np.zeros(len(metric))
 
 
 def without_whole_turns(program: Program, system: StateEvaluation, q: np.ndarray, t: float) -> np.ndarray:
