@@ -51,8 +51,8 @@ engine.newmark.error_control.velocity_constant#0.02 | 1 | method | floor of the 
 engine.newmark.error_control.error_ratio#0.05 | 1 | method | floor of the error constant of positions
 engine.newmark.error_control.node_error#12.0 | 1 | method | error of a first step: change of the acceleration over this
 engine.newmark.error_control.SAFETY | 1 | a step | safety factor of the next step | 0.1 0.5 1.1
-engine.newmark.error_control.growth_factor#0.2 | 1 | a step | most that a step is shortened at once | 0.1 0.5 2
-engine.newmark.error_control.growth_factor#2.0 | 1 | a step | most that a step grows at once | 0.6 2 10
+engine.newmark.method.LEAST_GROWTH | 1 | a step | most that a step is shortened at once | 0.1 0.5 2
+engine.newmark.method.LARGEST_GROWTH | 1 | a step | most that a step grows at once | 0.6 2 10
 engine.newmark.error_control.meets_contacts#0.25 | 1 | a step | what becomes of a step that did not converge | 0.1 0.5 2
 engine.newmark.jacobian_reuse.CLOSED_GAP | 1 | size of the mechanism | gap of a row that may be held
 engine.newmark.jacobian_reuse.OPENING_FRACTION | 1 | way h^2 a | gap of a row that may be held in the first steps
@@ -125,13 +125,13 @@ engine.step.contact_events.LEFT_BEFORE_ONSET | 1 | time to an onset | part that 
 engine.step.contact_events.NEAR_GAP | 1 | size of the mechanism | gap up to which a step may cross an unknown onset
 engine.step.contact_events.LOOKS | 1 | a step | places at which a step is looked at | 0.5 2
 engine.step.contact_events.UNEXPECTED_GAP | 1 | gap at an end | difference from the cubic that is too large
-statics.start.redundant_joints.looks_dependent#10.0 | 1 | HOLD | pivot that seems lost at the start
-engine.step.step_size.IMPACT_STEPS | steps | an impact | steps of an impact with rtol = 1e-4 | 0.125 0.25 4 10
-engine.step.step_size.FEWEST_IMPACT_STEPS | steps | an impact | fewest steps of an impact, for any rtol | 0.125 4 10
-engine.step.step_size.FLIGHT_WEIGHT | 1 | error of positions | how much more it counts in flight
-engine.step.step_size.FIRST_STEP | 1 | largest step | first step of a run
-engine.step.step_size.SMOOTH_STEPS | steps | period of the drives | largest step, without clearance
-engine.step.step_size.LARGEST_STEPS | steps | period of the drives | largest step, with clearance | 0.04 0.1 10 40
+statics.start.consistent.looks_dependent#10.0 | 1 | HOLD | pivot that seems lost at the start
+engine.step.method.IMPACT_STEPS | steps | an impact | steps of an impact with rtol = 1e-4 | 0.125 0.25 4 10
+engine.step.method.FEWEST_IMPACT_STEPS | steps | an impact | fewest steps of an impact, for any rtol | 0.125 4 10
+engine.step.method.FLIGHT_WEIGHT | 1 | error of positions | how much more it counts in flight
+engine.step.method.FIRST_STEP | 1 | largest step | first step of a run
+engine.step.method.SMOOTH_STEPS | steps | period of the drives | largest step, without clearance
+engine.step.method.LARGEST_STEPS | steps | period of the drives | largest step, with clearance | 0.04 0.1 10 40
 statics.start.assemble.CLOSED_GAP | 1 | size of the mechanism | gap of a loop that is closed
 statics.start.assemble.DRIVE_STRIDE | rad | nothing | most that the pose is turned at once at the start
 statics.start.assemble.MOST_ITERATIONS | iterations | nothing | most iterations that close the loops | 0.1 10
@@ -237,7 +237,6 @@ engine.step.runge_kutta.PROJECTIONS | iterations | nothing | projections of a Ru
 engine.step.runge_kutta.MOST_REPETITIONS | iterations | nothing | rounds that friction in joints takes there
 engine.radau.method.LARGEST_GROWTH | 1 | a step | most that a step of Radau's method grows at once
 engine.radau.method.LEAST_GROWTH | 1 | a step | most that it is shortened at once
-engine.radau.method.SAFETY | 1 | a step | safety factor of the next step
 engine.radau.method.LEAST_STEPS | steps | a period or a run | fewest steps of Radau's method without clearance
 engine.radau.method.LEAST_STEPS_CONTACTS | steps | a period or a run | the same with clearance
 engine.radau.step.MOST_ITERATIONS | iterations | nothing | most Newton iterations of a step of Radau's method
@@ -254,7 +253,6 @@ engine.radau.step.INSENSITIVE | 1 | that difference | change by other interpolat
 engine.radau.step.LEAST_RATE | 1 | a correction | rate that a first iteration is trusted with
 engine.dormand_prince.method.LARGEST_GROWTH | 1 | a step | most that a step of Dormand and Prince grows at once
 engine.dormand_prince.method.LEAST_GROWTH | 1 | a step | most that it is shortened at once
-engine.dormand_prince.method.SAFETY | 1 | a step | safety factor of the next step
 engine.dormand_prince.method.FAILED_GROWTH | 1 | a step | next trial after one whose stages could not be computed
 engine.dormand_prince.method.LEAST_STEPS | steps | a period or a run | fewest steps of Dormand and Prince
 engine.dormand_prince.step.PROJECTIONS | iterations | nothing | projections with the same factors at most
@@ -262,17 +260,17 @@ engine.dormand_prince.complement.OTHER_POSE | 1 | size of the mechanism | distan
 engine.energy.RESIDUAL_LIMIT_RUNGE_KUTTA | 1 | energy turned over | largest residual of a Runge-Kutta run
 engine.newmark.jacobian_reuse.EFFECT_LIMIT | 1 | largest entry | joints that share a force that is not unique, in the status
 results.status.WARNING_FRACTION | 1 | limits of the ledger | from here on the status warns
-engine.step.contact_log.ROUND_OFF_GAP | 1 | size of the mechanism | gap at the start that is a contact
+engine.step.contact_events.ROUND_OFF_GAP | 1 | size of the mechanism | gap at the start that is a contact
 engine.sensitivity.tangent_step.MOST_ROUNDS | iterations | nothing | iterations of a carried step
 engine.sensitivity.tangent_step.CONVERGED_CHANGE | 1 | carried differences | change that is round-off
 engine.sensitivity.tangent_step.DIVERGED_CHANGE | 1 | carried differences | change that has to become smaller
 engine.sensitivity.tangent_step.LEAST_PIVOT | N/m | nothing | keeps a division from zero
 engine.sensitivity.tangent_step.VERY_END | 1 | a step | an onset behind it belongs to the next step
 engine.sensitivity.tangent_step.WEIGHT_OF_MASS | 1 | that of a step | mass matrix for accelerations alone
-engine.sensitivity.controllers.PART_OF_INPUT | 1 | input of a law | difference of inputs for the slope of a sampled law
-engine.sensitivity.controllers.LEAST_PART | 1 | largest input so far | least size by which an input is judged
-engine.sensitivity.reversals.PART_OF_FRICTION | 1 | friction force | change that the slopes of a step may miss
-engine.sensitivity.reversals.STEEPEST | 1 | secant slope | steepest slope in carried accelerations
+engine.sensitivity.parameters.PART_OF_INPUT | 1 | input of a law | difference of inputs for the slope of a sampled law
+engine.sensitivity.parameters.LEAST_PART | 1 | largest input so far | least size by which an input is judged
+engine.sensitivity.histories.PART_OF_FRICTION | 1 | friction force | change that the slopes of a step may miss
+engine.sensitivity.histories.STEEPEST | 1 | secant slope | steepest slope in carried accelerations
 engine.sensitivity.signal_rows.SMALL_WAY | 1 | size of the mechanism | differences of positions for signals
 engine.sensitivity.signal_rows.SMALL_SPEED | 1 | largest speed | differences of velocities for signals
 engine.sensitivity.signal_rows.PART_OF_GAP | 1 | gap of an open contact | its difference for signals
@@ -321,12 +319,12 @@ engine.linalg.dense.SCALING_ROUNDS | rounds | nothing | rounds that scale rows a
 statics.start.assemble.SPARSE_ENTRIES | entries | nothing | up to it loops are closed by a dense least-squares solution
 engine.linalg.rank.CERTAIN_INVERSE | 1 | rows of unit length | inverse of G G^T of rows that are independent beyond doubt
 engine.system.state_evaluation.LARGE_UNKNOWNS | unknowns | nothing | above it factors are kept for the next matrices
-engine.linalg.kept_factors.DIAGONAL_SHARE | 1 | column | pivot on the diagonal that is taken
-engine.linalg.kept_factors.EXACT | 1 | terms of an equation | error of a solution by factors of another matrix
-engine.linalg.kept_factors.FLOOR | 1 | largest terms | terms of an equation that are none
-engine.linalg.kept_factors.MOST_REFINEMENTS | rounds | nothing | refinements by factors of another matrix
-engine.linalg.kept_factors.SLOWEST | 1 | error before | refinement that is too slow
-engine.linalg.kept_factors.REGULAR | 1 | scaled matrix | inverse of a matrix that is regular beyond doubt
+engine.linalg.large.DIAGONAL_SHARE | 1 | column | pivot on the diagonal that is taken
+engine.linalg.large.EXACT | 1 | terms of an equation | error of a solution by factors of another matrix
+engine.linalg.large.FLOOR | 1 | largest terms | terms of an equation that are none
+engine.linalg.large.MOST_REFINEMENTS | rounds | nothing | refinements by factors of another matrix
+engine.linalg.large.SLOWEST | 1 | error before | refinement that is too slow
+engine.linalg.large.REGULAR | 1 | scaled matrix | inverse of a matrix that is regular beyond doubt
 engine.linalg.large.JOINT_COMPLIANCE | 1 | stiffness | give of rows that may repeat one another
 engine.linalg.large.HOLD | 1 | stiffness | stiffness of constraints beside it while signs are counted
 engine.linalg.large.DENSE_PIVOTS | unknowns | nothing | up to it eigenvalues are counted dense
@@ -340,16 +338,16 @@ engine.differences.DIFFERENCE | 1 | gap, gap rate, slip, normal force | differen
 engine.differences.LEAST_GAP | m | nothing | least difference of a gap
 engine.differences.LEAST_SPEED | m/s | nothing | least difference of a gap rate or a slip
 engine.differences.LEAST_LOAD | N | nothing | least difference of a normal force
-engine.system.controls.RELATIVE_DIFFERENCE | 1 | an input or a state | differences of a control law
-engine.system.controls.LEAST_SIZE | 1 | nothing | inputs and states are differenced as if this large
-engine.system.controls.COORDINATE_DIFFERENCE | m, rad | nothing | differences of signals that controls read
+engine.system.elements.RELATIVE_DIFFERENCE | 1 | an input or a state | differences of a control law
+engine.system.elements.LEAST_SIZE | 1 | nothing | inputs and states are differenced as if this large
+engine.system.elements.COORDINATE_DIFFERENCE | m, rad | nothing | differences of signals that controls read
 engine.newmark.implicit_step.STATE_ROUND_OFF | 1 | a state of a control | corrections below this part are round-off
 engine.newmark.implicit_step.LEAST_CORRECTION | 1 | nothing | least tolerance of a state of a control that stays 0
 engine.newmark.error_control.LEAST_STATE | 1 | nothing | least scale of a state of a control that stays 0
 statics.start.consistent.SETTLED | 1 | a state of a control | last correction of states that begin at rest
-run.sampling.SETTLED | 1 | a state of a control | the same of sampled controllers
-run.sampling.DIFFERENCE | 1 | a state of a control | differences of a sampled law
-run.sampling.MOST_ITERATIONS | iterations | nothing | most rounds to states that begin at rest
+run.stopping.SETTLED | 1 | a state of a control | the same of sampled controllers
+run.stopping.DIFFERENCE | 1 | a state of a control | differences of a sampled law
+run.stopping.MOST_ITERATIONS | iterations | nothing | most rounds to states that begin at rest
 statics.start.consistent.CLOSED_GAP | 1 | size of the mechanism | gap of a projected pose
 statics.start.consistent.MOST_PROJECTIONS | iterations | nothing | most rounds of a projection
 parts.bodies.rigid.MASSLESS | 1 | smallest mass of other bodies | mass of a massless link
@@ -363,12 +361,12 @@ statics.start.consistent.ROUND_OFF_OF_RATES | 1 | largest rate of the drives | s
 statics.start.consistent.RATES | intervals | period of a drive | instants at which its rate is looked at
 statics.start.assemble.NO_INERTIA | 1 | largest inertia | motion of massless links alone
 statics.start.assemble.SHARE | 1 | a motion | part of it of a link that is named
-statics.start.redundant_joints.POSE_SHIFT | rad | nothing | how far a pose is moved to see which rows repeat others
+statics.start.consistent.POSE_SHIFT | rad | nothing | how far a pose is moved to see which rows repeat others
 statics.equilibrium.MOST_STRIDES | strides | nothing | most strides to a pose at rest
 statics.equilibrium.STRIDE_ITERATIONS | iterations | nothing | most iterations of a stride
 statics.equilibrium.LARGEST_STRIDE | 1 | size, or rad | longest stride
 statics.equilibrium.REST_STRIDE | 1 | size, or rad | stride of a pose at rest
-statics.steady_rotation.SPEED_TOLERANCE | 1 | angular speed | bodies that spin alike
+statics.found.SPEED_TOLERANCE | 1 | angular speed | bodies that spin alike
 statics.eigen.STIFFNESS_ASYMMETRY | 1 | stiffness | above it a stiffness has no potential
 statics.equilibrium.MOST_ITERATIONS | iterations | nothing | most iterations of an equilibrium
 statics.equilibrium.MOST_OF_LONG_STEP | iterations | nothing | the same of a load step that is longer than asked for
@@ -539,12 +537,12 @@ elastic.reduced.accuracy.SHIFT | 1 | lowest reduced frequency squared | shift of
 def _left_out() -> dict[str, str]:
     """Why, by place."""
     reasons = """
-    the default of an argument that is varied: parts.contact.onset.LEAST_APPROACH engine.step.step_size.RTOL
+    the default of an argument that is varied: parts.contact.onset.LEAST_APPROACH engine.step.method.RTOL
     a factor of a formula: dynamics.report.HALF dynamics.exponents.exponents.LATE parts.contact.friction.PASSIVE
         engine.energy.GAUSS_POINT
         statics.start.consistent.WHOLE_TURN
         dynamics.evidence.TURN dynamics.orbits.shooting.TURN elastic.beams.corotational.TURN
-        elastic.beams.corotational.REST elastic.beams.fem.BOW engine.step.saved_instants.PAST_OF_QUADRATIC
+        elastic.beams.corotational.REST elastic.beams.fem.BOW engine.step.acceptance.PAST_OF_QUADRATIC
     printed with the theory, and only a remark: parts.contact.validity.LOVE parts.contact.validity.YIELD_OF_POINT
         parts.contact.validity.YIELD_OF_LINE
     start values of histories: parts.contact.onset.HISTORY parts.contact.validity.HISTORY_WITH_EXTREMES
@@ -559,12 +557,12 @@ def _left_out() -> dict[str, str]:
         results.netcdf.FORMAT dynamics.sweeps.store.FORMAT
         engine.newmark.implicit_step.CONTINUE engine.newmark.implicit_step.EVALUATE_AGAIN
         run.run.NOT_SAVING engine.sensitivity.tangent_step.TANGENT_LOST
-        engine.step.contact_log.IMPACT engine.step.contact_log.LASTING
-        engine.step.contact_log.CLOSING_PHASE engine.step.contact_log.LASTING_PHASE
+        engine.step.contact_events.IMPACT engine.step.contact_events.LASTING
+        engine.step.contact_events.CLOSING_PHASE engine.step.contact_events.LASTING_PHASE
         engine.linalg.lu.ROWS_HELD engine.linalg.lu.NO_ROW dynamics.sections.crossing.DOWN dynamics.sections.crossing.UP
         dynamics.systems.mechanism_flow.ONSET dynamics.basins.LOST
         dynamics.basins.UNDECIDED
-        program.signals.CONTACT_PENETRATION program.program.CONTACT_COMMON elastic.beams.stress.SIZE
+        program.numbering.CONTACT_PENETRATION program.program.CONTACT_COMMON elastic.beams.stress.SIZE
         elastic.beams.mass_damping.POINTS elastic.beams.mass_damping.MOST
         parts.bearings.film.SHORT parts.bearings.film.LONG parts.bearings.film.TABLE parts.bearings.film.PADS
         parts.bearings.film.TABLE_BEGIN parts.bearings.slider.PLACES parts.bearings.slider.SHARES parts.bearings.laws.ABSOLUTE parts.bearings.pads.LEVEL parts.bearings.pads.FIELD
@@ -584,8 +582,8 @@ def _left_out() -> dict[str, str]:
         engine.state.record.MOST_POSES engine.state.record.LEAST_POSES engine.state.record.POSE_NUMBERS
         findings.vibrations.MOST_UNKNOWNS findings.vibrations.FEWEST_STEPS findings.vibrations.MOST_CONTROLLED findings.vibrations.POSES findings.vibrations.POSES_OF_LARGE
         findings.vibrations.AROUND findings.vibrations.DISTANCE findings.vibrations.LARGE findings.vibrations.MANY findings.vibrations.AROUND_OF_MANY findings.vibrations.FEWEST_STATES findings.vibrations.SAME
-        statics.vibrations.RIGID_OF_LARGE statics.vibrations.DENSE statics.vibrations.LOWEST
-        findings.vibrations.FEWEST_INSTANTS statics.vibrations.NEAR statics.vibrations.RIGID statics.vibrations.ROUND_OFF findings.vibrations.ENERGY_SHARE findings.vibrations.DECAY
+        statics.modes.RIGID_OF_LARGE statics.modes.DENSE statics.modes.LOWEST
+        findings.vibrations.FEWEST_INSTANTS statics.modes.NEAR statics.modes.RIGID statics.modes.ROUND_OFF findings.vibrations.ENERGY_SHARE findings.vibrations.DECAY
         findings.vibrations.PART_OF_STEP findings.vibrations.UNRESOLVED findings.vibrations.CLEAR_LOSS
         findings.vibrations.LOST_PHASE findings.vibrations.LOST_AMPLITUDE run.checkpoint.EVERY results.netcdf.LARGEST_GROWTH
         findings.watch.STEP_CODES findings.watch.SHOWN_RESIDUALS findings.watch.LEAST_RESIDUAL findings.watch.LEAST_RTOL findings.watch.TRIED_STEPS
@@ -594,9 +592,9 @@ def _left_out() -> dict[str, str]:
         statics.equilibrium.INDEPENDENCE
         statics.equilibrium.ROUND_OFF engine.linalg.large.DENSE_COLUMNS engine.linalg.large.FIRST_VECTORS engine.linalg.large.VANISHING engine.linalg.large.REGULARISATION
         engine.linalg.large.LEAST_PIVOT engine.linalg.large.ITERATIONS run.stopping.SAME run.stopping.LEAST run.stopping.FINEST run.stopping.MOST_TRIALS
-        run.sampling.TIMES_TARGET parts.controllers.pid.JUST_BEFORE parts.controllers.pid.LATEST_BREAK parts.controllers.pid.TARGETS
+        run.stopping.TIMES_TARGET parts.controllers.pid.JUST_BEFORE parts.controllers.pid.LATEST_BREAK parts.controllers.pid.TARGETS
         run.saving.SAME_TIME run.run.LEAST_SEEN run.run.LEAST_CLEAR
-    round-off of a time, from which a saved instant is the end of its step: engine.step.saved_instants.END_OF_STEP run.saving.SAME_INSTANT
+    round-off of a time, from which a saved instant is the end of its step: engine.step.acceptance.END_OF_STEP run.saving.SAME_INSTANT
     refuses what would take too long: parts.controllers.control.LEAST_SAMPLE
     squares of smaller numbers are 0 among floats: run.simulate.SHORTEST_RUN
     stands for infinity: engine.state.record.NEVER

@@ -38,10 +38,10 @@ from flexmb.elastic.reduced.reduced import Reduced as Reduced
 from flexmb.engine.dormand_prince.method import DormandPrince as DormandPrince
 from flexmb.engine.newmark.method import Newmark as Newmark
 from flexmb.engine.radau.method import RadauIIA as RadauIIA
+from flexmb.engine.step.method import Adaptive as Adaptive
+from flexmb.engine.step.method import FixedStep as FixedStep
 from flexmb.engine.step.method import Method as Method
 from flexmb.engine.step.runge_kutta import RungeKutta4 as RungeKutta4
-from flexmb.engine.step.step_size import Adaptive as Adaptive
-from flexmb.engine.step.step_size import FixedStep as FixedStep
 from flexmb.findings.check import check as check
 from flexmb.kernels import control_kernel as control_kernel
 from flexmb.kernels import drive_kernel as drive_kernel
@@ -101,9 +101,9 @@ from flexmb.results.netcdf import load as load
 from flexmb.results.positions import momentum as momentum
 from flexmb.results.solution import Solution as Solution
 from flexmb.results.vtk import write_vtk as write_vtk
+from flexmb.run.simulate import StepState as StepState
 from flexmb.run.simulate import simulate as simulate
-from flexmb.run.steps import StepState as StepState
-from flexmb.run.steps import steps as steps
+from flexmb.run.simulate import steps as steps
 from flexmb.run.stopping import when as when
 from flexmb.show.live.page import explore as explore
 from flexmb.show.pictures.diagrams import plot_bifurcation as plot_bifurcation

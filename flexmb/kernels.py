@@ -67,11 +67,10 @@ from numba.extending import intrinsic
 from numba.np import arrayobj
 
 from flexmb.engine.compiled.arrays import MATRIX
-from flexmb.engine.compiled.code_cache import CodeCache, SealedCache, stamp
+from flexmb.engine.compiled.code_cache import CodeCache, SealedCache, ours, stamp
 from flexmb.engine.compiled.digest import Parts, digest, parts_of
 from flexmb.engine.compiled.notice import notice
 from flexmb.engine.compiled.pieces import KernelPointer, whole
-from flexmb.engine.compiled.shipped import ours
 from flexmb.engine.differences import BY_CONTRACT, with_differences
 from flexmb.errors import KernelError
 

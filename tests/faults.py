@@ -136,7 +136,7 @@ WINGS = (
         "controllers/test_pid.py controllers/test_sampled.py",
     ),
     Fault(
-        "engine/system/controls.py",
+        "engine/system/elements.py",
         "positions = part_of(C.positions_state, C.pos_state[c], C.pos_state[c + 1])",
         "positions = part_of(C.positions_state, C.pos_state[0], C.pos_state[c + 1])",
         "controllers/test_control.py",

@@ -1,9 +1,9 @@
 """Compile for a portable processor what an installation shall bring along: `python tests/ship.py FOLDER`.
 
-FOLDER then holds an index and a file of machine code (`engine/compiled/shipped.py`); `make wheel` packs them.  Compiled
-is what is called by all kernels of the package, by a mechanism with each of its parts, and by short runs that use every
-loop.  Without FOLDER the same is compiled for this machine, into the user's cache.  With `--list` the names of the
-functions are printed; with `--wheel DIST` a wheel that carries them is built.
+FOLDER then holds an index and a file of machine code (`engine/compiled/code_cache.py`); `make wheel` packs them.
+Compiled is what is called by all kernels of the package, by a mechanism with each of its parts, and by short runs that
+use every loop.  Without FOLDER the same is compiled for this machine, into the cache of the user.  With `--list` the
+names of functions are printed; with `--wheel DIST` a wheel that carries them is built.
 """
 
 import argparse
@@ -88,7 +88,7 @@ def python(*arguments: str) -> None:
 
 def ship(cpu: str, folder: Path) -> tuple[list[str], int]:
     """Compile everything and write it; names of the functions, and bytes."""
-    from flexmb.engine.compiled.shipped import Shipment, shipment
+    from flexmb.engine.compiled.code_cache import Shipment, shipment
 
     shipment.append(Shipment(cpu))
     compile_all()

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flexmb import checks
-from flexmb.engine.sensitivity.controllers import Moved
 from flexmb.engine.sensitivity.parameter_run import Directions
+from flexmb.engine.sensitivity.parameters import Moved
 from flexmb.errors import USER_ERRORS, FlexmbError, InputError, ModelError, RestitutionWarning
 from flexmb.fields import unit_of
 from flexmb.late import scipy

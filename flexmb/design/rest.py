@@ -16,7 +16,7 @@ from flexmb.engine.sensitivity.linearise import Tangents, linearise, new_tangent
 from flexmb.engine.sensitivity.parameter_run import ParameterRun
 from flexmb.engine.sensitivity.parameters import parameter_rates
 from flexmb.engine.sensitivity.signal_rows import signal_rows
-from flexmb.engine.step.step_size import FixedStep
+from flexmb.engine.step.method import FixedStep
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
 from flexmb.fields import field, record_with

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from flexmb import arguments, checks, display
-from flexmb.display import counted, cut
+from flexmb.display import counted, cut, listed
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import AssemblyError, FlexmbError, InputError, KernelError
 from flexmb.fields import field, record
@@ -26,7 +26,7 @@ from flexmb.program.program import Program
 from flexmb.statics.modes import Modes, modes
 from flexmb.statics.start import consistent
 from flexmb.statics.start.assemble import check_massless, close_loops
-from flexmb.statics.start.redundant_joints import redundancy
+from flexmb.statics.start.consistent import redundancy
 
 # Report on a mechanism: degrees of freedom, mass, natural frequencies, and all findings
 
@@ -97,15 +97,15 @@ class Report:
         """A small table, and the findings."""
         lines = [
             f"Mechanism {self.name!r}: {_counted(self.findings)}",
-            f"  bodies              {len(self.bodies)}: {_list(self.bodies)}",
+            f"  bodies              {len(self.bodies)}: {listed(self.bodies)}",
             f"  mass                {self.mass:.6g} kg",
-            f"  ideal joints        {len(self.joints)}: {_list(self.joints)}",
-            f"  clearance joints    {len(self.contacts)}: {_list(self.contacts)}",
+            f"  ideal joints        {len(self.joints)}: {listed(self.joints)}",
+            f"  clearance joints    {len(self.contacts)}: {listed(self.contacts)}",
             f"  equations           {self.coordinates} coordinates, {self.rows} constraint rows",
             f"  degrees of freedom  {self.freedom} (rigid bodies, clearances closed; by Gruebler's count"
-            f" {self.gruebler}), {len(self.drives)} driven{': ' + _list(self.drives) if self.drives else ''},"
+            f" {self.gruebler}), {len(self.drives)} driven{': ' + listed(self.drives) if self.drives else ''},"
             f" {self.free} free",
-            f"  redundant joints    {_list(self.redundant) if self.redundant else 'none'}",
+            f"  redundant joints    {listed(self.redundant) if self.redundant else 'none'}",
             f"  frequencies [Hz]    {', '.join(f'{f:.4g}' for f in self.frequencies) or 'none (nothing can vibrate)'}",
             f"  signals             {len(self.signals)}: {MOTION} of bodies and nodes;",
             *(f"    {part}: {', '.join(names)}" for part, names in self._measured()),
@@ -119,12 +119,7 @@ MOTION = "x, y, theta, vx, vy, omega, ax, ay, alpha"  # signals of every body, a
 def _counted(findings: tuple[Finding, ...]) -> str:
     """Numbers of errors, warnings and notes in words."""
     counts = {severity: sum(f.severity == severity for f in findings) for severity in SEVERITIES}
-    texts = [f"{count} {severity}{'' if count == 1 else 's'}" for severity, count in counts.items() if count]
-    return ", ".join(texts) or "nothing to remark"
-
-
-def _list(names: tuple[str, ...]) -> str:
-    return ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
+    return ", ".join(counted(count, severity) for severity, count in counts.items() if count) or "nothing to remark"
 
 
 MOST_CAUSES = 3  # number of causes in a status at most

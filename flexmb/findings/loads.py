@@ -18,11 +18,9 @@ from flexmb.model.part import Body, Joint
 from flexmb.program.program import Program
 from flexmb.statics.eigen import damped, moves_most
 from flexmb.statics.equilibrium import correction, static_equilibrium
-from flexmb.statics.found import Equilibrium
-from flexmb.statics.modes import Modes, modes
+from flexmb.statics.found import Equilibrium, Spin
+from flexmb.statics.modes import Examination, Modes, State, modes
 from flexmb.statics.start.consistent import accelerations, rigid_velocities, yielding_joints
-from flexmb.statics.steady_rotation import Spin
-from flexmb.statics.vibrations import Examination, State
 
 # Stability of the reference configuration under the declared loads, gravity included
 
@@ -240,7 +238,9 @@ def stiffness_findings(mechanism: Mechanism, program: Program, q: np.ndarray, ba
     slow = resolved_modes(program, q, bare) if bare is not None else []
     if bare is None or not slow:
         return []
-    slowest, fastest = float(np.abs(bare.eigenvalues[slow[0]])), math.sqrt(_fastest_square(program, q))
+    M = _diagonal(program, q, mass=True)[:n]
+    squares = _diagonal(program, q)[:n][M > 0.0] / M[M > 0.0]
+    slowest, fastest = float(np.abs(bare.eigenvalues[slow[0]])), math.sqrt(float(np.max(squares, initial=0.0)))
     if fastest**2 <= LARGEST_RATIO * slowest**2:
         return []
     text = f"The slowest vibration, mostly of {bare.moves[slow[0]]!r}, has {slowest / (2.0 * math.pi):.3g} Hz, and"
@@ -261,10 +261,3 @@ def _diagonal(program: Program, q: np.ndarray, *, mass: bool = False) -> np.ndar
     """Diagonal (n_q,) of the stiffness or the mass."""
     weights = (0.0, 0.0, 1.0) if mass else (1.0, 0.0, 0.0)
     return np.asarray(np.abs(StateEvaluation(program).at(q, weights=weights).block().diagonal()))
-
-
-def _fastest_square(program: Program, q: np.ndarray) -> float:
-    """Largest ratio of a diagonal entry of the stiffness to that of the mass [1/s^2]."""
-    n = program.tables.sizes.n_b
-    K, M = _diagonal(program, q)[:n], _diagonal(program, q, mass=True)[:n]
-    return float(np.max(K[M > 0.0] / M[M > 0.0], initial=0.0))

@@ -8,19 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from flexmb.display import counted, quoted
+from flexmb.display import counted, listed, quoted
 from flexmb.engine.linalg.dense import plain
-from flexmb.engine.linalg.rank import RANK_TOLERANCE, row_rank
+from flexmb.engine.linalg.rank import RANK_TOLERANCE, surplus_rows
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import AssemblyError
 from flexmb.findings.finding import NOTE, WARNING, Finding, found
-from flexmb.late import scipy
+from flexmb.late import scipy, sp
 from flexmb.model.law import values_of
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.part import GROUND, Body, Joint
 from flexmb.program.program import Program
-from flexmb.statics.start.assemble import RigidMotion, close_loops, drive_rows, least_shift
-from flexmb.statics.start.redundant_joints import dependent_parts, redundancy, redundant_rows, shaken_pose
+from flexmb.statics.start.assemble import RigidMotion, body_rows, by_part, close_loops, drive_rows, least_shift
+from flexmb.statics.start.consistent import dependent_parts, redundancy, redundant_rows, shaken_pose
 
 # Connections of the bodies: groups of connected bodies, and groups without connection to the ground
 
@@ -29,24 +29,13 @@ SAME_POINT = 1e-6  # distance of two points over the length of the longest link,
 
 def groups_of_bodies(mechanism: Mechanism) -> list[tuple[str, ...]]:
     """Names of bodies in groups that joints, springs, contacts or elements connect; the ground is a body, too."""
-    above = {name: name for name in (GROUND.name, *(body.name for body in mechanism.bodies))}
-
-    def root(name: str) -> str:
-        while above[name] != name:
-            above[name] = above[above[name]]
-            name = above[name]
-        return name
-
-    for part in mechanism.parts:
-        if isinstance(part, Body):
-            continue
-        ends = [name for name in part.references() if name in above]
-        for name in ends[1:]:
-            above[root(name)] = root(ends[0])
-    groups: dict[str, list[str]] = {}
-    for name in above:
-        groups.setdefault(root(name), []).append(name)
-    return [tuple(group) for group in groups.values()]
+    places = {name: k for k, name in enumerate((GROUND.name, *(body.name for body in mechanism.bodies)))}
+    others = [part.references() for part in mechanism.parts if not isinstance(part, Body)]
+    ends = [[places[name] for name in named if name in places] for named in others]
+    links = np.array([(own[0], k) for own in ends for k in own], dtype=int).reshape(-1, 2)
+    matrix = sp.coo_array((np.ones(len(links)), links.T), shape=(len(places), len(places)))
+    count, group = sp.csgraph.connected_components(matrix, directed=False)
+    return [tuple(name for name, k in places.items() if group[k] == number) for number in range(count)]
 
 
 def free_bodies(mechanism: Mechanism) -> list[Finding]:
@@ -143,8 +132,8 @@ def _hidden(program: Program, closed: Program, q: np.ndarray) -> list[Finding]:
     driven = np.asarray(closed.tables.constraints.motion) >= 0
     joints = np.flatnonzero(~driven)
     poses = (shaken_pose(closed, q), q)
-    matrices = [StateEvaluation(closed).at(x).blocks[1] @ RigidMotion(closed).plain_basis(x) for x in poses]
-    extra = min(len(row_rank(A).redundant) - len(row_rank(A[joints]).redundant) for A in matrices)
+    matrices = [body_rows(closed, x) for x in poses]
+    extra = min(len(surplus_rows(A)) - len(surplus_rows(A[joints])) for A in matrices)
     if extra <= 0:
         return []
     A = matrices[0]
@@ -162,8 +151,7 @@ def free_motions(closed: Program, q: np.ndarray) -> list[Finding]:
         return []
     verb = "is" if len(names) == 1 else "are"
     text = f"{counted(len(names), 'motion')} {verb} not driven; free coordinates, one choice: "
-    text += ", ".join(names[:LISTED_MOTIONS])
-    text += ", ..." if len(names) > LISTED_MOTIONS else ""
+    text += listed(names, LISTED_MOTIONS)
     parts = tuple(dict.fromkeys(name.partition(".")[0] for name in names))
     return [found("free-motion", parts, f"{text}. Loads alone decide how they move.", free=len(names))]
 
@@ -171,7 +159,7 @@ def free_motions(closed: Program, q: np.ndarray) -> list[Finding]:
 def free_coordinates(closed: Program, q: np.ndarray) -> tuple[str, ...]:
     """Coordinates of bodies whose rates can be chosen freely and then fix all others."""
     rigid = RigidMotion(closed)
-    A = plain(StateEvaluation(closed).at(q).blocks[1] @ rigid.plain_basis(q))
+    A = plain(body_rows(closed, q))
     scale = np.tile([1.0, 1.0, PREFERENCE / max(closed.length, 1e-300)], rigid.count)
     ways = scipy.linalg.null_space(A * scale, rcond=RANK_TOLERANCE) if len(A) else np.eye(3 * rigid.count)
     if ways.shape[1] == 0:
@@ -200,9 +188,8 @@ def open_loops(closed: Program, error: AssemblyError) -> list[Finding]:
     names = tuple(gaps)
     text = f"A loop cannot close: {', '.join(f'{name!r} stays open by {gap:.4g}' for name, gap in gaps.items())}"
     text = f"{text} (m or rad) in the nearest pose."
-    shaken = shaken_pose(closed, q)
-    G = StateEvaluation(closed).at(shaken).blocks[1] @ RigidMotion(closed).plain_basis(shaken)
-    if row_rank(G).redundant:
+    G = body_rows(closed, shaken_pose(closed, q))
+    if surplus_rows(G):
         parts = dependent_parts(closed, G)
         return [found("contradicting-joints", parts, text, f"The joints {quoted(parts)} contradict one another.")]
     if not names:
@@ -227,10 +214,7 @@ def nearest_pose(closed: Program) -> tuple[np.ndarray, dict[str, float]]:
         if part <= 1e-6:
             break
         q = rigid.moved(q, part * w)
-    gaps: dict[str, float] = {}
-    for row, value in zip(closed.names.rows, system.at(q).residual, strict=True):
-        part_name = row.partition("[")[0]
-        gaps[part_name] = math.hypot(gaps.get(part_name, 0.0), float(value))
+    gaps = by_part(closed, system.at(q).residual)
     largest = max(gaps.values(), default=0.0)
     return q, {name: gap for name, gap in gaps.items() if gap > 1e-3 * largest > 0.0}
 
@@ -241,7 +225,7 @@ def other_branch(closed: Program, q: np.ndarray) -> list[Finding]:
         return []
     positions = drive_positions(closed, np.zeros(1))
     begin = ", ".join(f"{name!r} at {x:.6g}" for name, x in zip(closed.drives, *positions, strict=True))
-    parts = weakest_parts(closed, StateEvaluation(closed).at(q).blocks[1] @ RigidMotion(closed).plain_basis(q))
+    parts = weakest_parts(closed, body_rows(closed, q))
     text = (
         f"Between the drawn pose and the start, {begin} (rad or m), the loops pass a singular pose: {quoted(parts)} are"
     )
@@ -278,15 +262,13 @@ def locking_drives(mechanism: Mechanism, closed: Program, q: np.ndarray) -> list
 
 def orientation(closed: Program, pose: np.ndarray, t: float) -> float:
     """Sign of the determinant of the constraints, which changes between branches; 0 where they are not square."""
-    G = StateEvaluation(closed).at(pose, t=t).blocks[1] @ RigidMotion(closed).plain_basis(pose)
-    A = plain(G)
+    A = plain(body_rows(closed, pose, t))
     return float(np.linalg.slogdet(A)[0]) if A.shape[0] == A.shape[1] else 0.0
 
 
 def _crossed(closed: Program, pose: np.ndarray, before: float, after: float) -> Finding:
     """The finding on a singular pose that the drives pass between two instants [s]."""
-    G = StateEvaluation(closed).at(pose, t=after).blocks[1] @ RigidMotion(closed).plain_basis(pose)
-    parts = weakest_parts(closed, G)
+    parts = weakest_parts(closed, body_rows(closed, pose, after))
     text = (
         f"Between t = {before:.6g} and {after:.6g} s the loops pass a singular pose, where two branches of the motion"
     )
@@ -332,8 +314,7 @@ def _locked(mechanism: Mechanism, closed: Program, pose: np.ndarray, t: float, s
     """The finding on a mechanism that locks at t [s], of a motion that lasts `span` [s]."""
     begin, here = drive_positions(closed, np.array([0.0, t]))
     drives = list(drive_rows(closed))
-    G = StateEvaluation(closed).at(pose, t=t).blocks[1] @ RigidMotion(closed).plain_basis(pose)
-    weak = weakest_parts(closed, G)
+    weak = weakest_parts(closed, body_rows(closed, pose, t))
     aligned = aligned_joints(mechanism, closed, pose, weak)
     joints = aligned or tuple(name for name in weak if isinstance(mechanism.find(name), Joint)) or weak
     where = ", ".join(f"{name!r} at {x:.6g}" for name, x in zip(drives, here, strict=True))
@@ -352,10 +333,7 @@ def weakest_parts(closed: Program, G: Any) -> tuple[str, ...]:
     lengths = np.sqrt((dense * dense).sum(axis=1))
     unit = dense / np.where(lengths > 0.0, lengths, 1.0)[:, None]
     vector = np.abs(np.linalg.svd(unit, full_matrices=False)[0][:, -1])
-    shares: dict[str, float] = {}
-    for row, share in zip(closed.names.rows, vector, strict=True):
-        name = row.partition("[")[0]
-        shares[name] = math.hypot(shares.get(name, 0.0), float(share))
+    shares = by_part(closed, vector)
     strong = {name: share for name, share in shares.items() if share > 0.05 * max(shares.values())}
     return tuple(sorted(strong, key=lambda name: -strong[name]))
 

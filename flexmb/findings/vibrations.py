@@ -1,6 +1,6 @@
 """Error that a run accumulates in vibrations: phase and amplitude that the steps lose, also under driving.
 
-The modes about some states say how much of the energy is that of a vibration (`flexmb.statics.vibrations`), and
+The modes about some states say how much of the energy is that of a vibration (`flexmb.statics.modes`), and
 the method's own factor how much of it the steps shift.  The states are those that the run keeps, whatever is saved.
 """
 
@@ -24,7 +24,7 @@ from flexmb.program.program import Program
 
 if TYPE_CHECKING:
     from flexmb.run.run import Run
-    from flexmb.statics.vibrations import Examination, LinearModes, State, Vibrations
+    from flexmb.statics.modes import Examination, LinearModes, State, Vibrations
 
 
 class Loss(NamedTuple):
@@ -145,7 +145,7 @@ class Looked:
 
     def states(self, rows: Iterable[int]) -> list[State]:
         """States of some rows."""
-        from flexmb.statics.vibrations import State
+        from flexmb.statics.modes import State
 
         q, v, a = self.motions.swapaxes(0, 1)
         return [State(float(self.times[k]), q[k], v[k], a[k], self.z[k]) for k in rows]
@@ -175,7 +175,7 @@ def vibration_findings(looked: Looked) -> Iterator[Finding]:
         text = f"With {program.n_q} coordinates nothing is known of the phase that vibrations lose in the steps."
         yield found("bookkeeping", (), text)
         return
-    from flexmb.statics.vibrations import Examination
+    from flexmb.statics.modes import Examination
 
     try:
         seen = Examination(program, PART_OF_STEP * looked.span / looked.steps)
@@ -196,7 +196,7 @@ def vibration_findings(looked: Looked) -> Iterator[Finding]:
 
 def _are_resolved(looked: Looked, seen: Examination) -> bool:
     """Whether the steps resolve all vibrations, or all vibrations with energy at a few states."""
-    from flexmb.statics.vibrations import fastest_bound
+    from flexmb.statics.modes import fastest_bound
 
     _, others = np.unique(looked.program.closed_contacts(looked.z), axis=0, return_index=True)
     few = looked.states(np.union1d(np.flatnonzero(looked.first), others))
@@ -234,7 +234,7 @@ def _loops(looked: Looked) -> Iterator[Mode]:
     program = looked.program
     if not len(looked.largest) or program.n_q > MOST_CONTROLLED:
         return
-    from flexmb.statics.vibrations import loop_modes
+    from flexmb.statics.modes import loop_modes
 
     names, (last,) = program.names.coordinates[program.tables.sizes.n_b :], looked.states([-1])
     for s, amplitudes in zip(*loop_modes(program, last), strict=True):

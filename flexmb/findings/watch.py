@@ -5,12 +5,13 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from flexmb.engine.state.record import DONE, NEWTON_FAILED, NOT_FINITE, RUNNING, SINGULAR, STEP_TOO_SMALL, kept_poses
-from flexmb.engine.step.step_size import Adaptive, FixedStep
+from flexmb.engine.step.method import Adaptive, FixedStep
 from flexmb.engine.system.state_evaluation import Instant, changed_contacts, failed_kernel
 from flexmb.errors import USER_ERRORS, FlexmbError, KernelError
 from flexmb.findings.dimensions import implausible_findings
@@ -30,8 +31,6 @@ if TYPE_CHECKING:
 
 REMEMBERED = 512  # number of laws whose findings are remembered: a sweep declares the same ones again and again
 TRIED_GAP = 1e-4  # size of the gaps at which normal laws are tried [m]
-_TRIED: dict[type, bool] = {}  # whether values of a class are tried
-_KNOWN: dict[tuple[str, Law], tuple[Finding, ...]] = {}  # findings by part and law
 
 
 def cheap_findings(mechanism: Mechanism) -> list[Finding]:
@@ -39,18 +38,14 @@ def cheap_findings(mechanism: Mechanism) -> list[Finding]:
     findings = implausible_findings(mechanism)
     for part in mechanism.parts:
         for value in vars(part).values():
-            kind = type(value)
-            if kind not in _TRIED:
-                _TRIED[kind] = _is_tried(kind)
-            if _TRIED[kind]:
+            if isinstance(value, Law) and _is_tried(type(value)):
                 findings += _remembered(part.name, value)
     return findings
 
 
-def _is_tried(kind: type) -> bool:
-    """Whether a class is one of laws and motions that are not flexmb's own, or that have findings on their numbers."""
-    if not issubclass(kind, Law):
-        return False
+@cache
+def _is_tried(kind: type[Law]) -> bool:
+    """Whether laws and motions of a class are not flexmb's own, or have findings on their numbers."""
     ours = kind.kernel.function.__module__.partition(".")[0] == "flexmb"
     return not ours or kind.findings is not Law.findings
 
@@ -58,16 +53,12 @@ def _is_tried(kind: type) -> bool:
 def _remembered(name: str, law: Law) -> tuple[Finding, ...]:
     """Findings on a law; of a law with arrays they are not remembered."""
     try:
-        found = _KNOWN.get((name, law))
-    except TypeError:
         return _of_law(name, law)
-    if found is None:
-        if len(_KNOWN) >= REMEMBERED:
-            _KNOWN.clear()
-        found = _KNOWN[name, law] = _of_law(name, law)
-    return found
+    except TypeError:
+        return _of_law.__wrapped__(name, law)
 
 
+@lru_cache(maxsize=REMEMBERED)
 def _of_law(name: str, law: Law) -> tuple[Finding, ...]:
     """Findings on one law or motion of a part."""
     from flexmb.findings.laws import friction_sign, is_ours, normal_sign, wrong_rates

@@ -29,9 +29,8 @@ from flexmb.model.law import Law, Motion
 from flexmb.model.mechanism import Mechanism
 from flexmb.model.shape import LateShapes, Shapes
 from flexmb.program.controls import samplers, wired
-from flexmb.program.numbering import Numbering, state_coordinates
+from flexmb.program.numbering import Numbering, aliases, state_coordinates
 from flexmb.program.program import Program, ReferenceConfiguration
-from flexmb.program.signals import aliases
 from flexmb.program.structure import flat, numbers, structure_of
 
 # Check of kernels: one call of each in plain Python, with errors that name part and kernel

@@ -13,8 +13,7 @@ from flexmb.model.law import Motion
 from flexmb.model.part import GROUND
 from flexmb.model.signal import Signals, hint, resolved
 from flexmb.program import program as tables
-from flexmb.program.numbering import Numbering, state_coordinates
-from flexmb.program.signals import COORDINATE_SIGNALS, kernel_signals, layout
+from flexmb.program.numbering import COORDINATE_SIGNALS, Numbering, kernel_signals, layout, state_coordinates
 
 
 @signal_kernel

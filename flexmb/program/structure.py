@@ -31,24 +31,9 @@ from flexmb.model.contributions import (
 )
 from flexmb.model.law import Law, Motion
 from flexmb.model.part import is_kind
-from flexmb.program.numbering import Lists, Numbering, blocks_and_edges, state_coordinates
-from flexmb.program.program import (
-    CONTACT_COMMON,
-    FIRST_OUTPUT,
-    KINDS,
-    MEASURED,
-    OUTPUT,
-    Constraints,
-    Contacts,
-    Controls,
-    Elements,
-    Measured,
-    Names,
-    Sizes,
-    Tables,
-    freeze,
-)
-from flexmb.program.signals import force_signals, layout
+from flexmb.program import program as at
+from flexmb.program.numbering import Lists, Numbering, blocks_and_edges, force_signals, layout, state_coordinates
+from flexmb.program.program import Constraints, Contacts, Controls, Elements, Measured, Names, Sizes, Tables, freeze
 
 NumberLists = dict[str, list[Sequence[float]]]  # lists of numbers by what they belong to, one behind the other
 
@@ -76,7 +61,7 @@ def numbers(contributions: Contributions) -> tuple[NumberLists, NumberLists]:
         "element": [e.history for e in elements],
         "joint friction": [one.friction.history() if one else () for one in rubbing],
         "contact": [
-            own for c in contacts for own in ((0.0,) * CONTACT_COMMON, c.normal.history(), c.friction.history())
+            own for c in contacts for own in ((0.0,) * at.CONTACT_COMMON, c.normal.history(), c.friction.history())
         ],
         "control": [control.history for control in controls],
     }
@@ -195,7 +180,7 @@ class Packer:
     ) -> None:
         self.contributions, self.number = contributions, number
         self.p, self.z = map(bounds_of, listed)
-        self.kernels: dict[str, dict[int, tuple[int, Kernel]]] = {name: {} for name in KINDS}
+        self.kernels: dict[str, dict[int, tuple[int, Kernel]]] = {name: {} for name in at.KINDS}
         groups = (contributions.elements, contributions.contacts, contributions.constraints)
         self.element_dofs, self.contact_dofs, self.constraint_dofs = (number.lists(group) for group in groups)
         self.element_blocks, self.contact_blocks = (self.square(d) for d in (self.element_dofs, self.contact_dofs))
@@ -308,7 +293,7 @@ class Packer:
         """Factor of each element: number of a motion, NO_FACTOR, or FIRST_OUTPUT less the number of an output."""
         elements = self.contributions.elements
         found = self.numbered("motion", [e.factor.kernel if e.factor else None for e in elements])
-        first = [FIRST_OUTPUT - int(self.outputs[c]) for c in range(len(self.contributions.controls))]
+        first = [at.FIRST_OUTPUT - int(self.outputs[c]) for c in range(len(self.contributions.controls))]
         loads = [control.loads for control in self.contributions.controls]
         controlled = {load: begin - k for begin, own in zip(first, loads, strict=True) for k, load in enumerate(own)}
         for e, element in enumerate(elements if controlled else ()):
@@ -384,10 +369,10 @@ class Packer:
 
     def source(self, one: Any) -> int:
         """Number of the kernel, the output or the coordinate that an input of a control is read from."""
-        if one.kind == OUTPUT:
+        if one.kind == at.OUTPUT:
             first = {control.part: int(self.outputs[c]) for c, control in enumerate(self.contributions.controls)}
             return first[one.control] + int(one.output)
-        if one.kind == MEASURED:
+        if one.kind == at.MEASURED:
             return int(self.numbered("signal", [one.kernel])[0])
         return (
             int(self.numbered("motion", [one.motion.kernel])[0]) if one.motion else self.number.dofs(one.coordinates)[0]
@@ -547,6 +532,6 @@ def new_structure(
     )
     names = Names(owners, packer.names, equations, labels, (), places.signals, {})
     driven = [(c.part, row) for c in contributions.constraints for row in c.motions]
-    kernels = tuple(tuple(kernel for _, kernel in packer.kernels[kind].values()) for kind in KINDS)
+    kernels = tuple(tuple(kernel for _, kernel in packer.kernels[kind].values()) for kind in at.KINDS)
     drives = tuple(f"{part}.{row.name}" if row.name else part for part, row in driven)
     return Structure(tables, kernels, packer.symbolic, names, drives)

@@ -14,7 +14,7 @@ from flexmb.errors import InputError, UnknownNameError
 from flexmb.fields import field, record
 from flexmb.late import xr
 
-COLUMNS = (  # names and units of the columns, in the order of the loop (`engine/step/contact_log.py`)
+COLUMNS = (  # names and units of the columns, in the order of the loop (`engine/step/contact_events.py`)
     ("contact", ""), ("mode", ""), ("end", "s"), ("separation_speed", "m/s"), ("start", "s"),
     ("approach_speed", "m/s"), ("impulse", "N s"), ("peak_force", "N"), ("peak_penetration", "m"),
     ("dissipated_contact", "J"), ("dissipated_friction", "J"),

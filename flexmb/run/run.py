@@ -20,14 +20,12 @@ from flexmb.engine.compiled.notice import notice
 from flexmb.engine.compiled.records import fitting
 from flexmb.engine.energy import COORDINATE_ROUND_OFF, check_balance_at_end, idle_energy, start_balance
 from flexmb.engine.linalg import lu
-from flexmb.engine.linalg.rank import row_rank
+from flexmb.engine.linalg.rank import surplus_rows
 from flexmb.engine.newmark.predictor import FARTHEST_LEAP
-from flexmb.engine.state.flow import new_flow
+from flexmb.engine.state.flow import new_flow, new_trial, rigid_coordinates
 from flexmb.engine.state.record import BUFFER_FULL, CONDITION_MET, DONE, NEVER, RUNNING, Options
-from flexmb.engine.state.trial import new_trial, rigid_coordinates
-from flexmb.engine.step.contact_log import close_round_off_gaps, running_episodes, start_episodes, take_episodes
-from flexmb.engine.step.method import Method
-from flexmb.engine.step.step_size import FIRST_STEP, FLIGHT_WEIGHT, Adaptive, FixedStep
+from flexmb.engine.step.contact_events import close_round_off_gaps, running_episodes, start_episodes, take_episodes
+from flexmb.engine.step.method import FIRST_STEP, FLIGHT_WEIGHT, Adaptive, FixedStep, Method
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.engine.system.work import workspace
 from flexmb.errors import InputError, KernelError, SolveError
@@ -41,7 +39,6 @@ from flexmb.results.contact_intervals import ContactLog
 from flexmb.results.solution import LateFindings, Peaks, Solution, Stats
 from flexmb.results.status import sentence
 from flexmb.run.checkpoint import MODEL, refuse_broken_clock, refuse_other_model
-from flexmb.run.sampling import act
 from flexmb.run.saving import (
     SAME_INSTANT,
     SavedRows,
@@ -52,9 +49,8 @@ from flexmb.run.saving import (
     start_saving,
     watch_lows,
 )
-from flexmb.run.stopping import Snapshot, StopConditions, end_at_crossing
-from flexmb.statics.start.consistent import Start, accelerations
-from flexmb.statics.start.redundant_joints import held_rows, least_norm, looks_dependent
+from flexmb.run.stopping import Snapshot, StopConditions, act, end_at_crossing
+from flexmb.statics.start.consistent import Start, accelerations, held_rows, least_norm, looks_dependent
 from flexmb.version import installed_version
 
 # Signals that end a run: they wait until a block of steps is finished, so that no saved instant is lost or doubled
@@ -296,7 +292,7 @@ class Run:
         refuse_broken_clock(self.flow.clock, label)
         if redundant:
             G = StateEvaluation(self.program).at(self.flow.q[: self.program.n_q], t=self.flow.clock.t).jacobian
-            self._set_redundancy(len(row_rank(G).redundant))
+            self._set_redundancy(len(surplus_rows(G)))
         begin_watch(self)
 
     def _set_redundancy(self, redundant: int) -> None:

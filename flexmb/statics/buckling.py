@@ -48,7 +48,7 @@ from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program, resolve
 from flexmb.statics import equilibrium
 from flexmb.statics.eigen import DENSE_COORDINATES, is_stable, largest_of, largest_of_pencil, moves_most, null_space
-from flexmb.statics.steady_rotation import Spin
+from flexmb.statics.found import Spin
 
 # Geometric stiffness along a motion: the slope of the stiffness, less that by turning and bowing of elements
 

@@ -8,6 +8,7 @@ import scipy.linalg as la
 import scipy.sparse as sp
 from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigs, eigsh, splu
 
+from flexmb.display import quoted
 from flexmb.engine.linalg.large import Solve, is_regular, negative_eigenvalues, null_vectors, solver
 from flexmb.errors import SolveError
 from flexmb.program.program import Program
@@ -161,8 +162,7 @@ def motion_in_words(program: Program, motion: np.ndarray) -> str:
 
 
 def _listed(program: Program, which: np.ndarray) -> str:
-    names = [repr(program.names.bodies[b]) for b in np.flatnonzero(which)]
-    return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
+    return quoted((program.names.bodies[b] for b in np.flatnonzero(which)), 3)
 
 
 def moves_most(names: tuple[str, ...], length: float, shape: np.ndarray) -> str:

@@ -12,6 +12,7 @@ from scipy.sparse.linalg import splu
 from flexmb import arguments, checks
 from flexmb import places as at
 from flexmb.display import listed
+from flexmb.engine.linalg.dense import bordered_solution
 from flexmb.engine.linalg.large import null_vector
 from flexmb.engine.system.constraints import report_forces
 from flexmb.engine.system.contacts import jacobians
@@ -25,9 +26,8 @@ from flexmb.model.part import refuse_controllers
 from flexmb.program.compiler import compile as compile_mechanism
 from flexmb.program.program import Program
 from flexmb.statics.eigen import is_stable
-from flexmb.statics.found import Equilibrium
+from flexmb.statics.found import Equilibrium, Spin, check_spin
 from flexmb.statics.start.consistent import check_independent
-from flexmb.statics.steady_rotation import Spin, check_spin
 
 
 # Contacts of a mechanism at rest: the ones that carry and the ones left out, and their geometric stiffness
@@ -384,14 +384,12 @@ def correction(
     rest = np.concatenate([-(system.force - held + system.constraint_force), -system.residual])
     if not spin.speed:
         return system.solve(rest, "static equilibrium", accuracy)
-    G = system.jacobian
-    scale = abs(K).max()  # the bordered matrix with blocks of one size: the turning one has its own pattern
-    n = len(q)
+    # the turning matrix has its own pattern
+    n, scale = len(q), abs(K).max()
     rest[:n] /= scale
-    try:
-        d: np.ndarray = splu(sp.block_array([[K / scale, G.T], [G, None]]).tocsc()).solve(rest)
-    except RuntimeError as error:
-        raise SolveError(f"static equilibrium: {error}") from error
+    d = bordered_solution(K / scale, system.jacobian, rest)
+    if d is None:
+        raise SolveError("static equilibrium: the matrix is singular")
     d[n:] *= scale
     return d
 

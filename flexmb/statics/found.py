@@ -1,14 +1,101 @@
-"""Record of a static equilibrium."""
+"""Static equilibrium as it is found, and steady rotation: a mechanism at rest in a frame that turns at constant speed.
+
+At the instant at which the turning frame lies on the fixed one, a motion y(t) in the turning frame is, seen from the
+fixed one, dq = y, dv = y' + W S y, da = y'' + 2 W S y' + W^2 S S y, where S turns translations by a quarter and leaves
+angles alone.  With the tangents K, C, M of r(q, v, a) the motion in the turning frame obeys
+
+    M y'' + (C + 2 W M S) y' + (K + W C S + W^2 M S S) y + G^T d(lam) = 0,    G y = 0.
+Equation (8.6) of docs/theory/equilibrium.md.
+"""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from flexmb import checks, display
 from flexmb.display import counted, cut
+from flexmb.engine.system.state_evaluation import StateEvaluation
+from flexmb.engine.system.work import MOTION_RATE
+from flexmb.errors import InputError
 from flexmb.fields import field, record
-from flexmb.model.part import Part, name_of
-from flexmb.program.program import resolve
+from flexmb.late import sp
+from flexmb.model.mechanism import Mechanism
+from flexmb.model.part import GROUND, Part, name_of
+from flexmb.program.program import Program, resolve
+
+SPEED_TOLERANCE = 1e-9  # drives may turn at the speed of the frame or stand still, to this part of it
+
+
+@dataclass(frozen=True)
+class Spin:
+    """Rotation of the frame: speed [rad/s] and centre [m]."""
+
+    speed: float
+    about: tuple[float, float]
+
+    def motion(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Velocities and accelerations (n_q + 3,) of coordinates q and of the ground, all turning with the frame."""
+        pose = np.append(q, np.zeros(3)).reshape(-1, 3)
+        arm = pose[:, :2] - self.about
+        v, a = np.zeros_like(pose), np.zeros_like(pose)
+        v[:, 0], v[:, 1], v[:, 2] = -self.speed * arm[:, 1], self.speed * arm[:, 0], self.speed
+        a[:, :2] = -(self.speed**2) * arm
+        return v.ravel(), a.ravel()
+
+    def at(
+        self,
+        system: StateEvaluation,
+        q: np.ndarray,
+        lam: np.ndarray | None = None,
+        weights: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    ) -> StateEvaluation:
+        """Evaluate a program that turns with the frame."""
+        return system.at(q, *self.motion(q), lam, weights=weights)
+
+    def matrices(self, system: StateEvaluation, q: np.ndarray, lam: np.ndarray) -> tuple[sp.csc_matrix, ...]:
+        """Stiffness, damping and mass (n_q, n_q) of motions in the frame; the system is left evaluated there."""
+        M = self.at(system, q, lam, (0.0, 0.0, 1.0)).block()
+        C = self.at(system, q, lam, (0.0, 1.0, 0.0)).block()
+        K = self.at(system, q, lam, (1.0, 0.0, 0.0)).block()
+        if not self.speed:
+            return K, C, M
+        quarter = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])  # (x, y, theta) to (-y, x, 0)
+        S = sp.csr_matrix(sp.block_diag([quarter] * (len(q) // 3)))
+        W = self.speed
+        return (K + W * (C @ S) + W**2 * (M @ S @ S)).tocsc(), (C + 2.0 * W * (M @ S)).tocsc(), M
+
+
+def check_spin(owner: str, mechanism: Mechanism, program: Program, system: StateEvaluation, spin: Spin) -> None:
+    """Refuse loads that are not steady in the rotating frame: gravity, and drives of another speed."""
+    if not spin.speed:
+        return
+    if any(mechanism.gravity):
+        text = f"{owner}: gravity is {mechanism.gravity} and spin is {spin.speed:g} rad/s; seen from the turning frame"
+        raise InputError(f"{text} gravity turns, and nothing is steady. Set gravity to (0, 0), or simulate the motion.")
+    driven = program.tables.constraints.motion >= 0
+    sense = turning_sense(mechanism)
+    for name, speed in zip(program.drives, system.work.drive[driven, MOTION_RATE], strict=True):
+        if not speed or (sense[name] and abs(speed - sense[name] * spin.speed) <= SPEED_TOLERANCE * abs(spin.speed)):
+            continue
+        still = "It moves a body along, or against another body: stop it, or simulate the motion."
+        remedy = "Give both the same speed." if sense[name] else still
+        text = f"{owner}: drive {name!r} moves at {speed:g} and the frame turns at {spin.speed:g} rad/s;"
+        raise InputError(f"{text} a steady rotation needs drives that stand still in it. {remedy}")
+
+
+def turning_sense(mechanism: Mechanism) -> dict[str, int]:
+    """Sense of every driven coordinate by name: 1 body against ground, -1 ground against body, else 0."""
+    # The ground as it is drawn stands still, so only such a row may have the speed of the frame.
+    found = {}
+    for contribution in mechanism.contributions().constraints:
+        ends = (contribution.coordinates[0][0], contribution.coordinates[-1][0])
+        sense = 1 if ends[0] == GROUND.name else -1 if ends[1] == GROUND.name else 0
+        for row in contribution.motions:
+            name = f"{contribution.part}.{row.name}" if row.name else contribution.part
+            found[name] = sense if row.units[0] == "rad" else 0
+    return found
 
 
 @record

@@ -102,6 +102,10 @@ class TestedKernel:
         """Outputs of the compiled function by name, at a `state`."""
         return self._outputs(self.kernel.dispatcher, state)
 
+    def of(self, state: State, output: str, name: str, part: slice = slice(None)) -> Callable[[Any], np.ndarray]:
+        """A part of an output, or a whole one, as a function of one input beside a state."""
+        return lambda x: np.atleast_1d(self({**state, name: x})[output])[part]
+
     def checked_call(self, state: State, sizes: dict[str, float] | None = None) -> Values:
         """Outputs at a state, after the checks of a single call."""
         # Round-off is related to `sizes` of outputs by name; other outputs: their own size. A `KernelError` tells a

@@ -93,17 +93,13 @@ def check_tangents(bench: Bench, tested: TestedKernel, state: State, out: Values
     size = float(np.abs(out["r"] * scale).max())
     sizes = {"rows": scale, "columns": scale, "floor": TOLERANCE * size}
     for output, name in (("K", "q"), ("C", "v"), ("M", "a")):
-
-        def force(x: np.ndarray, name: str = name) -> np.ndarray:
-            return tested({**state, name: x})["r"]
-
         step, noise = scale, 0.0
         if name == "q":  # a force is a difference of terms as large as K q
             noise = ROUND_OFF * np.abs(out["K"]) @ np.abs(state["q"])
         else:  # rates at which C v or M a is as large as the other forces, so that round-off does not hide them
             strongest = float(np.abs(out[output] * np.outer(scale, scale)).max())
             step = scale * np.clip(size / strongest if strongest else 1.0, 1.0, 1e6)
-        formula = f"{output} = dr/d{name}"
+        formula, force = f"{output} = dr/d{name}", tested.of(state, "r", name)
         bench.derivative(tested, formula, state, out[output], force, state[name], step, noise=noise, **sizes)
 
 

@@ -65,7 +65,7 @@ def test_slower_vibrations_lose_less(method):
 
 def test_the_bound_is_above_all_frequencies():
     """Chains that hang and lie, alone and on springs: omega^2 of the modes about the states of a run."""
-    from flexmb.statics.vibrations import Examination, fastest_bound
+    from flexmb.statics.modes import Examination, fastest_bound
 
     for stiffness in (0.0, 300.0):
         looked = looked_at(hanging_chain(stiffness), t_end=0.5)

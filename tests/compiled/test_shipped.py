@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 from numba.core import event
 
-from flexmb.engine.compiled import code_cache, notice, shipped
-from flexmb.engine.compiled.code_cache import CodeCache
-from flexmb.engine.compiled.shipped import CODE, INDEX, Shipment, Shipped
+from flexmb.engine.compiled import code_cache, notice
+from flexmb.engine.compiled.code_cache import CODE, INDEX, CodeCache, Shipment, Shipped
 from flexmb.kernels import Kernel, drive_kernel
 from flexmb.parts.drives.motions import constant_speed_kernel
 
@@ -45,7 +44,7 @@ def folder(tmp_path, monkeypatch):
     shipment.add(SPEED, tuple(signature.args), result)
     shipment.write(tmp_path)
     change(tmp_path, needs=[])
-    monkeypatch.setattr(shipped, "FOLDER", tmp_path)
+    monkeypatch.setattr(code_cache, "FOLDER", tmp_path)
     monkeypatch.setenv("FLEXMB_SHIPPED", "1")
     monkeypatch.setenv("FLEXMB_MESSAGES", "1")
     forget()
@@ -54,7 +53,7 @@ def folder(tmp_path, monkeypatch):
 
 
 def forget():
-    for once in (shipped.shipped, shipped._refuse, notice.say_once):
+    for once in (code_cache.shipped, code_cache._refuse, notice.say_once):
         once.cache_clear()
 
 
@@ -106,7 +105,7 @@ def test_a_folder_that_cannot_be_written_is_said_once(folder, no_cache, compilat
 
 
 def made_with(name, value):
-    return lambda folder: change(folder, made_with={**shipped.made_with(), name: value})
+    return lambda folder: change(folder, made_with={**code_cache.made_with(), name: value})
 
 
 def cut(folder):
@@ -164,14 +163,14 @@ def test_flipped_bits_of_the_index_give_no_raw_error(folder, no_cache, count):
 
 
 def test_another_processor_of_numba_leaves_it_alone(folder, monkeypatch):
-    monkeypatch.setattr(shipped.config, "CPU_NAME", "generic")
-    assert shipped.shipped() is None
+    monkeypatch.setattr(code_cache.config, "CPU_NAME", "generic")
+    assert code_cache.shipped() is None
 
 
 def test_nothing_is_said_where_nothing_is_shipped(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(shipped, "FOLDER", tmp_path / "none")
+    monkeypatch.setattr(code_cache, "FOLDER", tmp_path / "none")
     forget()
-    assert shipped.shipped() is None
+    assert code_cache.shipped() is None
     assert capsys.readouterr().err == ""
     forget()
 
@@ -183,7 +182,7 @@ def test_a_users_kernel_is_compiled_here(folder, tmp_path, compilations, monkeyp
     def crawl(p, t):
         return p[0] * t, p[0], 0.0
 
-    assert not shipped.ours(crawl.function)
+    assert not code_cache.ours(crawl.function)
     assert crawl.dispatcher(frozen(3.0), 2.0) == (6.0, 3.0, 0.0)
     assert compilations.count == 1
 
@@ -197,8 +196,8 @@ def test_the_index_says_what_is_there(folder):
 
 def test_any_change_of_a_source_counts(tmp_path):
     (tmp_path / "a.py").write_text("x = 1\n")
-    before = shipped.sources(tmp_path)
+    before = code_cache.sources(tmp_path)
     (tmp_path / "b.py").write_text("")
-    between = shipped.sources(tmp_path)
+    between = code_cache.sources(tmp_path)
     (tmp_path / "a.py").write_text("x = 2\n")
-    assert len({before, between, shipped.sources(tmp_path)}) == 3
+    assert len({before, between, code_cache.sources(tmp_path)}) == 3

@@ -10,7 +10,7 @@ import pytest
 
 import flexmb
 from flexmb import namespace
-from flexmb.engine.compiled import shipped
+from flexmb.engine.compiled import code_cache
 
 FILE = "flexmb/parts/drives/motions.py"
 CALL = """import sys
@@ -71,8 +71,8 @@ def test_unchanged_files_keep_their_code(call, tmp_path):
 
 def test_code_of_a_new_installation_is_not_read_by_an_old_process(monkeypatch, tmp_path):
     """An index that fits the new files said nothing about the functions of this process."""
-    shipped.Shipment("x86-64-v3").write(tmp_path)
-    assert shipped.Shipped(tmp_path)
+    code_cache.Shipment("x86-64-v3").write(tmp_path)
+    assert code_cache.Shipped(tmp_path)
     monkeypatch.setitem(namespace.IMPORTED, next(iter(namespace.IMPORTED)), (0, 0, 0))
     with pytest.raises(ValueError, match="start Python anew"):
-        shipped.Shipped(tmp_path)
+        code_cache.Shipped(tmp_path)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flexmb as fm
-from flexmb.engine.linalg.kept_factors import KeptFactors
+from flexmb.engine.linalg.large import KeptFactors
 from flexmb.engine.system import state_evaluation
 from flexmb.parts.bodies.point_mass import PointMass
 from flexmb.parts.loads.springs import SpringDamper

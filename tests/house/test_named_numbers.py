@@ -24,8 +24,7 @@ IN_FILES = {
         "accelerations and velocities of two ends in the axes of the chord": "chord_v chord_a",
         "forces on the ends, u1, u2 and alpha": "m n",
     },
-    "flexmb/engine/dormand_prince/step.py": {"coordinates x, y, theta of nodes": "error_q error_v"},
-    "flexmb/engine/dormand_prince/symmetric.py": {
+    "flexmb/engine/dormand_prince/complement.py": {
         "a block of the matrix, row by row": "lu",
         "ends of what panels begin": "target_ptr",
     },

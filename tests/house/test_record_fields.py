@@ -11,9 +11,8 @@ from flexmb.engine.compiled.records import Record
 from flexmb.engine.dormand_prince.stages import Stages as DormandPrinceStages
 from flexmb.engine.radau.collocation import Collocation
 from flexmb.engine.sensitivity.linearise import Tangents
-from flexmb.engine.state.flow import Flow
+from flexmb.engine.state.flow import Flow, Trial
 from flexmb.engine.state.record import Options, RunRecord
-from flexmb.engine.state.trial import Trial
 from flexmb.engine.step.runge_kutta import Stages
 from flexmb.engine.system.work import Work
 from flexmb.program.program import Addresses, Tables

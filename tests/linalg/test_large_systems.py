@@ -7,8 +7,7 @@ import scipy.sparse as sp
 
 from flexmb.engine.linalg import ordering
 from flexmb.engine.linalg.dense import PivotingSolver
-from flexmb.engine.linalg.kept_factors import KeptFactors
-from flexmb.engine.linalg.large import is_regular, negative_eigenvalues, solver
+from flexmb.engine.linalg.large import KeptFactors, is_regular, negative_eigenvalues, solver
 from flexmb.engine.linalg.ordering import elimination_order
 from flexmb.engine.linalg.symbolic import symbolic
 from flexmb.errors import SolveError

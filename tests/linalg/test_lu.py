@@ -7,9 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flexmb.engine.linalg.complex_lu import factor_complex, solve_complex
 from flexmb.engine.linalg.dense import PivotingSolver
-from flexmb.engine.linalg.lu import LOST_PIVOT, ROWS_HELD, factor, multiply, null_vector, solve, tables
+from flexmb.engine.linalg.lu import (
+    LOST_PIVOT,
+    ROWS_HELD,
+    factor,
+    factor_complex,
+    null_vector,
+    solve,
+    solve_complex,
+    tables,
+)
 from flexmb.engine.linalg.ordering import elimination_order
 from flexmb.engine.linalg.symbolic import Symbolic, symbolic
 from flexmb.errors import InputError, SolveError
@@ -168,15 +176,6 @@ def test_solution_may_overwrite_the_right_hand_side():
     assert factor(sym, lu, work, LOST_PIVOT) == -1
     solve(sym, lu, b, b, work)
     np.testing.assert_allclose(frame.dense() @ b, 1.0, rtol=0, atol=1e-10)
-
-
-@pytest.mark.parametrize("name", FRAMES)
-def test_multiply(name):
-    frame = FRAMES[name]()
-    pattern = frame.pattern()
-    x, y = np.random.default_rng(5).normal(size=frame.n), np.full(frame.n, 7.0)
-    multiply(tables(pattern), frame.values(pattern), x, y)
-    np.testing.assert_allclose(y, frame.dense() @ x, rtol=0, atol=1e-12)
 
 
 def with_double_joint(stiffness=1.0):

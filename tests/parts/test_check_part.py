@@ -440,7 +440,7 @@ def states(request, monkeypatch):
     """
     if request.param == "fewer states":
         monkeypatch.setattr("flexmb.testing.bench.MAGNITUDES", (1e-3, 0.3))
-        monkeypatch.setattr("flexmb.testing.contacts.ROUNDS", 4)
+        monkeypatch.setattr("flexmb.testing.constraints.ROUNDS", 4)
         monkeypatch.setattr("flexmb.testing.elements.ROUNDS", 2)
 
 
@@ -461,7 +461,7 @@ def test_built_in_part_keeps_its_contracts(kind):
 @pytest.mark.parametrize("kind", LAWS)
 def test_built_in_law_keeps_its_contracts(kind, monkeypatch):
     """In one joint, whose gap the test of `RevoluteClearance` checks."""
-    monkeypatch.setattr("flexmb.testing.contacts.check_gap", lambda *_: 2e-4)
+    monkeypatch.setattr("flexmb.testing.constraints.check_gap", lambda *_: 2e-4)
     report = keeps_its_contracts(two_links(clearance(*LAWS[kind])), "pin")
     assert {"dN/d(gap)", "dT/d(slip)"} <= {check.name.rpartition(" = ")[2] for check in report.checks}
 

@@ -9,8 +9,7 @@ import pytest
 from andrews import andrews, andrews_angles
 
 import flexmb as fm
-from flexmb.engine.dormand_prince.complement import complement, factor_complement
-from flexmb.engine.dormand_prince.symmetric import solve_symmetric
+from flexmb.engine.dormand_prince.complement import complement, factor_complement, solve_symmetric
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
 

@@ -14,7 +14,7 @@ from flexmb.engine.state import flow
 from flexmb.engine.system import outputs
 from flexmb.kernels import GAP_SIZE, JOINT_FRICTION_SIZE
 from flexmb.model.law import Material
-from flexmb.program.signals import CONTACT_PENETRATION, CONTACT_SIGNALS
+from flexmb.program.numbering import CONTACT_PENETRATION, CONTACT_SIGNALS
 
 
 def test_what_a_gap_kernel_writes_is_as_long_as_its_places():

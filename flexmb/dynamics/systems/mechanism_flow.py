@@ -13,12 +13,12 @@ from flexmb.dynamics.systems.dynamics import SMALL, ContinuousFlow, Parameters, 
 from flexmb.dynamics.systems.given import tangents_of
 from flexmb.engine.compiled import ahead
 from flexmb.engine.compiled.digest import Parts, kind_of, parts_of
-from flexmb.engine.linalg.rank import row_rank
+from flexmb.engine.linalg.rank import surplus_rows
 from flexmb.engine.newmark.method import Newmark
 from flexmb.engine.sensitivity.tangent_step import CarryingRun
 from flexmb.engine.state.record import DONE, RUNNING
-from flexmb.engine.step.contact_log import running_episodes
-from flexmb.engine.step.step_size import Adaptive, FixedStep
+from flexmb.engine.step.contact_events import running_episodes
+from flexmb.engine.step.method import Adaptive, FixedStep
 from flexmb.engine.system.state_evaluation import StateEvaluation
 from flexmb.errors import InputError
 from flexmb.model.mechanism import Mechanism
@@ -114,7 +114,7 @@ class MechanismFlow(ContinuousFlow):
     @property
     def dimension(self) -> int:
         G = StateEvaluation(self.program).at(self.run.flow.q[: self.program.n_q], t=self.time).blocks[1]
-        return 2 * (self.program.n_q - row_rank(G).rank)
+        return 2 * (self.program.n_q - self.program.n_c + len(surplus_rows(G)))
 
     @property
     def weights(self) -> np.ndarray:

@@ -4,7 +4,7 @@
     ...                       # the program, start values and accounts are compiled meanwhile
     advance(...)              # waits for the second process, then reads the function from the cache
 
-The second process knows the types of the arguments from the annotations of the function.  Nothing is started in worker
+The second process knows the types of the arguments from their names, or annotations.  Nothing is started in worker
 processes, on one core, without a cache that can be written, or where the first functions are compiled already.
 """
 
@@ -26,12 +26,13 @@ from typing import IO, Any, cast, get_type_hints
 from numba.core import config
 from numba.core.caching import FunctionCache
 
+from flexmb.engine.compiled.code_cache import shipment
 from flexmb.engine.compiled.notice import caches, notice
 from flexmb.engine.compiled.records import type_of_hint
-from flexmb.engine.compiled.shipped import shipment
 
 # Function that every program is compiled with; where it is kept, the time for a second process is over.
 FIRST = "flexmb.engine.system.evaluate.evaluate"
+ARGUMENTS: dict[str, Any] = {}  # types of arguments by their names, where a function has no annotations
 PACKAGE_PARENT = Path(__file__).resolve().parents[3]
 
 
@@ -122,8 +123,8 @@ def finished(function: Any) -> Iterator[None]:
 
 
 def argument_types(function: Any) -> tuple[Any, ...]:
-    """numba's types of the arguments of a function, by their annotations; `KeyError` names an argument without one."""
-    hints = get_type_hints(function, include_extras=True)
+    """numba's types of the arguments of a function, by annotations or names; `KeyError` names an unknown argument."""
+    hints = {**ARGUMENTS, **get_type_hints(function, include_extras=True)}
     return tuple(type_of_hint(hints[name]) for name in signature(function).parameters)
 
 

@@ -12,7 +12,7 @@ undefined at first.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -22,160 +22,119 @@ from numba.core import cgutils, config
 from numba.extending import intrinsic, overload
 from numba.np import arrayobj
 
-MATRIX = types.Array(types.float64, 2, "C")  # type of a matrix
+VECTOR, MATRIX = (types.Array(types.float64, ndim, "C") for ndim in (1, 2))  # types of a vector and of a matrix
 
 
-def _matrix_view() -> Any:
-    """Make the compiled function (flat, rows, columns) that returns the start of `flat` as a matrix, without a copy."""
-    if config.DISABLE_JIT:
-        return lambda flat, rows, columns: flat[: rows * columns].reshape(rows, columns)
-
-    @intrinsic
-    def matrix_view(typingctx, flat, rows, columns):
-        def codegen(context, builder, signature, args):
-            source = arrayobj.make_array(signature.args[0])(context, builder, args[0])
-            view = arrayobj.make_array(MATRIX)(context, builder)
-            size = context.get_constant(types.intp, 8)
-            strides = (builder.mul(args[2], size), size)
-            arrayobj.populate_array(view, source.data, args[1:], strides, size, None)
-            return view._getvalue()
-
-        return MATRIX(flat, types.intp, types.intp), codegen
-
-    return matrix_view
+def compiled_as(plain: Any) -> Callable[..., Any]:
+    """Decorator of an intrinsic of numba, in place of which `plain` is called without JIT."""
+    return (lambda _: plain) if config.DISABLE_JIT else intrinsic
 
 
-matrix_view = _matrix_view()
+def _source(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+    """The array that is the first argument."""
+    return arrayobj.make_array(signature.args[0])(context, builder, args[0])
 
 
-def _part_of() -> Any:
-    """Make the compiled function (flat, begin, end) that returns flat[begin:end] without checks of the bounds."""
+def _view(context: Any, builder: Any, kind: Any, data: Any, shape: Sequence[Any]) -> Any:
+    """Array in C order that begins at `data`, without checks of bounds."""
     # A slice tests signs and bounds, and so does every index into it, unless numba knows that indices start at 0.
-    if config.DISABLE_JIT:
-        return lambda flat, begin, end: flat[begin:end]
-
-    @intrinsic
-    def part_of(typingctx, flat, begin, end):
-        def codegen(context, builder, signature, args):
-            source = arrayobj.make_array(signature.args[0])(context, builder, args[0])
-            view = arrayobj.make_array(signature.return_type)(context, builder)
-            size, length = context.get_constant(types.intp, 8), builder.sub(args[2], args[1])
-            arrayobj.populate_array(view, builder.gep(source.data, [args[1]]), [length], [size], size, None)
-            return view._getvalue()
-
-        return flat(flat, types.intp, types.intp), codegen
-
-    return part_of
+    size = context.get_constant(types.intp, 8)
+    strides = [size] if len(shape) == 1 else [builder.mul(shape[1], size), size]
+    view = arrayobj.make_array(kind)(context, builder)
+    arrayobj.populate_array(view, data, shape, strides, size, None)
+    return view._getvalue()
 
 
-part_of = _part_of()
+@compiled_as(lambda flat, rows, columns: flat[: rows * columns].reshape(rows, columns))
+def matrix_view(typingctx, flat, rows, columns):
+    """The start of `flat` as a matrix."""
+
+    def codegen(context, builder, signature, args):
+        return _view(context, builder, MATRIX, _source(context, builder, signature, args).data, args[1:])
+
+    return MATRIX(flat, types.intp, types.intp), codegen
 
 
-def _row_of() -> Any:
-    """Make the compiled function (matrix, row, length) that returns the start of a row, which may go on in the next."""
-    if config.DISABLE_JIT:
-        return lambda matrix, row, length: matrix.ravel()[row * matrix.shape[1] :][:length]
+@compiled_as(lambda flat, begin, rows, columns: flat[begin : begin + rows * columns].reshape(rows, columns))
+def block_of(typingctx, flat, begin, rows, columns):
+    """A part of `flat` as a matrix."""
 
-    @intrinsic
-    def row_of(typingctx, matrix, row, length):
-        def codegen(context, builder, signature, args):
-            source = arrayobj.make_array(signature.args[0])(context, builder, args[0])
-            view = arrayobj.make_array(signature.return_type)(context, builder)
-            size = context.get_constant(types.intp, 8)
-            columns = builder.extract_value(source.shape, 1)
-            begin = builder.gep(source.data, [builder.mul(args[1], columns)])
-            arrayobj.populate_array(view, begin, [args[2]], [size], size, None)
-            return view._getvalue()
+    def codegen(context, builder, signature, args):
+        data = builder.gep(_source(context, builder, signature, args).data, [args[1]])
+        return _view(context, builder, MATRIX, data, args[2:])
 
-        return types.Array(types.float64, 1, "C")(matrix, types.intp, types.intp), codegen
-
-    return row_of
+    return MATRIX(flat, types.intp, types.intp, types.intp), codegen
 
 
-row_of = _row_of()
+@compiled_as(lambda flat, begin, end: flat[begin:end])
+def part_of(typingctx, flat, begin, end):
+    """flat[begin:end]."""
+
+    def codegen(context, builder, signature, args):
+        data = builder.gep(_source(context, builder, signature, args).data, [args[1]])
+        return _view(context, builder, flat, data, [builder.sub(args[2], args[1])])
+
+    return flat(flat, types.intp, types.intp), codegen
 
 
-def _block_of() -> Any:
-    """Make the compiled function (flat, begin, rows, columns) that returns a part of `flat` as a matrix."""
-    if config.DISABLE_JIT:
-        return lambda flat, begin, rows, columns: flat[begin : begin + rows * columns].reshape(rows, columns)
+@compiled_as(lambda matrix, row, length: matrix.ravel()[row * matrix.shape[1] :][:length])
+def row_of(typingctx, matrix, row, length):
+    """The start of a row, which may go on in the next."""
 
-    @intrinsic
-    def block_of(typingctx, flat, begin, rows, columns):
-        def codegen(context, builder, signature, args):
-            source = arrayobj.make_array(signature.args[0])(context, builder, args[0])
-            view = arrayobj.make_array(MATRIX)(context, builder)
-            size = context.get_constant(types.intp, 8)
-            strides = (builder.mul(args[3], size), size)
-            arrayobj.populate_array(view, builder.gep(source.data, [args[1]]), args[2:], strides, size, None)
-            return view._getvalue()
+    def codegen(context, builder, signature, args):
+        source = _source(context, builder, signature, args)
+        data = builder.gep(source.data, [builder.mul(args[1], builder.extract_value(source.shape, 1))])
+        return _view(context, builder, VECTOR, data, [args[2]])
 
-        return MATRIX(flat, types.intp, types.intp, types.intp), codegen
-
-    return block_of
+    return VECTOR(matrix, types.intp, types.intp), codegen
 
 
-block_of = _block_of()
+@compiled_as(lambda matrix, row, column: matrix[row, column])
+def entry_of(typingctx, matrix, row, column):
+    """An entry of a matrix, without a test for negative indices."""
+
+    def codegen(context, builder, signature, args):
+        source = _source(context, builder, signature, args)
+        place = builder.add(builder.mul(args[1], builder.extract_value(source.shape, 1)), args[2])
+        return arrayobj.load_item(context, builder, signature.args[0], builder.gep(source.data, [place]))
+
+    return types.float64(matrix, types.intp, types.intp), codegen
 
 
-def _entry_of() -> Any:
-    """Make the compiled function (matrix, row, column) that returns an entry without a test for negative indices."""
-    if config.DISABLE_JIT:
-        return lambda matrix, row, column: matrix[row, column]
+@compiled_as(lambda vector, index: vector[index])
+def item_of(typingctx, vector, index):
+    """An entry of a vector, without a test for negative indices."""
 
-    @intrinsic
-    def entry_of(typingctx, matrix, row, column):
-        def codegen(context, builder, signature, args):
-            source = arrayobj.make_array(signature.args[0])(context, builder, args[0])
-            place = builder.add(builder.mul(args[1], builder.extract_value(source.shape, 1)), args[2])
-            return arrayobj.load_item(context, builder, signature.args[0], builder.gep(source.data, [place]))
+    def codegen(context, builder, signature, args):
+        data = builder.gep(_source(context, builder, signature, args).data, [args[1]])
+        return arrayobj.load_item(context, builder, signature.args[0], data)
 
-        return types.float64(matrix, types.intp, types.intp), codegen
-
-    return entry_of
-
-
-entry_of = _entry_of()
-
-
-def _item_of() -> Any:
-    """Make the compiled function (vector, index) that returns an entry without a test for negative indices."""
-    if config.DISABLE_JIT:
-        return lambda vector, index: vector[index]
-
-    @intrinsic
-    def item_of(typingctx, vector, index):
-        def codegen(context, builder, signature, args):
-            source = arrayobj.make_array(signature.args[0])(context, builder, args[0])
-            return arrayobj.load_item(context, builder, signature.args[0], builder.gep(source.data, [args[1]]))
-
-        return types.float64(vector, types.intp), codegen
-
-    return item_of
-
-
-item_of = _item_of()
+    return types.float64(vector, types.intp), codegen
 
 
 # Scratch matrices and vectors on the stack of a kernel: kernels allocate nothing on the heap
+def _on_stack(kind: Any, *shape: int) -> Any:
+    """An intrinsic that returns an array of floats on the stack of the function that calls it."""
+
+    @intrinsic
+    def on_stack(typingctx):
+        def codegen(context, builder, signature, args):
+            size = ir.Constant(ir.IntType(64), int(np.prod(shape)))
+            data = cgutils.alloca_once(builder, ir.DoubleType(), size=size)
+            return _view(context, builder, kind, data, [context.get_constant(types.intp, n) for n in shape])
+
+        return kind(), codegen
+
+    return on_stack
+
+
 def stack_matrix(rows: int, columns: int) -> Callable[[], Any]:
     """A function that returns a matrix (rows, columns) of floats, on the stack in compiled code."""
 
     def scratch() -> Any:
         return np.zeros((rows, columns))
 
-    @intrinsic
-    def on_stack(typingctx):
-        def codegen(context, builder, signature, args):
-            data = cgutils.alloca_once(builder, ir.DoubleType(), size=ir.Constant(ir.IntType(64), rows * columns))
-            view = arrayobj.make_array(MATRIX)(context, builder)
-            size = context.get_constant(types.intp, 8)
-            shape = [context.get_constant(types.intp, rows), context.get_constant(types.intp, columns)]
-            strides = [context.get_constant(types.intp, 8 * columns), size]
-            arrayobj.populate_array(view, data, shape, strides, size, None)
-            return view._getvalue()
-
-        return MATRIX(), codegen
+    on_stack = _on_stack(MATRIX, rows, columns)
 
     @overload(scratch, inline="always")  # by numba, before LLVM: the memory is that of the caller
     def scratch_compiled() -> Any:
@@ -190,41 +149,15 @@ def stack_matrix(rows: int, columns: int) -> Callable[[], Any]:
 def stack_vector(size: int) -> Callable[[], Any]:
     """A function that returns a vector (size,) of floats, on the stack, for functions that are compiled in any case."""
     # Functions made by `flexmb.kernels.fast` can call it, which are compiled without numba's memory management.
-    if config.DISABLE_JIT:
-        return lambda: np.zeros(size)
-
-    @intrinsic
-    def on_stack(typingctx):
-        def codegen(context, builder, signature, args):
-            data = cgutils.alloca_once(builder, ir.DoubleType(), size=ir.Constant(ir.IntType(64), size))
-            view = arrayobj.make_array(signature.return_type)(context, builder)
-            width, length = context.get_constant(types.intp, 8), context.get_constant(types.intp, size)
-            arrayobj.populate_array(view, data, [length], [width], width, None)
-            return view._getvalue()
-
-        return types.Array(types.float64, 1, "C")(), codegen
-
-    vector: Callable[[], Any] = on_stack
-    return vector
+    found: Callable[[], Any] = (lambda: np.zeros(size)) if config.DISABLE_JIT else _on_stack(VECTOR, size)
+    return found
 
 
-def _stack_space() -> Any:
-    """Make the compiled function (size) that returns a vector of `size` numbers on the stack, for `fast` functions."""
-    if config.DISABLE_JIT:
-        return np.zeros
+@compiled_as(np.zeros)
+def stack_space(typingctx, size):
+    """A vector of `size` floats on the stack, for `fast` functions."""
 
-    @intrinsic
-    def stack_space(typingctx, size):
-        def codegen(context, builder, signature, args):
-            data = builder.alloca(ir.DoubleType(), size=args[0])
-            view = arrayobj.make_array(signature.return_type)(context, builder)
-            width = context.get_constant(types.intp, 8)
-            arrayobj.populate_array(view, data, [args[0]], [width], width, None)
-            return view._getvalue()
+    def codegen(context, builder, signature, args):
+        return _view(context, builder, VECTOR, builder.alloca(ir.DoubleType(), size=args[0]), args)
 
-        return types.Array(types.float64, 1, "C")(types.intp), codegen
-
-    return stack_space
-
-
-stack_space = _stack_space()
+    return VECTOR(types.intp), codegen

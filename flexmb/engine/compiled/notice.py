@@ -46,7 +46,7 @@ STAGES: dict[str, dict[str, float]] = {
         "flexmb.engine.energy.update_balance": 1.0,
         "flexmb.engine.system.outputs.write_outputs": 1.3,
     },
-    "what saves many instants within a step": {"flexmb.engine.step.saved_instants.save_instants": 3.5},
+    "what saves many instants within a step": {"flexmb.engine.step.acceptance.save_instants": 3.5},
     "the time loop": {"flexmb.engine.newmark.method.advance": 21.0},
     "the explicit time loop": {"flexmb.engine.step.runge_kutta.advance_explicit": 13.8},
     "the time loop of Radau's method": {

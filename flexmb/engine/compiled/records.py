@@ -35,8 +35,10 @@ from numba.core import config
 from numba.core.datamodel import models
 from numba.core.imputils import lower_getattr_generic, lower_setattr_generic
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
-from numba.extending import NativeValue, intrinsic, register_model, typeof_impl, unbox
+from numba.extending import NativeValue, register_model, typeof_impl, unbox
 from numba.np import arrayobj, numpy_support
+
+from flexmb.engine.compiled.arrays import compiled_as
 
 WORD = ir.IntType(64)
 
@@ -119,29 +121,20 @@ def _set(context: Any, builder: Any, signature: Any, arguments: Any, name: str) 
     builder.store(value, _pointer(builder, record, place, value.type), align=8)
 
 
-def _copy_numbers() -> Any:
-    """A compiled function (source, target) that copies all words of a record of numbers."""
-    if config.DISABLE_JIT:
-        return lambda source, target: target.set_numbers(source.numbers())
+@compiled_as(lambda source, target: target.set_numbers(source.numbers()))
+def copy_numbers(typingctx, source, target):
+    """Copy all words of a record of numbers."""
+    if not isinstance(source, RecordType) or source != target:
+        return None
+    if any(isinstance(field, (types.Array, RecordType)) for field, _ in source.fields.values()):
+        raise TypeError(f"{source} holds more than numbers")
 
-    @intrinsic
-    def copy_numbers(typingctx, source, target):
-        if not isinstance(source, RecordType) or source != target:
-            return None
-        if any(isinstance(field, (types.Array, RecordType)) for field, _ in source.fields.values()):
-            raise TypeError(f"{source} holds more than numbers")
+    def codegen(context, builder, signature, args):
+        for _, place in source.fields.values():
+            builder.store(_loaded(builder, args[0], place, WORD, False), _pointer(builder, args[1], place, WORD))
+        return context.get_dummy_value()
 
-        def codegen(context, builder, signature, args):
-            for _, place in source.fields.values():
-                builder.store(_loaded(builder, args[0], place, WORD, False), _pointer(builder, args[1], place, WORD))
-            return context.get_dummy_value()
-
-        return types.void(source, target), codegen
-
-    return copy_numbers
-
-
-copy_numbers = _copy_numbers()
+    return types.void(source, target), codegen
 
 
 def _array(dtype: Any, ndim: int) -> Any:

@@ -10,51 +10,136 @@ import numpy as np
 
 from flexmb.engine.compiled.records import fitting
 from flexmb.engine.dormand_prince.stages import Stages, new_stages
-from flexmb.engine.dormand_prince.step import (
-    add_works,
-    complete_ledger,
-    find_accelerations,
-    find_between,
-    find_dense_output,
-    try_step,
-)
-from flexmb.engine.energy import STEPS_BEFORE_CHECK, STRAIN, check_balance
-from flexmb.engine.linalg.lu import LU
-from flexmb.engine.newmark.error_control import accept_or_reject, shorten_step, update_step_sizes
+from flexmb.engine.dormand_prince.step import add_works, find_accelerations, find_between, find_dense_output, try_step
+from flexmb.engine.newmark.error_control import accept_or_reject, growth_factor, shorten_step, update_step_sizes
 from flexmb.engine.newmark.jacobian_reuse import discard_factors, update_held_multipliers
-from flexmb.engine.radau.step import update_ledger
-from flexmb.engine.state.flow import Flow
-from flexmb.engine.state.record import (
-    BUFFER_FULL,
-    CONDITION_MET,
-    DONE,
-    NOT_EVALUATED,
-    RUNNING,
-    STEP_TOO_SMALL,
-    Options,
-    RunRecord,
+from flexmb.engine.radau.step import complete_ledger, update_ledger
+from flexmb.engine.state.record import BUFFER_FULL, DONE, NOT_EVALUATED, RUNNING, STEP_TOO_SMALL, Options
+from flexmb.engine.step.acceptance import (
+    adopt_trial,
+    buffer_code,
+    ending,
+    finished,
+    next_due,
+    report_step,
+    save_ends,
+    save_within,
+    step_to_try,
+    update_peaks,
 )
-from flexmb.engine.state.trial import Trial
-from flexmb.engine.step.acceptance import adopt_trial, condition_met, finished, next_step_size, update_peaks, watch_step
-from flexmb.engine.step.contact_events import planned_step
 from flexmb.engine.step.method import Method, Stepper
-from flexmb.engine.step.saved_instants import END_OF_STEP, count_row, is_due, next_due, save_step, store_signals
 from flexmb.engine.system.constraints import report_forces
 from flexmb.engine.system.evaluate import evaluate_accepted
 from flexmb.engine.system.outputs import write_outputs
-from flexmb.engine.system.work import Work
 from flexmb.errors import InputError
 from flexmb.kernels import compiled, copy
-from flexmb.program.program import BEGIN, END, Addresses, Program, Tables
+from flexmb.program.program import BEGIN, END, Program
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
     from flexmb.run.run import Run
 
-# Next step over the present one at most and at least; safety factor of the next step.
-LARGEST_GROWTH, LEAST_GROWTH, SAFETY = 6.0, 1.0 / 3.0, 0.9
+# Next step over the present one at most and at least.
+LARGEST_GROWTH, LEAST_GROWTH = 6.0, 1.0 / 3.0
 FAILED_GROWTH = 0.25  # next trial over one whose stages could not be computed
 LEAST_STEPS = 50.0  # number of largest steps in a period or a run
+
+
+@compiled
+def advance_dormand_prince(tables, address, lu, options, flow, trial, work, record, D: Stages, steps):
+    """Take at most `steps` steps; RUNNING, or the code of the ending."""
+    discard_factors(flow.reuse)
+    record.count.evaluated = NOT_EVALUATED
+    if D.span.foreign == 1:
+        code = adopt_state(tables, address, lu, options, flow, trial, work, record, D)
+        if code != RUNNING:
+            return code
+    for _ in range(steps):
+        if finished(options, flow):
+            return DONE
+        h = step_to_try(tables, address, options, flow, trial, work)
+        code, error = try_step(tables, address, lu, h, options, flow, trial, work, record, D)
+        growth = 1.0
+        if options.adaptive:
+            if code != RUNNING:
+                error = -1.0
+                shorten_step(h, FAILED_GROWTH, flow, record)
+            growth = growth_factor(error, -0.125, LEAST_GROWTH, LARGEST_GROWTH)
+            growth = accept_or_reject(h, error, growth, options, flow, trial, record)
+            code = STEP_TOO_SMALL if code == RUNNING and growth == 0.0 else code
+        if code != RUNNING:
+            if h <= 1.001 * options.h_min:
+                return code
+            continue
+        if record.count.held_code != 0 or flow.clock.held_steps > 0.0:
+            update_held_multipliers(tables, lu, flow.clock.t + h, flow, trial, work, record)
+        if options.adaptive:
+            update_step_sizes(h, growth, options, flow)
+        code = accept_stages(tables, address, lu, h, options, flow, trial, work, record, D)
+        flow.clock.last_step = h
+        if code != RUNNING:
+            return code
+    return RUNNING
+
+
+@compiled
+def adopt_state(tables, address, lu, options, flow, trial, work, record, D):
+    """Compute accelerations and multipliers of the state of another method."""
+    copy(flow.q, trial.q)
+    copy(flow.v, trial.v)
+    copy(flow.lam, trial.lam)
+    t, h = flow.clock.t, options.h_min
+    code = find_accelerations(tables, address, lu, t, 0.0, h, options, flow, trial, work, record, D)
+    copy(trial.a, flow.a)
+    copy(trial.lam, flow.lam)
+    D.span.foreign = 0
+    return code
+
+
+@compiled
+def accept_stages(tables, address, lu, h, options, flow, trial, work, record, D):
+    """Make the trial state the accepted one: `acceptance.accept`, with works and instants from the stages."""
+    t0 = flow.clock.t
+    add_works(tables, address, h, flow, trial, work, record, D)
+    turned = abs(D.works.damping) + D.works.joints_size + D.works.supplied
+    update_ledger(tables, address, t0 + h, turned, flow, trial, work, D)
+    adopt_trial(h, flow, trial, work, record)
+    report_step(tables, address, True, flow, work, record)
+    return ending(save_between(tables, address, lu, options, flow, trial, work, record, D), flow, record)
+
+
+@compiled
+def save_between(tables, address, lu, options, flow, trial, work, record, D):
+    """Save the end of the last step, or the instants of the save grid within it; a code."""
+    # BUFFER_FULL: the buffer must be emptied, and `save_between` called again before the next step. Other codes but
+    # RUNNING: the state at an instant cannot be computed.
+    s = save_ends(options, flow, record)
+    while s < 1.0:
+        code = RUNNING
+        if D.span.dense == 0:
+            code = find_dense_output(tables, address, lu, options, flow, trial, work, record, D)
+        if code == RUNNING:
+            code = signals_at(tables, address, lu, s, options, flow, trial, work, record, D, D.signals)
+        if code != RUNNING:
+            return code
+        update_peaks(next_due(options, flow, record), D.signals, record)
+        s = save_within(D.signals, options, flow, record)
+    return buffer_code(record)
+
+
+@compiled
+def signals_at(tables, address, lu, s, options, flow, trial, work, record, D, target):
+    """Set `target` to all signals at fraction s of the last step; RUNNING, or a code."""
+    h, ledger = D.span.size, D.between.ledger
+    t, q, v, a, lam = D.span.start + s * h, trial.q, trial.v, trial.a, trial.lam
+    code = find_between(tables, address, lu, s, options, flow, trial, work, record, D)
+    if code != RUNNING:
+        return code
+    evaluate_accepted(tables, address, t, s * h, q, v, a, lam, flow.z, D.zero, D.zero, work)
+    report_forces(tables, lam, work)
+    complete_ledger(flow, work, ledger)
+    write_outputs(tables, address, t, q, v, a, work, ledger, record.peak, True, target)
+    return RUNNING
 
 
 @dataclass(frozen=True)
@@ -95,20 +180,16 @@ class DormandPrince(Method):
     """
 
     estimates_error: ClassVar[bool] = True
+    loops: ClassVar[tuple[Any, ...]] = (advance_dormand_prince,)
 
     def fewest_steps(self, *, contacts: bool) -> float:  # noqa: ARG002 - without contacts
         """Steps in a period or a run that error control takes at least."""
         return LEAST_STEPS
 
-    @property
-    def loops(self) -> tuple[Any, ...]:
-        """The compiled loop."""
-        return (advance_dormand_prince,)
-
     def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - methods of users may
         """Stepper of the compiled mechanism."""
         refuse_jumps(program)
-        return DormandPrinceStepper(program)
+        return DormandPrinceStepper(program, new_stages(program))
 
 
 def refuse_jumps(program: Program) -> None:
@@ -118,26 +199,15 @@ def refuse_jumps(program: Program) -> None:
         text = f"{program.names.contacts[0]!r} is a contact, whose force begins and ends"
         raise InputError(f"{label} {text}. Use Newmark.generalised_alpha() (the default) or RadauIIA().")
     E, C = program.tables.elements, program.tables.constraints
-    for name, z in (*zip(program.names.elements, E.z, strict=True), *_joints_with_history(program, C)):
+    joints = [(program.names.rows[C.row[c]], C.joint_friction_z[c]) for c in range(len(C.kernel))]
+    for name, z in (*zip(program.names.elements, E.z, strict=True), *joints):
         if z[END] > z[BEGIN]:
             text = f"{name!r} has a law with a history, which is integrated with its own low order"
             raise InputError(f"{label} {text}. Use Newmark.generalised_alpha() (the default) or RadauIIA().")
 
 
-def _joints_with_history(program: Program, C: Any) -> list[tuple[str, np.ndarray]]:
-    return [(program.names.rows[C.row[c]], C.joint_friction_z[c]) for c in range(len(C.kernel))]
-
-
 class DormandPrinceStepper(Stepper):
     """Steps of the method of Dormand and Prince."""
-
-    def __init__(self, program: Program) -> None:
-        super().__init__(program)
-        self.stages = new_stages(program)
-
-    def advance(self, run: Run, options: Options, steps: int) -> int:
-        """Take at most `steps` steps; RUNNING, or the code of the ending."""
-        return int(advance_dormand_prince(*run.arguments(options), self.stages, steps))
 
     def save(self, run: Run, options: Options) -> None:
         """Save the remaining instants within the last step."""
@@ -155,128 +225,3 @@ class DormandPrinceStepper(Stepper):
         span.foreign = int("dormand_prince.span" not in restart)
         if not span.foreign:
             span.set_numbers(fitting(restart, "dormand_prince.span", span.numbers()))
-
-
-@compiled
-def advance_dormand_prince(
-    tables: Tables,
-    address: Addresses,
-    lu: LU,
-    options: Options,
-    flow: Flow,
-    trial: Trial,
-    work: Work,
-    record: RunRecord,
-    D: Stages,
-    steps: int,
-):
-    """Take at most `steps` steps; RUNNING, or the code of the ending."""
-    discard_factors(flow.reuse)
-    record.count.evaluated = NOT_EVALUATED
-    if D.span.foreign == 1:
-        code = adopt_state(tables, address, lu, options, flow, trial, work, record, D)
-        if code != RUNNING:
-            return code
-    for _ in range(steps):
-        if finished(options, flow):
-            return DONE
-        h = planned_step(tables, address, options, flow, trial, work) if options.adaptive else flow.clock.step_size
-        h = next_step_size(h, options.t_end - flow.clock.t)
-        code, error = try_step(tables, address, lu, h, options, flow, trial, work, record, D)
-        growth = 1.0
-        if options.adaptive:
-            if code != RUNNING:
-                error = -1.0
-                shorten_step(h, FAILED_GROWTH, flow, record)
-            growth = min(max(SAFETY * max(error, 1e-12) ** -0.125, LEAST_GROWTH), LARGEST_GROWTH)
-            growth = accept_or_reject(h, error, growth, options, flow, trial, record)
-            code = STEP_TOO_SMALL if code == RUNNING and growth == 0.0 else code
-        if code != RUNNING:
-            if h <= 1.001 * options.h_min:
-                return code
-            continue
-        if record.count.held_code != 0 or flow.clock.held_steps > 0.0:
-            update_held_multipliers(tables, lu, flow.clock.t + h, flow, trial, work, record)
-        if options.adaptive:
-            update_step_sizes(h, growth, options, flow)
-        code = accept_stages(tables, address, lu, h, options, flow, trial, work, record, D)
-        flow.clock.last_step = h
-        if code != RUNNING:
-            return code
-    return RUNNING
-
-
-@compiled
-def adopt_state(tables, address, lu, options, flow, trial, work, record, D):
-    """Compute accelerations and multipliers of the state of another method."""
-    copy(flow.q, trial.q)
-    copy(flow.v, trial.v)
-    copy(flow.lam, trial.lam)
-    t, h = flow.clock.t, options.h_min
-    code = find_accelerations(tables, address, lu, t, 0.0, h, options, flow, trial, work, record, D)
-    copy(trial.a, flow.a)
-    copy(trial.lam, flow.lam)
-    D.span.foreign = 0
-    return code
-
-
-@compiled
-def accept_stages(tables, address, lu, h, options, flow, trial, work, record, D):
-    """Make the trial state the accepted one: `acceptance.accept`, with works and instants from the stages."""
-    t0 = flow.clock.t
-    add_works(tables, address, h, flow, trial, work, record, D)
-    turned = abs(D.works.damping) + D.works.joints_size + D.works.supplied
-    update_ledger(tables, address, t0 + h, turned, flow, trial, work, D)
-    adopt_trial(h, flow, trial, work, record)
-    t, peak, signals = flow.clock.t, record.peak, record.signals
-    write_outputs(tables, address, t, flow.q, flow.v, flow.a, work, flow.ledger, peak, True, signals)
-    update_peaks(flow.clock.t, record.signals, record)
-    watch_step(tables.sizes.energy + STRAIN, flow, record)
-    saved = save_between(tables, address, lu, options, flow, trial, work, record, D)
-    if condition_met(record):
-        return CONDITION_MET
-    if saved != RUNNING:
-        return saved
-    return check_balance(flow.ledger, flow.balance) if flow.balance.steps >= STEPS_BEFORE_CHECK else RUNNING
-
-
-@compiled
-def save_between(tables, address, lu, options, flow, trial, work, record, D):
-    """Save the end of the last step, or the instants of the save grid within it; a code."""
-    # BUFFER_FULL: the buffer must be emptied, and `save_between` called again before the next step. Other codes but
-    # RUNNING: the state at an instant cannot be computed.
-    if options.save_interval == 0.0:
-        save_step(flow, record)
-        return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
-    while is_due(options, flow, record):
-        due, row = next_due(options, flow, record), record.count.rows
-        s = (due - D.span.start) / D.span.size
-        if s < END_OF_STEP:
-            code = RUNNING
-            if D.span.dense == 0:
-                code = find_dense_output(tables, address, lu, options, flow, trial, work, record, D)
-            if code == RUNNING:
-                code = signals_at(tables, address, lu, s, options, flow, trial, work, record, D, D.signals)
-            if code != RUNNING:
-                return code
-            update_peaks(due, D.signals, record)
-            store_signals(D.signals, record, row)
-        else:
-            store_signals(record.signals, record, row)
-        count_row(due, flow, record)
-    return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
-
-
-@compiled
-def signals_at(tables, address, lu, s, options, flow, trial, work, record, D, target):
-    """Set `target` to all signals at fraction s of the last step; RUNNING, or a code."""
-    h, ledger = D.span.size, D.between.ledger
-    t, q, v, a, lam = D.span.start + s * h, trial.q, trial.v, trial.a, trial.lam
-    code = find_between(tables, address, lu, s, options, flow, trial, work, record, D)
-    if code != RUNNING:
-        return code
-    evaluate_accepted(tables, address, t, s * h, q, v, a, lam, flow.z, D.zero, D.zero, work)
-    report_forces(tables, lam, work)
-    complete_ledger(flow, work, ledger)
-    write_outputs(tables, address, t, q, v, a, work, ledger, record.peak, True, target)
-    return RUNNING

@@ -8,11 +8,10 @@ velocities are projected onto the constraints.  Equation (4.19) of docs/theory/i
 import math
 
 from flexmb.engine.dormand_prince.complement import accelerate_by_complement, factor_complement, project_by_complement
-from flexmb.engine.dormand_prince.tableau import ALL_STAGES, END, FIFTH, START, STEP_STAGES, THIRD
-from flexmb.engine.energy import GRAVITY, KINETIC, STRAIN, update_residual
-from flexmb.engine.newmark.error_control import find_speeds, state_scale
+from flexmb.engine.dormand_prince.stages import ALL_STAGES, END, FIFTH, START, STEP_STAGES, THIRD
+from flexmb.engine.newmark.error_control import find_speeds, largest_error
 from flexmb.engine.newmark.jacobian_reuse import initial_hold, take_least_norm
-from flexmb.engine.radau.step import CLOSED_SHIFT, LARGE_SHIFT, add_powers, close_joints, has_work
+from flexmb.engine.radau.step import CLOSED_SHIFT, LARGE_SHIFT, add_powers, close_joints, has_work, keep_state
 from flexmb.engine.state.record import NOT_FINITE, RUNNING
 from flexmb.engine.step.runge_kutta import accelerate, project_state
 from flexmb.engine.system.evaluate import evaluate
@@ -64,14 +63,8 @@ def project(tables, address, lu, t, h, options, flow, trial, work, record, D):
 @compiled
 def start_step(h, flow, D):
     """Store the start of a step, which is its first stage."""
-    old = D.old
     D.span.start, D.span.size, D.span.dense = flow.clock.t, h, 0
-    copy(flow.q, old.q)
-    copy(flow.v, old.v)
-    copy(flow.a, old.a)
-    copy(flow.z, old.z)
-    copy(flow.lam, old.lam)
-    copy(flow.ledger, old.ledger)
+    keep_state(flow, D.old)
     copy(flow.q, D.Q[START])
     copy(flow.v, D.V[START])
     copy(flow.a, D.A[START])
@@ -157,19 +150,13 @@ def step_error(tables, h, options, flow, trial, D):
 @compiled
 def error_size(tables, weights, h, options, flow, trial, D):
     """Largest error of all nodes, by weights of the stages, over the accepted error."""
-    n, n_b, x, y, worst, all_ = tables.sizes.n_q, tables.sizes.n_b, D.error_q, D.error_v, 0.0, 0.0
+    n, x, y, total = tables.sizes.n_q, D.error_q, D.error_v, 0.0
     sum_stages(n, weights, h, D, x, y)
-    by_q, length = 1.0 / options.error, options.length
-    for k in range(0, n_b, 3):
-        by_v = 1.0 / (trial.control.rtol * trial.speeds[trial.groups[k]])
-        worst = max(worst, by_q * math.sqrt(x[k] ** 2 + x[k + 1] ** 2), length * by_q * abs(x[k + 2]))
-        worst = max(worst, by_v * math.sqrt(y[k] ** 2 + y[k + 1] ** 2), length * by_v * abs(y[k + 2]))
-    for i in range(n_b, n):
-        scale = state_scale(tables, i, trial.v[i], D.A[STEP_STAGES - 1, i], options, flow)
-        worst = max(worst, abs(y[i]) / (trial.control.rtol * scale))
+    rtol, a = trial.control.rtol, D.A[STEP_STAGES - 1]
+    worst = largest_error(tables, 1.0 / options.error, rtol, x, y, a, True, options, flow, trial)
     for i in range(n):
-        all_ += x[i] + y[i]
-    return worst if math.isfinite(all_) else math.inf
+        total += x[i] + y[i]
+    return worst if math.isfinite(total) else math.inf
 
 
 @compiled
@@ -256,11 +243,3 @@ def find_between(tables, address, lu, s, options, flow, trial, work, record, D):
     if record.count.held_code % 2 == 1:
         take_least_norm(tables, lu, trial, work, record)
     return code
-
-
-@compiled
-def complete_ledger(flow, work, ledger):
-    """Set the energies of the state that was evaluated last in a ledger, and the residual."""
-    power = work.power
-    ledger[KINETIC], ledger[STRAIN], ledger[GRAVITY] = power.kinetic, power.strain, power.gravity
-    update_residual(ledger, flow.balance)

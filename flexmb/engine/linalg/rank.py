@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,32 +19,24 @@ DENSE_ROWS = 800
 IN_COMBINATION = 1e-6
 
 
-@dataclass(frozen=True)
-class Rank:
-    """Rank of a matrix, and numbers of its redundant rows."""
-
-    rank: int
-    redundant: tuple[int, ...]
-
-
-def row_rank(G: Any) -> Rank:
-    """Rank of the rows of G, a plain array or sparse, after scaling them to length 1."""
-    # By a pivoted QR of G^T (dense) or of G G^T (large); a sparse G whose rows are clearly independent needs none, and
-    # of the others each group of rows that share no column with the rest has its own.
+def surplus_rows(G: Any) -> tuple[int, ...]:
+    """Numbers of the redundant rows of G, a plain array or sparse, ascending; its rank is that of the other rows."""
+    # By a pivoted QR of G^T (dense) or of G G^T (large), rows scaled to length 1; a sparse G whose rows are clearly
+    # independent needs none, and of the others each group of rows that share no column with the rest has its own.
     m = G.shape[0]
     if m == 0:
-        return Rank(0, ())
+        return ()
     if isinstance(G, np.ndarray):
         used = G[:, G.any(axis=0)]
         lengths = np.sqrt((used * used).sum(axis=1))
         columns = (used / np.where(lengths > 0.0, lengths, 1.0)[:, None]).T
-        return Rank(m, ()) if _surely_independent(columns) else _by_qr(columns, m, RANK_TOLERANCE)
+        return () if _surely_independent(columns) else _by_qr(columns, m, RANK_TOLERANCE)
     return _of_sparse(G)
 
 
 def dependent_rows(G: Any) -> list[int]:
     """Numbers of the rows of G that occur in a combination of rows that vanishes."""
-    redundant = row_rank(G).redundant
+    redundant = surplus_rows(G)
     if not redundant or G.shape[0] > DENSE_ROWS:
         return list(redundant)
     dense = G if isinstance(G, np.ndarray) else G.toarray()
@@ -57,14 +48,14 @@ def dependent_rows(G: Any) -> list[int]:
     return sorted({*np.flatnonzero(part > IN_COMBINATION * part.max()).tolist(), *empty.tolist()})
 
 
-def _by_qr(columns: np.ndarray, m: int, tolerance: float) -> Rank:
-    """Rank of m columns; one is too many whose diagonal in R is this part of the largest or less."""
+def _by_qr(columns: np.ndarray, m: int, tolerance: float) -> tuple[int, ...]:
+    """Redundant ones of m columns: their diagonal in R is this part of the largest or less."""
     if columns.shape[0] == 0:
-        return Rank(0, tuple(range(m)))
+        return tuple(range(m))
     factored, order = scipy.linalg.lapack.dgeqp3(columns)[:2]  # R in the upper triangle; columns are counted from 1
     diagonal = np.abs(np.diag(factored))
     rank = int((diagonal > tolerance * max(diagonal[0], 1e-300)).sum())
-    return Rank(rank, tuple(sorted(int(k) - 1 for k in order[rank:])))
+    return tuple(sorted(int(k) - 1 for k in order[rank:]))
 
 
 def _surely_independent(columns: np.ndarray) -> bool:
@@ -80,14 +71,14 @@ def _surely_independent(columns: np.ndarray) -> bool:
     return True
 
 
-def _of_sparse(G: Any) -> Rank:
-    """Rank of a sparse matrix."""
+def _of_sparse(G: Any) -> tuple[int, ...]:
+    """Redundant rows of a sparse matrix."""
     m = G.shape[0]
     lengths = np.sqrt(np.asarray(G.multiply(G).sum(axis=1)).ravel())
     unit = (sp.diags_array(1.0 / np.where(lengths > 0.0, lengths, 1.0)) @ G).tocsr()
     gram = (unit @ unit.T).tocsc()
     if (lengths > 0.0).all() and _clearly_independent(gram):
-        return Rank(m, ())
+        return ()
     used = np.unique(unit.indices)
     if m * len(used) <= 400_000:
         return _by_qr(unit[:, used].toarray().T, m, RANK_TOLERANCE)
@@ -95,8 +86,8 @@ def _of_sparse(G: Any) -> Rank:
     redundant: list[int] = []
     for rows in np.split(np.argsort(group, kind="stable"), np.cumsum(np.bincount(group, minlength=count))[:-1]):
         found = _by_qr(gram[rows][:, rows].toarray(), len(rows), RANK_TOLERANCE**1.5)
-        redundant += [int(rows[k]) for k in found.redundant]
-    return Rank(m - len(redundant), tuple(sorted(redundant)))
+        redundant += [int(rows[k]) for k in found]
+    return tuple(sorted(redundant))
 
 
 def _clearly_independent(gram: Any) -> bool:

@@ -96,44 +96,14 @@ def locate_all(starts, row_ptr, rows, value_ptr, panel, i, j, found):
 
 
 @compiled
-def locate_targets(starts, row_ptr, rows, value_ptr, panel, reached, targets):
+def locate_targets(starts, row_ptr, rows, value_ptr, panel, targets):
     """Position of every entry that the product of a panel's L and U is subtracted from, row by row."""
-    # The rows below a panel are among those below the panel of each of them, both ascending; `reached` (n,) is work:
-    # how far each was read.
     at = 0
     for s in range(len(starts) - 1):
-        first, u = row_ptr[s], row_ptr[s + 1] - row_ptr[s]
-        for j in range(u):
-            reached[j] = row_ptr[panel[rows[first + j]]]
-        for i in range(u):
-            place = rows[first + i]
-            p = panel[place]
-            start, beyond, begin = starts[p], starts[p + 1], row_ptr[p]
-            width, k = beyond - start, place - start
-            row = value_ptr[p] + k * (width + row_ptr[p + 1] - begin)
-            for j in range(i):
-                low = rows[first + j]
-                t = panel[low]
-                w, begins = starts[t + 1] - starts[t], row_ptr[t]
-                below = row_ptr[t + 1] - begins
-                if place < starts[t + 1]:
-                    targets[at + j] = value_ptr[t] + (place - starts[t]) * (w + below) + low - starts[t]
-                else:
-                    q = reached[j]
-                    while rows[q] < place:
-                        q += 1
-                    reached[j] = q
-                    targets[at + j] = value_ptr[t] + w * (w + below) + (low - starts[t]) * below + q - begins
-            q = begin
-            for j in range(i, u):
-                high = rows[first + j]
-                if high < beyond:
-                    targets[at + j] = row + high - start
-                else:
-                    while rows[q] < high:
-                        q += 1
-                    targets[at + j] = row + width + q - begin
-            at += u
+        for i in range(row_ptr[s], row_ptr[s + 1]):
+            for j in range(row_ptr[s], row_ptr[s + 1]):
+                targets[at] = locate(starts, row_ptr, rows, value_ptr, panel, rows[i], rows[j])
+                at += 1
 
 
 WIDEST_PANEL = 3  # number of unknowns in a panel at most: the coordinates of a node, with unrolled loops in `factor`
@@ -191,8 +161,7 @@ class Symbolic:
         """Value that each entry (i, j) of the product of a panel's L and U is subtracted from, row by row, uint32."""
         # The largest array by far, found when a caller factors without pivoting: statics and modes do without it.
         found = np.empty(self.target_ptr[-1], dtype=np.uint32)
-        reached = np.empty(self.n, dtype=np.int64)
-        locate_targets(self.starts, self.row_ptr, self.rows, self.value_ptr, self._panel, reached, found)
+        locate_targets(self.starts, self.row_ptr, self.rows, self.value_ptr, self._panel, found)
         found.setflags(write=False)
         return found
 

@@ -92,6 +92,22 @@ def node_error(begin, end, h, ratio, of_q, of_v, of_bend, flow, trial):
 
 
 @compiled
+def largest_error(tables, of_q, rtol, x, y, a, flexible, options, flow, trial):
+    """Largest of the errors x of positions, times of_q, and y of velocities over `rtol` times the largest speeds."""
+    # a : rates of the states of controls; flexible : whether velocities of nodes of flexible bodies count.
+    worst, length = 0.0, options.length
+    for k in range(0, tables.sizes.n_b, 3):
+        worst = max(worst, of_q * math.sqrt(x[k] ** 2 + x[k + 1] ** 2), length * of_q * abs(x[k + 2]))
+        if flexible or trial.rigid[k]:
+            of_v = 1.0 / (rtol * trial.speeds[trial.groups[k]])
+            worst = max(worst, of_v * math.sqrt(y[k] ** 2 + y[k + 1] ** 2), length * of_v * abs(y[k + 2]))
+    for i in range(tables.sizes.n_b, tables.sizes.n_q):
+        scale = state_scale(tables, i, trial.v[i], a[i], options, flow)
+        worst = max(worst, abs(y[i]) / (rtol * scale))
+    return worst
+
+
+@compiled
 def in_free_flight(tables, flow):
     """Whether there are contacts and none is closed."""
     for c in range(tables.contacts.kernel.shape[0]):
@@ -113,10 +129,10 @@ def find_speeds(n, options, flow, trial):
 
 
 @compiled
-def growth_factor(error):
-    """Allowed step over the present one, by the error over the accepted error; of third order."""
+def growth_factor(error, power, least, most):
+    """Allowed step over the present one, by a power of the error over the accepted error, from `least` to `most`."""
     # Equation (4.14) of docs/theory/integrators.md.
-    return min(max(SAFETY * max(error, 1e-12) ** (-1.0 / 3.0), 0.2), 2.0)
+    return min(max(SAFETY * max(error, 1e-12) ** power, least), most)
 
 
 @compiled
@@ -151,17 +167,11 @@ def meets_contacts(tables, address, code, h, options, flow, trial, work, record)
     if flow.clock.rejected_trials >= CONTACT_TRIALS:
         return True
     wanted = step_to_events(tables, address, h, options, flow, trial, work, record)
-    if wanted >= h or (h <= 1.001 * options.h_min and impact_fits_smallest_step(options, flow, record)):
-        return True
+    smallest, contact = h <= 1.001 * options.h_min, record.count.rejecting_contact - 1
+    if wanted >= h or (smallest and flow.impacts[contact, IMPACT_STEP] >= options.h_min):
+        return True  # the smallest step resolves an impact whose onset is then only met late
     flow.clock.retry_step = wanted
     return False
-
-
-@compiled
-def impact_fits_smallest_step(options, flow, record):
-    """Whether the smallest step resolves the impact of the rejecting contact, whose onset is then only met late."""
-    contact = record.count.rejecting_contact - 1
-    return flow.impacts[contact, IMPACT_STEP] >= options.h_min
 
 
 @compiled

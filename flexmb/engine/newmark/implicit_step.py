@@ -28,6 +28,7 @@ from flexmb.engine.linalg.lu import (
 )
 from flexmb.engine.newmark.jacobian_reuse import (
     HOLD_WITHIN_STEP,
+    LONGEST_SUSPENSION,
     MEASURING_INTERVAL,
     MOST_REUSE_ITERATIONS,
     REGULAR_PIVOT,
@@ -41,12 +42,10 @@ from flexmb.engine.newmark.jacobian_reuse import (
     held_code,
     initial_hold,
     may_reuse,
-    may_reuse_fresh,
     number_of_held,
     register_factors,
     slopes_changed,
     start_trial,
-    suspend_reuse,
     update_reuse,
 )
 from flexmb.engine.newmark.predictor import (
@@ -59,17 +58,7 @@ from flexmb.engine.newmark.predictor import (
     project_prediction,
     restart_predictor,
 )
-from flexmb.engine.state.record import (
-    EVALUATED,
-    GEAR_GUPTA_LEIMKUHLER,
-    JOINTS_EVALUATED,
-    NEWTON_FAILED,
-    NOT_EVALUATED,
-    NOT_FINITE,
-    POSITION,
-    RUNNING,
-    SINGULAR,
-)
+from flexmb.engine.state import record as codes
 from flexmb.engine.system.evaluate import evaluate, evaluate_accepted
 from flexmb.kernels import compiled
 
@@ -92,14 +81,14 @@ def residual_vectors(n, m, kv, options, trial, work):
         trial.rhs[i] = -(work.r[i] + work.Gl[i])
         trial.gap_rhs[i] = 0.0
     for i in range(m):
-        trial.rhs[n + i] = -work.g[i] if options.form == POSITION else -work.gv[i] / kv
+        trial.rhs[n + i] = -work.g[i] if options.form == codes.POSITION else -work.gv[i] / kv
         trial.gap_rhs[n + i] = -work.g[i] - trial.rhs[n + i]
 
 
 @compiled
 def solve_correction(m, lu, values, options, trial):
     """Solve for trial.solution, the correction, and trial.shift, the position shift; values: factors."""
-    if m > 0 and options.form == GEAR_GUPTA_LEIMKUHLER:
+    if m > 0 and options.form == codes.GEAR_GUPTA_LEIMKUHLER:
         solve_two(lu, values, trial.rhs, trial.gap_rhs, trial.solution, trial.shift, trial.scratch_pair)
     else:
         solve(lu, values, trial.rhs, trial.solution, trial.scratch)
@@ -137,7 +126,7 @@ def apply_correction(tables, h, kv, kx, ka, fraction, options, trial, record):
     n, m, report = tables.sizes.n_q, tables.sizes.n_c, record.report
     way, turn, shift_x, shift_t, fast_x, fast_t, total = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     far_x, far_t = options.length**2, 1.0
-    shifted = fraction if m > 0 and options.form == GEAR_GUPTA_LEIMKUHLER else 0.0
+    shifted = fraction if m > 0 and options.form == codes.GEAR_GUPTA_LEIMKUHLER else 0.0
     for i in range(0, tables.sizes.n_b, 3):  # x, y, theta of a node
         dx, sx = _correct_coordinate(i, fraction, shifted, kv, kx, ka, trial)
         dy, sy = _correct_coordinate(i + 1, fraction, shifted, kv, kx, ka, trial)
@@ -252,7 +241,7 @@ def implicit_step(tables, address, lu, h, ratio, scheme, options, flow, trial, w
             code = factor_matrix(tables, lu, h, kv, ka, options, flow, trial, work, record)
             if code == EVALUATE_AGAIN:
                 continue
-            if code != RUNNING:
+            if code != codes.RUNNING:
                 return code
         old_factors = newton.reusing and newton.factorisations == 0
         solve_correction(m, lu, flow.factors if old_factors else work.lu, options, trial)
@@ -272,7 +261,7 @@ def implicit_step(tables, address, lu, h, ratio, scheme, options, flow, trial, w
             code = after_own_factors(tables, lu, h, ratio, size, scheme, options, flow, trial, work, record)
         if code != CONTINUE:
             return code
-    return NEWTON_FAILED
+    return codes.NEWTON_FAILED
 
 
 @compiled
@@ -282,13 +271,6 @@ def newmark_coefficients(h, scheme):
     # Equation (4.8) of docs/theory/integrators.md.
     kx = 1.0 / (scheme.beta * h * h)
     return scheme.gamma / (scheme.beta * h), kx, (1.0 - scheme.alpha_m) / (1.0 - scheme.alpha_f) * kx
-
-
-@compiled
-def start_auxiliary_acceleration(n, options, flow, trial):
-    """Set x1 after a starting step: x1 = a1 + (alpha_m - alpha_f) (a1 - a0), see `Newmark.starting`."""
-    for i in range(n):
-        trial.x[i] = trial.a[i] + (options.regular.alpha_m - options.regular.alpha_f) * (trial.a[i] - flow.a[i])
 
 
 @compiled
@@ -313,7 +295,7 @@ def start_iteration(tables, lu, h, ratio, kv, ka, scheme, options, flow, trial):
         if leaps(tables.sizes.n_b, 0.0, options, flow, trial):
             newton.order = STANDING
             predict_without_accelerations(n, m, h, ratio, STANDING, scheme, flow, trial)
-    if newton.reusing and m > 0 and newton.order > 0 and options.form == GEAR_GUPTA_LEIMKUHLER:
+    if newton.reusing and m > 0 and newton.order > 0 and options.form == codes.GEAR_GUPTA_LEIMKUHLER:
         project_prediction(n, m, lu, h, newton.order, flow, trial)
 
 
@@ -354,14 +336,14 @@ def factor_matrix(tables, lu, h, kv, ka, options, flow, trial, work, record):
     record.count.factorisations += 1
     if newton.held >= 0:
         record.count.lost_pivot = newton.held
-        return SINGULAR if math.isfinite(trial.rhs.sum()) else NOT_FINITE
+        return codes.SINGULAR if math.isfinite(trial.rhs.sum()) else codes.NOT_FINITE
     if newton.hold != LOST_PIVOT and number_of_held(trial) < trial.left_out.shape[0]:
         newton.hold = LOST_PIVOT
         return EVALUATE_AGAIN
     if newton.held == ROWS_HELD and held_rows_open(tables, lu, h, options, flow, trial, work):
         if newton.hold == LOST_PIVOT:  # the rows contradict the others
             record.count.lost_pivot = first_held_row(lu, trial.pivot_scale)
-            return SINGULAR
+            return codes.SINGULAR
         newton.hold = LOST_PIVOT
         return EVALUATE_AGAIN
     if newton.held == ROWS_HELD and newton.hold == HELD_PIVOT:
@@ -372,14 +354,14 @@ def factor_matrix(tables, lu, h, kv, ka, options, flow, trial, work, record):
         register_factors(kv, ka, pivot, trial, work)
     newton.factorisations += 1
     newton.reused = 0
-    return RUNNING
+    return codes.RUNNING
 
 
 @compiled
 def held_rows_open(tables, lu, h, options, flow, trial, work):
     """Whether the correction would leave too large a gap in held rows."""
     left = held_residual(lu, work.lu, trial.pivot_scale, trial.rhs, trial.scratch)
-    if options.form == GEAR_GUPTA_LEIMKUHLER:
+    if options.form == codes.GEAR_GUPTA_LEIMKUHLER:
         trial.shift[:] = 0.0
         for i in range(tables.sizes.n_c):
             trial.shift[tables.sizes.n_q + i] = -work.g[i]
@@ -390,10 +372,12 @@ def held_rows_open(tables, lu, h, options, flow, trial, work):
 
 @compiled
 def stop_reuse(trial):
-    """Let the next iteration factor its own matrix."""
-    newton = trial.newton
+    """Let the next iteration factor its own matrix; without reuse in the next steps if old factors failed."""
+    newton, reuse = trial.newton, trial.reuse
     newton.reusing, newton.may_reuse = False, newton.factorisations == 0
-    suspend_reuse(newton.factorisations, trial.reuse)
+    if newton.factorisations == 0:  # factors of an earlier step failed: longer after each failure
+        reuse.last_suspension = min(2.0 * reuse.last_suspension + 1.0, LONGEST_SUSPENSION)
+        reuse.suspended_steps = reuse.last_suspension
 
 
 @compiled
@@ -422,7 +406,7 @@ def after_reused_factors(tables, h, ratio, size, with_energies, scheme, flow, tr
         update_reuse(newton.factorisations, newton.reused, evaluated, newton.measuring, reuse)
         record.count.held_code = 0
         record.count.evaluated = evaluation_code(tables, with_energies and evaluated, size, work)
-        return RUNNING
+        return codes.RUNNING
     diverging = not size < newton.last_size
     newton.reused += 1
     newton.last_size = size
@@ -448,18 +432,19 @@ def after_own_factors(tables, lu, h, ratio, size, scheme, options, flow, trial, 
     if converged or (stalled and is_round_off(n, m, lu, trial, work, record)):
         record.count.held_code = held_code(newton.held == ROWS_HELD, newton.hold == LOST_PIVOT, flow)
         record.count.evaluated = evaluation_code(tables, False, size, work)
-        return RUNNING
+        return codes.RUNNING
     newton.last_size = size
     if not math.isfinite(size) or (newton.reach == math.inf and number > 4 and size > 2.0 * last):
         if newton.order == STANDING or (options.adaptive and newton.order <= 0):
-            return NEWTON_FAILED if math.isfinite(size) else NOT_FINITE
+            return codes.NEWTON_FAILED if math.isfinite(size) else codes.NOT_FINITE
         newton.factorisations, newton.fraction = 0, 1.0
         restart_iteration(tables, h, ratio, min(newton.order - 1, 0), scheme, flow, trial)
     undamped = newton.fraction == 1.0 and newton.reach == math.inf and newton.last_size < math.inf
     nonlinear = (
         n + m <= SMALL_SYSTEM and newton.last_size > NONLINEAR_CORRECTION and has_contact_or_friction(work.slopes)
     )
-    newton.reusing = newton.may_reuse and undamped and may_reuse_fresh(reuse) and not nonlinear
+    fresh = reuse.age == 1.0 and reuse.smallest_pivot >= REGULAR_PIVOT
+    newton.reusing = newton.may_reuse and undamped and fresh and not nonlinear
     return CONTINUE
 
 
@@ -469,5 +454,5 @@ def evaluation_code(tables, evaluated, size, work):
     # A correction within the tolerance, a millionth of h^2 a, moves G by no more than that. With closed contacts,
     # forces of contacts and energies are then evaluated once more, and constraints are not.
     if evaluated:
-        return EVALUATED
-    return JOINTS_EVALUATED if size <= 1.0 and has_contact_alone(tables, work) else NOT_EVALUATED
+        return codes.EVALUATED
+    return codes.JOINTS_EVALUATED if size <= 1.0 and has_contact_alone(tables, work) else codes.NOT_EVALUATED

@@ -12,6 +12,7 @@ any correction is accepted, and theta is measured again every few steps.
 
 import math
 
+from flexmb.engine.compiled.arrays import part_of
 from flexmb.engine.compiled.records import copy_numbers
 from flexmb.engine.linalg.lu import HELD_PIVOT, LOST_PIVOT, ROWS_HELD, factor, null_vector, smallest_pivot
 from flexmb.kernels import compiled, copy
@@ -134,23 +135,26 @@ def record_held_rows(n, m, lu, least_norm, trial, work, record):
 def remove_component(n, m, row, trial):
     """Orthonormalise the multipliers in trial.shift into `row` of trial.free_multipliers; remove their component."""
     # Gram-Schmidt, done twice against round-off: a multiplier between steps may have been 1e12 times its component.
+    found, own = part_of(trial.shift, n, n + m), trial.free_multipliers[row]
     for k in range(2 * row):
-        along = 0.0
-        for i in range(m):
-            along += trial.free_multipliers[k % row, i] * trial.shift[n + i]
-        for i in range(m):
-            trial.shift[n + i] -= along * trial.free_multipliers[k % row, i]
+        remove_along(trial.free_multipliers[k % row], found)
     square = 0.0
     for i in range(m):
-        square += trial.shift[n + i] * trial.shift[n + i]
+        square += found[i] * found[i]
     for i in range(m):
-        trial.free_multipliers[row, i] = trial.shift[n + i] / square**0.5
+        own[i] = found[i] / square**0.5
     for _ in range(2):
-        component = 0.0
-        for i in range(m):
-            component += trial.free_multipliers[row, i] * trial.lam[i]
-        for i in range(m):
-            trial.lam[i] -= component * trial.free_multipliers[row, i]
+        remove_along(own, trial.lam)
+
+
+@compiled
+def remove_along(u, x):
+    """Remove the component of x along u, a vector of length 1."""
+    component = 0.0
+    for i in range(u.shape[0]):
+        component += u[i] * x[i]
+    for i in range(u.shape[0]):
+        x[i] -= component * u[i]
 
 
 LONGEST_SUSPENSION = 15.0  # number of steps for which reuse is suspended at most
@@ -200,12 +204,6 @@ def may_reuse(kv, ka, flow, reuse):
     same_kv = abs(kv - reuse.kv) <= COEFFICIENT_CHANGE * abs(kv)
     same_ka = abs(ka - reuse.ka) <= COEFFICIENT_CHANGE * abs(ka)
     return same_kv and same_ka and flow.clock.held_steps <= 0.0
-
-
-@compiled
-def may_reuse_fresh(reuse):
-    """Whether the factors of this step are reused in its further iterations."""
-    return reuse.age == 1.0 and reuse.smallest_pivot >= REGULAR_PIVOT
 
 
 @compiled
@@ -274,14 +272,6 @@ def has_contact_alone(tables, work):
     """Whether a contact is closed and no joint has friction, which would depend on the multipliers."""
     n = tables.contacts.kernel.shape[0]
     return n > 0 and tables.sizes.has_joint_friction == 0 and has_contact_or_friction(work.slopes)
-
-
-@compiled
-def suspend_reuse(factorisations, reuse):
-    """Suspend reuse for the next steps after factors of an earlier step failed; longer after each failure."""
-    if factorisations == 0:
-        reuse.last_suspension = min(2.0 * reuse.last_suspension + 1.0, LONGEST_SUSPENSION)
-        reuse.suspended_steps = reuse.last_suspension
 
 
 @compiled

@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from flexmb import checks
-from flexmb.engine.linalg.lu import LU
 from flexmb.engine.newmark.error_control import (
     accept_or_reject,
     error_ratio,
@@ -14,47 +13,27 @@ from flexmb.engine.newmark.error_control import (
     meets_contacts,
     update_step_sizes,
 )
-from flexmb.engine.newmark.implicit_step import implicit_step, start_auxiliary_acceleration
+from flexmb.engine.newmark.implicit_step import implicit_step
 from flexmb.engine.newmark.jacobian_reuse import adopt_factors, update_held_multipliers
 from flexmb.engine.newmark.predictor import update_predictor
-from flexmb.engine.state.flow import Flow
-from flexmb.engine.state.record import (
-    DONE,
-    FORMS,
-    NOT_EVALUATED,
-    RUNNING,
-    STEP_TOO_SMALL,
-    Coefficients,
-    Options,
-    RunRecord,
-)
-from flexmb.engine.state.trial import Trial
-from flexmb.engine.step.acceptance import accept, finished, next_step_size
-from flexmb.engine.step.contact_events import planned_step, update_impacts
+from flexmb.engine.state.record import DONE, FORMS, NOT_EVALUATED, RUNNING, STEP_TOO_SMALL, Coefficients
+from flexmb.engine.step.acceptance import accept, finished, step_to_try
+from flexmb.engine.step.contact_events import update_impacts
 from flexmb.engine.step.method import Method, Stepper
 from flexmb.engine.system.outputs import write_extrema
-from flexmb.engine.system.work import Work
 from flexmb.fields import field, one_of, positive, record
 from flexmb.kernels import compiled, copy
-from flexmb.program.program import Addresses, Program, Tables
+from flexmb.program.program import Program
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
-    from flexmb.run.run import Run
+
+# Next step over the present one at most and at least.
+LARGEST_GROWTH, LEAST_GROWTH = 2.0, 0.2
 
 
 @compiled
-def advance(
-    tables: Tables,
-    address: Addresses,
-    lu: LU,
-    options: Options,
-    flow: Flow,
-    trial: Trial,
-    work: Work,
-    record: RunRecord,
-    steps: int,
-):
+def advance(tables, address, lu, options, flow, trial, work, record, steps):
     """Take at most `steps` implicit steps; RUNNING, or the code of the ending.  Diagram: `step/__init__.py`."""
     code = take_steps(tables, address, lu, options, flow, trial, work, record, steps)
     write_extrema(tables, address, flow.clock.t, flow.q, flow.v, flow.a, work, record.signals)
@@ -67,8 +46,7 @@ def take_steps(tables, address, lu, options, flow, trial, work, record, steps):
     for _ in range(steps):
         if finished(options, flow):
             return DONE
-        h = planned_step(tables, address, options, flow, trial, work) if options.adaptive else flow.clock.step_size
-        h = next_step_size(h, options.t_end - flow.clock.t)
+        h = step_to_try(tables, address, options, flow, trial, work)
         first = flow.clock.last_step == 0.0
         ratio = 1.0 if first else h / flow.clock.last_step
         scheme = options.first if first else options.regular
@@ -77,14 +55,16 @@ def take_steps(tables, address, lu, options, flow, trial, work, record, steps):
         if options.adaptive:
             fits = meets_contacts(tables, address, code, h, options, flow, trial, work, record)
             error = error_ratio(tables, h, ratio, scheme, options, flow, trial) if fits else -1.0
-            growth = accept_or_reject(h, error, growth_factor(error), options, flow, trial, record)
+            growth = growth_factor(error, -1.0 / 3.0, LEAST_GROWTH, LARGEST_GROWTH)
+            growth = accept_or_reject(h, error, growth, options, flow, trial, record)
             code = STEP_TOO_SMALL if code == RUNNING and growth == 0.0 else code
         if code != RUNNING and h <= 1.001 * options.h_min:
             return code
         if code != RUNNING:
             continue
-        if first:
-            start_auxiliary_acceleration(tables.sizes.n_q, options, flow, trial)
+        for i in range(tables.sizes.n_q if first else 0):  # see `Newmark.starting`
+            delta = options.regular.alpha_m - options.regular.alpha_f
+            trial.x[i] = trial.a[i] + delta * (trial.a[i] - flow.a[i])
         if record.count.held_code != 0 or flow.clock.held_steps > 0.0:
             update_held_multipliers(tables, lu, flow.clock.t + h, flow, trial, work, record)
             record.count.evaluated = NOT_EVALUATED  # multipliers may have changed
@@ -130,6 +110,7 @@ class Newmark(Method):
     """
 
     estimates_error: ClassVar[bool] = True
+    loops: ClassVar[tuple[Any, ...]] = (advance,)
 
     alpha_m: float = field("weight of the acceleration x0 beside x1", default=0.0)
     alpha_f: float = field("weight of the true acceleration a0 beside a1", default=0.0)
@@ -205,11 +186,6 @@ class Newmark(Method):
         return cls(alpha_m, alpha_f, (1.0 - alpha_m + alpha_f) ** 2 / 4.0, 0.5 - alpha_m + alpha_f, constraints)
 
     @property
-    def loops(self) -> tuple[Any, ...]:
-        """The compiled loop."""
-        return (advance,)
-
-    @property
     def coefficients(self) -> Coefficients:
         """The numbers for the compiled loop."""
         return Coefficients(self.alpha_m, self.alpha_f, self.beta, self.gamma)
@@ -226,7 +202,3 @@ class NewmarkStepper(Stepper):
         super().__init__(program)
         self.form = FORMS[method.constraints]
         self.regular, self.first = method.coefficients, method.starting.coefficients
-
-    def advance(self, run: Run, options: Options, steps: int) -> int:
-        """Take at most `steps` steps; RUNNING, or the code of the ending."""
-        return int(advance(*run.arguments(options), steps))

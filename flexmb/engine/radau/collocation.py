@@ -74,8 +74,8 @@ class Works(Record):
     joints_size: float
 
 
-class OldState(Record):
-    """State at the start of the last accepted step, for instants within the step."""
+class StateVectors(Record):
+    """A state with its ledger: at the start of a step, or at an instant within it."""
 
     q: Vector
     v: Vector
@@ -83,6 +83,12 @@ class OldState(Record):
     z: Vector
     lam: Vector
     ledger: Vector
+
+
+def state_vectors(program: Program) -> StateVectors:
+    """A state of zeros."""
+    n, n_z = program.n_q + 3, program.tables.sizes.n_z
+    return StateVectors(q=n, v=n, a=n, z=n_z, lam=program.n_c, ledger=11)
 
 
 class Collocation(Record):
@@ -93,8 +99,8 @@ class Collocation(Record):
     past: Matrix
     past_lam: Matrix
     works: Works
-    old: OldState  # old, between: state and ledger at the start of the last step, and at an instant within it
-    between: OldState
+    old: StateVectors  # old, between: state and ledger at the start of the last step, and at an instant within it
+    between: StateVectors
     Q: Matrix  # Q, V, A, L: (3, ...) positions, velocities, accelerations, multipliers of the stages
     V: Matrix
     A: Matrix
@@ -120,14 +126,13 @@ def collocation(program: Program) -> Collocation:
     """Arrays for a compiled mechanism."""
     n, m, size = program.n_q + 3, program.n_c, program.symbolic.size
     total = program.n_q + m
-    sizes = {"q": n, "v": n, "a": n, "z": program.tables.sizes.n_z, "lam": m, "ledger": 11}
-    states = {name: OldState(**sizes) for name in ("old", "between")}
     return Collocation(
         step=StageStep(0.0, 0.0, 0.0, 0, 0.0, 0.0),
         past=(STAGES + 1, n),
         past_lam=(STAGES + 1, m),
         works=Works(*(0.0,) * 6),
-        **states,
+        old=state_vectors(program),
+        between=state_vectors(program),
         **dict.fromkeys(("Q", "V", "A"), (STAGES, n)),
         L=(STAGES, m),
         b=(STAGES, total),

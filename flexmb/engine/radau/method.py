@@ -9,153 +9,69 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from flexmb.engine.compiled.records import fitting
-from flexmb.engine.energy import STEPS_BEFORE_CHECK, STRAIN, check_balance, contact_losses
-from flexmb.engine.linalg.lu import LU
-from flexmb.engine.newmark.error_control import CONTACT_TRIALS, accept_or_reject, meets_contacts, update_step_sizes
-from flexmb.engine.newmark.jacobian_reuse import discard_factors, update_held_multipliers
+from flexmb.engine.energy import contact_losses
+from flexmb.engine.newmark.error_control import (
+    CONTACT_TRIALS,
+    accept_or_reject,
+    growth_factor,
+    meets_contacts,
+    update_step_sizes,
+)
+from flexmb.engine.newmark.jacobian_reuse import discard_factors, remove_along, update_held_multipliers
 from flexmb.engine.newmark.predictor import restart_predictor
 from flexmb.engine.radau.collocation import AT_START, LAST, STAGES, C, Collocation, collocation
-from flexmb.engine.radau.step import add_works, find_between, ledger_at, radau_error, radau_step, update_ledger
-from flexmb.engine.state.flow import Flow
-from flexmb.engine.state.record import (
-    BUFFER_FULL,
-    CONDITION_MET,
-    DONE,
-    NOT_EVALUATED,
-    RUNNING,
-    STEP_TOO_SMALL,
-    Options,
-    RunRecord,
+from flexmb.engine.radau.step import (
+    add_works,
+    find_between,
+    keep_state,
+    ledger_at,
+    radau_error,
+    radau_step,
+    update_ledger,
 )
-from flexmb.engine.state.trial import Trial
-from flexmb.engine.step.acceptance import adopt_trial, condition_met, finished, next_step_size, update_peaks, watch_step
-from flexmb.engine.step.contact_events import note_passed_contacts, planned_step, update_impacts
-from flexmb.engine.step.contact_log import buffer_may_overflow, update_episodes
+from flexmb.engine.state.record import DONE, NOT_EVALUATED, RUNNING, STEP_TOO_SMALL, Options
+from flexmb.engine.step.acceptance import (
+    adopt_trial,
+    buffer_code,
+    ending,
+    finished,
+    next_due,
+    report_step,
+    save_ends,
+    save_within,
+    step_to_try,
+    update_peaks,
+)
+from flexmb.engine.step.contact_events import note_passed_contacts, update_episodes, update_impacts
 from flexmb.engine.step.method import Method, Stepper
-from flexmb.engine.step.saved_instants import END_OF_STEP, count_row, is_due, next_due, save_step, store_signals
 from flexmb.engine.system.constraints import report_forces
 from flexmb.engine.system.contacts import find_gap
 from flexmb.engine.system.evaluate import evaluate_accepted
 from flexmb.engine.system.outputs import write_outputs
-from flexmb.engine.system.work import LOSS_FRICTION, LOSS_NORMAL, Work
+from flexmb.engine.system.work import LOSS_FRICTION, LOSS_NORMAL
 from flexmb.kernels import compiled, copy
-from flexmb.program.program import COMMON_Z, Addresses, Program, Tables
+from flexmb.program.program import COMMON_Z, Program
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
     from flexmb.run.run import Run
 
-# Next step over the present one at most and at least; safety factor of the next step.
-LARGEST_GROWTH, LEAST_GROWTH, SAFETY = 4.0, 0.2, 0.9
+# Next step over the present one at most and at least.
+LARGEST_GROWTH, LEAST_GROWTH = 4.0, 0.2
 # Number of largest steps in a period or a run, without contacts and with contacts.
 LEAST_STEPS, LEAST_STEPS_CONTACTS = 100.0, 100.0
 RESTART_ARRAYS = ("past", "past_lam", "real", "re", "im")  # arrays of `Collocation` for a restart
 
 
-@dataclass(frozen=True)
-class RadauIIA(Method):
-    """Radau's implicit method with three stages: order 5, for smooth motion to many digits, stiff or not.
-
-    At the stages t + c_i h the positions Q_i and velocities V_i = v0 + h sum a_ij A_j satisfy the equations of motion
-    and the joints in velocities,
-
-        M A_i + G^T lam_i = f(Q_i, V_i),   G V_i + g_t = 0,   Q_i = q0 + h sum a_ij V_j;
-
-    at the end of the step (c_3 = 1) positions and velocities are projected onto the joints, and accelerations and
-    multipliers follow from the equations of motion.  Steps are chosen by an embedded formula of order 3.
-
-    A step costs some five of `Newmark`.  It pays where the motion is smooth between impacts and more digits are wanted
-    than rtol = 1e-4 gives: mechanisms with ideal joints, drives, springs, rigid contacts with few impacts, soft beams.
-    Where beams ring with frequencies that no one asks for, or contacts never end, `Newmark` is faster.
-
-    Notes
-    -----
-    Instants of the grid of saved signals within a step come from the quintic through positions, velocities and
-    accelerations at its ends; forces there satisfy the equations of motion, or are interpolated where they are
-    stiff.  Peaks are those of the steps and of the saved instants.  Works are integrated with fourth order, so what the
-    method takes shows in `energy.residual`; `energy.dissipated_algorithm` is 0.  Histories of laws (bristles of LuGre's
-    friction) are of the order that their law has.
-
-    Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II (Springer, 1996), IV.8, VI.3, VII.4.
-
-    Examples
-    --------
-    >>> import flexmb as fm
-    >>> mech = fm.mechanisms.slider_crank()
-    >>> sol = fm.simulate(mech, t_end=0.01, method=fm.RadauIIA(), step=fm.Adaptive(rtol=1e-8))
-    >>> sol.ok
-    True
-    """
-
-    estimates_error: ClassVar[bool] = True
-
-    def fewest_steps(self, *, contacts: bool) -> float:
-        """Steps in a period or a run that error control takes at least, with `contacts` or without."""
-        return LEAST_STEPS_CONTACTS if contacts else LEAST_STEPS
-
-    @property
-    def loops(self) -> tuple[Any, ...]:
-        """The compiled loop."""
-        return (advance_radau,)
-
-    def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - methods of users may
-        """Stepper of the compiled mechanism."""
-        return RadauStepper(program)
-
-
-class RadauStepper(Stepper):
-    """Steps of Radau's method."""
-
-    def __init__(self, program: Program) -> None:
-        super().__init__(program)
-        self.stages = collocation(program)
-
-    def advance(self, run: Run, options: Options, steps: int) -> int:
-        """Take at most `steps` steps; RUNNING, or the code of the ending."""
-        return int(advance_radau(*run.arguments(options), self.stages, steps))
-
-    def save(self, run: Run, options: Options) -> None:
-        """Save the remaining instants within the last step."""
-        save_between(*run.arguments(options), self.stages)
-
-    def saved(self) -> dict[str, np.ndarray]:
-        """Stages and factors for the next step, by name."""
-        kept = {f"radau.{name}": getattr(self.stages, name).copy() for name in RESTART_ARRAYS}
-        return {**kept, "radau.step": self.stages.step.numbers()}
-
-    def restore(self, restart: Mapping[str, Any]) -> None:
-        """Restore the arrays of `saved`; without them (restart of another method) the next step is a starting step."""
-        step = self.stages.step
-        if "radau.step" not in restart:
-            step.last = 0.0
-            return
-        for name in RESTART_ARRAYS:
-            array = getattr(self.stages, name)
-            array[:] = fitting(restart, f"radau.{name}", array)
-        step.set_numbers(fitting(restart, "radau.step", step.numbers()))
-
-
 @compiled
-def advance_radau(
-    tables: Tables,
-    address: Addresses,
-    lu: LU,
-    options: Options,
-    flow: Flow,
-    trial: Trial,
-    work: Work,
-    record: RunRecord,
-    R: Collocation,
-    steps: int,
-):
+def advance_radau(tables, address, lu, options, flow, trial, work, record, R: Collocation, steps):
     """Take at most `steps` steps; RUNNING, or the code of the ending."""
     discard_factors(flow.reuse)
     restart_predictor(flow.predictor)
     for _ in range(steps):
         if finished(options, flow):
             return DONE
-        h = planned_step(tables, address, options, flow, trial, work) if options.adaptive else flow.clock.step_size
-        h = next_step_size(h, options.t_end - flow.clock.t)
+        h = step_to_try(tables, address, options, flow, trial, work)
         if flow.clock.last_step == 0.0:
             R.step.last = R.step.factored_size = 0.0
         code = radau_step(tables, address, lu, h, options, flow, trial, work, record, R)
@@ -168,7 +84,7 @@ def advance_radau(
                 flow.clock.retry_step, record.count.rejecting_contact = 0.5 * fraction * h, 0
             elif meets_contacts(tables, address, code, h, options, flow, trial, work, record):
                 error = radau_error(tables, address, lu, h, options, flow, trial, work, R)
-            growth = min(max(SAFETY * max(error, 1e-12) ** -0.25, LEAST_GROWTH), LARGEST_GROWTH)
+            growth = growth_factor(error, -0.25, LEAST_GROWTH, LARGEST_GROWTH)
             growth = accept_or_reject(h, error, growth, options, flow, trial, record)
             code = STEP_TOO_SMALL if code == RUNNING and growth == 0.0 else code
         if code != RUNNING:
@@ -223,43 +139,23 @@ def accept_stages(tables, address, lu, h, options, flow, trial, work, record, R)
     if not options.adaptive:
         note_passed_contacts(tables, address, h, options, flow, trial, work, record)
     adopt_trial(h, flow, trial, work, record)
-    t, peak, signals = flow.clock.t, record.peak, record.signals
-    write_outputs(tables, address, t, flow.q, flow.v, flow.a, work, flow.ledger, peak, True, signals)
-    update_peaks(flow.clock.t, record.signals, record)
-    watch_step(tables.sizes.energy + STRAIN, flow, record)
-    full = save_between(tables, address, lu, options, flow, trial, work, record, R) != RUNNING
-    if condition_met(record):
-        return CONDITION_MET
-    if full or buffer_may_overflow(flow, record):
-        return BUFFER_FULL
-    return check_balance(flow.ledger, flow.balance) if flow.balance.steps >= STEPS_BEFORE_CHECK else RUNNING
+    report_step(tables, address, True, flow, work, record)
+    return ending(save_between(tables, address, lu, options, flow, trial, work, record, R), flow, record)
 
 
 @compiled
 def remove_free_components(trial, R):
-    """Removal of shares that the equations leave free from the multipliers of the stages."""
-    # Extrapolation from step to step would let them grow.
-    m = R.L.shape[1]
+    """Removal of shares that the equations leave free, which extrapolation lets grow, from the stages' multipliers."""
     for row in range(trial.free_multipliers.shape[0]):
         for stage in range(STAGES):
-            component = 0.0
-            for i in range(m):
-                component += trial.free_multipliers[row, i] * R.L[stage, i]
-            for i in range(m):
-                R.L[stage, i] -= component * trial.free_multipliers[row, i]
+            remove_along(trial.free_multipliers[row], R.L[stage])
 
 
 @compiled
 def keep_start(h, flow, R):
     """Store the start of the step, and the stages for the prediction of the next step."""
-    old = R.old
     R.step.start, R.step.size = flow.clock.t, h
-    copy(flow.q, old.q)
-    copy(flow.v, old.v)
-    copy(flow.a, old.a)
-    copy(flow.z, old.z)
-    copy(flow.lam, old.lam)
-    copy(flow.ledger, old.ledger)
+    keep_state(flow, R.old)
     copy(flow.a, R.past[0])
     copy(flow.lam, R.past_lam[AT_START])
     for stage in range(STAGES):
@@ -271,20 +167,12 @@ def keep_start(h, flow, R):
 def save_between(tables, address, lu, options, flow, trial, work, record, R):
     """Save the end of the last step, or the instants of the save grid within it; BUFFER_FULL for a full buffer."""
     # The buffer must then be emptied, and `save_between` called again before the next step.
-    if options.save_interval == 0.0:
-        save_step(flow, record)
-        return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
-    while is_due(options, flow, record):
-        due, row = next_due(options, flow, record), record.count.rows
-        s = (due - R.step.start) / R.step.size
-        if s < END_OF_STEP:
-            signals_at(tables, address, lu, s, options, flow, trial, work, record, R, R.signals)
-            update_peaks(due, R.signals, record)
-            store_signals(R.signals, record, row)
-        else:
-            store_signals(record.signals, record, row)
-        count_row(due, flow, record)
-    return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
+    s = save_ends(options, flow, record)
+    while s < 1.0:
+        signals_at(tables, address, lu, s, options, flow, trial, work, record, R, R.signals)
+        update_peaks(next_due(options, flow, record), R.signals, record)
+        s = save_within(R.signals, options, flow, record)
+    return buffer_code(record)
 
 
 @compiled
@@ -300,3 +188,74 @@ def signals_at(tables, address, lu, s, options, flow, trial, work, record, R, ta
     report_forces(tables, trial.lam, work)
     ledger_at(s, h, old.ledger, R.rates, flow, work, now.ledger)
     write_outputs(tables, address, t, trial.q, trial.v, trial.a, work, now.ledger, record.peak, True, target)
+
+
+@dataclass(frozen=True)
+class RadauIIA(Method):
+    """Radau's implicit method with three stages: order 5, for smooth motion to many digits, stiff or not.
+
+    At the stages t + c_i h the positions Q_i and velocities V_i = v0 + h sum a_ij A_j satisfy the equations of motion
+    and the joints in velocities,
+
+        M A_i + G^T lam_i = f(Q_i, V_i),   G V_i + g_t = 0,   Q_i = q0 + h sum a_ij V_j;
+
+    at the end of the step (c_3 = 1) positions and velocities are projected onto the joints, and accelerations and
+    multipliers follow from the equations of motion.  Steps are chosen by an embedded formula of order 3.
+
+    A step costs some five of `Newmark`.  It pays where the motion is smooth between impacts and more digits are wanted
+    than rtol = 1e-4 gives: mechanisms with ideal joints, drives, springs, rigid contacts with few impacts, soft beams.
+    Where beams ring with frequencies that no one asks for, or contacts never end, `Newmark` is faster.
+
+    Notes
+    -----
+    Instants of the grid of saved signals within a step come from the quintic through positions, velocities and
+    accelerations at its ends; forces there satisfy the equations of motion, or are interpolated where they are
+    stiff.  Peaks are those of the steps and of the saved instants.  Works are integrated with fourth order, so what the
+    method takes shows in `energy.residual`; `energy.dissipated_algorithm` is 0.  Histories of laws (bristles of LuGre's
+    friction) are of the order that their law has.
+
+    Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II (Springer, 1996), IV.8, VI.3, VII.4.
+
+    Examples
+    --------
+    >>> import flexmb as fm
+    >>> mech = fm.mechanisms.slider_crank()
+    >>> sol = fm.simulate(mech, t_end=0.01, method=fm.RadauIIA(), step=fm.Adaptive(rtol=1e-8))
+    >>> sol.ok
+    True
+    """
+
+    estimates_error: ClassVar[bool] = True
+    loops: ClassVar[tuple[Any, ...]] = (advance_radau,)
+
+    def fewest_steps(self, *, contacts: bool) -> float:
+        """Steps in a period or a run that error control takes at least, with `contacts` or without."""
+        return LEAST_STEPS_CONTACTS if contacts else LEAST_STEPS
+
+    def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - methods of users may
+        """Stepper of the compiled mechanism."""
+        return RadauStepper(program, collocation(program))
+
+
+class RadauStepper(Stepper):
+    """Steps of Radau's method."""
+
+    def save(self, run: Run, options: Options) -> None:
+        """Save the remaining instants within the last step."""
+        save_between(*run.arguments(options), self.stages)
+
+    def saved(self) -> dict[str, np.ndarray]:
+        """Stages and factors for the next step, by name."""
+        kept = {f"radau.{name}": getattr(self.stages, name).copy() for name in RESTART_ARRAYS}
+        return {**kept, "radau.step": self.stages.step.numbers()}
+
+    def restore(self, restart: Mapping[str, Any]) -> None:
+        """Restore the arrays of `saved`; without them (restart of another method) the next step is a starting step."""
+        step = self.stages.step
+        if "radau.step" not in restart:
+            step.last = 0.0
+            return
+        for name in RESTART_ARRAYS:
+            array = getattr(self.stages, name)
+            array[:] = fitting(restart, f"radau.{name}", array)
+        step.set_numbers(fitting(restart, "radau.step", step.numbers()))

@@ -21,9 +21,8 @@ from flexmb.engine.energy import (
     update_balance,
     update_residual,
 )
-from flexmb.engine.linalg.complex_lu import factor_complex, solve_complex
-from flexmb.engine.linalg.lu import solve, solve_two
-from flexmb.engine.newmark.error_control import LEAST_STATE, find_speeds, in_free_flight, state_scale
+from flexmb.engine.linalg.lu import factor_complex, solve, solve_complex, solve_two
+from flexmb.engine.newmark.error_control import LEAST_STATE, find_speeds, in_free_flight, largest_error, state_scale
 from flexmb.engine.newmark.implicit_step import ANGLE_ALLOWANCE, ROUND_OFF, STATE_ROUND_OFF
 from flexmb.engine.newmark.jacobian_reuse import factor_without_redundant, initial_hold, take_least_norm
 from flexmb.engine.radau.collocation import (
@@ -370,15 +369,8 @@ def radau_error(tables, address, lu, h, options, flow, trial, work, R):
     find_speeds(tables.sizes.n_b, options, flow, trial)
     if in_free_flight(tables, flow):
         of_q *= trial.control.flight_weight
-    worst = 0.0
-    for k in range(0, tables.sizes.n_b, 3):
-        worst = max(worst, of_q * math.sqrt(R.x[k] ** 2 + R.x[k + 1] ** 2), options.length * of_q * abs(R.x[k + 2]))
-        if trial.rigid[k]:
-            of_v = 1.0 / (loose * trial.control.rtol * trial.speeds[trial.groups[k]])
-            worst = max(worst, of_v * math.sqrt(R.y[k] ** 2 + R.y[k + 1] ** 2), options.length * of_v * abs(R.y[k + 2]))
-    for i in range(tables.sizes.n_b, n):
-        scale = state_scale(tables, i, trial.v[i], trial.a[i], options, flow)
-        worst = max(worst, abs(R.y[i]) / (loose * trial.control.rtol * scale))
+    rtol = loose * trial.control.rtol
+    worst = largest_error(tables, of_q, rtol, R.x, R.y, trial.a, False, options, flow, trial)
     return worst if math.isfinite(worst) else math.inf
 
 
@@ -572,9 +564,26 @@ def ledger_at(s, h, old, rates, flow, work, ledger):
     rise, begin, end = s * s * (3.0 - 2.0 * s), h * s * (1.0 - s) ** 2, h * s * s * (s - 1.0)
     for i in range(ledger.shape[0]):
         ledger[i] = old[i] + rise * (flow.ledger[i] - old[i]) + begin * rates[AT_START, i] + end * rates[AT_END, i]
+    complete_ledger(flow, work, ledger)
+
+
+@compiled
+def complete_ledger(flow, work, ledger):
+    """Set the energies of the state that was evaluated last in a ledger, and the residual."""
     power = work.power
     ledger[KINETIC], ledger[STRAIN], ledger[GRAVITY] = power.kinetic, power.strain, power.gravity
     update_residual(ledger, flow.balance)
+
+
+@compiled
+def keep_state(flow, old):
+    """Copy the accepted state, at the start of a step."""
+    copy(flow.q, old.q)
+    copy(flow.v, old.v)
+    copy(flow.a, old.a)
+    copy(flow.z, old.z)
+    copy(flow.lam, old.lam)
+    copy(flow.ledger, old.ledger)
 
 
 @compiled

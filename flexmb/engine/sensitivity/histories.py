@@ -1,61 +1,33 @@
-"""Histories in the tangent of a step: their effect on forces, and their own differences at the end of the step.
+"""Histories in the tangent of a step, their own differences at its end, and friction that turns within it.
 
 Kernels give no derivatives by their histories.  These are central differences of the single law or element, with
 differences relative to each number: a gap of 1e-6 m is not lost in coordinates of 1 m.
+
+A law without history turns round within a small slip, which steps leap over or into.  The slopes at both ends then
+tell nothing of the change, by which a neighbour, whose slip s turns at another time, gains or loses speed.  With the
+secant slope S = (T1 - T0) / (s1 - s0) at both ends, the slips of a neighbour are ds1/ds0 = (ds/dt)_1 / (ds/dt)_0, as
+behind a jump of the force.  The accelerations at the end are those of the force there.  Equation (14.5) of
+docs/theory/design.md.
 """
 
+from flexmb import places
 from flexmb.engine.compiled.arrays import part_of
-from flexmb.engine.system.contacts import call_friction, call_normal, jacobians
+from flexmb.engine.system.constraints import call_joint_friction, call_joint_load
+from flexmb.engine.system.contacts import add_tangents, call_friction, call_gap, call_normal, jacobians
 from flexmb.engine.system.elements import call_element, call_force, gather_state
-from flexmb.engine.system.work import JOINT_SLIP, N_BY_GAP, N_BY_RATE, T_BY_N, T_BY_SLIP, gather
-from flexmb.kernels import compiled, copy, friction_at, joint_friction_at
+from flexmb.engine.system.work import (
+    JOINT_FRICTION_FORCE,
+    JOINT_SLIP,
+    JOINT_T_BY_SLIP,
+    N_BY_GAP,
+    N_BY_RATE,
+    T_BY_N,
+    T_BY_SLIP,
+    gather,
+)
+from flexmb.kernels import compiled, copy, friction_at
 from flexmb.parts.contact.onset import crossing, cubic
-from flexmb.places import (
-    ARM1_X,
-    ARM1_X_Q,
-    ARM1_Y,
-    ARM1_Y_Q,
-    ARM2_X,
-    ARM2_X_Q,
-    ARM2_Y,
-    ARM2_Y_Q,
-    GAP,
-    GAP_RATE,
-    LOAD,
-    LOAD_BY_LAM,
-    LOAD_BY_Q,
-    NORMAL,
-    NORMAL_FORCE,
-    NORMAL_X,
-    NORMAL_X_Q,
-    NORMAL_Y,
-    NORMAL_Y_Q,
-    SLIDING,
-    SLIP,
-    TANGENTIAL,
-)
-from flexmb.program.program import (
-    BEGIN,
-    COMMON_Z,
-    END,
-    FRICTION_LAW,
-    FRICTION_P,
-    FRICTION_P_END,
-    FRICTION_Z,
-    LAST_FORCE,
-    LAST_GAP,
-    LAST_GAP_RATE,
-    LOAD_KERNEL,
-    LOAD_P,
-    LOAD_P_END,
-    NORMAL_Z,
-    ONSET_TIME,
-    PHASE,
-    SLIDING_LAW,
-    SLIDING_P,
-    SLIDING_P_END,
-    Z_END,
-)
+from flexmb.program import program as at
 
 FIRST, SECOND = range(2)  # rows of `Tangents.local`
 # Columns of `Tangents.own`: differences of gap, gap rate, slip and normal force.
@@ -69,15 +41,6 @@ NODE_DIFFERENCE, LEAST_NODE_DIFFERENCE = 1e-3, 1e-9
 
 
 @compiled
-def has_difference(dz, i):
-    """Whether one of the differences dz (k, n_z) is not 0 in history i."""
-    for j in range(dz.shape[0]):  # noqa: SIM110 - compiled
-        if dz[j, i] != 0.0:
-            return True
-    return False
-
-
-@compiled
 def difference_step(x, other, least):
     """Difference for a number with the values x and `other`."""
     size = RELATIVE_DIFFERENCE * max(abs(x), abs(other))
@@ -85,10 +48,10 @@ def difference_step(x, other, least):
 
 
 @compiled
-def _add_history_difference(begin, end, eps, i, T, work):
-    """Add the effect of history i to T.z1, from work.z_between and work.z_new at the history plus and minus eps."""
+def _add_difference(begin, end, changes, eps, T, work):
+    """Add the effect of `changes` (k,) of a number to T.z1, by work.z_between and work.z_new at plus and minus eps."""
     for j in range(T.z.shape[0]):
-        part = T.z[j, i] / (2.0 * eps)
+        part = changes[j] / (2.0 * eps)
         for l in range(begin, end):
             T.z1[j, l] += (work.z_between[l] - work.z_new[l]) * part
 
@@ -114,10 +77,10 @@ def element_force(tables, address, e, n, t, h, z, work):
 def add_element_history(tables, address, e, n, t, h, s, z, T, work):
     """Add the effect of the histories of element e to T.F and T.z1; s : load factor."""
     E = tables.elements
-    begin, end, force = E.z[e, BEGIN], E.z[e, END], T.local[SECOND]
+    begin, end, force = E.z[e, at.BEGIN], E.z[e, at.END], T.local[SECOND]
     dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
     for i in range(begin, end):
-        if not has_difference(T.z, i):
+        if not T.z[:, i].any():
             continue
         eps = difference_step(z[i], work.z_new[i], LEAST_DIFFERENCE)
         T.zs[i] = z[i] + eps
@@ -127,7 +90,7 @@ def add_element_history(tables, address, e, n, t, h, s, z, T, work):
         T.zs[i] = z[i] - eps
         element_force(tables, address, e, n, t, h, T.zs, work)
         T.zs[i] = z[i]
-        _add_history_difference(begin, end, eps, i, T, work)
+        _add_difference(begin, end, T.z[:, i], eps, T, work)
         for j in range(T.z.shape[0]):
             part = s * T.z[j, i] / (2.0 * eps)
             for l in range(n):
@@ -138,31 +101,31 @@ def add_element_history(tables, address, e, n, t, h, s, z, T, work):
 def add_contact_history(tables, address, c, h, z, T, work):
     """Add the effect of the histories of contact c to T.F and T.z1; store the differences of its forces in T.N, T.T."""
     K, out = tables.contacts, work.contact[c]
-    begin, middle, end = K.z[c, NORMAL_Z], K.z[c, FRICTION_Z], K.z[c, Z_END]
+    begin, middle, end = K.z[c, at.NORMAL_Z], K.z[c, at.FRICTION_Z], K.z[c, at.Z_END]
     for i in range(begin, middle):
-        if not has_difference(T.z, i):
+        if not T.z[:, i].any():
             continue
         eps = difference_step(z[i], z[i], 0.0)
         T.zs[i] = z[i] + eps
-        more, _, _ = call_normal(tables, address, c, h, out[GAP], out[GAP_RATE], T.zs, work.z_new)
+        more, _, _ = call_normal(tables, address, c, h, out[places.GAP], out[places.GAP_RATE], T.zs, work.z_new)
         _store_upper_side(begin, middle, work)
         T.zs[i] = z[i] - eps
-        less, _, _ = call_normal(tables, address, c, h, out[GAP], out[GAP_RATE], T.zs, work.z_new)
+        less, _, _ = call_normal(tables, address, c, h, out[places.GAP], out[places.GAP_RATE], T.zs, work.z_new)
         T.zs[i] = z[i]
-        _add_history_difference(begin, middle, eps, i, T, work)
+        _add_difference(begin, middle, T.z[:, i], eps, T, work)
         for j in range(T.z.shape[0]):
             T.N[j, c] += (more - less) * T.z[j, i] / (2.0 * eps)
     for i in range(middle, end):
-        if not has_difference(T.z, i):
+        if not T.z[:, i].any():
             continue
-        eps = difference_step(z[i], h * out[SLIP], LEAST_DIFFERENCE)
+        eps = difference_step(z[i], h * out[places.SLIP], LEAST_DIFFERENCE)
         T.zs[i] = z[i] + eps
-        more, _, _ = call_friction(tables, address, c, h, out[SLIP], out[NORMAL_FORCE], T.zs, work.z_new)
+        more, _, _ = call_friction(tables, address, c, h, out[places.SLIP], out[places.NORMAL_FORCE], T.zs, work.z_new)
         _store_upper_side(middle, end, work)
         T.zs[i] = z[i] - eps
-        less, _, _ = call_friction(tables, address, c, h, out[SLIP], out[NORMAL_FORCE], T.zs, work.z_new)
+        less, _, _ = call_friction(tables, address, c, h, out[places.SLIP], out[places.NORMAL_FORCE], T.zs, work.z_new)
         T.zs[i] = z[i]
-        _add_history_difference(middle, end, eps, i, T, work)
+        _add_difference(middle, end, T.z[:, i], eps, T, work)
         for j in range(T.z.shape[0]):
             T.T[j, c] += (more - less) * T.z[j, i] / (2.0 * eps)
     S = work.contact_scratch
@@ -175,41 +138,26 @@ def add_contact_history(tables, address, c, h, z, T, work):
             friction += slopes[T_BY_SLIP] * by[3 * j + OF_SLIP, c]
         friction += slopes[T_BY_N] * N
         for i in range(6):
-            T.F[j, K.dofs[6 * c + i]] += S[NORMAL, i] * N + S[TANGENTIAL, i] * friction
-
-
-@compiled
-def joint_friction_force(tables, address, c, h, slip, N, z, z_new):
-    """Friction force in joint c [N], and its derivative by the slip."""
-    C = tables.constraints
-    T, T_slip, _ = friction_at(address.friction, C.joint_friction[c, SLIDING_LAW])(
-        part_of(tables.p, C.joint_friction_p[c, SLIDING_P], C.joint_friction_p[c, SLIDING_P_END]),
-        h,
-        slip,
-        N,
-        part_of(z, C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END]),
-        part_of(z_new, C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END]),
-    )
-    return T, T_slip
+            T.F[j, K.dofs[6 * c + i]] += S[places.NORMAL, i] * N + S[places.TANGENTIAL, i] * friction
 
 
 @compiled
 def add_joint_friction_history(tables, address, c, h, z, T, work):
     """Add the effect of the histories of friction in joint c to T.F and T.z1."""
     C = tables.constraints
-    begin, end = C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END]
-    slip, N = work.joint_friction[c, JOINT_SLIP], work.joint_friction_out[LOAD]
+    begin, end = C.joint_friction_z[c, at.BEGIN], C.joint_friction_z[c, at.END]
+    slip, N = work.joint_friction[c, JOINT_SLIP], work.joint_friction_out[places.LOAD]
     for i in range(begin, end):
-        if not has_difference(T.z, i):
+        if not T.z[:, i].any():
             continue
         eps = max(min(RELATIVE_DIFFERENCE * abs(z[i]), PART_OF_SLIP * abs(h * slip)), LEAST_DIFFERENCE)
         T.zs[i] = z[i] + eps
-        more, _ = joint_friction_force(tables, address, c, h, slip, N, T.zs, work.z_new)
+        more, _, _ = call_joint_friction(tables, address, c, h, slip, N, T.zs, work.z_new)
         _store_upper_side(begin, end, work)
         T.zs[i] = z[i] - eps
-        less, _ = joint_friction_force(tables, address, c, h, slip, N, T.zs, work.z_new)
+        less, _, _ = call_joint_friction(tables, address, c, h, slip, N, T.zs, work.z_new)
         T.zs[i] = z[i]
-        _add_history_difference(begin, end, eps, i, T, work)
+        _add_difference(begin, end, T.z[:, i], eps, T, work)
         for j in range(T.z.shape[0]):
             force = (more - less) * T.z[j, i] / (2.0 * eps)
             for l in range(6):
@@ -220,23 +168,23 @@ def add_joint_friction_history(tables, address, c, h, z, T, work):
 def advance_contact_history(tables, address, c, h, v, z, T, work):
     """Complete T.z1 for contact c by the differences T.q, T.v at the end of the step."""
     K, out = tables.contacts, work.contact[c]
-    first, begin, middle, end = K.z[c, COMMON_Z], K.z[c, NORMAL_Z], K.z[c, FRICTION_Z], K.z[c, Z_END]
+    first, begin, middle, end = K.z[c, at.COMMON_Z], K.z[c, at.NORMAL_Z], K.z[c, at.FRICTION_Z], K.z[c, at.Z_END]
     contact_differences(K, c, out, v, T, work)
     if middle > begin:
-        _advance_normal(tables, address, c, h, out[GAP], out[GAP_RATE], z, T, work)
+        _advance_normal(tables, address, c, h, out[places.GAP], out[places.GAP_RATE], z, T, work)
     if end > middle:
-        friction = friction_at(address.friction, K.kernel[c, FRICTION_LAW])
-        p = part_of(tables.p, K.p[c, FRICTION_P], K.p[c, FRICTION_P_END])
-        _advance_friction(friction, p, h, out[SLIP], out[NORMAL_FORCE], z, middle, end, T, work)
-    closing = z[first + PHASE] == 0.0 and out[GAP] <= 0.0 < z[first + LAST_GAP] and h > 0.0
+        friction = friction_at(address.friction, K.kernel[c, at.FRICTION_LAW])
+        p = part_of(tables.p, K.p[c, at.FRICTION_P], K.p[c, at.FRICTION_P_END])
+        _advance_friction(friction, p, h, out[places.SLIP], out[places.NORMAL_FORCE], z, middle, end, T, work)
+    closing = z[first + at.PHASE] == 0.0 and out[places.GAP] <= 0.0 < z[first + at.LAST_GAP] and h > 0.0
     for j in range(T.z.shape[0]):
         own = T.own[j]
-        later = T.z[j, first + ONSET_TIME]
+        later = T.z[j, first + at.ONSET_TIME]
         if closing:
-            later = _onset_delay(h, first, out[GAP], out[GAP_RATE], z, T.z[j], own)
-        T.z1[j, first + PHASE], T.z1[j, first + ONSET_TIME] = 0.0, later
-        T.z1[j, first + LAST_GAP], T.z1[j, first + LAST_GAP_RATE] = own[OF_GAP], own[OF_RATE]
-        T.z1[j, first + LAST_FORCE] = own[OF_NORMAL]
+            later = _onset_delay(h, first, out[places.GAP], out[places.GAP_RATE], z, T.z[j], own)
+        T.z1[j, first + at.PHASE], T.z1[j, first + at.ONSET_TIME] = 0.0, later
+        T.z1[j, first + at.LAST_GAP], T.z1[j, first + at.LAST_GAP_RATE] = own[OF_GAP], own[OF_RATE]
+        T.z1[j, first + at.LAST_FORCE] = own[OF_NORMAL]
 
 
 @compiled
@@ -256,9 +204,9 @@ def contact_differences(K, c, out, v, T, work):
             slip = explicit[3 * j + OF_SLIP, c]
         for i in range(6):
             dq, dv = T.q[j, dofs[i]], T.v[j, dofs[i]]
-            gap += S[NORMAL, i] * dq
-            rate += S[NORMAL, i] * dv + by[NORMAL, i] * dq
-            slip += S[TANGENTIAL, i] * dv + by[TANGENTIAL, i] * dq
+            gap += S[places.NORMAL, i] * dq
+            rate += S[places.NORMAL, i] * dv + by[places.NORMAL, i] * dq
+            slip += S[places.TANGENTIAL, i] * dv + by[places.TANGENTIAL, i] * dq
         T.own[j, OF_GAP], T.own[j, OF_RATE], T.own[j, OF_SLIP] = gap, rate, slip
         T.own[j, OF_NORMAL] = slopes[N_BY_GAP] * gap + slopes[N_BY_RATE] * rate + T.N[j, c]
 
@@ -266,40 +214,36 @@ def contact_differences(K, c, out, v, T, work):
 @compiled
 def _rate_derivatives(out, v, by):
     """Set rows NORMAL and TANGENTIAL of `by`: derivatives of J_n v and J_t v by the six coordinates."""
-    nx, ny = out[NORMAL_X], out[NORMAL_Y]
-    ax, ay, bx, by_ = out[ARM1_X], out[ARM1_Y], out[ARM2_X], out[ARM2_Y]
+    nx, ny = out[places.NORMAL_X], out[places.NORMAL_Y]
+    ax, ay, bx, by_ = out[places.ARM1_X], out[places.ARM1_Y], out[places.ARM2_X], out[places.ARM2_Y]
     for j in range(6):
-        x, y = out[NORMAL_X_Q + j], out[NORMAL_Y_Q + j]
-        axq, ayq, bxq, byq = out[ARM1_X_Q + j], out[ARM1_Y_Q + j], out[ARM2_X_Q + j], out[ARM2_Y_Q + j]
+        x, y = out[places.NORMAL_X_Q + j], out[places.NORMAL_Y_Q + j]
+        axq, ayq, bxq, byq = (
+            out[places.ARM1_X_Q + j],
+            out[places.ARM1_Y_Q + j],
+            out[places.ARM2_X_Q + j],
+            out[places.ARM2_Y_Q + j],
+        )
         arm1, arm2 = y * ax - x * ay + ny * axq - nx * ayq, y * bx - x * by_ + ny * bxq - nx * byq
-        by[NORMAL, j] = x * (v[0] - v[3]) + y * (v[1] - v[4]) + arm1 * v[2] - arm2 * v[5]
+        by[places.NORMAL, j] = x * (v[0] - v[3]) + y * (v[1] - v[4]) + arm1 * v[2] - arm2 * v[5]
         along1, along2 = x * ax + y * ay + nx * axq + ny * ayq, x * bx + y * by_ + nx * bxq + ny * byq
-        by[TANGENTIAL, j] = y * (v[0] - v[3]) - x * (v[1] - v[4]) - along1 * v[2] + along2 * v[5]
-
-
-@compiled
-def _add_difference(begin, end, which, eps, T, work):
-    """Add the effect of gap, gap rate, slip or force (`which`) to T.z1, from histories at plus and minus eps."""
-    for j in range(T.z.shape[0]):
-        part = T.own[j, which] / (2.0 * eps)
-        for l in range(begin, end):
-            T.z1[j, l] += (work.z_between[l] - work.z_new[l]) * part
+        by[places.TANGENTIAL, j] = y * (v[0] - v[3]) - x * (v[1] - v[4]) - along1 * v[2] + along2 * v[5]
 
 
 @compiled
 def _advance_normal(tables, address, c, h, gap, rate, z, T, work):
     """Add the effect of gap and gap rate to the history of a normal law."""
-    begin, end = tables.contacts.z[c, NORMAL_Z], tables.contacts.z[c, FRICTION_Z]
+    begin, end = tables.contacts.z[c, at.NORMAL_Z], tables.contacts.z[c, at.FRICTION_Z]
     of_gap = difference_step(gap, gap, 0.0)
-    of_rate = difference_step(rate, z[tables.contacts.z[c, COMMON_Z] + LAST_GAP_RATE], 0.0)
+    of_rate = difference_step(rate, z[tables.contacts.z[c, at.COMMON_Z] + at.LAST_GAP_RATE], 0.0)
     call_normal(tables, address, c, h, gap + of_gap, rate, z, work.z_new)
     _store_upper_side(begin, end, work)
     call_normal(tables, address, c, h, gap - of_gap, rate, z, work.z_new)
-    _add_difference(begin, end, OF_GAP, of_gap, T, work)
+    _add_difference(begin, end, T.own[:, OF_GAP], of_gap, T, work)
     call_normal(tables, address, c, h, gap, rate + of_rate, z, work.z_new)
     _store_upper_side(begin, end, work)
     call_normal(tables, address, c, h, gap, rate - of_rate, z, work.z_new)
-    _add_difference(begin, end, OF_RATE, of_rate, T, work)
+    _add_difference(begin, end, T.own[:, OF_RATE], of_rate, T, work)
 
 
 @compiled
@@ -310,25 +254,25 @@ def _advance_friction(friction, p, h, slip, N, z, begin, end, T, work):
     friction(p, h, slip + of_slip, N, old, new)
     _store_upper_side(begin, end, work)
     friction(p, h, slip - of_slip, N, old, new)
-    _add_difference(begin, end, OF_SLIP, of_slip, T, work)
+    _add_difference(begin, end, T.own[:, OF_SLIP], of_slip, T, work)
     if of_N > 0.0:
         friction(p, h, slip, N + of_N, old, new)
         _store_upper_side(begin, end, work)
         friction(p, h, slip, N - of_N, old, new)
-        _add_difference(begin, end, OF_NORMAL, of_N, T, work)
+        _add_difference(begin, end, T.own[:, OF_NORMAL], of_N, T, work)
 
 
 @compiled
 def _onset_delay(h, first, gap, rate, z, dz, own):
     """Difference of the onset time of a contact in this step [s], by the root of the cubic of `crossing`."""
-    gap0, rate0 = z[first + LAST_GAP], z[first + LAST_GAP_RATE]
+    gap0, rate0 = z[first + at.LAST_GAP], z[first + at.LAST_GAP_RATE]
     s = crossing(h, gap0, rate0, gap, rate)
     _, slope = cubic(s, h, gap0, rate0, gap, rate)
     if slope >= 0.0:
         return 0.0
     of_gap0, of_gap = (1.0 + 2.0 * s) * (1.0 - s) ** 2, s * s * (3.0 - 2.0 * s)
     of_rate0, of_rate = h * s * (1.0 - s) ** 2, h * s * s * (s - 1.0)
-    of_last = of_gap0 * dz[first + LAST_GAP] + of_rate0 * dz[first + LAST_GAP_RATE]
+    of_last = of_gap0 * dz[first + at.LAST_GAP] + of_rate0 * dz[first + at.LAST_GAP_RATE]
     value = of_last + of_gap * own[OF_GAP] + of_rate * own[OF_RATE]
     return -h * value / slope
 
@@ -337,17 +281,9 @@ def _onset_delay(h, first, gap, rate, z, dz, own):
 def find_joint_load(tables, address, c, q, lam, work):
     """Call the load kernel of friction in joint c."""
     C = tables.constraints
-    n, out, H = C.dof[c + 1] - C.dof[c], work.joint_friction_out, work.joint_friction_curve
-    out[:] = 0.0
-    H[:, :] = 0.0
+    n = C.dof[c + 1] - C.dof[c]
     gather(q, C.dofs, C.dof[c], n, work.ql)
-    joint_friction_at(address.joint_friction, C.joint_friction[c, LOAD_KERNEL])(
-        part_of(tables.p, C.joint_friction_p[c, LOAD_P], C.joint_friction_p[c, LOAD_P_END]),
-        part_of(work.ql, 0, n),
-        part_of(lam, C.row[c], C.row[c + 1]),
-        out,
-        H,
-    )
+    call_joint_load(tables, address, c, n, lam, work)
 
 
 @compiled
@@ -358,12 +294,12 @@ def joint_differences(tables, c, v, T, work):
     for j in range(T.q.shape[0]):
         of_slip, of_N = 0.0, 0.0
         for i in range(6):
-            of_slip += out[SLIDING + i] * T.v[j, dofs[i]]
-            of_N += out[LOAD_BY_Q + i] * T.q[j, dofs[i]]
+            of_slip += out[places.SLIDING + i] * T.v[j, dofs[i]]
+            of_N += out[places.LOAD_BY_Q + i] * T.q[j, dofs[i]]
             for l in range(6):
                 of_slip += v[dofs[l]] * H[l, i] * T.q[j, dofs[i]]
         for i in range(rows):
-            of_N += out[LOAD_BY_LAM + i] * T.u[j, n_q + C.row[c] + i]
+            of_N += out[places.LOAD_BY_LAM + i] * T.u[j, n_q + C.row[c] + i]
         T.own[j, OF_SLIP], T.own[j, OF_NORMAL] = of_slip, of_N
 
 
@@ -373,17 +309,18 @@ def advance_joint_friction_history(tables, address, c, h, q, v, lam, z, T, work)
     C = tables.constraints
     find_joint_load(tables, address, c, q, lam, work)
     joint_differences(tables, c, v, T, work)
-    friction = friction_at(address.friction, C.joint_friction[c, SLIDING_LAW])
-    p = part_of(tables.p, C.joint_friction_p[c, SLIDING_P], C.joint_friction_p[c, SLIDING_P_END])
-    slip, N = work.joint_friction[c, JOINT_SLIP], work.joint_friction_out[LOAD]
-    _advance_friction(friction, p, h, slip, N, z, C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END], T, work)
+    friction = friction_at(address.friction, C.joint_friction[c, at.SLIDING_LAW])
+    p = part_of(tables.p, C.joint_friction_p[c, at.SLIDING_P], C.joint_friction_p[c, at.SLIDING_P_END])
+    slip, N = work.joint_friction[c, JOINT_SLIP], work.joint_friction_out[places.LOAD]
+    begin, end = C.joint_friction_z[c, at.BEGIN], C.joint_friction_z[c, at.END]
+    _advance_friction(friction, p, h, slip, N, z, begin, end, T, work)
 
 
 @compiled
 def advance_element_history(tables, address, e, t, h, q, v, a, z, T, work):
     """Complete T.z1 for element e by differences of its state along T.q, T.v, T.a."""
     E = tables.elements
-    n, begin, end = E.dof[e + 1] - E.dof[e], E.z[e, BEGIN], E.z[e, END]
+    n, begin, end = E.dof[e + 1] - E.dof[e], E.z[e, at.BEGIN], E.z[e, at.END]
     gather_state(E, e, n, q, v, a, work)
     fast = 0.0
     for i in range(n):
@@ -424,3 +361,149 @@ def _move_element(E, e, n, eps, j, q, v, a, T, work):
         dof = E.dofs[E.dof[e] + i]
         work.ql[i], work.vl[i] = q[dof] + eps * T.q[j, dof], v[dof] + eps * T.v[j, dof]
         work.al[i] = a[dof] + eps * T.a[j, dof]
+
+
+# Columns of `Tangents.turn` [N s/m]: forces at the end of the step by the slip at its start, and by that at its end
+# beside the slope of the law; what of the latter is no part of the accelerations at the end; the slope that is, for the
+# next step.
+STARTING, ENDING, EXCESS, CARRIED = range(4)
+
+# Change of a friction force within a step that its slopes at both ends do not tell, relative to the force; largest
+# slope in accelerations, relative to the secant: beyond it, differences leave the slip within which the law turns.
+PART_OF_FRICTION, STEEPEST = 1e-3, 10.0
+
+
+@compiled
+def find_turns(tables, address, h, share, q, v, lam, T, work):
+    """Find the friction without history that turns in a step of size h; put its secant slopes into work.lu."""
+    # share : part of the step for which a force at its end acts. Contacts and constraints are evaluated at q, v, lam.
+    K, C = tables.contacts, tables.constraints
+    for c in range(K.kernel.shape[0]):
+        out, slopes = work.contact[c], work.slopes[c]
+        if K.z[c, at.Z_END] > K.z[c, at.FRICTION_Z] or out[places.FRICTION_FORCE] == 0.0:
+            T.turn[c, :] = 0.0
+            continue
+        slip = _slip_before(tables, address, c, T, work)
+        before, slope, _ = call_friction(tables, address, c, h, slip, out[places.NORMAL_FORCE], T.start.z, work.z_new)
+        force, after, turn = out[places.FRICTION_FORCE], out[places.SLIP], T.turn[c]
+        if not _turns(slip, before, slope, after, force, slopes[T_BY_SLIP], share, turn):
+            continue
+        slopes[T_BY_SLIP] += turn[ENDING]
+        gather(v, K.dofs, 6 * c, 6, work.vl)
+        jacobians(out, work.contact_scratch)
+        positions = part_of(K.positions, 36 * c, 36 * c + 36)
+        add_tangents(out, positions, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, turn[ENDING], 0.0, work)
+    for c in range(C.kernel.shape[0]):
+        k = K.kernel.shape[0] + c
+        force, after = work.joint_friction[c, JOINT_FRICTION_FORCE], work.joint_friction[c, JOINT_SLIP]
+        if C.joint_friction[c, at.LOAD_KERNEL] < 0 or C.joint_friction_z[c, at.END] > C.joint_friction_z[c, at.BEGIN]:
+            continue
+        slip = _joint_slip_before(tables, address, c, T, work)
+        find_joint_load(tables, address, c, q, lam, work)
+        out = work.joint_friction_out
+        before, slope, _ = call_joint_friction(tables, address, c, h, slip, out[places.LOAD], T.start.z, work.z_new)
+        if _turns(slip, before, slope, after, force, work.slopes[k, JOINT_T_BY_SLIP], share, T.turn[k]):
+            _add_joint_turn(C, c, v, T.turn[k, ENDING], work)
+
+
+@compiled
+def _slip_before(tables, address, c, T, work):
+    """Slip of contact c at the start of the step; its gap data are in work.gap."""
+    gather(T.start.q, tables.contacts.dofs, 6 * c, 6, work.ql)
+    gather(T.start.v, tables.contacts.dofs, 6 * c, 6, work.vl)
+    call_gap(tables, address, c, work.ql, work.vl, work.gap)
+    return work.gap[places.SLIP]
+
+
+@compiled
+def _joint_slip_before(tables, address, c, T, work):
+    """Slip of joint c at the start of the step, for which its load kernel is called."""
+    find_joint_load(tables, address, c, T.start.q, T.start.lam, work)
+    slip, begin = 0.0, tables.constraints.dof[c]
+    for i in range(6):
+        slip += work.joint_friction_out[places.SLIDING + i] * T.start.v[tables.constraints.dofs[begin + i]]
+    return slip
+
+
+@compiled
+def _turns(slip0, T0, slope0, slip1, T1, slope1, share, turn):
+    """Whether the slopes at start and end miss a part of the change from T0 to T1; sets `turn`."""
+    if turn[CARRIED] != 0.0:
+        slope0 = turn[CARRIED]
+    turn[:] = 0.0
+    change, far = T1 - T0, slip1 - slip0
+    missed = change - ((1.0 - share) * slope0 + share * slope1) * far
+    if abs(missed) <= PART_OF_FRICTION * max(abs(T0), abs(T1)) or far == 0.0:
+        return False
+    secant = change / far
+    steepest = STEEPEST * abs(secant)
+    turn[STARTING], turn[ENDING] = (1.0 - share) / share * (secant - slope0), secant - slope1
+    turn[CARRIED] = min(max(slope1, -steepest), steepest)
+    turn[EXCESS] = secant - turn[CARRIED]
+    return True
+
+
+@compiled
+def _add_joint_turn(C, c, v, slope, work):
+    """Add the effect of a further slope of friction in joint c, by its coordinates, to work.lu."""
+    n, begin, out = C.dof[c + 1] - C.dof[c], C.dof[c], work.joint_friction_out
+    for j in range(6):
+        slip_q = 0.0
+        for k in range(6):
+            slip_q += work.joint_friction_curve[k, j] * v[C.dofs[begin + k]]
+        for i in range(6):
+            work.lu[C.positions_h[C.pos_h[c] + n * i + j]] -= out[places.SLIDING + i] * slope * slip_q
+
+
+@compiled
+def add_turns(tables, address, T, work):
+    """Add the forces by the slips at the start to T.F and T.turned, and secant slopes of joints to work.slopes."""
+    # T.q, T.v are of the start.
+    n_k = tables.contacts.kernel.shape[0]
+    for k in range(T.turn.shape[0]):
+        if T.turn[k, STARTING] == 0.0 and T.turn[k, ENDING] == 0.0:
+            continue
+        if k < n_k:
+            _slip_before(tables, address, k, T, work)
+            contact_differences(tables.contacts, k, work.gap, T.start.v, T, work)
+        else:
+            find_joint_load(tables, address, k - n_k, T.start.q, T.start.lam, work)
+            joint_differences(tables, k - n_k, T.start.v, T, work)
+            work.slopes[k, JOINT_T_BY_SLIP] += T.turn[k, ENDING]
+        for j in range(T.q.shape[0]):
+            T.turned[j, k] = T.turn[k, STARTING] * T.own[j, OF_SLIP]
+    for j in range(T.q.shape[0]):
+        add_turned(tables, j, T.F[j], T, work)
+
+
+@compiled
+def complete_turned(tables, address, q, v, lam, T, work):
+    """Add the forces by the slips at the end to T.turned; T.q, T.v are of the end."""
+    n_k = tables.contacts.kernel.shape[0]
+    for k in range(T.turn.shape[0]):
+        if T.turn[k, EXCESS] == 0.0:
+            continue
+        if k < n_k:
+            contact_differences(tables.contacts, k, work.contact[k], v, T, work)
+        else:
+            find_joint_load(tables, address, k - n_k, q, lam, work)
+            joint_differences(tables, k - n_k, v, T, work)
+        for j in range(T.q.shape[0]):
+            T.turned[j, k] += T.turn[k, EXCESS] * T.own[j, OF_SLIP]
+
+
+@compiled
+def add_turned(tables, j, F, T, work):
+    """Add the forces in T.turned of neighbour j to F (n_q + 3,); contacts and joints are evaluated there."""
+    K, C = tables.contacts, tables.constraints
+    n_k = K.kernel.shape[0]
+    for k in range(T.turn.shape[0]):
+        if T.turn[k, STARTING] == 0.0 and T.turn[k, ENDING] == 0.0:
+            continue
+        if k < n_k:
+            jacobians(work.contact[k], work.contact_scratch)
+        for i in range(6):
+            if k < n_k:
+                F[K.dofs[6 * k + i]] += work.contact_scratch[places.TANGENTIAL, i] * T.turned[j, k]
+            else:
+                F[C.dofs[C.dof[k - n_k] + i]] += T.slip_direction[k - n_k, i] * T.turned[j, k]

@@ -11,28 +11,32 @@ import numpy as np
 from flexmb.engine.compiled.arrays import matrix_view, part_of
 from flexmb.engine.compiled.pieces import whole
 from flexmb.engine.compiled.records import Integers, IntegerTable, Matrix, Record, Vector
-from flexmb.engine.sensitivity.controllers import (
-    ControlSlopes,
-    add_control_forces,
-    add_control_matrix,
-    control_slopes,
-    find_control_slopes,
-    subtract_control_rates,
-    subtract_state_rates,
-)
+from flexmb.engine.radau.collocation import StateVectors, state_vectors
 from flexmb.engine.sensitivity.histories import (
     FIRST,
     add_contact_history,
     add_element_history,
     add_joint_friction_history,
+    add_turns,
     advance_contact_history,
     advance_element_history,
     advance_joint_friction_history,
     element_force,
     find_joint_load,
+    find_turns,
 )
-from flexmb.engine.sensitivity.parameters import ParameterRates, add_parameters, parameter_rates
-from flexmb.engine.sensitivity.reversals import add_turns, find_turns
+from flexmb.engine.sensitivity.parameters import (
+    ControlSlopes,
+    ParameterRates,
+    add_control_forces,
+    add_control_matrix,
+    add_parameters,
+    control_slopes,
+    find_control_slopes,
+    parameter_rates,
+    subtract_control_rates,
+    subtract_state_rates,
+)
 from flexmb.engine.sensitivity.signal_rows import SignalRows, signal_rows
 from flexmb.engine.system.constraints import add_constraints
 from flexmb.engine.system.contacts import add_contacts, add_tangents, jacobians
@@ -97,11 +101,7 @@ class Tangents(Record):
     zs: Vector  # (n_z,) varied histories
     tau: Vector  # (k,) time shift of each neighbour [s]
     shift: Vector  # (k,) increment of tau [s]
-    q0: Vector  # q0, v0, a0, lam0, z0: state before the step
-    v0: Vector
-    a0: Vector
-    lam0: Vector
-    z0: Vector
+    start: StateVectors  # state before the step
     ap: Vector  # ap, zp: state before the step before
     zp: Vector
     rt: Vector  # (n_q + 3,) rate of the forces in time at rest
@@ -124,8 +124,8 @@ def new_tangents(
     total = program.n_q + m
     rows, mean = dict.fromkeys(("q", "v", "a", "x", "U", "X", "Y", "R", "F"), (k, n)), max(tables.sizes.most_dofs, 6)
     rows |= dict.fromkeys(("z", "z1"), (k, n_z)) | dict.fromkeys(("N", "T"), (k, n_k))
-    vectors = dict.fromkeys(("b", "d", "e", "y", "seen"), total) | dict.fromkeys(("zs", "z0", "zp"), n_z)
-    vectors |= dict.fromkeys(("r", "f", "q0", "v0", "a0", "ap", "rt"), n) | dict.fromkeys(("tau", "shift"), k)
+    vectors = dict.fromkeys(("b", "d", "e", "y", "seen"), total) | dict.fromkeys(("zs", "zp"), n_z)
+    vectors |= dict.fromkeys(("r", "f", "ap", "rt"), n) | dict.fromkeys(("tau", "shift"), k)
     return Tangents(
         **rows,
         **vectors,
@@ -143,7 +143,7 @@ def new_tangents(
         local=(2, mean),
         own=(k, 4),
         g=(3, m),
-        lam0=m,
+        start=state_vectors(program),
         moving=(2, m),
         closing=np.zeros(n_k, dtype=np.int64),
         turn=(n_k + n_g, 4),

@@ -8,9 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from flexmb.engine.sensitivity.controllers import Moved, act_differences, sampled_inputs
 from flexmb.engine.sensitivity.linearise import Tangents, new_tangents
-from flexmb.engine.sensitivity.parameters import parameter_rates
+from flexmb.engine.sensitivity.parameters import Moved, act_differences, parameter_rates, sampled_inputs
 from flexmb.engine.sensitivity.signal_rows import find_slopes_now, signal_rows
 from flexmb.engine.sensitivity.tangent_step import CarryingRun, complete_differences, project_differences
 from flexmb.engine.state.record import NEVER, Options

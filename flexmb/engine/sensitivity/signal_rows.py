@@ -14,8 +14,9 @@ import numpy as np
 
 from flexmb.engine.compiled.records import Integers, Matrix, Record, Vector
 from flexmb.engine.energy import GRAVITY, KINETIC, STRAIN
+from flexmb.engine.radau.collocation import StateVectors, state_vectors
 from flexmb.engine.sensitivity.parameters import move_numbers
-from flexmb.engine.step.saved_instants import END_OF_STEP, PAST_OF_QUADRATIC, interpolate_state
+from flexmb.engine.step.acceptance import END_OF_STEP, PAST_OF_QUADRATIC, interpolate_state
 from flexmb.engine.system.constraints import report_forces
 from flexmb.engine.system.evaluate import evaluate_accepted
 from flexmb.engine.system.outputs import write_outputs
@@ -61,16 +62,8 @@ class SignalRows(Record):
     z0: Matrix
     a_past: Matrix  # a_past, lam_past: at the start of that before
     lam_past: Matrix
-    dq: Vector  # dq, dv, da, dlam, dz: a difference at an instant
-    dv: Vector
-    da: Vector
-    dlam: Vector
-    dz: Vector
-    q: Vector  # q, v, a, lam, z: a state
-    v: Vector
-    a: Vector
-    lam: Vector
-    z: Vector
+    change: StateVectors  # change, state: a difference at an instant, and a state
+    state: StateVectors
     y: Vector  # (n_y,) its signals
     now: Matrix  # (k, m) derivatives at the present state
     found: Vector  # (m,) of one difference
@@ -99,9 +92,8 @@ def signal_rows(
         **dict.fromkeys(("q0", "v0", "a0", "a_past"), (k, n)),
         **dict.fromkeys(("lam0", "lam_past"), (k, program.n_c)),
         z0=(k, n_z),
-        **dict.fromkeys(("dq", "dv", "da", "q", "v", "a"), n),
-        **dict.fromkeys(("dlam", "lam"), program.n_c),
-        **dict.fromkeys(("dz", "z"), n_z),
+        change=state_vectors(program),
+        state=state_vectors(program),
         y=program.tables.sizes.n_y,
         now=(k, m),
         found=m,
@@ -180,19 +172,19 @@ def _take_state(n, s, h, flow, trial, record):
 
 @compiled
 def _difference_at_end(n, j, T):
-    """Difference j at the end of the step, in R.dq to R.dz, as the neighbour arrives there."""
+    """Difference j at the end of the step, in R.change, as the neighbour arrives there."""
     R = T.rows
     for i in range(n):
-        R.dq[i], R.dv[i], R.da[i] = T.q[j, i], T.v[j, i], T.a[j, i]
-    for i in range(R.dlam.shape[0]):
-        R.dlam[i] = T.u[j, n + i]
-    copy(R.z0[j], R.dz)
+        R.change.q[i], R.change.v[i], R.change.a[i] = T.q[j, i], T.v[j, i], T.a[j, i]
+    for i in range(R.change.lam.shape[0]):
+        R.change.lam[i] = T.u[j, n + i]
+    copy(R.z0[j], R.change.z)
 
 
 @compiled
 def _difference_at(n, s, h, flow, record, j, T):
     """Difference j at fraction s of the last step, at the same instant: that of `interpolate_state`, less tau rates."""
-    R, tau, old, new, past = T.rows, T.tau[j], record.last_signals, record.signals, flow.past
+    R, D, tau, old, new, past = T.rows, T.rows.change, T.tau[j], record.last_signals, record.signals, flow.past
     f0, f1 = (1.0 + 2.0 * s) * (1.0 - s) ** 2, s * s * (3.0 - 2.0 * s)
     d0, d1 = h * s * (1.0 - s) ** 2, h * s * s * (s - 1.0)
     before, bow, bent = 1.0, 0.0, 0.0
@@ -204,27 +196,27 @@ def _difference_at(n, s, h, flow, record, j, T):
     for i in range(n):
         q0, q1, v0, v1 = R.q0[j, i], T.q[j, i], R.v0[j, i], T.v[j, i]
         a0, a1, ap = R.a0[j, i], T.a[j, i], R.a_past[j, i]
-        R.dq[i] = f0 * q0 + f1 * q1 + d0 * v0 + d1 * v1
-        R.dv[i] = f0 * v0 + f1 * v1 + d0 * a0 + d1 * a1
-        R.da[i] = (1.0 - s) * a0 + s * a1 + bow * ((a1 - a0) / h - (a0 - ap) / before)
+        D.q[i] = f0 * q0 + f1 * q1 + d0 * v0 + d1 * v1
+        D.v[i] = f0 * v0 + f1 * v1 + d0 * a0 + d1 * a1
+        D.a[i] = (1.0 - s) * a0 + s * a1 + bow * ((a1 - a0) / h - (a0 - ap) / before)
         if tau != 0.0:
             q0, q1, v0, v1 = old[i], new[i], old[n + i], new[n + i]
             a0, a1, ap = old[2 * n + i], new[2 * n + i], past[1, i]
-            R.dq[i] -= tau * (p0 * q0 + p1 * q1 + e0 * v0 + e1 * v1)
-            R.dv[i] -= tau * (p0 * v0 + p1 * v1 + e0 * a0 + e1 * a1)
-            R.da[i] -= tau * ((a1 - a0) / h + bent * ((a1 - a0) / h - (a0 - ap) / before))
-    for i in range(R.dlam.shape[0]):
+            D.q[i] -= tau * (p0 * q0 + p1 * q1 + e0 * v0 + e1 * v1)
+            D.v[i] -= tau * (p0 * v0 + p1 * v1 + e0 * a0 + e1 * a1)
+            D.a[i] -= tau * ((a1 - a0) / h + bent * ((a1 - a0) / h - (a0 - ap) / before))
+    for i in range(D.lam.shape[0]):
         l0, l1, lp = R.lam0[j, i], T.u[j, n + i], R.lam_past[j, i]
-        R.dlam[i] = (1.0 - s) * l0 + s * l1 + bow * ((l1 - l0) / h - (l0 - lp) / before)
+        D.lam[i] = (1.0 - s) * l0 + s * l1 + bow * ((l1 - l0) / h - (l0 - lp) / before)
         if tau != 0.0:
             l0, l1, lp = record.last_lam[i], flow.lam[i], past[1, n + i]
-            R.dlam[i] -= tau * ((l1 - l0) / h + bent * ((l1 - l0) / h - (l0 - lp) / before))
-    copy(R.z0[j], R.dz)
+            D.lam[i] -= tau * ((l1 - l0) / h + bent * ((l1 - l0) / h - (l0 - lp) / before))
+    copy(R.z0[j], D.z)
 
 
 @compiled
 def _slopes(tables, address, t, elapsed, later, shorter, options, flow, trial, record, j, T):
-    """Derivatives of the signals along R.dq to R.dz at the state in `trial`, in R.found."""
+    """Derivatives of the signals along R.change at the state in `trial`, in R.found."""
     # later, shorter : rates of the time t [s] and, reversed, of the time since the histories z
     R, n, m, eps = T.rows, tables.sizes.n_q, T.rows.places.shape[0], 1.0
     if R.evaluated:
@@ -239,11 +231,11 @@ def _slopes(tables, address, t, elapsed, later, shorter, options, flow, trial, r
     for i in range(m):
         place = R.places[i]
         if place < n:
-            R.found[i] = R.dq[place]
+            R.found[i] = R.change.q[place]
         elif place < 2 * n:
-            R.found[i] = R.dv[place - n]
+            R.found[i] = R.change.v[place - n]
         elif place < 3 * n:
-            R.found[i] = R.da[place - 2 * n]
+            R.found[i] = R.change.a[place - 2 * n]
         else:
             R.found[i] = (R.pair[0, i] - R.pair[1, i]) / (2.0 * eps)
 
@@ -256,8 +248,8 @@ def _difference_size(tables, options, flow, j, T):
         speed = max(speed, flow.largest_speeds[i] / options.length)
     for i in range(n):
         size = 1.0 if tables.kind[i] == 1 else options.length
-        far = max(far, abs(R.dq[i]) / size)
-        fast = max(fast, abs(R.dv[i]) / size)
+        far = max(far, abs(R.change.q[i]) / size)
+        fast = max(fast, abs(R.change.v[i]) / size)
         speed = max(speed, abs(flow.v[i]) / size)
     eps = SMALL_WAY / max(far, 1e-300)
     if speed > 0.0:
@@ -276,19 +268,19 @@ def _difference_size(tables, options, flow, j, T):
 
 @compiled
 def _evaluate(tables, address, t, elapsed, e, flow, trial, record, j, T):
-    """All signals at the state in `trial` plus e times the difference R.dq to R.dz, in R.y."""
-    R, by, n, energy = T.rows, T.by, tables.sizes.n_q, tables.sizes.energy
+    """All signals at the state in `trial` plus e times the difference R.change, in R.y."""
+    R, S, D, by, n, energy = T.rows, T.rows.state, T.rows.change, T.by, tables.sizes.n_q, tables.sizes.energy
     if j < by.step.shape[0]:
         move_numbers(tables, by, j, e)
     for i in range(n):
-        R.q[i], R.v[i] = trial.q[i] + e * R.dq[i], trial.v[i] + e * R.dv[i]
-        R.a[i] = trial.a[i] + e * R.da[i]
-    for i in range(R.lam.shape[0]):
-        R.lam[i] = trial.lam[i] + e * R.dlam[i]
-    for i in range(R.z.shape[0]):
-        R.z[i] = record.last_z[i] + e * R.dz[i]
-    evaluate_accepted(by.varied, address, t, elapsed, R.q, R.v, R.a, R.lam, R.z, R.v, R.a, R.probe)
-    report_forces(by.varied, R.lam, R.probe)
-    write_outputs(by.varied, address, t, R.q, R.v, R.a, R.probe, flow.ledger, record.peak, True, R.y)
+        S.q[i], S.v[i] = trial.q[i] + e * D.q[i], trial.v[i] + e * D.v[i]
+        S.a[i] = trial.a[i] + e * D.a[i]
+    for i in range(S.lam.shape[0]):
+        S.lam[i] = trial.lam[i] + e * D.lam[i]
+    for i in range(S.z.shape[0]):
+        S.z[i] = record.last_z[i] + e * D.z[i]
+    evaluate_accepted(by.varied, address, t, elapsed, S.q, S.v, S.a, S.lam, S.z, S.v, S.a, R.probe)
+    report_forces(by.varied, S.lam, R.probe)
+    write_outputs(by.varied, address, t, S.q, S.v, S.a, R.probe, flow.ledger, record.peak, True, R.y)
     power = R.probe.power
     R.y[energy + KINETIC], R.y[energy + STRAIN], R.y[energy + GRAVITY] = power.kinetic, power.strain, power.gravity

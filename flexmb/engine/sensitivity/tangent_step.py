@@ -28,11 +28,15 @@ import numba
 import numpy as np
 from numba import types
 from numba.core import config
-from numba.extending import intrinsic
 from numba.np import arrayobj
 
-from flexmb.engine.linalg.lu import HELD_PIVOT, LOST_PIVOT, factor, solve
+from flexmb.engine.compiled.arrays import compiled_as
+from flexmb.engine.linalg.lu import LOST_PIVOT, factor, solve
+from flexmb.engine.newmark.implicit_step import newmark_coefficients
+from flexmb.engine.newmark.jacobian_reuse import initial_hold
 from flexmb.engine.newmark.method import Newmark, NewmarkStepper, advance
+from flexmb.engine.radau.step import keep_state
+from flexmb.engine.sensitivity.histories import EXCESS, add_turned, complete_turned
 from flexmb.engine.sensitivity.linearise import (
     ACCELERATION,
     POSE_DIFFERENCE,
@@ -47,7 +51,6 @@ from flexmb.engine.sensitivity.linearise import (
     rows_times,
 )
 from flexmb.engine.sensitivity.parameters import clear_constraint, move_numbers
-from flexmb.engine.sensitivity.reversals import complete_turned, gather_turned, has_turn
 from flexmb.engine.sensitivity.signal_rows import keep_differences, write_rows
 from flexmb.engine.state.record import BUFFER_FULL, GEAR_GUPTA_LEIMKUHLER, POSITION, RUNNING, VELOCITY, Options
 from flexmb.engine.step.contact_events import slow_approach_speed
@@ -74,11 +77,7 @@ TANGENT_LOST = 40  # code of a step with a singular tangent
 @compiled
 def store_start(flow, T):
     """Store the state before a step."""
-    copy(flow.q, T.q0)
-    copy(flow.v, T.v0)
-    copy(flow.a, T.a0)
-    copy(flow.lam, T.lam0)
-    copy(flow.z, T.z0)
+    keep_state(flow, T.start)
     T.step.start, T.step.before = flow.clock.t, flow.clock.last_step
 
 
@@ -88,8 +87,7 @@ def carry_differences(tables, address, lu, h, options, flow, trial, record, T, w
     # `store_start` has stored the state before the step.
     first = T.step.before == 0.0
     o = options.first if first else options.regular
-    kv, kx = o.gamma / (o.beta * h), 1.0 / (o.beta * h * h)
-    ka = (1.0 - o.alpha_m) / (1.0 - o.alpha_f) * kx
+    kv, kx, ka = newmark_coefficients(h, o)
     t, n, m = flow.clock.t, tables.sizes.n_q, tables.sizes.n_c
     if options.adaptive and meets_onset(tables, h, flow, trial, T):
         shift_times(tables, address, T, work)
@@ -97,38 +95,29 @@ def carry_differences(tables, address, lu, h, options, flow, trial, record, T, w
         keep_differences(n, T)
     for j in range(T.q.shape[0]):
         start_differences(n, h, 1.0 if first else h / T.step.before, o, j, T)
-    linearise(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.z0, kv, ka, T, work)
+    linearise(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.start.z, kv, ka, T, work)
     if m > 0 and options.form != POSITION:
         find_jacobian_rate(tables, address, t, h, options.length, flow.q, flow.v, flow.lam, T, work)
-    if factor(lu, work.lu, T.seen, LOST_PIVOT, n, HELD_PIVOT if flow.clock.held_steps >= 0.0 else LOST_PIVOT) >= 0:
+    if factor(lu, work.lu, T.seen, LOST_PIVOT, n, initial_hold(flow)) >= 0:
         return TANGENT_LOST
-    if has_time_shift(T):
-        find_rates(tables, address, t, h, flow.q, flow.v, flow.a, T.z0, T, work)
+    if T.tau.any():
+        find_rates(tables, address, t, h, flow.q, flow.v, flow.a, T.start.z, T, work)
     delta = options.regular.alpha_m - options.regular.alpha_f
     for j in range(T.q.shape[0]):
         if not solve_differences(tables, lu, kv, options, j, T, work):
             return TANGENT_LOST
         finish_differences(n, kv, kx, ka, delta, first, flow.clock.last_step == 0.0, j, T)
-    if has_turn(T):
+    if T.turn[:, :EXCESS].any():
         lag = 1.0 if flow.clock.last_step == 0.0 else 1.0 + delta if first else kx / ka
         if not settle_accelerations(tables, address, lu, h, WEIGHT_OF_MASS * ka, lag, flow, T, work):
             return TANGENT_LOST
-    advance_histories(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.z0, T, work)
+    advance_histories(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.start.z, T, work)
     if T.rows.places.shape[0] > 0:
         write_rows(tables, address, h, options, flow, trial, record, T)
     T.step.last = 0.0 if flow.clock.last_step == 0.0 else h
-    copy(T.a0, T.ap)
-    copy(T.z0, T.zp)
+    copy(T.start.a, T.ap)
+    copy(T.start.z, T.zp)
     return RUNNING
-
-
-@compiled
-def has_time_shift(T):
-    """Whether a neighbour has a time shift."""
-    for j in range(T.tau.shape[0]):  # noqa: SIM110 - compiled
-        if T.tau[j] != 0.0:
-            return True
-    return False
 
 
 @compiled
@@ -139,11 +128,11 @@ def meets_onset(tables, h, flow, trial, T):
     found = False
     for c in range(tables.contacts.kernel.shape[0]):
         k = tables.contacts.z[c, COMMON_Z]
-        gap, rate, s = T.z0[k + LAST_GAP], T.z0[k + LAST_GAP_RATE], 0.0
+        gap, rate, s = T.start.z[k + LAST_GAP], T.start.z[k + LAST_GAP_RATE], 0.0
         late = T.closing[c] != 0
         T.closing[c] = 0
         if not late:
-            if T.z0[k + PHASE] != 0.0 or flow.z[k + PHASE] == 0.0 or -rate <= slow_approach_speed(c, flow, trial):
+            if T.start.z[k + PHASE] != 0.0 or flow.z[k + PHASE] == 0.0 or -rate <= slow_approach_speed(c, flow, trial):
                 continue
             s = crossing(h, gap, rate, flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE])
             _, slope = cubic(s, h, gap, rate, flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE])
@@ -166,17 +155,21 @@ def shift_times(tables, address, T, work):
         later = T.shift[j]
         T.tau[j] += later
         for i in range(tables.sizes.n_q):
-            T.q[j, i] += later * T.v0[i]
-            T.v[j, i] += later * T.a0[i]
+            T.q[j, i] += later * T.start.v[i]
+            T.v[j, i] += later * T.start.a[i]
         if T.step.last > 0.0:
             part = later / T.step.last
             for i in range(tables.sizes.n_q):
-                T.a[j, i] += part * (T.a0[i] - T.ap[i])
-                T.x[j, i] += part * (T.a0[i] - T.ap[i])
+                T.a[j, i] += part * (T.start.a[i] - T.ap[i])
+                T.x[j, i] += part * (T.start.a[i] - T.ap[i])
             for i in range(tables.sizes.n_z):
-                T.z[j, i] += part * (T.z0[i] - T.zp[i])
-    linearise(tables, address, T.step.start, 0.0, T.q0, T.v0, T.a0, T.lam0, T.z0, 0.0, 1.0, T, work)
-    advance_histories(tables, address, T.step.start, 0.0, T.q0, T.v0, T.a0, T.lam0, T.z0, T, work)
+                T.z[j, i] += part * (T.start.z[i] - T.zp[i])
+    linearise(
+        tables, address, T.step.start, 0.0, T.start.q, T.start.v, T.start.a, T.start.lam, T.start.z, 0.0, 1.0, T, work
+    )
+    advance_histories(
+        tables, address, T.step.start, 0.0, T.start.q, T.start.v, T.start.a, T.start.lam, T.start.z, T, work
+    )
 
 
 @compiled
@@ -291,11 +284,12 @@ def settle_accelerations(tables, address, lu, h, ka, lag, flow, T, work):
     # acceleration
     n, m, t = tables.sizes.n_q, tables.sizes.n_c, flow.clock.t
     complete_turned(tables, address, flow.q, flow.v, flow.lam, T, work)
-    linearise(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.z0, 0.0, ka, T, work)
-    if factor(lu, work.lu, T.seen, LOST_PIVOT, n, HELD_PIVOT if flow.clock.held_steps >= 0.0 else LOST_PIVOT) >= 0:
+    linearise(tables, address, t, h, flow.q, flow.v, flow.a, flow.lam, T.start.z, 0.0, ka, T, work)
+    if factor(lu, work.lu, T.seen, LOST_PIVOT, n, initial_hold(flow)) >= 0:
         return False
     for j in range(T.q.shape[0]):
-        gather_turned(tables, j, T, work)
+        T.f[:] = 0.0
+        add_turned(tables, j, T.f, T, work)
         T.b[:] = 0.0
         for i in range(n):
             T.b[i] = -T.f[i]
@@ -308,29 +302,20 @@ def settle_accelerations(tables, address, lu, h, ka, lag, flow, T, work):
     return True
 
 
-def _step_at() -> Any:
-    """Make the compiled function (table, ...) that calls `advance` through its address, table[0]."""
-    # A second inlined copy of `advance` would double the time of compilation.
-    if config.DISABLE_JIT:
-        return lambda table, *arguments: advance(*arguments)
+@compiled_as(lambda table, *arguments: advance(*arguments))
+def step_at(typingctx, table, tables, address, lu, options, flow, trial, work, record, steps):
+    """Call `advance` through its address, table[0]: a second inlined copy would double the time of compilation."""
 
-    @intrinsic
-    def step_at(typingctx, table, tables, address, lu, options, flow, trial, work, record, steps):
-        def codegen(context, builder, signature, args):
-            array = arrayobj.make_array(signature.args[0])(context, builder, args[0])
-            kinds = signature.args[1:]
-            kind = context.call_conv.get_function_type(types.int64, kinds)
-            function = builder.inttoptr(builder.load(array.data), kind.as_pointer())
-            _, code = context.call_conv.call_function(builder, function, types.int64, kinds, args[1:])
-            return code
+    def codegen(context, builder, signature, args):
+        array = arrayobj.make_array(signature.args[0])(context, builder, args[0])
+        kinds = signature.args[1:]
+        kind = context.call_conv.get_function_type(types.int64, kinds)
+        function = builder.inttoptr(builder.load(array.data), kind.as_pointer())
+        _, code = context.call_conv.call_function(builder, function, types.int64, kinds, args[1:])
+        return code
 
-        given = (tables, address, lu, options, flow, trial, work, record, types.intp)
-        return types.int64(table, *given), codegen
-
-    return step_at
-
-
-step_at = _step_at()
+    given = (tables, address, lu, options, flow, trial, work, record, types.intp)
+    return types.int64(table, *given), codegen
 
 
 def address_of_advance(*arguments: Any) -> Any:

@@ -7,8 +7,8 @@ import numpy as np
 from flexmb.engine.compiled.records import LARGEST, Flags, Integers, IntegerTable, Matrix, Record, Vector
 from flexmb.engine.state.flow import EPISODE_ROW_SIZE
 from flexmb.engine.system.work import new_from_template
+from flexmb.program.numbering import CONTACT_PENETRATION
 from flexmb.program.program import Program
-from flexmb.program.signals import CONTACT_PENETRATION
 
 GEAR_GUPTA_LEIMKUHLER, POSITION, VELOCITY = range(3)
 # Form of the constraints by its public name.
@@ -175,7 +175,7 @@ class RunRecord(Record):
     poses: Poses  # poses that are kept for the watch
     held_rows: Flags  # (n_c,) constraint equations whose multipliers were not unique
     passed: Vector  # (contacts,) first instants at which a fixed step passed a contact unseen [s]; 0: none
-    episodes: Matrix  # (rows, EPISODE_ROW_SIZE) contact intervals that ended (`engine/step/contact_log.py`)
+    episodes: Matrix  # (rows, EPISODE_ROW_SIZE) contact intervals that ended (`engine/step/contact_events.py`)
 
 
 def new_record(program: Program, rows: int, saved_places: np.ndarray | None = None) -> RunRecord:

@@ -24,10 +24,10 @@ A step of the Newmark family (`take_steps` of `engine/newmark/method.py`), with 
     update_predictor         newmark/predictor.py           order of the next prediction
     accept                   step/acceptance.py
          complete_evaluation step/acceptance.py             forces and energies that the last iteration left out
-         update_energies     step/acceptance.py             joint forces, step/contact_log.py, engine/energy.py
+         update_energies     step/acceptance.py             joint forces, step/contact_events.py, engine/energy.py
          adopt_trial         step/acceptance.py             the trial state becomes the accepted state
          update_peaks        step/acceptance.py             largest values of all signals
-         save_instants       step/saved_instants.py         rows of the save grid
+         save_instants       step/acceptance.py         rows of the save grid
 
 The parts communicate by the fields of `Clock`, `Counters`, `StepReport` and `NewtonIteration` in the room `state`.
 

@@ -1,8 +1,19 @@
-"""Acceptance of a step: forces, energies, signals, peaks and kept poses of the trial state."""
+"""Acceptance of a step: forces, energies, signals, peaks and kept poses of the trial state; rows of saved instants.
+
+Saved instants need not be ends of steps.  Within a step, positions and velocities are cubic in time, accelerations and
+multipliers quadratic, or linear after a starting step.  All signals are those of this state: forces, contacts, joints,
+stored energies and measured signals are evaluated there.  Works and losses since the start are linear in time.
+"""
+
+import math
 
 from flexmb.engine.energy import (
+    DRIVE,
+    GRAVITY,
+    KINETIC,
     STEPS_BEFORE_CHECK,
     STRAIN,
+    TURNED_OVER,
     check_balance,
     complete_algorithm_work,
     contact_losses,
@@ -13,24 +24,152 @@ from flexmb.engine.state.record import (
     BUFFER_FULL,
     CONDITION_MET,
     DIRECTION,
+    EVALUATED,
     INSTANT,
-    JOINTS_EVALUATED,
     LEAST,
     LEVEL,
+    NEVER,
     NOT_EVALUATED,
     OF_PEAK,
     PLACE,
     RUNNING,
 )
-from flexmb.engine.step.contact_events import note_passed_contacts
-from flexmb.engine.step.contact_log import buffer_may_overflow, update_episodes
-from flexmb.engine.step.saved_instants import end_is_saved, save_instants
+from flexmb.engine.step.contact_events import buffer_may_overflow, note_passed_contacts, planned_step, update_episodes
 from flexmb.engine.system.constraints import report_forces
 from flexmb.engine.system.contacts import add_contacts
 from flexmb.engine.system.elements import evaluate_energies
 from flexmb.engine.system.evaluate import evaluate_accepted
 from flexmb.engine.system.outputs import write_outputs
 from flexmb.kernels import compiled, copy
+
+END_OF_STEP = 1.0 - 1e-9  # fraction of a step from which an instant is its end
+PAST_OF_QUADRATIC = 2  # number of states before the accepted one that a quadratic takes
+
+
+@compiled
+def save_instants(tables, address, options, flow, trial, work, record):
+    """Save the end of the last step, or the instants of the save grid within it; BUFFER_FULL when the buffer is full.
+
+    The buffer must then be emptied, and `save_instants` called again before the next step.  `trial` and `work` are
+    overwritten.
+    """
+    s = save_ends(options, flow, record)
+    while s < 1.0:
+        signals_within(tables, address, s, flow, trial, work, record)
+        s = save_within(record.within, options, flow, record)
+    return buffer_code(record)
+
+
+@compiled
+def save_ends(options, flow, record):
+    """Save the due instants at the end of the last step; fraction of the step at the next one within it, 1: none."""
+    if options.save_interval == 0.0:
+        save_row(record.signals, flow.clock.t, record)
+        return 1.0
+    step = record.report
+    while is_due(options, flow, record):
+        due = next_due(options, flow, record)
+        s = (due - step.start) / step.size
+        if s < END_OF_STEP:
+            return s
+        save_row(record.signals, due, record)
+        flow.clock.saved_instants += 1.0
+    return 1.0
+
+
+@compiled
+def save_within(signals, options, flow, record):
+    """Save the signals at the next due instant, within the last step; fraction at the one after it, as `save_ends`."""
+    save_row(signals, next_due(options, flow, record), record)
+    flow.clock.saved_instants += 1.0
+    return save_ends(options, flow, record)
+
+
+@compiled
+def save_row(signals, instant, record):
+    """Write the saved ones of all signals at an instant [s] into a row of the buffer."""
+    row = record.count.rows
+    record.times[row] = instant
+    if record.saved_places.shape[0] == 0:
+        copy(signals, record.values[row])
+    for k in range(record.saved_places.shape[0]):
+        record.values[row, k] = signals[record.saved_places[k]]
+    record.count.rows += 1
+
+
+@compiled
+def buffer_code(record):
+    """BUFFER_FULL if the buffer of saved instants is full, else RUNNING."""
+    return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
+
+
+@compiled
+def signals_within(tables, address, s, flow, trial, work, record):
+    """All signals at fraction s of the last step, in `record.within`."""
+    h, old, new = record.report.size, record.last_signals, record.signals
+    interpolate_state(tables.sizes.n_q, s, h, flow, trial, record)
+    t, q, v, a, lam = record.report.start + s * h, trial.q, trial.v, trial.a, trial.lam
+    mean_v, residual = trial.mean_v, trial.newmark_residual
+    evaluate_accepted(tables, address, t, s * h, q, v, a, lam, record.last_z, mean_v, residual, work)
+    report_forces(tables, trial.lam, work)
+    write_outputs(tables, address, t, q, v, a, work, flow.ledger, record.peak, True, record.within)
+    y, energy, power = record.within, tables.sizes.energy, work.power
+    y[energy + KINETIC], y[energy + STRAIN], y[energy + GRAVITY] = power.kinetic, power.strain, power.gravity
+    for k in range(energy + DRIVE, energy + TURNED_OVER + 1):
+        y[k] = (1.0 - s) * old[k] + s * new[k]
+
+
+@compiled
+def interpolate_state(n, s, h, flow, trial, record):
+    """State at fraction s of the last step, in `trial`."""
+    # Accelerations and multipliers are quadratic through the state before the step, where the predictor knows it.
+    old, new, past, predictor = record.last_signals, record.signals, flow.past, flow.predictor
+    f0, f1 = (1.0 + 2.0 * s) * (1.0 - s) ** 2, s * s * (3.0 - 2.0 * s)
+    d0, d1 = h * s * (1.0 - s) ** 2, h * s * s * (s - 1.0)
+    before, bow = 1.0, 0.0
+    if predictor.past_states >= PAST_OF_QUADRATIC:
+        before = predictor.second_last_step
+        bow = s * (s - 1.0) * h * h / (h + before)
+    for i in range(n):
+        a0, a1 = old[2 * n + i], new[2 * n + i]
+        trial.q[i] = f0 * old[i] + f1 * new[i] + d0 * old[n + i] + d1 * new[n + i]
+        trial.v[i] = f0 * old[n + i] + f1 * new[n + i] + d0 * a0 + d1 * a1
+        trial.a[i] = (1.0 - s) * a0 + s * a1 + bow * ((a1 - a0) / h - (a0 - past[1, i]) / before)
+    for i in range(trial.lam.shape[0]):
+        l0, l1 = record.last_lam[i], flow.lam[i]
+        trial.lam[i] = (1.0 - s) * l0 + s * l1 + bow * ((l1 - l0) / h - (l0 - past[1, n + i]) / before)
+
+
+@compiled
+def next_due(options, flow, record):
+    """The first instant [s] of the save grid, or of the given times, that is not saved yet."""
+    saved, times = flow.clock.saved_instants, record.save_times
+    if times.shape[0] == 0 or options.save_interval >= NEVER:
+        return flow.clock.save_start + (saved + 1.0) * options.save_interval
+    return times[int(saved)] if saved < times.shape[0] else NEVER
+
+
+@compiled
+def end_is_saved(options, flow, record):
+    """Whether the end of the last step is a saved instant."""
+    if options.save_interval == 0.0:
+        return True
+    passed = math.floor((flow.clock.t - flow.clock.save_start) / options.save_interval + 1e-9)
+    last = flow.clock.save_start + passed * options.save_interval
+    step, times = record.report, record.save_times
+    if times.shape[0] > 0 and options.save_interval < NEVER:
+        passed = int(flow.clock.saved_instants)
+        while passed < times.shape[0] and times[passed] <= flow.clock.t + 1e-9 * options.save_interval:
+            last = times[passed]
+            passed += 1
+    return passed > flow.clock.saved_instants and last - step.start >= END_OF_STEP * step.size
+
+
+@compiled
+def is_due(options, flow, record):
+    """Whether the step has passed an instant of the save grid, and the buffer has room for it."""
+    passed = next_due(options, flow, record) <= flow.clock.t + 1e-9 * options.save_interval
+    return passed and record.count.rows < record.times.shape[0]
 
 
 # Poses of accepted steps, which a run keeps for its watch (`flexmb.engine.state.record`)
@@ -89,14 +228,27 @@ def accept(tables, address, h, options, flow, trial, work, record, exact):
         note_passed_contacts(tables, address, h, options, flow, trial, work, record)
     adopt_trial(h, flow, trial, work, record)
     exact = exact or extremum_is_watched(record) or end_is_saved(options, flow, record)
+    report_step(tables, address, exact, flow, work, record)
+    return ending(save_instants(tables, address, options, flow, trial, work, record), flow, record)
+
+
+@compiled
+def report_step(tables, address, exact, flow, work, record):
+    """Write the signals of the accepted state, update peaks, and keep the pose."""
     t, peak, signals = flow.clock.t, record.peak, record.signals
     write_outputs(tables, address, t, flow.q, flow.v, flow.a, work, flow.ledger, peak, exact, signals)
-    update_peaks(flow.clock.t, record.signals, record)
+    update_peaks(t, signals, record)
     watch_step(tables.sizes.energy + STRAIN, flow, record)
-    full = save_instants(tables, address, options, flow, trial, work, record) != RUNNING
+
+
+@compiled
+def ending(saved, flow, record):
+    """Code behind an accepted step, whose instants were saved with the code `saved`."""
     if condition_met(record):
         return CONDITION_MET
-    if full or buffer_may_overflow(flow, record):
+    if saved != RUNNING:
+        return saved
+    if buffer_may_overflow(flow, record):
         return BUFFER_FULL
     return check_balance(flow.ledger, flow.balance) if flow.balance.steps >= STEPS_BEFORE_CHECK else RUNNING
 
@@ -104,31 +256,18 @@ def accept(tables, address, h, options, flow, trial, work, record, exact):
 @compiled
 def complete_evaluation(tables, address, h, flow, trial, work, record):
     """Evaluate the forces, histories and energies of the trial state that the last iteration left out."""
-    t = flow.clock.t + h
+    t, q, v, a, lam = flow.clock.t + h, trial.q, trial.v, trial.a, trial.lam
+    if record.count.evaluated == EVALUATED:
+        return
+    find_newmark_residual(tables.sizes.n_q, h, flow, trial)
     if record.count.evaluated == NOT_EVALUATED:
-        find_newmark_residual(tables.sizes.n_q, h, flow, trial)
-        evaluate_accepted(
-            tables,
-            address,
-            t,
-            h,
-            trial.q,
-            trial.v,
-            trial.a,
-            trial.lam,
-            flow.z,
-            trial.mean_v,
-            trial.newmark_residual,
-            work,
-        )
+        mean_v, residual = trial.mean_v, trial.newmark_residual
+        evaluate_accepted(tables, address, t, h, q, v, a, lam, flow.z, mean_v, residual, work)
         record.count.evaluations += 1
-    elif record.count.evaluated == JOINTS_EVALUATED:
-        find_newmark_residual(tables.sizes.n_q, h, flow, trial)
+    else:
         work.r[:] = 0.0
-        evaluate_energies(
-            tables, address, t, h, trial.q, trial.v, trial.a, trial.mean_v, trial.newmark_residual, flow.z, work
-        )
-        add_contacts(tables, address, t, h, trial.q, trial.v, flow.z, 0.0, 0.0, False, work)
+        evaluate_energies(tables, address, t, h, q, v, a, trial.mean_v, trial.newmark_residual, flow.z, work)
+        add_contacts(tables, address, t, h, q, v, flow.z, 0.0, 0.0, False, work)
 
 
 @compiled
@@ -145,15 +284,6 @@ def update_energies(tables, address, h, options, flow, trial, work, record):
 
 
 @compiled
-def update_largest_states(flow, trial):
-    """Update the largest absolute values of the states of controls, which stand before the ground."""
-    n = flow.largest_states.shape[0]
-    first = flow.v.shape[0] - n - 3
-    for i in range(n):
-        flow.largest_states[i] = max(flow.largest_states[i], abs(trial.v[first + i]))
-
-
-@compiled
 def adopt_trial(h, flow, trial, work, record):
     """Copy the trial state into the accepted one, and count the step."""
     t0 = flow.clock.t
@@ -166,8 +296,9 @@ def adopt_trial(h, flow, trial, work, record):
     copy(trial.lam, flow.lam)
     copy(flow.z, record.last_z)
     copy(work.z_new, flow.z)
-    if flow.largest_states.shape[0] > 0:
-        update_largest_states(flow, trial)
+    first = flow.v.shape[0] - flow.largest_states.shape[0] - 3  # states of controls stand before the ground
+    for i in range(flow.largest_states.shape[0]):
+        flow.largest_states[i] = max(flow.largest_states[i], abs(trial.v[first + i]))
     copy(record.signals, record.last_signals)
     record.count.steps += 1
     record.report.smallest, record.report.largest = min(record.report.smallest, h), max(record.report.largest, h)
@@ -209,6 +340,13 @@ def update_peaks(t, signals, record):
     for k in range(record.places.shape[0]):
         place, of = record.places[k, PLACE], record.places[k, OF_PEAK]
         record.peak[place], record.peak_time[place] = record.place_then[k], record.peak_time[of]
+
+
+@compiled
+def step_to_try(tables, address, options, flow, trial, work):
+    """Size of the next trial [s]."""
+    h = planned_step(tables, address, options, flow, trial, work) if options.adaptive else flow.clock.step_size
+    return next_step_size(h, options.t_end - flow.clock.t)
 
 
 @compiled

@@ -6,16 +6,141 @@ motion goes on with the step size of the free flight before.  Impacts slower tha
 resolved.
 """
 
+from __future__ import annotations
+
 import math
 
+import numpy as np
+
 from flexmb.engine.energy import gap_within
-from flexmb.engine.state.record import EVALUATED
-from flexmb.engine.step.contact_log import APPROACH, LASTING_PHASE, START
+from flexmb.engine.state.flow import CONTACT_MEMORY_SIZE, EPISODE_ROW_SIZE, EPISODE_SIZE, MEMORY_NORMAL, Flow
+from flexmb.engine.state.record import EVALUATED, NEVER, RunRecord
 from flexmb.engine.system.contacts import call_normal, find_gap
+from flexmb.engine.system.work import LOSS_FRICTION, LOSS_NORMAL
 from flexmb.kernels import compiled
 from flexmb.parts.contact.onset import crossing, cubic
-from flexmb.places import GAP, GAP_RATE
-from flexmb.program.program import COMMON_Z, LAST_GAP, LAST_GAP_RATE
+from flexmb.places import GAP, GAP_RATE, NORMAL_FORCE
+from flexmb.program import program as at
+from flexmb.program.program import Addresses, Program, Tables
+
+# Columns of `Flow.episodes`: start [s], approach speed [m/s], impulse [N s], largest force [N] and depth [m], losses
+# [J].
+START, APPROACH, IMPULSE, PEAK_FORCE, PEAK_DEPTH, CONTACT_LOSS, FRICTION_LOSS = range(7)
+# Columns of `RunRecord.episodes`: contact, mode, end [s], separation speed [m/s]; from CARRIED on the columns of
+# `Flow.episodes`.
+CONTACT, MODE, END, SEPARATION, CARRIED = range(5)
+IMPACT, LASTING = 1.0, 2.0  # modes of a contact interval, as in the signal `mode`
+# Phases of a contact (`system/contacts.py`): in its first compression; compressed again after its first rebound.
+CLOSING_PHASE, LASTING_PHASE = 1.0, 3.0
+# Gap at the start relative to the size of the mechanism, up to which it is round-off of closing the loops.
+ROUND_OFF_GAP = 2e-12
+
+
+@compiled
+def update_episodes(tables, h, options, flow, work, record):
+    """Update the running contact intervals to the state of the last evaluation."""
+    # Called before the ledger and the histories are updated. Losses are those of the ledger (`work.loss`), so that the
+    # losses of all intervals add up to its entries. Impulses are sums of trapezoids, as in the Newmark family.
+    K = tables.contacts
+    for c in range(K.kernel.shape[0]):
+        k = K.z[c, at.COMMON_Z]
+        before, now = flow.z[k + at.PHASE], work.z_new[k + at.PHASE]
+        if before == 0.0 and now == 0.0:
+            continue
+        gap, rate, N = work.contact[c, GAP], work.contact[c, GAP_RATE], work.contact[c, NORMAL_FORCE]
+        if before == 0.0:
+            flow.episodes[c, START] = work.z_new[k + at.ONSET_TIME]
+            flow.episodes[c, APPROACH] = speed_at_crossing(
+                h, flow.z[k + at.LAST_GAP], flow.z[k + at.LAST_GAP_RATE], gap, rate
+            )
+        m, depth = CONTACT_MEMORY_SIZE * c, max(-gap, 0.0)
+        flow.episodes[c, IMPULSE] += 0.5 * h * (flow.memory[m + MEMORY_NORMAL] + N)
+        flow.episodes[c, CONTACT_LOSS] += work.loss[c, LOSS_NORMAL]
+        flow.episodes[c, FRICTION_LOSS] += work.loss[c, LOSS_FRICTION]
+        flow.episodes[c, PEAK_FORCE] = max(flow.episodes[c, PEAK_FORCE], N)
+        flow.episodes[c, PEAK_DEPTH] = max(flow.episodes[c, PEAK_DEPTH], depth)
+        if now == 0.0:
+            if options.save_interval < NEVER:
+                write_episode(c, h, before, gap, rate, k, flow, record)
+            for i in range(EPISODE_SIZE):
+                flow.episodes[c, i] = 0.0
+
+
+@compiled
+def speed_at_crossing(h, gap0, rate0, gap1, rate1):
+    """Approach speed at the onset [m/s]; 0 for a grazing contact."""
+    if gap0 <= 0.0:
+        return max(-rate1, 0.0)
+    s = crossing(h, gap0, rate0, gap1, rate1)
+    _, slope = cubic(s, h, gap0, rate0, gap1, rate1)
+    return max(-slope / h, 0.0)
+
+
+@compiled
+def write_episode(c, h, phase, gap, rate, k, flow, record):
+    """Record the interval of contact c, which ended in this step, in a row of the buffer; k : place of its history."""
+    row = record.count.episodes
+    gap0, rate0 = flow.z[k + at.LAST_GAP], flow.z[k + at.LAST_GAP_RATE]
+    s = crossing(h, -gap0, -rate0, -gap, -rate)
+    _, slope = cubic(s, h, gap0, rate0, gap, rate)
+    record.episodes[row, CONTACT] = c
+    record.episodes[row, MODE] = LASTING if phase == LASTING_PHASE else IMPACT
+    record.episodes[row, END] = flow.clock.t + s * h
+    record.episodes[row, SEPARATION] = max(slope / h, 0.0)
+    for i in range(EPISODE_SIZE):
+        record.episodes[row, CARRIED + i] = flow.episodes[c, i]
+    record.count.episodes += 1
+
+
+@compiled
+def buffer_may_overflow(flow, record):
+    """Whether the next step could end more contact intervals than the buffer has room for."""
+    return record.count.episodes + flow.episodes.shape[0] > record.episodes.shape[0]
+
+
+def close_round_off_gaps(program: Program, z: np.ndarray, flow: Flow) -> None:
+    """Close the contacts whose gap at the start is round-off, with the histories of a gap of 0."""
+    # An onset in the first step would have an approach speed of round-off. Histories z (n_z,) are those with which the
+    # start state was evaluated; the histories of `flow` change.
+    K, laws = program.tables.contacts, program.kernels[Addresses._fields.index("normal")]
+    for kernel, p, (begin, normal, end, _) in zip(
+        K.kernel[:, at.NORMAL_LAW], K.p[:, at.NORMAL_P : at.NORMAL_P_END + 1], K.z, strict=True
+    ):
+        gap, rate = flow.z[begin + at.LAST_GAP], flow.z[begin + at.LAST_GAP_RATE]
+        if 0.0 < gap <= ROUND_OFF_GAP * program.length:
+            N, _, _ = laws[kernel].dispatcher(
+                program.tables.p[slice(*p)], 0.0, 0.0, rate, z[normal:end], flow.z[normal:end]
+            )
+            flow.z[begin : begin + at.CONTACT_COMMON] = CLOSING_PHASE, flow.clock.t, 0.0, N, rate
+
+
+def start_episodes(tables: Tables, flow: Flow) -> None:
+    """Begin intervals for the contacts that are closed at the start; their onset is not known, hence NaN."""
+    z, first = flow.z, tables.contacts.z[:, at.COMMON_Z]
+    closed = z[first + at.PHASE] != 0.0
+    flow.episodes[:] = 0.0
+    flow.episodes[closed, START] = flow.episodes[closed, APPROACH] = np.nan
+    flow.episodes[closed, PEAK_FORCE] = z[first[closed] + at.LAST_FORCE]
+    flow.episodes[closed, PEAK_DEPTH] = np.maximum(-z[first[closed] + at.LAST_GAP], 0.0)
+
+
+def take_episodes(record: RunRecord) -> np.ndarray:
+    """Take the recorded rows out of the buffer."""
+    rows = record.episodes[: record.count.episodes].copy()
+    record.count.episodes = 0
+    return rows
+
+
+def running_episodes(tables: Tables, flow: Flow) -> np.ndarray:
+    """Rows of the running contact intervals, with NaN for end and separation speed."""
+    phase = flow.z[tables.contacts.z[:, at.COMMON_Z] + at.PHASE]
+    running = np.flatnonzero(phase != 0.0)
+    rows = np.full((len(running), EPISODE_ROW_SIZE), np.nan)
+    rows[:, CONTACT] = running
+    rows[:, MODE] = np.where(phase[running] == LASTING_PHASE, LASTING, IMPACT)
+    rows[:, CARRIED:] = flow.episodes[running]
+    return rows
+
 
 # Columns of `Flow.impacts`: step that resolves the impact [s] (0: not known), acceleration of the gap in free flight
 # [m/s^2], 1 if the normal force jumps at the onset.
@@ -59,12 +184,12 @@ def planned_step(tables, address, options, flow, trial, work):
     if flow.clock.retry_step > 0.0:
         return max(min(h, flow.clock.retry_step), options.h_min)
     for c in range(tables.contacts.kernel.shape[0]):
-        k, step = tables.contacts.z[c, COMMON_Z], flow.impacts[c, IMPACT_STEP]
+        k, step = tables.contacts.z[c, at.COMMON_Z], flow.impacts[c, IMPACT_STEP]
         if flow.z[k] != 0.0:
             if step > 0.0 and in_impact(tables, c, flow, trial):
                 h = min(h, step)
             continue
-        gap, rate, reach = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE], h + step
+        gap, rate, reach = flow.z[k + at.LAST_GAP], flow.z[k + at.LAST_GAP_RATE], h + step
         if gap > reach * (0.5 * reach * abs(flow.impacts[c, GAP_ACCELERATION]) - rate):
             continue  # nothing that is known of the motion closes it within the step
         arrival, speed = predicted_onset(tables, c, flow)
@@ -101,8 +226,12 @@ def step_across_jump(arrival, step):
 def predicted_onset(tables, c, flow):
     """Time until the open contact c closes [s], and its approach speed [m/s]; (inf, 0) if it does not close."""
     # Equation (6.3) of docs/theory/events.md.
-    k = tables.contacts.z[c, COMMON_Z]
-    gap, rate, gap_acceleration = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE], flow.impacts[c, GAP_ACCELERATION]
+    k = tables.contacts.z[c, at.COMMON_Z]
+    gap, rate, gap_acceleration = (
+        flow.z[k + at.LAST_GAP],
+        flow.z[k + at.LAST_GAP_RATE],
+        flow.impacts[c, GAP_ACCELERATION],
+    )
     square = rate * rate - 2.0 * gap_acceleration * gap
     if square <= 0.0:
         return math.inf, 0.0
@@ -116,7 +245,7 @@ def predicted_onset(tables, c, flow):
 def in_impact(tables, c, flow, trial):
     """Whether the closed contact c is in an impact that the steps resolve."""
     lasted = flow.clock.t - flow.episodes[c, START]
-    impact = flow.z[tables.contacts.z[c, COMMON_Z]] != LASTING_PHASE and flow.episodes[
+    impact = flow.z[tables.contacts.z[c, at.COMMON_Z]] != LASTING_PHASE and flow.episodes[
         c, APPROACH
     ] > slow_approach_speed(c, flow, trial)
     return impact and lasted < LONGEST_IMPACT * trial.control.impact_steps * flow.impacts[c, IMPACT_STEP]
@@ -141,21 +270,15 @@ def find_force_jump(tables, address, c, speed, flow, work):
 
 
 @compiled
-def gap_of_trial(tables, address, c, trial, work, record):
-    """Gap [m] and gap rate [m/s] of contact c in the trial state."""
-    if record.count.evaluated == EVALUATED:
-        return work.contact[c, GAP], work.contact[c, GAP_RATE]
-    return find_gap(tables, address, c, trial.q, trial.v, work)
-
-
-@compiled
 def step_to_events(tables, address, h, options, flow, trial, work, record):
     """Step that ends at the first contact event within the trial [s]; h if the trial meets all events."""
     wanted = h
     for c in range(tables.contacts.kernel.shape[0]):
-        k = tables.contacts.z[c, COMMON_Z]
-        gap0, rate0 = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE]
-        gap, rate = gap_of_trial(tables, address, c, trial, work, record)
+        k = tables.contacts.z[c, at.COMMON_Z]
+        gap0, rate0 = flow.z[k + at.LAST_GAP], flow.z[k + at.LAST_GAP_RATE]
+        gap, rate = work.contact[c, GAP], work.contact[c, GAP_RATE]
+        if record.count.evaluated != EVALUATED:
+            gap, rate = find_gap(tables, address, c, trial.q, trial.v, work)
         own = h
         if gap0 > 2.0 * LEAST_DEPTH * options.length > 2.0 * gap > 0.0 and rate < 0.0:
             own = 0.99 * h  # on the onset to round-off, where the force of a law that jumps is any between
@@ -259,8 +382,8 @@ def place_unseen(tables, address, c, h, gap0, rate0, gap, rate, options, flow, t
 def note_passed_contacts(tables, address, h, options, flow, trial, work, record):
     """Instants at which a fixed step first passed a contact unseen."""
     for c in range(tables.contacts.kernel.shape[0]):
-        k = tables.contacts.z[c, COMMON_Z]
-        gap0, rate0 = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE]
+        k = tables.contacts.z[c, at.COMMON_Z]
+        gap0, rate0 = flow.z[k + at.LAST_GAP], flow.z[k + at.LAST_GAP_RATE]
         gap, rate = work.contact[c, GAP], work.contact[c, GAP_RATE]
         if gap0 > 0.0 and gap > 0.0 and record.passed[c] == 0.0:
             s = place_unseen(tables, address, c, h, gap0, rate0, gap, rate, options, flow, trial, work)
@@ -339,8 +462,8 @@ def update_impacts(tables, address, h, options, flow, trial, work):
     # Called after `step_to_events`, while `flow` still is the state before the step.
     restarts = False
     for c in range(tables.contacts.kernel.shape[0]):
-        k = tables.contacts.z[c, COMMON_Z]
-        gap0, rate0 = flow.z[k + LAST_GAP], flow.z[k + LAST_GAP_RATE]
+        k = tables.contacts.z[c, at.COMMON_Z]
+        gap0, rate0 = flow.z[k + at.LAST_GAP], flow.z[k + at.LAST_GAP_RATE]
         gap, rate = work.contact[c, GAP], work.contact[c, GAP_RATE]
         if gap > 0.0:
             flow.impacts[c, GAP_ACCELERATION] = (rate - rate0) / h if gap0 > 0.0 else 0.0
@@ -355,7 +478,8 @@ def update_impacts(tables, address, h, options, flow, trial, work):
             own = rate - flow.impacts[c, GAP_ACCELERATION] * (flow.clock.t + h - flow.episodes[c, START])
             left = own * own / (speed * speed)
             if own < 0.0 and 0.4 < left < 0.9:
-                n = force_exponent_at(tables, address, c, gap, speed, flow, work)
+                N = normal_force(tables, address, c, gap, -speed, flow, work)
+                n = force_exponent(tables, address, c, -gap, speed, N, flow, work) if N > 0.0 else 1.0
                 T = DURATION_FACTOR * -gap * (1.0 - left) ** (-1.0 / (n + 1.0)) / speed
                 step = impact_duration(T, speed, flow.impacts[c, GAP_ACCELERATION]) / trial.control.impact_steps
                 if (
@@ -365,10 +489,3 @@ def update_impacts(tables, address, h, options, flow, trial, work):
                 ):
                     flow.impacts[c, IMPACT_STEP] = step
     return restarts
-
-
-@compiled
-def force_exponent_at(tables, address, c, gap, speed, flow, work):
-    """`force_exponent` at a gap, whose normal force is computed here."""
-    N = normal_force(tables, address, c, gap, -speed, flow, work)
-    return force_exponent(tables, address, c, -gap, speed, N, flow, work) if N > 0.0 else 1.0

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from flexmb.engine.compiled.records import Matrix, Record, Vector
 from flexmb.engine.energy import RESIDUAL_LIMIT_RUNGE_KUTTA
-from flexmb.engine.linalg.lu import LOST_PIVOT, LU, ROWS_HELD, first_held_row, held_residual, solve
+from flexmb.engine.linalg.lu import LOST_PIVOT, ROWS_HELD, first_held_row, held_residual, solve
 from flexmb.engine.newmark.jacobian_reuse import (
     allowed_gap,
     discard_factors,
@@ -17,53 +17,18 @@ from flexmb.engine.newmark.jacobian_reuse import (
     initial_hold,
     update_held_multipliers,
 )
-from flexmb.engine.state.flow import Flow
-from flexmb.engine.state.record import DONE, NOT_EVALUATED, NOT_FINITE, RUNNING, SINGULAR, Options, RunRecord
-from flexmb.engine.state.trial import Trial
+from flexmb.engine.state.record import DONE, NOT_EVALUATED, NOT_FINITE, RUNNING, SINGULAR
 from flexmb.engine.step.acceptance import accept, finished, next_step_size
 from flexmb.engine.step.method import Method, Stepper
 from flexmb.engine.system.evaluate import evaluate
-from flexmb.engine.system.work import Work
 from flexmb.kernels import compiled, copy
-from flexmb.program.program import Addresses, Program, Tables
+from flexmb.program.program import Program
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism
-    from flexmb.run.run import Run
 
 PROJECTIONS = 3  # number of projections after a step: two of positions, one of velocities
 MOST_REPETITIONS = 8  # number of solutions for multipliers that friction depends on, at most
-
-
-@dataclass(frozen=True)
-class RungeKutta4(Method):
-    """Classical explicit Runge-Kutta of order 4; positions and velocities are projected after every step.
-
-    For rigid mechanisms.  Beams are stiff: their fastest wave sets the step, so use `Newmark` for them.
-    """
-
-    @property
-    def loops(self) -> tuple[Any, ...]:
-        """The compiled loop."""
-        return (advance_explicit,)
-
-    def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - methods of users may
-        """Stepper of the compiled mechanism."""
-        return RungeKuttaStepper(program)
-
-
-class RungeKuttaStepper(Stepper):
-    """Steps of the Runge-Kutta method; the balance of energies is of second order, hence coarser than the motion."""
-
-    residual_limit = RESIDUAL_LIMIT_RUNGE_KUTTA
-
-    def __init__(self, program: Program) -> None:
-        super().__init__(program)
-        self.stages = new_stages(program)
-
-    def advance(self, run: Run, options: Options, steps: int) -> int:
-        """Take at most `steps` steps; RUNNING, or the code of the ending."""
-        return int(advance_explicit(*run.arguments(options), self.stages, steps))
 
 
 class Stages(Record):
@@ -201,18 +166,7 @@ def runge_kutta_step(tables, address, lu, h, load, options, flow, trial, work, r
 
 
 @compiled
-def advance_explicit(
-    tables: Tables,
-    address: Addresses,
-    lu: LU,
-    options: Options,
-    flow: Flow,
-    trial: Trial,
-    work: Work,
-    record: RunRecord,
-    stages: Stages,
-    steps: int,
-):
+def advance_explicit(tables, address, lu, options, flow, trial, work, record, stages: Stages, steps):
     """Take at most `steps` steps of fixed size; RUNNING, or the code of the ending."""
     discard_factors(flow.reuse)
     record.count.evaluated = NOT_EVALUATED
@@ -229,3 +183,23 @@ def advance_explicit(
         if code != RUNNING:
             return code
     return RUNNING
+
+
+@dataclass(frozen=True)
+class RungeKutta4(Method):
+    """Classical explicit Runge-Kutta of order 4; positions and velocities are projected after every step.
+
+    For rigid mechanisms.  Beams are stiff: their fastest wave sets the step, so use `Newmark` for them.
+    """
+
+    loops: ClassVar[tuple[Any, ...]] = (advance_explicit,)
+
+    def stepper(self, program: Program, mechanism: Mechanism | None = None) -> Stepper:  # noqa: ARG002 - methods of users may
+        """Stepper of the compiled mechanism."""
+        return RungeKuttaStepper(program, new_stages(program))
+
+
+class RungeKuttaStepper(Stepper):
+    """Steps of the Runge-Kutta method; the balance of energies is of second order, hence coarser than the motion."""
+
+    residual_limit = RESIDUAL_LIMIT_RUNGE_KUTTA

@@ -81,28 +81,12 @@ def _scatter(C, c, n, m, lam, matrix, work):
 @compiled
 def add_joint_friction(tables, address, c, n, m, h, lam, z, kq, kv, matrix, work):
     """Add friction in joint c, and its tangents by coordinates, velocities and multipliers."""
-    C = tables.constraints
-    out, H = work.joint_friction_out, work.joint_friction_curve
-    out[:] = 0.0
-    H[:, :] = 0.0
-    joint_friction_at(address.joint_friction, C.joint_friction[c, LOAD_KERNEL])(
-        part_of(tables.p, C.joint_friction_p[c, LOAD_P], C.joint_friction_p[c, LOAD_P_END]),
-        part_of(work.ql, 0, n),
-        part_of(lam, C.row[c], C.row[c + 1]),
-        out,
-        H,
-    )
+    C, out, H = tables.constraints, work.joint_friction_out, work.joint_friction_curve
+    call_joint_load(tables, address, c, n, lam, work)
     slip = 0.0
     for j in range(6):
         slip += out[SLIDING + j] * work.vl[j]
-    T, T_slip, T_N = friction_at(address.friction, C.joint_friction[c, SLIDING_LAW])(
-        part_of(tables.p, C.joint_friction_p[c, SLIDING_P], C.joint_friction_p[c, SLIDING_P_END]),
-        h,
-        slip,
-        out[LOAD],
-        part_of(z, C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END]),
-        part_of(work.z_new, C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END]),
-    )
+    T, T_slip, T_N = call_joint_friction(tables, address, c, h, slip, out[LOAD], z, work.z_new)
     work.joint_friction[c, JOINT_FRICTION_FORCE], work.joint_friction[c, JOINT_SLIP] = T, slip
     slopes = work.slopes[tables.contacts.kernel.shape[0] + c]
     slopes[JOINT_T_BY_SLIP] = T_slip
@@ -124,6 +108,27 @@ def add_joint_friction(tables, address, c, n, m, h, lam, z, kq, kv, matrix, work
     for k in range(m):
         for i in range(6):
             work.lu[C.positions_gt[C.pos_g[c] + n * k + i]] -= out[SLIDING + i] * T_N * out[LOAD_BY_LAM + k]
+
+
+@compiled
+def call_joint_load(tables, address, c, n, lam, work):
+    """Call the load kernel of friction in joint c at the gathered coordinates."""
+    C, out, H = tables.constraints, work.joint_friction_out, work.joint_friction_curve
+    out[:] = 0.0
+    H[:, :] = 0.0
+    p = part_of(tables.p, C.joint_friction_p[c, LOAD_P], C.joint_friction_p[c, LOAD_P_END])
+    load = joint_friction_at(address.joint_friction, C.joint_friction[c, LOAD_KERNEL])
+    load(p, part_of(work.ql, 0, n), part_of(lam, C.row[c], C.row[c + 1]), out, H)
+
+
+@compiled
+def call_joint_friction(tables, address, c, h, slip, N, z, z_new):
+    """Friction force in joint c and its derivatives by slip and normal force."""
+    C = tables.constraints
+    p = part_of(tables.p, C.joint_friction_p[c, SLIDING_P], C.joint_friction_p[c, SLIDING_P_END])
+    begin, end = C.joint_friction_z[c, BEGIN], C.joint_friction_z[c, END]
+    law = friction_at(address.friction, C.joint_friction[c, SLIDING_LAW])
+    return law(p, h, slip, N, part_of(z, begin, end), part_of(z_new, begin, end))
 
 
 @compiled

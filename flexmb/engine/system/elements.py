@@ -1,10 +1,238 @@
-"""Evaluation of elements: forces, matrices, energies."""
+"""Evaluation of elements: forces, matrices, energies; and of controls: outputs, which are factors of loads, tangents.
+
+The velocities v of the coordinates of a control are its states x, their accelerations a the rates of x.  The residual
+of a state is r = a - f(t, u, x) with the law f.  Outputs and rates are differentiated by differences of the law alone;
+the derivatives of the inputs by coordinates and velocities are exact, or differences of the signal's kernel.
+"""
 
 from flexmb.engine.compiled.arrays import matrix_view, part_of
-from flexmb.engine.system.controls import add_load_tangent, evaluate_controls
 from flexmb.engine.system.work import gather
-from flexmb.kernels import account_at, compiled, element_at, energy_at, force_at, motion_at, tangent_at
-from flexmb.program.program import BEGIN, END, FIRST_OUTPUT, NO_FACTOR
+from flexmb.kernels import (
+    account_at,
+    compiled,
+    control_at,
+    element_at,
+    energy_at,
+    force_at,
+    motion_at,
+    signal_at,
+    tangent_at,
+)
+from flexmb.program import program as at
+
+# Difference of an input or a state relative to its size, and least size, in central differences of a control law.
+# The cube root of round-off; derivatives of linear laws are exact to some 1e-8 with any difference.
+RELATIVE_DIFFERENCE, LEAST_SIZE = 6e-6, 0.1
+# Difference of coordinates and velocities in central differences of measured inputs [m, rad, m/s, rad/s].
+COORDINATE_DIFFERENCE = 1e-6
+
+
+@compiled
+def evaluate_controls(tables, address, t, q, v, a, z, kq, kv, ka, matrix, work):
+    """Outputs of all controls in work.output; residuals of their states in work.r, tangents in work.lu if `matrix`."""
+    # Sampled controls keep their outputs.
+    C = tables.controls
+    for c in range(C.kernel.shape[0]):
+        if C.z[c, at.END] > C.z[c, at.BEGIN]:
+            hold_outputs(tables, c, z, work)
+            continue
+        read_inputs(tables, address, c, t, q, v, work)
+        call_law(tables, address, c, t, work)
+        n_x, n_y = C.states[c], C.output[c + 1] - C.output[c]
+        for k in range(n_y):
+            work.output[C.output[c] + k] = work.law[n_x + k]
+        dofs = part_of(C.dofs, C.dof[c], C.dof[c + 1])
+        for i in range(threes(n_x)):
+            work.r[dofs[i]] = a[dofs[i]] - (work.law[i] if i < n_x else 0.0)
+        if matrix:
+            differentiate_law(tables, address, c, t, q, v, kq, kv, work)
+            add_state_tangents(tables, c, ka, work)
+
+
+@compiled
+def threes(n):
+    """The next multiple of three from n on: states stand in nodes of three coordinates."""
+    return (n + 2) // 3 * 3
+
+
+@compiled
+def hold_outputs(tables, c, z, work):
+    """Keep states and outputs of a sampled control."""
+    C = tables.controls
+    for i in range(C.z[c, at.BEGIN], C.z[c, at.END]):
+        work.z_new[i] = z[i]
+    n_y = C.output[c + 1] - C.output[c]
+    for k in range(n_y):
+        work.output[C.output[c] + k] = z[C.z[c, at.END] - n_y + k]
+
+
+@compiled
+def read_inputs(tables, address, c, t, q, v, work):
+    """Inputs of control c in work.u, and its states in work.x."""
+    C = tables.controls
+    for j in range(C.input[c], C.input[c + 1]):
+        kind, what = C.source[j, at.SOURCE], C.source[j, at.SOURCE_NUMBER]
+        if kind == at.COORDINATE:
+            value = q[what]
+        elif kind == at.VELOCITY:
+            value = v[what]
+        elif kind == at.MEASURED:
+            value = measured(tables, address, j, t, q, v, -1, 0.0, 0.0, work)
+        elif kind == at.OUTPUT:
+            value = work.output[what]
+        else:
+            s, speed, _ = motion_at(address.motion, what)(
+                part_of(tables.p, C.source[j, at.SOURCE_P], C.source[j, at.SOURCE_P_END]), t
+            )
+            value = s if kind == at.MOTION_VALUE else speed
+        work.u[j - C.input[c]] = value
+    for i in range(C.states[c]):
+        work.x[i] = v[C.dofs[C.dof[c] + i]]
+
+
+@compiled
+def measured(tables, address, j, t, q, v, i, dq, dv, work):
+    """Value of a measured input with its i-th coordinate and velocity shifted by dq and dv; i = -1: no shift."""
+    C = tables.controls
+    begin, n = C.source_dof[j], C.source_dof[j + 1] - C.source_dof[j]
+    gather(q, C.source_dofs, begin, n, work.ql)
+    gather(v, C.source_dofs, begin, n, work.vl)
+    for k in range(n):
+        work.al[k] = 0.0
+    if i >= 0:
+        work.ql[i] += dq
+        work.vl[i] += dv
+    return signal_at(address.signal, C.source[j, at.SOURCE_NUMBER])(
+        part_of(tables.p, C.source[j, at.SOURCE_P], C.source[j, at.SOURCE_P_END]),
+        t,
+        part_of(work.ql, 0, n),
+        part_of(work.vl, 0, n),
+        part_of(work.al, 0, n),
+    )
+
+
+@compiled
+def call_law(tables, address, c, t, work):
+    """Rates of the states and outputs of control c, one after the other in work.law, from work.u and work.x."""
+    C = tables.controls
+    n_x, n_y = C.states[c], C.output[c + 1] - C.output[c]
+    for i in range(n_x + n_y):
+        work.law[i] = 0.0
+    control_at(address.control, C.kernel[c])(
+        part_of(tables.p, C.p[c, at.BEGIN], C.p[c, at.END]),
+        t,
+        part_of(work.u, 0, C.input[c + 1] - C.input[c]),
+        part_of(work.x, 0, n_x),
+        part_of(work.law, 0, n_x),
+        part_of(work.law, n_x, n_x + n_y),
+    )
+
+
+@compiled
+def differentiate_law(tables, address, c, t, q, v, kq, kv, work):
+    """Derivatives kq d/dq + kv d/dv of rates and outputs in work.law_tangent; of outputs in work.slope, too."""
+    C = tables.controls
+    n_u, n_x, n_y = C.input[c + 1] - C.input[c], C.states[c], C.output[c + 1] - C.output[c]
+    n, rows = C.dof[c + 1] - C.dof[c], n_x + n_y
+    for i in range(rows * n):
+        work.law_tangent[i] = 0.0
+    for j in range(n_u):
+        law_column(tables, address, c, t, work.u, j, work)
+        source = C.input[c] + j
+        for i in range(C.source_dof[source], C.source_dof[source + 1]):
+            if C.source_places[i] >= 0:
+                rate = input_slope(tables, address, source, i - C.source_dof[source], t, q, v, kq, kv, work)
+                add_column(rows, n, C.source_places[i], rate, work)
+    for i in range(n_x):
+        law_column(tables, address, c, t, work.x, i, work)
+        add_column(rows, n, i, kv, work)
+    begin = C.slope[C.output[c]]
+    for i in range(n_y * n):
+        work.slope[begin + i] = work.law_tangent[n_x * n + i]
+
+
+@compiled
+def law_column(tables, address, c, t, values, j, work):
+    """Derivatives of rates and outputs by entry j of `values`, the inputs or the states, in work.law_column."""
+    C = tables.controls
+    n, kept = C.states[c] + C.output[c + 1] - C.output[c], values[j]
+    shift = RELATIVE_DIFFERENCE * max(abs(kept), LEAST_SIZE)
+    upper, lower = kept + shift, kept - shift
+    values[j] = upper
+    call_law(tables, address, c, t, work)
+    for i in range(n):
+        work.law_column[i] = work.law[i]
+    values[j] = lower
+    call_law(tables, address, c, t, work)
+    for i in range(n):
+        work.law_column[i] = (work.law_column[i] - work.law[i]) / (upper - lower)
+    values[j] = kept
+
+
+@compiled
+def input_slope(tables, address, j, i, t, q, v, kq, kv, work):
+    """Derivative kq du/dq + kv du/dv of input j by its i-th coordinate."""
+    C = tables.controls
+    kind = C.source[j, at.SOURCE]
+    if kind == at.COORDINATE:
+        return kq
+    if kind == at.VELOCITY:
+        return kv
+    if kind == at.OUTPUT:
+        return work.slope[C.slope[C.source[j, at.SOURCE_NUMBER]] + i]
+    total, e = 0.0, COORDINATE_DIFFERENCE
+    if kq != 0.0:
+        upper = measured(tables, address, j, t, q, v, i, e, 0.0, work)
+        total += kq * (upper - measured(tables, address, j, t, q, v, i, -e, 0.0, work)) / (2.0 * e)
+    if kv != 0.0:
+        upper = measured(tables, address, j, t, q, v, i, 0.0, e, work)
+        total += kv * (upper - measured(tables, address, j, t, q, v, i, 0.0, -e, work)) / (2.0 * e)
+    return total
+
+
+@compiled
+def add_column(rows, n, place, factor, work):
+    """Add factor times work.law_column to a column of work.law_tangent (rows, n)."""
+    for i in range(rows):
+        work.law_tangent[i * n + place] += factor * work.law_column[i]
+
+
+@compiled
+def add_state_tangents(tables, c, ka, work):
+    """Add the derivatives of the residuals of the states of control c to work.lu."""
+    C = tables.controls
+    n, n_x = C.dof[c + 1] - C.dof[c], C.states[c]
+    positions = part_of(C.positions_state, C.pos_state[c], C.pos_state[c + 1])
+    for i in range(threes(n_x)):
+        work.lu[positions[i * n + i]] += ka
+        for j in range(n if i < n_x else 0):
+            work.lu[positions[i * n + j]] -= work.law_tangent[i * n + j]
+
+
+@compiled
+def add_load_tangent(tables, e, n, work):
+    """Add force times derivative of the factor of element e, whose force without the factor is in work.rl."""
+    C, output = tables.controls, at.FIRST_OUTPUT - tables.elements.factor[e]
+    c = C.owner[output]
+    m, slope = C.dof[c + 1] - C.dof[c], C.slope[output]
+    positions = part_of(C.positions_load, C.pos_load[output], C.pos_load[output + 1])
+    for i in range(n):
+        for j in range(m):
+            work.lu[positions[i * m + j]] += work.rl[i] * work.slope[slope + j]
+
+
+@compiled
+def write_control_signals(tables, work, z, y):
+    """Write outputs of all controls, and the states of sampled ones, into the signals y."""
+    C = tables.controls
+    for c in range(C.kernel.shape[0]):
+        k, n_y = C.out[c], C.output[c + 1] - C.output[c]
+        for i in range(C.z[c, at.BEGIN], C.z[c, at.END] - n_y):
+            y[k] = z[i]
+            k += 1
+        for i in range(n_y):
+            y[k] = work.output[C.output[c] + i]
+            k += 1
 
 
 @compiled
@@ -40,7 +268,7 @@ def add_elements(tables, address, t, h, q, v, a, z, kq, kv, ka, matrix, work):
             for i in range(n * n):
                 if work.Kl[i] != 0.0:  # a chain of sums at the place that nothing reads would take its time
                     work.lu[positions[i]] += s * work.Kl[i]
-            if E.factor[e] < NO_FACTOR:
+            if E.factor[e] < at.NO_FACTOR:
                 add_load_tangent(tables, e, n, work)
         dofs = part_of(E.dofs, E.dof[e], E.dof[e + 1])
         for i in range(n):
@@ -48,65 +276,39 @@ def add_elements(tables, address, t, h, q, v, a, z, kq, kv, ka, matrix, work):
 
 
 @compiled
+def element_data(tables, e, n, z, work):
+    """Numbers, coordinates, velocities, accelerations, history, force and new history of element e, for its kernels."""
+    E = tables.elements
+    p, (begin, end) = part_of(tables.p, E.p[e, at.BEGIN], E.p[e, at.END]), (E.z[e, at.BEGIN], E.z[e, at.END])
+    q, v, a, r = (part_of(work.ql, 0, n), part_of(work.vl, 0, n), part_of(work.al, 0, n), part_of(work.rl, 0, n))
+    return p, q, v, a, part_of(z, begin, end), r, part_of(work.z_new, begin, end)
+
+
+@compiled
 def call_force(tables, address, e, n, t, h, z, work):
     """Call the force kernel of element e, without its factor; results in rl, z_new."""
-    E = tables.elements
-    force_at(address.force, E.force[e])(
-        part_of(tables.p, E.p[e, BEGIN], E.p[e, END]),
-        t,
-        h,
-        part_of(work.ql, 0, n),
-        part_of(work.vl, 0, n),
-        part_of(work.al, 0, n),
-        part_of(z, E.z[e, BEGIN], E.z[e, END]),
-        part_of(work.rl, 0, n),
-        part_of(work.z_new, E.z[e, BEGIN], E.z[e, END]),
-    )
+    p, q, v, a, own, r, z_new = element_data(tables, e, n, z, work)
+    force_at(address.force, tables.elements.force[e])(p, t, h, q, v, a, own, r, z_new)
 
 
 @compiled
 def call_tangent(tables, address, e, n, t, h, z, kq, kv, ka, work):
     """Call the tangent kernel of element e, without its factor; results in rl, Kl, z_new."""
-    E = tables.elements
     for i in range(n * n):
         work.Kl[i] = 0.0
-    tangent_at(address.tangent, E.tangent[e])(
-        part_of(tables.p, E.p[e, BEGIN], E.p[e, END]),
-        t,
-        h,
-        part_of(work.ql, 0, n),
-        part_of(work.vl, 0, n),
-        part_of(work.al, 0, n),
-        part_of(z, E.z[e, BEGIN], E.z[e, END]),
-        kq,
-        kv,
-        ka,
-        part_of(work.rl, 0, n),
-        matrix_view(work.Kl, n, n),
-        part_of(work.z_new, E.z[e, BEGIN], E.z[e, END]),
-    )
+    p, q, v, a, own, r, z_new = element_data(tables, e, n, z, work)
+    A = matrix_view(work.Kl, n, n)
+    tangent_at(address.tangent, tables.elements.tangent[e])(p, t, h, q, v, a, own, kq, kv, ka, r, A, z_new)
 
 
 @compiled
 def call_element(tables, address, e, n, t, h, z, work):
     """Call the element kernel of element e, without its factor; results in rl, Kl, Cl, Ml, z_new."""
-    E = tables.elements
     for i in range(n * n):
         work.Kl[i], work.Cl[i], work.Ml[i] = 0.0, 0.0, 0.0
-    element_at(address.element, E.kernel[e])(
-        part_of(tables.p, E.p[e, BEGIN], E.p[e, END]),
-        t,
-        h,
-        part_of(work.ql, 0, n),
-        part_of(work.vl, 0, n),
-        part_of(work.al, 0, n),
-        part_of(z, E.z[e, BEGIN], E.z[e, END]),
-        part_of(work.rl, 0, n),
-        matrix_view(work.Kl, n, n),
-        matrix_view(work.Cl, n, n),
-        matrix_view(work.Ml, n, n),
-        part_of(work.z_new, E.z[e, BEGIN], E.z[e, END]),
-    )
+    p, q, v, a, own, r, z_new = element_data(tables, e, n, z, work)
+    K, C, M = matrix_view(work.Kl, n, n), matrix_view(work.Cl, n, n), matrix_view(work.Ml, n, n)
+    element_at(address.element, tables.elements.kernel[e])(p, t, h, q, v, a, own, r, K, C, M, z_new)
 
 
 @compiled
@@ -114,8 +316,10 @@ def load_factor(tables, address, e, t, work):
     """Load factor of element e, which multiplies all results of its kernel."""
     E = tables.elements
     if E.factor[e] < 0:
-        return 1.0 if E.factor[e] == NO_FACTOR else work.output[FIRST_OUTPUT - E.factor[e]]
-    s, _, _ = motion_at(address.motion, E.factor[e])(part_of(tables.p, E.factor_p[e, BEGIN], E.factor_p[e, END]), t)
+        return 1.0 if E.factor[e] == at.NO_FACTOR else work.output[at.FIRST_OUTPUT - E.factor[e]]
+    s, _, _ = motion_at(address.motion, E.factor[e])(
+        part_of(tables.p, E.factor_p[e, at.BEGIN], E.factor_p[e, at.END]), t
+    )
     return s
 
 
@@ -159,23 +363,11 @@ def evaluate_energies(tables, address, t, h, q, v, a, x, y, z, work):
 @compiled
 def call_account_kernel(tables, address, e, n, t, h, z, work):
     """Evaluate M v and M y of element e in Mvl, Myl, forces in rl; return strain, gravity, power of damping."""
-    E = tables.elements
     for i in range(n):
         work.Mvl[i], work.Myl[i] = 0.0, 0.0
-    return account_at(address.account, E.account[e])(
-        part_of(tables.p, E.p[e, BEGIN], E.p[e, END]),
-        t,
-        h,
-        part_of(work.ql, 0, n),
-        part_of(work.vl, 0, n),
-        part_of(work.al, 0, n),
-        part_of(work.yl, 0, n),
-        part_of(z, E.z[e, BEGIN], E.z[e, END]),
-        part_of(work.rl, 0, n),
-        part_of(work.Mvl, 0, n),
-        part_of(work.Myl, 0, n),
-        part_of(work.z_new, E.z[e, BEGIN], E.z[e, END]),
-    )
+    p, q, v, a, own, r, z_new = element_data(tables, e, n, z, work)
+    y, Mv, My = part_of(work.yl, 0, n), part_of(work.Mvl, 0, n), part_of(work.Myl, 0, n)
+    return account_at(address.account, tables.elements.account[e])(p, t, h, q, v, a, y, own, r, Mv, My, z_new)
 
 
 @compiled
@@ -198,5 +390,5 @@ def energies_by_matrix(tables, address, e, n, t, h, z, place, work):
     if E.energy[e] < 0:
         return 0.0, 0.0, 0.0
     return energy_at(address.energy, E.energy[e])(
-        part_of(tables.p, E.p[e, BEGIN], E.p[e, END]), t, part_of(work.ql, 0, n), part_of(work.vl, 0, n)
+        part_of(tables.p, E.p[e, at.BEGIN], E.p[e, at.END]), t, part_of(work.ql, 0, n), part_of(work.vl, 0, n)
     )

@@ -1,10 +1,10 @@
-"""Signals at an accepted state (see `flexmb.program.signals`)."""
+"""Signals at an accepted state (see `flexmb.program.numbering`)."""
 
 import math
 
+from flexmb import places
 from flexmb.engine.compiled.arrays import part_of
-from flexmb.engine.system.controls import write_control_signals
-from flexmb.engine.system.elements import load_factor
+from flexmb.engine.system.elements import load_factor, write_control_signals
 from flexmb.engine.system.work import (
     DRIVE_FORCE,
     FORCE_X,
@@ -16,18 +16,6 @@ from flexmb.engine.system.work import (
     gather,
 )
 from flexmb.kernels import compiled, extremum_at, signal_at
-from flexmb.places import (
-    ECCENTRICITY_RATE_X,
-    ECCENTRICITY_RATE_Y,
-    ECCENTRICITY_X,
-    ECCENTRICITY_Y,
-    FRICTION_FORCE,
-    GAP,
-    GAP_RATE,
-    NORMAL_FORCE,
-    NORMAL_X,
-    NORMAL_Y,
-)
 from flexmb.program.program import ADDED, BEGIN, COMMON_Z, END, FIRST, LOAD_KERNEL, MULTIPLIED, SECOND
 
 # Signals of a joint: force on its second body along X and Y, its size, the moment if one is reported.
@@ -164,11 +152,14 @@ def _contacts(tables, work, y):
     K = tables.contacts
     for c in range(K.kernel.shape[0]):
         k = K.out[c]
-        N, T = work.contact[c, NORMAL_FORCE], work.contact[c, FRICTION_FORCE]
-        nx, ny = work.contact[c, NORMAL_X], work.contact[c, NORMAL_Y]
-        y[k + EX], y[k + EY] = work.contact[c, ECCENTRICITY_X], work.contact[c, ECCENTRICITY_Y]
-        y[k + VEX], y[k + VEY] = work.contact[c, ECCENTRICITY_RATE_X], work.contact[c, ECCENTRICITY_RATE_Y]
-        y[k + PENETRATION], y[k + PENETRATION_RATE] = -work.contact[c, GAP], -work.contact[c, GAP_RATE]
+        N, T = work.contact[c, places.NORMAL_FORCE], work.contact[c, places.FRICTION_FORCE]
+        nx, ny = work.contact[c, places.NORMAL_X], work.contact[c, places.NORMAL_Y]
+        y[k + EX], y[k + EY] = work.contact[c, places.ECCENTRICITY_X], work.contact[c, places.ECCENTRICITY_Y]
+        y[k + VEX], y[k + VEY] = (
+            work.contact[c, places.ECCENTRICITY_RATE_X],
+            work.contact[c, places.ECCENTRICITY_RATE_Y],
+        )
+        y[k + PENETRATION], y[k + PENETRATION_RATE] = -work.contact[c, places.GAP], -work.contact[c, places.GAP_RATE]
         y[k + NORMAL_SIGNAL], y[k + FRICTION_SIGNAL] = N, T
         fx, fy = -N * nx - T * ny, -N * ny + T * nx  # on the second body
         y[k + CONTACT_FX], y[k + CONTACT_FY], y[k + CONTACT_FORCE] = fx, fy, math.sqrt(fx * fx + fy * fy)

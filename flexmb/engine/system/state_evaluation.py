@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb.engine.linalg.dense import DENSE_UNKNOWNS, PivotingSolver, solve_dense
-from flexmb.engine.linalg.kept_factors import KeptFactors
+from flexmb.engine.linalg.large import KeptFactors
 from flexmb.engine.system.evaluate import evaluate
 from flexmb.engine.system.work import Work, workspace
 from flexmb.errors import USER_ERRORS, KernelError, SolveError
@@ -341,9 +341,7 @@ def _joint_friction_calls(program: Program, s: Instant, c: int, part: str) -> It
     dofs, places = C.dofs[C.dof[c] : C.dof[c + 1]], C.joint_friction_p[c]
     out, n = np.zeros(JOINT_FRICTION_SIZE), len(dofs)
     lam = s.lam[C.row[c] : C.row[c + 1]]
-    p, law_p = (
-        _between(program, places, *ends) for ends in ((at.LOAD_P, at.LOAD_P_END), (at.SLIDING_P, at.SLIDING_P_END))
-    )
+    p, law_p = (_numbers(program, places[begin:]) for begin in (at.LOAD_P, at.SLIDING_P))
     load = _kernel(program, "joint_friction", C.joint_friction[c, at.LOAD_KERNEL])
     yield _Call(part, load, (p, s.q[dofs], lam, out, np.zeros((n, n))))
     z = s.z[C.joint_friction_z[c, at.BEGIN] : C.joint_friction_z[c, at.END]]
@@ -361,16 +359,16 @@ def _contact_calls(program: Program, s: Instant) -> Iterator[_Call]:
             _kernel(program, kind, K.kernel[k, column])
             for kind, column in (("gap", at.GAP_KERNEL), ("normal", at.NORMAL_LAW), ("friction", at.FRICTION_LAW))
         )
-        yield _Call(names[k], gap, (_between(program, places, at.GAP_P, at.GAP_P_END), s.q[dofs], s.v[dofs], out))
+        yield _Call(names[k], gap, (_numbers(program, places[at.GAP_P :]), s.q[dofs], s.v[dofs], out))
         own = s.z[z[at.NORMAL_Z] : z[at.FRICTION_Z]]
-        arguments = _between(program, places, at.NORMAL_P, at.NORMAL_P_END), s.h, float(out[GAP]), float(out[GAP_RATE])
+        arguments = _numbers(program, places[at.NORMAL_P :]), s.h, float(out[GAP]), float(out[GAP_RATE])
         pressed = _Call(names[k], normal, (*arguments, own, own.copy()))
         yield pressed
         N, raised = pressed.run()
         if raised:
             continue
         own = s.z[z[at.FRICTION_Z] : z[at.Z_END]]
-        arguments = _between(program, places, at.FRICTION_P, at.FRICTION_P_END), s.h, float(out[SLIP]), float(N[0])
+        arguments = _numbers(program, places[at.FRICTION_P :]), s.h, float(out[SLIP]), float(N[0])
         yield _Call(names[k], friction, (*arguments, own, own.copy()))
 
 
@@ -391,10 +389,6 @@ def _kernel(program: Program, kind: str, number: Any) -> Kernel:
 
 def _numbers(program: Program, bounds: np.ndarray) -> np.ndarray:
     return program.tables.p[bounds[at.BEGIN] : bounds[at.END]]
-
-
-def _between(program: Program, places: np.ndarray, begin: int, end: int) -> np.ndarray:
-    return program.tables.p[places[begin] : places[end]]
 
 
 def _shown(value: Any) -> str:

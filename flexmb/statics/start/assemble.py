@@ -73,6 +73,20 @@ class RigidMotion:
         return np.append(np.column_stack([x, y, pose[:, 2] + self.turns * shift[:, 2]]).ravel(), q[n:])
 
 
+def body_rows(program: Program, q: np.ndarray, t: float = 0.0) -> Any:
+    """G B (n_c, 3 bodies): rows of the constraints by motions of the bodies, at a pose q (n_q,) and a time t [s]."""
+    return StateEvaluation(program).at(q, t=t).blocks[1] @ RigidMotion(program).plain_basis(q)
+
+
+def by_part(program: Program, values: np.ndarray) -> dict[str, float]:
+    """Root of the sum of squares of the values (n_c,) of constraint rows, by the name of their part."""
+    found: dict[str, float] = {}
+    for row, value in zip(program.names.rows, values, strict=True):
+        name = row.partition("[")[0]
+        found[name] = float(np.hypot(found.get(name, 0.0), value))
+    return found
+
+
 # Massless links: whether each of their motions moves a mass
 
 NO_INERTIA = 1e-12  # inertia of a motion over the largest of the mechanism, below which a massless link moves alone
@@ -198,11 +212,7 @@ def _newton(
         q = rigid.moved(q, w * (LARGEST_MOVE / largest) if largest > LARGEST_MOVE else w)
     if gap <= 1e3 * wanted:
         return q, gap
-    names: dict[str, float] = {}
-    for row, value in zip(program.names.rows, g, strict=True):
-        part = row.partition("[")[0]
-        names[part] = float(np.hypot(names.get(part, 0.0), value))
-    worst = sorted(names.items(), key=lambda item: -item[1])[:4]
+    worst = sorted(by_part(program, g).items(), key=lambda item: -item[1])[:4]
     listed = ", ".join(f"{name!r} by {value:.4g}" for name, value in worst)
     raise AssemblyError(
         f"Mechanism {program.name!r} cannot be assembled: joints stay open, {listed} (m or rad; {gap:.3g} at worst). "

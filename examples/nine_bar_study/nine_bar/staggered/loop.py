@@ -20,7 +20,7 @@ from flexmb.engine.step.acceptance import (
     update_peaks,
     watch_step,
 )
-from flexmb.engine.step.contact_log import buffer_may_overflow
+from flexmb.engine.step.contact_events import buffer_may_overflow
 from flexmb.engine.step.runge_kutta import runge_kutta_step
 from flexmb.engine.system.elements import evaluate_energies
 from flexmb.engine.system.outputs import write_outputs

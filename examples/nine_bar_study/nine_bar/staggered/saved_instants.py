@@ -1,7 +1,6 @@
 """Saved instants of the staggered scheme: signals of both models, interpolated within a step."""
 
-from flexmb.engine.state.record import BUFFER_FULL, RUNNING
-from flexmb.engine.step.saved_instants import count_row, is_due, next_due, save_step, store_signals
+from flexmb.engine.step.acceptance import buffer_code, save_ends, save_within
 from flexmb.engine.system.outputs import MODE
 from flexmb.kernels import compiled
 
@@ -12,17 +11,11 @@ def save_interpolated(tables, options, flow, record):
 
     `tables` : those of the flexible mechanism, to which the signals belong
     """
-    step = record.report
-    if options.save_interval == 0.0:
-        save_step(flow, record)
-    else:
-        while is_due(options, flow, record):
-            due, row = next_due(options, flow, record), record.count.rows
-            s = min((due - step.start) / step.size, 1.0)
-            interpolate(tables, s, step.size, record.last_signals, record.signals, record.within)
-            store_signals(record.within, record, row)
-            count_row(due, flow, record)
-    return BUFFER_FULL if record.count.rows >= record.times.shape[0] else RUNNING
+    s = save_ends(options, flow, record)
+    while s < 1.0:
+        interpolate(tables, s, record.report.size, record.last_signals, record.signals, record.within)
+        s = save_within(record.within, options, flow, record)
+    return buffer_code(record)
 
 
 @compiled
