@@ -278,15 +278,12 @@ class Ground(Body):
     name: str = "ground"
 
     def nodes(self) -> tuple[Node, ...]:
-        """One fixed node at the origin."""
         return (Node("", 0.0, 0.0, 0.0),)
 
     def attach(self, owner: str, point: tuple[float, float]) -> Attachment:  # noqa: ARG002 - any point will do
-        """Every point of the plane belongs to the ground."""
         return Attachment(self.name, "", point)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:  # noqa: ARG002 - nothing moves
-        """Nothing."""
         return ()
 
 
@@ -333,7 +330,6 @@ class Element(Part):
         return ()
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One element on the named coordinates, and its signals."""
         coordinates = tuple(self._coordinate(mechanism, c) for c in self.coords)
         p = self.parameters()
         element = ElementContribution(
@@ -406,7 +402,6 @@ class Joint(Part):
         return row is not None and row.drive_units[0] == "rad"
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """The joint as a point of the first body."""
         first, second = self.ends(mechanism)
         return (PointShape(self.name, self.kind, *first.place, other=second.place),)
 
@@ -468,7 +463,6 @@ class Controller(Part):
         """Law, inputs, states and outputs."""
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:  # noqa: ARG002 - the same in all
-        """One control law."""
         return [self.control()]
 
     def followed(self, end: float) -> tuple[str, float, float] | None:  # noqa: ARG002 - of controllers with a target

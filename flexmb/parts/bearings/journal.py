@@ -72,12 +72,10 @@ class JournalBearing(RevoluteClearance):
 
     @property
     def play(self) -> float:
-        """Eccentricity at which the surfaces touch [m]."""
         return self.clearance - self.roughness
 
     @property
     def oiled(self) -> Any:
-        """The joint itself."""
         return self
 
     def pressures(
@@ -181,7 +179,6 @@ class JournalBearing(RevoluteClearance):
         return (*packed(own), *self.film.table(self.label, self.bearing_radius, thinnest))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Contact, angle and start of the dry joint, and the film with its signals."""
         first, second = self.ends(mechanism)
         coordinates, p = (*first.coordinates, *second.coordinates), self.numbers(first.offset, second.offset)
         before, behind = p[: kernels.CHOSEN], p[kernels.CHOSEN + 1 :]

@@ -82,7 +82,6 @@ class ClosedFilm(Film):
 
     @property
     def extent(self) -> float:
-        """Extent of the film, as a parameter of the kernels."""
         return EXTENTS[self.cavitation]
 
     def pressures(
@@ -121,7 +120,6 @@ class ShortBearing(ClosedFilm):
     kind = film.SHORT
 
     def scales(self, radius: float, clearance: float) -> dict[int, float]:
-        """Scales of force, pressure and flow by their places, for `radius` and `clearance` of a bearing [m]."""
         mu, L, c = self.viscosity, self.width, clearance
         return {FORCE: mu * radius * L**3 / c**2, PRESSURE: 1.5 * mu * (L / c) ** 2, FLOW: 2.0 * radius * L * c}
 
@@ -150,7 +148,6 @@ class LongBearing(ClosedFilm):
     kind = film.LONG
 
     def scales(self, radius: float, clearance: float) -> dict[int, float]:
-        """Scales of force, pressure and flow by their places, for `radius` and `clearance` of a bearing [m]."""
         slender = (radius / clearance) ** 2
         return {
             FORCE: self.viscosity * radius * slender * self.width, PRESSURE: 6.0 * self.viscosity * slender, FLOW: 0.0,
@@ -223,7 +220,6 @@ class FiniteBearing(Film):
         return super().numbers(radius, clearance) | ({KIND: film.PADS} if self.grooves else {})
 
     def scales(self, radius: float, clearance: float) -> dict[int, float]:
-        """Scales of force, pressure and flow by their places, for `radius` and `clearance` of a bearing [m]."""
         pressure = self.viscosity * (radius / clearance) ** 2
         return {FORCE: pressure * radius * self.width, PRESSURE: pressure, FLOW: radius**2 * clearance / 6.0}
 

@@ -263,11 +263,9 @@ class SliderBearing(PrismaticClearance):
 
     @property
     def play(self) -> float:
-        """Offset at which the faces touch [m]."""
         return self.clearance - self.roughness
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Contacts, signals and start of the dry joint, and the film with its signals."""
         coordinates, place, angle = self.geometry(mechanism)
         numbers = dict(zip(range(ANGLE), place, strict=True)) | {
             ANGLE: angle, GAP: self.clearance, HEIGHT: self.roughness, HALF: self.half_length,

@@ -233,11 +233,9 @@ class PointMass(Body):
     )
 
     def nodes(self) -> tuple[Node, ...]:
-        """The node at the point."""
         return (Node("", *self.at, 0.0),)
 
     def attach(self, owner: str, point: Point) -> Attachment:
-        """The point itself."""
         apart = planar.distance(self.at, point)
         if apart > SAME_POINT * max(1.0, *map(abs, self.at)):
             text = f"{owner}: the point ({point[0]:g}, {point[1]:g}) lies {apart:g} m beside {self.label},"
@@ -245,7 +243,6 @@ class PointMass(Body):
         return Attachment(self.name, "", (0.0, 0.0))
 
     def start_velocity(self) -> tuple[float, float, float] | None:
-        """The declared start velocity, without rotation."""
         return None if self.velocity is None else (*self.velocity, 0.0)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
@@ -256,7 +253,6 @@ class PointMass(Body):
         return [node_mass(self.name, "", self.mass, self.mass, mechanism.gravity), held]
 
     def total_mass(self) -> float:
-        """The mass [kg]."""
         return self.mass
 
     def validate(self, mechanism: Mechanism) -> None:
@@ -268,7 +264,6 @@ class PointMass(Body):
                 raise ModelError(f"{text} PinSlot from another body, couplings.Distance, SpringDamper, Force.")
 
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the point alone
-        """The point."""
         return (RigidShape(self.name, "", (((0.0, 0.0), (0.0, 0.0)),)),)
 
 

@@ -45,7 +45,6 @@ class Bar(Body):
 
     @property
     def bar_ends(self) -> tuple[Point, ...]:
-        """Both ends [m]."""
         return self.start, self.end
 
     @property
@@ -83,23 +82,18 @@ class RigidBody(Body):
     )
 
     def nodes(self) -> tuple[Node, ...]:
-        """The node at the centre of mass."""
         return (Node("", *self.at, self.theta),)
 
     def attach(self, owner: str, point: Point) -> Attachment:  # noqa: ARG002 - any point of the plane will do
-        """Every point of the plane may belong to a rigid body."""
         return Attachment(self.name, "", planar.to_frame(self.at, self.theta, point))
 
     def start_velocity(self) -> tuple[float, float, float] | None:
-        """The declared start velocity."""
         return self.velocity
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One element: mass and moment of inertia of the body."""
         return [node_mass(self.name, "", self.mass, self.inertia, mechanism.gravity)]
 
     def total_mass(self) -> float:
-        """The mass [kg]."""
         return self.mass
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
@@ -156,11 +150,9 @@ class RigidLink(Bar):
 
     @property
     def is_massless(self) -> bool:
-        """Whether the link has neither mass nor moment of inertia."""
         return self.mass == 0.0 and self.inertia == 0.0
 
     def nodes(self) -> tuple[Node, ...]:
-        """The node at the centre of mass."""
         x, y = planar.from_frame(self.start, self.angle, (self.centre * self.length, 0.0))
         return (Node("", x, y, self.angle),)
 
@@ -176,11 +168,9 @@ class RigidLink(Bar):
         return Attachment(self.name, "", (along, across))
 
     def start_velocity(self) -> tuple[float, float, float] | None:
-        """The declared start velocity."""
         return self.velocity
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One element: mass and moment of inertia of the body."""
         mass, inertia = self.mass, self.inertia
         if self.is_massless:
             mass = MASSLESS * min((body.total_mass() for body in mechanism.bodies if not body.is_massless), default=1.0)
@@ -188,7 +178,6 @@ class RigidLink(Bar):
         return [node_mass(self.name, "", mass, inertia, mechanism.gravity)]
 
     def total_mass(self) -> float:
-        """The mass [kg]."""
         return self.mass
 
     def findings_before(self, mechanism: Mechanism) -> Iterator[Finding]:
@@ -213,6 +202,5 @@ class RigidLink(Bar):
                     yield found("far-joint", parts, text, "Check the points of both.", distance=beyond)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:  # noqa: ARG002 - the bar alone
-        """The bar."""
         before, after = self.centre * self.length, (1.0 - self.centre) * self.length
         return (RigidShape(self.name, "", (((-before, 0.0), (after, 0.0)),)),)

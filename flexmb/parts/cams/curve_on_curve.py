@@ -206,7 +206,6 @@ class CurveOnCurve(Part):
 
     @property
     def pushes(self) -> tuple[str, ...]:
-        """The force of an ideal pair."""
         return ("force",) if self.normal is None else ()
 
     def findings_after(self, mechanism: Mechanism, motion: WatchedMotion) -> Iterator[Finding]:  # noqa: ARG002 - alone
@@ -241,7 +240,6 @@ class CurveOnCurve(Part):
         check_distance(self, curve, other)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One constraint equation or one contact."""
         body, curve, second, other = self._ordered()
         nodes = carrier(mechanism, body.name, self.label), carrier(mechanism, second.name, self.label)
         coordinates = (*node_coordinates(body.name, nodes[0].name), *node_coordinates(second.name, nodes[1].name))
@@ -258,7 +256,6 @@ class CurveOnCurve(Part):
         return CURVES.contributions(self, coordinates, p)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """Both curves."""
         return pair_shapes(mechanism, self, self.first_curve, self.second_curve)
 
 
@@ -344,12 +341,10 @@ class PointOnCurve(Part):
         check_distance(self, self.curve, CircularCurve(self.at, POINT * self.curve.size))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One constraint equation or one contact."""
         nodes, coordinates = carriers(mechanism, self)
         size, numbers = TOLERANCE_LENGTH * self.curve.size, curve_numbers(self.curve, nodes[0])
         p = (size, *in_frame(nodes[1], self.at), 0.0, *numbers)
         return ROLLER.contributions(self, coordinates, p)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """The curve."""
         return [shape(self.first.name, carrier(mechanism, self.first.name, self.label), self.curve.drawing())]

@@ -103,7 +103,6 @@ class OutlineContact(Part):
         return found
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """Outline and circle."""
         return pair_shapes(mechanism, self, self.outline, self.circle)
 
 
@@ -268,7 +267,6 @@ class OutlineOnOutline(Part):
         return found
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """Both outlines."""
         return pair_shapes(mechanism, self, self.first_outline, self.second_outline)
 
 

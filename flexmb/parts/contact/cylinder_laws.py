@@ -93,7 +93,6 @@ class CylinderLaw(DampedElasticLaw):
 
     @staticmethod
     def chi(restitution: float) -> float:
-        """Damping factor with which free impacts return exactly e = `restitution`."""
         return exact_chi(restitution)
 
     @abstractmethod

@@ -283,5 +283,4 @@ class Hertz(HysteresisLaw):
 
     @staticmethod
     def chi(restitution: float) -> float:
-        """Damping factor 0 for any `restitution`."""
         return 0.0

@@ -163,7 +163,6 @@ class Control(Controller):
         return tuple(self.outputs)
 
     def control(self) -> ControlContribution:
-        """Law, inputs, states and outputs."""
         return ControlContribution(
             self.name,
             self.law,

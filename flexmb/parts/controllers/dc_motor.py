@@ -92,7 +92,6 @@ class DCMotor(Controller):
             raise InputError(f"{text}. Leave it out, or give inductance= in H.")
 
     def control(self) -> ControlContribution:
-        """Law, inputs, states and outputs."""
         number = 0.0 if isinstance(self.voltage, (str, Motion)) else float(self.voltage)
         inputs: list[str | MotionInput] = [self.speed]
         if isinstance(self.voltage, (str, Motion)):

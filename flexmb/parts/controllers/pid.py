@@ -192,7 +192,6 @@ class PID(Controller):
         return 1.0 / time if self.sample is None else -math.expm1(-self.sample / time) / self.sample
 
     def control(self) -> ControlContribution:
-        """Law, inputs, states and outputs."""
         inputs: list[str | MotionInput] = [self.measure]
         if isinstance(self.target, Motion):
             inputs += [MotionInput(self.target), MotionInput(self.target, rate=True)]

@@ -221,13 +221,11 @@ class Belt(Wheels):
             yield found("unreal-motion", (self.name,), text, "Hold the axes by joints, or by an arm.", **numbers)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """The belt, and circles of its middle line on both wheels."""
         first, second = self._mounts(mechanism)
         belt = BeltShape(self.name, first.place, second.place, self.radii, self.crossed)
         return (*self._circles(mechanism, self.radii), belt)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One constraint equation between two or three angles; with friction an element between both wheels."""
         r1, r2 = self.radii[0], self.radii[1] if self.crossed else -self.radii[1]
         if self.coefficient is None or self.pretension is None or self.creep is None:
             return [self._rolling(mechanism, (r1, r2), (strand_pull, (r1 + r2, self.pretension or 0.0)))]

@@ -100,12 +100,10 @@ class Distance(Part):
         return first, mechanism.body(self.second.name, self.label).attach(self.label, self.to)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """The rod."""
         first, second = self.ends(mechanism)
         return (LineShape(self.name, ROD, first.place, second.place),)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One constraint equation."""
         first, second = self.ends(mechanism)
         p = (*first.offset, *second.offset, planar.distance(self.at, self.to))
         coordinates, tension = (*first.coordinates, *second.coordinates), Reaction("force", "N", 0, -1.0)
@@ -181,7 +179,6 @@ class Cable(Part):
         return first, mechanism.body(self.second.name, self.label).attach(self.label, self.to)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """A thin line between the points."""
         ends = self.ends(mechanism)
         drums = (CircleShape(self.name, e.place, abs(r)) for e, r in zip(ends, self.radii, strict=True) if r)
         return (LineShape(self.name, CABLE, ends[0].place, ends[1].place), *drums)
@@ -195,7 +192,6 @@ class Cable(Part):
             yield found("unreal-motion", (self.name,), text, remedy, time=when, stretch=stretch, length=length)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One contact and the distance of the points."""
         first, second = self.ends(mechanism)
         coordinates, offsets = (*first.coordinates, *second.coordinates), (*first.offset, *second.offset)
         ux, uy, size = self._drawn()

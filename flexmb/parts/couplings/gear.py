@@ -161,11 +161,9 @@ class Gear(Wheels):
             yield found("unreal-motion", (self.name,), text, remedy, time=motion.times[k], distance=apart[k])
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """The pitch circles."""
         return self._circles(mechanism, self.radii(mechanism))
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One constraint equation between two or three angles, or two contacts."""
         r1, r2 = self.signed_radii(mechanism)
         R = math.copysign(r1 + r2, r2) if self.internal else r1 + r2
         base = planar.distance(*self._axes(mechanism)) * math.cos(self.pressure_angle)

@@ -99,7 +99,6 @@ class Rack(Part):
             yield found("unreal-motion", (self.name,), text, remedy, time=motion.times[k], **numbers)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One constraint equation between six coordinates."""
         pinion, rack = (mechanism.body(part.name, self.label) for part in (self.pinion, self.rack))
         end, node = rack.attach(self.label, self.at), pinion.node(pinion.main)
         turned = rack.node(end.node).theta

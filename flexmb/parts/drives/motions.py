@@ -29,7 +29,6 @@ class ConstantSpeed(Motion):
 
     @property
     def period(self) -> float | None:
-        """Time of one turn [s]."""
         return 2.0 * math.pi / abs(self.speed) if self.speed else None
 
 
@@ -74,7 +73,6 @@ class Harmonic(Motion):
 
     @property
     def period(self) -> float | None:
-        """One cycle [s]."""
         return 1.0 / self.frequency
 
     def longest_chord(self, begin: float, end: float) -> float:  # noqa: ARG002 - the same at all times
@@ -114,7 +112,6 @@ class Polynomial(Motion):
             raise InputError("Polynomial: coefficients is empty; give at least one, e.g. (0.0, 6.28).")
 
     def parameters(self) -> tuple[float, ...]:
-        """The coefficients."""
         return tuple(self.coefficients)
 
 
@@ -161,7 +158,6 @@ class SpinUp(Motion):
 
     @property
     def period(self) -> float | None:
-        """Time of one turn at full speed [s]."""
         return 2.0 * math.pi / abs(self.speed) if self.speed else None
 
 

@@ -87,11 +87,9 @@ class PiecewiseLinear(Motion):
         object.__setattr__(self, "values", values)
 
     def parameters(self) -> tuple[float, ...]:
-        """Times, then values."""
         return *self.times, *self.values
 
     def breaks(self, t_end: float) -> tuple[float, ...]:
-        """The points."""
         return tuple(t for t in self.times if 0.0 < t <= t_end)
 
 
@@ -139,7 +137,6 @@ class Pulse(Motion):
         return self.value, self.start, math.inf if self.end is None else self.end
 
     def breaks(self, t_end: float) -> tuple[float, ...]:
-        """Start and end."""
         return tuple(t for t in self.parameters()[1:] if 0.0 < t <= t_end)
 
 
@@ -254,7 +251,6 @@ class Table(Motion):
 
     @property
     def period(self) -> float | None:
-        """Length of a repeated table [s]."""
         return self.times[-1] - self.times[0] if self.periodic else None
 
     def longest_chord(self, begin: float, end: float) -> float:  # noqa: ARG002 - the same at all times

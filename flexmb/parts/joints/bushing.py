@@ -175,7 +175,6 @@ class Bushing(Joint):
             raise InputError(f"{self.label}: stiffness is {self.stiffness}; one of both must be > 0 N/m.")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One element, the signals, and the coincidence of the points at the start."""
         first, second = ends = self.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
         angle = math.atan2(self.along[1], self.along[0]) - mechanism.body(first.part).node(first.node).theta

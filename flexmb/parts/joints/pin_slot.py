@@ -120,13 +120,11 @@ class PinSlot(Joint):
     holds_point = False
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One constraint equation, travel and speed."""
         coordinates, p = self._geometry(mechanism)
         row = ConstraintContribution(self.name, slot_kernel, coordinates, p, 1, second=coordinates[3:])
         return [row, *travel_contributions(self.name, coordinates, p)]
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """The pin, as a point of the second body, and its slot in the first one."""
         slot, pin = self.ends(mechanism)
         c, s, *_ = self._geometry(mechanism)[1]
         return (PointShape(self.name, self.kind, *pin.place, other=slot.place, along=(c, s)),)
@@ -182,7 +180,6 @@ class PinSlotClearance(PinSlot):
         return made
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One contact, travel and speed, and the ideal slot at the start."""
         coordinates, p = self._geometry(mechanism)
         reach = 1e300 if self.length is None else 0.5 * self.length
         normal = self.normal.for_radii(math.inf, self.pin_radius)

@@ -116,7 +116,6 @@ class Guide(Joint):
     holds_point = False
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """The slider's point, and the guide in the first body."""
         guide, slider = self.ends(mechanism)
         along = self.geometry(mechanism)[1][:2]
         return (PointShape(self.name, self.kind, *slider.place, other=guide.place, along=along),)
@@ -164,7 +163,6 @@ class Prismatic(Guide):
         check_friction(self, "length")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Two constraint equations, travel and speed."""
         ideal, (coordinates, line, _) = self.ideal(mechanism), self.geometry(mechanism)
         signals = travel_contributions(self.name, coordinates, line)
         if self.friction is None or self.length is None:
@@ -173,7 +171,6 @@ class Prismatic(Guide):
         return [replace(ideal, joint_friction=JointFriction(guide_friction, p, self.friction)), *signals]
 
     def drive_contribution(self, mechanism: Mechanism) -> ConstraintContribution | None:
-        """The travel of the second body along the guide, 0 in the reference configuration."""
         coordinates, p, _ = self.geometry(mechanism)
         return ConstraintContribution(
             self.name, travel_kernel, coordinates, p, 1, is_drive=True, drive_units=("m", "N")
@@ -253,7 +250,6 @@ class Clamp(Joint):
             raise InputError(f"{self.label}: angle, x and y are None; give a motion, or use Fixed(...) for a weld.")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Three constraint equations."""
         first, second = ends = self.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
         p = (*first.offset, *second.offset, drawn_angle(mechanism, ends))

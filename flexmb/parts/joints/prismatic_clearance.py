@@ -142,7 +142,6 @@ class PrismaticClearance(Guide):
         return made
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Four contacts, the signals, and the ideal guide at the start."""
         coordinates, p, angle = self.geometry(mechanism)
         mx, my, s1x, s1y, s2x, s2y = p
         turn = -angle  # of the guide's direction, seen from the frame of the slider

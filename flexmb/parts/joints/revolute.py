@@ -130,7 +130,6 @@ class Revolute(Joint):
         check_friction(self, "radius")
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Two constraint equations, and the angle."""
         ends = self.ends(mechanism)
         contribution, angle = coincidence_piece(self.name, ends), angle_contribution(self.name, mechanism, ends)
         if self.friction is None or self.radius is None:
@@ -140,7 +139,6 @@ class Revolute(Joint):
         return [replace(contribution, joint_friction=friction), angle]
 
     def drive_contribution(self, mechanism: Mechanism) -> ConstraintContribution | None:
-        """The rotation of the second body against the first, 0 in the reference configuration."""
         ends = self.ends(mechanism)
         coordinates = tuple(end.coordinates[2] for end in ends)
         p = (drawn_angle(mechanism, ends),)
@@ -158,7 +156,6 @@ class Fixed(Joint):
     holds_point = False
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Three constraint equations."""
         first, second = ends = self.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
         p = (*first.offset, *second.offset, drawn_angle(mechanism, ends))

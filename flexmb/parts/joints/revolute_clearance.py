@@ -200,7 +200,6 @@ class RevoluteClearance(Joint):
         return made
 
     def idealised(self) -> Revolute:
-        """The joint without clearance."""
         return Revolute(self.name, self.first, self.second, self.at)
 
     def findings_at_rest(self, mechanism: Mechanism, load: float, pose: Pose | None) -> Iterator[Finding]:  # noqa: ARG002
@@ -218,7 +217,6 @@ class RevoluteClearance(Joint):
             yield found("soft-contact", (self.name,), text, remedy, force=load, penetration=depth)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One contact, the angle, and the constraint equations of the journal's place at the start."""
         first, second = ends = self.ends(mechanism)
         coordinates = (*first.coordinates, *second.coordinates)
         p = (self.play, self.bearing_radius, *first.offset, *second.offset)

@@ -249,7 +249,6 @@ class Stop(Part):
         return joint_with_coordinate(mechanism, self.label, self.joint)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One contact for each limit."""
         coordinates, found = self._at_joint(mechanism) if self.joint is not None else self._at_points(mechanism)
         law, several = self.normal, len(found) > 1
         laws = law, Frictionless()

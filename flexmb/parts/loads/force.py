@@ -113,15 +113,12 @@ class Force(Part):
 
     @property
     def declared_load(self) -> float:
-        """Size of the force [N]."""
         return math.hypot(*self.force)
 
     def share(self, part: float) -> Force:
-        """The load with the fraction `part` of its force, if the force is a follower."""
         return replace(self, force=(part * self.force[0], part * self.force[1])) if self.follower else self
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """An arrow that ends in the point of application; none for a force of 0."""
         body = mechanism.body(self.body.name, self.label)
         end, direction = body.attach(self.label, self.at), self.force
         if direction == (0.0, 0.0):
@@ -131,7 +128,6 @@ class Force(Part):
         return (ArrowShape(self.name, end.place, direction, self.follower),)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One element on the node that carries the point, and four signals."""
         body = mechanism.body(self.body.name, self.label)
         end = body.attach(self.label, self.at)
         kernel, force = dead_force_kernel, self.force
@@ -198,7 +194,6 @@ class Torque(Part):
         return 0.0
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One element on theta of the node, and two signals."""
         body = mechanism.body(self.body.name, self.label)
         node = body.main if self.at is None else body.attach(self.label, self.at).node
         theta = ((body.name, node, 2),)

@@ -244,7 +244,6 @@ class SpringDamper(Part):
         return first, mechanism.body(self.second.name, self.label).attach(self.label, self.to)
 
     def shapes(self, mechanism: Mechanism) -> Shapes:
-        """A spring, or a damper where there is no stiffness."""
         first, second = self.ends(mechanism)
         return (LineShape(self.name, SPRING if self.stiffness > 0.0 else DAMPER, first.place, second.place),)
 

@@ -306,7 +306,6 @@ class WornBearing(WornClearance, JournalBearing):
         return (*own, *np.concatenate(tables).tolist())
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Contact, angle and start of the worn joint, and the film with its signals."""
         first, second = self.ends(mechanism)
         coordinates, p = (*first.coordinates, *second.coordinates), self.film_numbers(first.offset, second.offset)
         film = WORN_FILM.contribution(self.name, coordinates, p)

@@ -58,12 +58,10 @@ class WornClearance(WornJoint, RevoluteClearance):
 
     @property
     def wearing_faces(self) -> tuple[str, ...]:
-        """The bearing or the journal."""
         return ("journal",) if self.on_journal else ("bearing",)
 
     @property
     def deepest(self) -> tuple[str, float]:
-        """Radius of the bearing."""
         return "bearing radius", self.bearing_radius
 
     @property
@@ -78,23 +76,19 @@ class WornClearance(WornJoint, RevoluteClearance):
 
     @property
     def areas(self) -> np.ndarray:
-        """Surface between two angles [m^2]."""
         radius = self.journal_radius if self.on_journal else self.bearing_radius
         return np.full(self.bins, 2.0 * np.pi / self.bins * radius * self.width)
 
     @property
     def places(self) -> np.ndarray:
-        """Angles of the profile [rad]."""
         return 2.0 * np.pi * np.arange(self.bins) / self.bins
 
     @property
     def sizes(self) -> dict[str, float]:
-        """Clearance and radius of the bearing [m]."""
         return {"clearance": self.clearance, "bearing_radius": self.bearing_radius}
 
     @property
     def half_play(self) -> float:
-        """Half of the widest way of the journal's centre [m]; the clearance where nothing is worn."""
         support = self.surface.support
         return self.clearance - self.play + float(0.5 * (support + np.roll(support, len(support) // 2)).max())
 
@@ -104,7 +98,6 @@ class WornClearance(WornJoint, RevoluteClearance):
         return surface(self.play, self.depths)
 
     def smoothed(self, depths: np.ndarray) -> np.ndarray:
-        """Means of the depths of neighbours."""
         return smoothed(depths)
 
     def _spread(self, sol: Any, contact: str, rows: np.ndarray, lost: np.ndarray) -> np.ndarray:
@@ -121,7 +114,6 @@ class WornClearance(WornJoint, RevoluteClearance):
         return (*own, *np.concatenate(self.surface).tolist())
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Contact of the worn surface, angle, start of the joint, and signals."""
         first, second = ends = self.ends(mechanism)
         coordinates, p = (*first.coordinates, *second.coordinates), self.numbers(first.offset, second.offset)
         normal = self.normal.for_radii(self.bearing_radius, self.journal_radius)

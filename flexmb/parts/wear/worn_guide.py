@@ -63,12 +63,10 @@ class WornSides(WornJoint):
 
     @property
     def areas(self) -> np.ndarray:
-        """Surface between two places [m^2]."""
         return np.full(2 * self.bins, self.step * (self.wear.width or 0.0))
 
     @property
     def sizes(self) -> dict[str, float]:
-        """Clearance and length of the profile [m]."""
         return {"clearance": self.clearance, "worn_length": self.worn_length}
 
     @property
@@ -91,7 +89,6 @@ class WornSides(WornJoint):
 
     @property
     def half_play(self) -> float:
-        """Half of the widest way across [m]; the clearance where nothing is worn."""
         return self.clearance + 0.5 * float(self.sides.sum(axis=0).max())
 
     def smoothed(self, depths: np.ndarray) -> np.ndarray:
@@ -178,11 +175,9 @@ class WornGuide(WornSides, PrismaticClearance):
 
     @property
     def deepest(self) -> tuple[str, float]:
-        """Half side of the slider across."""
         return "half_height", self.half_height
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """Four contacts on the worn sides, further ones of the dry joint, and signals."""
         found: list[Contribution] = []
         corners: tuple[float, ...] = ()
         for one in super().contributions(mechanism):
@@ -233,12 +228,10 @@ class WornSlot(WornSides, PinSlotClearance):
 
     @property
     def rounding(self) -> float:  # type: ignore[override]
-        """Radius of the pin [m]."""
         return self.pin_radius
 
     @property
     def deepest(self) -> tuple[str, float]:
-        """Radius of the pin."""
         return "pin_radius", self.pin_radius
 
     def _on_upper(self, sol: Any, contact: str, rows: np.ndarray) -> np.ndarray:
@@ -246,7 +239,6 @@ class WornSlot(WornSides, PinSlotClearance):
         return np.asarray(sol.array(f"{self.name}.{contact}offset")[rows] >= 0.0)
 
     def contributions(self, mechanism: Mechanism) -> Sequence[Contribution]:
-        """One contact on the worn sides, further ones of the dry joint, and signals."""
         found: list[Contribution] = []
         for one in super().contributions(mechanism):
             if isinstance(one, ContactContribution):

@@ -126,7 +126,6 @@ class WornJoint(Part):
 
     @property
     def wearing(self) -> Any:
-        """The joint itself."""
         return self
 
     @property
