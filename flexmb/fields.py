@@ -20,9 +20,8 @@ from numbers import Real
 from typing import Any, NamedTuple, TypeVar, dataclass_transform
 
 from flexmb import checks
-from flexmb.arguments import Checked
+from flexmb.arguments import Checked, joined, sections
 from flexmb.checks import collecting
-from flexmb.docstrings import joined, sections
 from flexmb.errors import InputError
 
 Kind = TypeVar("Kind", bound=type)

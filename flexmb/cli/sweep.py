@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from flexmb import checks
-from flexmb.cli.arguments.options import Option, keywords_of
+from flexmb.cli.arguments.parser import Option, keywords_of
 from flexmb.cli.arguments.source import Source, field_option
 from flexmb.cli.run import flow_options, require_folder, require_those_of, tell
 from flexmb.dynamics.jobs.files import write_netcdf

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 import numpy as np
 
 from flexmb import checks, kernels
-from flexmb.deprecation import warn_of_former
 from flexmb.display import Shown
 from flexmb.errors import USER_ERRORS, FlexmbError, InputError, ModelError
 from flexmb.fields import Input, field, fields_of, point, record
@@ -30,6 +29,7 @@ from flexmb.model.contributions import (
 from flexmb.model.law import Law, Material, number_fields, require_kernel
 from flexmb.model.shape import PointShape, Shapes
 from flexmb.model.signal import Signals
+from flexmb.namespace import warn_of_former
 
 if TYPE_CHECKING:
     from flexmb.model.mechanism import Mechanism

@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 
 import flexmb as fm
-from flexmb.cli.arguments.options import Option
+from flexmb.cli.arguments.parser import Option
 from flexmb.cli.command_line import main
 from flexmb.cli.sweep import values_of
 

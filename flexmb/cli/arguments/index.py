@@ -177,7 +177,7 @@ COMMANDS = (
             (("file NAME", "name of the model; the file is NAME.py", Path), ("--force", "replace an existing file")),
             ("flexmb new press", "flexmb run press.py --speed 300rpm")),
     Command("list", "ready mechanisms and their options", (), ("flexmb list", "flexmb list | head -5"),
-            call="arguments.options.list_mechanisms"),
+            call="arguments.parser.list_mechanisms"),
     Command("check", "all that is wrong with a mechanism; degrees of freedom, mass, natural frequencies", CHECK,
             ("flexmb check nine-bar --clearance 0.5mm", "flexmb check four-bar --set crank.mass=50g --json"),
             MECHANISM, "Exit status 1 where a run could not be right.", call="new.check"),

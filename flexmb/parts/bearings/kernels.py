@@ -21,9 +21,18 @@ from flexmb.kernels import (
     tangent_kernel,
 )
 from flexmb.model.contributions import Coordinate, ElementContribution
-from flexmb.parts.bearings.film import PADS, TABLE, film_force, film_pressure
-from flexmb.parts.bearings.pads import pads_force, pads_scalar
-from flexmb.parts.bearings.reynolds import PEAK, SIDE, table_force, table_scalar
+from flexmb.parts.bearings.film import (
+    PADS,
+    PEAK,
+    SIDE,
+    TABLE,
+    film_force,
+    film_pressure,
+    pads_force,
+    pads_scalar,
+    table_force,
+    table_scalar,
+)
 
 # Parameters p: kind and extent of the film, clearance, height of the roughness; scales of force [N s], moment [N m s],
 # pressure [Pa s] and flow [m^3]; points in the frames of their nodes; number of the signal.

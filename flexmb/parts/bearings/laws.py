@@ -16,7 +16,7 @@ from flexmb import checks
 from flexmb.display import Shown
 from flexmb.errors import InputError
 from flexmb.fields import Input, between, field, number, one_of, positive, record, several, two
-from flexmb.parts.bearings import film, pads, reynolds
+from flexmb.parts.bearings import film
 from flexmb.parts.bearings.kernels import CLEARANCE, DRAG, EXTENT, FLOW, FORCE, KIND, PRESSURE
 
 # Kinds of cavitation, with the extents that they leave of a film.
@@ -231,24 +231,22 @@ class FiniteBearing(Film):
         ends = pairwise(self.turned)
         pads: list[tuple[float, float] | None] = [(one + half - widest, end - one - 2.0 * half) for one, end in ends]
         for pad in pads or [None]:
-            solved = reynolds.solve_film(
-                *motion, self.width / (2.0 * radius), from_widest=self.supply == WIDEST, pad=pad
-            )
+            solved = film.solve_film(*motion, self.width / (2.0 * radius), from_widest=self.supply == WIDEST, pad=pad)
             own = np.interp(theta, solved.angle, solved.pressure[:, 0], period=2.0 * math.pi)
             found += own if pad is None else np.where((theta - pad[0]) % (2.0 * math.pi) < pad[1], own, 0.0)
         return self.scales(radius, clearance)[PRESSURE] * found
 
     def table(self, label: str, radius: float, thinnest: float) -> tuple[float, ...]:
         """Numbers of the table of forces; `label`, `radius`, `thinnest` as of `Film.table`."""
-        if thinnest < reynolds.THINNEST:
+        if thinnest < film.THINNEST:
             raise InputError(
                 f"{label}: the film may become as thin as {thinnest:.3g} of the clearance, half of the roughness; the "
-                f"table of a FiniteBearing ends at {reynolds.THINNEST:g}. Give a roughness of 0.002 of the clearance."
+                f"table of a FiniteBearing ends at {film.THINNEST:g}. Give a roughness of 0.002 of the clearance."
             )
         ratio = self.width / (2.0 * radius)
         if self.grooves:
-            return pads.pads_table(ratio, self.turned, self.groove_width)
-        return reynolds.film_table(ratio, self.supply == WIDEST)
+            return film.pads_table(ratio, self.turned, self.groove_width)
+        return film.film_table(ratio, self.supply == WIDEST)
 
 
 def check_roughness(label: str, roughness: float, clearance: float) -> None:

@@ -22,7 +22,7 @@ from flexmb.model.contributions import Contribution, SignalContribution
 from flexmb.model.mechanism import Mechanism
 from flexmb.parts.bearings.kernels import film_kernels, thickness
 from flexmb.parts.bearings.laws import ShortBearing, check_roughness
-from flexmb.parts.joints.prismatic_clearance import PrismaticClearance
+from flexmb.parts.joints.prismatic import PrismaticClearance
 from flexmb.places import packed
 
 # Parameters p: direction of the guide, points in the frames of their nodes, angle of the slider; gap on either side,

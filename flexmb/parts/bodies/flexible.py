@@ -39,8 +39,7 @@ from flexmb.late import scipy
 from flexmb.model.contributions import Contribution, ElementContribution, Node, SignalContribution, node_coordinates
 from flexmb.model.law import Material
 from flexmb.model.shape import BeamShape
-from flexmb.parts.bodies.point_mass import mean_mass, node_mass
-from flexmb.parts.bodies.rigid import checked_velocity
+from flexmb.parts.bodies.rigid import checked_velocity, mean_mass, node_mass
 
 if TYPE_CHECKING:
     from flexmb.elastic.beams.fem import BeamMatrices

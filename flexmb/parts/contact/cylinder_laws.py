@@ -21,9 +21,8 @@ from flexmb.fields import Rule, field, not_negative, one_of, positive, variant
 from flexmb.kernels import compiled, normal_law
 from flexmb.model.law import Material
 from flexmb.parts.contact import validity
-from flexmb.parts.contact.hysteresis import RESTITUTION, DampedElasticLaw, damped, two_materials
+from flexmb.parts.contact.hysteresis import RESTITUTION, DampedElasticLaw, damped, exact_chi, two_materials
 from flexmb.parts.contact.onset import LARGEST, LEAST_APPROACH, ONSET, reference_speed
-from flexmb.parts.contact.restitution import exact_chi
 
 # ln(A/f) at the end of use. The printed laws end at ln(A/f) = 1, where their stiffness is infinite; here it has reached
 # 1/sigma a length, and from here on the force follows its tangent.

@@ -17,12 +17,12 @@ from flexmb.model.shape import PointShape, Shapes
 from flexmb.parts.contact.friction import Frictionless
 from flexmb.parts.joints.contact_point import add_curvature, direction, put_column, put_eccentricity, put_point
 from flexmb.parts.joints.prismatic import direction_row, travel_contributions
-from flexmb.parts.joints.revolute_clearance import rubbing
+from flexmb.parts.joints.revolute import rubbing
 from flexmb.places import LOAD, LOAD_BY_LAM, SLIDING
 
 if TYPE_CHECKING:
-    from flexmb.parts.wear.laws import Wear
     from flexmb.parts.wear.worn_guide import WornSlot
+    from flexmb.parts.wear.worn_joint import Wear
 
 
 @constraint_kernel

@@ -21,8 +21,7 @@ from flexmb.findings.finding import Finding
 from flexmb.kernels import compiled, signal_kernel, summing
 from flexmb.model.contributions import Contribution, signal_contributions
 from flexmb.model.mechanism import Mechanism
-from flexmb.parts.bearings.coefficients import FilmEquilibrium
-from flexmb.parts.bearings.journal import JournalBearing
+from flexmb.parts.bearings.journal import FilmEquilibrium, JournalBearing
 from flexmb.parts.bearings.kernels import (
     FILM_FX,
     FILM_FY,
